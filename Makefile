@@ -1,0 +1,68 @@
+# The two commands of this project are `make demo` and `make test`; each sets up what it needs. `make` lists the rest.
+
+# The first of these that runs and is new enough; `make PYTHON=…` takes another.
+PYTHON ?= $(shell for python in python3.11 python3; do \
+	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$python && break; done)
+VENV ?= .venv
+# Passed on: `make test PYTEST_ARGS="tests/wire -x"`, `make demo DEMO_ARGS=…`.
+PYTEST_ARGS ?=
+DEMO_ARGS ?=
+
+BIN := $(VENV)/bin
+LOCKED := $(VENV)/.locked
+INSTALLED := $(VENV)/.installed
+LOCKS := deploy/bootstrap.lock deploy/requirements.lock
+UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+	--no-emit-index-url --no-emit-find-links --custom-compile-command "make lock"
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help setup demo test joints lint bench lock clean
+
+help: ## List the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+setup: $(INSTALLED) ## Make .venv with everything that is locked, and this project in it
+
+demo: $(INSTALLED) ## Start a cloud and drive simulated robots in it
+	@echo "demo: a cloud and simulated robots on this machine; Ctrl-C ends it"
+	$(BIN)/ppaas demo $(DEMO_ARGS)
+
+test: $(INSTALLED) ## Run all tests
+	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"
+	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+joints: $(INSTALLED) ## Run the load-bearing joints of the engine for a minute each
+	@echo "joints: 60 s each, over real processes"
+	PPAAS_JOINT_SECONDS=60 $(BIN)/python -m pytest -m joint $(PYTEST_ARGS)
+
+lint: $(INSTALLED) ## Check style, types and the arrows between packages
+	@failed=; for check in "ruff check ." "ruff format --check ." mypy lint-imports; do \
+		echo "lint: $$check"; $(BIN)/$$check || failed="$$failed '$$check'"; done; \
+	test -z "$$failed" || { echo "lint: failed:$$failed" >&2; exit 1; }
+
+bench: $(INSTALLED) ## Measure how fast paths are planned and containers are ready, and what they weigh
+	@echo "bench: let the machine do nothing else"
+	$(BIN)/python -m tests.bench.planning
+	$(BIN)/python -m tests.bench.containers
+
+lock: $(LOCKED) ## Pin the newest versions that pyproject.toml allows
+	echo "uv" | $(UV_COMPILE) --upgrade --output-file deploy/bootstrap.lock -
+	$(UV_COMPILE) --upgrade --extra dev --output-file deploy/requirements.lock pyproject.toml
+
+clean: ## Remove what was made, .venv included
+	rm -rf $(VENV) build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	find . -name __pycache__ -type d -not -path './.git/*' -prune -exec rm -rf {} +
+
+# A changed lock makes the environment anew, so that nothing of an older lock stays in it.
+$(LOCKED): $(LOCKS)
+	@test -n "$(PYTHON)" || { echo "setup: no Python 3.11 or newer found; install one, or say make PYTHON=/path/to/python" >&2; exit 1; }
+	@echo "setup: $(VENV), by $(PYTHON) and the versions of deploy/requirements.lock"
+	$(PYTHON) -m venv --clear $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r deploy/bootstrap.lock
+	$(BIN)/uv pip install --quiet --python $(BIN)/python --require-hashes -r deploy/requirements.lock
+	@touch $@
+
+$(INSTALLED): $(LOCKED) pyproject.toml
+	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation --editable .
+	@touch $@
