@@ -1,0 +1,6 @@
+"""Local planners: the interface, the registry, one algorithm a file."""
+
+from ppaas.controllers.base import Controller, ControlRequest, Velocity, VelocityLimits
+from ppaas.controllers.registry import controller_names, create
+
+__all__ = ["ControlRequest", "Controller", "Velocity", "VelocityLimits", "controller_names", "create"]

@@ -1,0 +1,1 @@
+"""Compiled inner loops of the local planners; import from the modules."""

@@ -1,0 +1,196 @@
+"""Kernel: roll each velocity out over the costmap and score what would come of it.
+
+The dynamic window approach of Fox, Burgard and Thrun (1997), with the cost terms of dwa_local_planner: distance to the
+path, way still to go, and the highest cost met. All in one frame, that of the plan and the costmap.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ppaas.costmap.costmap import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+
+Floats = NDArray[np.float64]
+
+ANGULAR_GRANULARITY = 0.1
+"""Most that a step of a rollout turns [rad]."""
+PATH_CHECKS = 8
+"""About so many points of a rollout are measured against the path."""
+SLOWEST_OUT = 0.05
+"""A robot that leaves an inscribed cell more slowly is rolled out as long as one that is so fast [m/s]."""
+BLOCKED = 1_000.0
+"""Score of a rollout that ends in an obstacle, though the robot could stop before: worse than any that is free."""
+
+
+class Frame(NamedTuple):
+    """Where the cells of a costmap lie: corner [m], cosine and sine of its turn, edge of a cell [m]."""
+
+    x: float
+    y: float
+    cosine: float
+    sine: float
+    resolution: float
+
+
+class Scoring(NamedTuple):
+    """What counts for how much; the names are those of dwa_local_planner where it has the same.
+
+    ``reaction`` is the time until a new command takes effect [s], ``max_vel_x`` the speed in the open [m/s],
+    ``leaving`` whether the robot is in an inscribed cell, and ``way_out`` how far it may go there [m].
+    """
+
+    sim_time: float
+    sim_granularity: float
+    reaction: float
+    acc_lim_x: float
+    max_vel_x: float
+    path_distance_bias: float
+    goal_distance_bias: float
+    occdist_scale: float
+    forward_point_distance: float
+    cost_slowdown: float
+    allow_unknown: bool
+    leaving: bool
+    way_out: float
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cost_at(costs: NDArray[np.uint8], frame: Frame, x: float, y: float) -> int:
+    """Return the cost of the cell at a point; 255 outside the costmap."""
+    dx, dy = x - frame.x, y - frame.y
+    column = math.floor((frame.cosine * dx + frame.sine * dy) / frame.resolution)
+    row = math.floor((frame.cosine * dy - frame.sine * dx) / frame.resolution)
+    if 0 <= row < costs.shape[0] and 0 <= column < costs.shape[1]:
+        return int(costs[row, column])
+    return NO_INFORMATION
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def project(path: Floats, remaining: Floats, x: float, y: float) -> tuple[float, float]:
+    """Return how far a point is from a polyline, and the way still to go from the nearest point of it [m]."""
+    best = (path[0, 0] - x) ** 2 + (path[0, 1] - y) ** 2
+    to_go = remaining[0]
+    for i in range(len(path) - 1):
+        ax, ay = path[i, 0], path[i, 1]
+        bx, by = path[i + 1, 0] - ax, path[i + 1, 1] - ay
+        length = bx * bx + by * by
+        t = ((x - ax) * bx + (y - ay) * by) / length if length > 0.0 else 0.0
+        t = min(1.0, max(0.0, t))
+        distance = (ax + t * bx - x) ** 2 + (ay + t * by - y) ** 2
+        if distance < best:
+            best = distance
+            to_go = remaining[i] + t * (remaining[i + 1] - remaining[i])
+    return math.sqrt(best), to_go
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _score(
+    v: float, w: float, costs: NDArray[np.uint8], frame: Frame, path: Floats, remaining: Floats,
+    x: float, y: float, theta: float, scoring: Scoring,
+) -> float:  # fmt: skip
+    must_be_free = scoring.reaction + abs(v) / (2.0 * scoring.acc_lim_x)
+    seconds = max(scoring.sim_time, must_be_free)
+    leaving = scoring.leaving
+    if leaving:
+        seconds = max(seconds, scoring.way_out / max(abs(v), SLOWEST_OUT))
+    steps = max(
+        1,
+        math.ceil(abs(v) * seconds / scoring.sim_granularity),
+        math.ceil(abs(w) * seconds / ANGULAR_GRANULARITY),
+    )
+    dt = seconds / steps
+    every = max(1, steps // PATH_CHECKS)
+    highest, off_path, checks, to_go = 0, 0.0, 0, 0.0
+    inside = 0.0
+    hit_at = -1.0
+    for step in range(1, steps + 1):
+        x += v * dt * math.cos(theta + 0.5 * w * dt)
+        y += v * dt * math.sin(theta + 0.5 * w * dt)
+        theta += w * dt
+        cost = cost_at(costs, frame, x, y)
+        if cost == NO_INFORMATION:
+            cost = FREE_SPACE if scoring.allow_unknown else LETHAL_OBSTACLE
+        if cost == LETHAL_OBSTACLE or (cost == INSCRIBED_INFLATED_OBSTACLE and not leaving):
+            hit_at = (step - 1) * dt  # somewhere in this step
+            break
+        leaving = leaving and cost == INSCRIBED_INFLATED_OBSTACLE
+        if leaving:
+            inside += abs(v) * dt
+        highest = max(highest, cost)
+        if step % every == 0 or step == steps:
+            distance, to_go = project(path, remaining, x, y)
+            off_path += distance
+            checks += 1
+            if to_go <= 0.0 and step * dt >= must_be_free:
+                to_go = -abs(v) * (seconds - step * dt)  # there early: as good as having gone on
+                break
+    if leaving or 0.0 <= hit_at <= must_be_free:
+        return math.inf
+    if hit_at >= 0.0:
+        return BLOCKED * (2.0 - hit_at / seconds) + abs(v)
+    off_path /= checks
+    if to_go > scoring.forward_point_distance:
+        ahead_x = x + scoring.forward_point_distance * math.cos(theta)
+        ahead_y = y + scoring.forward_point_distance * math.sin(theta)
+        off_path += project(path, remaining, ahead_x, ahead_y)[0]
+    allowed = scoring.max_vel_x * (1.0 - scoring.cost_slowdown * highest / INSCRIBED_INFLATED_OBSTACLE)
+    too_fast = max(0.0, abs(v) - allowed)
+    return (
+        scoring.path_distance_bias * off_path
+        + scoring.goal_distance_bias * (to_go + 2.0 * scoring.sim_time * too_fast)
+        + scoring.occdist_scale * highest
+        + BLOCKED * inside
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def score_velocities(
+    velocities: Floats, costs: NDArray[np.uint8], frame: Frame, path: Floats, remaining: Floats,
+    x: float, y: float, theta: float, scoring: Scoring,
+) -> Floats:  # fmt: skip
+    """Score velocities by what would come of each if it were kept; less is better.
+
+    A rollout must be free until the robot could have stopped: else its score is infinite. One that meets an obstacle
+    later scores `BLOCKED` and more, the sooner the more. The robot is a disc, so a point is free if the inflated
+    costmap has less than 253 there. A robot that is in a 253 already may go on through 253 until it has left it, if it
+    does so within the ``way_out``; each metre of that scores `BLOCKED`, so that the shortest is taken.
+
+    Parameters
+    ----------
+    velocities : (n, 2) array
+        Forward [m/s], turning [rad/s].
+    costs : (height, width) uint8 array
+        Local costmap, inflated for the robot's radius.
+    frame : Frame
+        Where it lies.
+    path : (m, 2) array
+        Points of the plan ahead [m], at least one.
+    remaining : (m,) array
+        Way along the plan from each to the last [m].
+    x, y, theta : float
+        Where the rollouts begin [m, rad].
+    scoring : Scoring
+
+    Returns
+    -------
+    (n,) array
+    """
+    scores = np.empty(len(velocities))
+    for i in range(len(velocities)):
+        scores[i] = _score(velocities[i, 0], velocities[i, 1], costs, frame, path, remaining, x, y, theta, scoring)
+    return scores
+
+
+def warm() -> None:
+    """Compile and call each kernel once, for a costmap of its own, a read-only one and one cut out of another."""
+    scoring = Scoring(1.0, 0.1, 0.1, 1.0, 1.0, 1.0, 1.0, 1.0, 0.1, 0.5, True, False, 0.4)
+    costs = np.zeros((2, 2), np.uint8)
+    read_only = costs.copy()
+    read_only.flags.writeable = False
+    frame = Frame(0.0, 0.0, 1.0, 0.0, 1.0)
+    for cells in (costs, read_only, np.zeros((4, 4), np.uint8)[1:3, 1:3]):
+        cost_at(cells, frame, 0.5, 0.5)
+        score_velocities(np.ones((1, 2)), cells, frame, np.zeros((1, 2)), np.zeros(1), 0.5, 0.5, 0.0, scoring)

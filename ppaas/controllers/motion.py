@@ -1,0 +1,82 @@
+"""What a base with limited acceleration can do in one cycle."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.controllers.base import Velocity
+from ppaas.controllers.dwa_parameters import DwaParameters
+from ppaas.geometry import Pose2D, wrap_angle
+
+
+def advance(pose: Pose2D, velocity: Velocity, seconds: float) -> Pose2D:
+    """Return where a robot is after keeping a velocity for some time, along the arc."""
+    turned = velocity.angular * seconds
+    half = 0.5 * turned
+    chord = velocity.linear * seconds * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
+    heading = pose.theta + half
+    return Pose2D(
+        pose.x + chord * math.cos(heading), pose.y + chord * math.sin(heading), wrap_angle(pose.theta + turned)
+    )
+
+
+def brake(velocity: Velocity, limits: DwaParameters, period: float) -> Velocity:
+    """Return the velocity after one cycle of braking, along the same arc as far as turning can brake as fast."""
+    linear = _towards(velocity.linear, 0.0, limits.acc_lim_x * period)
+    part = linear / velocity.linear if linear else 0.0
+    return Velocity(linear, _towards(velocity.angular, part * velocity.angular, limits.acc_lim_theta * period))
+
+
+def turn(error: float, velocity: Velocity, limits: DwaParameters, period: float) -> Velocity:
+    """Return the velocity for turning on the spot by ``error`` [rad], no faster than can be stopped in time."""
+    if abs(velocity.linear) > limits.acc_lim_x * period:
+        return brake(velocity, limits, period)
+    # Half the braking allowed, and never past the target within a cycle: odometry comes late.
+    fastest = min(limits.max_vel_theta, math.sqrt(limits.acc_lim_theta * abs(error)), abs(error) / (2.0 * period))
+    wanted = math.copysign(max(fastest, limits.min_vel_theta), error)
+    step = limits.acc_lim_theta * period
+    if velocity.angular * wanted < 0.0:
+        return Velocity(0.0, _towards(velocity.angular, 0.0, step))
+    turning = _towards(velocity.angular, wanted, step)
+    return Velocity(0.0, math.copysign(max(abs(turning), limits.min_vel_theta), wanted))
+
+
+def window(velocity: Velocity, fastest: float, limits: DwaParameters, period: float) -> NDArray[np.float64]:
+    """Return the velocities that can be reached within one cycle, as samples.
+
+    Standing still is not among them, nor what is too slow for a base to follow: who stands before an obstacle must be
+    told so. Instead there is always the slowest that it can follow.
+
+    Parameters
+    ----------
+    velocity : Velocity
+        Now.
+    fastest : float
+        Most that the forward speed should be [m/s].
+    limits : DwaParameters
+    period : float
+        Of a cycle [s].
+
+    Returns
+    -------
+    (n, 2) array
+        Forward [m/s], turning [rad/s].
+    """
+    lowest = max(limits.min_vel_x, velocity.linear - limits.acc_lim_x * period)
+    highest = max(lowest, min(fastest, velocity.linear + limits.acc_lim_x * period))
+    forward = np.linspace(lowest, highest, limits.vx_samples)
+    forward = forward[np.abs(forward) >= limits.min_vel_trans]
+    if not len(forward):
+        forward = np.array([limits.min_vel_trans])
+    reach = limits.acc_lim_theta * period
+    right = float(np.clip(velocity.angular - reach, -limits.max_vel_theta, limits.max_vel_theta))
+    left = float(np.clip(velocity.angular + reach, -limits.max_vel_theta, limits.max_vel_theta))
+    turning = np.linspace(right, left, limits.vth_samples)
+    if right < 0.0 < left:
+        turning = np.append(turning, 0.0)
+    return np.stack(np.meshgrid(forward, turning, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+def _towards(value: float, target: float, step: float) -> float:
+    return value + min(step, max(-step, target - value))

@@ -1,0 +1,31 @@
+"""Local planners by name."""
+
+from typing import Any
+
+from ppaas.controllers.base import Controller
+from ppaas.plugins import PluginRegistry
+
+CONTROLLERS: PluginRegistry[Controller] = PluginRegistry(
+    "ppaas.controllers",
+    "controller",
+    Controller,  # type: ignore[type-abstract]
+    aliases={"dwa_local_planner/DWAPlannerROS": "dwa", "base_local_planner/TrajectoryPlannerROS": "dwa"},
+)
+
+
+def create(name: str, **parameters: Any) -> Controller:
+    """Make a local planner by its name or its ROS alias.
+
+    Raises
+    ------
+    NotFound
+        No local planner of that name is installed.
+    InvalidParameter
+        It takes no such parameter.
+    """
+    return CONTROLLERS.create(name, parameters)
+
+
+def controller_names() -> tuple[str, ...]:
+    """Return the names of all local planners installed."""
+    return CONTROLLERS.names()

@@ -1,0 +1,36 @@
+"""The costmap: one byte a cell, with the values of costmap_2d."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.errors import InvalidMap
+from ppaas.maps.grid import GridInfo
+
+FREE_SPACE = 0
+INSCRIBED_INFLATED_OBSTACLE = 253
+LETHAL_OBSTACLE = 254
+NO_INFORMATION = 255
+
+
+@dataclass(frozen=True, slots=True)
+class Costmap:
+    """What each cell costs the centre of the robot.
+
+    Parameters
+    ----------
+    data : (height, width) uint8 array
+        0 free, 1–252 graded, 253 inscribed, 254 lethal, 255 unknown; row 0 is the lowest. Planners only read it.
+    info : GridInfo
+        Where it lies.
+    """
+
+    data: NDArray[np.uint8]
+    info: GridInfo
+
+    def __post_init__(self) -> None:
+        if self.data.shape != self.info.shape or self.data.dtype != np.uint8:
+            raise InvalidMap(
+                f"expected uint8 cells of shape {self.info.shape}, got {self.data.dtype} of {self.data.shape}"
+            )

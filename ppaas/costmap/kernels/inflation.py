@@ -1,0 +1,54 @@
+"""From distance to cost."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numba import njit, prange, types
+from numpy.typing import NDArray
+
+from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from ppaas.maps.kernels.serial import serial_copy
+
+_DISTANCES = types.Array(types.float32, 2, "C", readonly=True)
+_MASK = types.Array(types.uint8, 2, "C", readonly=True)
+_SLACK = 1e-5
+"""A distance of so many whole cells is within a radius of as many, though float32 rounds it [m]."""
+
+_SIGNATURE = types.uint8[:, ::1](_DISTANCES, _MASK, types.float64, types.float64, types.float64)
+
+
+def _inflate(
+    distance: NDArray[np.float32], unknown: NDArray[np.uint8], inscribed: float, inflation: float, scaling: float
+) -> NDArray[np.uint8]:
+    height, width = distance.shape
+    costs = np.empty((height, width), np.uint8)
+    for r in prange(height):
+        for c in range(width):
+            d = distance[r, c]
+            if d == 0.0:
+                costs[r, c] = LETHAL_OBSTACLE
+            elif d <= inscribed + _SLACK:
+                costs[r, c] = INSCRIBED_INFLATED_OBSTACLE
+            elif unknown[r, c]:
+                costs[r, c] = NO_INFORMATION
+            elif d <= inflation + _SLACK:
+                decay = math.exp(-scaling * (d - inscribed))
+                costs[r, c] = int((INSCRIBED_INFLATED_OBSTACLE - 1) * decay)
+            else:
+                costs[r, c] = 0
+    return costs
+
+
+Inflate = Callable[[NDArray[np.float32], NDArray[np.uint8], float, float, float], NDArray[np.uint8]]
+"""(h, w) distances [m], (h, w) unknown cells (not 0), inscribed and inflation radius [m], decay [1/m] → costs."""
+
+inflate_parallel: Inflate = njit(_SIGNATURE, cache=True, nogil=True, error_model="numpy", parallel=True)(_inflate)
+inflate_serial: Inflate = njit(_SIGNATURE, cache=True, nogil=True, error_model="numpy")(serial_copy(_inflate))
+
+
+def warm() -> None:
+    """Call each kernel once."""
+    distance, unknown = np.ones((2, 2), np.float32), np.zeros((2, 2), np.uint8)
+    inflate_parallel(distance, unknown, 0.18, 0.55, 10.0)
+    inflate_serial(distance, unknown, 0.18, 0.55, 10.0)

@@ -1,0 +1,84 @@
+"""Poses in the plane and in space. Metres and radians; yaw is counter-clockwise from x (REP-103)."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Poses = NDArray[np.float64]
+"""(n, 7): x, y, z, qx, qy, qz, qw a row, the layout of ``geometry_msgs/Pose``."""
+
+
+class Pose2D(NamedTuple):
+    """A pose in the plane: x, y [m], theta [rad]."""
+
+    x: float
+    y: float
+    theta: float = 0.0
+
+    def __matmul__(self, other: "Pose2D") -> "Pose2D":
+        """Compose: ``other``, given in this pose's frame, in the frame of this pose."""
+        c, s = math.cos(self.theta), math.sin(self.theta)
+        return Pose2D(
+            self.x + c * other.x - s * other.y,
+            self.y + s * other.x + c * other.y,
+            wrap_angle(self.theta + other.theta),
+        )
+
+    def inverse(self) -> "Pose2D":
+        """Return the pose that undoes this one: ``p @ p.inverse()`` is the identity."""
+        c, s = math.cos(self.theta), math.sin(self.theta)
+        return Pose2D(-c * self.x - s * self.y, s * self.x - c * self.y, wrap_angle(-self.theta))
+
+    def distance_to(self, other: "Pose2D") -> float:
+        """Return the straight distance [m]; headings do not count."""
+        return math.hypot(other.x - self.x, other.y - self.y)
+
+    def is_finite(self) -> bool:
+        """Tell whether no part is NaN or infinite."""
+        return all(map(math.isfinite, self))
+
+
+def wrap_angle(angle: float) -> float:
+    """Bring an angle into [−π, π)."""
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def yaw_of(qx: float, qy: float, qz: float, qw: float) -> float:
+    """Return the yaw [rad] of a quaternion that need not be normalised."""
+    return math.atan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)
+
+
+def quaternion_of(yaw: float) -> tuple[float, float, float, float]:
+    """Return (qx, qy, qz, qw) of a rotation about z."""
+    return 0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)
+
+
+def poses_along(points: NDArray[np.float64], goal_theta: float | None = None) -> Poses:
+    """Make poses of points: each heads for the next one.
+
+    Parameters
+    ----------
+    points : (n, 2) array
+        x, y [m].
+    goal_theta : float, optional
+        Heading of the last pose [rad]; without it the last heads as the one before.
+
+    Returns
+    -------
+    (n, 7) array
+    """
+    n = len(points)
+    poses = np.zeros((n, 7))
+    poses[:, :2] = points
+    yaw = np.zeros(n)
+    if n > 1:
+        steps = np.diff(points, axis=0)
+        yaw[:-1] = np.arctan2(steps[:, 1], steps[:, 0])
+        yaw[-1] = yaw[-2]
+    if n and goal_theta is not None:
+        yaw[-1] = goal_theta
+    poses[:, 5] = np.sin(yaw / 2.0)
+    poses[:, 6] = np.cos(yaw / 2.0)
+    return poses

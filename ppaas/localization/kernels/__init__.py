@@ -1,0 +1,1 @@
+"""Kernels of localization, compiled by numba. They take random numbers as arrays, so that a seed decides all."""

@@ -1,0 +1,115 @@
+"""Occupancy grids and where their cells lie in the world."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ppaas.errors import InvalidMap
+from ppaas.geometry import Pose2D
+
+FREE = 0
+OCCUPIED = 100
+UNKNOWN = -1
+
+OCCUPIED_THRESHOLD = 65
+"""A cell of this occupancy or more is an obstacle, as map_server's default ``occupied_thresh`` has it."""
+
+MAX_CELLS = 1 << 30
+ORIGIN = Pose2D(0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class GridInfo:
+    """Where a grid lies in the world; ``nav_msgs/MapMetaData`` without its load time.
+
+    Parameters
+    ----------
+    resolution : float
+        Edge of a cell [m].
+    width, height : int
+        Cells along x and along y.
+    origin : Pose2D
+        Pose of the lower-left corner of cell (0, 0) in the map frame.
+
+    Raises
+    ------
+    InvalidMap
+        A resolution that is not positive, a grid without cells or with too many, an origin that is not finite.
+    """
+
+    resolution: float
+    width: int
+    height: int
+    origin: Pose2D = ORIGIN
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.resolution) and self.resolution > 0.0):
+            raise InvalidMap(f"resolution must be a positive number of metres, not {self.resolution}")
+        if self.width < 1 or self.height < 1 or self.width * self.height > MAX_CELLS:
+            raise InvalidMap(f"a grid has from 1 to {MAX_CELLS} cells, not {self.width}×{self.height}")
+        if not self.origin.is_finite():
+            raise InvalidMap(f"the origin must be finite, not {tuple(self.origin)}")
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(height, width): the shape of the arrays, row 0 at the bottom."""
+        return self.height, self.width
+
+    def to_cells(self, points: ArrayLike) -> NDArray[np.int64]:
+        """Return the cells in which world points lie.
+
+        Parameters
+        ----------
+        points : (..., 2) array
+            x, y [m] in the map frame.
+
+        Returns
+        -------
+        (..., 2) int array
+            Row, column; outside the grid where a point is outside.
+        """
+        local = np.asarray(points, dtype=np.float64) - (self.origin.x, self.origin.y)
+        c, s = math.cos(self.origin.theta), math.sin(self.origin.theta)
+        column = (c * local[..., 0] + s * local[..., 1]) / self.resolution
+        row = (-s * local[..., 0] + c * local[..., 1]) / self.resolution
+        return np.floor(np.stack((row, column), axis=-1)).astype(np.int64)
+
+    def to_world(self, cells: ArrayLike) -> NDArray[np.float64]:
+        """Return the centres of cells, (..., 2) x, y [m], from (..., 2) row, column."""
+        centre = (np.asarray(cells, dtype=np.float64) + 0.5) * self.resolution
+        c, s = math.cos(self.origin.theta), math.sin(self.origin.theta)
+        x = c * centre[..., 1] - s * centre[..., 0] + self.origin.x
+        y = s * centre[..., 1] + c * centre[..., 0] + self.origin.y
+        return np.stack((x, y), axis=-1)
+
+    def cell_of(self, x: float, y: float) -> tuple[int, int] | None:
+        """Return (row, column) of one point, or None outside the grid or where it is not finite."""
+        if not (math.isfinite(x) and math.isfinite(y)):
+            return None
+        row, column = (int(v) for v in self.to_cells((x, y)))
+        inside = 0 <= row < self.height and 0 <= column < self.width
+        return (row, column) if inside else None
+
+
+@dataclass(frozen=True, slots=True)
+class GridMap:
+    """An occupancy grid.
+
+    Parameters
+    ----------
+    data : (height, width) int8 array
+        0 free to 100 occupied, −1 unknown; row 0 is the lowest (as in ``nav_msgs/OccupancyGrid``). Not written to.
+    info : GridInfo
+        Where it lies.
+    """
+
+    data: NDArray[np.int8]
+    info: GridInfo
+
+    def __post_init__(self) -> None:
+        if self.data.shape != self.info.shape or self.data.dtype != np.int8:
+            raise InvalidMap(
+                f"expected int8 cells of shape {self.info.shape}, got {self.data.dtype} of {self.data.shape}"
+            )

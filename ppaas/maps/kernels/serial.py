@@ -1,0 +1,19 @@
+"""One body, compiled twice: for many threads and for one."""
+
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any
+
+
+def serial_copy(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the same function under another name, to be compiled without ``parallel``.
+
+    numba's cache on disk knows a function by its name and its arguments, and not by the options that it was compiled
+    with: under one name, whichever of the two is stored first would be loaded for both.
+    """
+    assert isinstance(function, FunctionType)
+    name = f"{function.__name__}_serial"
+    copy = FunctionType(function.__code__, function.__globals__, name, function.__defaults__, function.__closure__)
+    copy.__qualname__ = name
+    copy.__module__ = function.__module__
+    return copy

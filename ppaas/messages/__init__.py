@@ -1,0 +1,40 @@
+"""ROS messages as typed structs, looked up by their ROS names.
+
+One module a ROS package. ``decode`` and ``encode`` speak the JSON of rosbridge: NaN and infinity travel as null.
+"""
+
+from ppaas.messages import (
+    actionlib_msgs,
+    geometry_msgs,
+    move_base_msgs,
+    nav_msgs,
+    ppaas_msgs,
+    sensor_msgs,
+    std_msgs,
+    std_srvs,
+    tf2_msgs,
+)
+from ppaas.messages.codec import decode, encode
+from ppaas.messages.message import Lazy, Message, ServiceType
+from ppaas.messages.registry import message_type, message_types, service_type, type_name
+
+__all__ = [
+    "Lazy",
+    "Message",
+    "ServiceType",
+    "actionlib_msgs",
+    "decode",
+    "encode",
+    "geometry_msgs",
+    "message_type",
+    "message_types",
+    "move_base_msgs",
+    "nav_msgs",
+    "ppaas_msgs",
+    "sensor_msgs",
+    "service_type",
+    "std_msgs",
+    "std_srvs",
+    "tf2_msgs",
+    "type_name",
+]

@@ -1,0 +1,50 @@
+"""``actionlib_msgs``: goals and how they stand."""
+
+from enum import IntEnum
+
+from msgspec import field
+
+from ppaas.messages.message import Message
+from ppaas.messages.std_msgs import Header, Time
+
+
+class Status(IntEnum):
+    """The status of a goal, with the numbers of ``actionlib_msgs/GoalStatus``."""
+
+    PENDING = 0
+    ACTIVE = 1
+    PREEMPTED = 2
+    SUCCEEDED = 3
+    ABORTED = 4
+    REJECTED = 5
+    PREEMPTING = 6
+    RECALLING = 7
+    RECALLED = 8
+    LOST = 9
+
+    @property
+    def terminal(self) -> bool:
+        """Tell whether nothing more will happen to the goal."""
+        return self not in (Status.PENDING, Status.ACTIVE, Status.PREEMPTING, Status.RECALLING)
+
+
+class GoalID(Message):
+    """``actionlib_msgs/GoalID``; an empty id in a cancel means every goal."""
+
+    stamp: Time = field(default_factory=Time)
+    id: str = ""
+
+
+class GoalStatus(Message):
+    """``actionlib_msgs/GoalStatus``."""
+
+    goal_id: GoalID
+    status: int
+    text: str = ""
+
+
+class GoalStatusArray(Message):
+    """``actionlib_msgs/GoalStatusArray``."""
+
+    header: Header = field(default_factory=Header)
+    status_list: list[GoalStatus] = field(default_factory=list)

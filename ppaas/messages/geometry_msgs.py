@@ -1,0 +1,117 @@
+"""``geometry_msgs``.
+
+A field without which a message means nothing has no default, so that a client that leaves it out is told.
+"""
+
+import numpy as np
+from msgspec import field
+
+from ppaas.geometry import Pose2D, Poses, quaternion_of, yaw_of
+from ppaas.messages.message import Message
+from ppaas.messages.std_msgs import Header
+
+
+class Point(Message):
+    """``geometry_msgs/Point`` [m]."""
+
+    x: float
+    y: float
+    z: float = 0.0
+
+
+class Vector3(Message):
+    """``geometry_msgs/Vector3``."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+
+class Quaternion(Message, kw_only=True):
+    """``geometry_msgs/Quaternion``."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float
+    w: float
+
+
+class Pose(Message):
+    """``geometry_msgs/Pose``."""
+
+    position: Point
+    orientation: Quaternion
+
+    @classmethod
+    def of(cls, pose: Pose2D) -> "Pose":
+        """Lift a pose in the plane into space."""
+        x, y, z, w = quaternion_of(pose.theta)
+        return cls(Point(pose.x, pose.y), Quaternion(x=x, y=y, z=z, w=w))
+
+    def planar(self) -> Pose2D:
+        """Return x, y and yaw."""
+        q = self.orientation
+        return Pose2D(self.position.x, self.position.y, yaw_of(q.x, q.y, q.z, q.w))
+
+
+def pose_rows(poses: list[Pose]) -> Poses:
+    """Return poses as an (n, 7) array: x, y, z, qx, qy, qz, qw a row."""
+    rows = [(p.position.x, p.position.y, p.position.z, q.x, q.y, q.z, q.w) for p in poses for q in (p.orientation,)]
+    return np.array(rows, dtype="<f8").reshape(-1, 7)
+
+
+class PoseStamped(Message):
+    """``geometry_msgs/PoseStamped``."""
+
+    header: Header
+    pose: Pose
+
+
+class PoseArray(Message):
+    """``geometry_msgs/PoseArray``."""
+
+    header: Header
+    poses: list[Pose]
+
+
+class PoseWithCovariance(Message):
+    """``geometry_msgs/PoseWithCovariance``: row-major 6×6 covariance of x, y, z, roll, pitch, yaw."""
+
+    pose: Pose
+    covariance: list[float] = field(default_factory=lambda: [0.0] * 36)
+
+
+class PoseWithCovarianceStamped(Message):
+    """``geometry_msgs/PoseWithCovarianceStamped``."""
+
+    header: Header
+    pose: PoseWithCovariance
+
+
+class Twist(Message):
+    """``geometry_msgs/Twist`` [m/s, rad/s]."""
+
+    linear: Vector3 = field(default_factory=Vector3)
+    angular: Vector3 = field(default_factory=Vector3)
+
+
+class TwistWithCovariance(Message):
+    """``geometry_msgs/TwistWithCovariance``."""
+
+    twist: Twist
+    covariance: list[float] = field(default_factory=lambda: [0.0] * 36)
+
+
+class Transform(Message):
+    """``geometry_msgs/Transform``."""
+
+    translation: Vector3
+    rotation: Quaternion
+
+
+class TransformStamped(Message):
+    """``geometry_msgs/TransformStamped``: the pose of ``child_frame_id`` in ``header.frame_id``."""
+
+    header: Header
+    child_frame_id: str
+    transform: Transform

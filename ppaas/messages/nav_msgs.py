@@ -1,0 +1,70 @@
+"""``nav_msgs``."""
+
+from msgspec import Raw, field
+
+from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, TwistWithCovariance
+from ppaas.messages.message import Empty, Message, ServiceType
+from ppaas.messages.std_msgs import Header, Time
+
+
+class MapMetaData(Message):
+    """``nav_msgs/MapMetaData``: resolution [m/cell]; origin is the pose of the lower-left corner of cell (0, 0)."""
+
+    resolution: float
+    width: int
+    height: int
+    origin: Pose
+    map_load_time: Time = field(default_factory=Time)
+
+
+class OccupancyGrid(Message):
+    """``nav_msgs/OccupancyGrid``: row-major from the lower-left cell, 0–100, −1 unknown.
+
+    A sender may give ``data`` as JSON already written: a million cells are never made a list of numbers.
+    """
+
+    header: Header
+    info: MapMetaData
+    data: list[int] | Raw
+
+
+class Odometry(Message):
+    """``nav_msgs/Odometry``: pose in ``header.frame_id``, twist in ``child_frame_id``."""
+
+    header: Header
+    child_frame_id: str
+    pose: PoseWithCovariance
+    twist: TwistWithCovariance
+
+
+class Path(Message):
+    """``nav_msgs/Path``."""
+
+    header: Header
+    poses: list[PoseStamped]
+
+
+class GetPlanRequest(Message):
+    """``nav_msgs/GetPlan`` request: tolerance [m] around the goal."""
+
+    start: PoseStamped
+    goal: PoseStamped
+    tolerance: float = 0.0
+
+
+class GetPlanResponse(Message):
+    """``nav_msgs/GetPlan`` response; the path is empty where none was found."""
+
+    plan: Path
+
+
+class GetMapResponse(Message):
+    """``nav_msgs/GetMap`` response."""
+
+    map: OccupancyGrid = field()
+
+
+GetPlan = ServiceType("nav_msgs/GetPlan", GetPlanRequest, GetPlanResponse)
+GetMap = ServiceType("nav_msgs/GetMap", Empty, GetMapResponse)
+
+SERVICES = (GetPlan, GetMap)

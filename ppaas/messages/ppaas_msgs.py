@@ -1,0 +1,58 @@
+"""``ppaas_msgs``: what ROS has no type for."""
+
+from ppaas.messages.geometry_msgs import Pose
+from ppaas.messages.message import Message, ServiceType
+
+
+class ComputePathRequest(Message):
+    """``ppaas_msgs/ComputePath`` request.
+
+    Parameters
+    ----------
+    start, goal : Pose
+        In the frame of the map.
+    planner : str
+        Name or ROS alias of a global planner; empty for the one that the server was made with.
+    tolerance : float
+        If the goal is blocked, a free place within this distance will do [m].
+    timeout : float
+        Longest time to plan [s].
+    """
+
+    start: Pose
+    goal: Pose
+    planner: str = ""
+    tolerance: float = 0.0
+    timeout: float = 5.0
+
+
+class ComputePathResponse(Message):
+    """``ppaas_msgs/ComputePath`` response.
+
+    Parameters
+    ----------
+    poses : list of Pose
+        From start to goal, in the frame of the map.
+    cost : float
+        Sum of the weights of the moves.
+    length : float
+        Along the poses [m].
+    expanded : int
+        Cells that were settled.
+    seconds : float
+        Time it took.
+    planner : str
+        Who planned.
+    """
+
+    poses: list[Pose]
+    cost: float
+    length: float
+    expanded: int
+    seconds: float
+    planner: str
+
+
+ComputePath = ServiceType("ppaas_msgs/ComputePath", ComputePathRequest, ComputePathResponse)
+
+SERVICES = (ComputePath,)

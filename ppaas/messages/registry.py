@@ -1,0 +1,84 @@
+"""Types by their ROS names, in the spelling of ROS 1 (``geometry_msgs/Pose``) or ROS 2 (``geometry_msgs/msg/Pose``)."""
+
+from types import ModuleType
+
+from ppaas.errors import UnknownType
+from ppaas.messages import (
+    actionlib_msgs,
+    geometry_msgs,
+    move_base_msgs,
+    nav_msgs,
+    ppaas_msgs,
+    sensor_msgs,
+    std_msgs,
+    std_srvs,
+    tf2_msgs,
+)
+from ppaas.messages.message import Message, ServiceType
+
+_PACKAGES: tuple[ModuleType, ...] = (
+    std_msgs, geometry_msgs, nav_msgs, sensor_msgs, actionlib_msgs, move_base_msgs, tf2_msgs, ppaas_msgs,
+)  # fmt: skip
+
+
+def _package_of(module: ModuleType) -> str:
+    return module.__name__.rpartition(".")[2]
+
+
+def _collect() -> dict[str, type[Message]]:
+    types: dict[str, type[Message]] = {}
+    for module in _PACKAGES:
+        for value in vars(module).values():
+            own = isinstance(value, type) and issubclass(value, Message) and value is not Message
+            if own and (value.__module__ == module.__name__ or (value is std_msgs.Empty and module is std_msgs)):
+                types[f"{_package_of(module)}/{value.__name__}"] = value
+    return types
+
+
+_TYPES = _collect()
+_NAMES = {cls: name for name, cls in _TYPES.items()}
+_SERVICES = {service.name: service for service in (*std_srvs.SERVICES, *nav_msgs.SERVICES, *ppaas_msgs.SERVICES)}
+
+
+def _ros1_spelling(name: str) -> str:
+    return name.replace("/msg/", "/", 1).replace("/srv/", "/", 1)
+
+
+def message_type(name: str) -> type[Message]:
+    """Return the class of a ROS message type.
+
+    Raises
+    ------
+    UnknownType
+        No such type; the text lists what its package has.
+    """
+    known = _TYPES.get(_ros1_spelling(name))
+    if known is None:
+        package = name.partition("/")[0]
+        near = sorted(n for n in _TYPES if n.startswith(f"{package}/")) or sorted({n.split("/")[0] for n in _TYPES})
+        raise UnknownType(f"unknown message type {name!r}; known: {', '.join(near)}")
+    return known
+
+
+def service_type(name: str) -> ServiceType:
+    """Return a ROS service type.
+
+    Raises
+    ------
+    UnknownType
+        No such service type.
+    """
+    known = _SERVICES.get(_ros1_spelling(name))
+    if known is None:
+        raise UnknownType(f"unknown service type {name!r}; known: {', '.join(sorted(_SERVICES))}")
+    return known
+
+
+def type_name(message: Message | type[Message]) -> str:
+    """Return the ROS 1 spelling of a message's type."""
+    return _NAMES[message if isinstance(message, type) else type(message)]
+
+
+def message_types() -> tuple[str, ...]:
+    """Return the names of all message types, sorted."""
+    return tuple(sorted(_TYPES))

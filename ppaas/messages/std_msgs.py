@@ -1,0 +1,52 @@
+"""``std_msgs``, and ROS time."""
+
+import math
+
+from msgspec import field
+
+from ppaas.messages.message import Empty, Message
+
+__all__ = ["Bool", "Empty", "Float64", "Header", "String", "Time"]
+
+
+class Time(Message):
+    """A stamp: seconds and nanoseconds since the epoch."""
+
+    secs: int = 0
+    nsecs: int = 0
+
+    @classmethod
+    def of(cls, seconds: float) -> "Time":
+        """Return the stamp of float seconds."""
+        whole = math.floor(seconds)
+        return cls(whole, int((seconds - whole) * 1e9))
+
+    def seconds(self) -> float:
+        """Return float seconds."""
+        return self.secs + self.nsecs * 1e-9
+
+
+class Header(Message):
+    """``std_msgs/Header``."""
+
+    seq: int = 0
+    stamp: Time = field(default_factory=Time)
+    frame_id: str = ""
+
+
+class String(Message):
+    """``std_msgs/String``."""
+
+    data: str
+
+
+class Bool(Message):
+    """``std_msgs/Bool``."""
+
+    data: bool
+
+
+class Float64(Message):
+    """``std_msgs/Float64``."""
+
+    data: float

@@ -1,0 +1,1 @@
+"""Navigation: Move Base as a pure state machine, events in and orders out."""

@@ -1,0 +1,118 @@
+"""What Move Base is told. Every event carries the time [s] at which it happened, by one clock."""
+
+from dataclasses import dataclass
+
+from ppaas.controllers.base import Velocity
+from ppaas.errors import PPaaSError
+from ppaas.geometry import Pose2D, Poses
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """Where to go.
+
+    Parameters
+    ----------
+    id : str
+        Unique; a goal whose id is known already is the same goal, sent again.
+    pose : Pose2D
+        In the map frame.
+    stamp : float
+        When it was given, for cancelling "all up to then" [s].
+    """
+
+    id: str
+    pose: Pose2D
+    stamp: float
+
+
+@dataclass(frozen=True, slots=True)
+class GoalReceived:
+    """A goal that can be taken came in: it takes the place of the one before."""
+
+    now: float
+    goal: Goal
+
+
+@dataclass(frozen=True, slots=True)
+class CancelReceived:
+    """``actionlib_msgs/GoalID`` on the cancel topic: id and stamp empty mean every goal."""
+
+    now: float
+    id: str = ""
+    stamp: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class PlanSucceeded:
+    """The answer to the ``RequestPlan`` of that number."""
+
+    now: float
+    number: int
+    poses: Poses
+
+
+@dataclass(frozen=True, slots=True)
+class PlanFailed:
+    """There is no plan for the ``RequestPlan`` of that number.
+
+    ``final`` says that neither clearing obstacles nor turning on the spot can change it.
+    """
+
+    now: float
+    number: int
+    error: PPaaSError
+    final: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ControlTick:
+    """The next control cycle.
+
+    Parameters
+    ----------
+    pose : Pose2D, optional
+        Of the robot in the map frame; None if it is not known well enough to move.
+    reason : str
+        Why not.
+    """
+
+    now: float
+    pose: Pose2D | None
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class VelocityComputed:
+    """The answer to ``ComputeVelocity``; or the goal is reached, and the robot stands."""
+
+    now: float
+    velocity: Velocity
+    goal_reached: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ControlFailed:
+    """The answer to ``ComputeVelocity``: no velocity is free of collision."""
+
+    now: float
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class CostmapCleared:
+    """The answer to ``ClearCostmap``."""
+
+    now: float
+
+
+Event = (
+    GoalReceived
+    | CancelReceived
+    | PlanSucceeded
+    | PlanFailed
+    | ControlTick
+    | VelocityComputed
+    | ControlFailed
+    | CostmapCleared
+)

@@ -1,0 +1,300 @@
+"""Move Base as a pure state machine: events in, orders out.
+
+States, patience and recoveries are those of ``move_base.cpp`` (ros-planning/navigation)::
+
+    goal ──► PLANNING ──plan──► CONTROLLING ──at the goal──► SUCCEEDED
+               ▲  │                 │  │
+               │  │ planner_patience│  │ no velocity: plan again (PLANNING)
+               │  ▼                 ▼  ▼ controller_patience, oscillation
+               └─CLEARING◄──────────┘
+                   └── no recovery is left ──► ABORTED
+
+Three things differ. A planning error that no recovery can change (``PlanFailed.final``) aborts the goal at once with
+the planner's reason. A plan that could not be renewed while it is followed is given up after planner_patience: the way
+is blocked, and move_base would creep up to what blocks it. And while the robot's pose is not known, Move Base stands,
+says why in the status of the goal, and counts no patience.
+"""
+
+from enum import Enum
+
+from ppaas.controllers.base import Velocity
+from ppaas.geometry import Pose2D
+from ppaas.messages.actionlib_msgs import Status
+from ppaas.navigation.events import (
+    CancelReceived,
+    ControlFailed,
+    ControlTick,
+    CostmapCleared,
+    Event,
+    GoalReceived,
+    PlanFailed,
+    PlanSucceeded,
+    VelocityComputed,
+)
+from ppaas.navigation.goals import GoalList
+from ppaas.navigation.orders import (
+    CancelPlan,
+    ComputeVelocity,
+    FollowPlan,
+    Order,
+    PublishFeedback,
+    PublishGoal,
+    PublishResult,
+    PublishStatus,
+    RequestPlan,
+    SendVelocity,
+    Stop,
+)
+from ppaas.navigation.oscillation import Oscillation
+from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.navigation.recovery import Recovery, recoveries
+
+GOAL_REACHED = "Goal reached."
+CANCELLED = "The goal was cancelled."
+NO_PLAN = "Failed to find a valid plan."
+
+
+class State(Enum):
+    """What is being done for the active goal."""
+
+    PLANNING = "planning"
+    CONTROLLING = "controlling"
+    CLEARING = "clearing"
+
+
+class Trigger(Enum):
+    """Why recovery began; the value is what the goal is aborted with when no recovery is left."""
+
+    PLANNING = "Failed to find a valid plan. Even after executing recovery behaviors."
+    CONTROLLING = "Failed to find a valid control. Even after executing recovery behaviors."
+    OSCILLATION = "Robot is oscillating. Even after executing recovery behaviors."
+
+
+class MoveBase:
+    """Drives a robot to one goal at a time.
+
+    Parameters
+    ----------
+    parameters : MoveBaseParameters
+        With the names of move_base.
+    """
+
+    def __init__(self, parameters: MoveBaseParameters) -> None:
+        self.parameters = parameters
+        self.goals = GoalList()
+        self.state = State.PLANNING
+        self._orders: list[Order] = []
+        self._moving = False
+        self._number = 0
+        self._pending: int | None = None
+        self._next_plan = 0.0
+        self._last_valid_plan = 0.0
+        self._last_valid_control = 0.0
+        self._retries = 0
+        self._oscillation = Oscillation(parameters.oscillation_distance, parameters.oscillation_timeout)
+        self._recoveries = recoveries(parameters)
+        self._recovery: Recovery | None = None
+        self._recovery_index = 0
+        self._trigger = Trigger.PLANNING
+
+    def handle(self, event: Event) -> list[Order]:
+        """Take an event and return what to do about it, in order."""
+        self._orders = []
+        match event:
+            case GoalReceived():
+                self._on_goal(event)
+            case CancelReceived() if self.goals.cancelled_by(event):
+                self._end(event.now, Status.PREEMPTED, CANCELLED)
+            case _ if self.goals.active is not None:
+                self._on_progress(event)
+        return self._orders
+
+    def _on_progress(self, event: Event) -> None:
+        """Take what concerns the active goal; what comes too late for the state it is in is dropped."""
+        match event:
+            case ControlTick():
+                self._on_tick(event)
+            case PlanSucceeded():
+                self._on_plan(event)
+            case PlanFailed():
+                self._on_no_plan(event)
+            case VelocityComputed() if self.state is State.CONTROLLING:
+                self._on_velocity(event)
+            case ControlFailed() if self.state is State.CONTROLLING:
+                self._on_no_velocity(event)
+            case CostmapCleared() if self.state is State.CLEARING:
+                self._recovered(event.now)
+
+    # -- goals ---------------------------------------------------------------------------------------------------------
+
+    def _on_goal(self, event: GoalReceived) -> None:
+        now, goal = event.now, event.goal
+        if self.goals.knows(goal.id, now):
+            return
+        if self.goals.active is not None:
+            self._finish(now, Status.PREEMPTED, f"Another goal took its place: {goal.id}")
+        self.goals.accept(goal)
+        self._recovery_index = 0
+        self._last_valid_control = now
+        self._oscillation.reset(now)
+        self._plan_anew(now)
+        self._orders += [PublishGoal(goal), PublishStatus()]
+
+    def _end(self, now: float, status: Status, text: str) -> None:
+        self._finish(now, status, text)
+        self._stop()
+
+    def _finish(self, now: float, status: Status, text: str) -> None:
+        self._cancel_plan()
+        self._recovery = None
+        ended = self.goals.end(now, status, text)
+        self._orders += [PublishResult(ended.goal, status, text), PublishStatus()]
+
+    def _say(self, text: str) -> None:
+        active = self.goals.active
+        if active is not None and active.text != text:
+            active.text = text
+            self._orders.append(PublishStatus())
+
+    # -- the control cycle ---------------------------------------------------------------------------------------------
+
+    def _on_tick(self, event: ControlTick) -> None:
+        if event.pose is None:
+            self._wait(event)
+            return
+        active = self.goals.active
+        assert active is not None
+        self._orders.append(PublishFeedback(active.goal, event.pose))
+        if self._oscillation.has_left(event.now, event.pose) and self._trigger is Trigger.OSCILLATION:
+            self._recovery_index = 0
+        match self.state:
+            case State.PLANNING:
+                self._say("planning")
+                if self._moving:
+                    self._stop()
+                self._request_plan(event.now)
+            case State.CONTROLLING:
+                self._control(event.now, event.pose)
+            case State.CLEARING:
+                self._clear(event.now, event.pose)
+
+    def _wait(self, event: ControlTick) -> None:
+        """Stand still until the pose is known again; nothing was tried meanwhile, so patience does not run out."""
+        self._last_valid_plan = self._last_valid_control = event.now
+        self._oscillation.reset(event.now)
+        self._say(f"waiting: {event.reason}")
+        if self._moving:
+            self._stop()
+
+    def _control(self, now: float, pose: Pose2D) -> None:
+        self._say("controlling")
+        if self._oscillation.timed_out(now):
+            self._recover(now, Trigger.OSCILLATION)
+            return
+        if self.parameters.planner_frequency > 0.0:
+            self._request_plan(now)
+        self._orders.append(ComputeVelocity(pose))
+
+    def _on_velocity(self, event: VelocityComputed) -> None:
+        if event.goal_reached:
+            self._end(event.now, Status.SUCCEEDED, GOAL_REACHED)
+            return
+        self._last_valid_control = event.now
+        if self._trigger is Trigger.CONTROLLING:
+            self._recovery_index = 0
+        self._send(event.velocity)
+
+    def _on_no_velocity(self, event: ControlFailed) -> None:
+        if event.now > self._last_valid_control + self.parameters.controller_patience:
+            self._recover(event.now, Trigger.CONTROLLING)
+            return
+        self._cancel_plan()
+        self._plan_anew(event.now)
+        self._stop()
+
+    def _send(self, velocity: Velocity) -> None:
+        self._moving = True
+        self._orders.append(SendVelocity(velocity))
+
+    def _stop(self) -> None:
+        self._moving = False
+        self._orders.append(Stop())
+
+    # -- plans ---------------------------------------------------------------------------------------------------------
+
+    def _plan_anew(self, now: float) -> None:
+        self.state = State.PLANNING
+        self._last_valid_plan = now
+        self._retries = 0
+        self._next_plan = now
+
+    def _request_plan(self, now: float) -> None:
+        active = self.goals.active
+        if self._pending is not None or now < self._next_plan or active is None:
+            return
+        self._number += 1
+        self._pending = self._number
+        frequency = self.parameters.planner_frequency
+        self._next_plan = now + 1.0 / frequency if frequency > 0.0 else now
+        self._orders.append(RequestPlan(self._number, active.goal.pose))
+
+    def _cancel_plan(self) -> None:
+        if self._pending is not None:
+            self._orders.append(CancelPlan(self._pending))
+            self._pending = None
+
+    def _on_plan(self, event: PlanSucceeded) -> None:
+        if event.number != self._pending:
+            return
+        self._pending = None
+        self._last_valid_plan = event.now
+        self._retries = 0
+        if self._trigger is Trigger.PLANNING:
+            self._recovery_index = 0
+        self.state = State.CONTROLLING
+        self._orders.append(FollowPlan(event.poses))
+
+    def _on_no_plan(self, event: PlanFailed) -> None:
+        if event.number != self._pending:
+            return
+        self._pending = None
+        out_of_patience = event.now > self._last_valid_plan + self.parameters.planner_patience
+        if self.state is State.PLANNING:
+            if event.final:
+                self._end(event.now, Status.ABORTED, f"{NO_PLAN} {event.error}")
+                return
+            self._retries += 1
+            out_of_patience |= 0 <= self.parameters.max_planning_retries < self._retries
+        if out_of_patience:
+            self._recover(event.now, Trigger.PLANNING, str(event.error))
+
+    # -- recovery ------------------------------------------------------------------------------------------------------
+
+    def _recover(self, now: float, trigger: Trigger, reason: str = "") -> None:
+        self._trigger = trigger
+        if self._recovery_index >= len(self._recoveries):
+            self._end(now, Status.ABORTED, f"{trigger.value} {reason}".rstrip())
+            return
+        self._cancel_plan()
+        self._stop()
+        name, make = self._recoveries[self._recovery_index]
+        self.state = State.CLEARING
+        self._recovery = make()
+        self._say(f"recovering by {name}{': ' if reason else ''}{reason}")
+        self._orders += self._recovery.start()
+
+    def _clear(self, now: float, pose: Pose2D) -> None:
+        assert self._recovery is not None
+        velocity = self._recovery.tick(now, pose)
+        if velocity is None:
+            self._recovered(now)
+        else:
+            self._send(velocity)
+
+    def _recovered(self, now: float) -> None:
+        self._recovery = None
+        self._recovery_index += 1
+        self._oscillation.reset(now)
+        self._plan_anew(now)
+        if self._moving:
+            self._stop()

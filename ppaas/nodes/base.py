@@ -1,0 +1,125 @@
+"""What a node is, and what its home gives it.
+
+A node does no I/O and starts no thread. It is told of messages, calls and timers, one at a time, and answers through
+its ``Context``. So one class runs in a cloud container, in a robot's local node manager, and in a test.
+"""
+
+from abc import ABC
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple, Protocol, TypeVar
+
+import msgspec
+
+from ppaas.errors import NotFound, PPaaSError
+from ppaas.messages.message import Lazy, Message, ServiceType
+
+T = TypeVar("T")
+
+Payload = Message | Lazy
+Reply = Callable[[Payload | PPaaSError], None]
+
+
+class Topic(NamedTuple):
+    """A topic that a node publishes or subscribes to.
+
+    ``latched`` topics give their last message to whoever subscribes later.
+    """
+
+    name: str
+    type: type[Message]
+    latched: bool = False
+
+
+class Service(NamedTuple):
+    """A service that a node offers."""
+
+    name: str
+    type: ServiceType
+
+
+class Job(Protocol):
+    """Work under way off the node's thread."""
+
+    def cancel(self) -> None:
+        """Ask it to stop; ``done`` is still called, with what it raises."""
+        ...
+
+
+class Timer(Protocol):
+    """A timer under way."""
+
+    def stop(self) -> None:
+        """Fire no more."""
+        ...
+
+
+class Context(Protocol):
+    """What a home gives each of its nodes."""
+
+    def now(self) -> float:
+        """Return seconds since the epoch, for stamps."""
+        ...
+
+    def publish(self, topic: str, message: Payload) -> None:
+        """Publish on a topic that the node declared."""
+        ...
+
+    def start(
+        self,
+        work: Callable[[Callable[[], bool]], T],
+        done: Callable[[T | PPaaSError], None],
+    ) -> Job:
+        """Run ``work(cancelled)`` off the node's thread; ``done`` gets its result on the node's thread."""
+        ...
+
+    def every(self, period: float, callback: Callable[[], None]) -> Timer:
+        """Call back every ``period`` seconds, on the node's thread."""
+        ...
+
+
+class Parameters(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """Base of a node's parameters: names, types and defaults, as ROS has them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Checkpoint:
+    """What a node needs to go on elsewhere: its own JSON."""
+
+    node: str
+    state: bytes
+
+
+class Node(ABC):
+    """A capability with topics, services and parameters.
+
+    Parameters
+    ----------
+    context : Context
+        Of the home it lives in.
+    """
+
+    name: ClassVar[str]
+    subscribes: ClassVar[tuple[Topic, ...]] = ()
+    publishes: ClassVar[tuple[Topic, ...]] = ()
+    services: ClassVar[tuple[Service, ...]] = ()
+
+    def __init__(self, context: Context) -> None:
+        self.context = context
+
+    def start(self) -> None:
+        """Begin: the node is connected now, and may publish."""
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        """Take a message of a topic that the node subscribes to."""
+
+    def on_call(self, service: str, request: Message, reply: Reply) -> None:
+        """Take a call of a service that the node offers; ``reply`` may be called now or later, once."""
+        reply(NotFound("service", service))
+
+    def checkpoint(self) -> bytes | None:
+        """Return what the node needs to go on elsewhere, as JSON, or None if it needs nothing."""
+        return None
+
+    def restore(self, state: bytes) -> None:
+        """Go on from what ``checkpoint`` returned, in this home or another."""

@@ -1,0 +1,198 @@
+"""Which nodes a robot's clone is made of, and which a container that only plans."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from ppaas import controllers, planners
+from ppaas.controllers.base import Controller
+from ppaas.controllers.registry import CONTROLLERS
+from ppaas.costmap.inflation import COST_SCALING_FACTOR, INFLATION_RADIUS
+from ppaas.costmap.local import LocalCostmap
+from ppaas.costmap.memory import ObstacleMemory
+from ppaas.costmap.obstacle import RAYTRACE_RANGE
+from ppaas.errors import InvalidParameter
+from ppaas.geometry import Pose2D
+from ppaas.localization.parameters import AmclParameters
+from ppaas.maps.layers import MapLayers
+from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.nodes.amcl import AmclNode
+from ppaas.nodes.base import Context, Parameters
+from ppaas.nodes.checks import read_parameters
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.map_server import MapServerNode
+from ppaas.nodes.models import RobotModel, robot_model
+from ppaas.nodes.move_base import MoveBaseNode
+from ppaas.nodes.planner_server import PlannerServerNode
+from ppaas.nodes.state_publisher import StatePublisherNode, StatePublisherParameters
+from ppaas.nodes.surroundings import Surroundings
+from ppaas.planners.base import Planner
+from ppaas.planners.registry import PLANNERS
+
+
+class LocalCostmapParameters(Parameters, frozen=True):
+    """Parameters of the local costmap, with the names of costmap_2d [m, 1/m].
+
+    ``footprint_padding`` is added to the robot's radius around what the laser sees: a cell is marked by its middle,
+    so what is seen may be half a cell nearer than it is marked. ``obstacle_range`` is 2.5 m in costmap_2d, less than
+    ``raytrace_range``; here it is more, because a beam that clears but may not mark wears an obstacle away.
+    """
+
+    width: float = 6.0
+    height: float = 6.0
+    footprint_padding: float = 0.03
+    inflation_radius: float = INFLATION_RADIUS
+    cost_scaling_factor: float = COST_SCALING_FACTOR
+    obstacle_range: float = 3.2
+    raytrace_range: float = RAYTRACE_RANGE
+
+
+DEFAULT_PLANNER = "dijkstra"
+DEFAULT_CONTROLLER = "dwa"
+
+
+def build_clone(
+    graph: Graph,
+    layers: MapLayers,
+    *,
+    model: str,
+    initial_pose: tuple[float, float, float],
+    base_global_planner: str = DEFAULT_PLANNER,
+    base_local_planner: str = DEFAULT_CONTROLLER,
+    parameters: Mapping[str, Any] | None = None,
+    threads: int = 1,
+) -> None:
+    """Add the nodes of a robot's clone to a graph: map server, state publisher, localization, Move Base.
+
+    Parameters
+    ----------
+    graph : Graph
+        Of the home.
+    layers : MapLayers
+        The map, inflated for the robot's radius.
+    model : str
+        Of the robot.
+    initial_pose : tuple of float
+        x, y [m], yaw [rad] in the map.
+    base_global_planner, base_local_planner : str
+        Plug-ins by name or ROS alias; what ``parameters`` says of ``move_base`` goes first.
+    parameters : dict, optional
+        Parameters of each node by its name, ``{"move_base": {...}, "amcl": {...}}``, and of the planner, the
+        controller and the ``local_costmap`` by theirs.
+    threads : int
+        Most threads that kernels may use.
+
+    Raises
+    ------
+    NotFound
+        No such model, planner or controller; the text lists those there are.
+    InvalidParameter
+        A parameter or the name of a node is unknown, or a value cannot be taken.
+    """
+    body = robot_model(model)
+    given = _Given(parameters or {})
+    base = {"base_global_planner": base_global_planner, "base_local_planner": base_local_planner}
+    # What the robot's file says of its planners is the default; what it says of Move Base itself goes first.
+    driving = read_parameters(MoveBaseParameters, "move_base", base | given.take("move_base"))
+    amcl = read_parameters(AmclParameters, "amcl", given.take("amcl"))
+    state = read_parameters(StatePublisherParameters, "robot_state_publisher", given.take("robot_state_publisher"))
+    planner, controller = _planner(driving, given), _controller(driving, given, body)
+    local = read_parameters(LocalCostmapParameters, "local_costmap", given.take("local_costmap"))
+    given.refuse_rest()
+
+    def move_base(context: Context) -> MoveBaseNode:
+        return MoveBaseNode(
+            context,
+            layers=layers,
+            surroundings=_surroundings(layers, body, local, driving.transform_tolerance),
+            planner=planner,
+            controller=controller,
+            parameters=driving,
+            threads=threads,
+        )
+
+    graph.add(lambda context: MapServerNode(context, layers.grid))
+    graph.add(lambda context: StatePublisherNode(context, body, state))
+    graph.add(lambda context: AmclNode(context, layers, Pose2D(*initial_pose), amcl))
+    graph.add(move_base)
+
+
+def build_planning(
+    graph: Graph, layers: MapLayers, *, threads: int = 1, base_global_planner: str = DEFAULT_PLANNER
+) -> None:
+    """Add the nodes of a container that only plans: map server and planner server."""
+    graph.add(lambda context: MapServerNode(context, layers.grid))
+    graph.add(lambda context: PlannerServerNode(context, layers.costmap, base_global_planner, threads))
+
+
+def _planner(driving: MoveBaseParameters, given: "_Given") -> Planner:
+    own = given.take(*PLANNERS.spellings(driving.base_global_planner))
+    return planners.create(driving.base_global_planner, **own)
+
+
+def _controller(driving: MoveBaseParameters, given: "_Given", body: RobotModel) -> Controller:
+    own = given.take(*CONTROLLERS.spellings(driving.base_local_planner))
+    return controllers.create(driving.base_local_planner, **(_controller_defaults(body) | own))
+
+
+class _Given:
+    """Parameters by the name of whom they are for; what nobody takes is refused."""
+
+    def __init__(self, parameters: Mapping[str, Any]) -> None:
+        self._rest = dict(parameters)
+        self._asked: list[str] = []
+
+    def take(self, *names: str) -> dict[str, Any]:
+        """Return the parameters of one that is known by these names."""
+        self._asked.append(names[0])
+        merged: dict[str, Any] = {}
+        for name in names:
+            merged |= self._table(name)
+        return merged
+
+    def _table(self, name: str) -> dict[str, Any]:
+        table = self._rest.pop(name, {})
+        if not isinstance(table, dict):
+            raise InvalidParameter(f"parameters of {name!r} must be an object of names and values, not {table!r}")
+        return table
+
+    def refuse_rest(self) -> None:
+        """Refuse what nobody took."""
+        if self._rest:
+            raise InvalidParameter(
+                f"parameters for unknown node {sorted(self._rest)[0]!r}; known: {', '.join(sorted(self._asked))}"
+            )
+
+
+def _controller_defaults(body: RobotModel) -> dict[str, float]:
+    limits = body.limits
+    return {
+        "max_vel_x": limits.max_vel_x,
+        "min_vel_x": limits.min_vel_x,
+        "max_vel_theta": limits.max_vel_theta,
+        "acc_lim_x": limits.acc_lim_x,
+        "acc_lim_theta": limits.acc_lim_theta,
+        "robot_radius": body.robot_radius,
+    }
+
+
+def _surroundings(
+    layers: MapLayers, body: RobotModel, parameters: LocalCostmapParameters, tolerance: float
+) -> Surroundings:
+    radius = body.robot_radius + parameters.footprint_padding
+    window = LocalCostmap(
+        layers,
+        width=parameters.width,
+        height=parameters.height,
+        robot_radius=radius,
+        inflation_radius=parameters.inflation_radius,
+        cost_scaling_factor=parameters.cost_scaling_factor,
+        obstacle_range=parameters.obstacle_range,
+        raytrace_range=parameters.raytrace_range,
+    )
+    memory = ObstacleMemory(
+        layers,
+        robot_radius=radius,
+        inflation_radius=parameters.inflation_radius,
+        cost_scaling_factor=parameters.cost_scaling_factor,
+    )
+    return Surroundings(window, memory, body.robot_radius, tolerance)

@@ -1,0 +1,289 @@
+"""The graph: topics, services, timers and jobs among the nodes of one home.
+
+It is as pure as its nodes. A home gives it two clocks and a ``Worker``, tells it of what comes from outside, and
+asks it every now and then which timers are due.
+"""
+
+import heapq
+import itertools
+import logging
+from collections import deque
+from collections.abc import Callable
+from typing import Any, Protocol, TypeVar
+
+from ppaas.clock import Clock, epoch, monotonic
+from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError
+from ppaas.messages.message import Message
+from ppaas.nodes.base import Checkpoint, Node, Payload, Reply, Service, Topic
+
+logger = logging.getLogger(__name__)
+
+T = TypeVar("T")
+N = TypeVar("N", bound=Node)
+Tap = Callable[[str, Payload], None]
+
+
+class Worker(Protocol):
+    """How a home runs jobs: ``work`` elsewhere, then ``done`` on the thread of the graph."""
+
+    def __call__(self, work: Callable[[], T], done: Callable[[T | PPaaSError], None]) -> None:
+        """Run it."""
+        ...
+
+
+def run_inline(work: Callable[[], T], done: Callable[[T | PPaaSError], None]) -> None:
+    """Be the worker of tests and of programs with one thread: run the job here and now."""
+    try:
+        result: T | PPaaSError = work()
+    except PPaaSError as error:
+        result = error
+    done(result)
+
+
+class GraphTimer:
+    """A timer; ``stop`` it when it is no longer needed."""
+
+    def __init__(self, period: float, callback: Callable[[], None]) -> None:
+        self.period = period
+        self.callback = callback
+        self.stopped = False
+
+    def stop(self) -> None:
+        """Fire no more."""
+        self.stopped = True
+
+
+class GraphJob:
+    """Work under way."""
+
+    def __init__(self) -> None:
+        self.cancelled = False
+
+    def cancel(self) -> None:
+        """Ask it to stop."""
+        self.cancelled = True
+
+    def is_cancelled(self) -> bool:
+        """Be the cancel checker that the work is given."""
+        return self.cancelled
+
+
+class Graph:
+    """The nodes of one home and what runs between them.
+
+    Parameters
+    ----------
+    worker : Worker
+        Runs jobs.
+    clock, stamp_clock : callable
+        Monotonic seconds for timers; seconds since the epoch for stamps.
+    """
+
+    def __init__(self, worker: Worker = run_inline, clock: Clock = monotonic, stamp_clock: Clock = epoch) -> None:
+        self._worker = worker
+        self._clock = clock
+        self._stamp_clock = stamp_clock
+        self.nodes: dict[str, Node] = {}
+        self.topics: dict[str, Topic] = {}
+        self.services: dict[str, Service] = {}
+        self._subscribers: dict[str, list[Node]] = {}
+        self._servers: dict[str, Node] = {}
+        self._taps: dict[str, list[Tap]] = {}
+        self._latched: dict[str, Payload] = {}
+        self._queue: deque[tuple[str, Payload]] = deque()
+        self._draining = False
+        self._timers: list[tuple[float, int, GraphTimer]] = []
+        self._sequence = itertools.count()
+
+    # -- nodes -----------------------------------------------------------------------------------------------------
+
+    def add(self, make: Callable[["Graph"], N]) -> N:
+        """Make a node in this home and connect its topics and services.
+
+        Raises
+        ------
+        Conflict
+            A node of that name, or a server of one of its services, is here already; or a topic has another type.
+        """
+        node = make(self)
+        if node.name in self.nodes:
+            raise Conflict(f"node {node.name!r} runs here already")
+        for topic in (*node.subscribes, *node.publishes):
+            self._declare(topic)
+        for service in node.services:
+            if service.name in self.services:
+                raise Conflict(f"service {service.name!r} is offered already")
+            self.services[service.name] = service
+            self._servers[service.name] = node
+        self.nodes[node.name] = node
+        node.start()
+        for topic in node.subscribes:
+            self._subscribers.setdefault(topic.name, []).append(node)
+            if topic.name in self._latched:
+                node.on_message(topic.name, self._latched[topic.name])
+        return node
+
+    def _declare(self, topic: Topic) -> None:
+        known = self.topics.setdefault(topic.name, topic)
+        if known.type is not topic.type:
+            raise Conflict(f"topic {topic.name!r} is of {known.type.__name__}, not {topic.type.__name__}")
+        if topic.latched:
+            self.topics[topic.name] = topic
+
+    def topic(self, name: str) -> Topic:
+        """Return a topic of this home.
+
+        Raises
+        ------
+        NotFound
+            No node here knows it.
+        """
+        if name not in self.topics:
+            raise NotFound("topic", name, list(self.topics))
+        return self.topics[name]
+
+    def checkpoints(self) -> list[Checkpoint]:
+        """Return what the nodes need to go on elsewhere."""
+        states = ((node.name, node.checkpoint()) for node in self.nodes.values())
+        return [Checkpoint(name, state) for name, state in states if state is not None]
+
+    def restore(self, checkpoints: list[Checkpoint]) -> None:
+        """Let the nodes that are here go on from their checkpoints."""
+        for checkpoint in checkpoints:
+            node = self.nodes.get(checkpoint.node)
+            if node is not None:
+                node.restore(checkpoint.state)
+        self._drain()
+
+    # -- topics ----------------------------------------------------------------------------------------------------
+
+    def publish(self, topic: str, message: Payload) -> None:
+        """Publish from a node of this home. What a subscriber raises is logged: it is no fault of the publisher."""
+        self._queue.append((topic, message))
+        if not self._draining:
+            self._drain()
+
+    def inject(self, topic: str, message: Payload) -> None:
+        """Publish from outside.
+
+        Raises
+        ------
+        NotFound
+            No node here knows the topic.
+        InvalidInput
+            The message is of another type, or a subscriber refuses it.
+        """
+        expected = self.topic(topic).type
+        if isinstance(message, Message) and not isinstance(message, expected):
+            raise InvalidInput(f"topic {topic!r} takes {expected.__name__}, not {type(message).__name__}")
+        refusals: list[PPaaSError] = []
+        self._deliver(topic, message, refusals.append)
+        self._drain()
+        if refusals:
+            raise refusals[0]
+
+    def latched(self, topic: str) -> Payload | None:
+        """Return the last message of a latched topic, if there was one."""
+        return self._latched.get(topic)
+
+    def tap(self, topic: str, callback: Tap) -> Callable[[], None]:
+        """Hear a topic from outside; a latched one gives its last message at once. Returns what ends it.
+
+        Raises
+        ------
+        NotFound
+            No node here knows the topic.
+        """
+        self.topic(topic)
+        taps = self._taps.setdefault(topic, [])
+        taps.append(callback)
+        if topic in self._latched:
+            callback(topic, self._latched[topic])
+        return lambda: taps.remove(callback)
+
+    def _drain(self) -> None:
+        if self._draining:
+            return
+        self._draining = True
+        try:
+            while self._queue:
+                topic, message = self._queue.popleft()
+                self._deliver(topic, message, lambda error: logger.warning("%s", error))
+        finally:
+            self._draining = False
+
+    def _deliver(self, topic: str, message: Payload, refused: Callable[[PPaaSError], None]) -> None:
+        if self.topics[topic].latched:
+            self._latched[topic] = message
+        for node in self._subscribers.get(topic, ()):
+            try:
+                node.on_message(topic, message)
+            except PPaaSError as error:
+                refused(error)
+        for tap in tuple(self._taps.get(topic, ())):
+            tap(topic, message)
+
+    # -- services --------------------------------------------------------------------------------------------------
+
+    def service(self, name: str) -> Service:
+        """Return a service of this home.
+
+        Raises
+        ------
+        NotFound
+            No node here offers it.
+        """
+        if name not in self.services:
+            raise NotFound("service", name, list(self.services))
+        return self.services[name]
+
+    def call(self, service: str, request: Message, reply: Reply) -> None:
+        """Call a service of this home; ``reply`` gets the response or the error, now or later."""
+        server = self._servers.get(service)
+        if server is None:
+            reply(NotFound("service", service, list(self.services)))
+            return
+        try:
+            server.on_call(service, request, reply)
+        except PPaaSError as error:
+            reply(error)
+        self._drain()
+
+    # -- timers and jobs: the Context that nodes are given -----------------------------------------------------------
+
+    def now(self) -> float:
+        """Return seconds since the epoch."""
+        return self._stamp_clock()
+
+    def every(self, period: float, callback: Callable[[], None]) -> GraphTimer:
+        """Call back every ``period`` seconds, for the first time after one."""
+        timer = GraphTimer(period, callback)
+        heapq.heappush(self._timers, (self._clock() + period, next(self._sequence), timer))
+        return timer
+
+    def run_due(self) -> float:
+        """Fire the timers that are due; return the seconds until the next (infinity if there is none).
+
+        A home that was held up does not fire a timer twice to catch up.
+        """
+        now = self._clock()
+        while self._timers and self._timers[0][0] <= now:
+            due, _, timer = heapq.heappop(self._timers)
+            if timer.stopped:
+                continue
+            next_due = due + timer.period if due + timer.period > now else now + timer.period
+            heapq.heappush(self._timers, (next_due, next(self._sequence), timer))
+            timer.callback()
+            self._drain()
+        return max(self._timers[0][0] - self._clock(), 0.0) if self._timers else float("inf")
+
+    def start(self, work: Callable[[Callable[[], bool]], T], done: Callable[[T | PPaaSError], None]) -> GraphJob:
+        """Run ``work(cancelled)`` by the worker of this home."""
+        job = GraphJob()
+
+        def finish(result: Any) -> None:
+            done(result)
+            self._drain()
+
+        self._worker(lambda: work(job.is_cancelled), finish)
+        return job

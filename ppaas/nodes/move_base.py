@@ -1,0 +1,319 @@
+"""Move Base as a node: tells the state machine what happens, and carries out its orders."""
+
+import logging
+from collections import deque
+from collections.abc import Callable
+from typing import ClassVar
+
+import msgspec
+
+from ppaas.controllers.base import Controller, ControlRequest, Velocity
+from ppaas.errors import InvalidInput, PPaaSError, TransformError
+from ppaas.geometry import Pose2D
+from ppaas.maps.layers import MapLayers
+from ppaas.messages.actionlib_msgs import GoalID
+from ppaas.messages.geometry_msgs import PoseArray, PoseStamped, Twist, Vector3
+from ppaas.messages.message import Empty, Message
+from ppaas.messages.move_base_msgs import MoveBaseActionGoal
+from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, Odometry, Path
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.std_srvs import EmptyService
+from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.navigation import events, orders
+from ppaas.navigation.move_base import MoveBase
+from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.nodes import action_topics
+from ppaas.nodes.action_topics import ActionTopics
+from ppaas.nodes.amcl import SCAN_TOPIC
+from ppaas.nodes.base import Context, Job, Node, Payload, Reply, Service, Topic
+from ppaas.nodes.checks import expect, pose_in
+from ppaas.nodes.frames import MAP, TF, TF_STATIC
+from ppaas.nodes.path_services import PathServices, get_plan_response
+from ppaas.nodes.planner_queue import PlannerQueue
+from ppaas.nodes.robot_plan import NoPlan, plan_for_robot
+from ppaas.nodes.state_publisher import ODOM_TOPIC
+from ppaas.nodes.surroundings import Surroundings
+from ppaas.planners.base import Planner, PlanRequest, PlanResult
+
+logger = logging.getLogger(__name__)
+
+STATUS_PERIOD = 1.0
+ROBOTS_TOPIC = Topic("robots", PoseArray)
+
+
+class MoveBaseState(msgspec.Struct):
+    """What Move Base needs to go on elsewhere: the goal it drives to."""
+
+    goal: events.Goal | None
+    counter: int
+
+
+class MoveBaseNode(Node):
+    """Drives the robot to goals: ROS's move_base, with its topics, services and parameters.
+
+    Planner and controller work in the frame of the map: one frame for the plan, the costmap and the other robots. The
+    price is that the robot's pose jumps by what localization corrects, some centimetres at a time.
+
+    Parameters
+    ----------
+    context : Context
+        Of its home.
+    layers : MapLayers
+        The map.
+    surroundings : Surroundings
+        What is known around the robot.
+    planner, controller
+        The plug-ins to plan and to drive with.
+    parameters : MoveBaseParameters
+        With the names of move_base.
+    threads : int
+        Most threads that kernels may use.
+    """
+
+    name: ClassVar[str] = "move_base"
+    subscribes: ClassVar[tuple[Topic, ...]] = (
+        action_topics.SIMPLE_GOAL, action_topics.GOAL, action_topics.CANCEL,
+        SCAN_TOPIC, ODOM_TOPIC, TF, TF_STATIC, ROBOTS_TOPIC,
+    )  # fmt: skip
+    publishes: ClassVar[tuple[Topic, ...]] = (
+        Topic("cmd_vel", Twist), Topic("plan", Path),
+        action_topics.CURRENT_GOAL, action_topics.STATUS, action_topics.FEEDBACK, action_topics.RESULT,
+    )  # fmt: skip
+    services: ClassVar[tuple[Service, ...]] = (
+        Service("move_base/make_plan", GetPlan),
+        Service("move_base/clear_costmaps", EmptyService),
+    )
+
+    def __init__(
+        self,
+        context: Context,
+        *,
+        layers: MapLayers,
+        surroundings: Surroundings,
+        planner: Planner,
+        controller: Controller,
+        parameters: MoveBaseParameters,
+        threads: int,
+    ) -> None:
+        super().__init__(context)
+        self._layers = layers
+        self._surroundings = surroundings
+        self._planner = planner
+        self._controller = controller
+        self._parameters = parameters
+        self._threads = threads
+        self._machine = MoveBase(parameters)
+        self._topics = ActionTopics(context)
+        self._queue = PlannerQueue(context)
+        self._paths = PathServices(context, layers.costmap, parameters.base_global_planner, threads)
+        self._job: Job | None = None
+        self._counter = 0
+        self._events: deque[events.Event] = deque()
+        self._handling = False
+
+    def start(self) -> None:
+        """Begin the control cycle and to tell how goals stand."""
+        self.context.every(1.0 / self._parameters.controller_frequency, self._tick)
+        self.context.every(STATUS_PERIOD, lambda: self._topics.status(self._machine.goals))
+
+    # -- what comes in -------------------------------------------------------------------------------------------------
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        """Take a message; a goal that cannot be taken does not disturb the one under way.
+
+        Raises
+        ------
+        InvalidInput
+            Not finite, or a goal without a frame.
+        TransformError
+            A frame is not known.
+        """
+        now, around = self.context.now(), self._surroundings
+        match message:
+            case PoseStamped():
+                self._on_goal(message, GoalID(message.header.stamp))
+            case MoveBaseActionGoal():
+                self._on_goal(message.goal.target_pose, message.goal_id)
+            case GoalID():
+                self._feed(events.CancelReceived(now, message.id, message.stamp.seconds()))
+            case LaserScan():
+                around.take_scan(message)
+            case Odometry():
+                twist = message.twist.twist
+                around.velocity = Velocity(twist.linear.x, twist.angular.z)
+            case TFMessage():
+                around.frames.hear(topic, message, now)
+            case PoseArray():
+                around.take_robots(message, now)
+            case _:
+                raise InvalidInput(f"{self.name} takes no {type(message).__name__} on {topic!r}")
+
+    def _on_goal(self, target: PoseStamped, goal_id: GoalID) -> None:
+        pose = pose_in(self._surroundings.frames.tree, MAP, target, "a goal")
+        now = self.context.now()
+        stamp = goal_id.stamp.seconds() or now
+        self._counter += 1
+        name = goal_id.id or f"{self.name}-{self._counter}-{stamp:.3f}"
+        self._feed(events.GoalReceived(now, events.Goal(name, pose, stamp)))
+        self._tick()
+
+    def on_call(self, service: str, request: Message, reply: Reply) -> None:
+        """Plan without moving, or forget the obstacles seen.
+
+        Raises
+        ------
+        InvalidInput
+            A pose is not finite, or has no frame.
+        TransformError
+            A frame, or the robot's own pose, is not known.
+        """
+        if service == "move_base/clear_costmaps":
+            self._surroundings.clear()
+            reply(Empty())
+            return
+        question = expect(request, GetPlanRequest)
+        tree = self._surroundings.frames.tree
+        # As in move_base: a start without a frame is where the robot is.
+        here = not question.start.header.frame_id
+        start = self._surroundings.pose(self.context.now()) if here else pose_in(tree, MAP, question.start, "the start")
+        goal = pose_in(tree, MAP, question.goal, "the goal")
+        self._paths.plan(start, goal, reply, get_plan_response, tolerance=question.tolerance)
+
+    def _tick(self) -> None:
+        if self._machine.goals.active is None:
+            return
+        now = self.context.now()
+        try:
+            pose = self._surroundings.pose(now)
+            self._surroundings.look_around(pose, now)
+        except PPaaSError as error:
+            self._feed(events.ControlTick(now, None, str(error)))
+            return
+        self._feed(events.ControlTick(now, pose))
+
+    # -- events and orders ---------------------------------------------------------------------------------------------
+
+    def _feed(self, event: events.Event) -> None:
+        """Let the machine handle an event, and then those that carrying out its orders led to."""
+        self._events.append(event)
+        if self._handling:
+            return
+        self._handling = True
+        try:
+            while self._events:
+                for order in self._machine.handle(self._events.popleft()):
+                    self._carry_out(order)
+        finally:
+            self._handling = False
+
+    def _carry_out(self, order: orders.Order) -> None:
+        match order:
+            case orders.RequestPlan():
+                self._request_plan(order)
+            case orders.CancelPlan():
+                self._cancel_plan()
+            case orders.FollowPlan():
+                self._follow(order)
+            case orders.ComputeVelocity():
+                self._feed(self._compute_velocity(order.pose))
+            case orders.SendVelocity():
+                self._send(order.velocity)
+            case orders.Stop():
+                self._send(Velocity())
+            case orders.ClearCostmap():
+                self._clear(order.beyond)
+            case _:
+                self._tell(order)
+
+    def _clear(self, beyond: float) -> None:
+        now = self.context.now()
+        try:
+            around = self._surroundings.pose(now) if beyond > 0.0 else None
+        except TransformError:
+            around = None  # who does not know where it is cannot tell near from far
+        self._surroundings.clear(around, beyond)
+        self._feed(events.CostmapCleared(now))
+
+    def _tell(self, order: orders.Order) -> None:
+        active = self._machine.goals.active
+        match order:
+            case orders.PublishGoal():
+                self._topics.current_goal(order.goal)
+            case orders.PublishStatus():
+                self._topics.status(self._machine.goals)
+            case orders.PublishFeedback():
+                self._topics.feedback(order.goal, order.pose, active.text if active else "")
+            case orders.PublishResult():
+                self._topics.result(order.goal, order.status, order.text)
+
+    def _send(self, velocity: Velocity) -> None:
+        self.context.publish("cmd_vel", Twist(Vector3(x=velocity.linear), Vector3(z=velocity.angular)))
+
+    def _follow(self, order: orders.FollowPlan) -> None:
+        try:
+            self._controller.set_plan(order.poses)
+        except PPaaSError as error:
+            self._feed(events.ControlFailed(self.context.now(), str(error)))
+
+    def _compute_velocity(self, pose: Pose2D) -> events.Event:
+        around, costs = self._surroundings, self._surroundings.costs
+        assert costs is not None, "a control tick brings the costs up to date"
+        period = 1.0 / self._parameters.controller_frequency
+        request = ControlRequest(pose, around.velocity, costs, period, self._threads)
+        try:
+            reached = self._controller.is_goal_reached(pose, around.velocity)
+            velocity = Velocity() if reached else self._controller.compute_velocity(request)
+        except PPaaSError as error:
+            return events.ControlFailed(self.context.now(), str(error))
+        return events.VelocityComputed(self.context.now(), velocity, reached)
+
+    # -- plans ---------------------------------------------------------------------------------------------------------
+
+    def _request_plan(self, order: orders.RequestPlan) -> None:
+        p = self._parameters
+        static = self._layers.costmap
+        try:
+            start = self._surroundings.pose(self.context.now())
+        except TransformError as error:
+            self._feed(events.PlanFailed(self.context.now(), order.number, error))
+            return
+        current = self._surroundings.overlay(static)
+
+        def work(cancelled: Callable[[], bool]) -> PlanResult | NoPlan:
+            request = PlanRequest(start, order.goal, p.default_tolerance, p.planner_timeout, cancelled, self._threads)
+            return plan_for_robot(self._planner, static, current, request)
+
+        def done(result: PlanResult | NoPlan | PPaaSError) -> None:
+            self._on_planned(order.number, result)
+
+        self._job = self._queue.submit(work, done)
+
+    def _on_planned(self, number: int, result: PlanResult | NoPlan | PPaaSError) -> None:
+        now = self.context.now()
+        match result:
+            case PlanResult():
+                self._feed(events.PlanSucceeded(now, number, result.poses))
+                self.context.publish("plan", result)
+            case NoPlan():
+                self._feed(events.PlanFailed(now, number, result.error, result.final))
+            case _:
+                self._feed(events.PlanFailed(now, number, result))
+
+    def _cancel_plan(self) -> None:
+        if self._job is not None:
+            self._job.cancel()
+            self._job = None
+
+    # -- going on elsewhere --------------------------------------------------------------------------------------------
+
+    def checkpoint(self) -> bytes:
+        """Return the goal it drives to."""
+        active = self._machine.goals.active
+        return msgspec.json.encode(MoveBaseState(active.goal if active else None, self._counter))
+
+    def restore(self, state: bytes) -> None:
+        """Drive on to the goal; the plan is made anew, from where the robot is now."""
+        restored = msgspec.json.decode(state, type=MoveBaseState)
+        self._counter = restored.counter
+        if restored.goal is not None:
+            self._feed(events.GoalReceived(self.context.now(), restored.goal))

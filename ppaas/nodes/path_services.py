@@ -1,0 +1,102 @@
+"""Paths on request, for robots and programs: ``nav_msgs/GetPlan`` and ``ppaas_msgs/ComputePath``."""
+
+import math
+from collections.abc import Callable
+
+from ppaas import planners
+from ppaas.costmap.costmap import Costmap
+from ppaas.errors import InvalidInput, InvalidPlanner, NotFound, PPaaSError
+from ppaas.geometry import Pose2D
+from ppaas.messages.nav_msgs import GetPlanResponse
+from ppaas.messages.ppaas_msgs import ComputePathResponse
+from ppaas.nodes.base import Context, Job, Reply
+from ppaas.nodes.planner_queue import PlannerQueue
+from ppaas.planners.base import Planner, PlanRequest, PlanResult, pose_message
+
+MAX_TIMEOUT = 60.0
+"""Longest time for one plan [s]."""
+
+ToResponse = Callable[[PlanResult], GetPlanResponse | ComputePathResponse]
+
+
+def get_plan_response(result: PlanResult) -> GetPlanResponse:
+    """Return the response of ``nav_msgs/GetPlan``."""
+    return GetPlanResponse(result.to_message())
+
+
+def compute_path_response(result: PlanResult) -> ComputePathResponse:
+    """Return the response of ``ppaas_msgs/ComputePath``."""
+    return ComputePathResponse(
+        poses=[pose_message(row) for row in result.poses.tolist()],
+        cost=result.cost,
+        length=result.length,
+        expanded=result.expanded,
+        seconds=result.seconds,
+        planner=result.planner,
+    )
+
+
+class PathServices:
+    """Plans on the bare map with any planner that is installed, one request after the other.
+
+    Parameters
+    ----------
+    context : Context
+        Of the node that offers the service.
+    costmap : Costmap
+        Of the map.
+    default : str
+        The planner of requests that name none.
+    threads : int
+        Most threads that kernels may use.
+    """
+
+    def __init__(self, context: Context, costmap: Costmap, default: str, threads: int) -> None:
+        self._costmap = costmap
+        self._default = default
+        self._threads = threads
+        self._queue = PlannerQueue(context)
+        self._planners: dict[str, Planner] = {}
+
+    def plan(
+        self, start: Pose2D, goal: Pose2D, reply: Reply, respond: ToResponse,
+        *, planner: str = "", tolerance: float = 0.0, timeout: float = 5.0,
+    ) -> Job:  # fmt: skip
+        """Plan, and reply with what ``respond`` makes of the path, or with the error.
+
+        Returns
+        -------
+        Job
+            To cancel it by.
+
+        Raises
+        ------
+        InvalidPlanner
+            No planner of that name is installed.
+        InvalidInput
+            A tolerance or timeout out of range.
+        Unavailable
+            Too many requests wait.
+        """
+        if not (math.isfinite(tolerance) and tolerance >= 0.0):
+            raise InvalidInput(f"tolerance must be a finite number of metres from 0 up, not {tolerance}")
+        if not 0.0 < timeout <= MAX_TIMEOUT:
+            raise InvalidInput(f"timeout must be above 0 and at most {MAX_TIMEOUT:g} s, not {timeout}")
+        chosen = self._planner(planner or self._default)
+
+        def work(cancelled: Callable[[], bool]) -> GetPlanResponse | ComputePathResponse:
+            request = PlanRequest(start, goal, tolerance, timeout, cancelled, self._threads)
+            return respond(chosen.plan(self._costmap, request))
+
+        def done(result: GetPlanResponse | ComputePathResponse | PPaaSError) -> None:
+            reply(result)
+
+        return self._queue.submit(work, done)
+
+    def _planner(self, name: str) -> Planner:
+        if name not in self._planners:
+            try:
+                self._planners[name] = planners.create(name)
+            except NotFound as error:
+                raise InvalidPlanner(str(error)) from error
+        return self._planners[name]

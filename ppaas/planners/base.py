@@ -1,0 +1,119 @@
+"""What a global planner is given and what it gives.
+
+The interface is that of ``nav2_core::GlobalPlanner`` without its life cycle: a planner is made with its parameters
+and may be asked many times, one thread at a time.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.clock import Clock, monotonic
+from ppaas.costmap.costmap import Costmap
+from ppaas.geometry import Pose2D, Poses
+from ppaas.messages.geometry_msgs import Point, Pose, PoseStamped, Quaternion
+from ppaas.messages.nav_msgs import Path
+from ppaas.messages.std_msgs import Header
+
+
+def never() -> bool:
+    """Be the cancel checker that never cancels."""
+    return False
+
+
+@dataclass(frozen=True, slots=True)
+class PlanRequest:
+    """What to plan.
+
+    Parameters
+    ----------
+    start, goal : Pose2D
+        In the frame of the costmap [m, rad].
+    tolerance : float
+        If the goal is blocked, the free cell nearest to it within this distance will do [m].
+    timeout : float
+        Time allowed from the call of ``plan`` [s].
+    cancelled : callable
+        Asked often while planning (at least every 10 ms); true stops it.
+    threads : int
+        Most threads that kernels may use.
+    clock : callable
+        Seconds, monotonic.
+    """
+
+    start: Pose2D
+    goal: Pose2D
+    tolerance: float = 0.0
+    timeout: float = float("inf")
+    cancelled: Callable[[], bool] = never
+    threads: int = 1
+    clock: Clock = monotonic
+
+
+@dataclass(frozen=True, slots=True)
+class PlanResult:
+    """A path, and what it took to find it.
+
+    Parameters
+    ----------
+    cells : (n, 2) int32 array
+        Row, column from start to goal, each a neighbour of the one before.
+    poses : (n, 7) float64 array
+        The same in the frame of the costmap; the first is the start and the last the goal as they were asked for
+        (or the free cell nearest to the goal, under a tolerance).
+    cost : float
+        Sum of the weights of the moves, recounted in float64: 50 + 0.8·cost a cell entered, times √2 on a diagonal.
+    length : float
+        Along the poses [m].
+    expanded : int
+        Cells whose value was settled.
+    seconds : float
+        Time taken.
+    planner : str
+        Who planned it.
+    """
+
+    cells: NDArray[np.int32]
+    poses: Poses
+    cost: float
+    length: float
+    expanded: int
+    seconds: float
+    planner: str
+    frame_id: str = field(default="map")
+
+    def to_message(self, stamp: Header | None = None) -> Path:
+        """Return ``nav_msgs/Path``; its poses are made here and not before."""
+        header = stamp or Header(frame_id=self.frame_id)
+        return Path(header, [PoseStamped(header, pose_message(row)) for row in self.poses.tolist()])
+
+
+def pose_message(row: list[float]) -> Pose:
+    """Return ``geometry_msgs/Pose`` of one row of an (n, 7) array."""
+    x, y, z, qx, qy, qz, qw = row
+    return Pose(Point(x, y, z), Quaternion(x=qx, y=qy, z=qz, w=qw))
+
+
+class Planner(ABC):
+    """A global planner.
+
+    A subclass names itself in ``name``, tells in ``purpose`` what it is for, takes its parameters as keyword
+    arguments of its constructor, and is found by an entry point in the group ``ppaas.planners``.
+    """
+
+    name: ClassVar[str]
+    purpose: ClassVar[str]
+
+    @abstractmethod
+    def plan(self, costmap: Costmap, request: PlanRequest) -> PlanResult:
+        """Find a path.
+
+        Raises
+        ------
+        PlanningError
+            One of its subclasses, with the code of Nav2's ``ComputePathToPose``.
+        """

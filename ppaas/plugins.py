@@ -1,0 +1,77 @@
+"""Plug-ins by entry point: planners and controllers, ours and other people's, found the same way."""
+
+from functools import cached_property
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, Generic, TypeVar
+
+from ppaas.errors import InvalidParameter, NotFound
+
+P = TypeVar("P")
+
+
+class PluginRegistry(Generic[P]):
+    """The plug-ins of one entry point group; nothing is imported before it is asked for.
+
+    Parameters
+    ----------
+    group : str
+        Entry point group, such as ``ppaas.planners``.
+    kind : str
+        What one is called in an error.
+    base : type
+        What each must subclass.
+    aliases : dict of str to str
+        Other names, such as those of ROS, of plug-ins that come with us.
+    """
+
+    def __init__(self, group: str, kind: str, base: type[P], aliases: dict[str, str]) -> None:
+        self._group = group
+        self._kind = kind
+        self._base = base
+        self._aliases = aliases
+
+    @cached_property
+    def _entries(self) -> dict[str, EntryPoint]:
+        return {entry.name: entry for entry in entry_points(group=self._group)}
+
+    def names(self) -> tuple[str, ...]:
+        """Return the names of all plug-ins installed, sorted."""
+        return tuple(sorted(self._entries))
+
+    def spellings(self, name: str) -> tuple[str, ...]:
+        """Return every name of one plug-in: its own, and its aliases whole and without their package."""
+        own = self._aliases.get(name, name)
+        aliases = [alias for alias, target in self._aliases.items() if target == own]
+        return own, *aliases, *(alias.rpartition("/")[2] for alias in aliases)
+
+    def load(self, name: str) -> type[P]:
+        """Return the class of a plug-in by its name or alias.
+
+        Raises
+        ------
+        NotFound
+            None of that name; the text lists those there are.
+        """
+        entry = self._entries.get(self._aliases.get(name, name))
+        if entry is None:
+            raise NotFound(self._kind, name, self.names())
+        loaded = entry.load()
+        if not (isinstance(loaded, type) and issubclass(loaded, self._base)):
+            raise InvalidParameter(f"{entry.value} is no {self._base.__name__}, as entry point {name!r} says it is")
+        return loaded
+
+    def create(self, name: str, parameters: dict[str, Any]) -> P:
+        """Make a plug-in.
+
+        Raises
+        ------
+        NotFound
+            None of that name.
+        InvalidParameter
+            It takes no such parameter.
+        """
+        plugin = self.load(name)
+        try:
+            return plugin(**parameters)
+        except TypeError as error:
+            raise InvalidParameter(f"{self._kind} {name!r}: {error}") from error

@@ -1,0 +1,235 @@
+"""The tf tree of a robot that moves in the plane: frames, their transforms over time, and what lies between two.
+
+It is planar on purpose: a clone's frames (map, odom, base_link, its laser) are turned about z alone. Roll, pitch
+and height of a ``TransformStamped`` are left out, and ``set_message`` refuses a transform that is tilted.
+"""
+
+import bisect
+import logging
+import math
+from operator import itemgetter
+
+from ppaas.errors import TransformError
+from ppaas.geometry import Pose2D, wrap_angle, yaw_of
+from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
+from ppaas.messages.std_msgs import Header, Time
+
+logger = logging.getLogger(__name__)
+
+CACHE_TIME = 10.0
+"""Seconds that a frame's transforms are kept, as in tf2."""
+
+MAX_TILT = 0.02
+"""Roll or pitch [rad] that is still taken for level."""
+
+IDENTITY = Pose2D(0.0, 0.0, 0.0)
+
+_stamp_of = itemgetter(0)
+
+
+def tf_time(stamp: Time) -> float:
+    """Return the seconds of a stamp, to the microsecond.
+
+    Seconds since the epoch as a float know no more than that; without rounding, the same moment on two ways through
+    messages would be two moments.
+    """
+    return round(stamp.seconds(), 6)
+
+
+def transform_message(parent: str, child: str, pose: Pose2D, stamp: Time) -> TransformStamped:
+    """Return ``geometry_msgs/TransformStamped`` of a planar transform."""
+    rotation = Quaternion(z=math.sin(pose.theta / 2.0), w=math.cos(pose.theta / 2.0))
+    transform = Transform(Vector3(pose.x, pose.y, 0.0), rotation)
+    return TransformStamped(Header(stamp=stamp, frame_id=parent), child, transform)
+
+
+class TransformTree:
+    """Frames and where each lies in its parent, over the last seconds.
+
+    A stamp may come late: it is put in its place as long as the buffer reaches back that far. One that is older than
+    everything the buffer may hold means that the sender's clock was set back, so the frame's buffer starts anew: a
+    robot that restarts is not ignored until its clock has caught up (which tf2 would do).
+
+    Parameters
+    ----------
+    cache_time : float
+        How far back a frame's transforms are kept, from its newest [s].
+    """
+
+    def __init__(self, cache_time: float = CACHE_TIME) -> None:
+        self._cache_time = cache_time
+        self._parents: dict[str, str] = {}
+        self._static: dict[str, Pose2D] = {}
+        self._moving: dict[str, list[tuple[float, Pose2D]]] = {}
+
+    # -- setting -------------------------------------------------------------------------------------------------------
+
+    def set(self, parent: str, child: str, pose: Pose2D, stamp: float) -> None:
+        """Tell where ``child`` lies in ``parent`` at a time.
+
+        Raises
+        ------
+        TransformError
+            Not finite, a frame without a name, or a loop of frames.
+        """
+        if not math.isfinite(stamp):
+            raise TransformError(f"the stamp of {parent!r} → {child!r} is not finite")
+        self._connect(parent, child, pose)
+        self._static.pop(child, None)
+        buffer = self._moving.setdefault(child, [])
+        if buffer and stamp < buffer[-1][0] - self._cache_time:
+            logger.warning("the clock of frame %r went back by %.3f s: forgetting", child, buffer[-1][0] - stamp)
+            buffer.clear()
+        index = bisect.bisect_left(buffer, stamp, key=_stamp_of)
+        if index < len(buffer) and buffer[index][0] == stamp:
+            buffer[index] = (stamp, pose)
+        else:
+            buffer.insert(index, (stamp, pose))
+        del buffer[: bisect.bisect_left(buffer, buffer[-1][0] - self._cache_time, key=_stamp_of)]
+
+    def set_static(self, parent: str, child: str, pose: Pose2D) -> None:
+        """Tell where ``child`` lies in ``parent`` at all times.
+
+        Raises
+        ------
+        TransformError
+            As ``set``.
+        """
+        self._connect(parent, child, pose)
+        self._moving.pop(child, None)
+        self._static[child] = pose
+
+    def set_message(self, transform: TransformStamped, *, static: bool = False) -> None:
+        """Take ``geometry_msgs/TransformStamped``.
+
+        Raises
+        ------
+        TransformError
+            As ``set``, or it is tilted out of the plane.
+        """
+        parent, child = transform.header.frame_id.lstrip("/"), transform.child_frame_id.lstrip("/")
+        pose = _planar(transform.transform, f"{parent!r} → {child!r}")
+        if static:
+            self.set_static(parent, child, pose)
+        else:
+            self.set(parent, child, pose, tf_time(transform.header.stamp))
+
+    def _connect(self, parent: str, child: str, pose: Pose2D) -> None:
+        if not parent or not child:
+            raise TransformError(f"a frame has no name: {parent!r} → {child!r}")
+        if not pose.is_finite():
+            raise TransformError(f"the transform {parent!r} → {child!r} is not finite")
+        if child in self._chain(parent):
+            raise TransformError(f"{parent!r} → {child!r} would close a loop of frames")
+        if self._parents.get(child, parent) != parent:
+            self._moving.pop(child, None)
+        self._parents[child] = parent
+
+    # -- looking up ----------------------------------------------------------------------------------------------------
+
+    def frames(self) -> tuple[str, ...]:
+        """Return the names of all frames, sorted."""
+        return tuple(sorted({*self._parents, *self._parents.values()}))
+
+    def newest(self, child: str) -> float | None:
+        """Return the newest stamp of a moving frame, None where it has none."""
+        buffer = self._moving.get(child)
+        return buffer[-1][0] if buffer else None
+
+    def lookup(self, target: str, source: str, stamp: float | None = None) -> Pose2D:
+        """Return the pose of ``source`` in ``target``.
+
+        Parameters
+        ----------
+        target, source : str
+            Frames.
+        stamp : float, optional
+            Time [s]; between two stamps it is interpolated, never beyond them. Without it: the latest time at which
+            every transform on the way is known.
+
+        Raises
+        ------
+        TransformError
+            A frame is unknown, the two are not connected, or not at that time.
+        """
+        down, up = self._path(target, source)
+        if stamp is None:
+            stamps = [self._moving[child][-1][0] for child in (*down, *up) if child in self._moving]
+            stamp = min(stamps, default=0.0)
+        return self._along(down, stamp).inverse() @ self._along(up, stamp)
+
+    def _along(self, chain: list[str], stamp: float) -> Pose2D:
+        pose = IDENTITY
+        for child in chain:
+            pose = self._at(child, stamp) @ pose
+        return pose
+
+    def _path(self, target: str, source: str) -> tuple[list[str], list[str]]:
+        """Return the frames below the common ancestor, from target and from source."""
+        known = self.frames()
+        unknown = [frame for frame in (target, source) if frame not in known]
+        if unknown and target != source:
+            names = " and ".join(map(repr, unknown))
+            raise TransformError(f"unknown frame {names}; known: {', '.join(known) or 'none'}")
+        down, up = self._chain(target), self._chain(source)
+        common = next((frame for frame in up if frame in down), None)
+        if common is None:
+            raise TransformError(f"{source!r} and {target!r} are not connected; known: {', '.join(known)}")
+        return down[: down.index(common)], up[: up.index(common)]
+
+    def _chain(self, frame: str) -> list[str]:
+        chain = [frame]
+        while chain[-1] in self._parents:
+            chain.append(self._parents[chain[-1]])
+        return chain
+
+    def _at(self, child: str, stamp: float) -> Pose2D:
+        if child in self._static:
+            return self._static[child]
+        buffer = self._moving[child]
+        first, last = buffer[0][0], buffer[-1][0]
+        if not first <= stamp <= last:
+            raise TransformError(
+                f"{self._parents[child]!r} → {child!r} is known from {first:.3f} to {last:.3f} s, not at {stamp:.3f} s"
+            )
+        index = bisect.bisect_left(buffer, stamp, key=_stamp_of)
+        after, right = buffer[index]
+        if after == stamp:
+            return right
+        before, left = buffer[index - 1]
+        return _between(left, right, (stamp - before) / (after - before))
+
+
+def _between(a: Pose2D, b: Pose2D, share: float) -> Pose2D:
+    """Return the pose a share of the way from a to b, turning the shorter way round."""
+    turn = wrap_angle(b.theta - a.theta)
+    return Pose2D(
+        a.x + share * (b.x - a.x),
+        a.y + share * (b.y - a.y),
+        wrap_angle(a.theta + share * turn),
+    )
+
+
+def is_level(rotation: Quaternion) -> bool:
+    """Tell whether a rotation keeps the z axis upright, within ``MAX_TILT``; it need not be normalised.
+
+    Raises
+    ------
+    TransformError
+        Not finite, or zero.
+    """
+    q = rotation
+    squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
+    if not (math.isfinite(squared) and squared > 1e-12):
+        raise TransformError(f"({q.x}, {q.y}, {q.z}, {q.w}) is no quaternion of a rotation")
+    lean = 2.0 * math.hypot(q.x * q.z + q.w * q.y, q.y * q.z - q.w * q.x) / squared
+    upright = (q.w * q.w + q.z * q.z - q.x * q.x - q.y * q.y) > 0.0
+    return upright and lean <= math.sin(MAX_TILT)
+
+
+def _planar(transform: Transform, name: str) -> Pose2D:
+    q = transform.rotation
+    if not is_level(q):
+        raise TransformError(f"the transform {name} is tilted out of the plane: this tree is planar")
+    translation = transform.translation
+    return Pose2D(translation.x, translation.y, yaw_of(q.x, q.y, q.z, q.w))

@@ -1,0 +1,1 @@
+"""Wire protocols as sans-I/O state machines: frames in, typed operations out, and back."""
