@@ -1,0 +1,1 @@
+"""Stores behind ports: users, maps, robots, plans and clones, opened by URL."""

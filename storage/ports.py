@@ -1,0 +1,137 @@
+"""The ports: what the engine and the endpoints ask of a store, whatever keeps it.
+
+All methods are synchronous and may block; callers on an event loop run them in a thread. A store is safe to use from
+several threads. What a store cannot do now it says with ``Unavailable``; what is not there with ``NotFound``. A name
+that no store takes (``storage.names``) is ``InvalidInput`` wherever it is given.
+"""
+
+from typing import Protocol
+
+from storage.records import CloneCheckpoint, MapRecord, PlanRecord, RobotRecord, Token, User
+
+
+class UserStore(Protocol):
+    """Accounts and their tokens."""
+
+    def add_user(self, user: User) -> None:
+        """Keep a new user; ``Conflict`` if the id is taken."""
+        ...
+
+    def user(self, user_id: str) -> User:
+        """Return a user; ``NotFound`` if there is none."""
+        ...
+
+    def users(self) -> list[User]:
+        """Return all users by id."""
+        ...
+
+    def remove_user(self, user_id: str) -> None:
+        """Forget a user with all tokens, robots and checkpoints; ``NotFound`` if there is none.
+
+        All at once, so that nobody who is given the id later comes into what was another's.
+        """
+        ...
+
+    def add_token(self, token: Token) -> None:
+        """Keep a token of a user; ``NotFound`` if the user is no more."""
+        ...
+
+    def token(self, token_hash: str) -> Token:
+        """Return a token, expired or not; ``NotFound`` if there is none."""
+        ...
+
+    def remove_tokens(self, *, expired_before: float) -> int:
+        """Forget the tokens that expired before a time; return how many."""
+        ...
+
+
+class MapStore(Protocol):
+    """Maps and their versions."""
+
+    def put_map(self, record: MapRecord) -> None:
+        """Publish a map or its new version, at once and whole.
+
+        Raises
+        ------
+        Conflict
+            The map is another owner's; two who take an id at the same time can't both have it.
+        InvalidInput
+            The version is not that of the files.
+        """
+        ...
+
+    def map(self, map_id: str) -> MapRecord:
+        """Return the present version; ``NotFound`` if there is no such map."""
+        ...
+
+    def map_head(self, map_id: str) -> MapRecord:
+        """Return the present version without its files (empty bytes); ``NotFound`` if there is no such map."""
+        ...
+
+    def maps(self) -> list[MapRecord]:
+        """Return the heads of all maps by id."""
+        ...
+
+    def remove_map(self, map_id: str) -> None:
+        """Forget a map and its versions; ``NotFound`` if there is none."""
+        ...
+
+
+class RobotStore(Protocol):
+    """Robots, each the user's own: two users may have robots of the same id."""
+
+    def put_robot(self, record: RobotRecord) -> None:
+        """Keep a robot or change it."""
+        ...
+
+    def robot(self, user: str, robot_id: str) -> RobotRecord:
+        """Return a robot; ``NotFound`` if there is none."""
+        ...
+
+    def robots(self, user: str | None = None) -> list[RobotRecord]:
+        """Return the robots of a user, or all, by user and id."""
+        ...
+
+    def remove_robot(self, user: str, robot_id: str) -> None:
+        """Forget a robot and its clone's checkpoint; ``NotFound`` if there is none."""
+        ...
+
+
+class PlanStore(Protocol):
+    """Plans that were made. (The Path Plan Database grows from here.)"""
+
+    def add_plan(self, record: PlanRecord) -> None:
+        """Keep a plan; keeping the same id twice changes nothing."""
+        ...
+
+    def plan(self, plan_id: str) -> PlanRecord:
+        """Return a plan; ``NotFound`` if there is none."""
+        ...
+
+    def plans(self, map_id: str, limit: int = 100) -> list[PlanRecord]:
+        """Return the newest plans of a map, newest first; of the same age, the one kept last first."""
+        ...
+
+
+class CloneStore(Protocol):
+    """Checkpoints of clones."""
+
+    def save_clone(self, checkpoint: CloneCheckpoint) -> None:
+        """Keep a checkpoint in place of the one before."""
+        ...
+
+    def clone(self, user: str, robot: str) -> CloneCheckpoint:
+        """Return the last checkpoint; ``NotFound`` if there is none."""
+        ...
+
+    def remove_clone(self, user: str, robot: str) -> None:
+        """Forget the checkpoint, if there is one."""
+        ...
+
+
+class Store(UserStore, RobotStore, PlanStore, CloneStore, Protocol):
+    """Everything but maps: small records, many of them."""
+
+    def close(self) -> None:
+        """Let go of files and connections; use nothing of it afterwards."""
+        ...

@@ -1,0 +1,87 @@
+"""What the stores keep."""
+
+from typing import Any, Literal
+
+import msgspec
+
+Role = Literal["admin", "user"]
+
+
+class User(msgspec.Struct, frozen=True):
+    """Who may use the cloud. ``password_hash`` is argon2id's own string."""
+
+    id: str
+    password_hash: str
+    role: Role = "user"
+
+
+class Token(msgspec.Struct, frozen=True):
+    """A login. Only the hash of the token is kept; ``expires`` is seconds since the epoch."""
+
+    hash: str
+    user: str
+    expires: float
+
+
+class MapRecord(msgspec.Struct, frozen=True):
+    """A map and its present version.
+
+    ``yaml`` and ``image`` are the files as they were published (the image's name is in the YAML); ``version`` is the
+    hash of both. A map is seen by its owner and its readers; ``"*"`` among the readers makes it public.
+    """
+
+    id: str
+    owner: str
+    version: str
+    yaml: bytes
+    image: bytes
+    readers: tuple[str, ...] = ()
+    created: float = 0.0
+
+    def readable_by(self, user: str) -> bool:
+        """Tell whether a user may see the map and plan on it."""
+        return user == self.owner or user in self.readers or "*" in self.readers
+
+
+class RobotRecord(msgspec.Struct, frozen=True):
+    """A robot: the JSON file that its maker writes.
+
+    ``initial_pose`` is x [m], y [m], yaw [rad] in the map; ``cores`` the decimal size of its container.
+    """
+
+    id: str
+    user: str
+    map: str
+    model: str = "turtlebot2"
+    initial_pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    cores: float = 1.0
+    base_global_planner: str = "dijkstra"
+    base_local_planner: str = "dwa"
+    parameters: dict[str, Any] = {}
+
+
+class PlanRecord(msgspec.Struct, frozen=True):
+    """A plan that was made: ``poses`` is the (n, 7) float64 array, little-endian, row by row."""
+
+    id: str
+    user: str
+    map: str
+    version: str
+    planner: str
+    start: tuple[float, float, float]
+    goal: tuple[float, float, float]
+    length: float
+    cost: float
+    seconds: float
+    poses: bytes
+    created: float
+    robot: str | None = None
+
+
+class CloneCheckpoint(msgspec.Struct, frozen=True):
+    """What a robot's clone needs to go on in another container: the state of each node, as the node wrote it."""
+
+    user: str
+    robot: str
+    nodes: dict[str, bytes]
+    saved: float

@@ -1,0 +1,170 @@
+"""Everything but maps in one SQLite file: the embedded default, nothing to install.
+
+A row is what is looked for, in columns, and the record beside it as bytes (``storage.encoding``), so that a record
+may gain a field without a new schema.
+"""
+
+from pathlib import Path
+from typing import Any
+
+from ppaas.errors import Conflict, NotFound
+from storage.encoding import R, decode, encode
+from storage.names import check_name
+from storage.records import CloneCheckpoint, PlanRecord, RobotRecord, Token, User
+from storage.sqlite_connections import SqliteConnections
+
+
+class SqliteStore:
+    """A ``Store`` in an SQLite file, which any number of threads and processes may have open.
+
+    Parameters
+    ----------
+    path : Path
+        The file; it and its folder are made if they are not there.
+    busy_timeout : float
+        How long a write waits for another process's [s].
+
+    Raises
+    ------
+    Unavailable
+        The file cannot be used; the text says why and what to do.
+    """
+
+    def __init__(self, path: Path, busy_timeout: float = 5.0) -> None:
+        self._connections = SqliteConnections(path, busy_timeout)
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._connections.close()
+
+    # -- users ---------------------------------------------------------------------------------------------------------
+
+    def add_user(self, user: User) -> None:
+        """Keep a new user; ``Conflict`` if the id is taken."""
+        check_name("user", user.id)
+        if not self._write("INSERT INTO users VALUES (?, ?) ON CONFLICT DO NOTHING", user.id, encode(user)):
+            raise Conflict(f"the user {user.id!r} exists already: take another id")
+
+    def user(self, user_id: str) -> User:
+        """Return a user; ``NotFound`` if there is none."""
+        check_name("user", user_id)
+        return self._one(User, ("user", user_id), "SELECT record FROM users WHERE id = ?", user_id)
+
+    def users(self) -> list[User]:
+        """Return all users by id."""
+        return self._all(User, "SELECT record FROM users ORDER BY id")
+
+    def remove_user(self, user_id: str) -> None:
+        """Forget a user with all tokens, robots and checkpoints; ``NotFound`` if there is none."""
+        check_name("user", user_id)
+        with self._connections.writing() as connection:
+            if not connection.execute("DELETE FROM users WHERE id = ?", (user_id,)).rowcount:
+                raise NotFound("user", user_id)
+            connection.execute("DELETE FROM robots WHERE user = ?", (user_id,))
+            connection.execute("DELETE FROM clones WHERE user = ?", (user_id,))
+
+    def add_token(self, token: Token) -> None:
+        """Keep a token of a user; ``NotFound`` if the user is no more."""
+        check_name("token", token.hash)
+        check_name("user", token.user)
+        insert = "INSERT OR REPLACE INTO tokens SELECT ?, id, ?, ? FROM users WHERE id = ?"
+        if not self._write(insert, token.hash, token.expires, encode(token), token.user):
+            raise NotFound("user", token.user)
+
+    def token(self, token_hash: str) -> Token:
+        """Return a token, expired or not; ``NotFound`` if there is none."""
+        check_name("token", token_hash)
+        return self._one(Token, ("token", token_hash), "SELECT record FROM tokens WHERE hash = ?", token_hash)
+
+    def remove_tokens(self, *, expired_before: float) -> int:
+        """Forget the tokens that expired before a time; return how many."""
+        return self._write("DELETE FROM tokens WHERE expires < ?", expired_before)
+
+    # -- robots --------------------------------------------------------------------------------------------------------
+
+    def put_robot(self, record: RobotRecord) -> None:
+        """Keep a robot or change it."""
+        check_name("user", record.user)
+        check_name("robot", record.id)
+        check_name("map", record.map)
+        self._write("INSERT OR REPLACE INTO robots VALUES (?, ?, ?)", record.user, record.id, encode(record))
+
+    def robot(self, user: str, robot_id: str) -> RobotRecord:
+        """Return a robot; ``NotFound`` if there is none."""
+        key = _robot_key(user, robot_id)
+        query = "SELECT record FROM robots WHERE user = ? AND id = ?"
+        return self._one(RobotRecord, ("robot", robot_id), query, *key)
+
+    def robots(self, user: str | None = None) -> list[RobotRecord]:
+        """Return the robots of a user, or all, by user and id."""
+        if user is None:
+            return self._all(RobotRecord, "SELECT record FROM robots ORDER BY user, id")
+        check_name("user", user)
+        return self._all(RobotRecord, "SELECT record FROM robots WHERE user = ? ORDER BY id", user)
+
+    def remove_robot(self, user: str, robot_id: str) -> None:
+        """Forget a robot and its clone's checkpoint; ``NotFound`` if there is none."""
+        key = _robot_key(user, robot_id)
+        with self._connections.writing() as connection:
+            if not connection.execute("DELETE FROM robots WHERE user = ? AND id = ?", key).rowcount:
+                raise NotFound("robot", robot_id)
+            connection.execute("DELETE FROM clones WHERE user = ? AND robot = ?", key)
+
+    # -- plans ---------------------------------------------------------------------------------------------------------
+
+    def add_plan(self, record: PlanRecord) -> None:
+        """Keep a plan; keeping the same id twice changes nothing."""
+        check_name("plan", record.id)
+        check_name("map", record.map)
+        insert = "INSERT INTO plans (id, map, created, record) VALUES (?, ?, ?, ?) ON CONFLICT DO NOTHING"
+        self._write(insert, record.id, record.map, record.created, encode(record))
+
+    def plan(self, plan_id: str) -> PlanRecord:
+        """Return a plan; ``NotFound`` if there is none."""
+        check_name("plan", plan_id)
+        return self._one(PlanRecord, ("plan", plan_id), "SELECT record FROM plans WHERE id = ?", plan_id)
+
+    def plans(self, map_id: str, limit: int = 100) -> list[PlanRecord]:
+        """Return the newest plans of a map, newest first; of the same age, the one kept last first."""
+        check_name("map", map_id)
+        query = "SELECT record FROM plans WHERE map = ? ORDER BY created DESC, sequence DESC LIMIT ?"
+        return self._all(PlanRecord, query, map_id, max(limit, 0))
+
+    # -- clones --------------------------------------------------------------------------------------------------------
+
+    def save_clone(self, checkpoint: CloneCheckpoint) -> None:
+        """Keep a checkpoint in place of the one before."""
+        key = _robot_key(checkpoint.user, checkpoint.robot)
+        self._write("INSERT OR REPLACE INTO clones VALUES (?, ?, ?)", *key, encode(checkpoint))
+
+    def clone(self, user: str, robot: str) -> CloneCheckpoint:
+        """Return the last checkpoint; ``NotFound`` if there is none."""
+        key = _robot_key(user, robot)
+        query = "SELECT record FROM clones WHERE user = ? AND robot = ?"
+        return self._one(CloneCheckpoint, ("checkpoint of robot", robot), query, *key)
+
+    def remove_clone(self, user: str, robot: str) -> None:
+        """Forget the checkpoint, if there is one."""
+        self._write("DELETE FROM clones WHERE user = ? AND robot = ?", *_robot_key(user, robot))
+
+    # -- inside --------------------------------------------------------------------------------------------------------
+
+    def _write(self, statement: str, *values: Any) -> int:
+        with self._connections.writing() as connection:
+            return connection.execute(statement, values).rowcount
+
+    def _one(self, kind: type[R], sought: tuple[str, str], query: str, *values: Any) -> R:
+        with self._connections.reading() as connection:
+            row = connection.execute(query, values).fetchone()
+        if row is None:
+            raise NotFound(*sought)
+        return decode(row[0], kind)
+
+    def _all(self, kind: type[R], query: str, *values: Any) -> list[R]:
+        with self._connections.reading() as connection:
+            rows = connection.execute(query, values).fetchall()
+        return [decode(row[0], kind) for row in rows]
+
+
+def _robot_key(user: str, robot: str) -> tuple[str, str]:
+    return check_name("user", user), check_name("robot", robot)

@@ -1,0 +1,104 @@
+"""Stores by URL. What keeps them is imported when it is asked for: nobody needs a driver that they don't use.
+
+``memory:``, ``sqlite:///path/to/file``, ``file:///path/to/folder``, ``cassandra://host/keyspace``, ``hdfs://host/path``;
+``sqlite:file`` and ``file:folder`` are relative to the working directory.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any, cast
+from urllib.parse import unquote, urlsplit
+
+from ppaas.errors import InvalidInput
+from storage.ports import MapStore, Store
+
+
+def _nothing(_url: str) -> tuple[()]:
+    return ()
+
+
+def _local_path(url: str) -> tuple[Path]:
+    try:
+        parts = urlsplit(url)
+    except ValueError as error:
+        raise InvalidInput(f"{url!r} is no URL: {error}") from error
+    if parts.netloc or not parts.path.strip("/"):
+        raise InvalidInput(f"{url!r} names no path: write {parts.scheme}:///absolute/path or {parts.scheme}:relative")
+    if parts.query or parts.fragment:
+        raise InvalidInput(f"{url!r}: write '?' as %3F and '#' as %23 in a path")
+    return (Path(unquote(parts.path)),)
+
+
+def _whole(url: str) -> tuple[str]:
+    return (url,)
+
+
+@dataclass(frozen=True, slots=True)
+class Backend:
+    """What keeps the stores of one scheme.
+
+    Parameters
+    ----------
+    module, name : str
+        Where the class is.
+    arguments : callable
+        Makes its arguments of the URL.
+    extra : str, optional
+        What must be installed beside the cloud.
+    """
+
+    module: str
+    name: str
+    arguments: Callable[[str], tuple[Any, ...]]
+    extra: str | None = None
+
+
+STORES = {
+    "memory": Backend("storage.memory", "MemoryStore", _nothing),
+    "sqlite": Backend("storage.sqlite", "SqliteStore", _local_path),
+    "cassandra": Backend("storage.cassandra", "CassandraStore", _whole, extra="cassandra"),
+}
+
+MAP_STORES = {
+    "memory": Backend("storage.memory", "MemoryMapStore", _nothing),
+    "file": Backend("storage.files", "FileMapStore", _local_path),
+    "hdfs": Backend("storage.hdfs", "HdfsMapStore", _whole, extra="hdfs"),
+}
+
+
+def open_store(url: str) -> Store:
+    """Open what keeps everything but maps.
+
+    Raises
+    ------
+    InvalidInput
+        Not a URL of a known scheme, or one whose extra is not installed.
+    Unavailable
+        It cannot be opened now; the text says why and what to do.
+    """
+    return cast(Store, _open(url, STORES))
+
+
+def open_map_store(url: str) -> MapStore:
+    """Open what keeps maps; raises as ``open_store`` does."""
+    return cast(MapStore, _open(url, MAP_STORES))
+
+
+def _open(url: str, backends: dict[str, Backend]) -> Any:
+    scheme, colon, _ = url.partition(":")
+    backend = backends.get(scheme) if colon else None
+    if backend is None:
+        raise InvalidInput(f"unknown kind of store {scheme!r}; known: {', '.join(f'{name}:' for name in backends)}")
+    arguments = backend.arguments(url)
+    try:
+        kind = getattr(import_module(backend.module), backend.name)
+    except ModuleNotFoundError as error:
+        if backend.extra is None:
+            raise
+        hint = f"pip install 'ppaas[{backend.extra}]'"
+        if error.name == backend.module:
+            hint = f"this release does not have them yet; the one that does wants {hint}"
+        raise InvalidInput(f"{scheme}: stores are not installed: {hint}") from error
+    return kind(*arguments)
