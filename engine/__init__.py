@@ -1,0 +1,1 @@
+"""The engine: a master that decides, machines that carry, containers with clones inside."""

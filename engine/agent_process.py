@@ -1,0 +1,97 @@
+"""The agent of this very machine, as a process that is started again whenever it dies."""
+
+import asyncio
+import contextlib
+import logging
+import os
+import signal
+import sys
+from asyncio.subprocess import PIPE, Process
+from collections.abc import Sequence
+
+import msgspec
+
+from engine.agent_config import AgentConfig
+
+logger = logging.getLogger(__name__)
+
+RESTART_DELAYS = (0.0, 0.5, 2.0, 5.0)
+"""Seconds before the first, second … start after a death; a minute of life begins the row anew."""
+
+STEADY = 60.0
+STOP_GRACE = 5.0
+
+COMMAND = (sys.executable, "-m", "engine.agent")
+
+
+class AgentProcess:
+    """Keeps an agent running.
+
+    Parameters
+    ----------
+    config : AgentConfig
+        Handed over on its standard input, so that no secret shows among the processes.
+    command : sequence of str
+        That runs it.
+    """
+
+    def __init__(self, config: AgentConfig, command: Sequence[str] = COMMAND) -> None:
+        self._config = config
+        self._command = command
+        self._process: Process | None = None
+        self._keeper: asyncio.Task[None] | None = None
+
+    @property
+    def pid(self) -> int | None:
+        """Of the agent that runs now."""
+        return self._process.pid if self._process is not None else None
+
+    async def start(self) -> None:
+        """Start the agent, and go on starting it."""
+        self._keeper = asyncio.create_task(self._keep())
+
+    async def _keep(self) -> None:
+        deaths = 0
+        loop = asyncio.get_running_loop()
+        while True:
+            began = loop.time()
+            ended = await self._live()
+            logger.warning("the agent of machine %r ended: %s", self._config.machine, ended)
+            deaths = 0 if loop.time() - began > STEADY else deaths + 1
+            await asyncio.sleep(RESTART_DELAYS[min(deaths, len(RESTART_DELAYS)) - 1] if deaths else 0.0)
+
+    async def _live(self) -> str:
+        """Run the agent once; return how it ended."""
+        try:
+            self._process = await self._spawn()
+        except OSError as error:
+            return f"it could not be started: {error}"
+        return f"status {await self._process.wait()}"
+
+    async def _spawn(self) -> Process:
+        # In a session of its own, a signal to the terminal's processes does not end it before those who need it.
+        process = await asyncio.create_subprocess_exec(*self._command, stdin=PIPE, start_new_session=True)
+        if process.stdin is None:
+            raise RuntimeError("the agent has no standard input")
+        process.stdin.write(msgspec.json.encode(self._config))
+        process.stdin.close()
+        return process
+
+    async def stop(self) -> None:
+        """End the agent, by force with what it started if it does not go by itself."""
+        if self._keeper is not None:
+            self._keeper.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await self._keeper
+        process = self._process
+        if process is None or process.returncode is not None:
+            return
+        process.terminate()  # it may not have dialled yet, and then no link that hangs up tells it
+        try:
+            async with asyncio.timeout(STOP_GRACE):
+                await process.wait()
+        except TimeoutError:
+            logger.warning("the agent of machine %r did not end by itself and is killed", self._config.machine)
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            await process.wait()

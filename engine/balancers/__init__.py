@@ -1,0 +1,1 @@
+"""Balancers: which machine a container is placed on."""

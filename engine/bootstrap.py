@@ -1,0 +1,122 @@
+"""The composition root: here, and only here, the engine is put together."""
+
+import asyncio
+import contextlib
+import logging
+import secrets
+import shutil
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from engine.agent_config import AgentConfig
+from engine.agent_process import AgentProcess
+from engine.balancers.first_fit import FirstFit
+from engine.mapcache import instance_name
+from engine.master import Master, Quota
+from engine.model import MapVersion
+from engine.planning import Planning
+from engine.robot_sessions import LINGER, RobotSessions
+from engine.run_dir import make_run_dir
+from engine.service import CloudService
+from engine.views import ContainerView, MachineView, PathAnswer, PathRequest
+from storage.ports import MapStore, Store
+from storage.records import User
+from storage.urls import open_map_store, open_store
+
+logger = logging.getLogger(__name__)
+
+MACHINE_TIMEOUT = 60.0
+"""The first start on a computer compiles the kernels; every later one takes two seconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class CloudConfig:
+    """What the cloud is made of.
+
+    Parameters
+    ----------
+    store, map_store : str
+        URLs of the stores.
+    machine : str
+        Name of this machine.
+    cores : int, optional
+        CPUs that containers may use here; without it, all.
+    quota : Quota
+        Of each user.
+    linger : float
+        Seconds that a clone waits for its robot to come back.
+    """
+
+    store: str
+    map_store: str
+    machine: str = "local"
+    cores: int | None = None
+    quota: Quota = field(default_factory=Quota)
+    linger: float = LINGER
+
+
+class Cloud:
+    """The engine of one cloud, with this machine in it.
+
+    Parameters
+    ----------
+    config : CloudConfig
+        What it is made of.
+    """
+
+    def __init__(self, config: CloudConfig) -> None:
+        self._run_dir = make_run_dir()
+        self.store: Store = open_store(config.store)
+        self.map_store: MapStore = open_map_store(config.map_store)
+        secret = secrets.token_urlsafe(24)
+        self.service = CloudService(Master(FirstFit(), config.quota), self.store, self._run_dir, secret)
+        self.sessions = RobotSessions(self.service, self.store, self.map_store, config.linger)
+        self._planning = Planning(self.service)
+        self._agent = AgentProcess(
+            AgentConfig(
+                machine=config.machine,
+                control=str(self._run_dir / "control.sock"),
+                secret=secret,
+                run_dir=str(self._run_dir),
+                instance=instance_name(),
+                store=config.store,
+                map_store=config.map_store,
+                cores=config.cores,
+            )
+        )
+
+    async def start(self) -> None:
+        """Start, and wait until this machine is in.
+
+        Raises
+        ------
+        Unavailable
+            The machine did not come up.
+        """
+        await self.service.start()
+        await self._agent.start()
+        await self.service.wait_for_machine(MACHINE_TIMEOUT)
+
+    async def close(self) -> None:
+        """End everything that was started, be it only half; what fails at it does not keep the rest from ending."""
+        async with contextlib.AsyncExitStack() as last_first:
+            last_first.push_async_callback(asyncio.to_thread, shutil.rmtree, self._run_dir, ignore_errors=True)
+            last_first.callback(self.store.close)
+            last_first.push_async_callback(self._agent.stop)
+            last_first.push_async_callback(self.service.close)
+            last_first.push_async_callback(self.sessions.close)
+            last_first.callback(self._planning.close)
+
+    # What the endpoints ask; see ``endpoints.services.Cloud``.
+
+    def machines(self) -> list[MachineView]:
+        """Return all machines."""
+        return self.service.machines()
+
+    def containers(self, user: str | None) -> list[ContainerView]:
+        """Return the containers of a user, or all."""
+        return self.service.containers(user)
+
+    async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
+        """Have a container plan a path."""
+        return await self._planning.compute_path(user.id, map, request)

@@ -1,0 +1,243 @@
+"""A container from the inside: the clone of a robot, or planning on a map, and its two links.
+
+``main`` is what the runtime calls in the new process. It opens the map's layers, builds the graph, goes on from the
+checkpoint and dials: first its machine, then the endpoint. From then on it is events: frames in, frames out.
+"""
+
+import asyncio
+import logging
+import os
+from collections.abc import Callable, Coroutine
+from pathlib import Path
+from typing import Any
+
+import uvloop
+
+from engine import link
+from engine.framing import FrameStream
+from engine.home import CloudHome
+from engine.machine_client import MachineClient
+from engine.mapcache import open_layers
+from engine.model import Launch
+from engine.outside import Outside
+from engine.runtimes.threads import use_threads
+from ppaas.errors import PPaaSError
+from ppaas.messages import decode, encode, service_type, type_name
+from ppaas.messages.message import Message
+from ppaas.nodes.base import Checkpoint, Payload
+from ppaas.nodes.clone import build_clone, build_planning
+from ppaas.nodes.graph import Graph
+
+logger = logging.getLogger(__name__)
+
+CHECKPOINT_PERIOD = 0.25
+"""Seconds; in them a robot moves no farther than localization forgives, should the container be lost."""
+LINK_STATE = "link"
+"""Name under which a checkpoint keeps the last sequence number that was applied."""
+
+MAX_WAITING = 1 << 20
+"""Bytes that may wait for a slow endpoint before messages that may be lost are."""
+
+
+def payload_bytes(payload: Payload) -> bytes:
+    """Return a message as JSON, made only now if it is lazy."""
+    return encode(payload if isinstance(payload, Message) else payload.to_message())
+
+
+def build_graph(graph: Graph, launch: Launch) -> None:
+    """Put the nodes in that this container is for, and let them go on from the checkpoint."""
+    layers = open_layers(Path(launch.layers))
+    robot = launch.spec.robot
+    if robot is None:
+        build_planning(graph, layers, threads=launch.threads)
+    else:
+        build_clone(
+            graph,
+            layers,
+            model=robot.model,
+            initial_pose=robot.initial_pose,
+            base_global_planner=robot.base_global_planner,
+            base_local_planner=robot.base_local_planner,
+            parameters=robot.parameters,
+            threads=launch.threads,
+        )
+
+
+class Container:
+    """What runs in the process.
+
+    Parameters
+    ----------
+    launch : Launch
+        What the machine handed over.
+    home : CloudHome
+        With the graph built and restored.
+    stream : FrameStream
+        The robot link.
+    machine : MachineClient
+        The machine link.
+    """
+
+    def __init__(
+        self, launch: Launch, home: CloudHome, stream: FrameStream[link.ToContainer], machine: MachineClient
+    ) -> None:
+        self._launch = launch
+        self._home = home
+        self._graph = home.graph
+        self._stream = stream
+        self._machine = machine
+        self._taps: dict[str, Callable[[], None]] = {}
+        self._applied = int(launch.spec.checkpoint.get(LINK_STATE, b"0"))
+        self._dirty = asyncio.Event()
+
+    # -- the robot link ------------------------------------------------------------------------------------------------
+
+    def hello(self, pid: int) -> link.Hello:
+        """Return what the endpoint is told first."""
+        topics = [link.TopicInfo(t.name, type_name(t.type), t.latched) for t in self._graph.topics.values()]
+        spec = self._launch.spec
+        return link.Hello(spec.id, self._launch.secret, pid, self._applied, topics, list(self._graph.services))
+
+    async def serve(self) -> None:
+        """Take frames until the endpoint goes or says stop."""
+        while (frame := await self._stream.receive()) is not None:
+            match frame:
+                case link.Deliver():
+                    self._deliver(frame)
+                case link.Subscribe():
+                    self._subscribe(frame.topic, frame.client)
+                case link.Unsubscribe():
+                    self._unsubscribe(frame.topic)
+                case link.Call():
+                    self._call(frame)
+                case link.Stop():
+                    break
+            self._home.attend()
+        await self._save()
+
+    def _deliver(self, frame: link.Deliver) -> None:
+        if 0 < frame.sequence <= self._applied:
+            return
+        try:
+            self._graph.inject(frame.topic, decode(self._graph.topic(frame.topic).type, frame.payload))
+        except PPaaSError as error:
+            self._refuse(frame, error)
+        except Exception as error:
+            # What must arrive is sent again to the next container: one bad message must not become a crash loop.
+            logger.exception("a message on %s broke a node", frame.topic)
+            self._refuse(frame, PPaaSError(f"internal error: {type(error).__name__}"))
+        if frame.sequence:
+            self._applied = frame.sequence
+            self._dirty.set()
+
+    def _refuse(self, frame: link.Deliver, error: PPaaSError) -> None:
+        self._stream.write(link.Refused(frame.client, frame.topic, link.Refusal(error.slug, str(error))))
+
+    def _subscribe(self, topic: str, client: int) -> None:
+        if topic not in self._graph.topics:
+            return
+        if topic not in self._taps:
+            self._taps[topic] = self._graph.tap(topic, self._forward)
+        elif (last := self._graph.latched(topic)) is not None:
+            self._stream.write(link.Published(topic, payload_bytes(last), client))
+
+    def _unsubscribe(self, topic: str) -> None:
+        untap = self._taps.pop(topic, None)
+        if untap is not None:
+            untap()
+
+    def _forward(self, topic: str, payload: Payload) -> None:
+        droppable = not self._graph.topics[topic].latched
+        if not (droppable and self._stream.waiting > MAX_WAITING):
+            self._stream.write(link.Published(topic, payload_bytes(payload)))
+
+    def _call(self, frame: link.Call) -> None:
+        def reply(result: Payload | PPaaSError) -> None:
+            if isinstance(result, PPaaSError):
+                answer = link.Answer(frame.call, refusal=link.Refusal(result.slug, str(result)))
+            else:
+                answer = link.Answer(frame.call, payload_bytes(result))
+            self._stream.write(answer)
+
+        try:
+            service = self._graph.service(frame.service)
+            request = decode(service_type(service.type.name).request, frame.payload)
+            self._graph.call(frame.service, request, reply)
+        except PPaaSError as error:
+            reply(error)
+        except Exception as error:
+            # As for messages: whoever asks again and again must not end container after container.
+            logger.exception("a call of %s broke a node", frame.service)
+            reply(PPaaSError(f"internal error: {type(error).__name__}"))
+
+    # -- checkpoints ---------------------------------------------------------------------------------------------------
+
+    async def keep_checkpoints(self) -> None:
+        """Save the clone's state: at once after what must not be lost, else once a period."""
+        while True:
+            try:
+                async with asyncio.timeout(CHECKPOINT_PERIOD):
+                    await self._dirty.wait()
+            except TimeoutError:
+                pass
+            await self._save()
+
+    async def _save(self) -> None:
+        if self._launch.spec.robot is None:
+            return
+        self._dirty.clear()
+        applied = self._applied
+        nodes = {checkpoint.node: checkpoint.state for checkpoint in self._graph.checkpoints()}
+        nodes[LINK_STATE] = str(applied).encode()
+        try:
+            await self._machine.save_clone(nodes)
+        except PPaaSError as error:
+            logger.warning("the checkpoint was not kept, and will be tried again: %s", error)
+            return
+        self._stream.write(link.Ack(applied))
+
+
+async def run(launch: Launch) -> None:
+    """Be the container until the endpoint or the machine goes, or says stop."""
+    reader, writer = await asyncio.open_unix_connection(launch.link)
+    stream: FrameStream[link.ToContainer] = FrameStream(reader, writer, link.ToContainer)
+    home = CloudHome(lambda: use_threads(launch.threads))
+    try:
+        build_graph(home.graph, launch)
+        home.graph.restore([Checkpoint(name, state) for name, state in launch.spec.checkpoint.items()])
+    except PPaaSError as error:
+        refusal = link.Refusal(error.slug, str(error))
+        await stream.send(link.Failed(launch.spec.id, launch.secret, refusal))
+        await stream.close()
+        home.close()
+        return
+    machine = await MachineClient.connect(launch)
+    container = Container(launch, home, stream, machine)
+    outside = Outside(launch, home.graph, machine)
+    stream.write(container.hello(os.getpid()))
+    home.attend()
+    try:
+        await _until_first(container.serve(), container.keep_checkpoints(), machine.serve(outside.shared))
+    finally:
+        home.close()
+        await stream.close()
+        await machine.close()
+
+
+async def _until_first(*works: Coroutine[Any, Any, None]) -> None:
+    """Run all until one of them ends, however it ends; then end the others."""
+    tasks = [asyncio.create_task(work) for work in works]
+    try:
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        for task in done:
+            task.result()
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+def main(launch: Launch) -> None:
+    """Run a container in this process, and return when it has ended."""
+    logging.basicConfig(format=f"%(levelname)s {launch.spec.id} %(name)s: %(message)s")
+    uvloop.run(run(launch))

@@ -1,0 +1,74 @@
+"""The control link: what passes between the master and the agent of a machine. The agent dials."""
+
+import msgspec
+
+from engine.link import Refusal
+from engine.model import ContainerSpec
+
+
+class Register(msgspec.Struct, tag="register"):
+    """A machine joins; it starts with no container."""
+
+    machine: str
+    secret: str
+    pid: int
+    cores: int
+    memory: int
+
+
+class ContainerLoad(msgspec.Struct, frozen=True):
+    """What one container uses: CPU in cores, proportional set size in bytes."""
+
+    container: str
+    cpu: float
+    pss: int
+
+
+class Heartbeat(msgspec.Struct, tag="heartbeat"):
+    """The machine lives: its load, in cores, and that of its containers."""
+
+    cpu: float
+    memory_used: int
+    containers: list[ContainerLoad]
+
+
+class Launched(msgspec.Struct, tag="launched"):
+    """The process of a container runs; it is ready when it has dialled the robot link."""
+
+    container: str
+    pid: int
+
+
+class LaunchFailed(msgspec.Struct, tag="launch_failed"):
+    """A container could not be started."""
+
+    container: str
+    refusal: Refusal
+
+
+class Exited(msgspec.Struct, tag="exited"):
+    """The process of a container is gone; status as ``waitpid`` tells it, negative for a signal."""
+
+    container: str
+    status: int
+
+
+FromAgent = Register | Heartbeat | Launched | LaunchFailed | Exited
+
+
+class StartContainer(msgspec.Struct, tag="start"):
+    """Start a container, and let it dial this Unix socket."""
+
+    spec: ContainerSpec
+    secret: str
+    link: str
+
+
+class StopContainer(msgspec.Struct, tag="stop"):
+    """End a container, by force if it has not gone by itself after ``grace`` seconds."""
+
+    container: str
+    grace: float = 2.0
+
+
+ToAgent = StartContainer | StopContainer

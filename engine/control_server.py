@@ -1,0 +1,116 @@
+"""Where machines register: a Unix socket on which each agent tells what happens and takes orders."""
+
+import asyncio
+import logging
+from pathlib import Path
+from typing import Protocol
+
+import msgspec
+
+from engine import control
+from engine.awaited import is_same
+from engine.framing import FrameStream
+from ppaas.errors import NotPermitted, PPaaSError, Unavailable
+
+logger = logging.getLogger(__name__)
+
+REGISTER_TIMEOUT = 5.0
+
+
+class ControlEvents(Protocol):
+    """Who is told."""
+
+    def machine_registered(self, register: control.Register) -> None:
+        """A machine is here; orders may be sent to it."""
+        ...
+
+    def machine_said(self, machine: str, event: control.FromAgent) -> None:
+        """Something happened on a machine."""
+        ...
+
+    def machine_gone(self, machine: str) -> None:
+        """Its agent hung up: what it carried is lost."""
+        ...
+
+
+class ControlServer:
+    """The master's end of the control links.
+
+    Parameters
+    ----------
+    path : Path
+        Of the socket; only this user may connect to it.
+    secret : str
+        Shows that an agent is ours.
+    events : ControlEvents
+        Who is told.
+    register_timeout : float
+        Seconds that whoever dials has to register.
+    """
+
+    def __init__(
+        self, path: Path, secret: str, events: ControlEvents, *, register_timeout: float = REGISTER_TIMEOUT
+    ) -> None:
+        self.path = path
+        self._secret = secret
+        self._events = events
+        self._register_timeout = register_timeout
+        self._streams: set[FrameStream[control.FromAgent]] = set()
+        self._machines: dict[str, FrameStream[control.FromAgent]] = {}
+        self._server: asyncio.Server | None = None
+
+    async def start(self) -> None:
+        """Listen."""
+        self._server = await asyncio.start_unix_server(self._connected, self.path)
+        self.path.chmod(0o600)
+
+    def order(self, machine: str, order: msgspec.Struct) -> None:
+        """Send an order.
+
+        Raises
+        ------
+        Unavailable
+            The machine is gone.
+        """
+        stream = self._machines.get(machine)
+        if stream is None:
+            raise Unavailable(f"machine {machine!r} is gone")
+        stream.write(order)
+
+    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        stream: FrameStream[control.FromAgent] = FrameStream(reader, writer, control.FromAgent)
+        self._streams.add(stream)
+        try:
+            await self._serve(await self._registered(stream), stream)
+        except (PPaaSError, TimeoutError) as error:
+            logger.warning("a machine was cut off: %s", error or "it said nothing")
+        finally:
+            self._streams.discard(stream)
+            await stream.close()
+
+    async def _registered(self, stream: FrameStream[control.FromAgent]) -> control.Register:
+        async with asyncio.timeout(self._register_timeout):
+            register = await stream.receive()
+        if not isinstance(register, control.Register) or not is_same(self._secret, register.secret):
+            raise NotPermitted("something dialled the control link that is no machine of ours")
+        if register.machine in self._machines:
+            raise NotPermitted(f"a second machine calls itself {register.machine!r}")
+        return register
+
+    async def _serve(self, register: control.Register, stream: FrameStream[control.FromAgent]) -> None:
+        machine = register.machine
+        self._machines[machine] = stream
+        try:
+            self._events.machine_registered(register)
+            while (event := await stream.receive()) is not None:
+                self._events.machine_said(machine, event)
+        finally:
+            del self._machines[machine]
+            self._events.machine_gone(machine)
+
+    async def close(self) -> None:
+        """Hang up on all machines, which makes their agents end, and listen no more."""
+        if self._server is not None:
+            self._server.close()
+        await asyncio.gather(*(stream.close() for stream in self._streams))
+        self.path.unlink(missing_ok=True)

@@ -1,0 +1,240 @@
+"""The gate of a machine: through it, and only through it, its containers reach the stores and the fabric.
+
+A container says who it is once, with the secret it was launched with. From then on what it asks for is done in the
+name of its user and robot: it cannot name another.
+"""
+
+import asyncio
+import logging
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+from engine import machine_link
+from engine.awaited import Awaited
+from engine.background import Background
+from engine.framing import FrameStream
+from engine.keys import Scope, parse_shared
+from engine.link import Refusal
+from engine.model import SESSION_STATE, ContainerSpec
+from ppaas.clock import epoch
+from ppaas.errors import MessageTooLarge, NotPermitted, PPaaSError, QuotaExceeded
+from storage.ports import Store
+from storage.records import CloneCheckpoint, PlanRecord
+
+logger = logging.getLogger(__name__)
+
+ATTACH_TIMEOUT = 5.0
+DEFAULT_GROUP = "default"
+SHARED_TOPIC = "amcl_pose"
+"""What a robot hears of the others on its map."""
+
+MAX_WAITING = 1 << 18
+"""Bytes that may wait for a slow container before positions of others are dropped."""
+
+MAX_SHARED = 1 << 16
+"""Bytes of one message that is shared; it goes to every robot of the map."""
+
+MAX_REQUESTS = 16
+"""Requests of one container to the stores that may be under way."""
+
+Stream = FrameStream[machine_link.FromContainer]
+
+
+class Subscribed(Protocol):
+    """A subscription."""
+
+    def close(self) -> None:
+        """End it."""
+        ...
+
+
+class Shares(Protocol):
+    """What the gate asks of the fabric."""
+
+    def publish(self, key: str, payload: bytes) -> None:
+        """Publish; it may be lost."""
+        ...
+
+    def subscribe(self, key: str, callback: Callable[[str, bytes], None]) -> Subscribed:
+        """Call back with key and payload of what is published under a key expression."""
+        ...
+
+
+class _Guest:
+    """A container that was let in."""
+
+    def __init__(self, spec: ContainerSpec, stream: Stream) -> None:
+        self.spec = spec
+        self.stream = stream
+        self.scope = scope_of(spec)
+        self.turn = asyncio.Lock()
+        self.requests = 0
+        self.was_refused = False
+
+
+class Gate:
+    """Serves the machine links of this machine's containers.
+
+    Parameters
+    ----------
+    path : Path
+        Of the socket; only this user may connect to it.
+    store : Store
+        Where checkpoints and plans are kept.
+    fabric : Shares
+        Where positions are shared.
+    attach_timeout : float
+        Seconds that whoever dials has to say who it is.
+    """
+
+    def __init__(self, path: Path, store: Store, fabric: Shares, *, attach_timeout: float = ATTACH_TIMEOUT) -> None:
+        self.path = path
+        self._store = store
+        self._fabric = fabric
+        self._attach_timeout = attach_timeout
+        self._awaited: Awaited[ContainerSpec] = Awaited()
+        self._streams: set[Stream] = set()
+        self._background = Background()
+        self._server: asyncio.Server | None = None
+
+    async def start(self) -> None:
+        """Listen."""
+        self._server = await asyncio.start_unix_server(self._connected, self.path)
+        self.path.chmod(0o600)
+
+    def expect(self, spec: ContainerSpec, secret: str) -> None:
+        """Await a container, once."""
+        self._awaited.expect(spec.id, secret, spec)
+
+    def forget(self, container: str) -> None:
+        """Await it no more."""
+        self._awaited.forget(container)
+
+    @property
+    def awaited(self) -> int:
+        """How many containers have not dialled yet."""
+        return len(self._awaited)
+
+    async def close(self) -> None:
+        """Hang up on all containers and listen no more."""
+        if self._server is not None:
+            self._server.close()
+        await asyncio.gather(*(stream.close() for stream in self._streams))
+        await self._background.join()
+        self.path.unlink(missing_ok=True)
+
+    # -- one container -------------------------------------------------------------------------------------------------
+
+    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        stream: Stream = FrameStream(reader, writer, machine_link.FromContainer)
+        self._streams.add(stream)
+        try:
+            await self._serve(await self._admitted(stream))
+        except (PPaaSError, TimeoutError) as error:
+            logger.warning("a container was cut off at the gate: %s", error or "it said nothing")
+        finally:
+            self._streams.discard(stream)
+            await stream.close()
+
+    async def _admitted(self, stream: Stream) -> _Guest:
+        async with asyncio.timeout(self._attach_timeout):
+            attach = await stream.receive()
+        if not isinstance(attach, machine_link.Attach):
+            raise NotPermitted("it did not say who it is")
+        return _Guest(self._awaited.admit(attach.container, attach.secret), stream)
+
+    async def _serve(self, guest: _Guest) -> None:
+        subscription = self._hear_others(guest)
+        try:
+            while (frame := await guest.stream.receive()) is not None:
+                self._take(frame, guest)
+        finally:
+            if subscription is not None:
+                subscription.close()
+
+    def _take(self, frame: machine_link.FromContainer, guest: _Guest) -> None:
+        match frame:
+            case machine_link.SaveClone():
+                self._ask(frame.request, guest, lambda: self._save_clone(guest.spec, frame.nodes))
+            case machine_link.KeepPlan():
+                self._ask(frame.request, guest, lambda: self._keep_plan(guest.spec, frame.plan))
+            case machine_link.Share():
+                self._share(frame, guest)
+            case machine_link.Attach():
+                raise NotPermitted(f"container {guest.spec.id} wants to be another")
+
+    # -- the stores ----------------------------------------------------------------------------------------------------
+
+    def _ask(self, request: int, guest: _Guest, work: Callable[[], None]) -> None:
+        if guest.requests >= MAX_REQUESTS:
+            error = QuotaExceeded(f"{MAX_REQUESTS} requests of this container are under way: wait for their answers")
+            guest.stream.write(machine_link.Done(request, Refusal(error.slug, str(error))))
+            return
+        guest.requests += 1
+        self._background.run(self._answer(request, guest, work))
+
+    async def _answer(self, request: int, guest: _Guest, work: Callable[[], None]) -> None:
+        refusal = None
+        try:
+            async with guest.turn:  # or an older checkpoint might be kept over a newer one
+                await asyncio.to_thread(work)
+        except PPaaSError as error:
+            refusal = Refusal(error.slug, str(error))
+        except Exception as error:
+            logger.exception("a request of container %s failed", guest.spec.id)
+            refusal = Refusal(PPaaSError.slug, f"internal error: {type(error).__name__}")
+        finally:
+            guest.requests -= 1
+        guest.stream.write(machine_link.Done(request, refusal))
+
+    def _save_clone(self, spec: ContainerSpec, nodes: dict[str, bytes]) -> None:
+        if spec.robot is None:
+            raise NotPermitted("a container that only plans has no clone")
+        marked = nodes | {SESSION_STATE: spec.session.encode()}
+        self._store.save_clone(CloneCheckpoint(spec.user, spec.robot.id, marked, epoch()))
+
+    def _keep_plan(self, spec: ContainerSpec, plan: PlanRecord) -> None:
+        robot = spec.robot.id if spec.robot is not None else None
+        if (plan.user, plan.robot, plan.map, plan.version) != (spec.user, robot, spec.map.id, spec.map.version):
+            raise NotPermitted("a plan is kept under the user, robot and map version of its container")
+        self._store.add_plan(plan)
+
+    # -- the fabric ----------------------------------------------------------------------------------------------------
+
+    def _share(self, frame: machine_link.Share, guest: _Guest) -> None:
+        try:
+            self._fabric.publish(_shared_key(frame, guest.scope), frame.payload)
+        except PPaaSError as error:
+            # Nobody waits for an answer to a share, and the container has more to do: it is served on.
+            level = logging.DEBUG if guest.was_refused else logging.WARNING
+            logger.log(level, "container %s may not share this: %s", guest.spec.id, error)
+            guest.was_refused = True
+
+    def _hear_others(self, guest: _Guest) -> Subscribed | None:
+        scope, stream = guest.scope, guest.stream
+        if scope is None:
+            return None
+
+        def heard(key: str, payload: bytes) -> None:
+            other = parse_shared(key)
+            itself = (other.user, other.robot) == (scope.user, scope.robot)
+            if not itself and stream.waiting <= MAX_WAITING:
+                stream.write(machine_link.Shared(other.user, other.robot, other.topic, payload))
+
+        return self._fabric.subscribe(scope.seen(SHARED_TOPIC), heard)
+
+
+def _shared_key(frame: machine_link.Share, scope: Scope | None) -> str:
+    if scope is None:
+        raise NotPermitted("a container that only plans has nothing to share")
+    if len(frame.payload) > MAX_SHARED:
+        raise MessageTooLarge(f"{len(frame.payload)} bytes are over the limit of {MAX_SHARED}")
+    return scope.shown(frame.topic)
+
+
+def scope_of(spec: ContainerSpec) -> Scope | None:
+    """Return what a container may read and write on the fabric; nothing, if it only plans."""
+    if spec.robot is None:
+        return None
+    return Scope(spec.user, DEFAULT_GROUP, spec.robot.id, spec.map.id)

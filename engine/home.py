@@ -1,0 +1,88 @@
+"""The cloud's home of nodes: a graph on an event loop, with threads for its jobs."""
+
+import asyncio
+import contextlib
+import logging
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import TypeVar
+
+from ppaas.errors import PPaaSError
+from ppaas.nodes.graph import Graph
+
+logger = logging.getLogger(__name__)
+
+T = TypeVar("T")
+
+JOB_THREADS = 2
+"""A plan for the robot and one for an operator's question may be under way at a time."""
+
+
+class CloudHome:
+    """Runs the timers and jobs of one graph.
+
+    Parameters
+    ----------
+    prepare_thread : callable
+        Called once in each thread that runs jobs, before the first.
+    """
+
+    def __init__(self, prepare_thread: Callable[[], None]) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._executor = ThreadPoolExecutor(JOB_THREADS, "job", prepare_thread)
+        self._alarm: asyncio.TimerHandle | None = None
+        self._failure = ""
+        self._closed = False
+        self.graph = Graph(self._work)
+
+    def _work(self, work: Callable[[], T], done: Callable[[T | PPaaSError], None]) -> None:
+        if not self._closed:
+            future = self._executor.submit(work)
+            future.add_done_callback(lambda ended: self._hand_over(ended, done))
+
+    def _hand_over(self, future: "Future[T]", done: Callable[[T | PPaaSError], None]) -> None:
+        if not future.cancelled():
+            with contextlib.suppress(RuntimeError):  # the loop has ended, and nobody waits any longer
+                self._loop.call_soon_threadsafe(self._finish, future, done)
+
+    def _finish(self, future: "Future[T]", done: Callable[[T | PPaaSError], None]) -> None:
+        if self._closed:
+            return
+        error = future.exception()
+        try:
+            if error is None:
+                done(future.result())
+            elif isinstance(error, PPaaSError):
+                done(error)
+            else:
+                logger.error("a job failed", exc_info=error)
+                done(PPaaSError(f"internal error: {type(error).__name__}"))
+        finally:
+            self.attend()
+
+    def attend(self) -> None:
+        """Fire the timers that are due and set the alarm for the next; call it after anything that may set one.
+
+        A timer that fails stops neither itself nor the others; what fails in the same way again is not logged again.
+        """
+        if self._closed:
+            return
+        if self._alarm is not None:
+            self._alarm.cancel()
+        self._alarm = self._loop.call_later(min(self._run_due(), 3600.0), self.attend)
+
+    def _run_due(self) -> float:
+        try:
+            return self.graph.run_due()
+        except Exception as error:
+            if repr(error) != self._failure:
+                logger.exception("a timer failed")
+            self._failure = repr(error)
+            return 0.0  # others that are due have not been fired yet
+
+    def close(self) -> None:
+        """Stop timers; jobs under way end by themselves, and nobody hears of them."""
+        self._closed = True
+        if self._alarm is not None:
+            self._alarm.cancel()
+        self._executor.shutdown(wait=False, cancel_futures=True)

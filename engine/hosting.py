@@ -1,0 +1,165 @@
+"""The containers of one machine: started, watched, stopped."""
+
+import asyncio
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+import psutil
+
+from engine import control, cores
+from engine.background import Background
+from engine.gate import Gate
+from engine.link import Refusal
+from engine.mapcache import MapCache
+from engine.model import ContainerSpec, Launch
+from engine.runtimes.base import ContainerProcess, Runtime
+from ppaas.errors import Conflict, PPaaSError, Unavailable
+from ppaas.nodes.models import robot_model
+from storage.ports import MapStore
+
+logger = logging.getLogger(__name__)
+
+PLANNING_MODEL = "turtlebot2"
+"""The robot for which paths are planned when a program names none."""
+
+
+@dataclass(slots=True)
+class _Hosted:
+    """A container from the order to start it until it is gone."""
+
+    launch: Launch | None = None
+    process: ContainerProcess | None = None
+    stopped: asyncio.Event = field(default_factory=asyncio.Event)
+
+
+class Hosting:
+    """Carries out the orders that concern containers.
+
+    Parameters
+    ----------
+    runtime : Runtime
+        Starts processes.
+    gate : Gate
+        Awaits them.
+    maps, cache
+        Where their maps come from, and where their layers are shared.
+    cpus : tuple of int
+        CPUs they may use.
+    tell : callable
+        Sends news to the master.
+    """
+
+    def __init__(
+        self,
+        *,
+        runtime: Runtime,
+        gate: Gate,
+        maps: MapStore,
+        cache: MapCache,
+        cpus: tuple[int, ...],
+        tell: Callable[[msgspec.Struct], None],
+    ) -> None:
+        self._runtime = runtime
+        self._gate = gate
+        self._maps = maps
+        self._cache = cache
+        self._cpus = cpus
+        self._tell = tell
+        self._hosted: dict[str, _Hosted] = {}
+        self._background = Background()
+
+    def start(self, order: control.StartContainer) -> None:
+        """Start a container and watch it to its end: the master is told that it could not be started, or has exited."""
+        hosted = self._hosted[order.spec.id] = _Hosted()
+        self._background.run(self._host(order, hosted))
+
+    async def _host(self, order: control.StartContainer, hosted: _Hosted) -> None:
+        container = order.spec.id
+        try:
+            layers = await self._layers(order.spec)
+            try:
+                status = await self._run(order, hosted, layers)
+            finally:
+                self._cache.release(layers)
+        except PPaaSError as error:
+            self._tell_failed(container, error)
+        except Exception as error:
+            logger.exception("container %s broke its machine", container)
+            self._tell_failed(container, PPaaSError(f"internal error: {type(error).__name__}"))
+        else:
+            self._tell(control.Exited(container, status))
+        finally:
+            del self._hosted[container]
+
+    def _tell_failed(self, container: str, error: PPaaSError) -> None:
+        logger.warning("container %s could not be started: %s", container, error)
+        self._tell(control.LaunchFailed(container, Refusal(error.slug, str(error))))
+
+    async def _run(self, order: control.StartContainer, hosted: _Hosted, layers: Path) -> int:
+        container = order.spec.id
+        if hosted.stopped.is_set():
+            raise Unavailable("it was stopped before it ran")
+        hosted.launch = self._launch_of(order, layers)
+        self._gate.expect(order.spec, order.secret)
+        try:
+            process = hosted.process = await self._runtime.launch(hosted.launch)
+            self._tell(control.Launched(container, process.pid))
+            if hosted.stopped.is_set():
+                process.kill()
+            return await process.wait()
+        finally:
+            self._gate.forget(container)
+
+    def _launch_of(self, order: control.StartContainer, layers: Path) -> Launch:
+        size = order.spec.cores
+        launches = [hosted.launch for hosted in self._hosted.values() if hosted.launch is not None]
+        given = cores.used((launch.spec.cores, launch.cpus) for launch in launches)
+        return Launch(
+            spec=order.spec,
+            layers=str(layers),
+            link=order.link,
+            machine=str(self._gate.path),
+            secret=order.secret,
+            cpus=cores.pick(size, self._cpus, given),
+            threads=cores.threads(size),
+        )
+
+    async def _layers(self, spec: ContainerSpec) -> Path:
+        radius = robot_model(spec.robot.model if spec.robot is not None else PLANNING_MODEL).robot_radius
+        record = await asyncio.to_thread(self._maps.map, spec.map.id)
+        if record.version != spec.map.version:
+            raise Conflict(f"map {spec.map.id!r} has a newer version than {spec.map.version}; connect again")
+        return await self._cache.ensure(record, radius)
+
+    def stop(self, order: control.StopContainer) -> None:
+        """End a container: it was told by its link; by force, if it stays."""
+        hosted = self._hosted.get(order.container)
+        if hosted is None:
+            return
+        hosted.stopped.set()
+        if hosted.process is not None:
+            asyncio.get_running_loop().call_later(order.grace, hosted.process.kill)
+
+    def loads(self) -> list[control.ContainerLoad]:
+        """Return what each container uses now; reading this may block for milliseconds."""
+        loads = []
+        for container, hosted in tuple(self._hosted.items()):
+            if hosted.process is None:
+                continue
+            try:
+                observed = psutil.Process(hosted.process.pid)
+                with observed.oneshot():
+                    cpu = sum(observed.cpu_times()[:2])
+                    pss = observed.memory_full_info().pss
+            except psutil.Error:
+                continue  # it ended just now, which is told by its watcher
+            loads.append(control.ContainerLoad(container, cpu, pss))
+        return loads
+
+    async def close(self) -> None:
+        """Start no more, end all containers and wait until they are gone."""
+        await self._background.cancel()
+        await self._runtime.close()

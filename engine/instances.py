@@ -1,0 +1,55 @@
+"""What tells one running cloud from another, and from one that is dead, on the same machine."""
+
+import os
+import re
+import shutil
+from pathlib import Path
+
+SHARED_MEMORY = Path("/dev/shm")
+
+_NAME = re.compile(r"ppaas-(\d+)-(\d+)-(\d+)")
+
+
+def instance_name() -> str:
+    """Return the name of this process among all that live or lived: PID namespace, process id and start."""
+    started = _start_of(os.getpid())
+    if started is None:
+        raise RuntimeError("/proc tells nothing of this process")
+    return f"{_namespace()}-{os.getpid()}-{started}"
+
+
+def folder_of(instance: str, base: Path = SHARED_MEMORY) -> Path:
+    """Return the folder that an instance has in shared memory."""
+    return base / f"ppaas-{instance}"
+
+
+def sweep_stale(base: Path = SHARED_MEMORY) -> list[Path]:
+    """Remove the folders of instances that are dead, and return them.
+
+    Those of another PID namespace, which may live, are left alone.
+    """
+    stale = [folder for folder in sorted(base.glob("ppaas-*")) if _is_dead(folder.name)]
+    for folder in stale:
+        shutil.rmtree(folder, ignore_errors=True)  # another may sweep at the same time
+    return stale
+
+
+def _is_dead(name: str) -> bool:
+    found = _NAME.fullmatch(name)
+    if found is None:
+        return False
+    namespace, pid, started = map(int, found.groups())
+    return namespace == _namespace() and _start_of(pid) != started
+
+
+def _namespace() -> int:
+    return Path("/proc/self/ns/pid").stat().st_ino
+
+
+def _start_of(pid: int) -> int | None:
+    """Return when a process started, in ticks since the machine did."""
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return None
+    return int(stat.rpartition(")")[2].split()[19])

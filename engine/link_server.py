@@ -1,0 +1,91 @@
+"""Where containers dial: a Unix socket that hands each to the place that awaits it."""
+
+import asyncio
+import logging
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+from engine import link
+from engine.awaited import Awaited
+from engine.framing import FrameStream
+from ppaas.errors import NotPermitted, PPaaSError
+
+logger = logging.getLogger(__name__)
+
+HELLO_TIMEOUT = 5.0
+
+Welcome = Callable[[link.Hello, FrameStream[link.FromContainer]], Awaitable[None]]
+Failure = Callable[[link.Failed], None]
+
+
+class LinkServer:
+    """Takes the first frame of each container and hands the rest on.
+
+    Parameters
+    ----------
+    path : Path
+        Of the socket; only this user may connect to it.
+    welcome : callable
+        Serves a container whose secret was right, until it hangs up.
+    failed : callable
+        Told of a container that cannot be what it was asked to be.
+    hello_timeout : float
+        Seconds that whoever dials has to say who it is.
+    """
+
+    def __init__(self, path: Path, welcome: Welcome, failed: Failure, *, hello_timeout: float = HELLO_TIMEOUT) -> None:
+        self.path = path
+        self._welcome = welcome
+        self._failed = failed
+        self._hello_timeout = hello_timeout
+        self._awaited: Awaited[str] = Awaited()
+        self._server: asyncio.Server | None = None
+        self._streams: set[FrameStream[link.FromContainer]] = set()
+
+    async def start(self) -> None:
+        """Listen."""
+        self._server = await asyncio.start_unix_server(self._connected, self.path)
+        self.path.chmod(0o600)
+
+    def expect(self, container: str, secret: str) -> None:
+        """Await a container, once."""
+        self._awaited.expect(container, secret, container)
+
+    def forget(self, container: str) -> None:
+        """Await it no more."""
+        self._awaited.forget(container)
+
+    @property
+    def awaited(self) -> int:
+        """How many containers have not dialled yet."""
+        return len(self._awaited)
+
+    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        stream: FrameStream[link.FromContainer] = FrameStream(reader, writer, link.FromContainer)
+        self._streams.add(stream)
+        try:
+            first = await self._first(stream)
+            if isinstance(first, link.Failed):
+                self._failed(first)
+            else:
+                await self._welcome(first, stream)
+        except (PPaaSError, TimeoutError) as error:
+            logger.warning("a container was cut off: %s", error or "it said nothing")
+        finally:
+            self._streams.discard(stream)
+            await stream.close()
+
+    async def _first(self, stream: FrameStream[link.FromContainer]) -> link.Hello | link.Failed:
+        async with asyncio.timeout(self._hello_timeout):
+            first = await stream.receive()
+        if not isinstance(first, link.Hello | link.Failed):
+            raise NotPermitted("something dialled the robot link that is no container")
+        self._awaited.admit(first.container, first.secret)
+        return first
+
+    async def close(self) -> None:
+        """Hang up on all, and listen no more."""
+        if self._server is not None:
+            self._server.close()
+        await asyncio.gather(*(stream.close() for stream in self._streams))
+        self.path.unlink(missing_ok=True)

@@ -1,0 +1,88 @@
+"""What the engine speaks of: machines, containers, and what a container is told at its start."""
+
+from typing import Any, Literal
+
+import msgspec
+
+ContainerKind = Literal["robot", "planning"]
+
+SESSION_STATE = "session"
+"""Name under which a checkpoint keeps the session that it was made in."""
+
+
+class MapVersion(msgspec.Struct, frozen=True):
+    """One version of a map."""
+
+    id: str
+    version: str
+
+
+class RobotConfig(msgspec.Struct, frozen=True):
+    """What a clone must know of its robot."""
+
+    id: str
+    model: str
+    initial_pose: tuple[float, float, float]
+    base_global_planner: str
+    base_local_planner: str
+    parameters: dict[str, Any] = {}
+
+
+class ContainerSpec(msgspec.Struct, frozen=True):
+    """What to start.
+
+    Parameters
+    ----------
+    id : str
+        Unique among all containers, for ever.
+    cores : float
+        Size in CPU cores; decimal.
+    robot : RobotConfig, optional
+        The robot whose clone runs in it; without one it only plans.
+    checkpoint : dict of str to bytes
+        State of each node to go on from.
+    session : str
+        Id of the first container that filled the place: those that replace it go on from its checkpoints, and from
+        no others.
+    """
+
+    id: str
+    user: str
+    map: MapVersion
+    cores: float
+    robot: RobotConfig | None = None
+    checkpoint: dict[str, bytes] = {}
+    session: str = ""
+
+    @property
+    def kind(self) -> ContainerKind:
+        """``"robot"`` if a clone runs in it, else ``"planning"``."""
+        return "planning" if self.robot is None else "robot"
+
+
+class Launch(msgspec.Struct, frozen=True):
+    """What a machine hands to the process that becomes a container.
+
+    Parameters
+    ----------
+    layers : str
+        Folder of the map's layers in shared memory.
+    link : str
+        Unix socket of the endpoint, to which the robot link is dialled; that handshake is *ready*.
+    machine : str
+        Unix socket of the machine, for what goes to the stores and to other containers.
+    secret : str
+        Shows both that the container is the one they await.
+    cpus : tuple of int
+        CPUs it may run on.
+    threads : int
+        Most threads its kernels may use.
+    """
+
+    spec: ContainerSpec
+    layers: str
+    link: str
+    machine: str
+    secret: str
+    cpus: tuple[int, ...]
+    threads: int

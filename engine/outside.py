@@ -1,0 +1,119 @@
+"""What a clone gives to the world outside its robot: its position for the robots of the same map, its plans for all."""
+
+import hashlib
+import logging
+
+from engine import machine_link
+from engine.background import Background
+from engine.machine_client import MachineClient
+from engine.model import Launch
+from ppaas.errors import PPaaSError
+from ppaas.messages import decode, encode
+from ppaas.messages.geometry_msgs import PoseArray, PoseWithCovarianceStamped
+from ppaas.messages.std_msgs import Header, Time
+from ppaas.nodes.base import Payload
+from ppaas.nodes.checks import finite_pose
+from ppaas.nodes.graph import Graph
+from ppaas.planners.base import PlanResult, pose_message
+from storage.records import PlanRecord
+
+logger = logging.getLogger(__name__)
+
+POSE = "amcl_pose"
+PLAN = "plan"
+ROBOTS = "robots"
+
+SHARE_PERIOD = 0.2
+"""Seconds between two positions: at 0.65 m/s a robot moves 13 cm in it."""
+
+FRESH = 1.0
+"""Seconds after which a position of another robot is no longer believed."""
+
+
+def plan_record(launch: Launch, plan: PlanResult, created: float) -> PlanRecord:
+    """Return the record of a plan; the same plan on the same version has the same id, so it is kept once."""
+    spec = launch.spec
+    poses = plan.poses.astype("<f8").tobytes()
+    key = f"{spec.map.id}\0{spec.map.version}\0{plan.planner}\0".encode()
+    first, last = (pose_message(row).planar() for row in plan.poses[[0, -1]].tolist())
+    return PlanRecord(
+        id=hashlib.blake2b(key + poses, digest_size=16).hexdigest(),
+        user=spec.user,
+        map=spec.map.id,
+        version=spec.map.version,
+        planner=plan.planner,
+        start=first,
+        goal=last,
+        length=plan.length,
+        cost=plan.cost,
+        seconds=plan.seconds,
+        poses=poses,
+        created=created,
+        robot=spec.robot.id if spec.robot else None,
+    )
+
+
+class Outside:
+    """Connects a clone's graph to the machine link."""
+
+    def __init__(self, launch: Launch, graph: Graph, machine: MachineClient) -> None:
+        self._launch = launch
+        self._graph = graph
+        self._machine = machine
+        self._last_shared = float("-inf")
+        self._refused: set[tuple[str, str]] = set()
+        self._others: dict[tuple[str, str], tuple[float, PoseWithCovarianceStamped]] = {}
+        self._background = Background()
+        self._kept: tuple[bytes, float] | None = None
+        if POSE in graph.topics:
+            graph.tap(POSE, self._share_pose)
+        if PLAN in graph.topics:
+            graph.tap(PLAN, self._keep_plan)
+
+    def _share_pose(self, _topic: str, pose: Payload) -> None:
+        now = self._graph.now()
+        if now - self._last_shared >= SHARE_PERIOD and isinstance(pose, PoseWithCovarianceStamped):
+            self._last_shared = now
+            self._machine.share(POSE, encode(pose))
+
+    def shared(self, message: machine_link.Shared) -> None:
+        """Take the position of another robot of this map, and tell the clone of all that are fresh.
+
+        What another sends may be anything; what is no position is logged once and does no harm.
+        """
+        if message.topic != POSE or ROBOTS not in self._graph.topics:
+            return
+        who = message.user, message.robot
+        try:
+            pose = decode(PoseWithCovarianceStamped, message.payload)
+            finite_pose(pose.pose.pose, "the pose of a robot")
+            self._others[who] = (self._graph.now(), pose)
+            self._tell_others()
+        except PPaaSError as error:
+            level = logging.DEBUG if who in self._refused else logging.WARNING
+            logger.log(level, "the position of robot %s of %s cannot be taken: %s", message.robot, message.user, error)
+            self._refused.add(who)
+
+    def _tell_others(self) -> None:
+        now = self._graph.now()
+        self._others = {who: seen for who, seen in self._others.items() if now - seen[0] < FRESH}
+        poses = [pose.pose.pose for _, pose in self._others.values()]
+        self._graph.inject(ROBOTS, PoseArray(Header(stamp=Time.of(now), frame_id="map"), poses))
+
+    def _keep_plan(self, _topic: str, plan: Payload) -> None:
+        if isinstance(plan, PlanResult) and len(plan.poses) and self._is_news(plan):
+            self._background.run(self._keep(plan_record(self._launch, plan, self._graph.now())))
+
+    def _is_news(self, plan: PlanResult) -> bool:
+        """Tell a new goal or a detour from the plan that is renewed every second on the way along it."""
+        goal = plan.poses[-1].tobytes()
+        if self._kept is not None and self._kept[0] == goal and plan.length <= self._kept[1]:
+            return False
+        self._kept = goal, plan.length
+        return True
+
+    async def _keep(self, plan: PlanRecord) -> None:
+        try:
+            await self._machine.keep_plan(plan)
+        except PPaaSError as error:
+            logger.warning("a plan was not kept: %s", error)

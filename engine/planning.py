@@ -1,0 +1,89 @@
+"""Paths for programs: containers that only plan, one a user and map version, there while they are used."""
+
+import asyncio
+import logging
+
+from engine.background import Background
+from engine.master import PlaceRequest
+from engine.model import MapVersion
+from engine.place_link import PlaceLink
+from engine.service import CloudService
+from engine.views import PathAnswer, PathRequest
+from ppaas.errors import Unavailable
+from ppaas.geometry import Pose2D
+from ppaas.messages import decode, encode
+from ppaas.messages.geometry_msgs import Pose, pose_rows
+from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
+
+logger = logging.getLogger(__name__)
+
+IDLE = 120.0
+"""Seconds after its last path that a planning container is kept."""
+
+CORES = 1.0
+READY_TIMEOUT = 15.0
+ANSWER_MARGIN = 5.0
+"""Seconds that a container may take beyond the time that the planner is given."""
+
+
+class Planning:
+    """Computes paths without a robot."""
+
+    def __init__(self, service: CloudService, idle: float = IDLE) -> None:
+        self._service = service
+        self._idle = idle
+        self._closing: dict[str, asyncio.TimerHandle] = {}
+        self._background = Background()
+
+    async def compute_path(self, user: str, version: MapVersion, request: PathRequest) -> PathAnswer:
+        """Plan in the user's planning container for this map version.
+
+        Raises
+        ------
+        PlanningError
+            There is no path; one of its subclasses.
+        QuotaExceeded
+            The user may not have another container.
+        Unavailable
+            No machine has room, or the container was lost.
+        """
+        place = self._service.open_place(PlaceRequest(user, version, CORES))
+        self._keep(place.key)
+        await place.ready(READY_TIMEOUT)
+        # Who plans is asked before the call: the container may be gone, or another, when the answer is here.
+        container, pid = place.container, place.pid
+        response = await self._ask(place, request)
+        self._keep(place.key)
+        if container is None or pid is None:
+            raise Unavailable("the container was lost; ask again")
+        return PathAnswer(
+            poses=pose_rows(response.poses).tobytes(),
+            cost=response.cost,
+            length=response.length,
+            expanded=response.expanded,
+            seconds=response.seconds,
+            planner=response.planner,
+            container=container,
+            pid=pid,
+        )
+
+    async def _ask(self, place: PlaceLink, request: PathRequest) -> ComputePathResponse:
+        start, goal = (Pose.of(Pose2D(*pose)) for pose in (request.start, request.goal))
+        question = ComputePathRequest(start, goal, request.planner, request.tolerance, request.timeout)
+        answer = await place.call("compute_path", encode(question), request.timeout + ANSWER_MARGIN)
+        return decode(ComputePathResponse, answer)
+
+    def _keep(self, key: str) -> None:
+        known = self._closing.pop(key, None)
+        if known is not None:
+            known.cancel()
+        self._closing[key] = asyncio.get_running_loop().call_later(self._idle, self._close, key)
+
+    def _close(self, key: str) -> None:
+        self._closing.pop(key, None)
+        self._background.run(self._service.close_place(key, Unavailable("it was not used")))
+
+    def close(self) -> None:
+        """Forget what was to be closed later."""
+        for handle in self._closing.values():
+            handle.cancel()

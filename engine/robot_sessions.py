@@ -1,0 +1,118 @@
+"""Robots and their operators: who is connected to which place, and when a place is given up."""
+
+import asyncio
+import logging
+from collections import Counter
+
+from engine.master import PlaceRequest
+from engine.model import MapVersion, RobotConfig
+from engine.place_link import PlaceLink
+from engine.service import CloudService
+from ppaas.errors import Conflict, NotPermitted, Unavailable
+from storage.ports import MapStore, Store
+from storage.records import RobotRecord
+
+logger = logging.getLogger(__name__)
+
+LINGER = 30.0
+"""Seconds that a clone waits for a client to come back before its container is given up."""
+
+
+class RobotSessions:
+    """Opens the place of a robot for its first client and closes it some time after the last has left.
+
+    Parameters
+    ----------
+    service : CloudService
+        Opens places.
+    store, map_store
+        Know the robots and the versions of their maps.
+    linger : float
+        Seconds that a place without clients is kept.
+    """
+
+    def __init__(self, service: CloudService, store: Store, map_store: MapStore, linger: float = LINGER) -> None:
+        self._service = service
+        self._store = store
+        self._map_store = map_store
+        self._linger = linger
+        self._clients: Counter[str] = Counter()
+        self._robots: set[str] = set()
+        self._closing: dict[str, asyncio.Task[None]] = {}
+
+    async def join(self, user: str, robot: str, *, as_robot: bool) -> PlaceLink:
+        """Return the place of a robot for one more client, which must ``leave`` it.
+
+        Raises
+        ------
+        NotFound
+            The user has no such robot, or its map is gone.
+        NotPermitted
+            The user may no longer read the map.
+        Conflict
+            The robot is connected already.
+        QuotaExceeded, Unavailable
+            There is no container for it.
+        """
+        request = await asyncio.to_thread(self._request, user, robot)
+        key = request.key
+        if as_robot and key in self._robots:
+            raise Conflict(f"robot {robot!r} is connected already; close its other socket first")
+        place = await self._open(request)
+        closing = self._closing.pop(key, None)
+        if closing is not None:
+            closing.cancel()
+        self._clients[key] += 1
+        if as_robot:
+            self._robots.add(key)
+        return place
+
+    async def _open(self, request: PlaceRequest) -> PlaceLink:
+        try:
+            return self._service.open_place(request)
+        except Conflict:
+            if request.key not in self._closing:
+                raise
+        # Nobody is connected: what was changed meanwhile, as the map, need not wait for the old place to end.
+        await self._service.close_place(request.key, Unavailable("its robot or map was changed"))
+        return self._service.open_place(request)
+
+    def _request(self, user: str, robot: str) -> PlaceRequest:
+        record = self._store.robot(user, robot)
+        version = self._map_store.map_head(record.map)
+        if not version.readable_by(user):
+            raise NotPermitted(f"map {record.map!r} is not shared with {user!r}")
+        return PlaceRequest(user, MapVersion(version.id, version.version), record.cores, robot_config(record))
+
+    def leave(self, place: PlaceLink, *, as_robot: bool) -> None:
+        """Take one client off a place."""
+        key = place.key
+        if as_robot:
+            self._robots.discard(key)
+        self._clients[key] -= 1
+        if self._clients[key] <= 0:
+            del self._clients[key]
+            self._closing[key] = asyncio.create_task(self._close_later(key))
+
+    async def _close_later(self, key: str) -> None:
+        await asyncio.sleep(self._linger)
+        self._closing.pop(key, None)
+        await self._service.close_place(key, Unavailable(f"nobody was connected for {self._linger:g} s"))
+
+    async def close(self) -> None:
+        """Forget what was to be closed later."""
+        for task in self._closing.values():
+            task.cancel()
+        await asyncio.gather(*self._closing.values(), return_exceptions=True)
+
+
+def robot_config(record: RobotRecord) -> RobotConfig:
+    """Return what a clone must know of its robot."""
+    return RobotConfig(
+        id=record.id,
+        model=record.model,
+        initial_pose=record.initial_pose,
+        base_global_planner=record.base_global_planner,
+        base_local_planner=record.base_local_planner,
+        parameters=record.parameters,
+    )

@@ -1,0 +1,173 @@
+"""The Zenoh router of a machine: a process of its own, so that it can die alone.
+
+``python -m engine.router`` reads its settings as JSON from standard input, writes one line when it listens, and ends
+when standard input does, which is when whoever started it is gone. Only clients that know a name and password of the
+credentials file may connect; nothing is scouted for and nothing announced.
+"""
+
+import asyncio
+import contextlib
+import logging
+import os
+import secrets
+import sys
+from asyncio.subprocess import PIPE, Process
+from pathlib import Path
+
+import msgspec
+import zenoh
+
+from engine.zenoh_config import Credentials, router_config
+from ppaas.errors import Unavailable
+
+logger = logging.getLogger(__name__)
+
+READY = b"ready\n"
+START_TIMEOUT = 10.0
+STEADY = 5.0
+"""Seconds after which a router that dies again is started again at once."""
+
+RETRY = 0.2
+"""Seconds before a router is started that did not live so long."""
+
+
+class RouterSettings(msgspec.Struct, frozen=True):
+    """Where a router listens, and whom it lets in.
+
+    Parameters
+    ----------
+    listen : tuple of str
+        Zenoh endpoints: ``unixsock-stream//run/ppaas/router.sock``, ``tcp/127.0.0.1:7447``.
+    credentials : str
+        File with a line ``name:password`` for each client.
+    own : Credentials
+        By which the router names itself to other routers.
+    """
+
+    listen: tuple[str, ...]
+    credentials: str
+    own: Credentials
+
+
+def serve(settings: RouterSettings) -> None:
+    """Be a router until standard input ends."""
+    zenoh.init_log_from_env_or("error")
+    with zenoh.open(router_config(settings.listen, settings.credentials, settings.own)):
+        os.write(sys.stdout.fileno(), READY)
+        while os.read(sys.stdin.fileno(), 4096):
+            pass
+
+
+class RouterProcess:
+    """Keeps the router of a machine running.
+
+    Parameters
+    ----------
+    folder : Path
+        For its socket and its credentials; made with mode 700 if it is not there.
+    tcp : str, optional
+        A second address, ``host:port``, for the clients that cannot reach the socket.
+    """
+
+    def __init__(self, folder: Path, *, tcp: str | None = None) -> None:
+        self._folder = folder
+        self.endpoint = f"unixsock-stream/{folder / 'router.sock'}"
+        self.credentials = Credentials("agent", secrets.token_urlsafe(32))
+        self._listen = (self.endpoint, f"tcp/{tcp}") if tcp else (self.endpoint,)
+        self._process: Process | None = None
+        self._keeper: asyncio.Task[None] | None = None
+        self.restarts = 0
+
+    @property
+    def pid(self) -> int | None:
+        """Of the router that runs now."""
+        return self._process.pid if self._process is not None else None
+
+    async def start(self) -> None:
+        """Start the router, wait until it listens, and go on starting it.
+
+        Raises
+        ------
+        Unavailable
+            It did not come up.
+        """
+        self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        _write_private(self._folder / "credentials", f"{self.credentials.user}:{self.credentials.password}\n")
+        self._process = await self._spawn()
+        self._keeper = asyncio.create_task(self._keep(self._process))
+
+    async def close(self) -> None:
+        """End the router."""
+        if self._keeper is not None:
+            self._keeper.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await self._keeper
+        if self._process is not None:
+            await _end(self._process)
+        for name in ("credentials", "router.sock", "router.sock.lock"):
+            (self._folder / name).unlink(missing_ok=True)
+
+    async def _spawn(self) -> Process:
+        # In a session of its own, Ctrl-C in a terminal does not end it before those who still need it.
+        process = await asyncio.create_subprocess_exec(
+            sys.executable, "-m", "engine.router", stdin=PIPE, stdout=PIPE, start_new_session=True
+        )
+        if process.stdin is None or process.stdout is None:
+            raise RuntimeError("the router has no pipes")
+        try:
+            settings = RouterSettings(self._listen, str(self._folder / "credentials"), self.credentials)
+            process.stdin.write(msgspec.json.encode(settings) + b"\n")
+            async with asyncio.timeout(START_TIMEOUT):
+                line = await process.stdout.readline()
+        except BaseException:
+            await _end(process)
+            raise
+        if line != READY:
+            raise Unavailable(f"the router ended with status {await process.wait()} before it listened")
+        return process
+
+    async def _keep(self, process: Process) -> None:
+        loop = asyncio.get_running_loop()
+        while True:
+            began = loop.time()
+            status = await process.wait()
+            logger.error("the router ended with status %s and is started again", status)
+            if loop.time() - began < STEADY:
+                await asyncio.sleep(RETRY)
+            process = self._process = await self._insist()
+            self.restarts += 1
+
+    async def _insist(self) -> Process:
+        while True:
+            try:
+                return await self._spawn()
+            except (Unavailable, OSError, TimeoutError):
+                logger.exception("the router did not come up; trying again")
+                await asyncio.sleep(RETRY)
+
+
+async def _end(process: Process) -> None:
+    if process.stdin is not None:
+        process.stdin.close()
+    try:
+        async with asyncio.timeout(2.0):
+            await process.wait()
+    except TimeoutError:
+        process.kill()
+        await process.wait()
+
+
+def _write_private(path: Path, text: str) -> None:
+    path.unlink(missing_ok=True)
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    with os.fdopen(descriptor, "w") as file:
+        file.write(text)
+
+
+def main() -> None:
+    """Run the router with the settings on standard input."""
+    serve(msgspec.json.decode(sys.stdin.buffer.readline(), type=RouterSettings))
+
+
+if __name__ == "__main__":
+    main()

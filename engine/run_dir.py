@@ -1,0 +1,30 @@
+"""The folder of a process's Unix sockets: short enough that each can be bound."""
+
+import shutil
+import tempfile
+from pathlib import Path
+
+from ppaas.errors import InvalidInput
+
+LONGEST_PATH = 107
+"""Bytes of a Unix socket's path, without its terminating zero (``sun_path`` in unix(7))."""
+
+LONGEST_NAME = 20
+"""Bytes of a socket's name in the folder."""
+
+
+def make_run_dir() -> Path:
+    """Make a folder for sockets, which this user alone may enter.
+
+    Raises
+    ------
+    InvalidInput
+        The folder for temporary files has so long a path that no socket could be bound in it.
+    OSError
+        The folder could not be made.
+    """
+    folder = Path(tempfile.mkdtemp(prefix="ppaas-"))
+    if len(bytes(folder)) + 1 + LONGEST_NAME > LONGEST_PATH:
+        shutil.rmtree(folder)
+        raise InvalidInput(f"{folder.parent} has too long a path for Unix sockets; set TMPDIR to a shorter one")
+    return folder

@@ -1,0 +1,34 @@
+"""What the fork server loads before it forks the first container: everything a container would else load itself.
+
+Importing this module does the work. Any failure ends the fork server with its reason: a container must never find
+out later that a kernel is missing.
+"""
+
+import os
+import sys
+import traceback
+
+ENVIRONMENT = dict(os.environ)
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ[_name] = "1"  # a pool of threads in the fork server would be lost in its children
+
+try:
+    from engine.runtimes import memory, threading_layer
+
+    memory.give_back_early()
+    with memory.without_extras():
+        LAYER = threading_layer.choose()
+
+        import asyncio  # noqa: F401
+
+        import msgspec  # noqa: F401
+        import numpy as np  # noqa: F401
+        import uvloop  # noqa: F401
+
+        from engine.runtimes import kernels
+
+        COMPILED = kernels.record_compilations()
+        WARM = kernels.warm_all()
+except ImportError:  # of these the fork server would say nothing
+    traceback.print_exc()
+    sys.exit(1)

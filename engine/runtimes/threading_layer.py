@@ -1,0 +1,71 @@
+"""Which threads run the parallel kernels.
+
+Containers are forked from a process that has run kernels already, and call kernels from several threads at once. Of
+numba's three threading layers only *tbb* stands both: *omp* dies in the child, and *workqueue* aborts the process as
+soon as two threads call kernels, even with one thread each. So where TBB cannot be loaded, ``parallel=True`` is taken
+from every kernel before it is compiled: it runs serially, with the same result, on every platform.
+
+``choose`` comes before the first import of a kernel. How many threads a container then uses, ``threads`` tells.
+"""
+
+import ctypes
+import functools
+import importlib
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal
+
+Layer = Literal["tbb", "serial"]
+
+_TBB = "libtbb.so.12"
+
+
+def choose() -> Layer:
+    """Set numba up for this process and all that are forked from it; call it once, before any kernel is imported.
+
+    Raises
+    ------
+    RuntimeError
+        Kernels could have been compiled already, because numba was imported before.
+    """
+    if "numba" in sys.modules:
+        raise RuntimeError("choose the threading layer before numba is imported")
+    # Left open, numba would count the CPUs of a container's affinity at its next compilation and refuse the change.
+    os.environ["NUMBA_NUM_THREADS"] = str(len(os.sched_getaffinity(0)))
+    if _load_tbb():
+        os.environ["NUMBA_THREADING_LAYER"] = "tbb"
+        return "tbb"
+    _run_serially()
+    return "serial"
+
+
+def _load_tbb() -> bool:
+    for path in (Path(sys.prefix, "lib", _TBB), Path(_TBB)):  # PyPI's wheel lies where no loader looks
+        try:
+            ctypes.CDLL(str(path), mode=ctypes.RTLD_GLOBAL)
+            importlib.import_module("numba.np.ufunc.tbbpool")
+        except (OSError, ImportError):
+            continue
+        return True
+    return False
+
+
+def _run_serially() -> None:
+    os.environ["NUMBA_NUM_THREADS"] = "1"
+    # Code compiled for threads may lie in the usual cache; the key of an entry does not tell the two apart.
+    cache = os.environ.get("NUMBA_CACHE_DIR") or str(Path("~/.cache/ppaas").expanduser())
+    os.environ["NUMBA_CACHE_DIR"] = str(Path(cache, "serial"))
+    import numba  # noqa: PLC0415
+
+    numba.njit = _without_parallel(numba.njit)
+    numba.jit = _without_parallel(numba.jit)
+
+
+def _without_parallel(decorator: Callable[..., Any]) -> Callable[..., Any]:
+    @functools.wraps(decorator)
+    def serial(*arguments: Any, **options: Any) -> Any:
+        return decorator(*arguments, **(options | {"parallel": False} if "parallel" in options else options))
+
+    return serial

@@ -1,0 +1,283 @@
+"""The cloud as the endpoints know it: the master with hands and ears.
+
+It carries out what the master orders, tells the master what happened, and keeps for each place the end of the robot
+link that clients talk to.
+"""
+
+import asyncio
+import logging
+import secrets
+from pathlib import Path
+
+import msgspec
+
+from engine import control, link
+from engine.background import Background
+from engine.control_server import ControlServer
+from engine.framing import FrameStream
+from engine.link_server import LinkServer
+from engine.machine import Machine
+from engine.master import Close, End, Master, Order, Place, PlaceRequest, Start
+from engine.model import SESSION_STATE, ContainerSpec
+from engine.place_link import PlaceLink
+from engine.views import ContainerView, MachineView
+from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable, rebuild
+from storage.ports import Store
+
+logger = logging.getLogger(__name__)
+
+START_TIMEOUT = 10.0
+"""A container that has not dialled the robot link within these seconds is given up and replaced."""
+
+
+class CloudService:
+    """Opens places and keeps them filled.
+
+    Parameters
+    ----------
+    master : Master
+        Decides.
+    store : Store
+        Has the checkpoints of clones.
+    run_dir : Path
+        Folder for the sockets.
+    secret : str
+        With which agents register.
+    start_timeout : float
+        Seconds that a container has to dial the robot link.
+    """
+
+    def __init__(
+        self, master: Master, store: Store, run_dir: Path, secret: str, *, start_timeout: float = START_TIMEOUT
+    ) -> None:
+        self._master = master
+        self._start_timeout = start_timeout
+        self._store = store
+        self._links = LinkServer(run_dir / "link.sock", self._welcome, self._failed)
+        self._control = ControlServer(run_dir / "control.sock", secret, self)
+        self._places: dict[str, PlaceLink] = {}
+        self._started: dict[str, float] = {}
+        self._ready_seconds: dict[str, float] = {}
+        self._background = Background()
+        self._machine_joined = asyncio.Event()
+        self._closing = False
+
+    async def start(self) -> None:
+        """Listen for containers and machines."""
+        await self._links.start()
+        await self._control.start()
+
+    async def wait_for_machine(self, timeout: float) -> None:
+        """Wait until a first machine is here.
+
+        Raises
+        ------
+        Unavailable
+            None came in time.
+        """
+        try:
+            async with asyncio.timeout(timeout):
+                await self._machine_joined.wait()
+        except TimeoutError as error:
+            raise Unavailable(f"no machine registered within {timeout:g} s; see what its agent logged") from error
+
+    async def close(self) -> None:
+        """Close all places and let all machines go."""
+        self._closing = True
+        for key in tuple(self._places):
+            await self.close_place(key, Unavailable("the cloud is shutting down"))
+        await self._control.close()
+        await self._links.close()
+        await self._background.cancel()
+
+    # -- places --------------------------------------------------------------------------------------------------------
+
+    def place(self, key: str) -> PlaceLink | None:
+        """Return an open place."""
+        return self._places.get(key)
+
+    def open_place(self, request: PlaceRequest) -> PlaceLink:
+        """Open a place, or return it if it is open.
+
+        Raises
+        ------
+        Conflict
+            It is open for another version of the map or another size.
+        QuotaExceeded, Unavailable, InvalidParameter
+            As the master says.
+        """
+        known = self._places.get(request.key)
+        if known is not None:
+            if self._master.places[request.key].request != request:
+                raise Conflict(f"{request.key} is running; disconnect it to run it anew with what was changed")
+            return known
+        orders = self._master.open(request)
+        place = self._places[request.key] = PlaceLink(request.key)
+        self._execute(orders)
+        return place
+
+    async def close_place(self, key: str, reason: PPaaSError) -> None:
+        """Give a place up and tell its clients."""
+        place = self._places.pop(key, None)
+        if place is not None:
+            place.close(reason)
+        self._execute(self._master.close(key))
+
+    # -- orders --------------------------------------------------------------------------------------------------------
+
+    def _execute(self, orders: list[Order]) -> None:
+        for order in orders:
+            match order:
+                case Start():
+                    self._started[order.spec.id] = asyncio.get_running_loop().time()
+                    self._background.run(self._start(order))
+                case End():
+                    self._end(order)
+                case Close():
+                    place = self._places.pop(order.place, None)
+                    logger.error("%s is closed: %s", order.place, order.reason)
+                    if place is not None:
+                        place.close(order.reason)
+
+    async def _start(self, order: Start) -> None:
+        container = order.spec.id
+        try:
+            await asyncio.sleep(order.delay)
+            spec = await self._with_checkpoint(order.spec)
+            if container not in self._started:
+                return  # it was given up meanwhile
+            self._send_start(order.machine, spec)
+            await asyncio.sleep(self._start_timeout)
+            reason: PPaaSError = Unavailable(f"it did not answer within {self._start_timeout:g} s")
+        except PPaaSError as error:
+            reason = error
+        except Exception as error:
+            logger.exception("container %s could not be started", container)
+            reason = PPaaSError(f"internal error: {type(error).__name__}")
+        if container in self._started:
+            self._execute([End(order.machine, container)])
+            self._container_lost(container, reason)
+
+    def _send_start(self, machine: str, spec: ContainerSpec) -> None:
+        self._started[spec.id] = asyncio.get_running_loop().time()
+        secret = secrets.token_urlsafe(24)
+        self._links.expect(spec.id, secret)
+        self._control.order(machine, control.StartContainer(spec, secret, str(self._links.path)))
+
+    async def _with_checkpoint(self, spec: ContainerSpec) -> ContainerSpec:
+        """Let a container go on where the one before it in this session was: the first begins as its robot says."""
+        if spec.robot is None:
+            return spec
+        if spec.id == spec.session:
+            await asyncio.to_thread(self._store.remove_clone, spec.user, spec.robot.id)
+            return spec
+        try:
+            checkpoint = await asyncio.to_thread(self._store.clone, spec.user, spec.robot.id)
+        except NotFound:
+            return spec
+        if checkpoint.nodes.get(SESSION_STATE) != spec.session.encode():
+            return spec  # of a session before, whose last container ended late
+        return msgspec.structs.replace(spec, checkpoint=checkpoint.nodes)
+
+    def _end(self, order: End) -> None:
+        self._links.forget(order.container)
+        self._forget(order.container)
+        try:
+            self._control.order(order.machine, control.StopContainer(order.container))
+        except Unavailable:
+            logger.info("container %s went with its machine", order.container)
+
+    def _forget(self, container: str) -> None:
+        self._started.pop(container, None)
+        self._ready_seconds.pop(container, None)
+
+    # -- what happens --------------------------------------------------------------------------------------------------
+
+    async def _welcome(self, hello: link.Hello, stream: FrameStream[link.FromContainer]) -> None:
+        key = self._master.container_ready(hello.container, hello.pid)
+        place = self._places.get(key) if key is not None else None
+        if place is None:
+            return
+        began = self._started.pop(hello.container, None)
+        if began is not None:
+            self._ready_seconds[hello.container] = asyncio.get_running_loop().time() - began
+        await place.serve(hello, stream)
+
+    def _failed(self, failed: link.Failed) -> None:
+        self._container_lost(failed.container, rebuild(failed.refusal.slug, failed.refusal.text))
+
+    def machine_registered(self, register: control.Register) -> None:
+        """Take a machine in."""
+        machine = Machine(register.machine, register.cores, register.memory, register.pid)
+        logger.info("machine %s joined with %d cores", machine.id, machine.cores)
+        self._machine_joined.set()
+        self._execute(self._master.machine_joined(machine))
+
+    def machine_said(self, machine: str, event: control.FromAgent) -> None:
+        """Take news of a machine."""
+        match event:
+            case control.Heartbeat():
+                self._note_load(machine, event)
+            case control.Launched():
+                self._master.container_launched(event.container, event.pid)
+            case control.LaunchFailed():
+                self._container_lost(event.container, rebuild(event.refusal.slug, event.refusal.text))
+            case control.Exited():
+                self._container_lost(event.container, Unavailable(f"it ended with status {event.status}"))
+
+    def machine_gone(self, machine: str) -> None:
+        """Place anew what a machine carried."""
+        logger.log(logging.INFO if self._closing else logging.WARNING, "machine %s is gone", machine)
+        lost = self._master.machines[machine].containers if machine in self._master.machines else {}
+        for container in lost:
+            self._links.forget(container)
+            self._forget(container)
+        self._execute(self._master.machine_left(machine))
+
+    def _container_lost(self, container: str, reason: PPaaSError) -> None:
+        self._links.forget(container)
+        self._forget(container)
+        orders = self._master.container_lost(container, reason)
+        if orders:
+            logger.warning("container %s is lost: %s", container, reason)
+        self._execute(orders)
+
+    def _note_load(self, machine_id: str, heartbeat: control.Heartbeat) -> None:
+        machine = self._master.machines.get(machine_id)
+        if machine is not None:
+            machine.cpu, machine.memory_used = heartbeat.cpu, heartbeat.memory_used
+            machine.loads = {load.container: load for load in heartbeat.containers}
+
+    # -- what may be looked at -----------------------------------------------------------------------------------------
+
+    def machines(self) -> list[MachineView]:
+        """Return all machines."""
+        return [
+            MachineView(m.id, m.cores, m.capacity, len(m.containers), m.memory, m.memory_used, m.cpu)
+            for m in self._master.machines.values()
+        ]
+
+    def containers(self, user: str | None) -> list[ContainerView]:
+        """Return the containers of a user, or all."""
+        return [
+            self._view(place, place.spec)
+            for place in self._master.places.values()
+            if place.spec is not None and user in (None, place.request.user)
+        ]
+
+    def _view(self, place: Place, spec: ContainerSpec) -> ContainerView:
+        machine = self._master.machines.get(place.machine or "")
+        load = machine.loads.get(spec.id) if machine is not None else None
+        return ContainerView(
+            id=spec.id,
+            kind=spec.kind,
+            user=spec.user,
+            robot=spec.robot.id if spec.robot is not None else None,
+            map=spec.map,
+            machine=place.machine or "",
+            cores=spec.cores,
+            state="ready" if place.state == "ready" else "starting",
+            pid=place.pid,
+            pss=load.pss if load is not None else None,
+            ready_seconds=self._ready_seconds.get(spec.id),
+        )

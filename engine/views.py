@@ -1,0 +1,118 @@
+"""What the engine tells the endpoints: machines and containers to look at, and paths that were asked for."""
+
+from typing import Literal
+
+import msgspec
+
+from engine.model import ContainerKind, MapVersion
+
+ContainerState = Literal["starting", "ready"]
+
+
+class MachineView(msgspec.Struct, frozen=True):
+    """A machine.
+
+    Parameters
+    ----------
+    cores : int
+        CPUs it has.
+    capacity : float
+        Size it may give to containers, in cores: its CPUs times the oversubscription.
+    containers : int
+        How many are placed on it.
+    memory, memory_used : int
+        Bytes.
+    load : float
+        CPU in use, in cores.
+    """
+
+    id: str
+    cores: int
+    capacity: float
+    containers: int
+    memory: int
+    memory_used: int
+    load: float
+
+
+class ContainerView(msgspec.Struct, frozen=True):
+    """A container.
+
+    Parameters
+    ----------
+    robot : str, optional
+        The robot whose clone runs in it; without one it only plans.
+    cores : float
+        Its size.
+    pid : int, optional
+        Of its process, once it runs.
+    pss : int, optional
+        Proportional set size [bytes], once it was measured.
+    ready_seconds : float, optional
+        From the order to start it until it answered [s].
+    """
+
+    id: str
+    kind: ContainerKind
+    user: str
+    robot: str | None
+    map: MapVersion
+    machine: str
+    cores: float
+    state: ContainerState
+    pid: int | None = None
+    pss: int | None = None
+    ready_seconds: float | None = None
+
+
+class PathRequest(msgspec.Struct, frozen=True):
+    """A path that a program asks for.
+
+    Parameters
+    ----------
+    start, goal : tuple of float
+        x, y [m], yaw [rad] in the frame of the map.
+    tolerance : float
+        If the goal is blocked, the free cell nearest to it within this distance will do [m].
+    timeout : float
+        Time allowed to the planner [s].
+    """
+
+    start: tuple[float, float, float]
+    goal: tuple[float, float, float]
+    planner: str = "dijkstra"
+    tolerance: float = 0.0
+    timeout: float = 10.0
+
+
+class PathAnswer(msgspec.Struct, frozen=True):
+    """A path, and where it was found.
+
+    Parameters
+    ----------
+    poses : bytes
+        (n, 7) float64, little-endian, row by row: x, y, z, qx, qy, qz, qw.
+    length : float
+        Along the poses [m].
+    cost : float
+        Sum of the weights of the moves.
+    expanded : int
+        Cells whose value was settled.
+    seconds : float
+        Time the planner took.
+    planner : str
+        Who planned it.
+    container : str
+        Id of the container that planned it.
+    pid : int
+        Of its process.
+    """
+
+    poses: bytes
+    cost: float
+    length: float
+    expanded: int
+    seconds: float
+    planner: str
+    container: str
+    pid: int
