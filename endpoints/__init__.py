@@ -1,0 +1,1 @@
+"""What the cloud shows: the robot WebSocket, REST and the command line."""

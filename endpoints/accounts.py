@@ -1,0 +1,176 @@
+"""Who may use the cloud: users, their passwords and the tokens they log in for."""
+
+import hashlib
+import logging
+import secrets
+from dataclasses import dataclass
+
+from starlette.concurrency import run_in_threadpool
+
+from endpoints.passwords import Passwords
+from endpoints.token_cache import TokenCache
+from ppaas.clock import Clock, epoch
+from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound
+from storage.names import check_name, is_name
+from storage.ports import UserStore
+from storage.records import Role, Token, User
+
+logger = logging.getLogger(__name__)
+
+ADMIN = "admin"
+TOKEN_LIFETIME = 30 * 24 * 3600.0
+MIN_PASSWORD = 8
+MAX_PASSWORD = 1024
+MAX_TOKEN = 256
+
+
+@dataclass(frozen=True, slots=True)
+class Login:
+    """A token, and when it expires [s since the epoch]."""
+
+    token: str
+    expires: float
+
+
+class Accounts:
+    """Registers users, logs them in and knows them by their tokens.
+
+    A token is random and only its hash is kept, so that who reads the store can't be anybody. It is told only once.
+
+    Parameters
+    ----------
+    store : UserStore
+        Keeps users and tokens.
+    clock : callable
+        Seconds since the epoch.
+    passwords : Passwords, optional
+        Hashes them; closed with the accounts.
+    lifetime : float
+        How long a token is good for [s].
+    cache : TokenCache, optional
+        Of verified tokens.
+    """
+
+    def __init__(
+        self,
+        store: UserStore,
+        clock: Clock = epoch,
+        *,
+        passwords: Passwords | None = None,
+        lifetime: float = TOKEN_LIFETIME,
+        cache: TokenCache | None = None,
+    ) -> None:
+        self._store = store
+        self._clock = clock
+        self._passwords = passwords or Passwords()
+        self._lifetime = lifetime
+        self._cache = cache or TokenCache()
+
+    def close(self) -> None:
+        """End the threads that hash passwords."""
+        self._passwords.close()
+
+    async def register(self, user_id: str, password: str, role: Role = "user") -> User:
+        """Make a user.
+
+        Raises
+        ------
+        InvalidInput
+            The id is no name, or the password too short or too long.
+        Conflict
+            The id is taken.
+        Unavailable
+            Too many are logging in.
+        """
+        check_name("user", user_id)
+        _check_password(password)
+        user = User(user_id, await self._passwords.hash(password), role)
+        await run_in_threadpool(self._store.add_user, user)
+        return user
+
+    async def ensure_admin(self, password: str) -> User:
+        """Return the user ``admin``, made with this password if there is none; one who is there keeps the old one."""
+        admin = await self._find(ADMIN)
+        if admin is None:
+            return await self.register(ADMIN, password, "admin")
+        if admin.role != "admin":
+            raise Conflict(f"the user {ADMIN!r} exists and is no administrator: remove it first")
+        if not await self._passwords.verify(admin.password_hash, password):
+            logger.warning("the user %r exists with another password, which it keeps", ADMIN)
+        return admin
+
+    async def sign_in(self, user_id: str, password: str) -> Login:
+        """Give a new token to who knows the password.
+
+        Raises
+        ------
+        NotAuthenticated
+            There is no such user, or the password is another; which of the two is not told, nor seen by the time
+            that it takes.
+        Unavailable
+            Too many are logging in.
+        """
+        user = await self._find(user_id)
+        if not await self._passwords.verify(user.password_hash if user else None, password) or user is None:
+            raise NotAuthenticated("wrong user or password")
+        now = self._clock()
+        login = Login(secrets.token_urlsafe(32), now + self._lifetime)
+        try:
+            await run_in_threadpool(self._store.add_token, Token(_hash(login.token), user.id, login.expires))
+        except NotFound as error:
+            raise NotAuthenticated("wrong user or password") from error
+        await run_in_threadpool(self._store.remove_tokens, expired_before=now)
+        return login
+
+    async def login(self, user_id: str, password: str) -> str:
+        """Return a new token for who knows the password; raises as ``sign_in`` does."""
+        return (await self.sign_in(user_id, password)).token
+
+    async def authenticate(self, token: str) -> User:
+        """Return the user of a token; ``NotAuthenticated`` if it is not one of ours, or expired."""
+        if not 0 < len(token) <= MAX_TOKEN:
+            raise _unknown_token()
+        token_hash, now = _hash(token), self._clock()
+        known = self._cache.get(token_hash, now)
+        if known is not None:
+            return known
+        kept, user = await run_in_threadpool(self._token_and_user, token_hash)
+        if kept.expires <= now:
+            raise _unknown_token()
+        self._cache.put(token_hash, user, now, kept.expires)
+        return user
+
+    async def remove(self, user_id: str) -> None:
+        """Forget a user with all that is the user's; ``NotFound`` if there is none."""
+        try:
+            await run_in_threadpool(self._store.remove_user, user_id)
+        finally:
+            self._cache.forget(user_id)
+
+    async def _find(self, user_id: str) -> User | None:
+        if not is_name(user_id):
+            return None
+        try:
+            return await run_in_threadpool(self._store.user, user_id)
+        except NotFound:
+            return None
+
+    def _token_and_user(self, token_hash: str) -> tuple[Token, User]:
+        try:
+            token = self._store.token(token_hash)
+            return token, self._store.user(token.user)
+        except NotFound as error:
+            raise _unknown_token() from error
+
+
+def _hash(token: str) -> str:
+    return hashlib.sha256(token.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def _unknown_token() -> NotAuthenticated:
+    return NotAuthenticated("the token is unknown or expired: log in again ('ppaas login', or POST /v1/tokens)")
+
+
+def _check_password(password: str) -> None:
+    if not MIN_PASSWORD <= len(password) <= MAX_PASSWORD:
+        raise InvalidInput(f"a password has from {MIN_PASSWORD} to {MAX_PASSWORD} characters, not {len(password)}")

@@ -1,0 +1,1 @@
+"""Commands of the server side. Each module has NAME, HELP, ``configure(parser)`` and ``run(arguments)``."""

@@ -1,0 +1,59 @@
+"""``ppaas up``: start the cloud on this machine."""
+
+import argparse
+import math
+from pathlib import Path
+
+NAME = "up"
+HELP = "start the cloud on this machine"
+
+DEFAULT_PORT = 8500
+MAX_PORT = 65535
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.add_argument("--host", default="127.0.0.1", help="address to listen on (%(default)s)")
+    parser.add_argument("--port", type=_port, default=DEFAULT_PORT, help="port; 0 takes a free one (%(default)s)")
+    parser.add_argument("--data", type=Path, default=Path("var"), help="folder of the embedded stores (./%(default)s)")
+    parser.add_argument("--store", help="URL of the store for all but maps (sqlite in the data folder)")
+    parser.add_argument("--map-store", help="URL of the store for maps (files in the data folder)")
+    parser.add_argument("--cores", type=_cores, help="CPUs that containers may use (all)")
+    parser.add_argument(
+        "--linger", type=_seconds, default=30.0, help="seconds that a clone waits for its robot (%(default)s)"
+    )
+    parser.add_argument(
+        "--admin-password-file",
+        type=Path,
+        help="password of user 'admin'; made if it is not there (admin-password in the data folder)",
+    )
+    parser.add_argument("--ready-file", type=Path, help="write {url, pid, admin_user} here as JSON once all is up")
+    parser.add_argument("--log-level", default="info", choices=["debug", "info", "warning", "error"])
+
+
+def _port(text: str) -> int:
+    port = int(text)
+    if not 0 <= port <= MAX_PORT:
+        raise argparse.ArgumentTypeError(f"a port is from 0 to {MAX_PORT}, not {port}")
+    return port
+
+
+def _cores(text: str) -> int:
+    cores = int(text)
+    if cores < 1:
+        raise argparse.ArgumentTypeError(f"containers need 1 CPU or more, not {cores}")
+    return cores
+
+
+def _seconds(text: str) -> float:
+    seconds = float(text)
+    if not (math.isfinite(seconds) and seconds >= 0.0):
+        raise argparse.ArgumentTypeError(f"give seconds from 0 up, not {text}")
+    return seconds
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Serve until a signal says stop; return the exit status."""
+    from endpoints.server import run_server  # noqa: PLC0415 - the command line starts without the server's packages
+
+    return run_server(arguments)

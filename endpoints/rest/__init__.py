@@ -1,0 +1,1 @@
+"""The REST service: one router a resource, under ``/v1``."""

@@ -1,0 +1,65 @@
+"""What the routes are given: the services, and who asks."""
+
+from typing import Annotated
+
+from fastapi import Depends, Request
+from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
+from starlette.concurrency import run_in_threadpool
+
+from endpoints.auth import authenticate
+from endpoints.services import Services
+from ppaas.errors import NotFound, NotPermitted
+from storage.records import MapRecord, User
+
+_bearer = HTTPBearer(auto_error=False, description="The token that POST /v1/tokens gave; or `?token=` in the URL.")
+
+
+def services_of(request: Request) -> Services:
+    """Return what the application was made with."""
+    services = request.app.state.services
+    assert isinstance(services, Services)
+    return services
+
+
+Provided = Annotated[Services, Depends(services_of)]
+
+
+async def current_user(
+    request: Request,
+    services: Provided,
+    _documented: Annotated[HTTPAuthorizationCredentials | None, Depends(_bearer)],
+) -> User:
+    """Return who asks; ``NotAuthenticated`` without a good token."""
+    return await authenticate(request, services.accounts)
+
+
+Caller = Annotated[User, Depends(current_user)]
+
+
+def current_admin(user: Caller) -> User:
+    """Return who asks; ``NotPermitted`` unless an administrator."""
+    if user.role != "admin":
+        raise NotPermitted("only an administrator may do this")
+    return user
+
+
+Admin = Annotated[User, Depends(current_admin)]
+
+
+def may_read(user: User, record: MapRecord) -> bool:
+    """Tell whether a user may see a map: an administrator sees all."""
+    return user.role == "admin" or record.readable_by(user.id)
+
+
+async def readable_head(services: Services, user: User, map_id: str) -> MapRecord:
+    """Return a map without its files; ``NotFound`` also where it may not be seen, so that ids are not given away."""
+    head = await run_in_threadpool(services.map_store.map_head, map_id)
+    if not may_read(user, head):
+        raise NotFound("map", map_id)
+    return head
+
+
+def robots_in(services: Services, user: str | None = None, *, map_id: str | None = None) -> list[str]:
+    """Return the robots that have a container now: of a user, on a map, or all."""
+    containers = services.cloud.containers(user)
+    return [c.robot for c in containers if c.robot is not None and map_id in (None, c.map.id)]

@@ -1,0 +1,90 @@
+"""The multipart form that a map is published with.
+
+It is read only after the caller is known: nobody fills the disk without a token.
+"""
+
+from typing import Annotated, Any
+
+import msgspec
+from fastapi import Depends, Request
+from starlette.datastructures import FormData, UploadFile
+
+from endpoints.rest.dependencies import Caller
+from ppaas.errors import InvalidParameter
+from storage.names import check_name
+
+MAX_READERS = 256
+
+OPENAPI: dict[str, Any] = {
+    "requestBody": {
+        "required": True,
+        "content": {
+            "multipart/form-data": {
+                "schema": {
+                    "type": "object",
+                    "required": ["id", "yaml", "image"],
+                    "properties": {
+                        "id": {"type": "string", "pattern": "^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$"},
+                        "yaml": {"type": "string", "format": "binary", "description": "map_server's YAML file"},
+                        "image": {"type": "string", "format": "binary", "description": "The PGM file"},
+                        "readers": {
+                            "type": "string",
+                            "description": "User ids, comma-separated; `*` is everybody. Left out: as before, or none.",
+                        },
+                    },
+                }
+            }
+        },
+    }
+}
+
+
+class MapForm(msgspec.Struct, frozen=True):
+    """What was sent; ``readers`` is None where nothing was said of them."""
+
+    id: str
+    yaml: bytes
+    image: bytes
+    readers: tuple[str, ...] | None
+
+
+async def read_map_form(request: Request, _user: Caller) -> MapForm:
+    """Return the form of a request.
+
+    Raises
+    ------
+    InvalidParameter
+        A part is missing, a file where text should be or the other way round.
+    InvalidInput
+        The id or a reader is no name.
+    """
+    async with request.form(max_files=2, max_fields=MAX_READERS + 1) as form:
+        map_id = check_name("map", _text(form, "id"))
+        return MapForm(map_id, await _file(form, "yaml"), await _file(form, "image"), _readers(form))
+
+
+PublishedMap = Annotated[MapForm, Depends(read_map_form)]
+
+
+def _text(form: FormData, key: str) -> str:
+    value = form.get(key)
+    if not isinstance(value, str):
+        raise InvalidParameter(f"the form must have a text field {key!r}")
+    return value
+
+
+async def _file(form: FormData, key: str) -> bytes:
+    value = form.get(key)
+    if not isinstance(value, UploadFile):
+        raise InvalidParameter(f"the form must have a file {key!r}; send it as multipart/form-data with a file name")
+    return await value.read()
+
+
+def _readers(form: FormData) -> tuple[str, ...] | None:
+    if "readers" not in form:
+        return None
+    given = ",".join(value for value in form.getlist("readers") if isinstance(value, str))
+    names = dict.fromkeys(name.strip() for name in given.split(",") if name.strip())
+    if len(names) > MAX_READERS:
+        raise InvalidParameter(f"a map has {MAX_READERS} readers at most, not {len(names)}; '*' is everybody")
+    return tuple(name if name == "*" else check_name("user", name) for name in names)

@@ -1,0 +1,40 @@
+"""What a socket may say, by its role, and what must arrive."""
+
+from typing import Literal, cast
+
+from ppaas.errors import InvalidParameter, NotPermitted
+
+Role = Literal["robot", "operator"]
+
+SENSOR_TOPICS = frozenset({"scan", "odom", "tf", "tf_static"})
+"""What only the robot itself can know. The next one makes up for a lost one."""
+
+
+def role_of(name: str) -> Role:
+    """Return the role that a client asks for.
+
+    Raises
+    ------
+    InvalidParameter
+        There is no such role.
+    """
+    if name not in ("robot", "operator"):
+        raise InvalidParameter(f"a role is 'robot' or 'operator', not {name[:32]!r}")
+    return cast(Role, name)
+
+
+def check_may_publish(role: Role, topic: str) -> None:
+    """Let only the robot speak of what it senses.
+
+    Raises
+    ------
+    NotPermitted
+        An operator publishes a sensor's topic.
+    """
+    if role != "robot" and topic in SENSOR_TOPICS:
+        raise NotPermitted(f"only the robot itself publishes {topic!r}")
+
+
+def must_arrive(topic: str) -> bool:
+    """Tell whether a message is kept until the clone has acknowledged it."""
+    return topic not in SENSOR_TOPICS

@@ -1,0 +1,50 @@
+"""What the endpoints stand on: stores, accounts and the cloud."""
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from endpoints.accounts import Accounts
+from endpoints.settings import Settings
+from engine.model import MapVersion
+from engine.views import ContainerView, MachineView, PathAnswer, PathRequest
+from storage.ports import MapStore, Store
+from storage.records import User
+
+
+class Cloud(Protocol):
+    """What the endpoints ask of the engine. Its views are taken from memory and do not block."""
+
+    def machines(self) -> list[MachineView]:
+        """Return all machines."""
+        ...
+
+    def containers(self, user: str | None) -> list[ContainerView]:
+        """Return the containers of a user, or all."""
+        ...
+
+    async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
+        """Have a container plan a path.
+
+        The caller has made sure that the user may read the map.
+
+        Raises
+        ------
+        PlanningError
+            There is no path; one of its subclasses.
+        QuotaExceeded
+            The user may not have another container.
+        Unavailable
+            No machine has room, or the container was lost.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Services:
+    """All that a request may need, made once and handed to the application."""
+
+    store: Store
+    map_store: MapStore
+    accounts: Accounts
+    cloud: Cloud
+    settings: Settings = field(default_factory=Settings)

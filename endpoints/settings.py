@@ -1,0 +1,27 @@
+"""Limits of what a request may ask for."""
+
+from dataclasses import dataclass
+
+MIB = 1 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Limits of the REST service.
+
+    Parameters
+    ----------
+    max_body : int
+        Largest body of a request, uploads apart [bytes].
+    max_upload : int
+        Largest upload of a map, its files and the form around them together [bytes].
+    max_plan_seconds : float
+        Longest time that a planner may be given [s].
+    default_plan_seconds : float
+        Time that it is given where the request names none [s].
+    """
+
+    max_body: int = 1 * MIB
+    max_upload: int = 64 * MIB
+    max_plan_seconds: float = 60.0
+    default_plan_seconds: float = 10.0
