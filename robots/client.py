@@ -1,0 +1,314 @@
+"""A robot's, or an operator's, connection to the cloud.
+
+::
+
+    async with RobotClient("http://cloud:8080", robot="tb1", token=token) as client:
+        await client.subscribe("cmd_vel", Twist, base.command)
+        await client.publish("odom", odometry)
+
+The connection is kept: when it is lost, the client connects again and renews its subscriptions. It gives up only where
+the cloud says no, and then every method raises why.
+"""
+
+import asyncio
+import logging
+from collections.abc import Callable, Iterator
+from types import TracebackType
+from typing import Self, TypeVar, cast
+
+from ppaas.errors import PPaaSError, Unavailable
+from ppaas.messages import Message, ServiceType, decode
+from ppaas.wire.names import normalise
+from ppaas.wire.rosbridge_client import Heard, RosbridgeClientSession, ServiceResponse, StatusReport, failure_of
+from robots.connection import Link, Role, backoff, socket_url
+from robots.connection_keeper import ConnectionKeeper
+from robots.outbox import Outbox
+from robots.subscription import Subscription
+
+logger = logging.getLogger(__name__)
+
+M = TypeVar("M", bound=Message)
+
+
+def _log_status(error: PPaaSError) -> None:
+    logger.warning("the cloud says: %s", error)
+
+
+class RobotClient:
+    """Publishes, subscribes and calls services for one robot.
+
+    Parameters
+    ----------
+    url : str
+        Of the cloud: ``http://host:port`` (or https, ws, wss).
+    robot, token, role : str
+        Whose topics these are, who asks, and whether as the robot itself or as its operator.
+    link : Link, optional
+        Time-outs and sizes of the connection.
+    connect_timeout : float
+        Seconds in which the first connection must stand, all attempts together.
+    capacity : int
+        Frames that may wait to be sent; ``publish`` waits when there are more.
+    reconnect_delays : callable
+        Makes the seconds to wait before each attempt to connect again.
+    on_status : callable
+        Told of each error that the cloud reports; logged by default.
+    """
+
+    def __init__(
+        self,
+        url: str,
+        *,
+        robot: str,
+        token: str,
+        role: Role = "robot",
+        link: Link | None = None,
+        connect_timeout: float = 30.0,
+        capacity: int = 256,
+        reconnect_delays: Callable[[], Iterator[float]] = backoff,
+        on_status: Callable[[PPaaSError], None] = _log_status,
+    ) -> None:
+        self._connect_timeout = connect_timeout
+        self._on_status = on_status
+        self._session = RosbridgeClientSession()
+        self._outbox = Outbox(capacity)
+        self._keeper = ConnectionKeeper(
+            socket_url(url, robot, token, role),
+            link or Link(),
+            self._outbox,
+            reconnect_delays,
+            greeting=self._session.reconnected,
+            received=self._take,
+            lost=self._fail_calls,
+        )
+        self._subscriptions: dict[str, list[Subscription[Message]]] = {}
+        self._calls: dict[str, asyncio.Future[ServiceResponse]] = {}
+        self._failure: PPaaSError | None = None
+        self._runner: asyncio.Task[None] | None = None
+
+    # -- life ------------------------------------------------------------------------------------------------------
+
+    async def __aenter__(self) -> Self:
+        """Connect.
+
+        Raises
+        ------
+        PPaaSError
+            The cloud's refusal, or ``Unavailable`` when it was not reached in ``connect_timeout``.
+        """
+        self._runner = asyncio.create_task(self._run())
+        waiting = asyncio.create_task(self._keeper.connected.wait())
+        try:
+            await asyncio.wait(
+                {self._runner, waiting}, timeout=self._connect_timeout, return_when=asyncio.FIRST_COMPLETED
+            )
+            self._check()
+            if not self._keeper.connected.is_set():
+                raise Unavailable(f"the cloud was not reached in {self._connect_timeout:g} s; is it up?")
+        except BaseException:
+            await self._stop()
+            raise
+        finally:
+            waiting.cancel()
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is None and self._failure is None and self._keeper.connected.is_set():
+            await self._flush()
+        await self._stop()
+
+    async def _flush(self, patience: float = 2.0) -> None:
+        try:
+            await asyncio.wait_for(self._outbox.drained(), patience)
+        except (TimeoutError, PPaaSError):
+            logger.warning("%d frames were not sent before the client closed", len(self._outbox))
+
+    async def _stop(self) -> None:
+        if self._runner is not None:
+            self._runner.cancel()
+            await asyncio.gather(self._runner, return_exceptions=True)
+        self._end(Unavailable("the client is closed"), None)
+
+    @property
+    def connected(self) -> bool:
+        """Tell whether the connection stands now."""
+        return self._keeper.connected.is_set()
+
+    @property
+    def connections(self) -> int:
+        """Count the connections that there have been."""
+        return self._keeper.connections
+
+    @property
+    def dropped(self) -> int:
+        """Count the newest-only messages that gave way to newer ones before they were sent."""
+        return self._outbox.dropped
+
+    async def closed(self) -> None:
+        """Wait until the client gives up, and raise why."""
+        if self._runner is not None:
+            await asyncio.wait({self._runner})
+        self._check()
+
+    def _check(self) -> None:
+        if self._failure is not None:
+            raise self._failure
+
+    def _end(self, for_senders: PPaaSError, for_readers: PPaaSError | None) -> None:
+        self._failure = self._failure or for_senders
+        self._outbox.close(self._failure)
+        for future in self._calls.values():
+            if not future.done():
+                future.set_exception(self._failure)
+        for subscriptions in self._subscriptions.values():
+            for subscription in subscriptions:
+                subscription.close(for_readers)
+        self._subscriptions.clear()
+
+    # -- what the user asks ----------------------------------------------------------------------------------------
+
+    async def publish(self, topic: str, message: Message, *, newest_only: bool = False) -> None:
+        """Publish a message.
+
+        Parameters
+        ----------
+        topic : str
+            Of this robot.
+        message : Message
+            What to say.
+        newest_only : bool
+            On a slow link drop what waits of this topic in favour of this message, and do not wait. Without it nothing
+            is dropped: the call waits while too much is to be sent.
+
+        Raises
+        ------
+        PPaaSError
+            The client has given up, or is closed.
+        """
+        self._check()
+        frame = self._session.publish(topic, message)
+        if newest_only:
+            self._outbox.put_newest(normalise(topic), frame)
+        else:
+            await self._outbox.put(frame)
+
+    async def subscribe(
+        self,
+        topic: str,
+        kind: type[M],
+        callback: Callable[[M], None] | None = None,
+        *,
+        queue_size: int = 100,
+        throttle: float = 0.0,
+    ) -> Subscription[M]:
+        """Hear a topic: by the callback, or by iterating over what is returned.
+
+        Parameters
+        ----------
+        topic : str
+            Of this robot.
+        kind : type of Message
+            What it carries.
+        callback : callable, optional
+            Called with each message on the event loop.
+        queue_size : int
+            Messages kept for a slow reader, here and in the cloud; 1 keeps only the newest.
+        throttle : float
+            Hear it at most once in this many seconds.
+
+        Raises
+        ------
+        PPaaSError
+            The client has given up, or is closed.
+        """
+        self._check()
+        subscription = Subscription(topic, kind, callback, queue_size)
+        frame = self._session.subscribe(topic, kind, throttle, queue_size)
+        self._subscriptions.setdefault(normalise(topic), []).append(cast(Subscription[Message], subscription))
+        await self._tell(frame)
+        return subscription
+
+    async def unsubscribe(self, subscription: Subscription[M]) -> None:
+        """Hear it no more."""
+        name = normalise(subscription.topic)
+        left = [other for other in self._subscriptions.get(name, []) if other is not subscription]
+        subscription.close()
+        if left:
+            self._subscriptions[name] = left
+            return
+        if self._subscriptions.pop(name, None) is not None:
+            await self._tell(self._session.unsubscribe(name))
+
+    async def _tell(self, frame: str) -> None:
+        """Send what changes a subscription; without a connection the greeting of the next one will tell it."""
+        if self.connected:
+            await self._outbox.put(frame, connection_bound="subscription")
+
+    async def call(self, service: str, kind: ServiceType, request: Message, timeout: float = 10.0) -> Message:
+        """Call a service of this robot's clone and return its response, a ``kind.response``.
+
+        Raises
+        ------
+        Unavailable
+            No answer in ``timeout`` seconds, or the connection was lost meanwhile.
+        PPaaSError
+            What the service says it failed with.
+        """
+        self._check()
+        call_id, frame = self._session.call(service, request)
+        self._calls[call_id] = asyncio.get_running_loop().create_future()
+        try:
+            async with asyncio.timeout(timeout):
+                await self._outbox.put(frame, connection_bound=call_id)
+                response = await self._calls[call_id]
+        except TimeoutError as error:
+            raise Unavailable(f"{service!r} did not answer in {timeout:g} s") from error
+        finally:
+            del self._calls[call_id]
+            self._session.give_up(call_id)
+            self._outbox.discard(call_id)
+        failure = failure_of(response)
+        if failure is not None:
+            raise failure
+        return decode(kind.response, response.values)
+
+    # -- what the connection tells -----------------------------------------------------------------------------------
+
+    async def _run(self) -> None:
+        try:
+            await self._keeper.run()
+        except PPaaSError as error:
+            self._end(error, error)
+        except Exception as error:
+            logger.exception("a callback failed; the client ends")
+            failure = PPaaSError(f"a callback of the client failed: {error!r}")
+            self._end(failure, failure)
+
+    def _fail_calls(self) -> None:
+        for call_id, error in self._session.disconnected().items():
+            future = self._calls.get(call_id)
+            if future is not None and not future.done():
+                future.set_exception(error)
+
+    def _take(self, frame: str | bytes) -> None:
+        try:
+            operation = self._session.receive(frame)
+            if isinstance(operation, Heard):
+                self._deliver(operation)
+            elif isinstance(operation, ServiceResponse):
+                self._answer(operation)
+            elif isinstance(operation, StatusReport):
+                self._on_status(operation.error())
+        except PPaaSError as error:
+            logger.warning("a frame of the cloud was refused: %s", error)
+
+    def _deliver(self, heard: Heard) -> None:
+        for subscription in tuple(self._subscriptions.get(normalise(heard.topic), ())):
+            subscription.deliver(heard.msg)
+
+    def _answer(self, response: ServiceResponse) -> None:
+        future = self._calls.get(response.id or "")
+        if future is not None and not future.done():
+            future.set_result(response)

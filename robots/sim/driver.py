@@ -1,0 +1,116 @@
+"""Connects a simulated robot to the cloud: sensors go up, ``cmd_vel`` comes down."""
+
+import asyncio
+import logging
+import math
+from dataclasses import dataclass
+
+from ppaas.clock import Clock, monotonic
+from ppaas.errors import InvalidInput, InvalidParameter
+from ppaas.messages.geometry_msgs import Twist
+from robots.client import RobotClient
+from robots.sim.robot import SimulatedRobot
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Rates:
+    """How often the sensors speak [Hz].
+
+    Raises
+    ------
+    InvalidParameter
+        Not a positive number.
+    """
+
+    odom: float = 20.0
+    scan: float = 10.0
+
+    def __post_init__(self) -> None:
+        if not all(math.isfinite(rate) and rate > 0.0 for rate in (self.odom, self.scan)):
+            raise InvalidParameter(f"rates must be positive numbers [Hz], not {self.odom} and {self.scan}")
+
+
+class Schedule:
+    """When something is due that happens again and again; what was missed is not made up for.
+
+    Parameters
+    ----------
+    rate : float
+        [Hz].
+    start : float
+        When it is due first [s].
+    """
+
+    SLACK = 0.002
+
+    def __init__(self, rate: float, start: float) -> None:
+        self._rate = rate
+        self._start = start
+        self._count = 0
+
+    @property
+    def next(self) -> float:
+        """When it is due next [s]."""
+        return self._start + self._count / self._rate
+
+    def take(self, now: float) -> bool:
+        """Tell whether it is due now, and if so, wait for the next time."""
+        if now < self.next - self.SLACK:
+            return False
+        self._count = math.floor((now + self.SLACK - self._start) * self._rate) + 1
+        return True
+
+
+class Driver:
+    """Runs one simulated robot.
+
+    Parameters
+    ----------
+    robot : SimulatedRobot
+        The robot.
+    client : RobotClient
+        Its connection, open, in the role of the robot.
+    rates : Rates, optional
+        Of its sensors.
+    clock : callable
+        Monotonic seconds.
+    """
+
+    def __init__(
+        self, robot: SimulatedRobot, client: RobotClient, rates: Rates | None = None, clock: Clock = monotonic
+    ) -> None:
+        self._robot = robot
+        self._client = client
+        self._rates = rates or Rates()
+        self._clock = clock
+        self.commands = 0
+
+    async def run(self) -> None:
+        """Drive until cancelled.
+
+        Raises
+        ------
+        PPaaSError
+            The client gave up.
+        """
+        await self._client.subscribe("cmd_vel", Twist, self._command, queue_size=1)
+        start = self._clock()
+        odom, scan = Schedule(self._rates.odom, start), Schedule(self._rates.scan, start)
+        while True:
+            now = self._clock()
+            # Odometry goes first: when the scan arrives, where the robot stood is known.
+            if odom.take(now):
+                await self._client.publish("odom", self._robot.odometry())
+            if scan.take(now):
+                await self._client.publish("scan", self._robot.scan(), newest_only=True)
+            await asyncio.sleep(max(min(odom.next, scan.next) - self._clock(), 0.0))
+
+    def _command(self, twist: Twist) -> None:
+        try:
+            self._robot.command(twist)
+        except InvalidInput as error:
+            logger.warning("a command of the cloud was refused: %s", error)
+            return
+        self.commands += 1

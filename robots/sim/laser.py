@@ -1,0 +1,133 @@
+"""A laser scanner that sees the walls of the map and the other robots."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridInfo
+from ppaas.maps.raycast import cast_rays
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.std_msgs import Header, Time
+
+
+@dataclass(frozen=True, slots=True)
+class LaserModel:
+    """What the scanner can.
+
+    Parameters
+    ----------
+    beams : int
+        Spread evenly over the full circle; the first looks backwards, they go counter-clockwise.
+    range_min, range_max : float
+        [m].
+    sigma : float
+        Standard deviation of a range [m].
+    """
+
+    beams: int = 360
+    range_min: float = 0.12
+    range_max: float = 8.0
+    sigma: float = 0.01
+
+    @property
+    def increment(self) -> float:
+        """Angle between two beams [rad]."""
+        return 2.0 * math.pi / self.beams
+
+    @property
+    def angles(self) -> NDArray[np.float64]:
+        """(beams,) directions from the robot's heading [rad]."""
+        return np.asarray(-math.pi + self.increment * np.arange(self.beams))
+
+
+def cast_at_discs(
+    origin: Pose2D, angles: NDArray[np.float64], centres: NDArray[np.float64], radius: float
+) -> NDArray[np.float64]:
+    """Return the distance from a pose to the first of some discs in each direction.
+
+    Parameters
+    ----------
+    origin : Pose2D
+        Where the rays begin; angles count from its heading. It lies in none of the discs.
+    angles : (n,) array
+        [rad].
+    centres : (m, 2) array
+        x, y [m].
+    radius : float
+        Of each disc [m].
+
+    Returns
+    -------
+    (n,) array
+        [m]; infinite where no disc is hit.
+    """
+    if not len(centres):
+        return np.full(len(angles), np.inf)
+    to_centre = centres - (origin.x, origin.y)  # (m, 2)
+    headings = angles + origin.theta
+    along = np.cos(headings)[:, None] * to_centre[:, 0] + np.sin(headings)[:, None] * to_centre[:, 1]  # (n, m)
+    under_root = along**2 - (to_centre**2).sum(axis=1) + radius**2
+    hit = (under_root >= 0.0) & (along > 0.0)
+    distance = np.where(hit, along - np.sqrt(np.maximum(under_root, 0.0)), np.inf)
+    return np.asarray(distance.min(axis=1))
+
+
+class Laser:
+    """One scanner, in the middle of its robot.
+
+    Parameters
+    ----------
+    occupied : (height, width) bool array
+        The walls.
+    info : GridInfo
+        Where they lie.
+    model : LaserModel
+        What it can.
+    rng : numpy.random.Generator
+        Of its noise.
+    """
+
+    def __init__(
+        self, occupied: NDArray[np.bool_], info: GridInfo, model: LaserModel, rng: np.random.Generator
+    ) -> None:
+        self.model = model
+        self._occupied = occupied
+        self._info = info
+        self._angles = model.angles
+        self._rng = rng
+
+    def measure(self, pose: Pose2D, others: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
+        """Return what the beams measure: (beams,) ranges [m], infinite where nothing is in reach.
+
+        Parameters
+        ----------
+        pose : Pose2D
+            True pose of the scanner in the map frame.
+        others : (m, 2) array
+            True positions of the other robots.
+        radius : float
+            Of each of them [m].
+        """
+        model = self.model
+        ranges = np.minimum(
+            cast_rays(self._occupied, self._info, pose, self._angles, model.range_max),
+            cast_at_discs(pose, self._angles, others, radius),
+        )
+        noisy = np.maximum(ranges + model.sigma * self._rng.standard_normal(model.beams), 0.0)
+        return np.where(noisy <= model.range_max, noisy, np.inf)
+
+    def scan(self, ranges: NDArray[np.float64], stamp: float, frame_id: str) -> LaserScan:
+        """Return ``sensor_msgs/LaserScan`` of what was measured, to the millimetre."""
+        millimetres = np.round(ranges, 3).tolist()
+        return LaserScan(
+            header=Header(stamp=Time.of(stamp), frame_id=frame_id),
+            angle_min=-math.pi,
+            angle_max=math.pi - self.model.increment,
+            angle_increment=self.model.increment,
+            range_min=self.model.range_min,
+            range_max=self.model.range_max,
+            ranges=[value if value < math.inf else None for value in millimetres],
+        )

@@ -1,0 +1,92 @@
+"""The simulated world: the walls of a map, robots, and time in fixed steps."""
+
+import numpy as np
+import pymunk
+from numpy.typing import NDArray
+
+from ppaas.errors import InvalidInput
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridMap
+from robots.sim.contacts import ContactCounter
+from robots.sim.robot import RobotModel, SimulatedRobot
+from robots.sim.walls import merge_rectangles
+
+
+class World:
+    """A map with robots in it. The same seed and the same commands give the same world.
+
+    Parameters
+    ----------
+    grid : GridMap
+        Cells of 65 or more are walls. Unknown cells are not: nobody knows what is there, so nothing is.
+    seed : int
+        Of all that is left to chance.
+    dt : float
+        Length of a step [s].
+    epoch : float
+        Stamp of the first moment [seconds since the epoch].
+    """
+
+    def __init__(self, grid: GridMap, seed: int = 0, dt: float = 0.02, epoch: float = 0.0) -> None:
+        self.grid = grid
+        self.dt = dt
+        self.steps = 0
+        self.epoch = epoch
+        self.robots: list[SimulatedRobot] = []
+        self.occupied: NDArray[np.bool_] = grid.data >= OCCUPIED_THRESHOLD
+        self._seed = seed
+        self._space = pymunk.Space()
+        self._space.collision_slop = 0.001
+        self.contacts = ContactCounter(self.time)
+        self._build_walls()
+
+    def _build_walls(self) -> None:
+        info = self.grid.info
+        body = pymunk.Body(body_type=pymunk.Body.STATIC)
+        body.position = info.origin.x, info.origin.y
+        body.angle = info.origin.theta
+        corners = (merge_rectangles(self.occupied) * info.resolution).tolist()
+        shapes = [pymunk.Poly.create_box_bb(body, pymunk.BB(*box)) for box in corners]
+        for shape in shapes:
+            shape.friction = 0.4
+        self._space.add(body, *shapes)
+
+    def time(self) -> float:
+        """Return the seconds since the world began."""
+        return self.steps * self.dt
+
+    def stamp(self) -> float:
+        """Return the present moment as a stamp [seconds since the epoch]."""
+        return self.epoch + self.time()
+
+    def add_robot(self, pose: Pose2D, model: RobotModel | None = None) -> SimulatedRobot:
+        """Put a robot into the world.
+
+        Raises
+        ------
+        InvalidInput
+            The pose is not finite.
+        """
+        if not pose.is_finite():
+            raise InvalidInput(f"a robot needs a finite pose, not {tuple(pose)}")
+        index = len(self.robots)
+        rng = np.random.default_rng((self._seed, index))
+        robot = SimulatedRobot(self, self._space, pose, model or RobotModel(), rng)
+        self.contacts.watch(robot.base.body, index)
+        self.robots.append(robot)
+        return robot
+
+    def positions(self, without: SimulatedRobot) -> NDArray[np.float64]:
+        """Return the true positions of the other robots, (n, 2) x, y [m]."""
+        found = [tuple(robot.base.body.position) for robot in self.robots if robot is not without]
+        return np.array(found, dtype=np.float64).reshape(-1, 2)
+
+    def step(self) -> None:
+        """Let one step pass."""
+        for robot in self.robots:
+            robot.before_step()
+        self._space.step(self.dt)
+        self.steps += 1
+        self.contacts.look()
+        for robot in self.robots:
+            robot.after_step(self.dt)
