@@ -1,0 +1,192 @@
+"""What every ``Store`` promises."""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+
+import pytest
+
+from ppaas.errors import Conflict, InvalidInput, NotFound
+from storage.ports import Store
+from tests.support.records import NOT_NAMES, clone, plan, robot, token, user
+
+
+def test_a_user_is_found_as_it_was_kept(store: Store) -> None:
+    store.add_user(user("ann", role="admin"))
+    assert store.user("ann") == user("ann", role="admin")
+
+
+def test_users_come_sorted_by_id(store: Store) -> None:
+    for name in ("carl", "ann", "Bob"):
+        store.add_user(user(name))
+    assert [u.id for u in store.users()] == ["Bob", "ann", "carl"]
+
+
+def test_a_taken_user_id_stays_with_the_first(store: Store) -> None:
+    store.add_user(user("ann", password_hash="first"))
+    with pytest.raises(Conflict, match="ann"):
+        store.add_user(user("ann", password_hash="second"))
+    assert store.user("ann").password_hash == "first"
+
+
+def test_one_of_many_who_take_an_id_at_once_gets_it(store: Store) -> None:
+    start = Barrier(8)
+
+    def register(number: int) -> bool:
+        start.wait()
+        try:
+            store.add_user(user("ann", password_hash=str(number)))
+        except Conflict:
+            return False
+        return True
+
+    with ThreadPoolExecutor(8) as threads:
+        won = list(threads.map(register, range(8)))
+    assert won.count(True) == 1
+    assert store.user("ann").password_hash == str(won.index(True))
+
+
+def test_a_removed_user_takes_tokens_robots_and_checkpoints_along_and_nobody_elses(store: Store) -> None:
+    for name, digest in (("ann", "a" * 64), ("bob", "b" * 64)):
+        store.add_user(user(name))
+        store.add_token(token(digest, user=name))
+        store.put_robot(robot("tb1", user=name))
+        store.save_clone(clone("tb1", user=name))
+    store.remove_user("ann")
+    for lost in (lambda: store.user("ann"), lambda: store.token("a" * 64), lambda: store.robot("ann", "tb1")):
+        with pytest.raises(NotFound):
+            lost()
+    with pytest.raises(NotFound):
+        store.clone("ann", "tb1")
+    assert store.token("b" * 64).user == "bob"
+    assert store.robots() == [robot("tb1", user="bob")]
+    assert store.clone("bob", "tb1") == clone("tb1", user="bob")
+
+
+def test_a_token_needs_its_user(store: Store) -> None:
+    with pytest.raises(NotFound, match="ann"):
+        store.add_token(token(user="ann"))
+
+
+def test_only_expired_tokens_are_swept_away(store: Store) -> None:
+    store.add_user(user("ann"))
+    for digest, expires in (("a", 10.0), ("b", 20.0), ("c", 30.0)):
+        store.add_token(token(digest * 64, expires=expires))
+    assert store.remove_tokens(expired_before=20.0) == 1
+    assert store.token("b" * 64).expires == 20.0
+    with pytest.raises(NotFound):
+        store.token("a" * 64)
+
+
+def test_a_robot_is_found_as_it_was_put_last(store: Store) -> None:
+    parameters = {"DWAPlannerROS": {"max_vel_x": 0.26, "holonomic": False, "frames": ["odom", "map"], "none": None}}
+    store.put_robot(robot("tb1", cores=0.25))
+    store.put_robot(robot("tb1", initial_pose=(1.5, -2.0, 3.1), parameters=parameters))
+    assert store.robot("ann", "tb1") == robot("tb1", initial_pose=(1.5, -2.0, 3.1), parameters=parameters)
+
+
+def test_what_was_put_does_not_change_with_what_the_caller_does_to_it_later(store: Store) -> None:
+    parameters = {"a": [1]}
+    store.put_robot(robot("tb1", parameters=parameters))
+    parameters["a"].append(2)
+    store.robot("ann", "tb1").parameters["a"].append(3)
+    assert store.robot("ann", "tb1").parameters == {"a": [1]}
+
+
+@pytest.mark.parametrize("value", [object(), 1 << 70, "\ud800"])
+def test_parameters_that_cannot_be_kept_are_refused_and_the_robot_stays(store: Store, value: object) -> None:
+    store.put_robot(robot("tb1"))
+    with pytest.raises(InvalidInput, match="cannot be kept"):
+        store.put_robot(robot("tb1", parameters={"x": value}))
+    assert store.robot("ann", "tb1") == robot("tb1")
+
+
+def test_two_users_may_have_robots_of_the_same_id(store: Store) -> None:
+    for name in ("bob", "ann"):
+        store.put_robot(robot("tb1", user=name))
+        store.put_robot(robot("tb0", user=name))
+    assert [(r.user, r.id) for r in store.robots()] == [("ann", "tb0"), ("ann", "tb1"), ("bob", "tb0"), ("bob", "tb1")]
+    assert [r.id for r in store.robots("bob")] == ["tb0", "tb1"]
+    store.remove_robot("ann", "tb1")
+    assert store.robot("bob", "tb1").user == "bob"
+
+
+def test_a_removed_robot_takes_its_checkpoint_along(store: Store) -> None:
+    store.put_robot(robot("tb1"))
+    store.save_clone(clone("tb1"))
+    store.remove_robot("ann", "tb1")
+    with pytest.raises(NotFound):
+        store.clone("ann", "tb1")
+
+
+def test_a_plan_is_found_as_it_was_kept(store: Store) -> None:
+    kept = plan("p1", robot="tb1", cost=float("inf"))
+    store.add_plan(kept)
+    assert store.plan("p1") == kept
+
+
+def test_keeping_a_plan_twice_changes_nothing(store: Store) -> None:
+    store.add_plan(plan("p1", cost=1.0))
+    store.add_plan(plan("p1", cost=2.0))
+    assert [p.cost for p in store.plans("house")] == [1.0]
+
+
+def test_the_newest_plans_of_a_map_come_first(store: Store) -> None:
+    for plan_id, created in (("a", 1.0), ("b", 3.0), ("c", 2.0), ("d", 3.0)):
+        store.add_plan(plan(plan_id, created=created))
+    store.add_plan(plan("other", map="depot", created=9.0))
+    assert [p.id for p in store.plans("house")] == ["d", "b", "c", "a"]
+    assert [p.id for p in store.plans("house", limit=2)] == ["d", "b"]
+    assert store.plans("house", limit=0) == []
+    assert store.plans("nowhere") == []
+
+
+def test_the_last_checkpoint_counts(store: Store) -> None:
+    store.save_clone(clone("tb1", saved=1.0))
+    store.save_clone(clone("tb1", nodes={"amcl": b"new"}, saved=2.0))
+    assert store.clone("ann", "tb1") == clone("tb1", nodes={"amcl": b"new"}, saved=2.0)
+
+
+def test_a_checkpoint_may_be_removed_twice(store: Store) -> None:
+    store.save_clone(clone("tb1"))
+    store.remove_clone("ann", "tb1")
+    store.remove_clone("ann", "tb1")
+    with pytest.raises(NotFound):
+        store.clone("ann", "tb1")
+
+
+CALLS_BY_NAME: list[Callable[[Store, str], object]] = [
+    lambda store, name: store.user(name),
+    lambda store, name: store.remove_user(name),
+    lambda store, name: store.token(name),
+    lambda store, name: store.robot("ann", name),
+    lambda store, name: store.robot(name, "tb1"),
+    lambda store, name: store.remove_robot("ann", name),
+    lambda store, name: store.plan(name),
+    lambda store, name: store.clone("ann", name),
+]
+
+
+@pytest.mark.parametrize("call", CALLS_BY_NAME)
+def test_what_is_not_there_is_not_found(store: Store, call: Callable[[Store, str], object]) -> None:
+    with pytest.raises(NotFound, match=r"nobody|tb1"):
+        call(store, "nobody")
+
+
+@pytest.mark.parametrize("name", NOT_NAMES)
+def test_names_that_are_none_are_refused_wherever_they_are_given(store: Store, name: str) -> None:
+    keeping: list[Callable[[Store, str], object]] = [
+        lambda store, name: store.add_user(user(name)),
+        lambda store, name: store.put_robot(robot(name)),
+        lambda store, name: store.put_robot(robot(user=name)),
+        lambda store, name: store.put_robot(robot(map=name)),
+        lambda store, name: store.add_plan(plan(name)),
+        lambda store, name: store.save_clone(clone(name)),
+        lambda store, name: store.robots(name),
+        lambda store, name: store.plans(name),
+    ]
+    for call in (*CALLS_BY_NAME, *keeping):
+        with pytest.raises(InvalidInput):
+            call(store, name)
+    assert store.users() == []
+    assert store.robots() == []

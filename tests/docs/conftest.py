@@ -1,0 +1,14 @@
+"""One real cloud for all documents."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.support.cloud import RunningCloud, running_cloud
+
+
+@pytest.fixture(scope="session")
+def cloud(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningCloud]:
+    """Return a running cloud, stopped cleanly at the end; it keeps no clone of one test for the robot of another."""
+    with running_cloud(tmp_path_factory.mktemp("cloud"), "--linger", "0.2") as running:
+        yield running

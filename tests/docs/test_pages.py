@@ -1,0 +1,107 @@
+"""What architecture.md, data-flow.md and the decisions say in numbers and names is what the code has."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from endpoints.outbox import EXPIRY
+from engine import outside, place_link
+from engine.balancers.first_fit import FirstFit
+from engine.bootstrap import CloudConfig
+from engine.container import CHECKPOINT_PERIOD
+from engine.control import StopContainer
+from engine.cores import OVERSUBSCRIPTION
+from engine.gate import SHARED_TOPIC, scope_of
+from engine.keys import shared_key, topic_key
+from engine.machine import MAX_CONTAINERS
+from engine.mapcache import SPARE
+from engine.master import CRASH_LIMIT, CRASH_WINDOW, Quota
+from engine.model import ContainerSpec, MapVersion, RobotConfig
+from engine.planning import IDLE
+from engine.robot_sessions import LINGER
+from robots.base_controller import BaseLimits
+from tests.support.documents import text_of
+from tests.support.sources import ROOT, pyproject
+
+ARCHITECTURE, DATA_FLOW = "docs/architecture.md", "docs/data-flow.md"
+PAGES = [file.relative_to(ROOT).as_posix() for file in [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]]
+COMMANDS = pyproject()["project"]["entry-points"]["ppaas.commands"]
+FILE = re.compile(r"`((?:ppaas|engine|endpoints|storage|robots|tests|docs|deploy)/[\w/.]+)`")
+
+
+def says(page: str, words: str) -> bool:
+    """Tell whether a page has some words, wherever its lines break."""
+    return words in re.sub(r"\s+", " ", text_of(page))
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_file_that_is_named_is_there(page: str) -> None:
+    assert [name for name in FILE.findall(text_of(page)) if not (ROOT / name).exists()] == []
+
+
+def test_places_and_machines_are_as_described() -> None:
+    quota, config = Quota(), CloudConfig("memory:", "memory:")
+    assert says(ARCHITECTURE, f"while a client is connected and {LINGER:g} s longer")
+    assert says(ARCHITECTURE, f"until {IDLE:g} s after the last path") and says(DATA_FLOW, f"until {IDLE:g} s after")
+    assert says(ARCHITECTURE, f"die more than {CRASH_LIMIT} times in {CRASH_WINDOW:g} s is closed")
+    assert OVERSUBSCRIPTION["shared"] == 4.0 and says(ARCHITECTURE, "gives out four times the cores it has")
+    assert says(ARCHITECTURE, f"It holds {MAX_CONTAINERS} at most")
+    assert says(ARCHITECTURE, f"up to {quota.containers} containers and {quota.cores:g} cores")
+    assert (config.quota, config.linger) == (quota, LINGER)
+    assert FirstFit.name == "first_fit" and says(ARCHITECTURE, "*First fit*")
+
+
+def test_shared_keys_are_as_described() -> None:
+    keys = re.findall(r"`(ppaas/[\w/<>]*<[\w/<>]*)`", text_of(ARCHITECTURE))
+    names = dict.fromkeys(("<map>", "<user>", "<group>", "<robot>", "<topic>"))
+    shown = shared_key(*("<map>", "<user>", "<robot>"), "topic"), topic_key("<user>", "<group>", "<robot>", "topic")
+    plain = [key.replace("%3C", "<").replace("%3E", ">") for key in shown]
+    assert names.keys() >= set(re.findall(r"<\w+>", " ".join(keys)))
+    assert keys == [plain[0].replace("/topic", f"/{SHARED_TOPIC}"), plain[1].replace("/topic", "/<topic>")]
+
+
+def test_what_a_container_shows_goes_under_the_shared_key() -> None:
+    robot = RobotConfig("tb1", "turtlebot2", (0.0, 0.0, 0.0), "dijkstra", "dwa")
+    scope = scope_of(ContainerSpec("c1", "ann", MapVersion("house", "v"), 1.0, robot))
+    assert scope is not None
+    assert scope.shown(outside.POSE) == "ppaas/map/house/ann/tb1/amcl_pose"
+
+
+def test_what_may_drop_and_what_must_arrive_is_as_described() -> None:
+    assert says(DATA_FLOW, f"checkpoint every {CHECKPOINT_PERIOD:g} s")
+    assert says(DATA_FLOW, f"position every {outside.SHARE_PERIOD:g} s")
+    assert says(DATA_FLOW, f"the next comes {outside.SHARE_PERIOD:g} s later")
+    assert says(DATA_FLOW, f"after {outside.FRESH:g} s without any a position is no longer believed")
+    assert says(DATA_FLOW, f"at most {place_link.MAX_UNACKNOWLEDGED} wait")
+    assert says(DATA_FLOW, f"and {place_link.MAX_UNACKNOWLEDGED_BYTES >> 20} MiB, then the client")
+    assert place_link.MAX_WAITING == 1 << 20 and says(DATA_FLOW, "1 MiB waits for one that is too slow")
+    assert says(DATA_FLOW, f"waited {EXPIRY['cmd_vel']:g} s at the endpoint")
+    assert says(DATA_FLOW, f"none has come for {BaseLimits().timeout:g} s")
+
+
+def test_the_end_of_a_container_is_as_described() -> None:
+    assert says(DATA_FLOW, f"not gone after {StopContainer('c1').grace:g} s")
+    assert says(DATA_FLOW, f"{LINGER:g} s for it to come back")
+    assert SPARE == 4 and says(DATA_FLOW, "four others were used since its last container ended")
+
+
+def test_every_decision_is_listed_with_its_title() -> None:
+    index = text_of("docs/adr/README.md")
+    pages = sorted((ROOT / "docs" / "adr").glob("0*.md"))
+    titles = {page.name: page.read_text(encoding="utf-8").partition("\n")[0] for page in pages}
+    assert [int(page.name[:4]) for page in pages] == list(range(1, len(pages) + 1))
+    for name, title in titles.items():
+        number, _, words = title.removeprefix("# ").partition(": ")
+        assert f"| [{number}]({name}) | {words} |" in index
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs" / "adr").glob("0*.md")), ids=lambda page: page.stem)
+def test_a_decision_has_its_context_and_its_consequences(page: Path) -> None:
+    headings = re.findall(r"^## (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    assert headings == ["Context", "Decision", "Consequences"]
+
+
+def test_the_changelog_names_every_command() -> None:
+    text = text_of("CHANGELOG.md")
+    assert [name for name in COMMANDS if f"`{name}`" not in text and f"`ppaas {name}`" not in text] == []

@@ -1,0 +1,191 @@
+"""What protocol.md says of topics, services, refusals and limits is what the code does, and its frames are taken."""
+
+import asyncio
+import json
+import re
+
+import numpy as np
+import pytest
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed
+
+from endpoints.outbox import DEFAULT_KEEP, EXPIRY, KEEP, MAX_KEEP
+from endpoints.problems import STATUS, TYPE, problem_response
+from endpoints.rights import SENSOR_TOPICS
+from endpoints.robot_socket import CALL_TIMEOUT, CLOSED_BY_CLOUD, MAX_CALLS, READY_TIMEOUT
+from endpoints.server import MAX_FRAME
+from endpoints.settings import Settings
+from engine.outside import SHARE_PERIOD
+from engine.place_link import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
+from engine.robot_sessions import LINGER
+from ppaas.costmap.build import build_layers
+from ppaas.localization.beams import MAX_RANGES
+from ppaas.localization.parameters import AmclParameters
+from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.messages import type_name
+from ppaas.messages.actionlib_msgs import Status
+from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.nodes.clone import build_clone
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.move_base import STATUS_PERIOD
+from ppaas.wire.names import MAX_NAME
+from ppaas.wire.rosbridge import MAX_SUBSCRIPTIONS, RosbridgeSession
+from ppaas.wire.rosbridge_client import RosbridgeClientSession
+from robots.base_controller import BaseLimits
+from robots.robot_file import load_robot_file
+from robots.sim.driver import Rates
+from tests.support.cloud import RunningCloud
+from tests.support.documents import blocks, table, text_of
+from tests.support.sources import ROOT
+
+PROTOCOL = "docs/protocol.md"
+EXAMPLES = ROOT / "docs" / "examples"
+
+
+def says(words: str) -> bool:
+    """Tell whether the page has some words, wherever its lines break."""
+    return words in re.sub(r"\s+", " ", text_of(PROTOCOL))
+
+
+@pytest.fixture(scope="module")
+def graph() -> Graph:
+    """Return the graph of a clone."""
+    cells = np.zeros((40, 40), np.int8)
+    clone = Graph()
+    layers = build_layers(GridMap(cells, GridInfo(0.05, 40, 40)), robot_radius=0.18)
+    build_clone(clone, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0))
+    return clone
+
+
+def test_the_topics_are_those_of_a_clone(graph: Graph) -> None:
+    nodes = graph.nodes.values()
+    taken = {topic.name for node in nodes for topic in node.subscribes}
+    given = {topic.name for node in nodes for topic in node.publishes}
+    expected = {}
+    for topic in graph.topics.values():
+        way = "both" if topic.name in taken & given else "in" if topic.name in taken else "out"
+        expected[topic.name] = type_name(topic.type), way + (", latched" if topic.latched else "")
+    listed = table(PROTOCOL, "topic", "type", "way", "how often, and what for")
+    assert {name: (kind, way) for name, kind, way, _ in listed} == expected
+
+
+def test_the_services_are_those_of_a_clone(graph: Graph) -> None:
+    listed = table(PROTOCOL, "service", "type", "what it does")
+    assert {name: kind for name, kind, _ in listed} == {s.name: s.type.name for s in graph.services.values()}
+
+
+def test_the_refusals_have_the_status_and_type_that_the_page_gives_them() -> None:
+    by_slug = {kind.slug: kind for kind in STATUS}
+    listed = table(PROTOCOL, "HTTP status", "type ends in", "why")
+    assert len(listed) > 5
+    for status, slug, _ in listed:
+        kind = by_slug[slug]
+        error = kind.__new__(kind)
+        Exception.__init__(error, "why")
+        response = problem_response(error)
+        assert (str(response.status_code), json.loads(response.body)["type"]) == (status, TYPE + slug)
+
+
+def test_the_limits_are_those_of_the_code() -> None:
+    limits = dict(table(PROTOCOL, "limit", "value"))
+    assert limits["frame to the cloud"].startswith(f"{MAX_FRAME >> 20} MiB")
+    assert limits["subscriptions of a client"] == str(MAX_SUBSCRIPTIONS)
+    assert limits["calls of a client under way"] == f"{MAX_CALLS}, each for up to {CALL_TIMEOUT:g} s"
+    waiting = f"{MAX_UNACKNOWLEDGED}, and {MAX_UNACKNOWLEDGED_BYTES >> 20} MiB"
+    assert limits["messages of a robot that wait for its clone's word"] == waiting
+    assert limits["ranges of a scan"] == str(MAX_RANGES)
+    assert limits["name of a topic"] == f"{MAX_NAME} characters"
+    rest = Settings()
+    own, planned = MoveBaseParameters().planner_timeout, f"{rest.default_plan_seconds:g} s"
+    assert limits["time for one plan"].startswith(f"{own:g} s")
+    assert limits["time for one plan"].endswith(f"{planned}, or its `timeout` up to {rest.max_plan_seconds:g} s")
+
+
+def test_what_is_kept_for_a_slow_client_is_what_the_page_says() -> None:
+    kept = dict(table(PROTOCOL, "limit", "value"))["messages of a topic that wait for a slow client"]
+    first, *others = kept.split("; ")
+    assert first == f"{DEFAULT_KEEP}, or its `queue_length` up to {MAX_KEEP}"
+    told = {name: int(part.split()[0]) for part in others for name in re.findall(r"`([\w/]+)`", part)}
+    assert told == KEEP
+
+
+def test_the_times_and_rates_are_those_of_the_code() -> None:
+    amcl, move_base, rates = AmclParameters(), MoveBaseParameters(), Rates()
+    assert says(f"no container within {READY_TIMEOUT:g} s")
+    assert says(f"waited {EXPIRY['cmd_vel']:g} s for a slow connection")
+    assert says(f"no `cmd_vel` has come for {BaseLimits().timeout:g} s")
+    assert says(f"kept for {LINGER:g} s after its last client left")
+    assert says(f"moved {amcl.update_min_d:g} m or {amcl.update_min_a:g} rad")
+    assert says(f"sends {rates.odom:g} a second") and says(f"sends {rates.scan:g} a second")
+    assert says(f"{move_base.controller_frequency:g} a second while it drives")
+    assert says(f"After {move_base.transform_tolerance:g} s without `odom` or `scan`")
+    assert STATUS_PERIOD == 1.0 and says("once a second, and when it changes")
+    assert move_base.planner_frequency == 1.0 and says("and once a second on the way")
+    assert SHARE_PERIOD == 0.2 and says("five times a second")
+    assert says(f"code {CLOSED_BY_CLOUD} and a reason")
+
+
+def test_the_roles_and_numbers_are_those_of_the_code() -> None:
+    [sensors] = re.findall(r"\n(.*) are the robot's own word", text_of(PROTOCOL))
+    assert set(re.findall(r"`(\w+)`", sensors)) == SENSOR_TOPICS
+    assert says(f"is {Status.SUCCEEDED:d} when the robot is there, {Status.ABORTED:d} when Move Base gave up, ")
+    assert says(f"and {Status.PREEMPTED:d} when another goal or a cancel")
+
+
+def test_every_frame_of_the_page_is_of_the_protocol() -> None:
+    robot, operator, cloud = (block.splitlines() for block in blocks(PROTOCOL, "json"))
+    for frame in (*robot, *operator):
+        RosbridgeSession().receive(frame)
+    for frame in cloud:
+        RosbridgeClientSession().receive(frame)
+
+
+@pytest.fixture
+async def address(cloud: RunningCloud) -> str:
+    """Return where a robot connects that stands in the example's map, without its role."""
+    rest = await cloud.admin()
+    await rest.upload_map("office", *((EXAMPLES / f"office.{kind}").read_bytes() for kind in ("yaml", "pgm")))
+    await rest.put_robot("tb2", load_robot_file(EXAMPLES / "tb1.json"))
+    [url] = re.findall(r"^ws://\S+$", text_of(PROTOCOL), re.MULTILINE)
+    return (
+        url.replace("ws://HOST:8500", cloud.ws_url).replace("robot=ID", "robot=tb2").replace("TOKEN", str(rest.token))
+    )
+
+
+async def until(socket: ClientConnection, op: str) -> dict[str, object]:
+    """Return the next frame of an operation; a ``status`` that comes before it fails the test."""
+    async with asyncio.timeout(30):
+        while True:
+            frame: dict[str, object] = json.loads(await socket.recv())
+            assert frame["op"] in (op, "publish"), frame
+            if frame["op"] == op:
+                return frame
+
+
+@pytest.mark.journey
+async def test_the_frames_of_the_page_are_taken_by_a_cloud(address: str) -> None:
+    says_robot, says_operator, _ = (block.splitlines() for block in blocks(PROTOCOL, "json"))
+    as_operator = address.replace("role=robot", "role=operator")
+    async with connect(address, max_size=None) as robot, connect(as_operator, max_size=None) as operator:
+        for frame in says_robot:
+            await robot.send(frame)
+        for frame in says_operator:
+            await operator.send(frame)
+        result = await until(operator, "publish")
+        assert result["topic"] == "/move_base/result"
+        answer = await until(operator, "service_response")
+        assert (answer["id"], answer["result"]) == ("7", True)
+        # What was sent before a call is told of before its answer, so by now a complaint would be here.
+        await robot.send('{"op": "call_service", "service": "/move_base/clear_costmaps", "id": "8"}')
+        assert (await until(robot, "service_response"))["result"] is True
+
+
+@pytest.mark.journey
+async def test_a_frame_that_is_too_large_closes_the_socket_as_the_page_says(address: str) -> None:
+    async with connect(address, max_size=None) as socket:
+        with pytest.raises(ConnectionClosed) as closed:
+            await socket.send("x" * (MAX_FRAME + 1))
+            await socket.recv()
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == 1009
+    assert says("closes the socket (1009)")

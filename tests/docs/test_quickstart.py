@@ -1,0 +1,52 @@
+"""What the quickstart has its reader type works as it is printed, from the login to a robot that has arrived."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from endpoints.accounts import TOKEN_LIFETIME
+from engine.planning import IDLE
+from engine.robot_sessions import LINGER
+from ppaas.localization.parameters import AmclParameters
+from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.nodes.checks import read_parameters
+from ppaas.nodes.models import model_names
+from robots.robot_file import RobotFile
+from tests.support.cloud import RunningCloud
+from tests.support.documents import blocks, run_shell, script, text_of
+
+QUICKSTART = "docs/quickstart.md"
+
+
+def test_the_defaults_of_a_robot_file_are_those_it_names() -> None:
+    [code] = blocks(QUICKSTART, "json")
+    assert json.loads(code) == json.loads(RobotFile(map="office").encode())
+
+
+def test_the_models_are_those_there_are() -> None:
+    assert all(f"`{name}`" in text_of(QUICKSTART) or f'"{name}"' in text_of(QUICKSTART) for name in model_names())
+
+
+def test_the_times_are_those_of_the_code() -> None:
+    text = text_of(QUICKSTART)
+    assert f"{TOKEN_LIFETIME / 86400:g} days" in text
+    assert f"waits {LINGER:g} s" in text
+    assert IDLE == 120.0 and "two minutes" in text
+
+
+def test_the_parameters_it_gives_are_taken() -> None:
+    [given] = re.findall(r"`(\{.*\}\})`", text_of(QUICKSTART))
+    parameters = json.loads(given)
+    assert set(parameters) == {"move_base", "amcl"}
+    read_parameters(MoveBaseParameters, "move_base", parameters["move_base"])
+    read_parameters(AmclParameters, "amcl", parameters["amcl"])
+
+
+@pytest.mark.journey
+def test_a_reader_gets_from_the_login_to_a_robot_that_has_arrived(cloud: RunningCloud, tmp_path: Path) -> None:
+    printed = run_shell(script(QUICKSTART), tmp_path, cloud)
+    assert "tb1 is at x=2.0" in printed
+    assert "SUCCEEDED after" in printed
+    assert ["robot", "admin", "tb1", "office"] in [line.split()[1:5] for line in printed.splitlines()]

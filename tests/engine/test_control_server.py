@@ -1,0 +1,146 @@
+"""The socket on which machines register, with machines and strangers."""
+
+import stat
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from engine import control
+from engine.control_server import ControlServer
+from engine.link import Refusal
+from ppaas.errors import Unavailable
+from tests.support.engine_links import dial_control, receive, register
+from tests.support.waiting import until
+
+SECRET = "secret"
+
+
+class Events:
+    """Remembers what it is told."""
+
+    def __init__(self) -> None:
+        self.told: list[tuple[str, str]] = []
+        self.said: list[control.FromAgent] = []
+
+    def machine_registered(self, register: control.Register) -> None:
+        self.told.append(("registered", register.machine))
+
+    def machine_said(self, machine: str, event: control.FromAgent) -> None:
+        self.told.append(("said", machine))
+        self.said.append(event)
+
+    def machine_gone(self, machine: str) -> None:
+        self.told.append(("gone", machine))
+
+
+@pytest.fixture
+def events() -> Events:
+    return Events()
+
+
+@pytest.fixture
+async def server(tmp_path: Path, events: Events) -> AsyncIterator[ControlServer]:
+    opened = ControlServer(tmp_path / "control.sock", SECRET, events, register_timeout=5.0)
+    await opened.start()
+    yield opened
+    await opened.close()
+
+
+async def test_only_this_user_may_dial(server: ControlServer) -> None:
+    assert stat.S_IMODE(server.path.stat().st_mode) == 0o600
+
+
+async def test_a_machine_registers_takes_orders_and_tells(server: ControlServer, events: Events) -> None:
+    stream = await dial_control(server.path)
+    stream.write(register("m1"))
+    await until(lambda: events.told)
+    server.order("m1", control.StopContainer("c1"))
+    assert await receive(stream) == control.StopContainer("c1")
+    news = [
+        control.Heartbeat(0.5, 1 << 20, [control.ContainerLoad("c1", 0.25, 1 << 10)]),
+        control.Launched("c1", 42),
+        control.LaunchFailed("c2", Refusal("unavailable", "no room")),
+        control.Exited("c1", -9),
+    ]
+    for event in news:
+        stream.write(event)
+    await stream.close()
+    await until(lambda: ("gone", "m1") in events.told)
+    assert events.said == news
+    assert events.told == [("registered", "m1"), *[("said", "m1")] * 4, ("gone", "m1")]
+
+
+@pytest.mark.parametrize(
+    "first",
+    [register("m1", "wrong"), register("m1", ""), register("m1", "geheimnisträger"), control.Launched("c1", 1)],
+    ids=["wrong secret", "no secret", "odd secret", "no registration"],
+)
+async def test_a_stranger_is_hung_up_on_and_nobody_is_told(
+    server: ControlServer, events: Events, first: msgspec.Struct, caplog: pytest.LogCaptureFixture
+) -> None:
+    stream = await dial_control(server.path)
+    stream.write(first)
+    assert await receive(stream) is None
+    assert events.told == []
+    assert [record.levelname for record in caplog.records] == ["WARNING"]
+    with pytest.raises(Unavailable, match="m1"):
+        server.order("m1", control.StopContainer("c1"))
+
+
+async def test_silence_is_cut_off(tmp_path: Path, events: Events) -> None:
+    server = ControlServer(tmp_path / "control.sock", SECRET, events, register_timeout=0.05)
+    await server.start()
+    stream = await dial_control(server.path)
+    assert await receive(stream) is None
+    await server.close()
+    assert events.told == []
+
+
+async def test_a_second_machine_of_a_name_is_refused_and_the_first_goes_on(
+    server: ControlServer, events: Events
+) -> None:
+    first = await dial_control(server.path)
+    first.write(register("m1"))
+    await until(lambda: events.told)
+    second = await dial_control(server.path)
+    second.write(register("m1"))
+    assert await receive(second) is None
+    server.order("m1", control.StopContainer("c1"))
+    assert await receive(first) == control.StopContainer("c1")
+    assert events.told == [("registered", "m1")]
+    await first.close()
+
+
+async def test_a_name_is_free_again_when_its_machine_has_gone(server: ControlServer, events: Events) -> None:
+    for _ in range(2):
+        events.told.clear()
+        stream = await dial_control(server.path)
+        stream.write(register("m1"))
+        await until(lambda: events.told == [("registered", "m1")])
+        await stream.close()
+        await until(lambda: events.told == [("registered", "m1"), ("gone", "m1")])
+        with pytest.raises(Unavailable):
+            server.order("m1", control.StopContainer("c1"))
+
+
+async def test_a_machine_that_talks_rubbish_is_gone(server: ControlServer, events: Events) -> None:
+    stream = await dial_control(server.path)
+    stream.write(register("m1"))
+    stream.write(control.StopContainer("no agent says this"))
+    await until(lambda: ("gone", "m1") in events.told)
+    assert await receive(stream) is None
+
+
+async def test_closing_lets_all_machines_go_even_those_that_have_not_registered(
+    server: ControlServer, events: Events
+) -> None:
+    known, silent = await dial_control(server.path), await dial_control(server.path)
+    known.write(register("m1"))
+    await until(lambda: events.told)
+    await server.close()
+    assert await receive(known) is None
+    assert await receive(silent) is None
+    await until(lambda: ("gone", "m1") in events.told)
+    assert not server.path.exists()

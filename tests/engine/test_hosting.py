@@ -1,0 +1,276 @@
+"""The containers of a machine, with a runtime and a builder of maps in the hands of the test."""
+
+import asyncio
+import os
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from engine import control
+from engine.gate import Gate
+from engine.hosting import Hosting
+from engine.link import Refusal
+from engine.mapcache import MapCache
+from engine.model import ContainerSpec, MapVersion
+from ppaas.errors import InvalidMap, Unavailable
+from ppaas.nodes.models import robot_model
+from storage.memory import MemoryMapStore, MemoryStore
+from storage.records import MapRecord
+from tests.support import records
+from tests.support.fake_fabric import FakeFabric
+from tests.support.fake_runtime import FakeRuntime
+from tests.support.specs import planning_spec, robot_config, robot_spec
+from tests.support.waiting import until
+
+HOUSE = MapVersion("house", records.house().version)
+
+
+class Building:
+    """Builds layers when it is let, and fails as it is told."""
+
+    def __init__(self) -> None:
+        self.radii: list[float] = []
+        self.error: Exception | None = None
+        self.go = asyncio.Event()
+        self.go.set()
+
+    async def __call__(self, record: MapRecord, robot_radius: float, folder: Path) -> None:
+        self.radii.append(robot_radius)
+        await self.go.wait()
+        if self.error is not None:
+            raise self.error
+        (folder / "layers").write_text(record.version)
+
+
+class Host:
+    """A machine with four CPUs."""
+
+    def __init__(self, folder: Path) -> None:
+        self.runtime = FakeRuntime()
+        self.building = Building()
+        self.gate = Gate(folder / "gate.sock", MemoryStore(), FakeFabric())
+        self.cache = MapCache(folder / "maps", build=self.building, spare=0)
+        self.maps = MemoryMapStore()
+        self.maps.put_map(records.house())
+        self.news: list[msgspec.Struct] = []
+        self.hosting = Hosting(
+            runtime=self.runtime,
+            gate=self.gate,
+            maps=self.maps,
+            cache=self.cache,
+            cpus=(0, 1, 2, 3),
+            tell=self.news.append,
+        )
+
+    def start(self, spec: ContainerSpec) -> None:
+        self.hosting.start(control.StartContainer(spec, "secret", "link.sock"))
+
+    async def told(self, event: msgspec.Struct) -> None:
+        await until(lambda: event in self.news)
+
+    def assert_forgotten(self) -> None:
+        """Make sure that nothing is known of any container, and that no map is kept for one."""
+        assert self.hosting._hosted == {}
+        assert self.gate.awaited == 0
+        assert dict(self.cache._users) == {}
+
+
+@pytest.fixture
+async def host(tmp_path: Path) -> AsyncIterator[Host]:
+    made = Host(tmp_path)
+    yield made
+    await made.hosting.close()
+    made.assert_forgotten()
+
+
+def launched(container: str = "c1") -> control.Launched:
+    return control.Launched(container, os.getpid())
+
+
+def spec(container: str = "c1", cores: float = 1.0) -> ContainerSpec:
+    return robot_spec(container, version=HOUSE, cores=cores)
+
+
+def small_spec(container: str) -> ContainerSpec:
+    return ContainerSpec(container, "ann", HOUSE, 1.0, robot_config(model="turtlebot3_burger"))
+
+
+async def test_a_container_is_launched_with_what_it_needs_and_watched_to_its_end(host: Host) -> None:
+    host.start(spec())
+    await host.told(launched("c1"))
+    (launch,) = host.runtime.launches
+    assert (launch.spec, launch.link, launch.secret) == (spec(), "link.sock", "secret")
+    assert launch.machine == str(host.gate.path)
+    assert (Path(launch.layers) / "layers").read_text() == HOUSE.version
+    assert host.gate.awaited == 1
+    host.runtime.processes["c1"].end(3)
+    await host.told(control.Exited("c1", 3))
+    host.assert_forgotten()
+
+
+async def test_layers_are_inflated_for_the_robot_or_for_the_usual_one(host: Host) -> None:
+    host.start(small_spec("c1"))
+    await host.told(launched("c1"))
+    host.start(planning_spec("p1", version=HOUSE))
+    await host.told(launched("p1"))
+    assert host.building.radii == [robot_model(model).robot_radius for model in ("turtlebot3_burger", "turtlebot2")]
+
+
+async def test_containers_are_spread_over_the_cpus_and_room_is_given_back(host: Host) -> None:
+    for number in range(4):
+        host.start(spec(f"c{number}"))
+        await host.told(launched(f"c{number}"))
+    assert [launch.cpus for launch in host.runtime.launches] == [(n,) for n in range(4)]
+    host.runtime.processes["c2"].end(0)
+    await host.told(control.Exited("c2", 0))
+    host.start(spec("c4"))
+    await host.told(launched("c4"))
+    assert host.runtime.launches[-1].cpus == (2,)
+    host.start(spec("c5", cores=2.5))
+    await host.told(launched("c5"))
+    last = host.runtime.launches[-1]
+    assert last.cpus == (0, 1, 2)
+    assert last.threads == 2
+
+
+async def test_containers_that_are_launched_at_once_are_spread_too(host: Host) -> None:
+    host.runtime.go.clear()
+    for number in range(4):
+        host.start(spec(f"c{number}"))
+    await until(lambda: len(host.runtime.launches) == 4)
+    assert sorted(launch.cpus for launch in host.runtime.launches) == [(0,), (1,), (2,), (3,)]
+    host.runtime.go.set()
+
+
+@pytest.mark.parametrize(
+    ("error", "slug"),
+    [(Unavailable("no room"), "unavailable"), (OSError(24, "too many open files"), "error")],
+    ids=["known", "unknown"],
+)
+async def test_a_launch_that_fails_is_told_and_leaves_nothing_behind(host: Host, error: Exception, slug: str) -> None:
+    host.runtime.error = error
+    host.start(spec())
+    await until(lambda: host.news)
+    (failed,) = host.news
+    assert isinstance(failed, control.LaunchFailed)
+    assert failed.refusal.slug == slug
+    host.assert_forgotten()
+
+
+async def test_a_map_that_cannot_be_built_is_told(host: Host) -> None:
+    host.building.error = InvalidMap("not square")
+    host.start(spec())
+    await host.told(control.LaunchFailed("c1", Refusal("invalid-map", "not square")))
+    host.assert_forgotten()
+
+
+@pytest.mark.parametrize(
+    ("version", "slug"),
+    [(MapVersion("house", "older"), "conflict"), (MapVersion("nowhere", "v1"), "not-found")],
+)
+async def test_a_map_that_is_not_there_any_more_is_told(host: Host, version: MapVersion, slug: str) -> None:
+    host.start(robot_spec("c1", version=version))
+    await until(lambda: host.news)
+    (failed,) = host.news
+    assert isinstance(failed, control.LaunchFailed)
+    assert failed.refusal.slug == slug
+    assert host.runtime.launches == []
+
+
+async def test_a_size_that_the_machine_has_not_is_told(host: Host) -> None:
+    host.start(spec(cores=5.0))
+    await until(lambda: host.news)
+    (failed,) = host.news
+    assert isinstance(failed, control.LaunchFailed)
+    assert failed.refusal.slug == "quota-exceeded"
+    host.assert_forgotten()
+
+
+async def test_a_container_stopped_while_its_map_is_built_never_runs(host: Host) -> None:
+    host.building.go.clear()
+    host.start(spec())
+    await until(lambda: host.building.radii)
+    host.hosting.stop(control.StopContainer("c1"))
+    host.building.go.set()
+    await until(lambda: host.news)
+    assert isinstance(host.news[0], control.LaunchFailed)
+    assert host.runtime.launches == []
+    host.assert_forgotten()
+
+
+async def test_a_container_stopped_while_it_is_launched_is_killed_as_soon_as_it_runs(host: Host) -> None:
+    host.runtime.go.clear()
+    host.start(spec())
+    await until(lambda: host.runtime.launches)
+    host.hosting.stop(control.StopContainer("c1"))
+    host.runtime.go.set()
+    await host.told(control.Exited("c1", -9))
+    host.assert_forgotten()
+
+
+async def test_a_container_that_stays_is_killed_and_not_before_its_time(host: Host) -> None:
+    host.start(spec())
+    await host.told(launched())
+    host.hosting.stop(control.StopContainer("c1", grace=0.05))
+    assert not host.runtime.processes["c1"].killed
+    await host.told(control.Exited("c1", -9))
+
+
+async def test_a_container_that_goes_by_itself_while_it_is_stopped_is_told_as_it_went(host: Host) -> None:
+    host.start(spec())
+    await host.told(launched())
+    host.hosting.stop(control.StopContainer("c1", grace=0.05))
+    host.runtime.processes["c1"].end(0)
+    await host.told(control.Exited("c1", 0))
+    await until(lambda: host.runtime.processes["c1"].killed)  # which does nothing to what is gone
+    assert [event for event in host.news if isinstance(event, control.Exited)] == [control.Exited("c1", 0)]
+
+
+async def test_stopping_what_nobody_knows_changes_nothing(host: Host) -> None:
+    host.hosting.stop(control.StopContainer("c99"))
+    assert host.hosting._hosted == {}
+
+
+async def test_a_map_is_kept_while_any_of_its_containers_lives(host: Host) -> None:
+    for name in ("c1", "c2"):
+        host.start(spec(name))
+        await host.told(launched(name))
+    layers = Path(host.runtime.launches[0].layers)
+    host.runtime.processes["c1"].end(0)
+    await host.told(control.Exited("c1", 0))
+    assert (layers / "layers").exists()
+    host.runtime.processes["c2"].end(0)
+    await host.told(control.Exited("c2", 0))
+    await until(lambda: not layers.exists())
+
+
+async def test_loads_are_those_of_what_runs_now(host: Host) -> None:
+    assert host.hosting.loads() == []
+    host.start(spec())
+    await host.told(launched())
+    host.runtime.go.clear()
+    host.start(spec("c2"))
+    (load,) = host.hosting.loads()
+    assert load.container == "c1"
+    assert load.cpu > 0.0
+    assert load.pss > 1 << 20
+    host.runtime.processes["c1"].pid = 2**22 + 1  # no such process
+    assert host.hosting.loads() == []
+
+
+async def test_closing_ends_what_runs_and_starts_nothing_more(tmp_path: Path) -> None:
+    host = Host(tmp_path)
+    host.start(spec())
+    await host.told(launched())
+    host.building.go.clear()
+    host.start(small_spec("c2"))
+    host.start(planning_spec("p1", version=HOUSE))
+    await asyncio.sleep(0)
+    async with asyncio.timeout(10):
+        await host.hosting.close()
+    assert host.runtime.processes["c1"].killed
+    assert host.runtime.closed
+    host.assert_forgotten()
+    host.cache.remove_all()

@@ -1,0 +1,153 @@
+"""The socket that containers dial, with containers that are awaited and strangers."""
+
+import asyncio
+import stat
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+from engine import link
+from engine.framing import FrameStream
+from engine.link_server import LinkServer
+from ppaas.errors import NotFound, rebuild
+from tests.support.engine_links import dial_link, hello, receive
+from tests.support.waiting import until
+
+
+class Welcomes:
+    """Greets each container with a frame, and serves it until it hangs up."""
+
+    def __init__(self) -> None:
+        self.hellos: list[link.Hello] = []
+        self.heard: list[link.FromContainer] = []
+        self.failures: list[link.Failed] = []
+
+    async def welcome(self, hello: link.Hello, stream: FrameStream[link.FromContainer]) -> None:
+        self.hellos.append(hello)
+        stream.write(link.Subscribe("welcome", 0))
+        while (frame := await stream.receive()) is not None:
+            self.heard.append(frame)
+
+
+@pytest.fixture
+def welcomes() -> Welcomes:
+    return Welcomes()
+
+
+@pytest.fixture
+async def server(tmp_path: Path, welcomes: Welcomes) -> AsyncIterator[LinkServer]:
+    opened = LinkServer(tmp_path / "link.sock", welcomes.welcome, welcomes.failures.append, hello_timeout=5.0)
+    await opened.start()
+    yield opened
+    await opened.close()
+
+
+async def test_only_this_user_may_dial(server: LinkServer) -> None:
+    assert stat.S_IMODE(server.path.stat().st_mode) == 0o600
+
+
+async def test_an_awaited_container_is_welcomed_and_served(server: LinkServer, welcomes: Welcomes) -> None:
+    server.expect("c1", "s1")
+    stream = await dial_link(server.path)
+    stream.write(hello("c1", "s1"))
+    assert await receive(stream) == link.Subscribe("welcome", 0)
+    stream.write(link.Ack(7))
+    await stream.close()
+    await until(lambda: welcomes.heard)
+    assert welcomes.heard == [link.Ack(7)]
+    assert server.awaited == 0
+
+
+@pytest.mark.parametrize(
+    "first",
+    [
+        hello("c1", "wrong"),
+        hello("c1", ""),
+        hello("c1", "schlüssel"),
+        hello("c2", "s1"),
+        link.Failed("c1", "wrong", link.Refusal("not-found", "")),
+        link.Ack(1),
+    ],
+    ids=["wrong secret", "no secret", "odd secret", "unknown container", "failed with wrong secret", "no hello"],
+)
+async def test_a_stranger_is_hung_up_on_and_the_awaited_container_still_comes(
+    server: LinkServer, welcomes: Welcomes, first: link.FromContainer, caplog: pytest.LogCaptureFixture
+) -> None:
+    server.expect("c1", "s1")
+    stranger = await dial_link(server.path)
+    stranger.write(first)
+    assert await receive(stranger) is None
+    assert not welcomes.hellos and not welcomes.failures
+    assert [record.levelname for record in caplog.records] == ["WARNING"]
+    stream = await dial_link(server.path)
+    stream.write(hello("c1", "s1"))
+    assert await receive(stream) == link.Subscribe("welcome", 0)
+    await stream.close()
+
+
+async def test_a_hello_opens_the_link_once(server: LinkServer, welcomes: Welcomes) -> None:
+    server.expect("c1", "s1")
+    first = await dial_link(server.path)
+    first.write(hello("c1", "s1"))
+    assert await receive(first) == link.Subscribe("welcome", 0)
+    second = await dial_link(server.path)
+    second.write(hello("c1", "s1"))
+    assert await receive(second) is None
+    assert len(welcomes.hellos) == 1
+    await first.close()
+
+
+async def test_who_is_forgotten_is_not_let_in(server: LinkServer, welcomes: Welcomes) -> None:
+    server.expect("c1", "s1")
+    server.forget("c1")
+    stream = await dial_link(server.path)
+    stream.write(hello("c1", "s1"))
+    assert await receive(stream) is None
+    assert welcomes.hellos == []
+
+
+async def test_silence_is_cut_off(tmp_path: Path, welcomes: Welcomes) -> None:
+    server = LinkServer(tmp_path / "link.sock", welcomes.welcome, welcomes.failures.append, hello_timeout=0.05)
+    await server.start()
+    stream = await dial_link(server.path)
+    assert await receive(stream) is None
+    await server.close()
+
+
+async def test_rubbish_is_cut_off_and_the_next_is_served(server: LinkServer, welcomes: Welcomes) -> None:
+    server.expect("c1", "s1")
+    reader, writer = await asyncio.open_unix_connection(server.path)
+    writer.write(b"GET / HTTP/1.1\r\n\r\n")
+    assert await reader.read() == b""
+    writer.close()
+    stream = await dial_link(server.path)
+    stream.write(hello("c1", "s1"))
+    assert await receive(stream) == link.Subscribe("welcome", 0)
+    await stream.close()
+
+
+async def test_a_failure_is_told_with_its_reason(server: LinkServer, welcomes: Welcomes) -> None:
+    server.expect("c1", "s1")
+    stream = await dial_link(server.path)
+    error = NotFound("model", "toaster", ["turtlebot2"])
+    stream.write(link.Failed("c1", "s1", link.Refusal(error.slug, str(error))))
+    assert await receive(stream) is None
+    (failed,) = welcomes.failures
+    told = rebuild(failed.refusal.slug, failed.refusal.text)
+    assert isinstance(told, NotFound)
+    assert str(told) == "unknown model 'toaster'; known: turtlebot2"
+    assert server.awaited == 0
+
+
+async def test_closing_hangs_up_on_all_and_removes_the_socket(server: LinkServer) -> None:
+    server.expect("c1", "s1")
+    known, silent = await dial_link(server.path), await dial_link(server.path)
+    known.write(hello("c1", "s1"))
+    assert await receive(known) == link.Subscribe("welcome", 0)
+    await server.close()
+    assert await receive(known) is None
+    assert await receive(silent) is None
+    assert not server.path.exists()
+    with pytest.raises(OSError):
+        await dial_link(server.path)

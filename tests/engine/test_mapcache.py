@@ -1,0 +1,179 @@
+import asyncio
+import math
+import resource
+from pathlib import Path
+
+import pytest
+
+from engine.layer_building import build_here
+from engine.layer_files import open_layers
+from engine.mapcache import MapCache
+from ppaas.errors import InvalidMap, InvalidParameter, Unavailable
+from storage.records import MapRecord
+from tests.support.records import house, pgm
+
+
+class Building:
+    """Builds by writing one file, when it is let."""
+
+    def __init__(self):
+        self.built: list[str] = []
+        self.failures: list[BaseException] = []
+        self.go = asyncio.Event()
+        self.go.set()
+
+    async def __call__(self, record: MapRecord, robot_radius: float, folder: Path) -> None:
+        await self.go.wait()
+        if self.failures:
+            raise self.failures.pop()
+        self.built.append(record.id)
+        (folder / "layers").write_text(f"{record.version} {robot_radius}")
+
+
+@pytest.fixture
+def building() -> Building:
+    return Building()
+
+
+@pytest.fixture
+def cache(tmp_path, building) -> MapCache:
+    return MapCache(tmp_path / "shm", build=building, spare=2)
+
+
+def folders(cache: MapCache) -> list[str]:
+    return sorted(folder.name.partition("@")[0] for folder in cache._root.iterdir())
+
+
+async def build_in_thread(record: MapRecord, robot_radius: float, folder: Path) -> None:
+    await asyncio.to_thread(build_here, record, robot_radius, folder)
+
+
+async def test_real_layers_are_made_and_opened(tmp_path):
+    cache = MapCache(tmp_path / "shm", build=build_in_thread)
+    folder = await cache.ensure(house(image=pgm(40, 30)), 0.18)
+    layers = open_layers(folder)
+    assert layers.grid.data.shape == (30, 40)
+    assert layers.costmap.data.max() == 0  # an empty house
+
+
+async def test_a_process_forked_for_it_makes_the_same_layers(tmp_path):
+    record = house(image=b"P5\n40 30\n255\n" + bytes([254] * 600 + [0] * 5 + [205] * 595))
+    here = await MapCache(tmp_path / "a", build=build_in_thread).ensure(record, 0.18)
+    forked = await MapCache(tmp_path / "b").ensure(record, 0.18)
+    names = {file.name for file in here.iterdir()}
+    assert len(names) == 5
+    assert {file.name: file.read_bytes() for file in forked.iterdir()} == {n: (here / n).read_bytes() for n in names}
+
+
+async def test_an_error_of_the_forked_process_is_told_as_it_was(tmp_path):
+    cache = MapCache(tmp_path / "shm")
+    with pytest.raises(InvalidMap):
+        await cache.ensure(house(image=b"no image"), 0.18)
+    assert list((tmp_path / "shm").iterdir()) == []
+
+
+async def test_layers_asked_for_at_once_are_made_once(cache, building):
+    building.go.clear()
+    asking = [asyncio.create_task(cache.ensure(house(), 0.18)) for _ in range(10)]
+    await asyncio.sleep(0)
+    building.go.set()
+    assert len(set(await asyncio.gather(*asking))) == 1
+    assert building.built == ["house"]
+
+
+async def test_each_version_and_radius_has_its_own(cache):
+    one, two = house(), house(image=pgm(value=0))
+    asked = [(one, 0.18), (one, 0.2), (two, 0.18)]
+    assert len({await cache.ensure(*each) for each in asked}) == 3
+
+
+async def test_layers_appear_whole_or_not_at_all(cache, building):
+    building.go.clear()
+    asking = asyncio.create_task(cache.ensure(house(), 0.18))
+    await asyncio.sleep(0)
+    await asyncio.sleep(0)
+    assert [folder.name for folder in cache._root.glob("map-*")] == []
+    building.go.set()
+    assert (await asking / "layers").exists()
+
+
+async def test_a_failure_is_told_to_all_and_the_next_try_is_a_new_one(cache, building):
+    building.failures = [InvalidMap("no map")]
+    told = await asyncio.gather(*(cache.ensure(house(), 0.18) for _ in range(3)), return_exceptions=True)
+    assert [type(each) for each in told] == [InvalidMap] * 3
+    assert folders(cache) == []
+    await cache.ensure(house(), 0.18)
+    assert building.built == ["house"]
+
+
+async def test_one_who_gives_up_does_not_stop_the_others(cache, building):
+    building.go.clear()
+    first, second = (asyncio.create_task(cache.ensure(house(), 0.18)) for _ in range(2))
+    await asyncio.sleep(0)
+    first.cancel()
+    await asyncio.sleep(0)
+    building.go.set()
+    assert (await second).exists()
+
+
+async def test_layers_in_use_stay_and_of_the_unused_the_last_released(cache):
+    used = await cache.ensure(house("used"), 0.18)
+    for name in "abc":
+        cache.release(await cache.ensure(house(name), 0.18))
+    assert folders(cache) == ["map-b", "map-c", "map-used"]
+    assert used.exists()
+
+
+async def test_layers_are_unused_only_when_all_have_released_them(tmp_path, building):
+    cache = MapCache(tmp_path / "shm", build=building, spare=0)
+    one = await cache.ensure(house(), 0.18)
+    await cache.ensure(house(), 0.18)
+    cache.release(one)
+    assert one.exists()
+    cache.release(one)
+    assert not one.exists()
+    with pytest.raises(ValueError, match="more often"):
+        cache.release(one)
+
+
+async def test_when_there_is_no_room_the_unused_make_some(cache, building):
+    cache.release(await cache.ensure(house("a"), 0.18))
+    building.failures = [Unavailable("disk full")]
+    await cache.ensure(house("b"), 0.18)
+    assert folders(cache) == ["map-b"]
+
+
+async def test_when_there_is_still_no_room_it_says_so(cache, building):
+    building.failures = [Unavailable("disk full")]
+    with pytest.raises(Unavailable, match="disk full"):
+        await cache.ensure(house(), 0.18)
+
+
+async def test_a_full_disk_is_told_with_size_and_place(tmp_path):
+    cache = MapCache(tmp_path / "shm", build=build_in_thread)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, before[1]))
+    try:
+        with pytest.raises(Unavailable, match=r"MB of map layers cannot be written to .*shm"):
+            await cache.ensure(house(image=pgm(200, 200)), 0.18)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert list((tmp_path / "shm").iterdir()) == []
+
+
+@pytest.mark.parametrize("radius", [-0.1, math.nan, math.inf])
+async def test_a_radius_that_no_robot_has_is_refused(cache, radius):
+    with pytest.raises(InvalidParameter, match="radius"):
+        await cache.ensure(house(), radius)
+
+
+async def test_no_name_of_a_map_leads_out_of_the_folder(cache):
+    record = MapRecord("../../etc", "ann", "../v", b"", b"")
+    folder = await cache.ensure(record, 0.18)
+    assert folder.resolve().parent == cache._root.resolve()
+
+
+async def test_nothing_is_left_after_remove_all(cache, tmp_path):
+    await cache.ensure(house(), 0.18)
+    cache.remove_all()
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,137 @@
+"""What a clone gives to the world outside its robot, and what it takes from it."""
+
+import logging
+from collections.abc import AsyncIterator
+
+import numpy as np
+import pytest
+
+from engine import machine_link
+from engine.framing import FrameStream
+from engine.machine_client import MachineClient
+from engine.model import Launch
+from engine.outside import FRESH, SHARE_PERIOD, Outside, plan_record
+from ppaas.clock import ManualClock
+from ppaas.messages import encode
+from ppaas.messages.geometry_msgs import Point, Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion
+from ppaas.messages.std_msgs import Header
+from ppaas.nodes.graph import Graph
+from ppaas.planners.base import PlanResult
+from tests.support.echo_node import EchoNode
+from tests.support.engine_links import pair, receive
+from tests.support.specs import robot_spec
+
+
+def pose(x: float, w: float = 1.0) -> PoseWithCovarianceStamped:
+    where = Pose(Point(x, 0.0), Quaternion(x=0.0, y=0.0, z=0.0, w=w))
+    return PoseWithCovarianceStamped(Header(frame_id="map"), PoseWithCovariance(where))
+
+
+def shared(who: str, payload: bytes, topic: str = "amcl_pose") -> machine_link.Shared:
+    return machine_link.Shared(who, "tb1", topic, payload)
+
+
+def plan(*points: tuple[float, float], planner: str = "dijkstra") -> PlanResult:
+    poses = np.array([[x, y, 0.0, 0.0, 0.0, 0.0, 1.0] for x, y in points]).reshape(-1, 7)
+    return PlanResult(np.zeros((len(points), 2), np.int32), poses, 50.0, 1.0, 9, 0.01, planner)
+
+
+LAUNCH = Launch(robot_spec("c1", "ann", "tb1"), "", "", "", "secret", (0,), 1)
+
+
+class Clone:
+    """A graph with a node that hears of other robots, and the machine's end of its link."""
+
+    def __init__(self, client: MachineClient, machine: FrameStream[machine_link.FromContainer]) -> None:
+        self.clock = ManualClock(1000.0)
+        self.graph = Graph(stamp_clock=self.clock)
+        self.node = self.graph.add(EchoNode)
+        self.machine = machine
+        self.outside = Outside(LAUNCH, self.graph, client)
+
+    def seen(self) -> list[float]:
+        """Return where the other robots are, as the clone was told last."""
+        return sorted(p.position.x for p in self.node.robots[-1].poses)
+
+
+@pytest.fixture
+async def clone() -> AsyncIterator[Clone]:
+    near, far = await pair(machine_link.ToContainer, machine_link.FromContainer)
+    client = MachineClient(near)
+    yield Clone(client, far)
+    await client.close()
+    await far.close()
+
+
+async def test_positions_are_shared_but_not_more_often_than_they_are_worth(clone: Clone) -> None:
+    for step in range(3):
+        clone.graph.publish("amcl_pose", pose(float(step)))
+        clone.clock.advance(SHARE_PERIOD * 0.6)
+    frames = [await receive(clone.machine) for _ in range(2)]
+    assert frames == [machine_link.Share("amcl_pose", encode(pose(x))) for x in (0.0, 2.0)]
+
+
+async def test_the_clone_is_told_of_all_robots_that_were_seen_just_now(clone: Clone) -> None:
+    clone.outside.shared(shared("bob", encode(pose(1.0))))
+    clone.clock.advance(FRESH * 0.6)
+    clone.outside.shared(shared("eve", encode(pose(2.0))))
+    assert clone.seen() == [1.0, 2.0]
+    clone.clock.advance(FRESH * 0.6)
+    clone.outside.shared(shared("eve", encode(pose(3.0))))
+    assert clone.seen() == [3.0]
+    assert clone.node.robots[-1].header.frame_id == "map"
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [
+        b"",
+        b"{",
+        b"\xff\xfe",
+        b"[" * 100_000,
+        b'{"header":{},"pose":{"pose":{"position":{"x":1e999},"orientation":{}}}}',
+        encode(pose(float("nan"))),
+        encode(pose(9.0, w=0.0)),
+    ],
+    ids=["nothing", "cut off", "no text", "bottomless", "beyond all numbers", "nan", "no orientation"],
+)
+async def test_what_is_no_position_harms_neither_the_clone_nor_what_it_knows_of_others(
+    clone: Clone, payload: bytes, caplog: pytest.LogCaptureFixture
+) -> None:
+    clone.outside.shared(shared("bob", encode(pose(1.0))))
+    for _ in range(3):
+        clone.outside.shared(shared("eve", payload))
+    clone.outside.shared(shared("ann", encode(pose(2.0))))
+    assert clone.seen() == [1.0, 2.0]
+    assert len([record for record in caplog.records if record.levelno >= logging.WARNING]) == 1
+
+
+async def test_other_topics_are_not_taken_for_positions(clone: Clone) -> None:
+    clone.outside.shared(shared("eve", b"{", topic="scan"))
+    assert clone.node.robots == []
+
+
+async def test_a_plan_is_kept_in_the_name_of_its_robot(clone: Clone) -> None:
+    clone.graph.publish("plan", plan((0.0, 0.0), (1.0, 2.0)))
+    keep = await receive(clone.machine)
+    assert isinstance(keep, machine_link.KeepPlan)
+    kept = keep.plan
+    assert (kept.user, kept.robot, kept.map, kept.version) == ("ann", "tb1", "house", "v1")
+    assert (kept.start, kept.goal, kept.created) == ((0.0, 0.0, 0.0), (1.0, 2.0, 0.0), 1000.0)
+    np.testing.assert_array_equal(np.frombuffer(kept.poses).reshape(-1, 7)[:, :2], [(0.0, 0.0), (1.0, 2.0)])
+
+
+async def test_an_empty_plan_is_not_kept(clone: Clone) -> None:
+    clone.graph.publish("plan", plan())
+    clone.graph.publish("plan", plan((0.0, 0.0), (3.0, 0.0)))
+    keep = await receive(clone.machine)
+    assert isinstance(keep, machine_link.KeepPlan)
+    assert keep.plan.goal == (3.0, 0.0, 0.0)
+
+
+def test_the_same_plan_has_the_same_id_and_another_has_not() -> None:
+    first = plan_record(LAUNCH, plan((0.0, 0.0), (1.0, 2.0)), 1.0)
+    again = plan_record(LAUNCH, plan((0.0, 0.0), (1.0, 2.0)), 2.0)
+    others = [plan((0.0, 0.0), (1.0, 2.5)), plan((0.0, 0.0), (1.0, 2.0), planner="other")]
+    assert again.id == first.id
+    assert len({first.id, *(plan_record(LAUNCH, other, 1.0).id for other in others)}) == 3

@@ -1,0 +1,304 @@
+"""The endpoint's end of the robot link, with containers that come and go at the other end of a real socket."""
+
+import asyncio
+import socket
+
+import pytest
+
+from engine import link
+from engine.framing import FrameStream
+from engine.place_link import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES, PlaceLink
+from ppaas.errors import NotFound, PPaaSError, QuotaExceeded, Unavailable
+
+TOPICS = [link.TopicInfo("map", "nav_msgs/OccupancyGrid", True), link.TopicInfo("goal", "std_msgs/String", False)]
+
+
+class Client:
+    """Remembers what it is told."""
+
+    def __init__(self) -> None:
+        self.heard: list[tuple[str, bytes]] = []
+        self.errors: list[PPaaSError] = []
+        self.reasons: list[PPaaSError] = []
+        self.news = asyncio.Event()
+
+    def published(self, topic: str, payload: bytes) -> None:
+        self.heard.append((topic, payload))
+        self.news.set()
+
+    def refused(self, topic: str, error: PPaaSError) -> None:
+        self.errors.append(error)
+        self.news.set()
+
+    def closed(self, reason: PPaaSError) -> None:
+        self.reasons.append(reason)
+
+    async def told(self) -> None:
+        async with asyncio.timeout(5):
+            await self.news.wait()
+        self.news.clear()
+
+
+class FakeContainer:
+    """The far end: speaks the link by hand."""
+
+    def __init__(self, stream: FrameStream[link.ToContainer], serving: asyncio.Task[None]) -> None:
+        self.stream = stream
+        self.serving = serving
+
+    @classmethod
+    async def dial(cls, place: PlaceLink, name: str, applied: int = 0) -> "FakeContainer":
+        ours, theirs = socket.socketpair()
+        near: FrameStream[link.FromContainer] = FrameStream(
+            *await asyncio.open_connection(sock=ours), link.FromContainer
+        )
+        far: FrameStream[link.ToContainer] = FrameStream(*await asyncio.open_connection(sock=theirs), link.ToContainer)
+        hello = link.Hello(name, "", 42, applied, TOPICS, ["make_plan"])
+        return cls(far, asyncio.create_task(place.serve(hello, near)))
+
+    async def next(self) -> link.ToContainer | None:
+        async with asyncio.timeout(5):
+            return await self.stream.receive()
+
+    async def die(self) -> None:
+        await self.stream.close()
+        await self.serving
+
+
+async def test_ready_means_that_a_container_said_hello() -> None:
+    place = PlaceLink("robot:a/r")
+    with pytest.raises(Unavailable):
+        await place.ready(0.01)
+    container = await FakeContainer.dial(place, "c1")
+    await place.ready(5)
+    assert (place.container, place.pid) == ("c1", 42)
+    await container.die()
+    assert place.container is None
+
+
+async def test_a_goal_sent_while_no_container_is_there_reaches_the_next() -> None:
+    place = PlaceLink("robot:a/r")
+    client = place.join(Client())
+    place.deliver("goal", b'"1"', client, must_arrive=True)
+    place.deliver("scan", b"{}", client, must_arrive=False)
+    container = await FakeContainer.dial(place, "c1")
+    assert await container.next() == link.Deliver("goal", b'"1"', client, 1)
+    await container.die()
+
+
+async def test_what_was_not_acknowledged_is_sent_again_in_order_and_what_was_is_not() -> None:
+    place = PlaceLink("robot:a/r")
+    client = place.join(Client())
+    first = await FakeContainer.dial(place, "c1")
+    await place.ready(5)
+    for number in (b"1", b"2", b"3"):
+        place.deliver("goal", number, client, must_arrive=True)
+    for _ in range(3):
+        await first.next()
+    first.stream.write(link.Ack(1))
+    await first.die()
+    second = await FakeContainer.dial(place, "c2", applied=1)
+    resent = [await second.next(), await second.next()]
+    assert [(d.payload, d.sequence) for d in resent if isinstance(d, link.Deliver)] == [(b"2", 2), (b"3", 3)]
+    await second.die()
+
+
+async def test_a_checkpoint_that_knows_a_message_counts_as_its_acknowledgement() -> None:
+    place = PlaceLink("robot:a/r")
+    client = place.join(Client())
+    place.deliver("goal", b"1", client, must_arrive=True)
+    place.deliver("goal", b"2", client, must_arrive=True)
+    container = await FakeContainer.dial(place, "c2", applied=1)
+    resent = await container.next()
+    assert isinstance(resent, link.Deliver) and resent.payload == b"2"
+    await container.die()
+
+
+async def test_subscriptions_are_made_again_with_the_next_container() -> None:
+    place = PlaceLink("robot:a/r")
+    listener = Client()
+    client = place.join(listener)
+    first = await FakeContainer.dial(place, "c1")
+    await place.ready(5)
+    place.subscribe("map", client)
+    assert await first.next() == link.Subscribe("map", client)
+    await first.die()
+    second = await FakeContainer.dial(place, "c2")
+    assert await second.next() == link.Subscribe("map", 0)
+    second.stream.write(link.Published("map", b"{}"))
+    await listener.told()
+    assert listener.heard == [("map", b"{}")]
+    await second.die()
+
+
+async def test_a_latched_message_for_one_client_is_not_heard_by_the_others() -> None:
+    place = PlaceLink("robot:a/r")
+    listeners = [Client(), Client()]
+    numbers = [place.join(listener) for listener in listeners]
+    container = await FakeContainer.dial(place, "c1")
+    await place.ready(5)
+    for number in numbers:
+        place.subscribe("map", number)
+    container.stream.write(link.Published("map", b"{}", numbers[1]))
+    await listeners[1].told()
+    assert listeners[0].heard == []
+    await container.die()
+
+
+async def test_the_last_to_leave_ends_the_subscription() -> None:
+    place = PlaceLink("robot:a/r")
+    one, two = place.join(Client()), place.join(Client())
+    container = await FakeContainer.dial(place, "c1")
+    await place.ready(5)
+    place.subscribe("map", one)
+    place.subscribe("map", two)
+    place.leave(one)
+    place.leave(two)
+    frames = [await container.next() for _ in range(3)]
+    assert frames == [link.Subscribe("map", one), link.Subscribe("map", two), link.Unsubscribe("map")]
+    await container.die()
+
+
+async def test_an_unknown_topic_is_refused_to_the_client_that_asked() -> None:
+    place = PlaceLink("robot:a/r")
+    client = place.join(Client())
+    container = await FakeContainer.dial(place, "c1")
+    await place.ready(5)
+    with pytest.raises(NotFound, match="known: goal, map"):
+        place.subscribe("nothing", client)
+    await container.die()
+
+
+async def test_a_refusal_is_told_to_the_client_that_sent_the_message_and_to_no_other() -> None:
+    place = PlaceLink("robot:a/r")
+    sender, other = Client(), Client()
+    number = place.join(sender)
+    place.join(other)
+    container = await FakeContainer.dial(place, "c1")
+    await place.ready(5)
+    container.stream.write(link.Refused(number, "goal", link.Refusal("invalid-input", "NaN")))
+    await sender.told()
+    assert [error.slug for error in sender.errors] == ["invalid-input"]
+    assert other.errors == []
+    await container.die()
+
+
+async def test_a_call_is_answered_or_fails_when_its_container_is_lost() -> None:
+    place = PlaceLink("robot:a/r")
+    with pytest.raises(Unavailable):
+        await place.call("make_plan", b"{}", 1.0)
+    container = await FakeContainer.dial(place, "c1")
+    await place.ready(5)
+    answered = asyncio.create_task(place.call("make_plan", b"{}", 5.0))
+    refused = asyncio.create_task(place.call("make_plan", b"{}", 5.0))
+    lost = asyncio.create_task(place.call("make_plan", b"{}", 5.0))
+    calls = [await container.next() for _ in range(3)]
+    numbers = [call.call for call in calls if isinstance(call, link.Call)]
+    container.stream.write(link.Answer(numbers[0], b'{"plan":1}'))
+    container.stream.write(link.Answer(numbers[1], refusal=link.Refusal("no-valid-path", "none")))
+    assert await answered == b'{"plan":1}'
+    with pytest.raises(PPaaSError) as error:
+        await refused
+    assert error.value.slug == "no-valid-path"
+    await container.die()
+    with pytest.raises(Unavailable, match="lost"):
+        await lost
+
+
+async def test_what_waits_to_be_acknowledged_is_bounded() -> None:
+    place = PlaceLink("robot:a/r")
+    client = place.join(Client())
+    for _ in range(MAX_UNACKNOWLEDGED):
+        place.deliver("goal", b"1", client, must_arrive=True)
+    with pytest.raises(QuotaExceeded):
+        place.deliver("goal", b"1", client, must_arrive=True)
+
+
+async def test_what_waits_to_be_acknowledged_is_bounded_in_bytes_too_and_there_is_room_again_afterwards() -> None:
+    place = PlaceLink("robot:a/r")
+    client = place.join(Client())
+    half = bytes(MAX_UNACKNOWLEDGED_BYTES // 2)
+    place.deliver("cloud", half, client, must_arrive=True)
+    place.deliver("cloud", half, client, must_arrive=True)
+    with pytest.raises(QuotaExceeded):
+        place.deliver("cloud", b"1", client, must_arrive=True)
+    container = await FakeContainer.dial(place, "c1", applied=1)
+    resent = await container.next()
+    assert isinstance(resent, link.Deliver) and resent.sequence == 2
+    place.deliver("cloud", b"1", client, must_arrive=True)
+    await container.die()
+
+
+async def test_a_topic_that_nobody_hears_is_not_subscribed_to_with_the_next_container() -> None:
+    place = PlaceLink("robot:a/r")
+    client = place.join(Client())
+    first = await FakeContainer.dial(place, "c1")
+    await place.ready(5)
+    place.subscribe("map", client)
+    place.unsubscribe("map", client)
+    first.stream.write(link.Published("map", b"{}"))  # was under way when nobody wanted it any more
+    first.stream.write(link.Published("goal", b"{}"))
+    await first.die()
+    place.subscribe("goal", client)
+    second = await FakeContainer.dial(place, "c2")
+    await place.ready(5)
+    place.unsubscribe("goal", client)
+    assert [await second.next(), await second.next()] == [link.Subscribe("goal", 0), link.Unsubscribe("goal")]
+    await second.die()
+
+
+async def test_a_container_that_takes_the_place_of_one_that_still_talks_is_the_only_one_heard() -> None:
+    place = PlaceLink("robot:a/r")
+    listener = Client()
+    client = place.join(listener)
+    first = await FakeContainer.dial(place, "c1")
+    await place.ready(5)
+    place.subscribe("goal", client)
+    place.deliver("goal", b"1", client, must_arrive=True)
+    call = asyncio.create_task(place.call("make_plan", b"{}", 5.0))
+    assert [type(await first.next()) for _ in range(3)] == [link.Subscribe, link.Deliver, link.Call]
+    second = await FakeContainer.dial(place, "c2")
+    assert [type(await second.next()) for _ in range(2)] == [link.Subscribe, link.Deliver]
+    with pytest.raises(Unavailable, match="lost"):
+        await call
+    first.stream.write(link.Ack(1))
+    first.stream.write(link.Published("goal", b"old"))
+    async with asyncio.timeout(5):
+        await first.serving  # it was not heard, and is hung up on
+    second.stream.write(link.Published("goal", b"new"))
+    await listener.told()
+    assert listener.heard == [("goal", b"new")]
+    assert place.container == "c2"
+    await second.die()
+    third = await FakeContainer.dial(place, "c3")
+    assert [type(await third.next()) for _ in range(2)] == [link.Subscribe, link.Deliver]
+    await third.die()
+
+
+async def test_whoever_asks_for_a_closed_place_learns_why_even_when_its_container_has_gone() -> None:
+    place = PlaceLink("robot:a/r")
+    container = await FakeContainer.dial(place, "c1")
+    await place.ready(5)
+    place.close(Unavailable("over"))
+    assert await container.next() == link.Stop()
+    await container.die()
+    with pytest.raises(Unavailable, match="over"):
+        await place.ready(5)
+
+
+async def test_whoever_joins_a_closed_place_is_told_at_once() -> None:
+    place = PlaceLink("robot:a/r")
+    place.close(Unavailable("over"))
+    late = Client()
+    place.leave(place.join(late))
+    assert [str(reason) for reason in late.reasons] == ["over"]
+
+
+async def test_closing_tells_every_client_why() -> None:
+    place = PlaceLink("robot:a/r")
+    listener = Client()
+    place.join(listener)
+    place.close(Unavailable("over"))
+    assert [str(reason) for reason in listener.reasons] == ["over"]
+    with pytest.raises(Unavailable, match="over"):
+        await place.ready(1)

@@ -1,0 +1,139 @@
+"""kill -9 of each process of a machine, one by one, while robots drive: they are served again within 5 s."""
+
+import asyncio
+import itertools
+import os
+import signal
+from collections.abc import Callable
+from pathlib import Path
+
+import psutil
+import pytest
+
+from ppaas.maps.grid import GridMap
+from ppaas.messages.actionlib_msgs import Status
+from robots.rest import RestClient
+from tests.support.cloud import (
+    RunningCloud,
+    publish_map,
+    register_robot,
+    running_cloud,
+    shared_memory,
+    until,
+)
+from tests.support.drive import Drive, driving
+from tests.support.places import free_pose, reachable_pose
+
+pytestmark = pytest.mark.journey
+
+ROBOTS = 3
+SERVED_AGAIN = 5.0
+
+
+def agent(cloud: RunningCloud) -> psutil.Process:
+    (found,) = cloud.find("engine.agent")
+    return found
+
+
+def router(cloud: RunningCloud) -> psutil.Process:
+    (found,) = cloud.find("engine.router")
+    return found
+
+
+def fork_server(cloud: RunningCloud) -> psutil.Process:
+    (found,) = [p for p in agent(cloud).children() if "forkserver" in " ".join(p.cmdline())]
+    return found
+
+
+def container(cloud: RunningCloud) -> psutil.Process:
+    return max(fork_server(cloud).children(), key=lambda process: process.create_time())
+
+
+VICTIMS: dict[str, Callable[[RunningCloud], psutil.Process]] = {
+    "container": container,
+    "router": router,
+    "fork server": fork_server,
+    "agent": agent,
+}
+
+
+@pytest.mark.parametrize("victim", VICTIMS)
+async def test_robots_are_served_again_after_kill_9(
+    victim: str, cloud: RunningCloud, office_map: GridMap, record_property: Callable[[str, object], None]
+) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    async with asyncio.TaskGroup() as group:
+        all_drive = asyncio.Barrier(ROBOTS + 1)
+        driven = [group.create_task(drive_through(cloud, rest, office_map, n, all_drive)) for n in range(ROBOTS)]
+        group.create_task(kill_when(all_drive, VICTIMS[victim], cloud))
+    gaps = [task.result() for task in driven]
+    record_property("longest_gap_s", max(gaps))
+    assert max(gaps) <= SERVED_AGAIN
+
+
+async def drive_through(
+    cloud: RunningCloud, rest: RestClient, grid: GridMap, number: int, all_drive: asyncio.Barrier
+) -> float:
+    """Drive through the fault; return the longest time without a command while the goal was under way [s]."""
+    start = free_pose(grid, seed=30 + number)
+    goal = reachable_pose(grid, start, seed=40 + number, at_least=4.0)
+    token = await register_robot(rest, f"f{number}", "office", start)
+    async with driving(cloud.url, token, f"f{number}", grid, start) as drive:
+        await drive.send(goal, goal_id=f"goal-{number}")
+        await until(lambda: len(drive.commands) > 5)
+        await all_drive.wait()
+        result = await drive.result()
+        assert result.status.goal_id.id == f"goal-{number}", "the goal that was sent, and no other, came to its end"
+        assert result.status.status == Status.SUCCEEDED, result.status.text
+        assert drive.scorer.error(0, goal) <= 0.25
+        assert drive.results.empty(), "one result a goal"
+        assert drive.robot.connections == 1, "the robot's socket was kept open"
+        return longest_gap(drive)
+
+
+def longest_gap(drive: Drive) -> float:
+    times = [time for time, _ in drive.commands]
+    return max(after - before for before, after in itertools.pairwise(times))
+
+
+async def kill_when(
+    all_drive: asyncio.Barrier, find: Callable[[RunningCloud], psutil.Process], cloud: RunningCloud
+) -> None:
+    await all_drive.wait()
+    process = find(cloud)
+    below = process.children(recursive=True)
+    os.kill(process.pid, signal.SIGKILL)
+    await until(lambda: not any(lives(p) and p.ppid() == 1 for p in below))
+    await until(lambda: not lives(process))
+
+
+async def test_a_web_process_killed_takes_everything_with_it(tmp_path: Path, office_map: GridMap) -> None:
+    with running_cloud(tmp_path) as cloud:
+        rest = await cloud.admin()
+        await publish_map(rest, "office", office_map)
+        start = free_pose(office_map, seed=30)
+        token = await register_robot(rest, "r", "office", start)
+        async with driving(cloud.url, token, "r", office_map, start):
+            below, sockets = cloud.children(), run_dir(cloud)
+            assert sockets.is_dir() and shared_memory(cloud.pid)
+            os.kill(cloud.pid, signal.SIGKILL)
+            cloud.status = -signal.SIGKILL
+        await until(lambda: not any(lives(process) for process in below))
+        assert not sockets.exists()
+        assert not shared_memory(cloud.pid)
+
+
+def run_dir(cloud: RunningCloud) -> Path:
+    """Return the folder of the sockets that a cloud listens on."""
+    addresses = {str(c.laddr) for c in psutil.Process(cloud.pid).net_connections("unix")}
+    (link,) = {Path(address) for address in addresses if address.endswith("/link.sock")}
+    return link.parent
+
+
+def lives(process: psutil.Process) -> bool:
+    """Tell whether a process is there, and not only its entry in the table."""
+    try:
+        return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False

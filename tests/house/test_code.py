@@ -1,0 +1,16 @@
+"""The code keeps the rules of the house."""
+
+import pytest
+
+from tests.support import rules
+from tests.support.sources import PACKAGES, sources
+
+
+@pytest.mark.parametrize("rule", [rules.io_imports, rules.io_calls])
+def test_the_domain_does_no_io(rule):
+    assert [fault for source in sources("ppaas") for fault in rule(source)] == []
+
+
+@pytest.mark.parametrize("rule", [rules.long_file, rules.long_functions, rules.swallowed_errors])
+def test_all_code_keeps_the_rule(rule):
+    assert [fault for source in sources(*PACKAGES) for fault in rule(source)] == []

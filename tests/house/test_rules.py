@@ -1,0 +1,54 @@
+"""Every rule finds what breaks it; a rule that finds nothing in anything guards nothing."""
+
+import pytest
+
+from tests.support import rules
+from tests.support.sources import Source
+
+BROKEN = [
+    (rules.io_imports, "import asyncio"),
+    (rules.io_imports, "import urllib.request"),
+    (rules.io_imports, "def f():\n    from concurrent.futures import ThreadPoolExecutor"),
+    (rules.io_imports, "from time import sleep"),
+    (rules.io_calls, "open('map.yaml')"),
+    (rules.io_calls, "print('here')"),
+    (rules.io_calls, "Path('map.yaml').write_text('')"),
+    (rules.io_calls, "np.load('map.npy')"),
+    (rules.long_file, "x = 0\n" * 401),
+    (rules.long_functions, "def f():\n" + "    x = 0\n" * 40),
+    (rules.long_functions, "class A:\n    async def f(self):\n" + "        x = 0\n" * 40),
+    (rules.swallowed_errors, "try:\n    f()\nexcept:\n    pass"),
+    (rules.swallowed_errors, "try:\n    f()\nexcept Exception as error:\n    ..."),
+    (rules.swallowed_errors, "try:\n    f()\nexcept (OSError, Exception):\n    pass"),
+    (rules.swallowed_errors, "with contextlib.suppress(Exception):\n    f()"),
+]
+
+KEPT = [
+    (rules.io_imports, "from ppaas.clock import monotonic\nimport numpy\nfrom . import time"),
+    (rules.io_calls, "grid.load(); plan.save(); logger.info('x')"),
+    (rules.long_file, "x = 0\n" * 400),
+    (rules.long_functions, "def f():\n    '''Say\n" + "    much.\n" * 50 + "    '''\n" + "    x = 0\n" * 39),
+    (rules.swallowed_errors, "try:\n    f()\nexcept TimeoutError:\n    pass"),
+    (rules.swallowed_errors, "try:\n    f()\nexcept Exception:\n    logger.exception('f')"),
+    (rules.swallowed_errors, "with contextlib.suppress(ConnectionError):\n    f()"),
+]
+
+
+@pytest.mark.parametrize(("rule", "text"), BROKEN)
+def test_a_rule_finds_what_breaks_it(rule, text):
+    assert rule(Source.of("ppaas/maps/grid.py", text))
+
+
+@pytest.mark.parametrize(("rule", "text"), KEPT)
+def test_a_rule_leaves_what_keeps_it(rule, text):
+    assert rule(Source.of("ppaas/maps/grid.py", text)) == []
+
+
+def test_only_the_clock_imports_time():
+    assert rules.io_imports(Source.of("ppaas/clock.py", "import time")) == []
+
+
+def test_a_kernel_may_be_twice_as_long():
+    text = "def f():\n" + "    x = 0\n" * 70
+    assert rules.long_functions(Source.of("ppaas/planners/kernels/grid.py", text)) == []
+    assert rules.long_functions(Source.of("ppaas/planners/kernels/grid.py", text + "    x = 0\n" * 10))

@@ -1,0 +1,24 @@
+"""One real cloud for all journeys that do not break it."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from ppaas.maps.generate import office
+from ppaas.maps.grid import GridMap
+from tests.support.cloud import RunningCloud, running_cloud
+
+
+@pytest.fixture(scope="session")
+def cloud(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningCloud]:
+    """Return a running cloud, stopped cleanly at the end."""
+    folder: Path = tmp_path_factory.mktemp("cloud")
+    with running_cloud(folder) as running:
+        yield running
+
+
+@pytest.fixture(scope="session")
+def office_map() -> GridMap:
+    """Return a generated office, 12 × 10 m."""
+    return office(seed=1, width=12.0, height=10.0)

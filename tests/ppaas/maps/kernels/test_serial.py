@@ -1,0 +1,30 @@
+"""Kernels that are compiled for one thread and for many stay apart in numba's cache on disk."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+PRINT_HITS = """
+import {module} as kernels
+for name in ({names}):
+    kernel = getattr(kernels, name)
+    print(name, sum(kernel.stats.cache_hits.values()), sum(kernel.stats.cache_misses.values()))
+"""
+
+
+@pytest.mark.parametrize(
+    ("module", "serial", "parallel"),
+    [
+        ("ppaas.maps.kernels.distance", "distance_serial", "distance_parallel"),
+        ("ppaas.costmap.kernels.inflation", "inflate_serial", "inflate_parallel"),
+    ],
+)
+def test_neither_is_ever_loaded_in_place_of_the_other(tmp_path, module, serial, parallel):
+    script = PRINT_HITS.format(module=module, names=f"{serial!r}, {parallel!r}")
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    ran = subprocess.run(
+        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True, timeout=150
+    )
+    assert ran.stdout.splitlines() == [f"{serial} 0 1", f"{parallel} 0 1"], "a fresh cache can hold neither"

@@ -1,0 +1,71 @@
+"""Offices and warehouses that are made up."""
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from ppaas.errors import InvalidParameter
+from ppaas.maps.components import reachable
+from ppaas.maps.distance import distance_to_occupied
+from ppaas.maps.generate import office, warehouse
+
+MAPS = [
+    *[(make, seed, {}) for make in (office, warehouse) for seed in range(8)],
+    *[(office, seed, {"width": 40.0, "height": 33.0}) for seed in range(3)],
+    *[(office, seed, {"width": 9.0, "height": 10.0, "resolution": 0.1}) for seed in range(3)],
+    *[(warehouse, seed, {"width": 60.0, "height": 40.0, "resolution": 0.1}) for seed in range(3)],
+    *[(warehouse, seed, {"width": 15.0, "height": 8.0, "resolution": 0.07}) for seed in range(3)],
+]
+
+
+@pytest.mark.parametrize(("make", "seed", "size"), MAPS)
+def test_a_robot_of_30_cm_radius_reaches_all_places_it_fits_into(make, seed, size):
+    free = distance_to_occupied(make(seed, **size)) > 0.3
+    row, column = np.argwhere(free)[0].tolist()
+    assert np.array_equal(reachable(free, row, column), free)
+
+
+@pytest.mark.parametrize(("make", "seed", "size"), MAPS)
+def test_there_are_walls_all_round_and_the_rest_is_known(make, seed, size):
+    cells = make(seed, **size).data
+    assert (cells[[0, -1]] == 100).all()
+    assert (cells[:, [0, -1]] == 100).all()
+    assert set(np.unique(cells).tolist()) == {0, 100}
+
+
+@pytest.mark.parametrize("make", [office, warehouse])
+def test_a_seed_gives_one_map_and_another_seed_another(make):
+    assert np.array_equal(make(5).data, make(5).data)
+    assert not np.array_equal(make(5).data, make(6).data)
+
+
+@pytest.mark.parametrize("make", [office, warehouse])
+def test_size_and_resolution_are_as_asked(make):
+    info = make(width=21.0, height=17.0, resolution=0.1).info
+    assert (info.width, info.height, info.resolution) == (210, 170, 0.1)
+
+
+def test_the_default_warehouse_measures_30_by_20_metres():
+    assert warehouse().data.shape == (400, 600)
+
+
+def test_an_office_has_rooms_behind_doors():
+    # Nobody wider than the widest door gets about: the rooms fall apart from the corridor.
+    assert ndimage.label(distance_to_occupied(office(width=24.0)) > 0.75)[1] > 5
+
+
+def test_warehouse_aisles_are_wide():
+    # With 2.5 m between the racks, somebody of 0.8 m radius still gets past a pallet that stands in an aisle.
+    aisles = distance_to_occupied(warehouse()) > 0.8
+    row, column = np.argwhere(aisles)[0].tolist()
+    assert reachable(aisles, row, column).sum() > 0.95 * aisles.sum()
+
+
+@pytest.mark.parametrize("make", [office, warehouse])
+@pytest.mark.parametrize(
+    "size",
+    [{"width": 3.0}, {"height": 3.0}, {"width": float("nan")}, {"resolution": 0.0}, {"resolution": 0.5}],
+)
+def test_a_building_too_small_or_too_coarse_is_refused(make, size):
+    with pytest.raises(InvalidParameter, match=next(iter(size))):
+        make(**size)

@@ -1,0 +1,88 @@
+"""Binary PGM images, good and bad."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from ppaas.errors import InvalidMap
+from ppaas.maps.pgm import parse_pgm, write_pgm
+from tests.support.maps import sides
+
+
+@settings(deadline=None)
+@given(hnp.arrays(np.uint8, sides(20)))
+def test_what_is_written_is_read_again(pixels):
+    assert np.array_equal(parse_pgm(write_pgm(pixels)), pixels)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        b"P5 2 2 255\n",
+        b"P5\n2\n2\n255\n",
+        b"P5\t2\r\n2 255 ",
+        b"P5\n# CREATOR: map_saver.cpp 0.050 m/pix\n2 2\n255\n",
+        b"P5# a\n#b # c\n 2# width\n# \xff\n2\n#d\n255\n",
+    ],
+)
+def test_white_space_and_comments_may_stand_anywhere_between(header):
+    assert parse_pgm(header + b"\x00\x0a\x23\xff").tolist() == [[0, 10], [35, 255]]
+
+
+def test_row_0_is_the_first_in_the_file():
+    assert parse_pgm(b"P5 1 2 255 \x01\x02").tolist() == [[1], [2]]
+
+
+def test_a_smaller_maximum_is_scaled_to_255():
+    assert parse_pgm(b"P5 3 1 100 \x00\x32\x64").tolist() == [[0, 127, 255]]
+
+
+def test_white_space_after_the_pixels_is_no_matter():
+    assert parse_pgm(b"P5 1 1 255 \x07\r\n").tolist() == [[7]]
+
+
+@pytest.mark.parametrize(
+    ("image", "reason"),
+    [
+        (b"", "not a binary PGM"),
+        (b"P5", "not a binary PGM"),
+        (b"P2 1 1 255 7", "not a binary PGM"),
+        (b"P6 1 1 255 777", "not a binary PGM"),
+        (b"\x89PNG\r\n\x1a\n", "PNG"),
+        (b"P5 -1 1 255 \x00", "not a binary PGM"),
+        (b"P5 1.5 1 255 \x00", "not a binary PGM"),
+        (b"P5 99999999999999999999 1 255 \x00", "not a binary PGM"),
+        (b"P5 # 1 1 255 \x00", "not a binary PGM"),
+        (b"P5 0 5 255 ", "0×5"),
+        (b"P5 5 0 255 ", "5×0"),
+        (b"P5 32769 32769 255 ", "32769×32769"),
+        (b"P5 9999999999 9999999999 255 ", "1073741824 cells"),
+        (b"P5 1 1 0 \x00", "maximum grey is 0"),
+        (b"P5 1 1 65535 \x00\x00", "8 bits"),
+        (b"P5 2 2 255 \x00\x00\x00", "1 of its 2×2 pixels are missing"),
+        (b"P5 32768 32768 255 ", "cut short"),
+        (b"P5 1 1 255 \x00\x01", "1 bytes follow"),
+        (b"P5 1 1 100 \x65", "101, above its maximum grey of 100"),
+    ],
+)
+def test_what_cannot_be_an_image_is_refused_and_told_why(image, reason):
+    with pytest.raises(InvalidMap, match=reason):
+        parse_pgm(image)
+
+
+@settings(deadline=None)
+@given(st.binary(max_size=60))
+def test_rubbish_is_refused_or_read_but_nothing_else_happens(rubbish):
+    for image in (rubbish, b"P5 " + rubbish, b"P5 2 2 255 " + rubbish):
+        try:
+            assert parse_pgm(image).dtype == np.uint8
+        except InvalidMap as error:
+            assert str(error)
+
+
+@pytest.mark.parametrize("pixels", [np.zeros((2, 2), np.int8), np.zeros(4, np.uint8), np.zeros((0, 4), np.uint8)])
+def test_only_rows_of_bytes_are_written(pixels):
+    with pytest.raises(InvalidMap, match="uint8 pixels"):
+        write_pgm(pixels)

@@ -1,0 +1,118 @@
+"""What holds for Move Base whatever comes, in whatever order."""
+
+import numpy as np
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+
+from ppaas.controllers.base import Velocity
+from ppaas.errors import NoValidPath
+from ppaas.geometry import Pose2D
+from ppaas.navigation import events, orders
+from ppaas.navigation.move_base import MoveBase
+from ppaas.navigation.parameters import MoveBaseParameters
+
+PLAN = np.zeros((2, 7))
+ids = st.sampled_from("abcdef")
+seconds = st.sampled_from([0.0, 0.1, 0.5, 3.0, 20.0])
+
+
+class Rules(RuleBasedStateMachine):
+    """Answers come, or do not, early or late."""
+
+    @initialize(
+        frequency=st.sampled_from([0.0, 1.0]),
+        recovery=st.booleans(),
+        oscillation=st.sampled_from([0.0, 1.0]),
+        retries=st.sampled_from([-1, 0, 2]),
+    )
+    def begin(self, frequency, recovery, oscillation, retries):
+        self.machine = MoveBase(
+            MoveBaseParameters(
+                planner_frequency=frequency,
+                recovery_behavior_enabled=recovery,
+                oscillation_timeout=oscillation,
+                max_planning_retries=retries,
+            )
+        )
+        self.now = 0.0
+        self.accepted = 0
+        self.ended = 0
+        self.plans: list[int] = []
+        self.moving = False
+
+    def feed(self, event):
+        known = {state.goal.id for state in self.machine.goals.states(self.now)}
+        for order in self.machine.handle(event):
+            match order:
+                case orders.PublishResult():
+                    self.ended += 1
+                    assert order.status.terminal
+                case orders.PublishGoal():
+                    assert order.goal.id not in known
+                    self.accepted += 1
+                case orders.RequestPlan():
+                    assert not self.plans, "a plan is asked for while another is under way"
+                    self.plans.append(order.number)
+                case orders.CancelPlan():
+                    assert order.number in self.plans
+                    self.plans.remove(order.number)
+                case orders.SendVelocity():
+                    assert self.machine.goals.active is not None
+                    self.moving = any(order.velocity)
+                case orders.Stop():
+                    self.moving = False
+
+    @rule(name=ids)
+    def goal(self, name):
+        self.feed(events.GoalReceived(self.now, events.Goal(name, Pose2D(1, 1, 0), self.now)))
+
+    @rule(name=st.one_of(st.just(""), ids), stamp=st.sampled_from([0.0, 1.0, 1e9]))
+    def cancel(self, name, stamp):
+        self.feed(events.CancelReceived(self.now, name, stamp))
+
+    @rule(passed=seconds, x=st.floats(0, 2), theta=st.floats(-3, 3), known=st.booleans())
+    def tick(self, passed, x, theta, known):
+        self.now += passed
+        self.feed(events.ControlTick(self.now, Pose2D(x, 0, theta) if known else None, "" if known else "lost"))
+
+    @precondition(lambda self: self.plans)
+    @rule(found=st.booleans(), final=st.booleans())
+    def answer_plan(self, found, final):
+        number = self.plans.pop()
+        if found:
+            self.feed(events.PlanSucceeded(self.now, number, PLAN))
+        else:
+            self.feed(events.PlanFailed(self.now, number, NoValidPath("none"), final))
+
+    @rule(number=st.integers(-3, 0))
+    def answer_a_plan_nobody_asked_for(self, number):
+        self.feed(events.PlanSucceeded(self.now, number, PLAN))
+
+    @rule(reached=st.booleans(), speed=st.floats(0, 1))
+    def velocity(self, reached, speed):
+        self.feed(events.VelocityComputed(self.now, Velocity(speed, 0.0), reached))
+
+    @rule()
+    def no_velocity(self):
+        self.feed(events.ControlFailed(self.now))
+
+    @rule()
+    def cleared(self):
+        self.feed(events.CostmapCleared(self.now))
+
+    @invariant()
+    def each_goal_ends_exactly_once(self):
+        if hasattr(self, "machine"):
+            active = self.machine.goals.active is not None
+            assert self.accepted - self.ended == int(active)
+
+    @invariant()
+    def without_a_goal_the_robot_stands_and_nothing_is_planned(self):
+        if hasattr(self, "machine") and self.machine.goals.active is None:
+            assert not self.moving
+            assert not self.plans
+
+
+Rules.TestCase.settings = settings(max_examples=150, stateful_step_count=40, deadline=None)
+TestRules = Rules.TestCase

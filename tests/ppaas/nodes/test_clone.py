@@ -1,0 +1,80 @@
+"""What a clone is made of."""
+
+import pytest
+
+from ppaas.costmap.build import build_layers
+from ppaas.errors import InvalidParameter, NotFound
+from ppaas.nodes.clone import build_clone, build_planning
+from ppaas.nodes.graph import Graph
+from tests.support.planar_world import walled_map
+
+LAYERS = build_layers(walled_map(4, 3, []))
+
+
+def clone(**options) -> Graph:
+    graph = Graph()
+    build_clone(graph, LAYERS, **{"model": "turtlebot2", "initial_pose": (1.0, 1.0, 0.0)} | options)
+    return graph
+
+
+def test_a_clone_has_the_topics_and_services_of_ros():
+    graph = clone()
+    assert set(graph.nodes) == {"map_server", "robot_state_publisher", "amcl", "move_base"}
+    assert {
+        "map", "scan", "odom", "tf", "tf_static", "initialpose", "amcl_pose", "particlecloud", "cmd_vel", "plan",
+        "move_base_simple/goal", "move_base/goal", "move_base/cancel", "move_base/status", "move_base/feedback",
+        "move_base/result", "move_base/current_goal", "robots",
+    } == set(graph.topics)  # fmt: skip
+    assert set(graph.services) == {"static_map", "move_base/make_plan", "move_base/clear_costmaps"}
+
+
+def test_a_container_that_plans_has_a_map_and_a_planner_and_nothing_that_moves():
+    graph = Graph()
+    build_planning(graph, LAYERS)
+    assert set(graph.nodes) == {"map_server", "planner_server"}
+    assert set(graph.services) == {"static_map", "make_plan", "compute_path"}
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"base_local_planner": "dwa_local_planner/DWAPlannerROS", "parameters": {"DWAPlannerROS": {"sim_time": 1.0}}},
+        {"parameters": {"dwa": {"sim_time": 1.0}}},
+        {"parameters": {"dwa_local_planner/DWAPlannerROS": {"max_vel_x": 0.3}}},
+        {"parameters": {"dijkstra": {"allow_unknown": False}}},
+        {"base_global_planner": "global_planner/GlobalPlanner", "parameters": {"GlobalPlanner": {}}},
+        {"parameters": {"move_base": {"controller_frequency": 5, "base_local_planner": "dwa"}}},
+        {"parameters": {"amcl": {"min_particles": 100}, "local_costmap": {"width": 4.0}}},
+        {"parameters": {"robot_state_publisher": {"laser_frame": "hokuyo"}}},
+    ],
+)
+def test_parameters_are_taken_by_the_names_of_ros(options):
+    assert "move_base" in clone(**options).nodes
+
+
+@pytest.mark.parametrize(
+    ("parameters", "text"),
+    [
+        ({"movebase": {}}, "unknown node 'movebase'; known: amcl, dijkstra, dwa, local_costmap, move_base"),
+        ({"move_base": {"controller_freq": 5.0}}, "controller_freq.*known: .*controller_frequency"),
+        ({"move_base": {"controller_frequency": "fast"}}, "controller_frequency"),
+        ({"move_base": {"controller_frequency": -1.0}}, "controller_frequency must be above 0"),
+        ({"amcl": {"max_particles": 10**9}}, "max_particles"),
+        ({"amcl": []}, "'amcl' must be an object"),
+        ({"local_costmap": {"width": -1.0}}, "width"),
+        ({"dwa": {"warp": 9}}, "warp"),
+        ({"dijkstra": {"heuristic": 1}}, "heuristic"),
+    ],
+)
+def test_a_parameter_that_cannot_be_taken_is_refused_by_name(parameters, text):
+    with pytest.raises(InvalidParameter, match=text):
+        clone(parameters=parameters)
+
+
+@pytest.mark.parametrize(
+    ("option", "known"),
+    [("model", "turtlebot2"), ("base_global_planner", "dijkstra"), ("base_local_planner", "dwa")],
+)
+def test_an_unknown_plug_in_is_told_with_those_there_are(option, known):
+    with pytest.raises(NotFound, match=f"'nonsense'.*{known}"):
+        clone(**{option: "nonsense"})

@@ -1,0 +1,167 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra as scipy_dijkstra
+
+from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidInput
+from ppaas.planners import field as field_module
+from ppaas.planners.field import CostField, cost_field
+from ppaas.planners.weights import RELATIVE_ERROR, SCALE
+from tests.reference import dijkstra as twin
+from tests.support import grids
+
+
+def free_cells(costs: NDArray[np.uint8], allow_unknown: bool) -> list[tuple[int, int]]:
+    free = (costs < 253) | ((costs == 255) & allow_unknown)
+    return [(int(r), int(c)) for r, c in np.argwhere(free)]
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> tuple[NDArray[np.uint8], list[tuple[int, int]], bool]:
+    costs = draw(grids.cost_arrays())
+    allow_unknown = draw(st.booleans())
+    free = free_cells(costs, allow_unknown)
+    if not free:
+        costs[0, 0] = 0
+        free = [(0, 0)]
+    return costs, draw(st.lists(st.sampled_from(free), min_size=1, max_size=3)), allow_unknown
+
+
+@given(scenes())
+@settings(deadline=None, max_examples=150)
+def test_the_field_is_that_of_the_naive_twin_unit_for_unit(scene):
+    costs, goals, allow_unknown = scene
+    values = cost_field(grids.of(costs), cells=goals, allow_unknown=allow_unknown)
+    units = np.where(np.isinf(values), -1, np.rint(values * SCALE)).astype(int)
+    assert units.tolist() == twin.fixed_field(costs, goals, allow_unknown)
+
+
+@given(scenes())
+@settings(deadline=None, max_examples=150)
+def test_the_field_is_within_its_error_bound_of_the_float_twin(scene):
+    costs, goals, allow_unknown = scene
+    values = cost_field(grids.of(costs), cells=goals, allow_unknown=allow_unknown)
+    exact = twin.cost_field(costs, goals, allow_unknown)
+    assert np.array_equal(np.isinf(values), np.isinf(exact))
+    reached = ~np.isinf(exact)
+    assert np.all(np.abs(values[reached] - exact[reached]) <= exact[reached] * RELATIVE_ERROR + 1e-9)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_field_agrees_with_scipy_on_larger_grids(seed):
+    rng = np.random.default_rng(seed)
+    costs = rng.integers(0, 253, (60, 45)).astype(np.uint8)
+    costs[rng.random(costs.shape) < 0.3] = 254
+    costs[rng.random(costs.shape) < 0.1] = 255
+    goal = free_cells(costs, True)[rng.integers(100)]
+    sources, targets, weights = zip(*twin.edges(costs), strict=True)
+    graph = coo_array((weights, (sources, targets)), shape=(costs.size, costs.size)).tocsr()
+    exact = scipy_dijkstra(graph, indices=goal[0] * costs.shape[1] + goal[1]).reshape(costs.shape)
+    np.testing.assert_allclose(cost_field(grids.of(costs), cells=goal), exact, rtol=RELATIVE_ERROR)
+
+
+def test_slices_of_any_size_give_the_same_field(monkeypatch):
+    rng = np.random.default_rng(5)
+    map_ = grids.of(rng.integers(0, 256, (80, 70)).astype(np.uint8))
+    goal = free_cells(map_.data, True)[0]
+    whole = cost_field(map_, cells=goal)
+    monkeypatch.setattr(field_module, "SLICE_CELLS", 1)
+    monkeypatch.setattr(field_module, "SLICE_LAID", 1)
+    assert np.array_equal(cost_field(map_, cells=goal), whole)
+
+
+def test_two_threads_give_the_same_field_bit_for_bit():
+    rng = np.random.default_rng(6)
+    map_ = grids.of(rng.integers(0, 256, (300, 200)).astype(np.uint8))
+    goal = free_cells(map_.data, True)[0]
+    assert np.array_equal(cost_field(map_, cells=goal, threads=1), cost_field(map_, cells=goal, threads=2))
+
+
+def test_each_reached_cell_is_settled_once():
+    rng = np.random.default_rng(7)
+    map_ = grids.of(rng.integers(0, 256, (90, 90)).astype(np.uint8))
+    field = CostField(map_, np.array([free_cells(map_.data, True)[0]]))
+    assert field.grow()
+    assert field.settled == np.isfinite(field.values()).sum()
+
+
+def test_a_pool_that_runs_out_grows_and_loses_nothing():
+    rng = np.random.default_rng(8)
+    map_ = grids.of(rng.integers(0, 253, (1_400, 1_400)).astype(np.uint8))
+    goals = np.full((200_000, 2), 700)
+    small, large = CostField(map_, goals[:1]), CostField(map_, goals)
+    chunks = len(small._queue.pool), len(large._queue.pool)
+    small.grow()
+    large.grow()
+    assert len(small._queue.pool) > chunks[0]
+    assert len(large._queue.pool) == chunks[1]
+    assert np.array_equal(small.values(), large.values())
+
+
+def test_a_way_longer_than_32_bits_can_tell_is_exact():
+    snake = np.zeros((1_201, 1_801), np.uint8)
+    snake[1::2] = 254
+    snake[1::4, -1] = 0
+    snake[3::4, 0] = 0
+    moves = 601 * 1_801 + 600 - 1
+    field = CostField(grids.of(snake), np.array([(0, 0)]))
+    assert field.grow((1_200, 1_800))
+    assert field.values()[1_200, 1_800] == moves * 50.0
+    assert moves * 50.0 * SCALE > 2**32
+    assert len(field.path_from((1_200, 1_800))) == moves + 1
+
+
+@given(scenes())
+@settings(deadline=None, max_examples=60)
+def test_a_field_that_outgrows_32_bits_carries_on_in_64(scene):
+    costs, goals, allow_unknown = scene
+    narrow = CostField(grids.of(costs), np.array(goals), allow_unknown=allow_unknown)
+    widened = CostField(grids.of(costs), np.array(goals), allow_unknown=allow_unknown)
+    widened._limit = 16 * 4096 + 20_000
+    narrow.grow()
+    widened.grow()
+    assert np.array_equal(narrow.values(), widened.values())
+    if np.nanmax(np.where(np.isinf(narrow.values()), 0, narrow.values())) * SCALE > 60_000:
+        assert widened._field.dtype == np.int64
+
+
+def test_early_stop_leaves_the_rest_unsettled_and_the_path_exact():
+    map_ = grids.of(np.zeros((400, 400), np.uint8))
+    field = CostField(map_, np.array([(200, 200)]))
+    assert field.grow((200, 210))
+    assert field.settled < 2_000
+    assert field.path_from((200, 210)).tolist() == [[200, c] for c in range(210, 199, -1)]
+
+
+def test_goals_may_be_given_in_metres():
+    map_ = grids.costmap("....\n....", resolution=0.5)
+    assert np.array_equal(cost_field(map_, (1.2, 0.3)), cost_field(map_, cells=(0, 2)))
+    assert np.array_equal(cost_field(map_, [(1.2, 0.3), (0.1, 0.9)]), cost_field(map_, cells=[(0, 2), (1, 0)]))
+
+
+def test_a_cell_behind_walls_is_infinitely_far():
+    assert cost_field(grids.costmap(".#."), cells=(0, 0)).tolist() == [[0.0, math.inf, math.inf]]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error"),
+    [
+        ({}, InvalidInput),
+        ({"goal_xy": (0.5, 0.5), "cells": (0, 0)}, InvalidInput),
+        ({"goal_xy": (math.nan, 0.5)}, InvalidInput),
+        ({"cells": np.empty((0, 2))}, InvalidInput),
+        ({"cells": (0, 0, 0)}, InvalidInput),
+        ({"cells": (0, 3)}, GoalOutsideMap),
+        ({"goal_xy": (-0.1, 0.5)}, GoalOutsideMap),
+        ({"cells": (0, 1)}, GoalOccupied),
+        ({"cells": (0, 2), "allow_unknown": False}, GoalOccupied),
+    ],
+)
+def test_goals_that_cannot_be_are_refused(arguments, error):
+    with pytest.raises(error):
+        cost_field(grids.costmap(".#?"), **arguments)

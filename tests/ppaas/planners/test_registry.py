@@ -1,0 +1,33 @@
+import pytest
+
+from ppaas.errors import InvalidParameter, NotFound
+from ppaas.planners import create, planner_names
+from ppaas.planners.dijkstra import Dijkstra
+
+
+def test_a_planner_is_made_by_its_name_with_its_parameters():
+    planner = create("dijkstra", allow_unknown=False)
+    assert isinstance(planner, Dijkstra)
+    assert planner.allow_unknown is False
+
+
+def test_the_names_of_ros_are_known():
+    assert isinstance(create("global_planner/GlobalPlanner"), Dijkstra)
+
+
+def test_an_unknown_name_is_told_with_the_names_there_are():
+    with pytest.raises(NotFound, match=r"unknown planner 'teleport'; known: .*dijkstra"):
+        create("teleport")
+
+
+def test_a_parameter_that_is_none_is_refused():
+    with pytest.raises(InvalidParameter, match="colour"):
+        create("dijkstra", colour="red")
+
+
+def test_every_planner_installed_names_itself_and_its_purpose():
+    assert "dijkstra" in planner_names()
+    for name in planner_names():
+        planner = create(name)
+        assert planner.name == name
+        assert planner.purpose

@@ -1,0 +1,117 @@
+"""The server side of rosbridge, frame by frame."""
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ppaas.errors import MalformedMessage, NotFound, QuotaExceeded
+from ppaas.wire import rosbridge
+from ppaas.wire.rosbridge import RosbridgeSession
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4),
+    max_leaves=12,
+)
+OPS = ["publish", "subscribe", "unsubscribe", "call_service", "advertise", "unadvertise", "set_level", "fragment", "x"]
+
+
+def test_a_publish_keeps_the_message_as_it_was_sent() -> None:
+    operation = RosbridgeSession().receive('{"op":"publish","topic":"/a","msg":{"data":  1.50}}')
+    assert isinstance(operation, rosbridge.Publish)
+    assert bytes(operation.msg) == b'{"data":  1.50}'
+
+
+def test_names_are_echoed_as_the_client_spelled_them() -> None:
+    session = RosbridgeSession()
+    session.receive('{"op":"subscribe","topic":"/map","id":"1"}')
+    session.receive('{"op":"subscribe","topic":"map","id":"2"}')
+    session.receive('{"op":"subscribe","topic":"/map","id":"3"}')
+    frames = [json.loads(f) for f in session.publish("map", b'{"x":1}', 0.0)]
+    assert sorted(f["topic"] for f in frames) == ["/map", "map"]
+    assert all(f["op"] == "publish" and f["msg"] == {"x": 1} for f in frames)
+
+
+def test_a_topic_is_heard_until_its_last_subscription_ends() -> None:
+    session = RosbridgeSession()
+    session.receive('{"op":"subscribe","topic":"/a","id":"1"}')
+    session.receive('{"op":"subscribe","topic":"/a","id":"2"}')
+    session.receive('{"op":"unsubscribe","topic":"/a","id":"1"}')
+    assert session.subscribed() == {"a"}
+    session.receive('{"op":"unsubscribe","topic":"a"}')
+    assert session.subscribed() == frozenset()
+    assert list(session.publish("a", b"{}", 0.0)) == []
+
+
+def test_throttle_rate_is_milliseconds_between_messages() -> None:
+    session = RosbridgeSession()
+    session.receive('{"op":"subscribe","topic":"a","throttle_rate":100}')
+    sent = [bool(list(session.publish("a", b"{}", t))) for t in (0.0, 0.05, 0.1, 0.15, 0.21)]
+    assert sent == [True, False, True, False, True]
+
+
+def test_a_response_carries_the_id_and_the_service_as_called() -> None:
+    session = RosbridgeSession()
+    call = session.receive('{"op":"call_service","service":"/make_plan","id":"c:1","args":{"a":1}}')
+    assert isinstance(call, rosbridge.CallService)
+    assert json.loads(session.answer(call, b'{"plan":1}')) == {
+        "op": "service_response", "service": "/make_plan", "id": "c:1", "values": {"plan": 1}, "result": True,
+    }  # fmt: skip
+    refused = json.loads(session.refuse_call(call, NotFound("service", "make_plan")))
+    assert refused["result"] is False
+    assert "make_plan" in refused["values"]
+
+
+def test_status_goes_only_to_a_client_that_asked() -> None:
+    session = RosbridgeSession()
+    error = MalformedMessage("no")
+    assert session.status(error) is None
+    session.receive('{"op":"set_level","level":"warning"}')
+    status = json.loads(session.status(error) or "")
+    assert status == {"op": "status", "level": "error", "msg": "malformed-message: no", "id": None}
+    session.receive('{"op":"set_level","level":"none"}')
+    assert session.status(error) is None
+
+
+@pytest.mark.parametrize(
+    "frame",
+    [
+        "", "{", "[]", "null", "7", '"x"', '{"op":"nope"}', '{"topic":"a"}', '{"op":"publish","topic":"a"}',
+        '{"op":"publish","topic":7,"msg":{}}', '{"op":"subscribe","topic":"a b"}', '{"op":"subscribe","topic":""}',
+        '{"op":"subscribe","topic":"a","throttle_rate":-1}', '{"op":"set_level","level":"loud"}',
+        '{"op":"subscribe","topic":"a\\",\\"msg"}', '{"op":"subscribe","topic":"' + "a" * 300 + '"}', "[" * 100_000,
+        b"\xff\xfe\x00", '{"op":"publish","topic":"a","msg":NaN}',
+    ],
+)  # fmt: skip
+def test_what_is_no_operation_is_malformed_and_changes_nothing(frame: str | bytes) -> None:
+    session = RosbridgeSession()
+    session.receive('{"op":"subscribe","topic":"kept"}')
+    with pytest.raises(MalformedMessage):
+        session.receive(frame)
+    assert session.subscribed() == {"kept"}
+
+
+def test_subscriptions_of_one_client_are_bounded() -> None:
+    session = RosbridgeSession()
+    for number in range(rosbridge.MAX_SUBSCRIPTIONS):
+        session.receive(json.dumps({"op": "subscribe", "topic": "a", "id": str(number)}))
+    with pytest.raises(QuotaExceeded):
+        session.receive('{"op":"subscribe","topic":"b"}')
+
+
+@given(st.sampled_from(OPS), st.dictionaries(st.sampled_from(["topic", "msg", "id", "args", "service", "level"]), JSON))
+def test_any_object_is_an_operation_or_malformed(op: str, fields: dict[str, object]) -> None:
+    session = RosbridgeSession()
+    try:
+        operation = session.receive(json.dumps({"op": op, **fields}))
+    except MalformedMessage:
+        return
+    assert isinstance(operation, rosbridge.Operation)
+
+
+@given(st.binary(max_size=200))
+def test_rubbish_never_breaks_the_session(frame: bytes) -> None:
+    with pytest.raises(MalformedMessage):
+        RosbridgeSession().receive(frame)

@@ -1,0 +1,108 @@
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ppaas.errors import MalformedMessage, NotFound, NotPermitted, PPaaSError, Unavailable
+from ppaas.messages import decode
+from ppaas.messages.geometry_msgs import Twist, Vector3
+from ppaas.messages.message import Empty
+from ppaas.messages.std_msgs import Float64, String
+from ppaas.wire import rosbridge
+from ppaas.wire.rosbridge_client import Heard, RosbridgeClientSession, ServiceResponse, StatusReport, failure_of
+
+
+def test_the_server_side_understands_all_that_the_client_says() -> None:
+    client, server = RosbridgeClientSession(), rosbridge.RosbridgeSession()
+    subscribe = server.receive(client.subscribe("/cmd_vel", Twist, throttle=0.25, queue_length=1))
+    assert isinstance(subscribe, rosbridge.Subscribe)
+    assert (subscribe.type, subscribe.throttle_rate, subscribe.queue_length) == ("geometry_msgs/Twist", 250, 1)
+    assert server.subscribed() == {"cmd_vel"}
+    publish = server.receive(client.publish("odd", Float64(float("nan"))))
+    assert isinstance(publish, rosbridge.Publish)
+    assert bytes(publish.msg) == b'{"data":null}'
+    call_id, frame = client.call("move_base/clear_costmaps", Empty())
+    call = server.receive(frame)
+    assert isinstance(call, rosbridge.CallService)
+    assert (call.id, bytes(call.args)) == (call_id, b"{}")
+    server.receive(client.unsubscribe("cmd_vel"))
+    assert server.subscribed() == frozenset()
+
+
+def test_the_client_understands_all_that_the_server_says() -> None:
+    client, server = RosbridgeClientSession(), rosbridge.RosbridgeSession("error")
+    server.receive(client.subscribe("cmd_vel", Twist))
+    [frame] = server.publish("cmd_vel", b'{"linear":{"x":0.5},"angular":{}}', 0.0)
+    heard = client.receive(frame)
+    assert isinstance(heard, Heard)
+    assert decode(Twist, heard.msg) == Twist(Vector3(x=0.5))
+    _, frame = client.call("stop", Empty())
+    call = server.receive(frame)
+    assert isinstance(call, rosbridge.CallService)
+    answer = client.receive(server.answer(call, b'{"success":true}'))
+    assert isinstance(answer, ServiceResponse)
+    assert failure_of(answer) is None
+    status = server.status(NotPermitted("not yours"))
+    assert status is not None
+    report = client.receive(status)
+    assert isinstance(report, StatusReport)
+    assert (type(report.error()), str(report.error())) == (NotPermitted, "not yours")
+
+
+def test_a_refused_call_gives_its_reason() -> None:
+    client, server = RosbridgeClientSession(), rosbridge.RosbridgeSession()
+    call = server.receive(client.call("stop", Empty())[1])
+    assert isinstance(call, rosbridge.CallService)
+    answer = client.receive(server.refuse_call(call, NotFound("service", "stop")))
+    assert isinstance(answer, ServiceResponse)
+    failure = failure_of(answer)
+    assert isinstance(failure, PPaaSError)
+    assert "unknown service 'stop'" in str(failure)
+
+
+def test_a_failure_without_a_reason_names_the_service() -> None:
+    failure = failure_of(ServiceResponse("stop", False))
+    assert failure is not None
+    assert "'stop' failed without a reason" in str(failure)
+
+
+def test_answers_to_calls_that_nobody_waits_for_are_left_out() -> None:
+    client = RosbridgeClientSession()
+    call_id, _ = client.call("stop", Empty())
+    answer = json.dumps({"op": "service_response", "service": "stop", "id": call_id, "values": {}, "result": True})
+    client.give_up(call_id)
+    assert client.receive(answer) is None
+    assert client.receive('{"op":"service_response","service":"stop","values":{},"result":true}') is None
+
+
+def test_a_lost_connection_loses_the_calls_and_keeps_the_subscriptions() -> None:
+    client = RosbridgeClientSession()
+    client.subscribe("cmd_vel", Twist)
+    wanted = client.subscribe("chatter", String)
+    client.unsubscribe("/cmd_vel")
+    call_id, _ = client.call("stop", Empty())
+    lost = client.disconnected()
+    assert list(lost) == [call_id]
+    assert isinstance(lost[call_id], Unavailable)
+    assert client.disconnected() == {}
+    assert client.reconnected() == [wanted]
+
+
+@pytest.mark.parametrize("name", ["", "5", "a b", "a//b", "x" * 256])
+def test_names_that_are_none_are_refused_before_they_are_sent(name: str) -> None:
+    client = RosbridgeClientSession()
+    for act in (
+        lambda: client.publish(name, String("x")),
+        lambda: client.subscribe(name, String),
+        lambda: client.call(name, Empty()),
+    ):
+        with pytest.raises(MalformedMessage):
+            act()
+    assert client.reconnected() == []
+
+
+@given(st.one_of(st.binary(), st.text(), st.recursive(st.none() | st.text(), st.lists).map(json.dumps)))
+def test_whatever_comes_is_read_or_refused(frame: str | bytes) -> None:
+    with pytest.raises(MalformedMessage):
+        RosbridgeClientSession().receive(frame)

@@ -1,0 +1,91 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import CommandLine
+
+
+@pytest.fixture
+def coarse(house: Path) -> Path:
+    """Return the same map, of larger cells."""
+    file = house.with_name("coarse.yaml")
+    file.write_bytes(house.read_bytes().replace(b"0.05", b"0.1"))
+    return file
+
+
+@pytest.fixture
+def broken(house: Path) -> Path:
+    """Return a map whose image is cut off."""
+    image = house.with_suffix(".pgm")
+    image.write_bytes(image.read_bytes()[:-1])
+    return house
+
+
+async def test_a_map_is_published_listed_shown_and_deleted(ppaas: CommandLine, house: Path) -> None:
+    published = await ppaas("map", "publish", str(house))
+    assert published.status == 0, published.err
+    assert published.rows[0] == ["id", "owner", "version", "width", "height", "resolution", "origin", "readers"]
+    assert published.rows[1][:2] == ["house", "ann"]
+    assert published.rows[1][3:] == ["4", "3", "0.05", "-1,", "-2,", "0", "-"]
+    assert (await ppaas("map", "show", "house")).out == published.out
+    assert (await ppaas("map", "list")).rows[1][:2] == ["house", "ann"]
+    assert (await ppaas("map", "delete", "house")).status == 0
+    assert (await ppaas("map", "list")).out == "no maps that you may use: ppaas map publish FILE.yaml\n"
+
+
+async def test_a_map_is_named_as_told_and_read_by_whom_told(ppaas: CommandLine, house: Path) -> None:
+    await ppaas("map", "publish", str(house), "--id", "home", "--reader", "bob", "--reader", "admin")
+    [listed] = json.loads((await ppaas("map", "list", "--json", user="bob")).out)
+    assert (listed["id"], listed["readers"]) == ("home", ["bob", "admin"])
+    assert len(listed["version"]) == 64
+
+
+async def test_publishing_again_makes_a_new_version(ppaas: CommandLine, house: Path, coarse: Path) -> None:
+    first = json.loads((await ppaas("map", "publish", str(house), "--json")).out)
+    second = json.loads((await ppaas("map", "publish", str(coarse), "--id", "house", "--json")).out)
+    assert first["id"] == second["id"]
+    assert first["version"] != second["version"]
+    assert second["resolution"] == 0.1
+
+
+async def test_another_users_map_is_unknown_and_a_shared_one_stays_its_owners(ppaas: CommandLine, house: Path) -> None:
+    await ppaas("map", "publish", str(house))
+    unknown = await ppaas("map", "show", "house", user="bob")
+    assert (unknown.status, unknown.err) == (1, "ppaas: not-found: unknown map 'house'\n")
+    await ppaas("map", "publish", str(house), "--reader", "*")
+    assert (await ppaas("map", "show", "house", user="bob")).status == 0
+    refused = await ppaas("map", "delete", "house", user="bob")
+    assert (refused.status, refused.err[:22]) == (1, "ppaas: not-permitted: ")
+    refused = await ppaas("map", "publish", str(house), user="bob")
+    assert refused.err == "ppaas: conflict: the map 'house' belongs to another user: take another id\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "says"),
+    [
+        ("nowhere.yaml", None, "invalid-map: cannot read the map: "),
+        ("image.yaml", b"image: nowhere.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n", "invalid-map: "),
+        ("noise.yaml", b"\x00\xff", "invalid-map: "),
+        ("list.yaml", b"[1, 2]", "invalid-map: "),
+    ],
+)
+async def test_what_is_no_map_is_refused(
+    ppaas: CommandLine, tmp_path: Path, name: str, content: bytes | None, says: str
+) -> None:
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    ended = await ppaas("map", "publish", str(tmp_path / name))
+    assert (ended.status, ended.out) == (1, "")
+    assert ended.err.startswith(f"ppaas: {says}")
+
+
+async def test_an_image_that_is_cut_off_is_refused_by_the_cloud(ppaas: CommandLine, broken: Path) -> None:
+    ended = await ppaas("map", "publish", str(broken))
+    assert ended.err.startswith("ppaas: invalid-map: ")
+    assert (await ppaas("map", "list", "--json")).out == "[]\n"
+
+
+async def test_a_name_that_is_none_is_told_what_one_is(ppaas: CommandLine, house: Path) -> None:
+    ended = await ppaas("map", "publish", str(house), "--id", "my house")
+    assert ended.err.startswith("ppaas: invalid-input: 'my house' cannot name a map: take")

@@ -1,0 +1,69 @@
+import asyncio
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import CommandLine
+from tests.support.fake_cloud import container
+from tests.support.records import house
+
+
+@pytest.fixture
+def file(tmp_path: Path, ppaas: CommandLine) -> Path:
+    """Return the file of a robot that stands in a map which ann has published."""
+    ppaas.services.map_store.put_map(house())
+    (tmp_path / "tb1.json").write_text('{"map": "house", "initial_pose": [0.5, -0.5, 1.5], "cores": 0.25}')
+    return tmp_path / "tb1.json"
+
+
+async def test_a_robot_is_put_listed_shown_and_deleted(ppaas: CommandLine, file: Path) -> None:
+    put = await ppaas("robot", "put", "tb1", str(file))
+    assert put.status == 0, put.err
+    assert put.rows[1] == ["tb1", "house", "turtlebot2", "0.5,", "-0.5,", "1.5", "0.25", "dijkstra", "dwa"]
+    assert (await ppaas("robot", "show", "tb1")).out == put.out == (await ppaas("robot", "list")).out
+    shown = json.loads((await ppaas("robot", "show", "tb1", "--json")).out)
+    assert (shown["user"], shown["parameters"]) == ("ann", {})
+    assert (await ppaas("robot", "delete", "tb1")).status == 0
+    assert (await ppaas("robot", "list")).out == "no robots: ppaas robot put ID FILE.json\n"
+
+
+async def test_another_users_robots_are_unknown(ppaas: CommandLine, file: Path) -> None:
+    await ppaas("robot", "put", "tb1", str(file))
+    assert (await ppaas("robot", "show", "tb1", user="bob")).err == "ppaas: not-found: unknown robot 'tb1'\n"
+    assert (await ppaas("robot", "list", "--json", user="bob")).out == "[]\n"
+
+
+async def test_a_robot_stands_in_a_map_that_its_user_may_read(ppaas: CommandLine, file: Path) -> None:
+    assert (await ppaas("robot", "put", "tb1", str(file), user="bob")).err == "ppaas: not-found: unknown map 'house'\n"
+
+
+async def test_a_robot_that_is_connected_is_kept(ppaas: CommandLine, file: Path) -> None:
+    await ppaas("robot", "put", "tb1", str(file))
+    ppaas.cloud.running = [container()]
+    ended = await ppaas("robot", "delete", "tb1")
+    assert ended.status == 1
+    assert ended.err.startswith("ppaas: conflict: robot 'tb1' is connected")
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (None, "invalid-input: cannot read the robot file: "),
+        ("{", "invalid-input: the robot file is not JSON: "),
+        ("{}", "invalid-parameter: not a robot file: "),
+        ('{"map": "house", "colour": "red"}', "invalid-parameter: not a robot file: "),
+        ('{"map": "house", "cores": 0}', "invalid-parameter: not a robot file: "),
+        ('{"map": "house", "cores": 4096}', "invalid-input: body.cores: "),
+    ],
+)
+@pytest.mark.usefixtures("file")
+async def test_what_is_no_robot_file_is_refused(
+    ppaas: CommandLine, tmp_path: Path, content: str | None, says: str
+) -> None:
+    wrong = str(tmp_path / "wrong.json")
+    if content is not None:
+        await asyncio.to_thread((tmp_path / "wrong.json").write_text, content)
+    ended = await ppaas("robot", "put", "tb1", wrong)
+    assert (ended.status, ended.out) == (1, "")
+    assert ended.err.startswith(f"ppaas: {says}")

@@ -1,0 +1,35 @@
+import pytest
+
+from tests.support.command_line import CommandLine
+
+COMMANDS = [
+    ("map", "list"), ("map", "show", "house"), ("map", "delete", "house"), ("robot", "list"), ("robot", "show", "tb1"),
+    ("robot", "delete", "tb1"), ("plan", "house", "--start", "0", "0", "--goal", "1", "1"), ("machine", "list"),
+    ("machine", "containers"), ("user", "list"), ("user", "me"), ("user", "add", "cid"), ("user", "delete", "bob"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
+async def test_without_a_token_every_command_says_how_to_get_one(ppaas: CommandLine, command: tuple[str, ...]) -> None:
+    ended = await ppaas(*command, user=None, stdin="correct horse\n")
+    assert (ended.status, ended.out) == (1, "")
+    assert ended.err == "ppaas: not-authenticated: no token: export PPAAS_TOKEN=$(ppaas login USER)\n"
+
+
+async def test_a_token_that_is_none_of_ours_says_to_log_in_again(ppaas: CommandLine) -> None:
+    ended = await ppaas("map", "list", "--token", "made-up")
+    assert ended.status == 1
+    assert "log in again ('ppaas login'" in ended.err
+
+
+async def test_a_cloud_that_is_not_there_is_named(ppaas: CommandLine) -> None:
+    ended = await ppaas("map", "list", "--url", "http://127.0.0.1:1")
+    assert ended.status == 1
+    assert ended.err.startswith("ppaas: unavailable: cannot reach 127.0.0.1:1:")
+    assert "is the cloud up" in ended.err
+
+
+async def test_a_url_that_is_none_is_told_what_one_looks_like(ppaas: CommandLine) -> None:
+    ended = await ppaas("map", "list", "--url", "localhost")
+    assert ended.status == 1
+    assert "http://host:port" in ended.err

@@ -1,0 +1,60 @@
+import math
+
+import numpy as np
+import pytest
+
+from ppaas.errors import InvalidParameter
+from ppaas.geometry import Pose2D
+from robots.sim.odometry import OdometryModel, WheelOdometry
+
+DT = 0.02
+
+
+def run(drift: float, seed: int) -> Pose2D:
+    """Drive a square of 5 m twice, which ends where it began; return where the odometry thinks that it is."""
+    odometry = WheelOdometry(OdometryModel(drift=drift), np.random.default_rng(seed))
+    for _ in range(8):
+        for _ in range(500):
+            odometry.update(0.5, 0.0, DT)
+        for _ in range(100):
+            odometry.update(0.0, math.pi / 4, DT)
+    return odometry.pose
+
+
+def test_without_drift_it_is_where_the_wheels_brought_it() -> None:
+    assert run(0.0, 1) == pytest.approx(Pose2D(0.0, 0.0, 0.0), abs=1e-9)
+
+
+def test_it_begins_at_its_own_origin() -> None:
+    odometry = WheelOdometry(OdometryModel(), np.random.default_rng(1))
+    message = odometry.message(5.0, "odom", "base_link")
+    assert message.pose.pose.planar() == Pose2D(0.0, 0.0, 0.0)
+    assert (message.header.frame_id, message.child_frame_id) == ("odom", "base_link")
+
+
+def test_drift_takes_it_from_the_truth_and_three_times_the_drift_about_three_times_as_far() -> None:
+    seeds = range(40)
+    once, thrice = (np.mean([run(drift, seed).distance_to(Pose2D(0.0, 0.0)) for seed in seeds]) for drift in (1.0, 3.0))
+    assert 0.1 < once < 1.5
+    assert 2.5 < thrice / once < 3.5
+
+
+def test_a_slow_curve_is_followed_as_a_curve() -> None:
+    odometry = WheelOdometry(OdometryModel(drift=0.0), np.random.default_rng(1))
+    for _ in range(round(math.pi / 0.5 / DT)):
+        odometry.update(0.5, 0.5, DT)
+    assert odometry.pose.x == pytest.approx(0.0, abs=0.02)
+    assert odometry.pose.y == pytest.approx(2.0, abs=0.001)
+
+
+def test_its_velocity_is_near_the_true_one() -> None:
+    odometry = WheelOdometry(OdometryModel(), np.random.default_rng(1))
+    odometry.update(0.4, -0.3, DT)
+    twist = odometry.message(0.0, "odom", "base_link").twist.twist
+    assert (twist.linear.x, twist.angular.z) == pytest.approx((0.4, -0.3), rel=0.05)
+
+
+@pytest.mark.parametrize("drift", [-1.0, math.nan, math.inf])
+def test_a_drift_that_is_none_is_refused(drift: float) -> None:
+    with pytest.raises(InvalidParameter, match="drift"):
+        OdometryModel(drift=drift)

@@ -1,0 +1,23 @@
+"""The true pose is for the physics, the sensors and the scorer: all else must do with what the cloud tells."""
+
+import ast
+from pathlib import Path
+
+ROBOTS = Path(__file__).resolve().parents[3] / "robots"
+KNOW_THE_TRUTH = {"sim/turtlebot.py", "sim/robot.py", "sim/world.py", "sim/scorer.py", "sim/contacts.py"}
+
+
+def reads_the_truth(source: str) -> bool:
+    """Tell whether a source looks into a robot's body."""
+    return any(
+        isinstance(node, ast.Attribute)
+        and isinstance(node.value, ast.Attribute)
+        and node.value.attr in ("base", "body")
+        for node in ast.walk(ast.parse(source))
+    )
+
+
+def test_no_module_but_those_of_the_world_and_the_scorer_looks_into_a_body() -> None:
+    found = {path.relative_to(ROBOTS).as_posix() for path in ROBOTS.rglob("*.py") if reads_the_truth(path.read_text())}
+    assert found <= KNOW_THE_TRUTH
+    assert "sim/scorer.py" in found

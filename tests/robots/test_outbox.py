@@ -1,0 +1,89 @@
+import asyncio
+
+import pytest
+
+from ppaas.errors import Unavailable
+from robots.outbox import Outbox
+
+
+async def drain(outbox: Outbox) -> list[str]:
+    frames = []
+    while len(outbox):
+        frames.append(await outbox.next())
+        outbox.sent()
+    return frames
+
+
+async def test_frames_leave_in_the_order_in_which_they_came() -> None:
+    outbox = Outbox()
+    for frame in "abc":
+        await outbox.put(frame)
+    assert await drain(outbox) == ["a", "b", "c"]
+
+
+async def test_the_newest_takes_the_place_of_the_older_of_its_key_alone() -> None:
+    outbox = Outbox()
+    outbox.put_newest("scan", "scan 1")
+    await outbox.put("odom 1")
+    outbox.put_newest("depth", "depth 1")
+    outbox.put_newest("scan", "scan 2")
+    assert await drain(outbox) == ["scan 2", "odom 1", "depth 1"]
+    assert outbox.dropped == 1
+
+
+async def test_a_frame_being_sent_is_not_replaced_under_the_sender() -> None:
+    outbox = Outbox()
+    outbox.put_newest("scan", "scan 1")
+    assert await outbox.next() == "scan 1"
+    outbox.put_newest("scan", "scan 2")
+    outbox.sent()
+    assert await drain(outbox) == ["scan 2"]
+    assert outbox.dropped == 0
+
+
+async def test_a_full_outbox_drops_the_newest_only_and_lets_the_others_wait() -> None:
+    outbox = Outbox(capacity=1)
+    await outbox.put("odom 1")
+    outbox.put_newest("scan", "scan 1")
+    waiting = asyncio.create_task(outbox.put("odom 2"))
+    await asyncio.sleep(0)
+    assert not waiting.done()
+    assert await outbox.next() == "odom 1"
+    outbox.sent()
+    await waiting
+    assert await drain(outbox) == ["odom 2"]
+    assert outbox.dropped == 1
+
+
+async def test_a_frame_that_was_not_sent_is_sent_on_the_next_connection_unless_bound_to_the_old() -> None:
+    outbox = Outbox()
+    await outbox.put("odom 1")
+    await outbox.put("a call", connection_bound="call:1")
+    await outbox.put("odom 2")
+    await outbox.next()
+    outbox.forget_connection()
+    assert await drain(outbox) == ["odom 1", "odom 2"]
+
+
+async def test_what_nobody_waits_for_any_more_is_discarded() -> None:
+    outbox = Outbox()
+    await outbox.put("call 1", connection_bound="call:1")
+    await outbox.put("call 2", connection_bound="call:2")
+    outbox.discard("call:1")
+    assert await drain(outbox) == ["call 2"]
+
+
+async def test_closing_wakes_all_who_wait_with_the_reason() -> None:
+    outbox = Outbox(capacity=1)
+    await outbox.put("a")
+    waiting = [asyncio.create_task(outbox.put("b")), asyncio.create_task(outbox.drained())]
+    await asyncio.sleep(0)
+    outbox.close(Unavailable("gone"))
+    for task in waiting:
+        with pytest.raises(Unavailable, match="gone"):
+            await task
+
+
+def test_an_outbox_without_room_is_refused() -> None:
+    with pytest.raises(ValueError, match="one frame or more"):
+        Outbox(0)

@@ -1,0 +1,62 @@
+"""One simulated robot against a cloud that is up."""
+
+import argparse
+import asyncio
+from pathlib import Path
+
+import pytest
+
+from ppaas.errors import NotAuthenticated
+from ppaas.geometry import Pose2D
+from ppaas.maps.files import save_map
+from robots import simulate
+from robots.client import RobotClient
+from robots.cloud_process import CloudProcess
+from robots.move_base_client import MoveBaseClient
+from robots.rest import RestClient
+from robots.robot_file import RobotFile
+from tests.support.rooms import room
+
+GRID = room(6.0, 6.0)
+
+
+def parse(folder: Path, *more: str) -> argparse.Namespace:
+    """Write a robot file and a map into a folder, and return the command's arguments for them."""
+    yaml, image = save_map(GRID, "room.pgm")
+    (folder / "room.yaml").write_bytes(yaml)
+    (folder / "room.pgm").write_bytes(image)
+    robot = RobotFile(map="room", initial_pose=(2.0, 2.0, 0.5), cores=0.5)
+    (folder / "rover.json").write_bytes(robot.encode())
+    parser = argparse.ArgumentParser()
+    simulate.configure(parser)
+    return parser.parse_args([str(folder / "rover.json"), "--map", str(folder / "room.yaml"), *more])
+
+
+def test_who_gives_no_token_is_told_how_to_get_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("PPAAS_TOKEN", raising=False)
+    with pytest.raises(NotAuthenticated, match="ppaas login"):
+        simulate.run(parse(tmp_path))
+
+
+@pytest.mark.journey
+async def test_a_simulated_robot_joins_a_running_cloud_and_drives_where_its_operator_wants(tmp_path: Path) -> None:
+    async with CloudProcess() as cloud:
+        url = cloud.ready.url
+        rest = RestClient(url)
+        await rest.login(cloud.ready.admin_user, cloud.password)
+        await rest.upload_map("room", *save_map(GRID, "room.pgm"))
+        assert rest.token is not None
+        simulating = asyncio.create_task(simulate._run(parse(tmp_path, "--url", url, "--token", rest.token)))
+        async with asyncio.timeout(30):
+            while not simulating.done() and not await rest.get("/v1/robots"):
+                await asyncio.sleep(0.05)
+        async with RobotClient(url, robot="rover", token=rest.token, role="operator") as operator:
+            move_base = await MoveBaseClient(operator).start()
+            estimate = await move_base.localized()
+            assert estimate.distance_to(Pose2D(2.0, 2.0)) < 0.5
+            outcome = await move_base.go(Pose2D(4.0, 4.0, 0.0), 60.0)
+            assert outcome.reached, outcome
+            assert move_base.estimate is not None
+            assert move_base.estimate.distance_to(Pose2D(4.0, 4.0)) < 0.3
+        simulating.cancel()
+        await asyncio.gather(simulating, return_exceptions=True)

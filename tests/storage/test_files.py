@@ -1,0 +1,227 @@
+"""What a folder of maps adds to the promises of a map store: it lasts, it is shared, and a kill leaves no half map."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ppaas.errors import Conflict, NotFound, Unavailable
+from storage import files
+from storage.files import FileMapStore
+from tests.support.records import house, pgm
+
+OLD, NEW = house(image=pgm(value=0)), house(image=pgm(value=254))
+
+
+def names(folder: Path) -> set[str]:
+    return {entry.name for entry in folder.iterdir()}
+
+
+def test_a_reopened_folder_keeps_everything(tmp_path: Path) -> None:
+    FileMapStore(tmp_path / "maps").put_map(house(readers=("bob",)))
+    assert FileMapStore(tmp_path / "maps").map("house") == house(readers=("bob",))
+
+
+def test_versions_stand_beside_each_other_under_their_names(tmp_path: Path) -> None:
+    store = FileMapStore(tmp_path)
+    store.put_map(OLD)
+    store.put_map(NEW)
+    assert names(tmp_path / "house" / "versions") == {OLD.version, NEW.version}
+
+
+def test_nothing_is_left_aside(tmp_path: Path) -> None:
+    store = FileMapStore(tmp_path)
+    store.put_map(OLD)
+    store.put_map(NEW)
+    store.remove_map("house")
+    assert names(tmp_path) == {".incoming", ".removed", ".lock"}
+    assert names(tmp_path / ".incoming") == names(tmp_path / ".removed") == set()
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from storage.files import FileMapStore
+from tests.support.records import house, pgm
+calls = 0
+def count(event, args):
+    global calls
+    if event in ("open", "os.rename", "os.mkdir", "os.rmdir", "os.remove", "shutil.rmtree") and ready:
+        calls += 1
+        if calls == int(sys.argv[2]):
+            os.kill(os.getpid(), signal.SIGKILL)
+ready = False
+sys.addaudithook(count)
+store = FileMapStore(Path(sys.argv[1]))
+ready = True
+if sys.argv[3] == "put":
+    store.put_map(house(image=pgm(value=254)))
+else:
+    store.remove_map("house")
+"""
+
+
+@pytest.mark.parametrize("action", ["put", "remove"])
+def test_a_kill_at_any_step_leaves_the_map_before_or_after(tmp_path: Path, action: str) -> None:
+    after: Any = NEW if action == "put" else None
+    seen = []
+    for step in range(1, 100):
+        store = FileMapStore(tmp_path / str(step))
+        store.put_map(OLD)
+        command = [sys.executable, "-c", KILLED, str(tmp_path / str(step)), str(step), action]
+        status = subprocess.run(command, check=False).returncode
+        seen.append(present(store))
+        store.put_map(NEW)
+        assert store.map("house") == NEW
+        assert names(tmp_path / str(step) / ".incoming") == names(tmp_path / str(step) / ".removed") == set()
+        if status != -signal.SIGKILL:
+            break
+    assert status == 0
+    turn = seen.index(after)
+    assert turn > 0
+    assert all(record == OLD for record in seen[:turn])
+    assert all(record == after for record in seen[turn:])
+
+
+def present(store: FileMapStore) -> object:
+    try:
+        return store.map("house")
+    except NotFound:
+        return None
+
+
+def test_a_first_publication_that_was_killed_leaves_no_map(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    store = FileMapStore(tmp_path)
+    with monkeypatch.context() as patch:
+        patch.setattr(FileMapStore, "_place_head", raising(KeyboardInterrupt()))
+        with pytest.raises(KeyboardInterrupt):
+            store.put_map(OLD)
+    assert store.maps() == []
+    with pytest.raises(NotFound):
+        store.remove_map("house")
+    store.put_map(house(owner="bob"))
+    assert store.map("house").owner == "bob"
+
+
+def raising(error: BaseException) -> Callable[..., None]:
+    def fail(*_args: object) -> None:
+        raise error
+
+    return fail
+
+
+@pytest.mark.parametrize(
+    ("number", "text"), [(28, "disk is full"), (30, "read-only"), (13, "permission denied"), (5, "disk fails")]
+)
+def test_a_disk_that_fails_is_unavailable_and_the_map_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int, text: str
+) -> None:
+    store = FileMapStore(tmp_path)
+    store.put_map(OLD)
+    with monkeypatch.context() as patch:
+        patch.setattr(files.os, "fsync", raising(OSError(number, os.strerror(number))))
+        with pytest.raises(Unavailable, match=text):
+            store.put_map(NEW)
+    assert store.map("house") == OLD
+    assert names(tmp_path / ".incoming") == set()
+
+
+def test_readers_beside_writers_see_whole_maps_alone(tmp_path: Path) -> None:
+    store = FileMapStore(tmp_path)
+    store.put_map(OLD)
+    done = threading.Event()
+
+    def write() -> None:
+        try:
+            for _ in range(15):
+                store.put_map(NEW)
+                store.remove_map("house")
+                store.put_map(OLD)
+        finally:
+            done.set()
+
+    def read() -> set[str]:
+        seen = set()
+        while not done.is_set():
+            record = present(store)
+            seen.add("gone" if record is None else "old" if record == OLD else "new" if record == NEW else "torn")
+        return seen
+
+    with ThreadPoolExecutor(3) as threads:
+        readers = [threads.submit(read) for _ in range(2)]
+        threads.submit(write).result()
+    assert set().union(*(reader.result() for reader in readers)) <= {"old", "new", "gone"}
+    assert store.map("house") == OLD
+
+
+PUBLISHER = """
+import sys
+from pathlib import Path
+from ppaas.errors import Conflict
+from storage.files import FileMapStore
+from tests.support.records import house
+try:
+    FileMapStore(Path(sys.argv[1])).put_map(house(owner=sys.argv[2]))
+except Conflict:
+    sys.exit(3)
+"""
+
+
+def test_one_of_the_processes_that_take_an_id_at_once_gets_it(tmp_path: Path) -> None:
+    owners = ["ann", "bob", "carl"]
+    publishers = [subprocess.Popen([sys.executable, "-c", PUBLISHER, str(tmp_path), owner]) for owner in owners]
+    statuses = [publisher.wait() for publisher in publishers]
+    assert sorted(statuses) == [0, 3, 3]
+    assert FileMapStore(tmp_path).map("house").owner == owners[statuses.index(0)]
+
+
+def test_damaged_files_are_told_and_mended_by_publishing_again(tmp_path: Path) -> None:
+    store = FileMapStore(tmp_path)
+    store.put_map(OLD)
+    image = tmp_path / "house" / "versions" / OLD.version / "image"
+    for damage in (lambda: image.write_bytes(b"P5"), image.unlink):
+        damage()
+        with pytest.raises(Unavailable, match="publish it again"):
+            store.map("house")
+        store.put_map(OLD)
+        assert store.map("house") == OLD
+
+
+@pytest.mark.parametrize("head", [b"{", b'{"owner": "ann", "version": "../../x", "readers": [], "created": 0}'])
+def test_a_damaged_head_is_told(tmp_path: Path, head: bytes) -> None:
+    store = FileMapStore(tmp_path)
+    store.put_map(OLD)
+    (tmp_path / "house" / "head.json").write_bytes(head)
+    with pytest.raises(Unavailable, match=r"head\.json.*backup"):
+        store.map("house")
+
+
+def test_a_stray_file_in_the_folder_is_no_map(tmp_path: Path) -> None:
+    store = FileMapStore(tmp_path)
+    (tmp_path / "README").write_text("maps of the building")
+    assert store.maps() == []
+    with pytest.raises(NotFound):
+        store.map("README")
+    with pytest.raises(Unavailable, match="file is where a folder should be"):
+        store.put_map(house("README"))
+
+
+def test_a_file_in_place_of_the_folder_is_unavailable(tmp_path: Path) -> None:
+    (tmp_path / "maps").write_text("")
+    with pytest.raises(Unavailable, match="file is where a folder should be"):
+        FileMapStore(tmp_path / "maps")
+
+
+def test_an_owner_keeps_the_map_after_a_conflict(tmp_path: Path) -> None:
+    store = FileMapStore(tmp_path)
+    store.put_map(OLD)
+    with pytest.raises(Conflict):
+        store.put_map(house(owner="bob", image=pgm(value=9)))
+    assert names(tmp_path / "house" / "versions") == {OLD.version}

@@ -1,0 +1,5 @@
+"""A preload module that cannot be loaded."""
+
+import sys
+
+sys.exit("broken on purpose")

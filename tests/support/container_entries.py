@@ -1,0 +1,66 @@
+"""What tests run in forked containers, in place of the real thing; each is told its work by ``Launch``."""
+
+import os
+import socket
+import sys
+import threading
+import time
+
+from engine.model import Launch
+
+
+def report(launch: Launch, text: str) -> socket.socket:
+    """Dial ``launch.link``, say something, and return the connection, still open."""
+    connection = socket.socket(socket.AF_UNIX)
+    connection.connect(launch.link)
+    connection.sendall(f"{launch.spec.id} {os.getpid()} {text}\n".encode())
+    return connection
+
+
+def dial_and_stay(launch: Launch) -> None:
+    """Say that it runs, and run until it is killed."""
+    with report(launch, "ready"):
+        while True:
+            time.sleep(60)
+
+
+def describe(launch: Launch) -> int:
+    """Say where it runs and what it was born with; end with status 7."""
+    import numba
+
+    facts = {
+        "cpus": ",".join(map(str, sorted(os.sched_getaffinity(0)))),
+        "threads": numba.get_num_threads(),
+        "session": os.getsid(0) == os.getpid(),
+        "omp": os.environ["OMP_NUM_THREADS"],
+        "main": "pytest" in sys.modules,
+        "alone": threading.active_count(),
+    }
+    report(launch, " ".join(f"{name}={value}" for name, value in facts.items())).close()
+    return 7
+
+
+def hold_the_interpreter(launch: Launch) -> None:
+    """Say that it runs, then never give the interpreter's lock back."""
+    import re
+
+    with report(launch, "ready"):
+        re.match("(a+)+b", "a" * 64)
+
+
+def live_again(launch: Launch) -> int:
+    """Live a container's life in a forked process, and say what was loaded for it, modules and compiled kernels."""
+    from engine.rehearsal import rehearse
+    from engine.runtimes.kernels import modules
+
+    def loaded() -> set[str]:
+        kernels = (found for module in modules() for found in vars(module).values() if hasattr(found, "py_func"))
+        return {
+            *sys.modules,
+            *(f"{kernel.py_func.__name__}{signature}" for kernel in kernels for signature in kernel.signatures),
+        }
+
+    known = loaded()
+    rehearse()
+    report(launch, f"loaded: {sorted(loaded() - known)}").close()
+    return 0

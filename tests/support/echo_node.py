@@ -1,0 +1,72 @@
+"""A node for tests of its home: it repeats what it hears, answers, fails and breaks as it is told."""
+
+import threading
+from typing import ClassVar
+
+from ppaas.errors import InvalidInput
+from ppaas.messages.geometry_msgs import PoseArray, PoseWithCovarianceStamped
+from ppaas.messages.message import Message
+from ppaas.messages.nav_msgs import Path
+from ppaas.messages.std_msgs import String
+from ppaas.messages.std_srvs import Trigger, TriggerResponse
+from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
+
+
+class EchoNode(Node):
+    """Publishes on ``echo`` what it hears on ``say``: ``refuse`` it refuses, ``break`` breaks it."""
+
+    name: ClassVar[str] = "echo"
+    subscribes: ClassVar[tuple[Topic, ...]] = (Topic("say", String), Topic("robots", PoseArray))
+    publishes: ClassVar[tuple[Topic, ...]] = (
+        Topic("echo", String),
+        Topic("last", String, latched=True),
+        Topic("amcl_pose", PoseWithCovarianceStamped),
+        Topic("plan", Path),
+    )
+    services: ClassVar[tuple[Service, ...]] = (
+        Service("heard", Trigger),
+        Service("refuse", Trigger),
+        Service("break", Trigger),
+        Service("job", Trigger),
+    )
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self.heard: list[str] = []
+        self.robots: list[PoseArray] = []
+        self.job_may_end = threading.Event()
+        self.job_may_end.set()
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        if isinstance(message, PoseArray):
+            self.robots.append(message)
+            return
+        assert isinstance(message, String)
+        if message.data == "refuse":
+            raise InvalidInput("this is refused")
+        if message.data == "break":
+            raise ZeroDivisionError("this breaks the node")
+        self.heard.append(message.data)
+        self.context.publish("echo", message)
+        self.context.publish("last", message)
+
+    def on_call(self, service: str, request: Message, reply: Reply) -> None:
+        match service:
+            case "heard":
+                reply(TriggerResponse(True, ",".join(self.heard)))
+            case "refuse":
+                raise InvalidInput("this is refused")
+            case "break":
+                raise ZeroDivisionError("this breaks the node")
+            case "job":
+                self.context.start(lambda _: self._job(), reply)
+
+    def _job(self) -> TriggerResponse:
+        assert self.job_may_end.wait(10)
+        return TriggerResponse(True, threading.current_thread().name)
+
+    def checkpoint(self) -> bytes:
+        return ",".join(self.heard).encode()
+
+    def restore(self, state: bytes) -> None:
+        self.heard = state.decode().split(",")

@@ -1,0 +1,59 @@
+"""The far ends of the engine's links, over its real sockets."""
+
+import asyncio
+import socket
+from pathlib import Path
+from typing import Any
+
+from engine import control, link, machine_link
+from engine.framing import FrameStream
+
+HELLO_TOPICS = [
+    link.TopicInfo("map", "nav_msgs/OccupancyGrid", True),
+    link.TopicInfo("goal", "std_msgs/String", False),
+    link.TopicInfo("cmd_vel", "geometry_msgs/Twist", False),
+]
+
+
+async def _dial(path: Path | str, incoming: Any) -> FrameStream[Any]:
+    return FrameStream(*await asyncio.open_unix_connection(path), incoming)
+
+
+async def dial_link(path: Path | str) -> FrameStream[link.ToContainer]:
+    """Dial the robot link as a container does."""
+    return await _dial(path, link.ToContainer)
+
+
+async def dial_control(path: Path | str) -> FrameStream[control.ToAgent]:
+    """Dial the control link as an agent does."""
+    return await _dial(path, control.ToAgent)
+
+
+async def dial_gate(path: Path | str) -> FrameStream[machine_link.ToContainer]:
+    """Dial the gate of a machine as a container does."""
+    return await _dial(path, machine_link.ToContainer)
+
+
+async def pair(near: Any, far: Any) -> tuple[FrameStream[Any], FrameStream[Any]]:
+    """Return the two ends of a new connection, by what each receives."""
+    ours, theirs = socket.socketpair()
+    return (
+        FrameStream(*await asyncio.open_connection(sock=ours), near),
+        FrameStream(*await asyncio.open_connection(sock=theirs), far),
+    )
+
+
+async def receive(stream: FrameStream[Any]) -> Any:
+    """Return the next frame, which must come soon, or None if the other end hung up."""
+    async with asyncio.timeout(10.0):
+        return await stream.receive()
+
+
+def hello(container: str, secret: str, pid: int = 42, applied: int = 0) -> link.Hello:
+    """Return what a container says first."""
+    return link.Hello(container, secret, pid, applied, HELLO_TOPICS, ["make_plan"])
+
+
+def register(machine: str = "m1", secret: str = "secret", cores: int = 2) -> control.Register:
+    """Return what an agent says first."""
+    return control.Register(machine, secret, 1000, cores, 1 << 30)

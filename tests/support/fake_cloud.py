@@ -1,0 +1,40 @@
+"""A cloud without machines: it answers what the test tells it to."""
+
+import numpy as np
+
+from engine.model import MapVersion
+from engine.views import ContainerView, MachineView, PathAnswer, PathRequest
+from ppaas.geometry import poses_along
+from storage.records import User
+
+MACHINE = MachineView("m1", cores=4, capacity=16.0, containers=1, memory=8 << 30, memory_used=1 << 30, load=0.5)
+
+
+def container(container_id: str = "c1", **fields: object) -> ContainerView:
+    """Return a container of ann's robot tb1 in the map house."""
+    given = {"kind": "robot", "user": "ann", "robot": "tb1", "map": MapVersion("house", "v"), "machine": "m1"}
+    return ContainerView(container_id, **(given | {"cores": 1.0, "state": "ready", "pid": 42} | fields))  # type: ignore[arg-type]
+
+
+class FakeCloud:
+    """Answers every request with the straight line from start to goal, or with an error."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[str, MapVersion, PathRequest]] = []
+        self.error: Exception | None = None
+        self.running: list[ContainerView] = []
+
+    def machines(self) -> list[MachineView]:
+        return [MACHINE]
+
+    def containers(self, user: str | None) -> list[ContainerView]:
+        return [c for c in self.running if user in (None, c.user)]
+
+    async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
+        self.asked.append((user.id, map, request))
+        if self.error is not None:
+            raise self.error
+        points = np.array([request.start[:2], request.goal[:2]])
+        poses = poses_along(points, request.goal[2]).astype("<f8")
+        length = float(np.linalg.norm(points[1] - points[0]))
+        return PathAnswer(poses.tobytes(), 50.0, length, 2, 0.001, request.planner, "c9", 4711)

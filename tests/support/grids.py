@@ -1,0 +1,36 @@
+"""Costmaps for tests, written as pictures or drawn at random."""
+
+import numpy as np
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from numpy.typing import NDArray
+
+from ppaas.costmap.costmap import Costmap
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridInfo
+
+SIGNS = {".": 0, "o": 128, "h": 252, "i": 253, "#": 254, "?": 255}
+
+
+def costmap(picture: str, resolution: float = 1.0, origin: Pose2D = Pose2D(0.0, 0.0)) -> Costmap:
+    """Read a costmap from lines, the lowest row last: ``.`` free, ``o`` 128, ``h`` 252, ``i`` 253, ``#`` 254, ``?``."""
+    lines = [line.strip() for line in picture.strip().splitlines()][::-1]
+    return of(np.array([[SIGNS[sign] for sign in line] for line in lines], dtype=np.uint8), resolution, origin)
+
+
+def of(data: NDArray[np.uint8], resolution: float = 1.0, origin: Pose2D = Pose2D(0.0, 0.0)) -> Costmap:
+    """Make a costmap of an array."""
+    return Costmap(data, GridInfo(resolution, data.shape[1], data.shape[0], origin))
+
+
+def centre(costmap: Costmap, row: int, column: int, theta: float = 0.0) -> Pose2D:
+    """Return the pose at the centre of a cell."""
+    x, y = costmap.info.to_world((row, column)).tolist()
+    return Pose2D(x, y, theta)
+
+
+def cost_arrays(most: int = 12) -> st.SearchStrategy[NDArray[np.uint8]]:
+    """Draw small arrays of costs in which free, graded, blocked and unknown cells are all common."""
+    values = st.one_of(st.sampled_from([0, 0, 0, 1, 128, 252, 253, 254, 255]), st.integers(min_value=0, max_value=255))
+    shapes = st.tuples(st.integers(1, most), st.integers(1, most))
+    return hnp.arrays(np.uint8, shapes, elements=values)

@@ -1,0 +1,40 @@
+"""Places in a map where a Turtlebot can stand, and that it can reach, chosen by seed."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.geometry import Pose2D
+from ppaas.maps.components import reachable
+from ppaas.maps.distance import distance_to_occupied
+from ppaas.maps.grid import FREE, GridMap
+
+CLEARANCE = 0.4
+
+
+def roomy(grid: GridMap) -> NDArray[np.bool_]:
+    """Return the cells that are known free and far enough from everything."""
+    return (distance_to_occupied(grid) > CLEARANCE) & (grid.data == FREE)
+
+
+def free_pose(grid: GridMap, seed: int) -> Pose2D:
+    """Return some place in the largest part of the map."""
+    free = roomy(grid)
+    rows, columns = np.nonzero(free)
+    rng = np.random.default_rng(seed)
+    while True:
+        pick = int(rng.integers(len(rows)))
+        if reachable(free, int(rows[pick]), int(columns[pick])).sum() > 0.5 * free.sum():
+            x, y = grid.info.to_world((rows[pick], columns[pick]))
+            return Pose2D(float(x), float(y), float(rng.uniform(-np.pi, np.pi)))
+
+
+def reachable_pose(grid: GridMap, start: Pose2D, seed: int, at_least: float) -> Pose2D:
+    """Return a place that can be reached from another and is some metres away from it."""
+    cell = grid.info.cell_of(start.x, start.y)
+    assert cell is not None
+    cells = np.argwhere(reachable(roomy(grid), *cell))
+    points = grid.info.to_world(cells)
+    far = points[np.hypot(points[:, 0] - start.x, points[:, 1] - start.y) >= at_least]
+    rng = np.random.default_rng(seed)
+    x, y = far[int(rng.integers(len(far)))]
+    return Pose2D(float(x), float(y), float(rng.uniform(-np.pi, np.pi)))

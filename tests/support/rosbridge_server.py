@@ -1,0 +1,82 @@
+"""A small rosbridge server for tests of clients: it notes what it hears and says what it is told to say."""
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
+from http import HTTPStatus
+from typing import Any
+
+from websockets.asyncio.server import Request, Response, ServerConnection, serve
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+
+
+class RosbridgeServer:
+    """One port, any number of connections, one after the other or at once."""
+
+    def __init__(self) -> None:
+        self.url = ""
+        self.frames: list[dict[str, Any]] = []
+        self.paths: list[str] = []
+        self.refusal: tuple[int, bytes] | None = None
+        self.connections: list[ServerConnection] = []
+        self.listening = asyncio.Event()
+        self.listening.set()
+        self._changed = asyncio.Condition()
+
+    async def serve(self, connection: ServerConnection) -> None:
+        self.connections.append(connection)
+        await self._notify()
+        with suppress(ConnectionClosed):
+            while True:
+                await self.listening.wait()
+                self.frames.append(json.loads(await connection.recv()))
+                await self._notify()
+
+    def check(self, connection: ServerConnection, request: Request) -> Response | None:
+        self.paths.append(request.path)
+        if self.refusal is None:
+            return None
+        status, body = self.refusal
+        headers = Headers({"Content-Type": "application/problem+json", "Content-Length": str(len(body))})
+        return Response(status, HTTPStatus(status).phrase, headers, body)
+
+    async def _notify(self) -> None:
+        async with self._changed:
+            self._changed.notify_all()
+
+    def of(self, op: str) -> list[dict[str, Any]]:
+        return [frame for frame in self.frames if frame["op"] == op]
+
+    async def heard(self, op: str, count: int = 1, timeout: float = 10.0) -> list[dict[str, Any]]:
+        """Wait until so many frames of an operation have come."""
+        async with asyncio.timeout(timeout), self._changed:
+            await self._changed.wait_for(lambda: len(self.of(op)) >= count)
+        return self.of(op)
+
+    async def connected(self, count: int = 1, timeout: float = 10.0) -> ServerConnection:
+        """Wait until there have been so many connections, and return the last of them."""
+        async with asyncio.timeout(timeout), self._changed:
+            await self._changed.wait_for(lambda: len(self.connections) >= count)
+        return self.connections[count - 1]
+
+    async def say(self, **frame: Any) -> None:
+        """Send a frame on the newest connection."""
+        await self.connections[-1].send(json.dumps(frame))
+
+
+@asynccontextmanager
+async def rosbridge_server(**options: Any) -> AsyncIterator[RosbridgeServer]:
+    """Run one on a free port of the loopback."""
+    server = RosbridgeServer()
+    async with serve(server.serve, "127.0.0.1", 0, process_request=server.check, **options) as listening:
+        server.url = f"http://127.0.0.1:{listening.sockets[0].getsockname()[1]}"
+        yield server
+
+
+async def until(condition: Callable[[], object], timeout: float = 30.0) -> None:
+    """Wait until something holds that nobody tells of; it is looked at every 5 ms."""
+    async with asyncio.timeout(timeout):
+        while not condition():
+            await asyncio.sleep(0.005)

@@ -1,0 +1,48 @@
+"""The project's own files, for tests that read them."""
+
+import ast
+import subprocess
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("ppaas", "engine", "endpoints", "storage", "robots")
+
+
+@dataclass(frozen=True)
+class Source:
+    """A Python file: its path from the root, its text and its tree."""
+
+    path: str
+    text: str
+    tree: ast.Module
+
+    @classmethod
+    def of(cls, path: str, text: str) -> "Source":
+        """Parse a text."""
+        return cls(path, text, ast.parse(text, path))
+
+
+@cache
+def sources(*packages: str) -> tuple[Source, ...]:
+    """Return the files of some packages, by path."""
+    files = sorted(file for package in packages for file in (ROOT / package).rglob("*.py"))
+    return tuple(Source.of(file.relative_to(ROOT).as_posix(), file.read_text(encoding="utf-8")) for file in files)
+
+
+@cache
+def pyproject() -> dict[str, Any]:
+    """Return pyproject.toml."""
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+
+@cache
+def tracked_files() -> tuple[Path, ...]:
+    """Return what git keeps and is there, or nothing where this is no checkout."""
+    if not (ROOT / ".git").exists():
+        return ()
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    return tuple(ROOT / name for name in listed.split("\0") if name and (ROOT / name).is_file())
