@@ -6,7 +6,6 @@ import logging
 import secrets
 import shutil
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from engine.agent_config import AgentConfig
 from engine.agent_process import AgentProcess
@@ -65,9 +64,9 @@ class Cloud:
     """
 
     def __init__(self, config: CloudConfig) -> None:
-        self._run_dir = make_run_dir()
         self.store: Store = open_store(config.store)
         self.map_store: MapStore = open_map_store(config.map_store)
+        self._run_dir = make_run_dir()  # after what may be refused, so that it is not left behind
         secret = secrets.token_urlsafe(24)
         self.service = CloudService(Master(FirstFit(), config.quota), self.store, self._run_dir, secret)
         self.sessions = RobotSessions(self.service, self.store, self.map_store, config.linger)

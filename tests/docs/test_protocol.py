@@ -9,10 +9,11 @@ import pytest
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
+from endpoints.client_session import CALL_TIMEOUT, MAX_CALLS
 from endpoints.outbox import DEFAULT_KEEP, EXPIRY, KEEP, MAX_KEEP
 from endpoints.problems import STATUS, TYPE, problem_response
 from endpoints.rights import SENSOR_TOPICS
-from endpoints.robot_socket import CALL_TIMEOUT, CLOSED_BY_CLOUD, MAX_CALLS, READY_TIMEOUT
+from endpoints.robot_socket import CLOSED_BY_CLOUD, READY_TIMEOUT
 from endpoints.server import MAX_FRAME
 from endpoints.settings import Settings
 from engine.outside import SHARE_PERIOD

@@ -14,10 +14,11 @@ from starlette.websockets import WebSocket
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from endpoints import robot_socket
+from endpoints import client_session, robot_socket
 from endpoints.app import create_app
+from endpoints.client_session import MAX_CALLS, MAX_LOGGED
 from endpoints.outbox import Outbox
-from endpoints.robot_socket import MAX_CALLS, MAX_LOGGED, MAX_REASON, serve_robot_socket
+from endpoints.robot_socket import MAX_REASON, serve_robot_socket
 from endpoints.services import Services
 from engine import control, link
 from engine.balancers.first_fit import FirstFit
@@ -244,7 +245,7 @@ async def test_the_log_is_not_filled_by_a_client_that_thinks_out_topics(
         container.stream.write(link.Refused(client, "end", link.Refusal("conflict", "the end")))
         while "the end" not in (await hear(robot))["msg"]:
             pass
-        warnings = [r for r in caplog.records if r.name == robot_socket.__name__ and r.levelno == logging.WARNING]
+        warnings = [r for r in caplog.records if r.name == client_session.__name__ and r.levelno == logging.WARNING]
         assert len(warnings) == MAX_LOGGED
 
 
