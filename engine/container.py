@@ -24,7 +24,7 @@ from engine.runtimes.threads import use_threads
 from ppaas.errors import PPaaSError
 from ppaas.messages import decode, encode, service_type, type_name
 from ppaas.messages.message import Message
-from ppaas.nodes.base import Checkpoint, Payload
+from ppaas.nodes.base import Checkpoint, Node, Payload, Topic
 from ppaas.nodes.clone import build_clone, build_planning
 from ppaas.nodes.graph import Graph
 
@@ -63,6 +63,17 @@ def build_graph(graph: Graph, launch: Launch) -> None:
         )
 
 
+def topic_info(topic: Topic) -> link.TopicInfo:
+    """Return a topic as the endpoint is told of it."""
+    return link.TopicInfo(topic.name, type_name(topic.type), topic.latched)
+
+
+def node_info(graph: Graph, node: Node) -> link.NodeInfo:
+    """Return a node as the endpoint is told of it."""
+    subscribes = tuple(topic.name for topic in node.subscribes)
+    return link.NodeInfo(node.name, graph.published_by(node), subscribes, tuple(s.name for s in node.services))
+
+
 class Container:
     """What runs in the process.
 
@@ -86,17 +97,26 @@ class Container:
         self._graph = home.graph
         self._stream = stream
         self._machine = machine
+        self._wanted: set[str] = set()
         self._taps: dict[str, Callable[[], None]] = {}
         self._applied = int(launch.spec.checkpoint.get(LINK_STATE, b"0"))
         self._dirty = asyncio.Event()
+        self._graph.watch(self._topic_changed)
 
     # -- the robot link ------------------------------------------------------------------------------------------------
 
     def hello(self, pid: int) -> link.Hello:
         """Return what the endpoint is told first."""
-        topics = [link.TopicInfo(t.name, type_name(t.type), t.latched) for t in self._graph.topics.values()]
-        spec = self._launch.spec
-        return link.Hello(spec.id, self._launch.secret, pid, self._applied, topics, list(self._graph.services))
+        graph = self._graph
+        return link.Hello(
+            container=self._launch.spec.id,
+            secret=self._launch.secret,
+            pid=pid,
+            applied=self._applied,
+            topics=[topic_info(topic) for topic in graph.topics.values()],
+            services=[link.ServiceInfo(service.name, service.type.name) for service in graph.services.values()],
+            nodes=[node_info(graph, node) for node in graph.nodes.values()],
+        )
 
     async def serve(self) -> None:
         """Take frames until the endpoint goes or says stop."""
@@ -134,6 +154,7 @@ class Container:
         self._stream.write(link.Refused(frame.client, frame.topic, link.Refusal(error.slug, str(error))))
 
     def _subscribe(self, topic: str, client: int) -> None:
+        self._wanted.add(topic)
         if topic not in self._graph.topics:
             return
         if topic not in self._taps:
@@ -142,9 +163,20 @@ class Container:
             self._stream.write(link.Published(topic, payload_bytes(last), client))
 
     def _unsubscribe(self, topic: str) -> None:
+        self._wanted.discard(topic)
         untap = self._taps.pop(topic, None)
         if untap is not None:
             untap()
+
+    def _topic_changed(self, node: Node, name: str, topic: Topic | None) -> None:
+        """Tell the endpoint; what it wants to hear is tapped again as often as it comes."""
+        if topic is None:
+            self._taps.pop(name, None)
+            self._stream.write(link.Undeclared(name))
+            return
+        self._stream.write(link.Declared(topic_info(topic), node.name))
+        if name in self._wanted:
+            self._taps[name] = self._graph.tap(name, self._forward)
 
     def _forward(self, topic: str, payload: Payload) -> None:
         droppable = not self._graph.topics[topic].latched

@@ -15,6 +15,22 @@ class TopicInfo(msgspec.Struct, frozen=True):
     latched: bool
 
 
+class ServiceInfo(msgspec.Struct, frozen=True):
+    """A service of the clone and its ROS type."""
+
+    name: str
+    type: str
+
+
+class NodeInfo(msgspec.Struct, frozen=True):
+    """A node of the clone and the names of its topics and services."""
+
+    name: str
+    publishes: tuple[str, ...]
+    subscribes: tuple[str, ...]
+    services: tuple[str, ...]
+
+
 class Refusal(msgspec.Struct, frozen=True):
     """An error on its way to another process."""
 
@@ -33,7 +49,8 @@ class Hello(msgspec.Struct, tag="hello"):
     pid: int
     applied: int
     topics: list[TopicInfo]
-    services: list[str]
+    services: list[ServiceInfo]
+    nodes: list[NodeInfo]
 
 
 class Failed(msgspec.Struct, tag="failed"):
@@ -42,6 +59,19 @@ class Failed(msgspec.Struct, tag="failed"):
     container: str
     secret: str
     refusal: Refusal
+
+
+class Declared(msgspec.Struct, tag="declared"):
+    """A node has begun to publish a topic that ``Hello`` did not tell of."""
+
+    topic: TopicInfo
+    node: str
+
+
+class Undeclared(msgspec.Struct, tag="undeclared"):
+    """A topic that was declared at run time is no more; whoever hears it will hear it again should it come back."""
+
+    name: str
 
 
 class Published(msgspec.Struct, tag="published"):
@@ -74,7 +104,7 @@ class Refused(msgspec.Struct, tag="refused"):
     refusal: Refusal
 
 
-FromContainer = Hello | Failed | Published | Answer | Ack | Refused
+FromContainer = Hello | Failed | Declared | Undeclared | Published | Answer | Ack | Refused
 
 # -- endpoint → container ----------------------------------------------------------------------------------------------
 

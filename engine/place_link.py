@@ -9,7 +9,10 @@ import asyncio
 import itertools
 import logging
 from collections import defaultdict, deque
+from collections.abc import Callable
 from typing import Protocol
+
+import msgspec
 
 from engine import link
 from engine.framing import FrameStream
@@ -49,6 +52,8 @@ class PlaceLink:
         self.pid: int | None = None
         self.container: str | None = None
         self.topics: dict[str, link.TopicInfo] = {}
+        self.services: dict[str, link.ServiceInfo] = {}
+        self.nodes: dict[str, link.NodeInfo] = {}
         self._stream: FrameStream[link.FromContainer] | None = None
         self._ready = asyncio.Event()
         self._closed: PPaaSError | None = None
@@ -69,6 +74,8 @@ class PlaceLink:
             self._lost()
         self._stream, self.pid, self.container = stream, hello.pid, hello.container
         self.topics = {topic.name: topic for topic in hello.topics}
+        self.services = {service.name: service for service in hello.services}
+        self.nodes = {node.name: node for node in hello.nodes}
         self._acknowledge(hello.applied)
         for topic in self._hearers:
             stream.write(link.Subscribe(topic, 0))
@@ -88,12 +95,23 @@ class PlaceLink:
                 hearers = self._hearers.get(frame.topic, set()) if frame.client is None else {frame.client}
                 for client in [self._clients[n] for n in hearers if n in self._clients]:
                     client.published(frame.topic, frame.payload)
+            case link.Declared():
+                self.topics[frame.topic.name] = frame.topic
+                self._publishes(frame.node, lambda topics: (*topics, frame.topic.name))
+            case link.Undeclared():
+                self.topics.pop(frame.name, None)
+                for node in self.nodes:
+                    self._publishes(node, lambda topics: tuple(topic for topic in topics if topic != frame.name))
             case link.Answer():
                 self._answered(frame)
             case link.Ack():
                 self._acknowledge(frame.sequence)
             case link.Refused() if frame.client in self._clients:
                 self._clients[frame.client].refused(frame.topic, rebuild(frame.refusal.slug, frame.refusal.text))
+
+    def _publishes(self, node: str, change: Callable[[tuple[str, ...]], tuple[str, ...]]) -> None:
+        info = self.nodes[node]
+        self.nodes[node] = msgspec.structs.replace(info, publishes=change(info.publishes))
 
     def _answered(self, answer: link.Answer) -> None:
         future = self._calls.pop(answer.call, None)

@@ -65,6 +65,24 @@ class Context(Protocol):
         """Publish on a topic that the node declared."""
         ...
 
+    def declare(self, node: "Node", topic: Topic) -> None:
+        """Let a node publish a topic that its class does not name, until ``undeclare``.
+
+        Raises
+        ------
+        Conflict
+            The name is taken.
+        """
+        ...
+
+    def undeclare(self, node: "Node", name: str) -> None:
+        """End a topic that this node declared; nothing more is published on it."""
+        ...
+
+    def is_heard(self, topic: str) -> bool:
+        """Tell whether anybody hears a topic now: a node, or somebody outside."""
+        ...
+
     def start(
         self,
         work: Callable[[Callable[[], bool]], T],

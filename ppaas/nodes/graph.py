@@ -21,6 +21,8 @@ logger = logging.getLogger(__name__)
 T = TypeVar("T")
 N = TypeVar("N", bound=Node)
 Tap = Callable[[str, Payload], None]
+TopicWatch = Callable[[Node, str, Topic | None], None]
+"""Told the node, the name, and the topic that it declared, or None when that is no more."""
 
 
 class Worker(Protocol):
@@ -89,6 +91,8 @@ class Graph:
         self._subscribers: dict[str, list[Node]] = {}
         self._servers: dict[str, Node] = {}
         self._taps: dict[str, list[Tap]] = {}
+        self._owners: dict[str, Node] = {}
+        self._watches: list[TopicWatch] = []
         self._latched: dict[str, Payload] = {}
         self._queue: deque[tuple[str, Payload]] = deque()
         self._draining = False
@@ -141,6 +145,50 @@ class Graph:
         if name not in self.topics:
             raise NotFound("topic", name, list(self.topics))
         return self.topics[name]
+
+    def declare(self, node: Node, topic: Topic) -> None:
+        """Let a node publish a topic that its class does not name, until ``undeclare``.
+
+        Raises
+        ------
+        Conflict
+            The name is taken.
+        """
+        if topic.name in self.topics:
+            raise Conflict(f"topic {topic.name!r} is here already")
+        self.topics[topic.name] = topic
+        self._owners[topic.name] = node
+        for watch in self._watches:
+            watch(node, topic.name, topic)
+
+    def undeclare(self, node: Node, name: str) -> None:
+        """End a topic that this node declared: what is on its way is lost, and taps of it end.
+
+        Raises
+        ------
+        NotFound
+            The node declared no such topic.
+        """
+        if self._owners.get(name) is not node:
+            raise NotFound("declared topic", name, [topic for topic, owner in self._owners.items() if owner is node])
+        del self._owners[name], self.topics[name]
+        self._taps.pop(name, None)
+        self._latched.pop(name, None)
+        for watch in self._watches:
+            watch(node, name, None)
+
+    def watch(self, callback: TopicWatch) -> None:
+        """Hear of the topics that are declared and undeclared from now on."""
+        self._watches.append(callback)
+
+    def published_by(self, node: Node) -> tuple[str, ...]:
+        """Return the names of the topics that a node publishes now."""
+        declared = [topic for topic, owner in self._owners.items() if owner is node]
+        return (*(topic.name for topic in node.publishes), *declared)
+
+    def is_heard(self, topic: str) -> bool:
+        """Tell whether a node or a tap hears a topic now."""
+        return bool(self._subscribers.get(topic) or self._taps.get(topic))
 
     def checkpoints(self) -> list[Checkpoint]:
         """Return what the nodes need to go on elsewhere."""
@@ -213,7 +261,10 @@ class Graph:
             self._draining = False
 
     def _deliver(self, topic: str, message: Payload, refused: Callable[[PPaaSError], None]) -> None:
-        if self.topics[topic].latched:
+        known = self.topics.get(topic)
+        if known is None:  # undeclared since it was published
+            return
+        if known.latched:
             self._latched[topic] = message
         for node in self._subscribers.get(topic, ()):
             try:

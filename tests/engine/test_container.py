@@ -23,7 +23,7 @@ from ppaas.maps.layers import MapLayers
 from ppaas.messages import decode
 from ppaas.messages.std_msgs import String
 from ppaas.messages.std_srvs import TriggerResponse
-from ppaas.nodes.base import Checkpoint
+from ppaas.nodes.base import Checkpoint, Topic
 from tests.support.echo_node import EchoNode
 from tests.support.engine_links import pair, receive
 from tests.support.specs import HOUSE, planning_spec, robot_config, robot_spec
@@ -101,7 +101,10 @@ async def test_hello_says_what_the_clone_offers(outer: Outer) -> None:
     assert (hello.container, hello.secret, hello.pid, hello.applied) == ("c1", "secret", 42, 0)
     assert link.TopicInfo("say", "std_msgs/String", False) in hello.topics
     assert link.TopicInfo("last", "std_msgs/String", True) in hello.topics
-    assert hello.services == ["heard", "refuse", "break", "job"]
+    services = ("heard", "refuse", "break", "job")
+    assert hello.services == [link.ServiceInfo(name, "std_srvs/Trigger") for name in services]
+    publishes = ("echo", "last", "amcl_pose", "plan")
+    assert hello.nodes == [link.NodeInfo("echo", publishes, ("say", "robots"), services)]
 
 
 async def test_hello_after_a_checkpoint_says_what_was_applied() -> None:
@@ -201,6 +204,28 @@ async def test_an_endpoint_that_does_not_read_loses_what_may_be_lost_and_nothing
         assert isinstance(frame, link.Published)
         got[frame.topic] += 1
     assert got["echo"] < count / 2
+
+
+async def test_a_topic_that_comes_at_run_time_is_told_and_heard_as_often_as_it_comes(outer: Outer) -> None:
+    graph, topic = outer.home.graph, Topic("fleeting", String)
+    outer.endpoint.write(link.Subscribe("fleeting", 1))
+    assert await outer.heard() == ""
+    for word in ("once", "again"):
+        graph.declare(outer.node, topic)
+        graph.publish("fleeting", String(word))
+        assert await receive(outer.endpoint) == link.Declared(
+            link.TopicInfo("fleeting", "std_msgs/String", False), "echo"
+        )
+        assert await receive(outer.endpoint) == link.Published("fleeting", b'{"data":"%s"}' % word.encode())
+        assert "fleeting" in outer.container.hello(1).nodes[0].publishes
+        graph.undeclare(outer.node, "fleeting")
+        assert await receive(outer.endpoint) == link.Undeclared("fleeting")
+    outer.endpoint.write(link.Unsubscribe("fleeting"))
+    assert await outer.heard() == ""
+    graph.declare(outer.node, topic)
+    graph.publish("fleeting", String("unheard"))
+    assert isinstance(await receive(outer.endpoint), link.Declared)
+    assert await outer.heard() == ""
 
 
 # -- calls -------------------------------------------------------------------------------------------------------------
@@ -321,7 +346,7 @@ async def test_a_container_says_hello_and_ends_when_its_endpoint_goes(layers: Pa
     hello = await first_frame(planning_spec("p1"), layers, tmp_path)
     assert isinstance(hello, link.Hello)
     assert (hello.container, hello.secret) == ("p1", "secret")
-    assert "compute_path" in hello.services
+    assert link.ServiceInfo("compute_path", "ppaas_msgs/ComputePath") in hello.services
     assert "map" in {topic.name for topic in hello.topics}
 
 

@@ -11,6 +11,8 @@ from engine.place_link import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES, Plac
 from ppaas.errors import NotFound, PPaaSError, QuotaExceeded, Unavailable
 
 TOPICS = [link.TopicInfo("map", "nav_msgs/OccupancyGrid", True), link.TopicInfo("goal", "std_msgs/String", False)]
+SERVICES = [link.ServiceInfo("make_plan", "nav_msgs/GetPlan")]
+NODES = [link.NodeInfo("planner", ("map",), ("goal",), ("make_plan",))]
 
 
 class Client:
@@ -53,7 +55,7 @@ class FakeContainer:
             *await asyncio.open_connection(sock=ours), link.FromContainer
         )
         far: FrameStream[link.ToContainer] = FrameStream(*await asyncio.open_connection(sock=theirs), link.ToContainer)
-        hello = link.Hello(name, "", 42, applied, TOPICS, ["make_plan"])
+        hello = link.Hello(name, "", 42, applied, TOPICS, SERVICES, NODES)
         return cls(far, asyncio.create_task(place.serve(hello, near)))
 
     async def next(self) -> link.ToContainer | None:
@@ -74,6 +76,27 @@ async def test_ready_means_that_a_container_said_hello() -> None:
     assert (place.container, place.pid) == ("c1", 42)
     await container.die()
     assert place.container is None
+
+
+async def test_a_place_knows_what_its_container_offers_also_what_comes_and_goes_at_run_time() -> None:
+    place = PlaceLink("robot:a/r")
+    container = await FakeContainer.dial(place, "c1")
+    await place.ready(5)
+    assert (list(place.topics.values()), list(place.services.values())) == (TOPICS, SERVICES)
+    client = Client()
+    number = place.join(client)
+    fleeting = link.TopicInfo("fleeting", "std_msgs/String", False)
+    container.stream.write(link.Declared(fleeting, "planner"))
+    container.stream.write(link.Refused(number, "x", link.Refusal("invalid-input", "so far")))
+    await client.told()
+    assert place.topics["fleeting"] == fleeting
+    assert place.nodes["planner"].publishes == ("map", "fleeting")
+    container.stream.write(link.Undeclared("fleeting"))
+    container.stream.write(link.Refused(number, "x", link.Refusal("invalid-input", "so far")))
+    await client.told()
+    assert "fleeting" not in place.topics
+    assert list(place.nodes.values()) == NODES
+    await container.die()
 
 
 async def test_a_goal_sent_while_no_container_is_there_reaches_the_next() -> None:

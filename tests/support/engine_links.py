@@ -14,6 +14,9 @@ HELLO_TOPICS = [
     link.TopicInfo("cmd_vel", "geometry_msgs/Twist", False),
 ]
 
+HELLO_SERVICES = [link.ServiceInfo("make_plan", "nav_msgs/GetPlan")]
+HELLO_NODES = [link.NodeInfo("move_base", ("cmd_vel",), ("goal",), ("make_plan",))]
+
 
 async def _dial(path: Path | str, incoming: Any) -> FrameStream[Any]:
     return FrameStream(*await asyncio.open_unix_connection(path), incoming)
@@ -51,7 +54,7 @@ async def receive(stream: FrameStream[Any]) -> Any:
 
 def hello(container: str, secret: str, pid: int = 42, applied: int = 0) -> link.Hello:
     """Return what a container says first."""
-    return link.Hello(container, secret, pid, applied, HELLO_TOPICS, ["make_plan"])
+    return link.Hello(container, secret, pid, applied, HELLO_TOPICS, HELLO_SERVICES, HELLO_NODES)
 
 
 def register(machine: str = "m1", secret: str = "secret", cores: int = 2) -> control.Register:
