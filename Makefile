@@ -6,6 +6,8 @@ PYTHON ?= $(shell for python in python3.11 python3; do \
 VENV ?= .venv
 # Passed on: `make test PYTEST_ARGS="tests/wire -x"`, `make demo DEMO_ARGS=…`.
 PYTEST_ARGS ?=
+# Tests of robots that drive mostly wait, so more processes than cores share them (tests/support/shares.py).
+TEST_PROCESSES ?= 3
 DEMO_ARGS ?=
 
 BIN := $(VENV)/bin
@@ -30,7 +32,7 @@ demo: $(INSTALLED) ## Start a cloud and drive simulated robots in it
 
 test: $(INSTALLED) ## Run all tests
 	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"
-	$(BIN)/python -m pytest $(PYTEST_ARGS)
+	$(BIN)/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadgroup --no-loadscope-reorder $(PYTEST_ARGS)
 
 joints: $(INSTALLED) ## Run the load-bearing joints of the engine for a minute each
 	@echo "joints: 60 s each, over real processes"
