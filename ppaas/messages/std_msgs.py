@@ -6,11 +6,14 @@ from msgspec import field
 
 from ppaas.messages.message import Empty, Message
 
-__all__ = ["Bool", "Empty", "Float64", "Header", "String", "Time"]
+__all__ = ["Bool", "Duration", "Empty", "Float64", "Header", "String", "Time"]
 
 
-class Time(Message):
-    """A stamp: seconds and nanoseconds since the epoch."""
+class Time(Message, forbid_unknown_fields=True):
+    """A stamp: seconds and nanoseconds since the epoch.
+
+    It takes no other keys, so that ``decode`` notices ROS 2's spelling, and a client that a stamp is not understood.
+    """
 
     secs: int = 0
     nsecs: int = 0
@@ -20,6 +23,17 @@ class Time(Message):
         """Return the stamp of float seconds."""
         whole = math.floor(seconds)
         return cls(whole, int((seconds - whole) * 1e9))
+
+    def seconds(self) -> float:
+        """Return float seconds."""
+        return self.secs + self.nsecs * 1e-9
+
+
+class Duration(Message, forbid_unknown_fields=True):
+    """A span of time: seconds and nanoseconds."""
+
+    secs: int = 0
+    nsecs: int = 0
 
     def seconds(self) -> float:
         """Return float seconds."""
