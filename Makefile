@@ -43,10 +43,10 @@ lint: $(INSTALLED) ## Check style, types and the arrows between packages
 		echo "lint: $$check"; $(BIN)/$$check || failed="$$failed '$$check'"; done; \
 	test -z "$$failed" || { echo "lint: failed:$$failed" >&2; exit 1; }
 
-bench: $(INSTALLED) ## Measure how fast paths are planned and containers are ready, and what they weigh
+bench: $(INSTALLED) ## Measure what a user waits for, and how fast maps are prepared and paths planned
 	@echo "bench: let the machine do nothing else"
-	$(BIN)/python -m tests.bench.planning
-	$(BIN)/python -m tests.bench.containers
+	$(BIN)/ppaas bench service $(BENCH_ARGS)
+	$(BIN)/ppaas bench planning $(BENCH_ARGS)
 
 lock: $(LOCKED) ## Pin the newest versions that pyproject.toml allows
 	echo "uv" | $(UV_COMPILE) --upgrade --output-file deploy/bootstrap.lock -

@@ -6,6 +6,7 @@ import os
 import signal
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -32,9 +33,12 @@ class CloudProcess:
         Seconds in which it must be up.
     stop_timeout : float
         Seconds that it has to end by itself.
+    arguments : sequence of str
+        Of ``ppaas up``, beside those that make it a cloud of its own.
     """
 
-    def __init__(self, start_timeout: float = 120.0, stop_timeout: float = 15.0) -> None:
+    def __init__(self, start_timeout: float = 120.0, stop_timeout: float = 15.0, arguments: Sequence[str] = ()) -> None:
+        self._arguments = arguments
         self._start_timeout = start_timeout
         self._stop_timeout = stop_timeout
         self._folder = tempfile.TemporaryDirectory(prefix="ppaas-", ignore_cleanup_errors=True)
@@ -76,6 +80,7 @@ class CloudProcess:
         command = [sys.executable, "-m", "endpoints.cli", "up", "--host", "127.0.0.1", "--port", "0"]
         command += ["--data", str(self.folder / "data"), "--ready-file", str(self.folder / "ready.json")]
         command += ["--admin-password-file", str(self.folder / "password"), "--log-level", "warning"]
+        command += self._arguments
         with (self.folder / "log").open("wb") as log:
             # A session of its own: Ctrl-C ends the demo, and the demo ends the cloud. Its temporary files go with ours.
             self._process = await asyncio.create_subprocess_exec(

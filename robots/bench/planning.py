@@ -1,4 +1,4 @@
-"""How fast maps are prepared and paths are planned: ``make bench``.
+"""How fast maps are prepared and paths are planned, without a cloud.
 
 The least of several runs on one thread, compiled before the first. A plan goes from corner to corner, so that its
 field covers nearly the whole grid.
@@ -8,8 +8,7 @@ from collections.abc import Callable, Iterator
 from typing import TypeVar
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
+from rich.progress import Progress
 
 from ppaas.clock import monotonic
 from ppaas.costmap.build import build_layers
@@ -17,18 +16,33 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import FREE, OCCUPIED, GridInfo, GridMap
 from ppaas.planners.base import PlanRequest, PlanResult
 from ppaas.planners.dijkstra import Dijkstra
+from robots.bench.figures import Figure
 
 T = TypeVar("T")
 
+PART = "planning"
 RUNS = 5
+SIZES, QUICK = (1024, 4096), (256,)
 RESOLUTION = 0.05
 MARGIN = 10
 """Cells from the edge to start and goal."""
 
 
-def grids() -> Iterator[tuple[str, GridMap]]:
+def measure(progress: Progress, quick: bool) -> list[Figure]:
+    """Prepare maps and plan across them."""
+    figures = []
+    for name, map_ in progress.track(list(grids(QUICK if quick else SIZES)), description="planning"):
+        layers, _ = best(lambda map_=map_: build_layers(map_))  # type: ignore[misc]
+        seconds, plan = plan_across(map_)
+        note = f"{seconds / plan.expanded * 1e9:.1f} ns a cell, {plan.expanded:,} settled; path {plan.length:.0f} m"
+        figures.append(Figure(PART, f"{name}, layers", round(layers * 1e3, 1), "ms"))
+        figures.append(Figure(PART, f"{name}, dijkstra", round(seconds * 1e3, 1), "ms", note=note))
+    return figures
+
+
+def grids(sizes: tuple[int, ...]) -> Iterator[tuple[str, GridMap]]:
     """Yield empty and cluttered grids by name."""
-    for size in (1024, 4096):
+    for size in sizes:
         yield f"empty {size}²", grid(np.full((size, size), FREE, np.int8))
         random = np.random.default_rng(size).random((size, size)) < 0.0005
         for row, column in ((0, 0), (size - 2 * MARGIN, size - 2 * MARGIN)):
@@ -56,26 +70,11 @@ def best(work: Callable[[], T]) -> tuple[float, T]:
 def plan_across(map_: GridMap) -> tuple[float, PlanResult]:
     """Plan over the inflated costmap from the lower-left corner to the upper-right."""
     costmap = build_layers(map_).costmap
-    start, goal = (Pose2D(*costmap.info.to_world(cell).tolist(), 0.0) for cell in corners(map_.info))
-    return best(lambda: Dijkstra().plan(costmap, PlanRequest(start, goal, tolerance=1.0)))
+    (x0, y0), (x1, y1) = (costmap.info.to_world(cell).tolist() for cell in corners(map_.info))
+    request = PlanRequest(Pose2D(x0, y0, 0.0), Pose2D(x1, y1, 0.0), tolerance=1.0)
+    return best(lambda: Dijkstra().plan(costmap, request))
 
 
 def corners(info: GridInfo) -> tuple[tuple[int, int], tuple[int, int]]:
     """Return a cell near the first and a cell near the last."""
     return (MARGIN, MARGIN), (info.height - 1 - MARGIN, info.width - 1 - MARGIN)
-
-
-def main() -> None:
-    """Print one line a grid."""
-    table = Table("grid", "layers, ms", "plan, ms", "settled cells", "plan, ns a cell", "path, m")
-    for name, map_ in grids():
-        layers, _ = best(lambda map_=map_: build_layers(map_))
-        seconds, plan = plan_across(map_)
-        figures = (layers * 1e3, seconds * 1e3, seconds / plan.expanded * 1e9, plan.length)
-        layers_ms, plan_ms, cell_ns, length = (f"{figure:,.1f}" for figure in figures)
-        table.add_row(name, layers_ms, plan_ms, f"{plan.expanded:,}", cell_ns, length)
-    Console().print(table)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,0 +1,85 @@
+"""What a bench tells: figures with their yardsticks and limits, as a table or as JSON."""
+
+import statistics
+from collections.abc import Sequence
+
+import msgspec
+from rich.console import Console
+from rich.table import Table
+
+
+class Figure(msgspec.Struct, frozen=True, omit_defaults=True):
+    """One thing that was measured.
+
+    Parameters
+    ----------
+    part : str
+        Of the bench.
+    name : str
+        What was measured.
+    value : float
+        In ``unit``.
+    unit : str
+    least, most : float, optional
+        Spread of the samples of which ``value`` is the median.
+    limit : float, optional
+        What the value should not go beyond.
+    floor : bool
+        The limit is one that the value should not stay below.
+    yardstick : bool
+        Somebody else's, measured beside ours.
+    note : str
+        What it is made of.
+    """
+
+    part: str
+    name: str
+    value: float
+    unit: str
+    least: float | None = None
+    most: float | None = None
+    limit: float | None = None
+    floor: bool = False
+    yardstick: bool = False
+    note: str = ""
+
+    @property
+    def kept(self) -> bool | None:
+        """Tell whether the limit is kept; None where there is none."""
+        if self.limit is None:
+            return None
+        return self.value >= self.limit if self.floor else self.value <= self.limit
+
+
+def median_of(part: str, name: str, samples: Sequence[float], unit: str = "ms", *, limit: float | None = None,
+              yardstick: bool = False, note: str = "") -> Figure:  # fmt: skip
+    """Return the median of samples with their spread; seconds become milliseconds where ``unit`` says so."""
+    scale = 1e3 if unit == "ms" else 1.0
+    middle, least, most = (scale * f(samples) for f in (statistics.median, min, max))
+    return Figure(
+        part, name, round(middle, 3), unit, round(least, 3), round(most, 3), limit, yardstick=yardstick, note=note
+    )
+
+
+def to_json(figures: Sequence[Figure]) -> str:
+    """Return all figures as one line of JSON."""
+    return msgspec.json.encode({"figures": figures}).decode()
+
+
+def show(figures: Sequence[Figure], console: Console) -> None:
+    """Print a table; yardsticks stand dim beneath what they measure."""
+    table = Table(title="ppaas bench", title_justify="left")
+    for column, justify in (("part", "left"), ("measured", "left"), ("median", "right"), ("least–most", "right"),
+                            ("limit", "right"), ("what it is made of", "left")):  # fmt: skip
+        table.add_column(column, justify=justify)  # type: ignore[arg-type]
+    for figure in figures:
+        table.add_row(*_cells(figure), style="dim" if figure.yardstick else None)
+    console.print(table)
+
+
+def _cells(figure: Figure) -> tuple[str, str, str, str, str, str]:
+    spread = "" if figure.least is None else f"{figure.least:,.4g}–{figure.most:,.4g}"
+    limit = "" if figure.limit is None else f"{'≥' if figure.floor else '≤'} {figure.limit:g}"
+    colour = {None: "", True: "[green]", False: "[red]"}[figure.kept]
+    value = f"{colour}{figure.value:,.4g} {figure.unit}"
+    return figure.part, figure.name, value, spread, limit, figure.note

@@ -1,0 +1,72 @@
+"""What the processes of a cloud use: processor time and memory, read from ``/proc``."""
+
+import os
+from collections import defaultdict
+from dataclasses import dataclass
+from pathlib import Path
+
+import psutil
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """Memory of one process, pages that n processes share counted as 1/n [MB].
+
+    Parameters
+    ----------
+    pss : float
+        Beyond the shared map.
+    private : float
+        What it shares with nobody.
+    shared_map : float
+        Its part of the map's layers.
+    """
+
+    pss: float
+    private: float
+    shared_map: float
+
+
+def memory_of(pid: int) -> Memory:
+    """Return what of a process' memory is its own, and what of the map it shares.
+
+    Raises
+    ------
+    OSError
+        The process is gone, or somebody else's.
+    """
+    totals: defaultdict[tuple[str, bool], int] = defaultdict(int)
+    mapped = False
+    for line in Path(f"/proc/{pid}/smaps").read_text().splitlines():
+        field, _, rest = line.partition(" ")
+        if not field.endswith(":"):
+            mapped = "/dev/shm/ppaas-" in line
+        elif rest.endswith(" kB"):
+            totals[field, mapped] += int(rest[:-3])
+    private = totals["Private_Clean:", False] + totals["Private_Dirty:", False]
+    return Memory(totals["Pss:", False] / 1e3, private / 1e3, totals["Pss:", True] / 1e3)
+
+
+def cpu_seconds(web: int, containers: set[int]) -> dict[str, float]:
+    """Return the processor time that each kind of process has used so far [s].
+
+    Parameters
+    ----------
+    web : int
+        Process id of the cloud's web process.
+    containers : set of int
+        Those of the containers; what else is below the web process is its ``machine``.
+    """
+    used = {"simulator": sum(os.times()[:2]), "web": _cpu(web), "containers": 0.0, "machine": 0.0}
+    for process in psutil.Process(web).children(recursive=True):
+        kind = "containers" if process.pid in containers else "machine"
+        used[kind] += _cpu(process.pid)
+    return used
+
+
+def _cpu(pid: int) -> float:
+    try:
+        times = psutil.Process(pid).cpu_times()
+    except psutil.NoSuchProcess:
+        return 0.0
+    return float(times.user + times.system)

@@ -1,0 +1,49 @@
+"""``ppaas bench``: what a user waits for, measured."""
+
+import argparse
+import asyncio
+import sys
+
+from robots.commands.session import add_cloud_arguments, token_of
+
+NAME = "bench"
+HELP = "measure a cloud on this machine, beside yardsticks"
+
+PARTS = ("startup", "plans", "containers", "fleet", "dashboard")
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    kinds = parser.add_subparsers(title="what", metavar="WHAT", required=True)
+    service = kinds.add_parser("service", help="what a user waits for, from the start of a cloud to a driving robot")
+    add_cloud_arguments(service)
+    service.set_defaults(url=None, what="service")
+    service.add_argument("--only", choices=PARTS, metavar="NAME", action="append", help=f"of {', '.join(PARTS)}")
+    planning = kinds.add_parser("planning", help="preparing maps and planning paths, without a cloud")
+    planning.set_defaults(what="planning")
+    for kind in (service, planning):
+        kind.add_argument("--quick", action="store_true", help="few samples: to see that it runs, not to compare")
+        kind.add_argument("--json", action="store_true", help="print the result as one JSON object")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measure and print; the exit status is 0 whatever the figures are."""
+    from rich.console import Console  # noqa: PLC0415 - a robot's install has neither rich nor the simulation
+    from rich.progress import Progress  # noqa: PLC0415
+
+    from robots.bench import planning, service  # noqa: PLC0415
+    from robots.bench.figures import show, to_json  # noqa: PLC0415
+
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        if arguments.what == "planning":
+            figures = planning.measure(progress, arguments.quick)
+        else:
+            token = token_of(arguments) if arguments.url else None
+            only = tuple(arguments.only or ())
+            options = service.Options(only, arguments.quick, arguments.url, token)
+            figures = asyncio.run(service.measure(options, progress))
+    if arguments.json:
+        sys.stdout.write(to_json(figures) + "\n")
+    else:
+        show(figures, Console())
+    return 0
