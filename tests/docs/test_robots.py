@@ -1,0 +1,74 @@
+"""The robots of the documents drive where their operator wants: each script as it is printed, on simulated hardware."""
+
+import ast
+import asyncio
+import json
+import os
+import re
+import shlex
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+from ppaas.geometry import Pose2D
+from robots.client import RobotClient
+from robots.move_base_client import MoveBaseClient
+from robots.robot_file import load_robot_file
+from tests.support.cloud import RunningCloud
+from tests.support.documents import ADDRESS, script, table, text_of
+from tests.support.sources import ROOT
+
+EXAMPLES = ROOT / "docs" / "examples"
+PAGE = "docs/robots.md"
+GOAL = Pose2D(3.5, 2.0, 0.0)
+
+
+def commands() -> list[str]:
+    return [line for line in script(PAGE).splitlines() if line.startswith("python ")]
+
+
+def test_it_has_thirty_lines() -> None:
+    module = ast.parse((EXAMPLES / "robot.py").read_text(encoding="utf-8"))
+    module.body = module.body[1:]  # all but what it says of itself
+    assert len(ast.unparse(module).splitlines()) <= 30
+    assert "thirty lines" in text_of(PAGE)
+
+
+def test_each_robot_of_the_page_is_run_here() -> None:
+    assert [Path(shlex.split(line)[1]).name for line in commands()] == ["robot.py", "roslibpy_robot.py"]
+
+
+def test_the_functions_of_the_hardware_are_those_that_the_robots_use() -> None:
+    described = {re.split(r"\W", function)[0] for function, _ in table(PAGE, "function", "what it does")}
+    for name in ("robot.py", "roslibpy_robot.py"):
+        assert set(re.findall(r"hardware\.(\w+)\(", (EXAMPLES / name).read_text(encoding="utf-8"))) == described
+
+
+@pytest.mark.journey
+@pytest.mark.parametrize("command", commands(), ids=["ours", "roslibpy"])
+async def test_it_drives_where_its_operator_wants(cloud: RunningCloud, tmp_path: Path, command: str) -> None:
+    rest = await cloud.admin()
+    assert rest.token is not None
+    await rest.upload_map("office", *((EXAMPLES / f"office.{kind}").read_bytes() for kind in ("yaml", "pgm")))
+    await rest.put_robot("tb1", load_robot_file(EXAMPLES / "tb1.json"))
+    shutil.copy(ROOT / "tests" / "support" / "example_hardware.py", tmp_path / "hardware.py")
+    truth = tmp_path / "truth.json"
+    environment = os.environ | {
+        "PYTHONPATH": str(tmp_path), "EXAMPLES": str(EXAMPLES), "SCORER": str(truth),
+        "PPAAS_URL": cloud.url, "PPAAS_TOKEN": rest.token,
+    }  # fmt: skip
+    typed = command.replace(ADDRESS.replace("http", "ws"), cloud.ws_url).replace("$PPAAS_TOKEN", rest.token)
+    robot = await asyncio.create_subprocess_exec(sys.executable, *shlex.split(typed)[1:], cwd=ROOT, env=environment)
+    try:
+        async with RobotClient(cloud.url, robot="tb1", token=rest.token, role="operator") as operator:
+            move_base = await MoveBaseClient(operator).start()
+            await move_base.localized()
+            outcome = await move_base.go(GOAL, 60.0)
+        assert robot.returncode is None
+        assert outcome.reached, outcome
+        assert Pose2D(*json.loads(truth.read_text())).distance_to(GOAL) < 0.3
+    finally:
+        robot.kill()
+        await robot.wait()
