@@ -5,7 +5,7 @@
     maps/
     ├── house/                    one folder a map
     │   ├── head.json             owner, readers, and which version is the present one
-    │   └── versions/<sha256>/    map.yaml and image, never changed once they are there
+    │   └── versions/<sha256>/    map.yaml, image and version.json, never changed once they are there
     ├── .incoming/                what is being written
     ├── .removed/                 what is being removed
     └── .lock                     held by the one writer
@@ -16,6 +16,7 @@ writer sweeps away: the lock dies with its holder.
 """
 
 import fcntl
+import itertools
 import os
 import shutil
 import uuid
@@ -28,10 +29,11 @@ import msgspec
 from ppaas.errors import NotFound, Unavailable
 from storage.failures import disk_errors
 from storage.names import check_name, is_name
-from storage.records import MapRecord
-from storage.versions import check_map, check_owner, map_version
+from storage.records import MapRecord, MapVersionRecord
+from storage.versions import changed_head, check_map, check_owner, map_version, no_such_version
 
 _HEAD = "head.json"
+_VERSION = "version.json"
 _VERSIONS = "versions"
 _INCOMING = ".incoming"
 _REMOVED = ".removed"
@@ -45,10 +47,23 @@ class _Head(msgspec.Struct, frozen=True):
     version: str
     readers: tuple[str, ...]
     created: float
+    description: str = ""
+
+    @classmethod
+    def of(cls, record: MapRecord) -> "_Head":
+        """Return what is kept of a record beside its files."""
+        return cls(record.owner, record.version, record.readers, record.created, record.description)
 
     def record(self, map_id: str, yaml: bytes = b"", image: bytes = b"") -> MapRecord:
         """Return the record of the map, with the files or without."""
-        return MapRecord(map_id, self.owner, self.version, yaml, image, self.readers, self.created)
+        said = self.readers, self.created, self.description
+        return MapRecord(map_id, self.owner, self.version, yaml, image, *said)
+
+
+class _Version(msgspec.Struct, frozen=True):
+    """What ``version.json`` says: when the version was published first."""
+
+    created: float
 
 
 class FileMapStore:
@@ -76,7 +91,7 @@ class FileMapStore:
         """Publish a map or its new version, at once and whole; ``Conflict`` if it is another owner's."""
         check_map(record)
         folder = self._root / record.id
-        head = _Head(record.owner, record.version, record.readers, record.created)
+        head = _Head.of(record)
         with self._writing():
             before = self._head(record.id)
             if before is not None:
@@ -86,12 +101,16 @@ class FileMapStore:
             self._place_head(folder / _HEAD, head)
             _sync_folder(self._root)
 
-    def map(self, map_id: str) -> MapRecord:
-        """Return the present version; ``NotFound`` if there is no such map."""
+    def map(self, map_id: str, version: str | None = None) -> MapRecord:
+        """Return the present version or another; ``NotFound`` if there is no such map or version."""
         check_name("map", map_id)
+        if version is not None:
+            check_name("version", version)
         with disk_errors(self._root / map_id):
             for _ in range(_ATTEMPTS):
                 head = self._known_head(map_id)
+                if version is not None:
+                    head = self._head_of(map_id, head, version)
                 try:
                     yaml, image = _read_files(self._root / map_id / _VERSIONS / head.version)
                 except FileNotFoundError:
@@ -107,12 +126,36 @@ class FileMapStore:
         with disk_errors(self._root / map_id):
             return self._known_head(map_id).record(map_id)
 
-    def maps(self) -> list[MapRecord]:
-        """Return the heads of all maps by id."""
+    def maps(self, visible_to: str | None = None, *, after: str = "", limit: int | None = None) -> list[MapRecord]:
+        """Return the heads of the maps that a user may read, or of all, by id."""
         with disk_errors(self._root):
-            ids = sorted(entry.name for entry in os.scandir(self._root) if is_name(entry.name))
+            ids = sorted(entry.name for entry in os.scandir(self._root) if is_name(entry.name) and entry.name > after)
             heads = ((map_id, self._head(map_id)) for map_id in ids)
-            return [head.record(map_id) for map_id, head in heads if head is not None]
+            records = (head.record(map_id) for map_id, head in heads if head is not None)
+            seen = (record for record in records if visible_to is None or record.readable_by(visible_to))
+            return list(itertools.islice(seen, limit))
+
+    def versions(
+        self, map_id: str, *, before: MapVersionRecord | None = None, limit: int | None = None
+    ) -> list[MapVersionRecord]:
+        """Return the versions that a map ever had, newest first; ``NotFound`` if there is no such map."""
+        check_name("map", map_id)
+        folder = self._root / map_id / _VERSIONS
+        with disk_errors(folder):
+            self._known_head(map_id)
+            names = [entry.name for entry in os.scandir(folder) if is_name(entry.name)]
+            found = (MapVersionRecord(_read_version(folder / name).created, name) for name in names)
+            return sorted((one for one in found if before is None or one < before), reverse=True)[:limit]
+
+    def change_map(
+        self, map_id: str, *, readers: tuple[str, ...] | None = None, description: str | None = None
+    ) -> MapRecord:
+        """Change what is said of a map; return its head."""
+        check_name("map", map_id)
+        with self._writing():
+            changed = changed_head(self._known_head(map_id).record(map_id), readers, description)
+            self._place_head(self._root / map_id / _HEAD, _Head.of(changed))
+        return changed
 
     def remove_map(self, map_id: str) -> None:
         """Forget a map and its versions; ``NotFound`` if there is none."""
@@ -140,6 +183,13 @@ class FileMapStore:
         if not is_name(head.version):
             raise self._damaged_head(map_id, "it names no version")
         return head
+
+    def _head_of(self, map_id: str, head: _Head, version: str) -> _Head:
+        """Return the head of another version than the present one."""
+        place = self._root / map_id / _VERSIONS / version
+        if not place.is_dir():
+            raise no_such_version(map_id, version)
+        return msgspec.structs.replace(head, version=version, created=_read_version(place).created)
 
     def _damaged_head(self, map_id: str, why: str) -> Unavailable:
         path = self._root / map_id / _HEAD
@@ -175,6 +225,7 @@ class FileMapStore:
         aside.mkdir()
         _write_synced(aside / "map.yaml", record.yaml)
         _write_synced(aside / "image", record.image)
+        _write_synced(aside / _VERSION, msgspec.json.encode(_Version(record.created)))
         _sync_folder(aside)
         aside.rename(place)
         _sync_folder(place.parent)
@@ -189,6 +240,15 @@ class FileMapStore:
 
 def _read_files(version: Path) -> tuple[bytes, bytes]:
     return (version / "map.yaml").read_bytes(), (version / "image").read_bytes()
+
+
+def _read_version(version: Path) -> _Version:
+    try:
+        return msgspec.json.decode((version / _VERSION).read_bytes(), type=_Version)
+    except FileNotFoundError:  # on its way in or out, or kept before this was
+        return _Version(0.0)
+    except msgspec.MsgspecError as error:
+        raise Unavailable(f"{version / _VERSION}: damaged ({error}): remove the file") from error
 
 
 def _is_whole(version: Path) -> bool:

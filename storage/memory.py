@@ -1,12 +1,15 @@
 """Stores in memory, for tests and for trying things out: gone with the process."""
 
+import itertools
 import threading
+
+import msgspec
 
 from ppaas.errors import Conflict, NotFound
 from storage.encoding import decode, encode
 from storage.names import check_name
-from storage.records import CloneCheckpoint, MapRecord, PlanRecord, RobotRecord, Token, User
-from storage.versions import check_map, check_owner, without_files
+from storage.records import CloneCheckpoint, MapRecord, MapVersionRecord, PlanRecord, RobotRecord, Token, User
+from storage.versions import changed_head, check_map, check_owner, no_such_version, without_files, without_poses
 
 
 class MemoryStore:
@@ -44,10 +47,21 @@ class MemoryStore:
                 raise NotFound("user", user_id)
             return self._users[user_id]
 
-    def users(self) -> list[User]:
-        """Return all users by id."""
+    def users(self, *, after: str = "", limit: int | None = None) -> list[User]:
+        """Return users by id."""
         with self._lock:
-            return [self._users[key] for key in sorted(self._users)]
+            return [self._users[key] for key in sorted(self._users) if key > after][:limit]
+
+    def change_user(self, user: User, *, keep_token: str | None = None) -> None:
+        """Keep a user in place of the one before; with another password go all tokens but one."""
+        check_name("user", user.id)
+        with self._lock:
+            if user.id not in self._users:
+                raise NotFound("user", user.id)
+            if user.password_hash != self._users[user.id].password_hash:
+                kept = {key: token for key, token in self._tokens.items() if token.user != user.id or key == keep_token}
+                self._tokens = kept
+            self._users[user.id] = user
 
     def remove_user(self, user_id: str) -> None:
         """Forget a user with all tokens, robots and checkpoints; ``NotFound`` if there is none."""
@@ -76,6 +90,20 @@ class MemoryStore:
                 raise NotFound("token", token_hash)
             return self._tokens[token_hash]
 
+    def tokens(self, user_id: str, *, after: str = "", limit: int | None = None) -> list[Token]:
+        """Return the tokens of a user by hash."""
+        check_name("user", user_id)
+        with self._lock:
+            mine = [token for token in self._tokens.values() if token.user == user_id and token.hash > after]
+        return sorted(mine, key=lambda token: token.hash)[:limit]
+
+    def remove_token(self, token_hash: str) -> None:
+        """Forget a token; ``NotFound`` if there is none."""
+        check_name("token", token_hash)
+        with self._lock:
+            if self._tokens.pop(token_hash, None) is None:
+                raise NotFound("token", token_hash)
+
     def remove_tokens(self, *, expired_before: float) -> int:
         """Forget the tokens that expired before a time; return how many."""
         with self._lock:
@@ -86,14 +114,19 @@ class MemoryStore:
 
     # -- robots --------------------------------------------------------------------------------------------------------
 
-    def put_robot(self, record: RobotRecord) -> None:
-        """Keep a robot or change it."""
+    def put_robot(self, record: RobotRecord, *, instead_of: RobotRecord | None = None) -> bool:
+        """Keep a robot or change it; ``Conflict`` if what is kept is not what this should take the place of."""
         check_name("user", record.user)
         check_name("robot", record.id)
         check_name("map", record.map)
         data = encode(record)
+        key = record.user, record.id
         with self._lock:
-            self._robots[record.user, record.id] = data
+            before = self._robots.get(key)
+            if instead_of is not None and (before is None or decode(before, RobotRecord) != instead_of):
+                raise Conflict(f"the robot {record.id!r} was changed meanwhile: look at it and try again")
+            self._robots[key] = data
+        return before is None
 
     def robot(self, user: str, robot_id: str) -> RobotRecord:
         """Return a robot; ``NotFound`` if there is none."""
@@ -103,12 +136,12 @@ class MemoryStore:
                 raise NotFound("robot", robot_id)
             return decode(self._robots[key], RobotRecord)
 
-    def robots(self, user: str | None = None) -> list[RobotRecord]:
-        """Return the robots of a user, or all, by user and id."""
-        if user is not None:
-            check_name("user", user)
+    def robots(self, user: str, *, after: str = "", limit: int | None = None) -> list[RobotRecord]:
+        """Return the robots of a user by id."""
+        check_name("user", user)
         with self._lock:
-            return [decode(self._robots[key], RobotRecord) for key in sorted(self._robots) if user in (None, key[0])]
+            keys = sorted(key for key in self._robots if key[0] == user and key[1] > after)[:limit]
+            return [decode(self._robots[key], RobotRecord) for key in keys]
 
     def remove_robot(self, user: str, robot_id: str) -> None:
         """Forget a robot and its clone's checkpoint; ``NotFound`` if there is none."""
@@ -135,12 +168,23 @@ class MemoryStore:
                 raise NotFound("plan", plan_id)
             return self._plans[plan_id]
 
-    def plans(self, map_id: str, limit: int = 100) -> list[PlanRecord]:
-        """Return the newest plans of a map, newest first; of the same age, the one kept last first."""
+    def plans(
+        self, map_id: str, *, before: tuple[float, str] | None = None, limit: int | None = None
+    ) -> list[PlanRecord]:
+        """Return the heads of the plans of a map, newest first."""
         check_name("map", map_id)
         with self._lock:
-            last_first = [plan for plan in reversed(self._plans.values()) if plan.map == map_id]
-        return sorted(last_first, key=lambda plan: -plan.created)[: max(limit, 0)]
+            found = [plan for plan in self._plans.values() if plan.map == map_id]
+        older = [plan for plan in found if before is None or (plan.created, plan.id) < before]
+        newest = sorted(older, key=lambda plan: (plan.created, plan.id), reverse=True)[:limit]
+        return [without_poses(plan) for plan in newest]
+
+    def remove_plan(self, plan_id: str) -> None:
+        """Forget a plan; ``NotFound`` if there is none."""
+        check_name("plan", plan_id)
+        with self._lock:
+            if self._plans.pop(plan_id, None) is None:
+                raise NotFound("plan", plan_id)
 
     # -- clones --------------------------------------------------------------------------------------------------------
 
@@ -171,11 +215,12 @@ def _robot_key(user: str, robot: str) -> tuple[str, str]:
 
 
 class MemoryMapStore:
-    """A ``MapStore`` of one dictionary."""
+    """A ``MapStore`` of dictionaries."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._maps: dict[str, MapRecord] = {}
+        self._versions: dict[str, dict[str, MapRecord]] = {}
 
     def put_map(self, record: MapRecord) -> None:
         """Publish a map or its new version; ``Conflict`` if it is another owner's."""
@@ -183,27 +228,60 @@ class MemoryMapStore:
         with self._lock:
             check_owner(self._maps.get(record.id, record), record)
             self._maps[record.id] = record
+            self._versions.setdefault(record.id, {}).setdefault(record.version, record)
 
-    def map(self, map_id: str) -> MapRecord:
-        """Return the present version; ``NotFound`` if there is no such map."""
+    def map(self, map_id: str, version: str | None = None) -> MapRecord:
+        """Return the present version or another; ``NotFound`` if there is no such map or version."""
         check_name("map", map_id)
         with self._lock:
-            if map_id not in self._maps:
-                raise NotFound("map", map_id)
-            return self._maps[map_id]
+            present = self._known(map_id)
+            if version is None:
+                return present
+            check_name("version", version)
+            first = self._versions[map_id].get(version)
+        if first is None:
+            raise no_such_version(map_id, version)
+        said = {"readers": present.readers, "description": present.description}
+        return msgspec.structs.replace(first, **said)
 
     def map_head(self, map_id: str) -> MapRecord:
         """Return the present version without its files; ``NotFound`` if there is no such map."""
         return without_files(self.map(map_id))
 
-    def maps(self) -> list[MapRecord]:
-        """Return the heads of all maps by id."""
+    def maps(self, visible_to: str | None = None, *, after: str = "", limit: int | None = None) -> list[MapRecord]:
+        """Return the heads of the maps that a user may read, or of all, by id."""
         with self._lock:
-            return [without_files(self._maps[key]) for key in sorted(self._maps)]
+            found = [self._maps[key] for key in sorted(self._maps) if key > after]
+        seen = (record for record in found if visible_to is None or record.readable_by(visible_to))
+        return [without_files(record) for record in itertools.islice(seen, limit)]
+
+    def versions(
+        self, map_id: str, *, before: MapVersionRecord | None = None, limit: int | None = None
+    ) -> list[MapVersionRecord]:
+        """Return the versions that a map ever had, newest first; ``NotFound`` if there is no such map."""
+        check_name("map", map_id)
+        with self._lock:
+            self._known(map_id)
+            found = [MapVersionRecord(one.created, one.version) for one in self._versions[map_id].values()]
+        return sorted((one for one in found if before is None or one < before), reverse=True)[:limit]
+
+    def change_map(
+        self, map_id: str, *, readers: tuple[str, ...] | None = None, description: str | None = None
+    ) -> MapRecord:
+        """Change what is said of a map; return its head."""
+        check_name("map", map_id)
+        with self._lock:
+            self._maps[map_id] = changed_head(self._known(map_id), readers, description)
+            return without_files(self._maps[map_id])
 
     def remove_map(self, map_id: str) -> None:
         """Forget a map; ``NotFound`` if there is none."""
         check_name("map", map_id)
         with self._lock:
-            if self._maps.pop(map_id, None) is None:
-                raise NotFound("map", map_id)
+            self._known(map_id)
+            del self._maps[map_id], self._versions[map_id]
+
+    def _known(self, map_id: str) -> MapRecord:
+        if map_id not in self._maps:
+            raise NotFound("map", map_id)
+        return self._maps[map_id]

@@ -3,11 +3,15 @@
 All methods are synchronous and may block; callers on an event loop run them in a thread. A store is safe to use from
 several threads. What a store cannot do now it says with ``Unavailable``; what is not there with ``NotFound``. A name
 that no store takes (``storage.names``) is ``InvalidInput`` wherever it is given.
+
+Lists come in pages. A page begins behind a *key*, the last one of the page before (``after`` where keys ascend,
+``before`` where the newest come first), and has ``limit`` records at most; None is all of them. The key need not exist
+any more, so what is added or removed meanwhile neither repeats nor hides the rest.
 """
 
 from typing import Protocol
 
-from storage.records import CloneCheckpoint, MapRecord, PlanRecord, RobotRecord, Token, User
+from storage.records import CloneCheckpoint, MapRecord, MapVersionRecord, PlanRecord, RobotRecord, Token, User
 
 
 class UserStore(Protocol):
@@ -21,8 +25,15 @@ class UserStore(Protocol):
         """Return a user; ``NotFound`` if there is none."""
         ...
 
-    def users(self) -> list[User]:
-        """Return all users by id."""
+    def users(self, *, after: str = "", limit: int | None = None) -> list[User]:
+        """Return users by id."""
+        ...
+
+    def change_user(self, user: User, *, keep_token: str | None = None) -> None:
+        """Keep a user in place of the one before; ``NotFound`` if there is none.
+
+        With another password go all tokens of the user but the one of this hash: who had learned the old one is out.
+        """
         ...
 
     def remove_user(self, user_id: str) -> None:
@@ -38,6 +49,14 @@ class UserStore(Protocol):
 
     def token(self, token_hash: str) -> Token:
         """Return a token, expired or not; ``NotFound`` if there is none."""
+        ...
+
+    def tokens(self, user_id: str, *, after: str = "", limit: int | None = None) -> list[Token]:
+        """Return the tokens of a user by hash."""
+        ...
+
+    def remove_token(self, token_hash: str) -> None:
+        """Forget a token; ``NotFound`` if there is none."""
         ...
 
     def remove_tokens(self, *, expired_before: float) -> int:
@@ -60,16 +79,31 @@ class MapStore(Protocol):
         """
         ...
 
-    def map(self, map_id: str) -> MapRecord:
-        """Return the present version; ``NotFound`` if there is no such map."""
+    def map(self, map_id: str, version: str | None = None) -> MapRecord:
+        """Return the present version or another; ``NotFound`` if there is no such map, or it never had that version.
+
+        Of another version ``created`` is when that one was published first; all else is that of the map.
+        """
         ...
 
     def map_head(self, map_id: str) -> MapRecord:
         """Return the present version without its files (empty bytes); ``NotFound`` if there is no such map."""
         ...
 
-    def maps(self) -> list[MapRecord]:
-        """Return the heads of all maps by id."""
+    def maps(self, visible_to: str | None = None, *, after: str = "", limit: int | None = None) -> list[MapRecord]:
+        """Return the heads of the maps that a user may read, or of all, by id."""
+        ...
+
+    def versions(
+        self, map_id: str, *, before: MapVersionRecord | None = None, limit: int | None = None
+    ) -> list[MapVersionRecord]:
+        """Return the versions that a map ever had, newest first; ``NotFound`` if there is no such map."""
+        ...
+
+    def change_map(
+        self, map_id: str, *, readers: tuple[str, ...] | None = None, description: str | None = None
+    ) -> MapRecord:
+        """Change what is said of a map, and none of its files; return its head. ``NotFound`` if there is none."""
         ...
 
     def remove_map(self, map_id: str) -> None:
@@ -80,16 +114,22 @@ class MapStore(Protocol):
 class RobotStore(Protocol):
     """Robots, each the user's own: two users may have robots of the same id."""
 
-    def put_robot(self, record: RobotRecord) -> None:
-        """Keep a robot or change it."""
+    def put_robot(self, record: RobotRecord, *, instead_of: RobotRecord | None = None) -> bool:
+        """Keep a robot or change it; tell whether it is new.
+
+        Raises
+        ------
+        Conflict
+            What is kept is not what this should take the place of: another was faster.
+        """
         ...
 
     def robot(self, user: str, robot_id: str) -> RobotRecord:
         """Return a robot; ``NotFound`` if there is none."""
         ...
 
-    def robots(self, user: str | None = None) -> list[RobotRecord]:
-        """Return the robots of a user, or all, by user and id."""
+    def robots(self, user: str, *, after: str = "", limit: int | None = None) -> list[RobotRecord]:
+        """Return the robots of a user by id."""
         ...
 
     def remove_robot(self, user: str, robot_id: str) -> None:
@@ -108,8 +148,14 @@ class PlanStore(Protocol):
         """Return a plan; ``NotFound`` if there is none."""
         ...
 
-    def plans(self, map_id: str, limit: int = 100) -> list[PlanRecord]:
-        """Return the newest plans of a map, newest first; of the same age, the one kept last first."""
+    def plans(
+        self, map_id: str, *, before: tuple[float, str] | None = None, limit: int | None = None
+    ) -> list[PlanRecord]:
+        """Return the heads of the plans of a map, newest first; the key is when one was made, and its id."""
+        ...
+
+    def remove_plan(self, plan_id: str) -> None:
+        """Forget a plan; ``NotFound`` if there is none."""
         ...
 
 

@@ -16,18 +16,20 @@ class User(msgspec.Struct, frozen=True):
 
 
 class Token(msgspec.Struct, frozen=True):
-    """A login. Only the hash of the token is kept; ``expires`` is seconds since the epoch."""
+    """A login. Only the hash of the token is kept; ``expires`` and ``created`` are seconds since the epoch."""
 
     hash: str
     user: str
     expires: float
+    created: float = 0.0
 
 
 class MapRecord(msgspec.Struct, frozen=True):
     """A map and its present version.
 
     ``yaml`` and ``image`` are the files as they were published (the image's name is in the YAML); ``version`` is the
-    hash of both. A map is seen by its owner and its readers; ``"*"`` among the readers makes it public.
+    hash of both. A map is seen by its owner and its readers; ``"*"`` among the readers makes it public. ``created``
+    is when the present version was published last [s since the epoch].
     """
 
     id: str
@@ -37,10 +39,18 @@ class MapRecord(msgspec.Struct, frozen=True):
     image: bytes
     readers: tuple[str, ...] = ()
     created: float = 0.0
+    description: str = ""
 
     def readable_by(self, user: str) -> bool:
         """Tell whether a user may see the map and plan on it."""
         return user == self.owner or user in self.readers or "*" in self.readers
+
+
+class MapVersionRecord(msgspec.Struct, frozen=True, order=True):
+    """One version of a map, and when it was published first [s since the epoch]; older ones are less."""
+
+    created: float
+    version: str
 
 
 class RobotRecord(msgspec.Struct, frozen=True):
@@ -61,7 +71,10 @@ class RobotRecord(msgspec.Struct, frozen=True):
 
 
 class PlanRecord(msgspec.Struct, frozen=True):
-    """A plan that was made: ``poses`` is the (n, 7) float64 array, little-endian, row by row."""
+    """A plan that was made: ``poses`` is the (n, 7) float64 array, little-endian, row by row.
+
+    The *head* of a plan is all but its poses (empty bytes).
+    """
 
     id: str
     user: str

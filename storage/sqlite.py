@@ -4,6 +4,7 @@ A row is what is looked for, in columns, and the record beside it as bytes (``st
 may gain a field without a new schema.
 """
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from storage.encoding import R, decode, encode
 from storage.names import check_name
 from storage.records import CloneCheckpoint, PlanRecord, RobotRecord, Token, User
 from storage.sqlite_connections import SqliteConnections
+from storage.versions import without_poses
 
 
 class SqliteStore:
@@ -50,9 +52,21 @@ class SqliteStore:
         check_name("user", user_id)
         return self._one(User, ("user", user_id), "SELECT record FROM users WHERE id = ?", user_id)
 
-    def users(self) -> list[User]:
-        """Return all users by id."""
-        return self._all(User, "SELECT record FROM users ORDER BY id")
+    def users(self, *, after: str = "", limit: int | None = None) -> list[User]:
+        """Return users by id."""
+        return self._all(User, "SELECT record FROM users WHERE id > ? ORDER BY id LIMIT ?", after, _most(limit))
+
+    def change_user(self, user: User, *, keep_token: str | None = None) -> None:
+        """Keep a user in place of the one before; with another password go all tokens but one."""
+        check_name("user", user.id)
+        with self._connections.writing() as connection:
+            row = connection.execute("SELECT record FROM users WHERE id = ?", (user.id,)).fetchone()
+            if row is None:
+                raise NotFound("user", user.id)
+            connection.execute("UPDATE users SET record = ? WHERE id = ?", (encode(user), user.id))
+            if decode(row[0], User).password_hash != user.password_hash:
+                others = "DELETE FROM tokens WHERE user = ? AND hash IS NOT ?"
+                connection.execute(others, (user.id, keep_token))
 
     def remove_user(self, user_id: str) -> None:
         """Forget a user with all tokens, robots and checkpoints; ``NotFound`` if there is none."""
@@ -76,18 +90,37 @@ class SqliteStore:
         check_name("token", token_hash)
         return self._one(Token, ("token", token_hash), "SELECT record FROM tokens WHERE hash = ?", token_hash)
 
+    def tokens(self, user_id: str, *, after: str = "", limit: int | None = None) -> list[Token]:
+        """Return the tokens of a user by hash."""
+        check_name("user", user_id)
+        query = "SELECT record FROM tokens WHERE user = ? AND hash > ? ORDER BY hash LIMIT ?"
+        return self._all(Token, query, user_id, after, _most(limit))
+
+    def remove_token(self, token_hash: str) -> None:
+        """Forget a token; ``NotFound`` if there is none."""
+        check_name("token", token_hash)
+        if not self._write("DELETE FROM tokens WHERE hash = ?", token_hash):
+            raise NotFound("token", token_hash)
+
     def remove_tokens(self, *, expired_before: float) -> int:
         """Forget the tokens that expired before a time; return how many."""
         return self._write("DELETE FROM tokens WHERE expires < ?", expired_before)
 
     # -- robots --------------------------------------------------------------------------------------------------------
 
-    def put_robot(self, record: RobotRecord) -> None:
-        """Keep a robot or change it."""
+    def put_robot(self, record: RobotRecord, *, instead_of: RobotRecord | None = None) -> bool:
+        """Keep a robot or change it; ``Conflict`` if what is kept is not what this should take the place of."""
         check_name("user", record.user)
         check_name("robot", record.id)
         check_name("map", record.map)
-        self._write("INSERT OR REPLACE INTO robots VALUES (?, ?, ?)", record.user, record.id, encode(record))
+        data = encode(record)
+        with self._connections.writing() as connection:
+            query = "SELECT record FROM robots WHERE user = ? AND id = ?"
+            row = connection.execute(query, (record.user, record.id)).fetchone()
+            if instead_of is not None and (row is None or decode(row[0], RobotRecord) != instead_of):
+                raise Conflict(f"the robot {record.id!r} was changed meanwhile: look at it and try again")
+            connection.execute("INSERT OR REPLACE INTO robots VALUES (?, ?, ?)", (record.user, record.id, data))
+        return row is None
 
     def robot(self, user: str, robot_id: str) -> RobotRecord:
         """Return a robot; ``NotFound`` if there is none."""
@@ -95,12 +128,11 @@ class SqliteStore:
         query = "SELECT record FROM robots WHERE user = ? AND id = ?"
         return self._one(RobotRecord, ("robot", robot_id), query, *key)
 
-    def robots(self, user: str | None = None) -> list[RobotRecord]:
-        """Return the robots of a user, or all, by user and id."""
-        if user is None:
-            return self._all(RobotRecord, "SELECT record FROM robots ORDER BY user, id")
+    def robots(self, user: str, *, after: str = "", limit: int | None = None) -> list[RobotRecord]:
+        """Return the robots of a user by id."""
         check_name("user", user)
-        return self._all(RobotRecord, "SELECT record FROM robots WHERE user = ? ORDER BY id", user)
+        query = "SELECT record FROM robots WHERE user = ? AND id > ? ORDER BY id LIMIT ?"
+        return self._all(RobotRecord, query, user, after, _most(limit))
 
     def remove_robot(self, user: str, robot_id: str) -> None:
         """Forget a robot and its clone's checkpoint; ``NotFound`` if there is none."""
@@ -124,11 +156,23 @@ class SqliteStore:
         check_name("plan", plan_id)
         return self._one(PlanRecord, ("plan", plan_id), "SELECT record FROM plans WHERE id = ?", plan_id)
 
-    def plans(self, map_id: str, limit: int = 100) -> list[PlanRecord]:
-        """Return the newest plans of a map, newest first; of the same age, the one kept last first."""
+    def plans(
+        self, map_id: str, *, before: tuple[float, str] | None = None, limit: int | None = None
+    ) -> list[PlanRecord]:
+        """Return the heads of the plans of a map, newest first."""
         check_name("map", map_id)
-        query = "SELECT record FROM plans WHERE map = ? ORDER BY created DESC, sequence DESC LIMIT ?"
-        return self._all(PlanRecord, query, map_id, max(limit, 0))
+        query = """SELECT record FROM plans WHERE map = ? AND (created, id) < (?, ?)
+                   ORDER BY created DESC, id DESC LIMIT ?"""
+        with self._connections.reading() as connection:
+            # One after the other, so that never more than one has its poses in memory.
+            rows = connection.execute(query, (map_id, *(before or (math.inf, "")), _most(limit)))
+            return [without_poses(decode(row[0], PlanRecord)) for row in rows]
+
+    def remove_plan(self, plan_id: str) -> None:
+        """Forget a plan; ``NotFound`` if there is none."""
+        check_name("plan", plan_id)
+        if not self._write("DELETE FROM plans WHERE id = ?", plan_id):
+            raise NotFound("plan", plan_id)
 
     # -- clones --------------------------------------------------------------------------------------------------------
 
@@ -164,6 +208,11 @@ class SqliteStore:
         with self._connections.reading() as connection:
             rows = connection.execute(query, values).fetchall()
         return [decode(row[0], kind) for row in rows]
+
+
+def _most(limit: int | None) -> int:
+    """Return a limit as SQLite takes it: -1 is none."""
+    return -1 if limit is None else limit
 
 
 def _robot_key(user: str, robot: str) -> tuple[str, str]:

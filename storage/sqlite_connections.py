@@ -32,6 +32,10 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
         """CREATE TABLE clones (user TEXT NOT NULL, robot TEXT NOT NULL, record BLOB NOT NULL,
            PRIMARY KEY (user, robot)) STRICT""",
     ),
+    (
+        "DROP INDEX plans_by_map",
+        "CREATE INDEX plans_by_map ON plans (map, created DESC, id DESC)",
+    ),
 )
 """The schema, a version an entry: entry *n* brings a file from version *n* to *n* + 1, and is never changed again."""
 

@@ -1,13 +1,13 @@
-"""Versions of maps: named by what is in them, so that the same files are the same version everywhere."""
+"""Versions of maps: named by what is in them, so that the same files are the same version everywhere; and heads."""
 
 import hashlib
 from collections.abc import Iterable
 
 import msgspec
 
-from ppaas.errors import Conflict, InvalidInput
+from ppaas.errors import Conflict, InvalidInput, NotFound
 from storage.names import check_name
-from storage.records import MapRecord
+from storage.records import MapRecord, PlanRecord
 
 
 def map_version(yaml: bytes, image: bytes) -> str:
@@ -19,15 +19,41 @@ def map_version(yaml: bytes, image: bytes) -> str:
 
 
 def new_map(
-    map_id: str, owner: str, yaml: bytes, image: bytes, *, readers: Iterable[str] = (), created: float = 0.0
+    map_id: str,
+    owner: str,
+    yaml: bytes,
+    image: bytes,
+    *,
+    readers: Iterable[str] = (),
+    created: float = 0.0,
+    description: str = "",
 ) -> MapRecord:
     """Return the record of map files, named by their version; ``created`` is seconds since the epoch."""
-    return MapRecord(map_id, owner, map_version(yaml, image), yaml, image, tuple(readers), created)
+    return MapRecord(map_id, owner, map_version(yaml, image), yaml, image, tuple(readers), created, description)
 
 
 def without_files(record: MapRecord) -> MapRecord:
     """Return the head of a map."""
     return msgspec.structs.replace(record, yaml=b"", image=b"")
+
+
+def without_poses(record: PlanRecord) -> PlanRecord:
+    """Return the head of a plan."""
+    return msgspec.structs.replace(record, poses=b"")
+
+
+def changed_head(record: MapRecord, readers: tuple[str, ...] | None, description: str | None) -> MapRecord:
+    """Return a map of which other things are said; None leaves what was."""
+    return msgspec.structs.replace(
+        record,
+        readers=record.readers if readers is None else readers,
+        description=record.description if description is None else description,
+    )
+
+
+def no_such_version(map_id: str, version: str) -> NotFound:
+    """Return the error for a version that a map never had."""
+    return NotFound(f"version of map {map_id!r}:", version)
 
 
 def check_map(record: MapRecord) -> None:

@@ -59,7 +59,7 @@ def test_a_removed_user_takes_tokens_robots_and_checkpoints_along_and_nobody_els
     with pytest.raises(NotFound):
         store.clone("ann", "tb1")
     assert store.token("b" * 64).user == "bob"
-    assert store.robots() == [robot("tb1", user="bob")]
+    assert (store.robots("ann"), store.robots("bob")) == ([], [robot("tb1", user="bob")])
     assert store.clone("bob", "tb1") == clone("tb1", user="bob")
 
 
@@ -78,11 +78,56 @@ def test_only_expired_tokens_are_swept_away(store: Store) -> None:
         store.token("a" * 64)
 
 
+def test_the_tokens_of_a_user_are_listed_and_one_is_revoked(store: Store) -> None:
+    for name, digest in (("ann", "b"), ("ann", "a"), ("bob", "c")):
+        if name not in [known.id for known in store.users()]:
+            store.add_user(user(name))
+        store.add_token(token(digest * 64, user=name, created=7.0))
+    assert store.tokens("ann") == [token("a" * 64, created=7.0), token("b" * 64, created=7.0)]
+    store.remove_token("a" * 64)
+    assert [one.hash for one in store.tokens("ann")] == ["b" * 64]
+    assert [one.hash for one in store.tokens("bob")] == ["c" * 64]
+
+
+def test_a_changed_user_keeps_its_tokens_while_the_password_stays(store: Store) -> None:
+    store.add_user(user("ann"))
+    store.add_token(token("a" * 64))
+    store.change_user(user("ann", role="admin"))
+    assert store.user("ann").role == "admin"
+    assert store.token("a" * 64).user == "ann"
+
+
+def test_with_a_new_password_go_all_tokens_of_the_user_but_one_and_nobody_elses(store: Store) -> None:
+    for name, digest in (("ann", "a"), ("bob", "c")):
+        store.add_user(user(name))
+        store.add_token(token(digest * 64, user=name))
+    store.add_token(token("b" * 64))
+    store.change_user(user("ann", password_hash="new"), keep_token="b" * 64)
+    assert [one.hash for one in store.tokens("ann")] == ["b" * 64]
+    store.change_user(user("ann", password_hash="newer"))
+    assert store.tokens("ann") == []
+    assert store.token("c" * 64).user == "bob"
+
+
 def test_a_robot_is_found_as_it_was_put_last(store: Store) -> None:
     parameters = {"DWAPlannerROS": {"max_vel_x": 0.26, "holonomic": False, "frames": ["odom", "map"], "none": None}}
-    store.put_robot(robot("tb1", cores=0.25))
-    store.put_robot(robot("tb1", initial_pose=(1.5, -2.0, 3.1), parameters=parameters))
+    assert store.put_robot(robot("tb1", cores=0.25))
+    assert not store.put_robot(robot("tb1", initial_pose=(1.5, -2.0, 3.1), parameters=parameters))
     assert store.robot("ann", "tb1") == robot("tb1", initial_pose=(1.5, -2.0, 3.1), parameters=parameters)
+
+
+def test_a_robot_that_another_changed_meanwhile_is_not_overwritten(store: Store) -> None:
+    store.put_robot(robot("tb1", parameters={"a": 1}))
+    seen = store.robot("ann", "tb1")
+    store.put_robot(robot("tb1", cores=2.0))
+    with pytest.raises(Conflict, match="meanwhile"):
+        store.put_robot(robot("tb1", cores=3.0), instead_of=seen)
+    store.put_robot(robot("tb1", cores=3.0), instead_of=store.robot("ann", "tb1"))
+    assert store.robot("ann", "tb1").cores == 3.0
+    store.remove_robot("ann", "tb1")
+    with pytest.raises(Conflict, match="meanwhile"):
+        store.put_robot(robot("tb1"), instead_of=seen)
+    assert store.robots("ann") == []
 
 
 def test_what_was_put_does_not_change_with_what_the_caller_does_to_it_later(store: Store) -> None:
@@ -105,8 +150,8 @@ def test_two_users_may_have_robots_of_the_same_id(store: Store) -> None:
     for name in ("bob", "ann"):
         store.put_robot(robot("tb1", user=name))
         store.put_robot(robot("tb0", user=name))
-    assert [(r.user, r.id) for r in store.robots()] == [("ann", "tb0"), ("ann", "tb1"), ("bob", "tb0"), ("bob", "tb1")]
-    assert [r.id for r in store.robots("bob")] == ["tb0", "tb1"]
+    assert [(r.user, r.id) for r in store.robots("ann")] == [("ann", "tb0"), ("ann", "tb1")]
+    assert [(r.user, r.id) for r in store.robots("bob")] == [("bob", "tb0"), ("bob", "tb1")]
     store.remove_robot("ann", "tb1")
     assert store.robot("bob", "tb1").user == "bob"
 
@@ -129,6 +174,19 @@ def test_keeping_a_plan_twice_changes_nothing(store: Store) -> None:
     store.add_plan(plan("p1", cost=1.0))
     store.add_plan(plan("p1", cost=2.0))
     assert [p.cost for p in store.plans("house")] == [1.0]
+
+
+def test_plans_are_listed_without_their_poses(store: Store) -> None:
+    store.add_plan(plan("p1"))
+    assert store.plans("house") == [plan("p1", poses=b"")]
+
+
+def test_a_removed_plan_is_gone(store: Store) -> None:
+    store.add_plan(plan("p1"))
+    store.remove_plan("p1")
+    assert store.plans("house") == []
+    with pytest.raises(NotFound):
+        store.remove_plan("p1")
 
 
 def test_the_newest_plans_of_a_map_come_first(store: Store) -> None:
@@ -163,6 +221,9 @@ CALLS_BY_NAME: list[Callable[[Store, str], object]] = [
     lambda store, name: store.robot(name, "tb1"),
     lambda store, name: store.remove_robot("ann", name),
     lambda store, name: store.plan(name),
+    lambda store, name: store.remove_plan(name),
+    lambda store, name: store.remove_token(name),
+    lambda store, name: store.change_user(user(name)),
     lambda store, name: store.clone("ann", name),
 ]
 
@@ -184,9 +245,10 @@ def test_names_that_are_none_are_refused_wherever_they_are_given(store: Store, n
         lambda store, name: store.save_clone(clone(name)),
         lambda store, name: store.robots(name),
         lambda store, name: store.plans(name),
+        lambda store, name: store.tokens(name),
     ]
     for call in (*CALLS_BY_NAME, *keeping):
         with pytest.raises(InvalidInput):
             call(store, name)
     assert store.users() == []
-    assert store.robots() == []
+    assert store.robots("ann") == []

@@ -85,16 +85,36 @@ class StoresAgree(RuleBasedStateMachine):
     def remove_clone(self, name: str, owner: str) -> None:
         self.same(lambda store: store.remove_clone(owner, name))
 
-    @rule(name=names, owner=names, digest=hashes, limit=st.integers(-1, 3))
-    def look(self, name: str, owner: str, digest: str, limit: int) -> None:
+    @rule(name=names, role=st.sampled_from(["admin", "user"]), password=hashes, keep=st.none() | hashes)
+    def change_user(self, name: str, role: str, password: str, keep: str | None) -> None:
+        changed = user(name, role=role, password_hash=password)
+        self.same(lambda store: store.change_user(changed, keep_token=keep))
+
+    @rule(digest=hashes)
+    def remove_token(self, digest: str) -> None:
+        self.same(lambda store: store.remove_token(digest))
+
+    @rule(name=names)
+    def remove_plan(self, name: str) -> None:
+        self.same(lambda store: store.remove_plan(name))
+
+    @rule(
+        name=names,
+        owner=names,
+        digest=hashes,
+        limit=st.none() | st.integers(0, 3),
+        before=st.none() | st.tuples(numbers, names),
+    )
+    def look(self, name: str, owner: str, digest: str, limit: int | None, before: tuple[float, str] | None) -> None:
         self.same(lambda store: store.users())
         self.same(lambda store: store.user(name))
         self.same(lambda store: store.token(digest))
-        self.same(lambda store: store.robots())
-        self.same(lambda store: store.robots(owner))
+        self.same(lambda store: store.robots(owner, after=name, limit=limit))
+        self.same(lambda store: store.users(after=name, limit=limit))
+        self.same(lambda store: store.tokens(name, after=digest, limit=limit))
         self.same(lambda store: store.robot(owner, name))
         self.same(lambda store: store.plan(name))
-        self.same(lambda store: store.plans(name, limit))
+        self.same(lambda store: store.plans(name, before=before, limit=limit))
         self.same(lambda store: store.clone(owner, name))
 
 
@@ -111,18 +131,25 @@ class MapStoresAgree(RuleBasedStateMachine):
     def teardown(self) -> None:
         self.folder.cleanup()
 
-    @rule(name=names, owner=names, shade=st.integers(0, 2), readers=st.lists(names, max_size=2))
-    def put_map(self, name: str, owner: str, shade: int, readers: list[str]) -> None:
-        self.same(lambda store: store.put_map(house(name, owner, pgm(value=shade), readers=readers)))
+    @rule(name=names, owner=names, shade=st.integers(0, 2), readers=st.lists(names, max_size=2), created=numbers)
+    def put_map(self, name: str, owner: str, shade: int, readers: list[str], created: float) -> None:
+        record = house(name, owner, pgm(value=shade), readers=readers, created=created)
+        self.same(lambda store: store.put_map(record))
+
+    @rule(name=names, readers=st.none() | st.lists(names, max_size=2).map(tuple), text=st.none() | st.text(max_size=3))
+    def change_map(self, name: str, readers: tuple[str, ...] | None, text: str | None) -> None:
+        self.same(lambda store: store.change_map(name, readers=readers, description=text))
 
     @rule(name=names)
     def remove_map(self, name: str) -> None:
         self.same(lambda store: store.remove_map(name))
 
-    @rule(name=names)
-    def look(self, name: str) -> None:
-        self.same(lambda store: store.maps())
+    @rule(name=names, reader=st.none() | names, limit=st.none() | st.integers(0, 3), shade=st.integers(0, 2))
+    def look(self, name: str, reader: str | None, limit: int | None, shade: int) -> None:
+        self.same(lambda store: store.maps(reader, after=name, limit=limit))
         self.same(lambda store: store.map(name))
+        self.same(lambda store: store.map(name, house(image=pgm(value=shade)).version))
+        self.same(lambda store: store.versions(name, limit=limit))
         self.same(lambda store: store.map_head(name))
 
 

@@ -88,7 +88,7 @@ async def test_a_file_that_is_wrong_is_refused_and_the_robot_stays(
     ann = await log_in("ann")
     await publish(ann)
     await client.put("/v1/robots/tb1", headers=ann, json=FILE)
-    before = services.store.robots()
+    before = services.store.robots("ann")
     content = json_with_nan(FILE | change)
     answer = await client.put("/v1/robots/tb1", headers=ann | {"Content-Type": "application/json"}, content=content)
     if len(content) > services.settings.max_body:
@@ -96,7 +96,7 @@ async def test_a_file_that_is_wrong_is_refused_and_the_robot_stays(
     else:
         fault = problem_of(answer, 422, "invalid-request")["errors"][0]
         assert fault["where"][:2] == ["body", next(iter(change))]
-    assert services.store.robots() == before
+    assert services.store.robots("ann") == before
 
 
 def json_with_nan(value: object) -> str:

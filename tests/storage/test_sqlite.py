@@ -57,7 +57,7 @@ def test_a_reopened_file_keeps_everything(path: Path) -> None:
         assert store.user("ann") == user("ann")
         assert store.token("a" * 64) == token("a" * 64)
         assert store.robot("ann", "tb1") == robot("tb1", parameters={"x": [1, 2.5]})
-        assert store.plans("house") == [plan("p1")]
+        assert store.plan("p1") == plan("p1")
         assert store.clone("ann", "tb1") == clone("tb1")
 
 
@@ -132,7 +132,7 @@ def test_an_error_undoes_the_whole_transaction(store: SqliteStore) -> None:
     with pytest.raises(RuntimeError), store._connections.writing() as connection:
         connection.execute("DELETE FROM robots")
         raise RuntimeError
-    assert store.robots() == [robot("tb1")]
+    assert store.robots("ann") == [robot("tb1")]
 
 
 def test_a_full_disk_is_unavailable_and_the_store_goes_on(store: SqliteStore) -> None:

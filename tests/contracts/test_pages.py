@@ -1,0 +1,117 @@
+"""Whoever leafs through a list sees each record once, whatever is added or removed meanwhile."""
+
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from storage.memory import MemoryMapStore, MemoryStore
+from storage.ports import MapStore, Store
+from storage.records import MapVersionRecord
+from tests.support.records import house, pgm, plan, robot, token, user
+
+Fetch = Callable[[Any, int], list[Any]]
+
+LISTS: dict[str, tuple[Callable[[Store, Any, int], list[Any]], Callable[[Any], Any], Any]] = {
+    "users": (lambda store, key, limit: store.users(after=key, limit=limit), lambda one: one.id, ""),
+    "tokens": (lambda store, key, limit: store.tokens("u0", after=key, limit=limit), lambda one: one.hash, ""),
+    "robots": (lambda store, key, limit: store.robots("ann", after=key, limit=limit), lambda one: one.id, ""),
+    "plans": (
+        lambda store, key, limit: store.plans("house", before=key, limit=limit),
+        lambda one: (one.created, one.id),
+        None,
+    ),
+}
+
+
+def leaf(fetch: Fetch, key_of: Callable[[Any], Any], first: Any, limit: int) -> list[Any]:
+    """Return all records of a list, page by page."""
+    found: list[Any] = []
+    key = first
+    while page := fetch(key, limit):
+        assert len(page) <= limit
+        found += page
+        key = key_of(page[-1])
+    return found
+
+
+def fill(store: Store, count: int) -> None:
+    for number in range(count):
+        store.add_user(user(f"u{number}"))
+        store.add_token(token(f"{number:064}", user="u0"))
+        store.put_robot(robot(f"tb{number}"))
+        store.add_plan(plan(f"p{number}", created=float(number // 2)))
+
+
+@pytest.mark.parametrize("name", LISTS)
+@pytest.mark.parametrize("limit", [1, 2, 5, 7])
+def test_pages_together_are_the_list(store: Store, name: str, limit: int) -> None:
+    fill(store, 5)
+    fetch, key_of, first = LISTS[name]
+    whole = fetch(store, first, 1000)
+    assert len(whole) == 5
+    assert leaf(lambda key, most: fetch(store, key, most), key_of, first, limit) == whole
+
+
+def test_a_page_may_begin_behind_what_is_gone(store: Store) -> None:
+    fill(store, 5)
+    [*_, last] = store.plans("house", limit=2)
+    store.remove_plan(last.id)
+    store.add_plan(plan("new", created=99.0))
+    rest = store.plans("house", before=(last.created, last.id))
+    assert [one.id for one in rest] == ["p2", "p1", "p0"]
+
+
+@pytest.mark.parametrize("limit", [1, 2, 3])
+def test_maps_and_their_versions_come_in_pages(map_store: MapStore, limit: int) -> None:
+    for number in range(3):
+        map_store.put_map(house(f"m{number}"))
+        map_store.put_map(house("m0", image=pgm(value=number), created=float(number)))
+    ids = leaf(lambda key, most: map_store.maps(after=key, limit=most), lambda one: one.id, "", limit)
+    assert [one.id for one in ids] == ["m0", "m1", "m2"]
+
+    def versions(key: MapVersionRecord | None, most: int) -> list[MapVersionRecord]:
+        return map_store.versions("m0", before=key, limit=most)
+
+    assert leaf(versions, lambda one: one, None, limit) == map_store.versions("m0")
+
+
+@given(st.lists(st.sampled_from(["add", "remove", "page"]), max_size=30), st.integers(1, 3), st.randoms())
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+def test_what_stays_is_seen_once_whatever_comes_and_goes(steps: list[str], limit: int, random: Any) -> None:
+    store = MemoryStore()
+    staying = {f"s{number}" for number in range(5)}
+    for name in staying:
+        store.put_robot(robot(name))
+    seen: list[str] = []
+    for step in [*steps, *["page"] * 40]:
+        name = f"{random.choice('rt')}{random.randrange(9)}"
+        if step == "add":
+            store.put_robot(robot(name))
+        elif step == "remove" and name in [one.id for one in store.robots("ann")]:
+            store.remove_robot("ann", name)
+        elif step == "page":
+            seen += [one.id for one in store.robots("ann", after=seen[-1] if seen else "", limit=limit)]
+    assert len(seen) == len(set(seen))
+    assert staying <= set(seen)
+
+
+def test_a_page_of_maps_reads_no_more_than_it_gives(monkeypatch: pytest.MonkeyPatch) -> None:
+    maps = MemoryMapStore()
+    for number in range(20):
+        maps.put_map(house(f"m{number:02}"))
+    looked: list[str] = []
+    record = type(maps.map("m00"))
+    readable = record.readable_by
+
+    def count(self: Any, reader: str) -> bool:
+        looked.append(self.id)
+        return readable(self, reader)
+
+    monkeypatch.setattr(record, "readable_by", count)
+    assert len(maps.maps("ann", after="m04", limit=3)) == 3
+    assert looked == ["m05", "m06", "m07"]
+    assert msgspec.structs.asdict(maps.map_head("m05"))["image"] == b""
