@@ -22,6 +22,18 @@ class Cloud(Protocol):
         """Return the containers of a user, or all."""
         ...
 
+    def give_up_container(self, container: str) -> None:
+        """Have a container ended as if it had died: its place gets another.
+
+        Raises
+        ------
+        NotFound
+            There is no such container, or no longer.
+        Unavailable
+            Its machine is away.
+        """
+        ...
+
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
         """Have a container plan a path.
 

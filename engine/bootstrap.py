@@ -116,6 +116,10 @@ class Cloud:
         """Return the containers of a user, or all."""
         return self.service.containers(user)
 
+    def give_up_container(self, container: str) -> None:
+        """Have a container ended; its place gets another."""
+        self.service.give_up_container(container)
+
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
         """Have a container plan a path."""
         return await self._planning.compute_path(user.id, map, request)

@@ -178,6 +178,11 @@ class PlaceLink:
             listener.closed(self._closed)
         return number
 
+    @property
+    def clients(self) -> int:
+        """How many clients there are."""
+        return len(self._clients)
+
     def leave(self, client: int) -> None:
         """Forget a client and its subscriptions."""
         self._clients.pop(client, None)

@@ -58,6 +58,7 @@ class CloudService:
         self._places: dict[str, PlaceLink] = {}
         self._started: dict[str, float] = {}
         self._ready_seconds: dict[str, float] = {}
+        self._ordered: dict[str, float] = {}
         self._background = Background()
         self._machine_joined = asyncio.Event()
         self._closing = False
@@ -123,13 +124,29 @@ class CloudService:
             place.close(reason)
         self._execute(self._master.close(key))
 
+    def give_up_container(self, container: str) -> None:
+        """Have a container ended as if it had died: its place gets another, and clients notice a pause.
+
+        Raises
+        ------
+        NotFound
+            There is no such container, or no longer.
+        Unavailable
+            Its machine is away.
+        """
+        for place in self._master.places.values():
+            if place.spec is not None and place.spec.id == container:
+                self._control.order(place.machine or "", control.StopContainer(container, grace=0.0))
+                return
+        raise NotFound("container", container)
+
     # -- orders --------------------------------------------------------------------------------------------------------
 
     def _execute(self, orders: list[Order]) -> None:
         for order in orders:
             match order:
                 case Start():
-                    self._started[order.spec.id] = asyncio.get_running_loop().time()
+                    self._started[order.spec.id] = self._ordered[order.spec.id] = asyncio.get_running_loop().time()
                     self._background.run(self._start(order))
                 case End():
                     self._end(order)
@@ -190,6 +207,7 @@ class CloudService:
     def _forget(self, container: str) -> None:
         self._started.pop(container, None)
         self._ready_seconds.pop(container, None)
+        self._ordered.pop(container, None)
 
     # -- what happens --------------------------------------------------------------------------------------------------
 
@@ -268,6 +286,8 @@ class CloudService:
     def _view(self, place: Place, spec: ContainerSpec) -> ContainerView:
         machine = self._master.machines.get(place.machine or "")
         load = machine.loads.get(spec.id) if machine is not None else None
+        link = self._places.get(place.request.key)
+        now = asyncio.get_running_loop().time()
         return ContainerView(
             id=spec.id,
             kind=spec.kind,
@@ -280,4 +300,7 @@ class CloudService:
             pid=place.pid,
             pss=load.pss if load is not None else None,
             ready_seconds=self._ready_seconds.get(spec.id),
+            cpu=load.cpu if load is not None else None,
+            age=now - self._ordered.get(spec.id, now),
+            clients=link.clients if link is not None else 0,
         )

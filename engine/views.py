@@ -50,6 +50,12 @@ class ContainerView(msgspec.Struct, frozen=True):
         Proportional set size [bytes], once it was measured.
     ready_seconds : float, optional
         From the order to start it until it answered [s].
+    cpu : float, optional
+        CPU in use, in cores, once it was measured.
+    age : float
+        Since the order to start it [s].
+    clients : int
+        Sockets of the robot and its operators.
     """
 
     id: str
@@ -63,6 +69,9 @@ class ContainerView(msgspec.Struct, frozen=True):
     pid: int | None = None
     pss: int | None = None
     ready_seconds: float | None = None
+    cpu: float | None = None
+    age: float = 0.0
+    clients: int = 0
 
 
 class PathRequest(msgspec.Struct, frozen=True):

@@ -8,87 +8,17 @@ was spelled; and ``roslibpy`` cannot take a ``status``, so one is sent only to a
 """
 
 from collections.abc import Iterator
-from typing import Literal
 
 import msgspec
 
 from ppaas.errors import MalformedMessage, PPaaSError, QuotaExceeded
-from ppaas.wire.names import normalise
-
-Level = Literal["none", "error", "warning", "info"]
-_LEVELS: tuple[Level, ...] = ("none", "error", "warning", "info")
-_EMPTY = msgspec.Raw(b"{}")
+from ppaas.messages.time_spelling import to_ros2
+from ppaas.wire.names import is_ros2_type, normalise
+from ppaas.wire.operations import LEVELS, CallService, ClientOperation, Level, SetLevel, Subscribe, Unsubscribe
+from ppaas.wire.subscriptions import Channel, Subscription, TopicSubscriptions
 
 MAX_SUBSCRIPTIONS = 500
 """Of one client; an unmodified web page needs a dozen."""
-
-
-class Operation(msgspec.Struct, tag_field="op"):
-    """One frame of a client."""
-
-
-class Publish(Operation, tag="publish"):
-    """A message for a topic."""
-
-    topic: str
-    msg: msgspec.Raw
-    id: str | None = None
-    latch: bool = False
-
-
-class Advertise(Operation, tag="advertise"):
-    """The client will publish on a topic."""
-
-    topic: str
-    type: str
-    id: str | None = None
-    latch: bool = False
-    queue_size: int = 100
-
-
-class Unadvertise(Operation, tag="unadvertise"):
-    """The client will publish no more on a topic."""
-
-    topic: str
-    id: str | None = None
-
-
-class Subscribe(Operation, tag="subscribe"):
-    """Hear a topic: at most once in ``throttle_rate`` ms, with ``queue_length`` messages kept for a slow reader."""
-
-    topic: str
-    id: str | None = None
-    type: str | None = None
-    throttle_rate: int = 0
-    queue_length: int = 0
-    fragment_size: int | None = None
-    compression: str = "none"
-
-
-class Unsubscribe(Operation, tag="unsubscribe"):
-    """Hear a topic no more: the subscription of that id, or all of this client's."""
-
-    topic: str
-    id: str | None = None
-
-
-class CallService(Operation, tag="call_service"):
-    """Call a service; the arguments are the object of its request."""
-
-    service: str
-    id: str | None = None
-    args: msgspec.Raw = _EMPTY
-    type: str | None = None
-
-
-class SetLevel(Operation, tag="set_level"):
-    """Tell the client of what is this bad or worse, by ``status``."""
-
-    level: Level
-    id: str | None = None
-
-
-ClientOperation = Publish | Advertise | Unadvertise | Subscribe | Unsubscribe | CallService | SetLevel
 
 _decoder: msgspec.json.Decoder[ClientOperation] = msgspec.json.Decoder(ClientOperation)
 _encoder = msgspec.json.Encoder()
@@ -101,19 +31,16 @@ class _ServiceResponse(msgspec.Struct, tag_field="op", tag="service_response", o
     id: str | None = None
 
 
+class _ServiceRequest(msgspec.Struct, tag_field="op", tag="call_service"):
+    service: str
+    id: str
+    args: msgspec.Raw
+
+
 class _Status(msgspec.Struct, tag_field="op", tag="status"):
     level: str
     msg: str
     id: str | None = None
-
-
-class Subscription(msgspec.Struct):
-    """How one client hears one topic."""
-
-    spelling: str
-    throttle: float
-    queue_length: int
-    last_sent: float = float("-inf")
 
 
 class RosbridgeSession:
@@ -127,7 +54,8 @@ class RosbridgeSession:
 
     def __init__(self, level: Level = "none") -> None:
         self._level: Level = level
-        self._subscriptions: dict[str, dict[str | None, Subscription]] = {}
+        self._subscriptions: dict[str, TopicSubscriptions] = {}
+        self._late: dict[Channel, str] = {}
 
     # -- what the client says ----------------------------------------------------------------------------------------
 
@@ -138,12 +66,14 @@ class RosbridgeSession:
         ------
         MalformedMessage
             Not JSON, no such operation, a field missing or of the wrong type.
+        UnknownType
+            A subscription with what cannot be a type.
         QuotaExceeded
             Too many subscriptions.
         """
         try:
             operation = _decoder.decode(frame)
-        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
             raise MalformedMessage(f"not an operation of rosbridge: {error}") from error
         if isinstance(operation, Subscribe):
             self._subscribe(operation)
@@ -156,33 +86,44 @@ class RosbridgeSession:
     def _subscribe(self, operation: Subscribe) -> None:
         if operation.throttle_rate < 0 or operation.queue_length < 0:
             raise MalformedMessage("throttle_rate and queue_length must not be negative")
-        subscription = Subscription(operation.topic, operation.throttle_rate / 1000.0, operation.queue_length)
+        topic = normalise(operation.topic)
         if sum(map(len, self._subscriptions.values())) >= MAX_SUBSCRIPTIONS:
             raise QuotaExceeded(f"a client has at most {MAX_SUBSCRIPTIONS} subscriptions: unsubscribe some first")
-        self._subscriptions.setdefault(normalise(operation.topic), {})[operation.id] = subscription
+        throttle, ros2 = operation.throttle_rate / 1000.0, is_ros2_type(operation.type)
+        subscription = Subscription(operation.topic, throttle, operation.queue_length, ros2)
+        self._subscriptions.setdefault(topic, TopicSubscriptions()).add(operation.id, subscription)
+        self._forget_late()
 
     def _unsubscribe(self, operation: Unsubscribe) -> None:
         topic = normalise(operation.topic)
-        ids = self._subscriptions.get(topic, {})
-        if operation.id is None:
-            ids.clear()
-        else:
-            ids.pop(operation.id, None)
-        if not ids:
-            self._subscriptions.pop(topic, None)
+        subscriptions = self._subscriptions.get(topic)
+        if subscriptions is None:
+            return
+        subscriptions.remove(operation.id)
+        if not subscriptions:
+            del self._subscriptions[topic]
+        self._forget_late()
+
+    def _forget_late(self) -> None:
+        heard = {channel for subscriptions in self._subscriptions.values() for channel in subscriptions}
+        self._late = {channel: topic for channel, topic in self._late.items() if channel in heard}
 
     def subscribed(self) -> frozenset[str]:
         """Return the topics that the client hears now, without leading slashes."""
         return frozenset(self._subscriptions)
 
-    def forget(self, topic: str) -> None:
-        """Drop the subscriptions of a topic that was refused."""
-        self._subscriptions.pop(topic, None)
+    def hears(self, topic: str) -> bool:
+        """Tell whether the client hears a topic, given without a leading slash."""
+        return topic in self._subscriptions
+
+    def forget(self, operation: Subscribe) -> None:
+        """Drop a subscription that was refused; an earlier one of the same id goes with it."""
+        self._unsubscribe(Unsubscribe(operation.topic, operation.id))
 
     def queue_length(self, topic: str, default: int) -> int:
         """Return how many messages of a topic wait for this client before the oldest are dropped."""
-        lengths = [s.queue_length for s in self._subscriptions.get(topic, {}).values()]
-        return max(lengths, default=0) or default
+        subscriptions = self._subscriptions.get(topic)
+        return (subscriptions.queue_length if subscriptions is not None else 0) or default
 
     # -- what the client is told -------------------------------------------------------------------------------------
 
@@ -196,26 +137,49 @@ class RosbridgeSession:
         payload : bytes
             The message as JSON.
         now : float
-            Monotonic seconds, for ``throttle_rate``.
+            Monotonic seconds, for ``throttle_rate``. What comes too soon waits for ``due``.
         """
-        due: set[str] = set()
-        for subscription in self._subscriptions.get(topic, {}).values():
-            if now - subscription.last_sent >= subscription.throttle:
-                subscription.last_sent = now
-                due.add(subscription.spelling)
-        for spelling in due:
-            yield f'{{"op":"publish","topic":"{spelling}","msg":{payload.decode()}}}'
+        for channel in self._subscriptions.get(topic, ()):
+            ready = channel.take(payload, now)
+            if channel.waiting:
+                self._late[channel] = topic
+            if ready is not None:
+                yield _published(channel, ready)
+
+    def next_due(self) -> float | None:
+        """Return when ``due`` has the next message, in monotonic seconds; None if nothing waits."""
+        return min((channel.next_at for channel in self._late), default=None)
+
+    def due(self, now: float) -> Iterator[tuple[str, str]]:
+        """Yield topics and frames of messages that came too soon, and whose turn it is now."""
+        for channel, topic in tuple(self._late.items()):
+            ready = channel.due(now)
+            if not channel.waiting:
+                del self._late[channel]
+            if ready is not None:
+                yield topic, _published(channel, ready)
 
     def answer(self, call: CallService, values: bytes) -> str:
         """Return the response of a service that was served; ``values`` is JSON."""
+        if is_ros2_type(call.type):
+            values = to_ros2(values)
         return _encoder.encode(_ServiceResponse(call.service, msgspec.Raw(values), True, call.id)).decode()
 
     def refuse_call(self, call: CallService, error: PPaaSError) -> str:
         """Return the response of a service that failed: the reason takes the place of the values."""
         return _encoder.encode(_ServiceResponse(call.service, str(error), False, call.id)).decode()
 
-    def status(self, error: PPaaSError, operation_id: str | None = None) -> str | None:
-        """Return the frame that tells the client of an error, or None if it does not want to hear."""
-        if _LEVELS.index(self._level) < _LEVELS.index("error"):
+    def request(self, service: str, call: int, arguments: bytes) -> str:
+        """Return the frame that asks the client to serve a call; ``service`` is spelled as it was advertised."""
+        return _encoder.encode(_ServiceRequest(service, str(call), msgspec.Raw(arguments))).decode()
+
+    def status(self, error: PPaaSError, operation_id: str | None = None, level: Level = "error") -> str | None:
+        """Return the frame that tells the client of an error, or None if it does not want to hear of one this bad."""
+        if LEVELS.index(self._level) < LEVELS.index(level):
             return None
-        return _encoder.encode(_Status("error", f"{error.slug}: {error}", operation_id)).decode()
+        return _encoder.encode(_Status(level, f"{error.slug}: {error}", operation_id)).decode()
+
+
+def _published(channel: Channel, payload: bytes) -> str:
+    text = (to_ros2(payload) if channel.ros2 else payload).decode()
+    return f'{{"op":"publish","topic":"{channel.spelling}","msg":{text}}}'

@@ -11,8 +11,8 @@ import msgspec
 from ppaas.errors import MalformedMessage, PPaaSError, Unavailable
 from ppaas.messages import Message, encode, type_name
 from ppaas.wire.names import normalise
+from ppaas.wire.operations import CallService, Operation, Publish, Subscribe, Unsubscribe
 from ppaas.wire.refusals import error_of_text
-from ppaas.wire.rosbridge import CallService, Operation, Publish, Subscribe, Unsubscribe
 
 _encoder = msgspec.json.Encoder()
 

@@ -88,7 +88,7 @@ async def machine(service: CloudService, tmp_path: Path) -> AsyncIterator[FakeMa
 def assert_forgotten(service: CloudService) -> None:
     """Make sure that nothing is known of any place or container."""
     assert service._started == {}
-    assert service._ready_seconds == {}
+    assert service._ready_seconds == service._ordered == {}
     assert service._links.awaited == 0
     assert service._places == {}
     assert service._master.places == {}
@@ -154,6 +154,10 @@ async def test_a_place_is_filled_looked_at_and_closed(service: CloudService, mac
     (view,) = service.containers("ann")
     assert (view.id, view.state, view.pid, view.machine, view.robot) == (order.spec.id, "ready", 42, "m1", "tb1")
     assert view.ready_seconds is not None and view.ready_seconds > 0.0
+    assert (view.clients, view.cpu) == (1, None) and view.age >= view.ready_seconds
+    machine.tell(control.Heartbeat(0.5, 1 << 20, [control.ContainerLoad(view.id, 0.25, 1 << 10)]))
+    await until(lambda: service.containers("ann")[0].cpu == 0.25)
+    assert service.containers("ann")[0].pss == 1 << 10
     assert service.containers("bob") == []
     await service.close_place(place.key, Unavailable("over"))
     assert await container.next() == link.Stop()
@@ -359,6 +363,21 @@ async def test_a_place_closed_while_its_container_boots_sends_it_home(
     await machine.kill(container)
     assert_forgotten(service)
     assert not machine.has_orders()
+
+
+async def test_a_container_that_is_given_up_is_replaced_by_another(service: CloudService, machine: FakeMachine) -> None:
+    place, client = service.open_place(robot_request()), Client()
+    place.join(client)
+    first = await machine.boot(await machine.started())
+    await place.ready(10)
+    service.give_up_container(first.spec.id)
+    assert await machine.order() == control.StopContainer(first.spec.id, grace=0.0)
+    await machine.kill(first)
+    second = await machine.boot(await machine.started())
+    await until(lambda: [view.state for view in service.containers("ann")] == ["ready"])
+    assert (second.spec.session, client.reasons) == (first.spec.session, [])
+    with pytest.raises(NotFound, match=first.spec.id):
+        service.give_up_container(first.spec.id)
 
 
 async def test_news_of_containers_that_nobody_knows_change_nothing(service: CloudService, machine: FakeMachine) -> None:

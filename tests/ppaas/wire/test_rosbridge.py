@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import MalformedMessage, NotFound, QuotaExceeded
-from ppaas.wire import rosbridge
-from ppaas.wire.rosbridge import RosbridgeSession
+from ppaas.wire import operations
+from ppaas.wire.rosbridge import MAX_SUBSCRIPTIONS, RosbridgeSession
 
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
@@ -20,7 +20,7 @@ OPS = ["publish", "subscribe", "unsubscribe", "call_service", "advertise", "unad
 
 def test_a_publish_keeps_the_message_as_it_was_sent() -> None:
     operation = RosbridgeSession().receive('{"op":"publish","topic":"/a","msg":{"data":  1.50}}')
-    assert isinstance(operation, rosbridge.Publish)
+    assert isinstance(operation, operations.Publish)
     assert bytes(operation.msg) == b'{"data":  1.50}'
 
 
@@ -55,7 +55,7 @@ def test_throttle_rate_is_milliseconds_between_messages() -> None:
 def test_a_response_carries_the_id_and_the_service_as_called() -> None:
     session = RosbridgeSession()
     call = session.receive('{"op":"call_service","service":"/make_plan","id":"c:1","args":{"a":1}}')
-    assert isinstance(call, rosbridge.CallService)
+    assert isinstance(call, operations.CallService)
     assert json.loads(session.answer(call, b'{"plan":1}')) == {
         "op": "service_response", "service": "/make_plan", "id": "c:1", "values": {"plan": 1}, "result": True,
     }  # fmt: skip
@@ -95,7 +95,7 @@ def test_what_is_no_operation_is_malformed_and_changes_nothing(frame: str | byte
 
 def test_subscriptions_of_one_client_are_bounded() -> None:
     session = RosbridgeSession()
-    for number in range(rosbridge.MAX_SUBSCRIPTIONS):
+    for number in range(MAX_SUBSCRIPTIONS):
         session.receive(json.dumps({"op": "subscribe", "topic": "a", "id": str(number)}))
     with pytest.raises(QuotaExceeded):
         session.receive('{"op":"subscribe","topic":"b"}')
@@ -108,7 +108,7 @@ def test_any_object_is_an_operation_or_malformed(op: str, fields: dict[str, obje
         operation = session.receive(json.dumps({"op": op, **fields}))
     except MalformedMessage:
         return
-    assert isinstance(operation, rosbridge.Operation)
+    assert isinstance(operation, operations.Operation)
 
 
 @given(st.binary(max_size=200))

@@ -9,22 +9,22 @@ from ppaas.messages import decode
 from ppaas.messages.geometry_msgs import Twist, Vector3
 from ppaas.messages.message import Empty
 from ppaas.messages.std_msgs import Float64, String
-from ppaas.wire import rosbridge
+from ppaas.wire import operations, rosbridge
 from ppaas.wire.rosbridge_client import Heard, RosbridgeClientSession, ServiceResponse, StatusReport, failure_of
 
 
 def test_the_server_side_understands_all_that_the_client_says() -> None:
     client, server = RosbridgeClientSession(), rosbridge.RosbridgeSession()
     subscribe = server.receive(client.subscribe("/cmd_vel", Twist, throttle=0.25, queue_length=1))
-    assert isinstance(subscribe, rosbridge.Subscribe)
+    assert isinstance(subscribe, operations.Subscribe)
     assert (subscribe.type, subscribe.throttle_rate, subscribe.queue_length) == ("geometry_msgs/Twist", 250, 1)
     assert server.subscribed() == {"cmd_vel"}
     publish = server.receive(client.publish("odd", Float64(float("nan"))))
-    assert isinstance(publish, rosbridge.Publish)
+    assert isinstance(publish, operations.Publish)
     assert bytes(publish.msg) == b'{"data":null}'
     call_id, frame = client.call("move_base/clear_costmaps", Empty())
     call = server.receive(frame)
-    assert isinstance(call, rosbridge.CallService)
+    assert isinstance(call, operations.CallService)
     assert (call.id, bytes(call.args)) == (call_id, b"{}")
     server.receive(client.unsubscribe("cmd_vel"))
     assert server.subscribed() == frozenset()
@@ -39,7 +39,7 @@ def test_the_client_understands_all_that_the_server_says() -> None:
     assert decode(Twist, heard.msg) == Twist(Vector3(x=0.5))
     _, frame = client.call("stop", Empty())
     call = server.receive(frame)
-    assert isinstance(call, rosbridge.CallService)
+    assert isinstance(call, operations.CallService)
     answer = client.receive(server.answer(call, b'{"success":true}'))
     assert isinstance(answer, ServiceResponse)
     assert failure_of(answer) is None
@@ -53,7 +53,7 @@ def test_the_client_understands_all_that_the_server_says() -> None:
 def test_a_refused_call_gives_its_reason() -> None:
     client, server = RosbridgeClientSession(), rosbridge.RosbridgeSession()
     call = server.receive(client.call("stop", Empty())[1])
-    assert isinstance(call, rosbridge.CallService)
+    assert isinstance(call, operations.CallService)
     answer = client.receive(server.refuse_call(call, NotFound("service", "stop")))
     assert isinstance(answer, ServiceResponse)
     failure = failure_of(answer)
