@@ -3,8 +3,9 @@
 from pathlib import Path
 
 from ppaas.errors import InvalidMap
-from ppaas.maps.files import load_map, parse_yaml
+from ppaas.maps.files import load_map
 from ppaas.maps.grid import GridMap
+from ppaas.maps.record import parse_yaml
 
 
 def read_map_files(path: Path) -> tuple[bytes, bytes]:

@@ -9,9 +9,11 @@ from hypothesis import strategies as st
 
 from ppaas.errors import InvalidMap
 from ppaas.geometry import Pose2D
-from ppaas.maps.files import Mode, load_map, parse_yaml, save_map
-from ppaas.maps.pgm import write_pgm
+from ppaas.maps.files import load_map, save_map
+from ppaas.maps.pgm import parse_pgm, write_pgm
+from ppaas.maps.record import Mode, Rules, parse_yaml
 from tests.support.maps import YAML, grid_maps, real_map
+from tests.support.png import png
 
 PIXELS = np.array([[0, 88, 89, 90, 204, 205, 206, 254, 255]], np.uint8)
 IMAGE = write_pgm(PIXELS)
@@ -158,3 +160,22 @@ def test_real_maps_load_and_survive_saving(data, name, shape, resolution, values
     again = load_map(*save_map(grid, f"{name}.pgm"))
     assert np.array_equal(again.data, grid.data)
     assert again.info == grid.info
+
+
+@pytest.mark.parametrize("name", ["turtlebot3", "depot_speed"])
+def test_a_real_map_is_the_same_as_png_and_as_text(data, name):
+    folder = data / "ros"
+    record, image = (folder / f"{name}.yaml").read_bytes(), (folder / f"{name}.pgm").read_bytes()
+    pixels, cells = parse_pgm(image), load_map(record, image).data
+    as_png = png([row.tobytes() for row in pixels], pixels.shape[1])
+    as_text = b"P2 %d %d 255\n" % pixels.shape[::-1] + b"\n".join(b" ".join(b"%d" % p for p in row) for row in pixels)
+    assert np.array_equal(load_map(record, as_png).data, cells)
+    assert np.array_equal(load_map(record, as_text).data, cells)
+
+
+def test_a_real_map_of_nav2_is_read_by_nav2s_rules(data):
+    folder = data / "ros"
+    record, image = (folder / "depot_speed.yaml").read_bytes(), (folder / "depot_speed.pgm").read_bytes()
+    by_map_server, by_nav2 = load_map(record, image), load_map(record, image, Rules.NAV2)
+    assert set(np.unique(by_map_server.data).tolist()) == {1, 20, 25, 50, 99}
+    assert set(np.unique(by_nav2.data).tolist()) == {0, 20, 25, 50, 100}

@@ -1,0 +1,137 @@
+"""The YAML record of a map file: what map_server and Nav2 read beside the image."""
+
+import math
+from enum import Enum
+from typing import Annotated, Any
+
+import msgspec
+import yaml
+from msgspec import Meta
+
+from ppaas.errors import InvalidMap
+
+MAX_YAML = 1 << 16
+"""Longest record that is read [bytes]."""
+
+_Threshold = Annotated[float, Meta(ge=0.0, le=1.0)]
+
+
+class Mode(Enum):
+    """How grey becomes occupancy."""
+
+    TRINARY = "trinary"
+    SCALE = "scale"
+    RAW = "raw"
+
+
+class Rules(Enum):
+    """Whose rules say how: they differ at the thresholds, and where an image has colours or alpha."""
+
+    MAP_SERVER = "map_server"
+    NAV2 = "nav2"
+
+
+class MapYaml(msgspec.Struct, frozen=True, kw_only=True):
+    """The keys of a map's record.
+
+    Parameters
+    ----------
+    image : str
+        Name of the image file.
+    resolution : float
+        Edge of a pixel [m].
+    origin : tuple of float
+        x, y [m] and yaw [rad] of the lower-left corner of the lower-left pixel.
+    negate : bool
+        White is occupied, and black free.
+    occupied_thresh, free_thresh : float
+        Occupancy (0 to 1) above which a cell is occupied, and below which it is free.
+    mode : Mode
+        ``trinary``: free, occupied, unknown. ``scale``: graded between the thresholds. ``raw``: the pixel is the value.
+    rules : Rules
+        ``map_server`` or ``nav2``. A key of ours, which those two overlook: nothing else in a file tells which of
+        them it was made for.
+    """
+
+    image: Annotated[str, Meta(min_length=1)]
+    resolution: Annotated[float, Meta(gt=0.0)]
+    origin: tuple[float, float, float]
+    negate: bool = False
+    occupied_thresh: _Threshold = 0.65
+    free_thresh: _Threshold = 0.196
+    mode: Mode = Mode.TRINARY
+    rules: Rules = Rules.MAP_SERVER
+
+    def __post_init__(self) -> None:
+        numbers = (self.resolution, *self.origin, self.occupied_thresh, self.free_thresh)
+        if not all(map(math.isfinite, numbers)):
+            raise ValueError("resolution, origin, occupied_thresh and free_thresh must be finite")
+        if self.free_thresh >= self.occupied_thresh:
+            raise ValueError(f"free_thresh {self.free_thresh} must be below occupied_thresh {self.occupied_thresh}")
+
+
+# What PyYAML's constructors let through on scalars such as `!!bool x`, beside its own errors.
+_YAML_ERRORS = (yaml.YAMLError, ValueError, KeyError, AttributeError, RecursionError)
+
+
+def parse_yaml(record: bytes, rules: Rules | None = None) -> MapYaml:
+    """Read the record of a map.
+
+    Parameters
+    ----------
+    record : bytes
+        The YAML file.
+    rules : Rules, optional
+        Instead of those that the record names.
+
+    Raises
+    ------
+    InvalidMap
+        Not YAML, or a key is missing or cannot be what it says; the text names the key.
+    """
+    keys = _load(record)
+    try:
+        # Not strict: YAML 1.1 takes 5e-2 and "0.05" for strings, and roscpp does not.
+        parsed = msgspec.convert(keys, MapYaml, strict=False)
+    except (msgspec.ValidationError, RecursionError) as error:
+        raise InvalidMap(f"the map's YAML is not a map_server record: {error}") from error
+    if rules is not None:
+        parsed = msgspec.structs.replace(parsed, rules=rules)
+    if parsed.rules is Rules.NAV2:
+        _check_demanded(keys)
+    return parsed
+
+
+def with_rules(record: bytes, rules: Rules) -> bytes:
+    """Return the record with its key ``rules`` set; its comments are lost where it said otherwise.
+
+    Raises
+    ------
+    InvalidMap
+        As in ``parse_yaml``.
+    """
+    parse_yaml(record, rules)
+    keys = _load(record)
+    if Rules(keys.get("rules", Rules.MAP_SERVER.value)) is rules:
+        return record
+    return dump_yaml(keys | {"rules": rules.value})
+
+
+def dump_yaml(keys: dict[str, Any]) -> bytes:
+    """Return a record with these keys."""
+    return yaml.safe_dump(keys, sort_keys=False, default_flow_style=None).encode()
+
+
+def _load(record: bytes) -> Any:
+    if len(record) > MAX_YAML:
+        raise InvalidMap(f"the map's YAML has {len(record)} bytes; at most {MAX_YAML} are read")
+    try:
+        return yaml.safe_load(record)
+    except _YAML_ERRORS as error:
+        raise InvalidMap(f"the map's YAML cannot be read: {error}") from error
+
+
+def _check_demanded(keys: dict[str, Any]) -> None:
+    for name in ("occupied_thresh", "free_thresh"):
+        if name not in keys:
+            raise InvalidMap(f"the map's YAML lacks `{name}`, which Nav2's rules demand: add it, or use map_server's")
