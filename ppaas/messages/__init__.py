@@ -9,10 +9,12 @@ from ppaas.messages import (
     move_base_msgs,
     nav_msgs,
     ppaas_msgs,
+    rosapi,
     sensor_msgs,
     std_msgs,
     std_srvs,
     tf2_msgs,
+    tf2_web_republisher,
 )
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.message import Lazy, Message, ServiceType
@@ -31,10 +33,12 @@ __all__ = [
     "move_base_msgs",
     "nav_msgs",
     "ppaas_msgs",
+    "rosapi",
     "sensor_msgs",
     "service_type",
     "std_msgs",
     "std_srvs",
     "tf2_msgs",
+    "tf2_web_republisher",
     "type_name",
 ]

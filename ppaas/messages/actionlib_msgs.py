@@ -1,10 +1,11 @@
 """``actionlib_msgs``: goals and how they stand."""
 
 from enum import IntEnum
+from typing import ClassVar
 
 from msgspec import field
 
-from ppaas.messages.message import Message
+from ppaas.messages.message import Message, UInt8
 from ppaas.messages.std_msgs import Header, Time
 
 
@@ -38,8 +39,10 @@ class GoalID(Message):
 class GoalStatus(Message):
     """``actionlib_msgs/GoalStatus``."""
 
+    constants: ClassVar[type[IntEnum] | None] = Status
+
     goal_id: GoalID
-    status: int
+    status: UInt8
     text: str = ""
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import field
 
 from ppaas.geometry import Pose2D, Poses, quaternion_of, yaw_of
-from ppaas.messages.message import Message
+from ppaas.messages.message import Covariance, Message
 from ppaas.messages.std_msgs import Header
 
 
@@ -78,7 +78,7 @@ class PoseWithCovariance(Message):
     """``geometry_msgs/PoseWithCovariance``: row-major 6×6 covariance of x, y, z, roll, pitch, yaw."""
 
     pose: Pose
-    covariance: list[float] = field(default_factory=lambda: [0.0] * 36)
+    covariance: Covariance = field(default_factory=lambda: [0.0] * 36)
 
 
 class PoseWithCovarianceStamped(Message):
@@ -99,7 +99,7 @@ class TwistWithCovariance(Message):
     """``geometry_msgs/TwistWithCovariance``."""
 
     twist: Twist
-    covariance: list[float] = field(default_factory=lambda: [0.0] * 36)
+    covariance: Covariance = field(default_factory=lambda: [0.0] * 36)
 
 
 class Transform(Message):

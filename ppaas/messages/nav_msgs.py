@@ -3,16 +3,16 @@
 from msgspec import Raw, field
 
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, TwistWithCovariance
-from ppaas.messages.message import Empty, Message, ServiceType
+from ppaas.messages.message import Empty, Float32, Int8, Message, ServiceType, UInt32
 from ppaas.messages.std_msgs import Header, Time
 
 
 class MapMetaData(Message):
     """``nav_msgs/MapMetaData``: resolution [m/cell]; origin is the pose of the lower-left corner of cell (0, 0)."""
 
-    resolution: float
-    width: int
-    height: int
+    resolution: Float32
+    width: UInt32
+    height: UInt32
     origin: Pose
     map_load_time: Time = field(default_factory=Time)
 
@@ -25,7 +25,7 @@ class OccupancyGrid(Message):
 
     header: Header
     info: MapMetaData
-    data: list[int] | Raw
+    data: list[Int8] | Raw
 
 
 class Odometry(Message):
@@ -49,7 +49,7 @@ class GetPlanRequest(Message):
 
     start: PoseStamped
     goal: PoseStamped
-    tolerance: float = 0.0
+    tolerance: Float32 = 0.0
 
 
 class GetPlanResponse(Message):

@@ -9,15 +9,18 @@ from ppaas.messages import (
     move_base_msgs,
     nav_msgs,
     ppaas_msgs,
+    rosapi,
     sensor_msgs,
     std_msgs,
     std_srvs,
     tf2_msgs,
+    tf2_web_republisher,
 )
 from ppaas.messages.message import Message, ServiceType
 
 _PACKAGES: tuple[ModuleType, ...] = (
     std_msgs, geometry_msgs, nav_msgs, sensor_msgs, actionlib_msgs, move_base_msgs, tf2_msgs, ppaas_msgs,
+    std_srvs, rosapi, tf2_web_republisher,
 )  # fmt: skip
 
 
@@ -37,7 +40,9 @@ def _collect() -> dict[str, type[Message]]:
 
 _TYPES = _collect()
 _NAMES = {cls: name for name, cls in _TYPES.items()}
-_SERVICES = {service.name: service for service in (*std_srvs.SERVICES, *nav_msgs.SERVICES, *ppaas_msgs.SERVICES)}
+_SERVICES: dict[str, ServiceType] = {
+    service.name: service for module in _PACKAGES for service in getattr(module, "SERVICES", ())
+}
 
 
 def _ros1_spelling(name: str) -> str:

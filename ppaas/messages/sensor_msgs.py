@@ -2,7 +2,7 @@
 
 from msgspec import field
 
-from ppaas.messages.message import Message
+from ppaas.messages.message import Float32, Message
 from ppaas.messages.std_msgs import Header
 
 
@@ -14,12 +14,12 @@ class LaserScan(Message):
     """
 
     header: Header
-    angle_min: float
-    angle_max: float
-    angle_increment: float
-    range_min: float
-    range_max: float
-    ranges: list[float | None]
-    time_increment: float = 0.0
-    scan_time: float = 0.0
-    intensities: list[float | None] = field(default_factory=list)
+    angle_min: Float32
+    angle_max: Float32
+    angle_increment: Float32
+    range_min: Float32
+    range_max: Float32
+    ranges: list[Float32 | None]
+    time_increment: Float32 = 0.0
+    scan_time: Float32 = 0.0
+    intensities: list[Float32 | None] = field(default_factory=list)

@@ -4,7 +4,7 @@ import math
 
 from msgspec import field
 
-from ppaas.messages.message import Empty, Message
+from ppaas.messages.message import Empty, Message, UInt32
 
 __all__ = ["Bool", "Duration", "Empty", "Float64", "Header", "String", "Time"]
 
@@ -43,7 +43,7 @@ class Duration(Message, forbid_unknown_fields=True):
 class Header(Message):
     """``std_msgs/Header``."""
 
-    seq: int = 0
+    seq: UInt32 = 0
     stamp: Time = field(default_factory=Time)
     frame_id: str = ""
 

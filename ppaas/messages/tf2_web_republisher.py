@@ -1,0 +1,83 @@
+"""``tf2_web_republisher``: transforms for who wants few of them, seldom."""
+
+from msgspec import field
+
+from ppaas.messages.actionlib_msgs import GoalID, GoalStatus
+from ppaas.messages.geometry_msgs import TransformStamped
+from ppaas.messages.message import Empty, Float32, Message, ServiceType
+from ppaas.messages.std_msgs import Duration, Header
+
+
+class TFArray(Message):
+    """``tf2_web_republisher/TFArray``."""
+
+    transforms: list[TransformStamped]
+
+
+class TFSubscriptionGoal(Message):
+    """``tf2_web_republisher/TFSubscriptionGoal``: where each of some frames lies in another.
+
+    Parameters
+    ----------
+    source_frames : list of str
+        The frames asked for.
+    target_frame : str
+        In which.
+    angular_thres, trans_thres : float
+        A frame is told of when it has moved by more than one of these [rad, m]; 0: always.
+    rate : float
+        How often it is looked at [Hz].
+    """
+
+    source_frames: list[str]
+    target_frame: str
+    angular_thres: Float32 = 0.0
+    trans_thres: Float32 = 0.0
+    rate: Float32 = 10.0
+
+
+class TFSubscriptionActionGoal(Message):
+    """``tf2_web_republisher/TFSubscriptionActionGoal``."""
+
+    goal: TFSubscriptionGoal
+    goal_id: GoalID = field(default_factory=GoalID)
+    header: Header = field(default_factory=Header)
+
+
+class TFSubscriptionFeedback(Message):
+    """``tf2_web_republisher/TFSubscriptionFeedback``."""
+
+    transforms: list[TransformStamped]
+
+
+class TFSubscriptionActionFeedback(Message):
+    """``tf2_web_republisher/TFSubscriptionActionFeedback``."""
+
+    header: Header
+    status: GoalStatus
+    feedback: TFSubscriptionFeedback
+
+
+class TFSubscriptionActionResult(Message):
+    """``tf2_web_republisher/TFSubscriptionActionResult``; the result itself is empty, as in ROS."""
+
+    header: Header
+    status: GoalStatus
+    result: Empty = field(default_factory=Empty)
+
+
+class RepublishTFsRequest(TFSubscriptionGoal):
+    """``tf2_web_republisher/RepublishTFs`` request: a goal, and how long its topic stays without anybody hearing it."""
+
+    timeout: Duration = field(default_factory=Duration)
+
+
+class RepublishTFsResponse(Message):
+    """``tf2_web_republisher/RepublishTFs`` response."""
+
+    topic_name: str
+
+
+RepublishTFs = ServiceType("tf2_web_republisher/RepublishTFs", RepublishTFsRequest, RepublishTFsResponse)
+
+SERVICES = (RepublishTFs,)

@@ -1,0 +1,120 @@
+"""What messages are made of, told as ROS tells it: ``rosapi/TypeDef``, and the text of a definition.
+
+Both are read off the structs, so they are never out of date.
+"""
+
+from collections.abc import Iterable
+from functools import cache
+from typing import NamedTuple
+
+from msgspec import inspect
+
+from ppaas.messages.message import Message
+from ppaas.messages.registry import type_name
+from ppaas.messages.rosapi import TypeDef
+from ppaas.messages.std_msgs import Duration, Time
+
+NO_ARRAY = -1
+ANY_LENGTH = 0
+_RULE = "=" * 80
+
+# Times are primitive in ROS 1; rosapi tells of them as of messages.
+_TIMES: dict[type, str] = {Time: "time", Duration: "duration"}
+_EXAMPLES = {"bool": "False", "string": "", "float32": "0.0", "float64": "0.0"}
+
+
+class _Field(NamedTuple):
+    name: str
+    ros: str
+    length: int
+    message: type[Message] | None
+
+    def example(self) -> str:
+        if self.length != NO_ARRAY:
+            return "[]"
+        return "{}" if self.message is not None else _EXAMPLES.get(self.ros, "0")
+
+    def text(self) -> str:
+        array = {NO_ARRAY: "", ANY_LENGTH: "[]"}.get(self.length, f"[{self.length}]")
+        return f"{self.ros}{array} {self.name}"
+
+
+def typedefs(message: type[Message]) -> list[TypeDef]:
+    """Return the definition of a message, and those of all messages within it, each once."""
+    return [_typedef(cls) for cls in _within(message)]
+
+
+def full_text(message: type[Message]) -> str:
+    """Return the definition of a message and those of all within it as ``gendeps --cat`` writes them."""
+    others = [cls for cls in _within(message) if cls is not message and cls not in _TIMES]
+    return "\n".join([_text(message), *(f"{_RULE}\nMSG: {type_name(cls)}\n{_text(cls)}" for cls in others)])
+
+
+def _within(message: type[Message]) -> Iterable[type[Message]]:
+    seen: dict[type[Message], None] = {}
+    waiting = [message]
+    while waiting:
+        cls = waiting.pop()
+        if cls not in seen:
+            seen[cls] = None
+            waiting.extend(field.message for field in reversed(_fields(cls)) if field.message is not None)
+    return seen
+
+
+def _name(message: type[Message]) -> str:
+    return _TIMES.get(message) or type_name(message)
+
+
+def _typedef(message: type[Message]) -> TypeDef:
+    fields = _fields(message)
+    return TypeDef(
+        type=_name(message),
+        fieldnames=[field.name for field in fields],
+        fieldtypes=[field.ros for field in fields],
+        fieldarraylen=[field.length for field in fields],
+        examples=[field.example() for field in fields],
+        constnames=[constant.name for constant in message.constants or ()],
+        constvalues=[str(constant.value) for constant in message.constants or ()],
+    )
+
+
+def _text(message: type[Message]) -> str:
+    constants = [f"uint8 {constant.name}={constant.value}" for constant in message.constants or ()]
+    return "\n".join([*constants, *(field.text() for field in _fields(message)), ""])
+
+
+@cache
+def _fields(message: type[Message]) -> tuple[_Field, ...]:
+    described = inspect.type_info(message)
+    assert isinstance(described, inspect.StructType)
+    return tuple(_field(field.encode_name, field.type) for field in described.fields)
+
+
+def _field(name: str, kind: inspect.Type) -> _Field:
+    kind, length, ros = _plain(kind)
+    if isinstance(kind, inspect.ListType):
+        item, _, ros = _plain(kind.item_type)
+        kind, length = item, max(length, ANY_LENGTH)
+    message = kind.cls if isinstance(kind, inspect.StructType) and issubclass(kind.cls, Message) else None
+    return _Field(name, _name(message) if message else ros or _PRIMITIVES[type(kind)], length, message)
+
+
+def _plain(kind: inspect.Type) -> tuple[inspect.Type, int, str]:
+    """Return a type without what was noted about it: the length of an array, and what it is in ROS."""
+    length, ros = NO_ARRAY, ""
+    while True:
+        if isinstance(kind, inspect.Metadata):
+            noted = kind.extra or {}
+            kind, length, ros = kind.type, noted.get("length", length), noted.get("ros", ros)
+        elif isinstance(kind, inspect.UnionType):  # null for a number that is none, or JSON already written
+            kind = kind.types[0]
+        else:
+            return kind, length, ros
+
+
+_PRIMITIVES: dict[type[inspect.Type], str] = {
+    inspect.FloatType: "float64",
+    inspect.IntType: "int32",
+    inspect.StrType: "string",
+    inspect.BoolType: "bool",
+}

@@ -1,0 +1,67 @@
+"""What messages are told to be made of is what they are made of, in ROS's terms."""
+
+import pytest
+
+from ppaas.messages import message_type, message_types, service_type
+from ppaas.messages.actionlib_msgs import GoalStatusArray
+from ppaas.messages.geometry_msgs import PoseWithCovariance
+from ppaas.messages.nav_msgs import OccupancyGrid
+from ppaas.messages.registry import type_name
+from ppaas.messages.rosapi import TypeDef
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.std_msgs import Header, Time
+from ppaas.messages.typedefs import full_text, typedefs
+
+HEADER = TypeDef(
+    "std_msgs/Header", ["seq", "stamp", "frame_id"], ["uint32", "time", "string"], [-1] * 3, ["0", "{}", ""]
+)
+TIME = TypeDef("time", ["secs", "nsecs"], ["int32", "int32"], [-1, -1], ["0", "0"])
+
+
+def fields(definition: TypeDef) -> dict[str, tuple[str, int]]:
+    told = zip(definition.fieldtypes, definition.fieldarraylen, strict=True)
+    return dict(zip(definition.fieldnames, told, strict=True))
+
+
+def test_a_definition_comes_with_those_of_all_messages_within_each_once():
+    assert typedefs(Header) == [HEADER, TIME]
+    array, header, time, status, goal_id = typedefs(GoalStatusArray)
+    assert fields(array) == {"header": ("std_msgs/Header", -1), "status_list": ("actionlib_msgs/GoalStatus", 0)}
+    assert (header, time) == (HEADER, TIME)
+    assert array.examples == ["{}", "[]"]
+    assert fields(goal_id) == {"stamp": ("time", -1), "id": ("string", -1)}
+    assert dict(zip(status.constnames, status.constvalues, strict=True))["SUCCEEDED"] == "3"
+
+
+def test_numbers_and_arrays_are_told_as_ros_has_them():
+    scan, grid = fields(typedefs(LaserScan)[0]), fields(typedefs(OccupancyGrid)[0])
+    assert (scan["range_max"], scan["ranges"], grid["data"]) == (("float32", -1), ("float32", 0), ("int8", 0))
+    assert fields(typedefs(PoseWithCovariance)[0])["covariance"] == ("float64", 36)
+
+
+@pytest.mark.parametrize("name", message_types())
+def test_every_message_can_be_told_of_and_nothing_in_it_is_left_out(name):
+    own, *others = typedefs(message_type(name))
+    known = {definition.type for definition in others}
+    assert own.fieldnames == list(message_type(name).__struct_encode_fields__)
+    for definition in (own, *others):
+        nested = {kind for kind in definition.fieldtypes if "/" in kind or kind in ("time", "duration")}
+        assert nested <= known | {own.type}
+    text = full_text(message_type(name))
+    assert all(f" {field}\n" in text for field in own.fieldnames)
+    assert text.count("MSG: ") == len([kind for kind in known if "/" in kind])
+
+
+def test_the_text_of_a_definition_is_that_of_ros():
+    rule = "=" * 80
+    assert full_text(PoseWithCovariance).startswith(
+        f"geometry_msgs/Pose pose\nfloat64[36] covariance\n\n{rule}\nMSG: geometry_msgs/Pose\ngeometry_msgs/Point"
+    )
+    assert "uint8 PENDING=0\n" in full_text(GoalStatusArray)
+    assert full_text(Time) == "int32 secs\nint32 nsecs\n"
+
+
+def test_both_sides_of_a_service_have_names():
+    get_plan = service_type("nav_msgs/GetPlan")
+    assert type_name(get_plan.request) == "nav_msgs/GetPlanRequest"
+    assert fields(typedefs(get_plan.request)[0])["tolerance"] == ("float32", -1)
