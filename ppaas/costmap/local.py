@@ -147,10 +147,16 @@ class LocalCostmap:
         data[outer] = np.where((data[outer] == NO_INFORMATION) & blocked, known, np.maximum(data[outer], known))
         return Costmap(data, costmap.info)
 
-    def clear(self) -> None:
-        """Forget what the laser saw; the next update starts from the map."""
-        self._obstacles.clear()
-        self._newly_lethal = False
+    def clear(self, around: Pose2D | None = None, beyond: float = 0.0) -> None:
+        """Forget what the laser saw, or only what is farther than ``beyond`` [m] from a pose in the frame of the map.
+
+        The next update starts from what is left.
+        """
+        if around is None:
+            self._obstacles.clear()
+        else:
+            self._obstacles.clear_beyond(self._layers.grid.info.origin.inverse() @ around, beyond)
+        self._newly_lethal = bool(self._newly_lethal and self._obstacles.marked.any())
 
     def _follow(self, robot: Pose2D) -> None:
         """Centre the window on the robot, in the frame of the grid."""

@@ -150,6 +150,13 @@ class ObstacleLayer:
         """Forget everything seen."""
         self.cells.fill(NO_INFORMATION)
 
+    def clear_beyond(self, centre: Pose2D, distance: float) -> None:
+        """Forget what was seen farther than ``distance`` [m] from a place, in the frame of the grid."""
+        rows, columns = np.indices(self.cells.shape, sparse=True)
+        across = (columns + self.column + 0.5) * self._resolution - centre.x
+        up = (rows + self.row + 0.5) * self._resolution - centre.y
+        self.cells[np.hypot(across, up) > distance] = NO_INFORMATION
+
     @property
     def marked(self) -> NDArray[np.bool_]:
         """(height, width) bool: where something was hit."""

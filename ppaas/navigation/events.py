@@ -100,10 +100,19 @@ class ControlFailed:
 
 
 @dataclass(frozen=True, slots=True)
-class CostmapCleared:
-    """The answer to ``ClearCostmap``."""
+class RecoveryStepped:
+    """The answer to ``Recover``: the behaviour goes on with this velocity."""
 
     now: float
+    velocity: Velocity
+
+
+@dataclass(frozen=True, slots=True)
+class RecoveryEnded:
+    """The answer to ``Recover``: the behaviour is done, or was given up for this reason."""
+
+    now: float
+    reason: str = ""
 
 
 Event = (
@@ -114,5 +123,6 @@ Event = (
     | ControlTick
     | VelocityComputed
     | ControlFailed
-    | CostmapCleared
+    | RecoveryStepped
+    | RecoveryEnded
 )

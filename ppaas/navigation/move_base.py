@@ -15,6 +15,7 @@ is blocked, and move_base would creep up to what blocks it. And while the robot'
 says why in the status of the goal, and counts no patience.
 """
 
+from collections.abc import Sequence
 from enum import Enum
 
 from ppaas.controllers.base import Velocity
@@ -24,11 +25,12 @@ from ppaas.navigation.events import (
     CancelReceived,
     ControlFailed,
     ControlTick,
-    CostmapCleared,
     Event,
     GoalReceived,
     PlanFailed,
     PlanSucceeded,
+    RecoveryEnded,
+    RecoveryStepped,
     VelocityComputed,
 )
 from ppaas.navigation.goals import GoalList
@@ -41,13 +43,13 @@ from ppaas.navigation.orders import (
     PublishGoal,
     PublishResult,
     PublishStatus,
+    Recover,
     RequestPlan,
     SendVelocity,
     Stop,
 )
 from ppaas.navigation.oscillation import Oscillation
 from ppaas.navigation.parameters import MoveBaseParameters
-from ppaas.navigation.recovery import Recovery, recoveries
 
 GOAL_REACHED = "Goal reached."
 CANCELLED = "The goal was cancelled."
@@ -77,9 +79,11 @@ class MoveBase:
     ----------
     parameters : MoveBaseParameters
         With the names of move_base.
+    recoveries : sequence of str
+        Names of the recovery behaviours, in the order in which they are tried.
     """
 
-    def __init__(self, parameters: MoveBaseParameters) -> None:
+    def __init__(self, parameters: MoveBaseParameters, recoveries: Sequence[str] = ()) -> None:
         self.parameters = parameters
         self.goals = GoalList()
         self.state = State.PLANNING
@@ -92,9 +96,9 @@ class MoveBase:
         self._last_valid_control = 0.0
         self._retries = 0
         self._oscillation = Oscillation(parameters.oscillation_distance, parameters.oscillation_timeout)
-        self._recoveries = recoveries(parameters)
-        self._recovery: Recovery | None = None
+        self._recoveries = tuple(recoveries)
         self._recovery_index = 0
+        self._recovery_begins = False
         self._trigger = Trigger.PLANNING
 
     def handle(self, event: Event) -> list[Order]:
@@ -122,8 +126,10 @@ class MoveBase:
                 self._on_velocity(event)
             case ControlFailed() if self.state is State.CONTROLLING:
                 self._on_no_velocity(event)
-            case CostmapCleared() if self.state is State.CLEARING:
-                self._recovered(event.now)
+            case RecoveryStepped() if self.state is State.CLEARING:
+                self._send(event.velocity)
+            case RecoveryEnded() if self.state is State.CLEARING:
+                self._recovered(event)
 
     # -- goals ---------------------------------------------------------------------------------------------------------
 
@@ -146,7 +152,6 @@ class MoveBase:
 
     def _finish(self, now: float, status: Status, text: str) -> None:
         self._cancel_plan()
-        self._recovery = None
         ended = self.goals.end(now, status, text)
         self._orders += [PublishResult(ended.goal, status, text), PublishStatus()]
 
@@ -165,7 +170,9 @@ class MoveBase:
         active = self.goals.active
         assert active is not None
         self._orders.append(PublishFeedback(active.goal, event.pose))
-        if self._oscillation.has_left(event.now, event.pose) and self._trigger is Trigger.OSCILLATION:
+        left = self._oscillation.has_left(event.now, event.pose)
+        # A recovery that moves the robot is no sign that it gets on.
+        if left and self._trigger is Trigger.OSCILLATION and self.state is not State.CLEARING:
             self._recovery_index = 0
         match self.state:
             case State.PLANNING:
@@ -176,7 +183,8 @@ class MoveBase:
             case State.CONTROLLING:
                 self._control(event.now, event.pose)
             case State.CLEARING:
-                self._clear(event.now, event.pose)
+                self._orders.append(Recover(self._recovery_index, event.pose, self._recovery_begins))
+                self._recovery_begins = False
 
     def _wait(self, event: ControlTick) -> None:
         """Stand still until the pose is known again; nothing was tried meanwhile, so patience does not run out."""
@@ -277,24 +285,15 @@ class MoveBase:
             return
         self._cancel_plan()
         self._stop()
-        name, make = self._recoveries[self._recovery_index]
         self.state = State.CLEARING
-        self._recovery = make()
-        self._say(f"recovering by {name}{': ' if reason else ''}{reason}")
-        self._orders += self._recovery.start()
+        self._recovery_begins = True
+        self._say(f"recovering by {self._recoveries[self._recovery_index]}{': ' if reason else ''}{reason}")
 
-    def _clear(self, now: float, pose: Pose2D) -> None:
-        assert self._recovery is not None
-        velocity = self._recovery.tick(now, pose)
-        if velocity is None:
-            self._recovered(now)
-        else:
-            self._send(velocity)
-
-    def _recovered(self, now: float) -> None:
-        self._recovery = None
+    def _recovered(self, event: RecoveryEnded) -> None:
+        if event.reason:
+            self._say(f"{self._recoveries[self._recovery_index]} was given up: {event.reason}")
         self._recovery_index += 1
-        self._oscillation.reset(now)
-        self._plan_anew(now)
+        self._oscillation.reset(event.now)
+        self._plan_anew(event.now)
         if self._moving:
             self._stop()

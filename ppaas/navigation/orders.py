@@ -50,10 +50,22 @@ class Stop:
 
 
 @dataclass(frozen=True, slots=True)
-class ClearCostmap:
-    """Forget obstacles that sensors saw farther away than ``beyond`` [m]; answer with ``CostmapCleared``."""
+class Recover:
+    """Run the recovery behaviour of this place in the list; answer with ``RecoveryStepped`` or ``RecoveryEnded``.
 
-    beyond: float
+    Parameters
+    ----------
+    index : int
+        From 0.
+    pose : Pose2D
+        Of the robot.
+    begin : bool
+        Whether this is the first cycle of a run.
+    """
+
+    index: int
+    pose: Pose2D
+    begin: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +104,7 @@ Order = (
     | ComputeVelocity
     | SendVelocity
     | Stop
-    | ClearCostmap
+    | Recover
     | PublishGoal
     | PublishStatus
     | PublishFeedback

@@ -5,9 +5,27 @@ import math
 from ppaas.errors import InvalidParameter
 from ppaas.nodes.base import Parameters
 
+MAX_RECOVERIES = 32
+"""Most recovery behaviours in a row."""
+
+
+class RecoveryBehavior(Parameters, frozen=True):
+    """One of Move Base's recovery behaviours.
+
+    Parameters
+    ----------
+    name : str
+        What it is called in status texts, and what its own parameters are given under.
+    type : str
+        Name or ROS alias of a plug-in.
+    """
+
+    name: str
+    type: str
+
 
 class MoveBaseParameters(Parameters, frozen=True):
-    """Parameters of Move Base with the names of move_base and rotate_recovery; hertz, seconds, metres, radians.
+    """Parameters of Move Base with the names of move_base; hertz, seconds, metres, radians.
 
     Two defaults differ from move_base's: a robot across a network is controlled at 10 Hz instead of 20, and it plans
     anew once a second instead of only when control fails, so that it takes note of obstacles that came later.
@@ -24,14 +42,15 @@ class MoveBaseParameters(Parameters, frozen=True):
         How many plans may fail before recovery begins; −1: as many as planner_patience allows.
     oscillation_timeout, oscillation_distance : float
         A robot that does not leave this distance [m] for so long oscillates [s]; 0: it never does.
-    recovery_behavior_enabled, clearing_rotation_allowed : bool
-        Whether to recover at all, and by turning on the spot.
+    recovery_behavior_enabled : bool
+        Whether to recover at all.
+    recovery_behaviors : list of {name, type}, optional
+        What to try, in order. One may come again, under its name or under another. Without the list those of
+        move_base: ``conservative_reset``, ``rotate_recovery``, ``aggressive_reset``, ``rotate_recovery``.
+    clearing_rotation_allowed : bool
+        Whether those of move_base include turning on the spot.
     conservative_reset_dist : float
-        The first recovery clears obstacles farther away than this [m].
-    max_rotational_vel, min_rotational_vel, acc_lim_th : float
-        Limits for turning on the spot [rad/s, rad/s, rad/s²].
-    rotation_patience : float
-        How long turning on the spot may take before it is given up [s].
+        The first of those of move_base clears obstacles farther away than this [m].
     transform_tolerance : float
         How old the robot's pose may be, and its laser scan, before it is stopped [s].
     default_tolerance : float
@@ -43,38 +62,48 @@ class MoveBaseParameters(Parameters, frozen=True):
     base_global_planner: str = "dijkstra"
     base_local_planner: str = "dwa"
     planner_frequency: float = 1.0
-    controller_frequency: float = 10.0
+    controller_frequency: float = 20.0
     planner_patience: float = 5.0
     controller_patience: float = 15.0
     max_planning_retries: int = -1
     oscillation_timeout: float = 0.0
     oscillation_distance: float = 0.5
     recovery_behavior_enabled: bool = True
+    recovery_behaviors: tuple[RecoveryBehavior, ...] | None = None
     clearing_rotation_allowed: bool = True
     conservative_reset_dist: float = 3.0
-    max_rotational_vel: float = 1.0
-    min_rotational_vel: float = 0.4
-    acc_lim_th: float = 3.2
-    rotation_patience: float = 20.0
     transform_tolerance: float = 1.0
     default_tolerance: float = 0.0
     planner_timeout: float = 5.0
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        above = (
-            "controller_frequency", "max_rotational_vel", "acc_lim_th", "transform_tolerance", "planner_timeout",
-            "rotation_patience",
-        )  # fmt: skip
-        for name in above:
+        for name in ("controller_frequency", "transform_tolerance", "planner_timeout"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
                 raise InvalidParameter(f"{name} must be above 0, not {getattr(self, name)}")
         from_zero = (
             "planner_frequency", "planner_patience", "controller_patience", "oscillation_timeout",
-            "oscillation_distance", "conservative_reset_dist", "min_rotational_vel", "default_tolerance",
+            "oscillation_distance", "conservative_reset_dist", "default_tolerance",
         )  # fmt: skip
         for name in from_zero:
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
                 raise InvalidParameter(f"{name} must be finite and not negative, not {getattr(self, name)}")
-        if self.min_rotational_vel > self.max_rotational_vel:
-            raise InvalidParameter("min_rotational_vel must not be above max_rotational_vel")
+        check_behaviors(self.recovery_behaviors or ())
+
+
+def check_behaviors(behaviors: tuple[RecoveryBehavior, ...]) -> None:
+    """Check that each has a name, that names mean one thing, and that there is an end to them.
+
+    Raises
+    ------
+    InvalidParameter
+        Not so.
+    """
+    types: dict[str, str] = {}
+    for each in behaviors:
+        if not each.name:
+            raise InvalidParameter(f"recovery_behaviors: that of type {each.type!r} has no name")
+        if types.setdefault(each.name, each.type) != each.type:
+            raise InvalidParameter(f"recovery_behaviors: {each.name!r} is of two types; give one another name")
+    if len(behaviors) > MAX_RECOVERIES:
+        raise InvalidParameter(f"recovery_behaviors: at most {MAX_RECOVERIES} may be tried, not {len(behaviors)}")

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ppaas import controllers, planners
+from ppaas import controllers, planners, recoveries
 from ppaas.controllers.base import Controller
 from ppaas.controllers.registry import CONTROLLERS
 from ppaas.costmap.inflation import COST_SCALING_FACTOR, INFLATION_RADIUS
@@ -15,6 +15,7 @@ from ppaas.geometry import Pose2D
 from ppaas.localization.parameters import AmclParameters
 from ppaas.maps.layers import MapLayers
 from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.navigation.recovery import recovery_behaviors, recovery_defaults
 from ppaas.nodes.amcl import AmclNode
 from ppaas.nodes.base import Context, Parameters
 from ppaas.nodes.checks import read_parameters
@@ -27,6 +28,7 @@ from ppaas.nodes.state_publisher import StatePublisherNode, StatePublisherParame
 from ppaas.nodes.surroundings import Surroundings
 from ppaas.planners.base import Planner
 from ppaas.planners.registry import PLANNERS
+from ppaas.recoveries.base import Recovery
 
 
 class LocalCostmapParameters(Parameters, frozen=True):
@@ -77,14 +79,14 @@ def build_clone(
         Plug-ins by name or ROS alias; what ``parameters`` says of ``move_base`` goes first.
     parameters : dict, optional
         Parameters of each node by its name, ``{"move_base": {...}, "amcl": {...}}``, and of the planner, the
-        controller and the ``local_costmap`` by theirs.
+        controller, each recovery behaviour and the ``local_costmap`` by theirs.
     threads : int
         Most threads that kernels may use.
 
     Raises
     ------
     NotFound
-        No such model, planner or controller; the text lists those there are.
+        No such model, planner, controller or recovery behaviour; the text lists those there are.
     InvalidParameter
         A parameter or the name of a node is unknown, or a value cannot be taken.
     """
@@ -96,6 +98,7 @@ def build_clone(
     amcl = read_parameters(AmclParameters, "amcl", given.take("amcl"))
     state = read_parameters(StatePublisherParameters, "robot_state_publisher", given.take("robot_state_publisher"))
     planner, controller = _planner(driving, given), _controller(driving, given, body)
+    recovering = _recoveries(driving, given)
     local = read_parameters(LocalCostmapParameters, "local_costmap", given.take("local_costmap"))
     given.refuse_rest()
 
@@ -106,6 +109,7 @@ def build_clone(
             surroundings=_surroundings(layers, body, local, driving.transform_tolerance),
             planner=planner,
             controller=controller,
+            recoveries=recovering,
             parameters=driving,
             threads=threads,
         )
@@ -132,6 +136,13 @@ def _planner(driving: MoveBaseParameters, given: "_Given") -> Planner:
 def _controller(driving: MoveBaseParameters, given: "_Given", body: RobotModel) -> Controller:
     own = given.take(*CONTROLLERS.spellings(driving.base_local_planner))
     return controllers.create(driving.base_local_planner, **(_controller_defaults(body) | own))
+
+
+def _recoveries(driving: MoveBaseParameters, given: "_Given") -> list[tuple[str, Recovery]]:
+    behaviors, own = recovery_behaviors(driving), recovery_defaults(driving)
+    types = {each.name: each.type for each in behaviors}
+    made = {name: recoveries.create(kind, **(own.get(name, {}) | given.take(name))) for name, kind in types.items()}
+    return [(each.name, made[each.name]) for each in behaviors]
 
 
 class _Given:

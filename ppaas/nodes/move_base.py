@@ -2,7 +2,7 @@
 
 import logging
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 import msgspec
@@ -34,6 +34,7 @@ from ppaas.nodes.robot_plan import NoPlan, plan_for_robot
 from ppaas.nodes.state_publisher import ODOM_TOPIC
 from ppaas.nodes.surroundings import Surroundings
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
+from ppaas.recoveries.base import Recovery, RecoveryRequest
 
 logger = logging.getLogger(__name__)
 
@@ -64,6 +65,8 @@ class MoveBaseNode(Node):
         What is known around the robot.
     planner, controller
         The plug-ins to plan and to drive with.
+    recoveries : sequence of (str, Recovery)
+        What to try when it is stuck, in order, and what each is called in status texts.
     parameters : MoveBaseParameters
         With the names of move_base.
     threads : int
@@ -92,6 +95,7 @@ class MoveBaseNode(Node):
         surroundings: Surroundings,
         planner: Planner,
         controller: Controller,
+        recoveries: Sequence[tuple[str, Recovery]],
         parameters: MoveBaseParameters,
         threads: int,
     ) -> None:
@@ -102,7 +106,8 @@ class MoveBaseNode(Node):
         self._controller = controller
         self._parameters = parameters
         self._threads = threads
-        self._machine = MoveBase(parameters)
+        self._machine = MoveBase(parameters, [name for name, _ in recoveries])
+        self._recoveries = [recovery for _, recovery in recoveries]
         self._topics = ActionTopics(context)
         self._queue = PlannerQueue(context)
         self._paths = PathServices(context, layers.costmap, parameters.base_global_planner, threads)
@@ -220,19 +225,10 @@ class MoveBaseNode(Node):
                 self._send(order.velocity)
             case orders.Stop():
                 self._send(Velocity())
-            case orders.ClearCostmap():
-                self._clear(order.beyond)
+            case orders.Recover():
+                self._feed(self._recover(order))
             case _:
                 self._tell(order)
-
-    def _clear(self, beyond: float) -> None:
-        now = self.context.now()
-        try:
-            around = self._surroundings.pose(now) if beyond > 0.0 else None
-        except TransformError:
-            around = None  # who does not know where it is cannot tell near from far
-        self._surroundings.clear(around, beyond)
-        self._feed(events.CostmapCleared(now))
 
     def _tell(self, order: orders.Order) -> None:
         active = self._machine.goals.active
@@ -266,6 +262,19 @@ class MoveBaseNode(Node):
         except PPaaSError as error:
             return events.ControlFailed(self.context.now(), str(error))
         return events.VelocityComputed(self.context.now(), velocity, reached)
+
+    def _recover(self, order: orders.Recover) -> events.Event:
+        around, now = self._surroundings, self.context.now()
+        assert around.costs is not None, "a control tick brings the costs up to date"
+        recovery = self._recoveries[order.index]
+        request = RecoveryRequest(now, order.pose, around.costs, around.clear)
+        try:
+            if order.begin:
+                recovery.start(request)
+            velocity = recovery.step(request)
+        except PPaaSError as error:
+            return events.RecoveryEnded(now, str(error))
+        return events.RecoveryEnded(now) if velocity is None else events.RecoveryStepped(now, velocity)
 
     # -- plans ---------------------------------------------------------------------------------------------------------
 

@@ -14,6 +14,7 @@ from ppaas.messages.geometry_msgs import PoseArray
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.nodes.checks import finite_pose
 from ppaas.nodes.frames import BASE_LINK, MAP, ODOM, FrameListener
+from ppaas.recoveries.base import AffectedMaps
 from ppaas.transforms import tf_time
 
 OTHERS_FRESH = 1.0
@@ -104,14 +105,15 @@ class Surroundings:
         """Return a costmap of the whole map with what is and was seen; the same one if that is nothing new."""
         return self._memory.overlay(self._local.overlay(costmap))
 
-    def clear(self, around: Pose2D | None = None, beyond: float = 0.0) -> None:
+    def clear(self, around: Pose2D | None = None, beyond: float = 0.0, affected_maps: AffectedMaps = "both") -> None:
         """Forget what was seen, or only what is farther than ``beyond`` [m] from a pose.
 
-        What is so far away has mostly left the window of the local costmap, so that is kept unless all is cleared.
+        ``affected_maps`` names the window of the local costmap, what is remembered across the map, or both.
         """
-        self._memory.clear(around, beyond)
-        if around is None:
-            self._local.clear()
+        if affected_maps != "local":
+            self._memory.clear(around, beyond)
+        if affected_maps != "global":
+            self._local.clear(around, beyond)
 
     def _reading(self) -> LaserReading | None:
         """Return the scan that came last, once, when the transforms have reached its stamp."""

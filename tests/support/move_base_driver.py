@@ -8,6 +8,7 @@ from ppaas.navigation.events import ControlTick, Goal, GoalReceived, PlanFailed,
 from ppaas.navigation.move_base import MoveBase, State
 from ppaas.navigation.orders import RequestPlan
 from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.navigation.recovery import recovery_behaviors
 
 HERE = Pose2D(0.0, 0.0, 0.0)
 THERE = Pose2D(5.0, 0.0, 0.0)
@@ -19,7 +20,8 @@ class Driver:
     """Feeds a Move Base and keeps what it orders."""
 
     def __init__(self, **parameters) -> None:
-        self.machine = MoveBase(MoveBaseParameters(**parameters))
+        taken = MoveBaseParameters(**parameters)
+        self.machine = MoveBase(taken, [each.name for each in recovery_behaviors(taken)])
         self.now = 100.0
         self.orders: list = []
 

@@ -185,6 +185,19 @@ def test_clearing_forgets_the_hits():
     assert (local.update(robot).data == 0).all()
 
 
+@pytest.mark.parametrize("origin", [Pose2D(0.0, 0.0), Pose2D(3.0, -2.0, 0.7)])
+def test_clearing_around_a_pose_forgets_only_what_is_farther_away(origin):
+    layers = empty(origin=origin)
+    local, robot = LocalCostmap(layers), origin @ Pose2D(5.0, 5.0)
+    local.update(robot, hit_at(robot, 1.02))
+    local.clear(robot, 1.2)
+    assert (local.update(robot).data == 254).any()
+    assert local.overlay(layers.costmap).data.max() >= 253
+    local.clear(robot, 0.9)
+    assert local.overlay(layers.costmap) is layers.costmap
+    assert (local.update(robot).data == 0).all()
+
+
 # Overlaying the costmap of the whole map.
 
 

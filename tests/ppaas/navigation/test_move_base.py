@@ -12,26 +12,27 @@ from ppaas.messages.actionlib_msgs import Status
 from ppaas.navigation.events import (
     CancelReceived,
     ControlFailed,
-    CostmapCleared,
     PlanFailed,
     PlanSucceeded,
+    RecoveryEnded,
+    RecoveryStepped,
     VelocityComputed,
 )
 from ppaas.navigation.move_base import State
 from ppaas.navigation.orders import (
     CancelPlan,
-    ClearCostmap,
     ComputeVelocity,
     FollowPlan,
     PublishFeedback,
     PublishGoal,
     PublishResult,
     PublishStatus,
+    Recover,
     RequestPlan,
     SendVelocity,
     Stop,
 )
-from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.navigation.parameters import MoveBaseParameters, RecoveryBehavior
 from tests.support.move_base_driver import BLOCKED, HERE, PLAN, THERE, Driver
 
 # -- goals -------------------------------------------------------------------------------------------------------------
@@ -154,15 +155,13 @@ def test_cancelling_while_planning_cancels_the_plan():
     assert driver.one(CancelPlan).number == number
 
 
-def test_cancelling_while_recovering_stops_the_turn():
-    driver = Driver(planner_patience=0.0)
+def test_cancelling_while_recovering_stops_the_robot():
+    driver = Driver(max_planning_retries=0)
     driver.to_planning()
+    driver.fail_plan()
     driver.tick()
-    driver.feed(PlanFailed(driver.now, 1, BLOCKED))
-    driver.feed(CostmapCleared(driver.now))
-    driver.fail_plans_until_recovery()
-    driver.tick()
-    assert driver.of(SendVelocity)
+    driver.feed(RecoveryStepped(driver.now, Velocity(0.0, 1.0)))
+    assert driver.orders == [SendVelocity(Velocity(0.0, 1.0))]
     driver.feed(CancelReceived(driver.now))
     assert driver.of(Stop)
     assert driver.tick() == []
@@ -218,24 +217,24 @@ def test_max_planning_retries_ends_patience_early():
 
 
 def test_when_all_recoveries_have_failed_the_goal_is_aborted_with_the_text_of_ros_and_the_reason():
-    driver = Driver(planner_patience=0.5, rotation_patience=1.0)
+    driver = Driver(planner_patience=0.5)
     driver.to_planning()
     driver.fail_plan()
-    cleared = []
+    recovered = []
     for _ in range(1000):
         driver.tick()
         if driver.of(RequestPlan):
             driver.fail_plan(GoalOccupied("the goal is not free"))
-        for order in driver.of(ClearCostmap):
-            cleared.append(order.beyond)
-            driver.feed(CostmapCleared(driver.now))
+        for order in driver.of(Recover):
+            recovered.append(order.index)
+            driver.feed(RecoveryEnded(driver.now))
         if driver.machine.goals.active is None:
             break
     result = driver.one(PublishResult)
     assert result.status is Status.ABORTED
     expected = "Failed to find a valid plan. Even after executing recovery behaviors."
     assert result.text == f"{expected} the goal is not free"
-    assert cleared == [3.0, 0.0], "first what is far, then everything"
+    assert recovered == [0, 1, 2, 3]
 
 
 def test_without_recovery_the_goal_is_aborted_when_patience_ends():
@@ -285,7 +284,8 @@ def test_without_a_planner_frequency_no_plan_is_made_while_driving():
         VelocityComputed(200.0, Velocity(1.0, 0.0)),
         VelocityComputed(200.0, Velocity(), goal_reached=True),
         ControlFailed(200.0),
-        CostmapCleared(200.0),
+        RecoveryStepped(200.0, Velocity(1.0, 0.0)),
+        RecoveryEnded(200.0),
         PlanSucceeded(200.0, 77, PLAN),
         PlanFailed(200.0, 77, BLOCKED, final=True),
     ],
@@ -304,7 +304,9 @@ def test_an_answer_that_nobody_waits_for_changes_nothing(late):
         {"planner_patience": -1.0},
         {"planner_timeout": math.inf},
         {"oscillation_distance": math.nan},
-        {"min_rotational_vel": 2.0},
+        {"recovery_behaviors": (RecoveryBehavior("a", "wait"), RecoveryBehavior("a", "back_up"))},
+        {"recovery_behaviors": (RecoveryBehavior("", "wait"),)},
+        {"recovery_behaviors": (RecoveryBehavior("a", "wait"),) * 33},
     ],
 )
 def test_parameters_out_of_range_are_refused_by_name(wrong):

@@ -1,22 +1,22 @@
 """Move Base, transition by transition: control, recovery, and a pose that is not known."""
 
-import math
 
 from ppaas.controllers.base import Velocity
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.navigation.events import (
     ControlFailed,
-    CostmapCleared,
     PlanSucceeded,
+    RecoveryEnded,
+    RecoveryStepped,
     VelocityComputed,
 )
 from ppaas.navigation.move_base import State
 from ppaas.navigation.orders import (
-    ClearCostmap,
     ComputeVelocity,
     PublishResult,
     PublishStatus,
+    Recover,
     RequestPlan,
     SendVelocity,
     Stop,
@@ -46,14 +46,14 @@ def fail_control(driver: Driver, cycles: int) -> None:
             driver.tick()
         if driver.of(ComputeVelocity):
             driver.feed(ControlFailed(driver.now))
-        for _ in driver.of(ClearCostmap):
-            driver.feed(CostmapCleared(driver.now))
+        for _ in driver.of(Recover):
+            driver.feed(RecoveryEnded(driver.now))
         if driver.machine.goals.active is None:
             return
 
 
 def test_when_control_fails_for_longer_than_its_patience_recovery_begins_and_at_last_it_is_aborted():
-    driver = Driver(controller_patience=2.0, rotation_patience=0.5)
+    driver = Driver(controller_patience=2.0)
     driver.goal()
     fail_control(driver, 1000)
     result = driver.one(PublishResult)
@@ -62,8 +62,8 @@ def test_when_control_fails_for_longer_than_its_patience_recovery_begins_and_at_
 
 
 def test_a_velocity_that_is_found_makes_recovery_begin_from_the_first_again():
-    driver = Driver(controller_patience=0.3, rotation_patience=0.1)
-    cleared = []
+    driver = Driver(controller_patience=0.3)
+    recovered = []
     driver.goal()
     for _ in range(6):
         for _ in range(100):
@@ -73,9 +73,9 @@ def test_a_velocity_that_is_found_makes_recovery_begin_from_the_first_again():
                 driver.tick()
             if driver.of(ComputeVelocity):
                 driver.feed(ControlFailed(driver.now))
-            if driver.of(ClearCostmap):
-                cleared.append(driver.one(ClearCostmap).beyond)
-                driver.feed(CostmapCleared(driver.now))
+            if driver.of(Recover):
+                recovered.append(driver.one(Recover).index)
+                driver.feed(RecoveryEnded(driver.now))
                 break
         for _ in range(30):
             driver.tick()
@@ -84,7 +84,7 @@ def test_a_velocity_that_is_found_makes_recovery_begin_from_the_first_again():
             if driver.of(ComputeVelocity):
                 driver.feed(VelocityComputed(driver.now, Velocity(0.1, 0)))
                 break
-    assert cleared == [3.0] * 6
+    assert recovered == [0] * 6
 
 
 def test_a_robot_that_goes_to_and_fro_oscillates():
@@ -127,46 +127,70 @@ def test_a_plan_that_cannot_be_renewed_for_longer_than_patience_is_given_up():
 # -- recovery ----------------------------------------------------------------------------------------------------------
 
 
-def test_recoveries_come_in_the_order_of_move_base():
+def test_recoveries_come_in_the_order_of_move_base_each_told_of():
     driver = Driver(planner_patience=0.2)
     driver.to_planning()
     driver.fail_plan()
     names = []
     for _ in range(4000):
-        driver.tick(Pose2D(0, 0, 0.1 * len(names)))
+        driver.tick()
         if driver.of(RequestPlan):
             driver.fail_plan()
         if driver.machine.goals.active is None:
             break
-        if "recovering by" in driver.text:
-            name = driver.text.split()[2].rstrip(":")
-            if not names or names[-1] != name:
-                names.append(name)
-        if driver.of(ClearCostmap):
-            driver.feed(CostmapCleared(driver.now))
-    assert names == ["conservative_reset", "rotate_recovery", "aggressive_reset", "rotate_recovery"]
+        if driver.of(Recover):
+            names.append(driver.text)
+            driver.feed(RecoveryEnded(driver.now))
+    order = ("conservative_reset", "rotate_recovery", "aggressive_reset", "rotate_recovery")
+    assert names == [f"recovering by {name}: no way" for name in order]
 
 
-def test_the_robot_turns_once_round_and_then_plans_anew():
-    driver = Driver(planner_patience=0.0, max_planning_retries=0)
+def recovering(**parameters) -> Driver:
+    driver = Driver(planner_frequency=0.0, max_planning_retries=0, **parameters)
     driver.to_planning()
     driver.fail_plan()
-    driver.feed(CostmapCleared(driver.now))
-    driver.tick()
-    driver.fail_plan()
     assert driver.machine.state is State.CLEARING
-    turned, heading = 0.0, 0.0
-    while driver.machine.state is State.CLEARING:
-        driver.tick(Pose2D(0, 0, math.remainder(heading, 2 * math.pi)))
-        for order in driver.of(SendVelocity):
-            assert 0.4 <= order.velocity.angular <= 1.0
-            assert order.velocity.linear == 0.0
-            heading += 0.1 * order.velocity.angular
-            turned = heading
-    assert 2 * math.pi <= turned < 2 * math.pi + 0.2
+    return driver
+
+
+def test_a_recovery_begins_once_and_is_asked_in_every_cycle_until_it_ends():
+    driver = recovering()
+    assert driver.of(Stop)
+    places = [Pose2D(0.1 * cycle, 0, 0) for cycle in range(3)]
+    for cycle, pose in enumerate(places):
+        driver.tick(pose)
+        assert driver.one(Recover) == Recover(0, pose, begin=cycle == 0)
+        driver.feed(RecoveryStepped(driver.now, Velocity(-0.1, 0.0)))
+        assert driver.orders == [SendVelocity(Velocity(-0.1, 0.0))]
+    driver.tick()
+    driver.feed(RecoveryEnded(driver.now))
     assert driver.of(Stop)
     driver.tick()
     assert driver.of(RequestPlan)
+
+
+def test_a_recovery_that_is_given_up_says_why_and_the_next_one_is_tried():
+    driver = recovering()
+    driver.tick()
+    driver.feed(RecoveryEnded(driver.now, "no room behind"))
+    assert driver.of(PublishStatus)
+    assert driver.text == "conservative_reset was given up: no room behind"
+    driver.tick()
+    driver.fail_plan()
+    driver.tick()
+    assert driver.one(Recover).index == 1
+
+
+def test_a_recovery_that_is_broken_off_by_a_new_goal_begins_anew():
+    driver = recovering()
+    driver.tick()
+    driver.feed(RecoveryStepped(driver.now, Velocity(0.0, 1.0)))
+    driver.goal("b")
+    assert driver.feed(RecoveryStepped(driver.now, Velocity(0.0, 1.0))) == []
+    driver.tick()
+    driver.fail_plan()
+    driver.tick()
+    assert driver.one(Recover).begin
 
 
 def test_a_plan_after_recovery_makes_the_next_recovery_begin_from_the_first():
@@ -178,10 +202,28 @@ def test_a_plan_after_recovery_makes_the_next_recovery_begin_from_the_first():
             driver.feed(ControlFailed(driver.now))
             driver.tick()
         driver.fail_plan()
-        assert driver.one(ClearCostmap).beyond == 3.0
-        driver.feed(CostmapCleared(driver.now))
+        driver.tick()
+        assert driver.one(Recover).index == 0
+        driver.feed(RecoveryEnded(driver.now))
         driver.tick()
         driver.feed(PlanSucceeded(driver.now, driver.one(RequestPlan).number, PLAN))
+
+
+def test_a_recovery_that_moves_the_robot_is_not_taken_for_getting_on():
+    driver = Driver(oscillation_timeout=3.0, oscillation_distance=0.5)
+    driver.to_controlling()
+    indices, x = [], 0.0
+    for _ in range(300):
+        x -= 0.6 if driver.machine.state is State.CLEARING else 0.0
+        driver.tick(Pose2D(x, 0, 0))
+        for order in driver.of(RequestPlan):
+            driver.feed(PlanSucceeded(driver.now, order.number, PLAN))
+        for order in driver.of(Recover):
+            indices += [order.index] if order.begin else []
+            driver.feed(RecoveryEnded(driver.now) if not order.begin else RecoveryStepped(driver.now, Velocity()))
+        if driver.machine.goals.active is None:
+            break
+    assert indices == [0, 1, 2, 3]
 
 
 # -- an unknown pose ---------------------------------------------------------------------------------------------------

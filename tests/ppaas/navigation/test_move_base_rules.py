@@ -30,10 +30,10 @@ class Rules(RuleBasedStateMachine):
         self.machine = MoveBase(
             MoveBaseParameters(
                 planner_frequency=frequency,
-                recovery_behavior_enabled=recovery,
                 oscillation_timeout=oscillation,
                 max_planning_retries=retries,
-            )
+            ),
+            ["one", "two"] if recovery else [],
         )
         self.now = 0.0
         self.accepted = 0
@@ -57,6 +57,10 @@ class Rules(RuleBasedStateMachine):
                 case orders.CancelPlan():
                     assert order.number in self.plans
                     self.plans.remove(order.number)
+                case orders.Recover():
+                    assert order.begin == (order.index != self.recovering), "a run begins once"
+                    assert not self.plans
+                    self.recovering = order.index
                 case orders.SendVelocity():
                     assert self.machine.goals.active is not None
                     self.moving = any(order.velocity)
@@ -97,9 +101,13 @@ class Rules(RuleBasedStateMachine):
     def no_velocity(self):
         self.feed(events.ControlFailed(self.now))
 
-    @rule()
-    def cleared(self):
-        self.feed(events.CostmapCleared(self.now))
+    @rule(speed=st.floats(-1, 1))
+    def recovery_goes_on(self, speed):
+        self.feed(events.RecoveryStepped(self.now, Velocity(speed, 0.0)))
+
+    @rule(reason=st.sampled_from(["", "no room"]))
+    def recovery_ends(self, reason):
+        self.feed(events.RecoveryEnded(self.now, reason))
 
     @invariant()
     def each_goal_ends_exactly_once(self):

@@ -45,6 +45,13 @@ def test_a_container_that_plans_has_a_map_and_a_planner_and_nothing_that_moves()
         {"base_global_planner": "global_planner/GlobalPlanner", "parameters": {"GlobalPlanner": {}}},
         {"parameters": {"move_base": {"controller_frequency": 5, "base_local_planner": "dwa"}}},
         {"parameters": {"amcl": {"min_particles": 100}, "local_costmap": {"width": 4.0}}},
+        {"parameters": {"conservative_reset": {"reset_distance": 1.5}, "rotate_recovery": {"acc_lim_th": 2.0}}},
+        {
+            "parameters": {
+                "move_base": {"recovery_behaviors": [{"name": "back", "type": "nav2_behaviors/BackUp"}]},
+                "back": {"backup_dist": 0.2},
+            }
+        },
         {"parameters": {"robot_state_publisher": {"laser_frame": "hokuyo"}}},
     ],
 )
@@ -55,7 +62,7 @@ def test_parameters_are_taken_by_the_names_of_ros(options):
 @pytest.mark.parametrize(
     ("parameters", "text"),
     [
-        ({"movebase": {}}, "unknown node 'movebase'; known: amcl, dijkstra, dwa, local_costmap, move_base"),
+        ({"movebase": {}}, "unknown node 'movebase'; known: aggressive_reset, amcl, conservative_reset, dijkstra, dwa"),
         ({"move_base": {"controller_freq": 5.0}}, "controller_freq.*known: .*controller_frequency"),
         ({"move_base": {"controller_frequency": "fast"}}, "controller_frequency"),
         ({"move_base": {"controller_frequency": -1.0}}, "controller_frequency must be above 0"),
@@ -63,6 +70,10 @@ def test_parameters_are_taken_by_the_names_of_ros(options):
         ({"amcl": []}, "'amcl' must be an object"),
         ({"local_costmap": {"width": -1.0}}, "width"),
         ({"dwa": {"warp": 9}}, "warp"),
+        ({"conservative_reset": {"reset_distance": -1.0}}, "reset_distance"),
+        ({"rotate_recovery": {"reset_distance": 1.0}}, "reset_distance.*known: .*max_rotational_vel"),
+        ({"move_base": {"recovery_behaviors": [{"name": "rest"}]}}, "`type`.*recovery_behaviors"),
+        ({"move_base": {"recovery_behaviors": {"rest": "wait"}}}, "recovery_behaviors"),
         ({"dijkstra": {"heuristic": 1}}, "heuristic"),
     ],
 )
@@ -78,3 +89,9 @@ def test_a_parameter_that_cannot_be_taken_is_refused_by_name(parameters, text):
 def test_an_unknown_plug_in_is_told_with_those_there_are(option, known):
     with pytest.raises(NotFound, match=f"'nonsense'.*{known}"):
         clone(**{option: "nonsense"})
+
+
+def test_an_unknown_recovery_behaviour_is_told_with_those_there_are():
+    behaviors = [{"name": "jump", "type": "jump_recovery/JumpRecovery"}]
+    with pytest.raises(NotFound, match=r"'jump_recovery/JumpRecovery'; known: back_up, clear_costmap_recovery, rot"):
+        clone(parameters={"move_base": {"recovery_behaviors": behaviors}})

@@ -1,0 +1,38 @@
+"""Recovery behaviours by name."""
+
+from typing import Any
+
+from ppaas.plugins import PluginRegistry
+from ppaas.recoveries.base import Recovery
+
+RECOVERIES: PluginRegistry[Recovery] = PluginRegistry(
+    "ppaas.recoveries",
+    "recovery behaviour",
+    Recovery,  # type: ignore[type-abstract]
+    aliases={
+        "clear_costmap_recovery/ClearCostmapRecovery": "clear_costmap_recovery",
+        "rotate_recovery/RotateRecovery": "rotate_recovery",
+        "nav2_behaviors/BackUp": "back_up",
+        "nav2_behaviors::BackUp": "back_up",
+        "nav2_behaviors/Wait": "wait",
+        "nav2_behaviors::Wait": "wait",
+    },
+)
+
+
+def create(name: str, **parameters: Any) -> Recovery:
+    """Make a recovery behaviour by its name or its ROS alias.
+
+    Raises
+    ------
+    NotFound
+        None of that name is installed; the text lists those there are.
+    InvalidParameter
+        It takes no such parameter.
+    """
+    return RECOVERIES.create(name, parameters)
+
+
+def recovery_names() -> tuple[str, ...]:
+    """Return the names of all recovery behaviours installed."""
+    return RECOVERIES.names()
