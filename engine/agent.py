@@ -23,6 +23,7 @@ from engine.agent_config import AgentConfig
 from engine.fabric import Fabric
 from engine.framing import FrameStream
 from engine.gate import Gate
+from engine.heartbeats import BEAT_PERIOD
 from engine.hosting import Hosting
 from engine.mapcache import MapCache
 from engine.router import RouterProcess
@@ -49,7 +50,7 @@ class Agent:
         """Register, then carry out orders until the master hangs up."""
         memory = psutil.virtual_memory().total
         self._stream.write(control.Register(self._config.machine, self._config.secret, os.getpid(), cpus, memory))
-        heartbeats = asyncio.create_task(self._send_heartbeats())
+        telling = [asyncio.create_task(self._send_beats()), asyncio.create_task(self._send_heartbeats())]
         try:
             while (order := await self._stream.receive()) is not None:
                 if isinstance(order, control.StartContainer):
@@ -57,9 +58,14 @@ class Agent:
                 else:
                     self._hosting.stop(order)
         finally:
-            heartbeats.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await heartbeats
+            for task in telling:
+                task.cancel()
+            await asyncio.gather(*telling, return_exceptions=True)
+
+    async def _send_beats(self) -> None:
+        while True:
+            self._stream.write(control.Beat())
+            await asyncio.sleep(BEAT_PERIOD)
 
     async def _send_heartbeats(self) -> None:
         psutil.cpu_percent()

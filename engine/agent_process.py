@@ -77,6 +77,12 @@ class AgentProcess:
         process.stdin.close()
         return process
 
+    def kill(self) -> None:
+        """End the agent by force, with what it started: it is frozen, and is started again."""
+        if self._process is not None and self._process.returncode is None:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+
     async def stop(self) -> None:
         """End the agent, by force with what it started if it does not go by itself."""
         if self._keeper is not None:
@@ -92,6 +98,5 @@ class AgentProcess:
                 await process.wait()
         except TimeoutError:
             logger.warning("the agent of machine %r did not end by itself and is killed", self._config.machine)
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
+            self.kill()
             await process.wait()

@@ -68,7 +68,13 @@ class Cloud:
         self.map_store: MapStore = open_map_store(config.map_store)
         self._run_dir = make_run_dir()  # after what may be refused, so that it is not left behind
         secret = secrets.token_urlsafe(24)
-        self.service = CloudService(Master(FirstFit(), config.quota), self.store, self._run_dir, secret)
+        self.service = CloudService(
+            Master(FirstFit(), config.quota),
+            self.store,
+            self._run_dir,
+            secret,
+            machine_frozen=lambda _: self._agent.kill(),
+        )
         self.sessions = RobotSessions(self.service, self.store, self.map_store, config.linger)
         self._planning = Planning(self.service)
         self._agent = AgentProcess(

@@ -15,6 +15,7 @@ import uvloop
 
 from engine import link
 from engine.framing import FrameStream
+from engine.heartbeats import BEAT_PERIOD
 from engine.home import CloudHome
 from engine.machine_client import MachineClient
 from engine.mapcache import open_layers
@@ -151,7 +152,8 @@ class Container:
             self._dirty.set()
 
     def _refuse(self, frame: link.Deliver, error: PPaaSError) -> None:
-        self._stream.write(link.Refused(frame.client, frame.topic, link.Refusal(error.slug, str(error))))
+        refusal = link.Refusal(error.slug, str(error))
+        self._stream.write(link.Refused(frame.client, frame.topic, refusal, frame.sequence))
 
     def _subscribe(self, topic: str, client: int) -> None:
         self._wanted.add(topic)
@@ -202,6 +204,12 @@ class Container:
             logger.exception("a call of %s broke a node", frame.service)
             reply(PPaaSError(f"internal error: {type(error).__name__}"))
 
+    async def beat(self) -> None:
+        """Show that this process is not frozen."""
+        while True:
+            self._stream.write(link.Beat(self._graph.busy))
+            await asyncio.sleep(BEAT_PERIOD)
+
     # -- checkpoints ---------------------------------------------------------------------------------------------------
 
     async def keep_checkpoints(self) -> None:
@@ -249,7 +257,9 @@ async def run(launch: Launch) -> None:
     stream.write(container.hello(os.getpid()))
     home.attend()
     try:
-        await _until_first(container.serve(), container.keep_checkpoints(), machine.serve(outside.shared))
+        await _until_first(
+            container.serve(), container.keep_checkpoints(), container.beat(), machine.serve(outside.shared)
+        )
     finally:
         home.close()
         await stream.close()

@@ -32,6 +32,10 @@ class Heartbeat(msgspec.Struct, tag="heartbeat"):
     containers: list[ContainerLoad]
 
 
+class Beat(msgspec.Struct, tag="beat"):
+    """The agent lives; its load takes longer to measure the more containers there are."""
+
+
 class Launched(msgspec.Struct, tag="launched"):
     """The process of a container runs; it is ready when it has dialled the robot link."""
 
@@ -53,7 +57,7 @@ class Exited(msgspec.Struct, tag="exited"):
     status: int
 
 
-FromAgent = Register | Heartbeat | Launched | LaunchFailed | Exited
+FromAgent = Register | Beat | Heartbeat | Launched | LaunchFailed | Exited
 
 
 class StartContainer(msgspec.Struct, tag="start"):

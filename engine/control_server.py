@@ -77,6 +77,12 @@ class ControlServer:
             raise Unavailable(f"machine {machine!r} is gone")
         stream.write(order)
 
+    def hang_up(self, machine: str) -> None:
+        """Cut a machine off, which is then gone."""
+        stream = self._machines.get(machine)
+        if stream is not None:
+            stream.abort()
+
     async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         stream: FrameStream[control.FromAgent] = FrameStream(reader, writer, control.FromAgent)
         self._streams.add(stream)

@@ -81,6 +81,10 @@ class FrameStream(Generic[In]):
         """Bytes written that the peer has not yet taken."""
         return self._writer.transport.get_write_buffer_size()
 
+    def abort(self) -> None:
+        """Break the connection off, whatever the peer does."""
+        self._writer.transport.abort()
+
     async def close(self) -> None:
         """Close both directions, by force where the peer does not take what was written."""
         self._writer.close()

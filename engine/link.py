@@ -96,15 +96,22 @@ class Ack(msgspec.Struct, tag="ack"):
     sequence: int
 
 
+class Beat(msgspec.Struct, tag="beat"):
+    """The container lives, though it may have nothing to say; ``busy`` if it works for a goal."""
+
+    busy: bool
+
+
 class Refused(msgspec.Struct, tag="refused"):
-    """A message that the clone does not take, for the client that sent it."""
+    """A message that the clone does not take, for the client that sent it; the sequence is that of ``Deliver``."""
 
     client: int
     topic: str
     refusal: Refusal
+    sequence: int = 0
 
 
-FromContainer = Hello | Failed | Declared | Undeclared | Published | Answer | Ack | Refused
+FromContainer = Hello | Failed | Declared | Undeclared | Published | Answer | Ack | Beat | Refused
 
 # -- endpoint → container ----------------------------------------------------------------------------------------------
 

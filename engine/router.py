@@ -1,7 +1,8 @@
 """The Zenoh router of a machine: a process of its own, so that it can die alone.
 
-``python -m engine.router`` reads its settings as JSON from standard input, writes one line when it listens, and ends
-when standard input does, which is when whoever started it is gone. Only clients that know a name and password of the
+``python -m engine.router`` reads its settings as JSON from standard input, writes one line when it listens and a byte
+for each that it reads from then on, which shows that it is not frozen. It ends when standard input does, which is when
+whoever started it is gone. Only clients that know a name and password of the
 credentials file may connect; nothing is scouted for and nothing announced.
 """
 
@@ -17,6 +18,7 @@ from pathlib import Path
 import msgspec
 import zenoh
 
+from engine.heartbeats import BEAT_PERIOD, MISSED, Heartbeats
 from engine.zenoh_config import Credentials, router_config
 from ppaas.errors import Unavailable
 
@@ -26,6 +28,9 @@ READY = b"ready\n"
 START_TIMEOUT = 10.0
 STEADY = 5.0
 """Seconds after which a router that dies again is started again at once."""
+
+ANSWER_GRACE = 0.1
+"""Seconds that are waited for a beat that is late."""
 
 RETRY = 0.2
 """Seconds before a router is started that did not live so long."""
@@ -54,8 +59,8 @@ def serve(settings: RouterSettings) -> None:
     zenoh.init_log_from_env_or("error")
     with zenoh.open(router_config(settings.listen, settings.credentials, settings.own)):
         os.write(sys.stdout.fileno(), READY)
-        while os.read(sys.stdin.fileno(), 4096):
-            pass
+        while asked := os.read(sys.stdin.fileno(), 4096):
+            os.write(sys.stdout.fileno(), asked)
 
 
 class RouterProcess:
@@ -130,7 +135,7 @@ class RouterProcess:
         loop = asyncio.get_running_loop()
         while True:
             began = loop.time()
-            status = await process.wait()
+            status = await _ended(process)
             logger.error("the router ended with status %s and is started again", status)
             if loop.time() - began < STEADY:
                 await asyncio.sleep(RETRY)
@@ -144,6 +149,29 @@ class RouterProcess:
             except (Unavailable, OSError, TimeoutError):
                 logger.exception("the router did not come up; trying again")
                 await asyncio.sleep(RETRY)
+
+
+async def _ended(process: Process) -> int:
+    """Return the status of a router that ended by itself, or was ended because it is frozen."""
+    watching = asyncio.create_task(_watch(process))
+    try:
+        return await process.wait()
+    finally:
+        watching.cancel()
+        await asyncio.gather(watching, return_exceptions=True)
+
+
+async def _watch(process: Process) -> None:
+    assert process.stdin is not None and process.stdout is not None
+    heartbeats, beats = Heartbeats(), 1
+    while not heartbeats.look({"router": beats}):
+        process.stdin.write(b"?")
+        await asyncio.sleep(BEAT_PERIOD)
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(ANSWER_GRACE):
+                beats += len(await process.stdout.read(4096))
+    logger.error("the router missed %d beats: it is frozen, and killed", MISSED)
+    process.kill()
 
 
 async def _end(process: Process) -> None:

@@ -5,8 +5,11 @@ link that clients talk to.
 """
 
 import asyncio
+import contextlib
 import logging
 import secrets
+from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
@@ -15,6 +18,7 @@ from engine import control, link
 from engine.background import Background
 from engine.control_server import ControlServer
 from engine.framing import FrameStream
+from engine.heartbeats import BEAT_PERIOD, MISSED, Heartbeats
 from engine.link_server import LinkServer
 from engine.machine import Machine
 from engine.master import Close, End, Master, Order, Place, PlaceRequest, Start
@@ -45,13 +49,23 @@ class CloudService:
         With which agents register.
     start_timeout : float
         Seconds that a container has to dial the robot link.
+    machine_frozen : callable
+        Told of a machine whose agent shows no sign of life, for whoever can end it; it was hung up on.
     """
 
     def __init__(
-        self, master: Master, store: Store, run_dir: Path, secret: str, *, start_timeout: float = START_TIMEOUT
+        self,
+        master: Master,
+        store: Store,
+        run_dir: Path,
+        secret: str,
+        *,
+        start_timeout: float = START_TIMEOUT,
+        machine_frozen: Callable[[str], None] = lambda _: None,
     ) -> None:
         self._master = master
         self._start_timeout = start_timeout
+        self._machine_frozen = machine_frozen
         self._store = store
         self._links = LinkServer(run_dir / "link.sock", self._welcome, self._failed)
         self._control = ControlServer(run_dir / "control.sock", secret, self)
@@ -59,7 +73,9 @@ class CloudService:
         self._started: dict[str, float] = {}
         self._ready_seconds: dict[str, float] = {}
         self._ordered: dict[str, float] = {}
+        self._machine_beats: Counter[str] = Counter()
         self._background = Background()
+        self._watching = Background()
         self._machine_joined = asyncio.Event()
         self._closing = False
 
@@ -67,6 +83,7 @@ class CloudService:
         """Listen for containers and machines."""
         await self._links.start()
         await self._control.start()
+        self._watching.run(self._watch())
 
     async def wait_for_machine(self, timeout: float) -> None:
         """Wait until a first machine is here.
@@ -85,6 +102,7 @@ class CloudService:
     async def close(self) -> None:
         """Close all places and let all machines go."""
         self._closing = True
+        await self._watching.cancel()
         for key in tuple(self._places):
             await self.close_place(key, Unavailable("the cloud is shutting down"))
         await self._control.close()
@@ -227,6 +245,7 @@ class CloudService:
     def machine_registered(self, register: control.Register) -> None:
         """Take a machine in."""
         machine = Machine(register.machine, register.cores, register.memory, register.pid)
+        self._machine_beats[machine.id] = 0
         logger.info("machine %s joined with %d cores", machine.id, machine.cores)
         self._machine_joined.set()
         self._execute(self._master.machine_joined(machine))
@@ -234,6 +253,8 @@ class CloudService:
     def machine_said(self, machine: str, event: control.FromAgent) -> None:
         """Take news of a machine."""
         match event:
+            case control.Beat():
+                self._machine_beats[machine] += 1
             case control.Heartbeat():
                 self._note_load(machine, event)
             case control.Launched():
@@ -245,6 +266,7 @@ class CloudService:
 
     def machine_gone(self, machine: str) -> None:
         """Place anew what a machine carried."""
+        self._machine_beats.pop(machine, None)
         logger.log(logging.INFO if self._closing else logging.WARNING, "machine %s is gone", machine)
         lost = self._master.machines[machine].containers if machine in self._master.machines else {}
         for container in lost:
@@ -259,6 +281,24 @@ class CloudService:
         if orders:
             logger.warning("container %s is lost: %s", container, reason)
         self._execute(orders)
+
+    # -- what is frozen ------------------------------------------------------------------------------------------------
+
+    async def _watch(self) -> None:
+        """End what is connected and shows no sign of life, so that it is replaced as if it had died."""
+        containers, machines = Heartbeats(), Heartbeats()
+        while True:
+            await asyncio.sleep(BEAT_PERIOD)
+            frozen = machines.look(self._machine_beats)
+            beats = {place.container: place.beats for place in self._places.values() if place.container is not None}
+            for machine in frozen:
+                logger.error("machine %s missed %d beats: its agent is frozen, and given up", machine, MISSED)
+                self._control.hang_up(machine)
+                self._machine_frozen(machine)
+            for container in containers.look(beats):
+                logger.error("container %s missed %d beats: it is frozen, and replaced", container, MISSED)
+                with contextlib.suppress(NotFound, Unavailable):  # it went just now
+                    self.give_up_container(container)
 
     def _note_load(self, machine_id: str, heartbeat: control.Heartbeat) -> None:
         machine = self._master.machines.get(machine_id)

@@ -125,6 +125,11 @@ class Node(ABC):
     def __init__(self, context: Context) -> None:
         self.context = context
 
+    @property
+    def busy(self) -> bool:
+        """Tell whether it works for a goal: its robot is not idle, though nobody may say anything meanwhile."""
+        return False
+
     def start(self) -> None:
         """Begin: the node is connected now, and may publish."""
 

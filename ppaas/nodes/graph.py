@@ -190,6 +190,11 @@ class Graph:
         """Tell whether a node or a tap hears a topic now."""
         return bool(self._subscribers.get(topic) or self._taps.get(topic))
 
+    @property
+    def busy(self) -> bool:
+        """Tell whether a node works for a goal."""
+        return any(node.busy for node in self.nodes.values())
+
     def checkpoints(self) -> list[Checkpoint]:
         """Return what the nodes need to go on elsewhere."""
         states = ((node.name, node.checkpoint()) for node in self.nodes.values())

@@ -1,0 +1,48 @@
+"""Who still lives: beats are counted, and whoever misses several of them is frozen, though its connection stands."""
+
+from collections.abc import Mapping
+
+from ppaas.clock import Clock, monotonic
+
+BEAT_PERIOD = 1.0
+"""Seconds between two beats, and between two looks at who has beaten."""
+
+MISSED = 4
+"""Looks in a row that find no new beat; then its process is taken for frozen. A busy machine delays a beat by tenths of
+a second, and what holds an event loop longest, as a large map, by one or two."""
+
+
+class Heartbeats:
+    """Compares counts of beats from look to look.
+
+    Missed beats are counted, not seconds: if our own process stood still, as with a computer that slept, it had no
+    look at anybody meanwhile, and the first look after it counts nothing.
+
+    Parameters
+    ----------
+    clock : callable
+        Monotonic seconds.
+    """
+
+    def __init__(self, clock: Clock = monotonic) -> None:
+        self._clock = clock
+        self._looked = clock()
+        self._known: dict[str, tuple[int, int]] = {}
+
+    def look(self, beats: Mapping[str, int]) -> list[str]:
+        """Take the counts of all who should beat; return who is frozen.
+
+        Parameters
+        ----------
+        beats : mapping of str to int
+            How often each has beaten so far; it is watched from its first beat on.
+        """
+        now = self._clock()
+        stood_still = now - self._looked > 2.0 * BEAT_PERIOD
+        self._looked = now
+        before, self._known = self._known, {}
+        for name, count in beats.items():
+            counted, missed = before.get(name, (0, 0))
+            missed = 0 if count != counted or stood_still or not count else missed + 1
+            self._known[name] = (count, missed)
+        return [name for name, (_, missed) in self._known.items() if missed >= MISSED]
