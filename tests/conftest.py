@@ -1,6 +1,8 @@
 """Fixtures that all tests share, and how several processes share the tests."""
 
 import os
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -10,7 +12,7 @@ from tests.support.shares import place_in_line, share_of
 ROOT = Path(__file__).resolve().parent.parent
 
 
-@pytest.hookimpl(trylast=True)
+@pytest.hookimpl(tryfirst=True)  # pytest-xdist reads the marks in the same hook
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put each test into its share, and the longest shares first."""
     for item in items:
@@ -25,3 +27,11 @@ def data() -> Path:
     if not folder.is_dir():
         pytest.skip("no real data: set PPAAS_DATA")
     return folder
+
+
+@pytest.fixture
+def short_path(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Return a folder for temporary files with a path short enough for Unix sockets, which ``tmp_path`` may not be."""
+    with tempfile.TemporaryDirectory(prefix="t-") as name:
+        monkeypatch.setattr(tempfile, "tempdir", name)
+        yield Path(name)

@@ -6,14 +6,17 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection
 from multiprocessing.popen_forkserver import Popen
 from types import ModuleType
 from typing import TypeVar
 
 from engine.runtimes.child import FROZEN, PRELOAD, Warmth, look_around
+from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
 
 T = TypeVar("T")
@@ -26,6 +29,9 @@ _main_lock = threading.Lock()
 
 PROBE_TIMEOUT = 600.0
 """Seconds until the fork server must be warm; the very first start on a machine compiles all kernels."""
+
+ENDING_TIMEOUT = 5.0
+"""Seconds until a fork server that no longer listens must have ended."""
 
 FORK_TIMEOUT = 15.0
 """Seconds until a warm fork server must have forked; a frozen one never does."""
@@ -101,7 +107,7 @@ class ForkServer:
     def _probe(self) -> Warmth | str:
         receiving, sending = _context.Pipe(duplex=False)
         with receiving, sending:
-            probe = start_process(look_around, self._entry, sending)
+            probe = self._start_probe(sending)
             sending.close()
             try:
                 answer: Warmth | str = receiving.recv()
@@ -109,6 +115,16 @@ class ForkServer:
                 probe.wait()
                 probe.close()
         return answer
+
+    def _start_probe(self, sending: Connection) -> Popen:
+        deadline = monotonic() + ENDING_TIMEOUT
+        while True:
+            try:
+                return start_process(look_around, self._entry, sending)
+            except ConnectionRefusedError:  # by one that is about to end, for which the library starts no other yet
+                if monotonic() > deadline:
+                    raise
+                time.sleep(0.02)
 
     async def fork(self, target: Callable[..., None], *arguments: object) -> Popen:
         """Start a process, as ``start_process`` does.

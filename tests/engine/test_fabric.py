@@ -78,7 +78,7 @@ async def test_a_large_answer_arrives_whole(pair):
         return large
 
     one.serve("store/map", give)
-    assert await other.request("store/map", large) == large
+    assert await other.request("store/map", large, timeout=30.0) == large
 
 
 async def test_a_request_waits_for_whoever_serves_it_later(pair):

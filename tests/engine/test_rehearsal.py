@@ -1,5 +1,4 @@
 import multiprocessing
-import tempfile
 import threading
 
 import pytest
@@ -10,14 +9,13 @@ from ppaas.errors import NotFound
 from tests.support.launches import Reports
 
 
-def test_all_that_a_clone_publishes_is_heard_and_nothing_is_left(tmp_path, monkeypatch):
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+def test_all_that_a_clone_publishes_is_heard_and_nothing_is_left(short_path):
     threads = set(threading.enumerate())
     heard = rehearsal.rehearse()
     assert {"tf", "tf_static", "map", "amcl_pose", "particlecloud", "plan", "cmd_vel"} <= heard
     assert {"move_base/status", "move_base/feedback", "move_base/result", "robots"} <= heard
     assert set(threading.enumerate()) == threads
-    assert not list(tmp_path.iterdir())
+    assert not list(short_path.iterdir())
 
 
 def test_a_container_that_refuses_ends_the_rehearsal_with_its_reason(monkeypatch):

@@ -10,17 +10,16 @@ from ppaas.errors import InvalidInput
 MADE = len("/ppaas-12345678/")
 
 
-def test_it_belongs_to_this_user_alone(tmp_path, monkeypatch):
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+def test_it_belongs_to_this_user_alone(short_path):
     folder = make_run_dir()
-    assert folder.parent == tmp_path
+    assert folder.parent == short_path
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
 
 
 @pytest.mark.parametrize("spare", [0, -1])
-def test_a_socket_of_the_longest_name_can_be_bound_or_it_says_why_not(tmp_path, monkeypatch, spare):
-    room = LONGEST_PATH - LONGEST_NAME - MADE - len(bytes(tmp_path)) - 1
-    parent = tmp_path / ("a" * (room - spare))
+def test_a_socket_of_the_longest_name_can_be_bound_or_it_says_why_not(short_path, monkeypatch, spare):
+    room = LONGEST_PATH - LONGEST_NAME - MADE - len(bytes(short_path)) - 1
+    parent = short_path / ("a" * (room - spare))
     parent.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(parent))
     if spare < 0:
