@@ -1,9 +1,13 @@
-"""What waits to be sent to one client: bounded by topic, so that a slow reader costs nobody but itself."""
+"""What waits to be sent to one client: bounded by topic and in all, so that a slow reader costs nobody but itself.
+
+It outlives the socket. A client that comes back and says how many frames it received is sent again what must arrive
+and did not; see ``docs/adr/0013-sessions-outlive-sockets.md``.
+"""
 
 import asyncio
 import itertools
 from collections import OrderedDict, defaultdict, deque
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Unavailable
@@ -14,14 +18,25 @@ KEEP = {"cmd_vel": 1, "scan": 1, "odom": 1, "map": 1, "plan": 1, "particlecloud"
 
 MAX_KEEP = 1000
 
+MAX_BYTES = 16 << 20
+"""Characters of frames that wait. Beyond it the oldest messages of all topics that do not last are dropped first; a
+client for which so much waits that must not be dropped is closed."""
+
 EXPIRY = {"cmd_vel": 0.5}
 """Seconds after which a message of a topic is worse than none: an old command must not move a robot."""
 
+LASTING = frozenset({"move_base/result", "map", "tf_static"})
+"""Topics that say a thing once: what was sent of them and lost with its socket is sent again, as answers are."""
 
-@dataclass(frozen=True, slots=True)
-class _Entry:
+MAX_SENT = 256
+MAX_SENT_BYTES = 4 << 20
+"""Frames, and characters of them, that were sent and are kept to be sent again; a larger frame is not."""
+
+
+class _Entry(NamedTuple):
     frame: str
     expires: float
+    lasts: bool
 
 
 class Outbox:
@@ -31,25 +46,39 @@ class Outbox:
     ----------
     clock : callable
         Monotonic seconds.
+
+    Attributes
+    ----------
+    repeats : bool
+        Keep what was sent and lasts, for ``resume``.
     """
 
     def __init__(self, clock: Clock = monotonic) -> None:
         self._clock = clock
         self._numbers = itertools.count()
         self._entries: OrderedDict[int, _Entry] = OrderedDict()
+        self._bytes = 0
         self._by_topic: defaultdict[str, deque[int]] = defaultdict(deque)
         self._wake = asyncio.Event()
+        self._taken: _Entry | None = None
+        self._count = 0
+        self._sent: deque[tuple[int, _Entry]] = deque()
+        self._sent_bytes = 0
+        self.repeats = False
 
     def __len__(self) -> int:
         """Return how many frames wait."""
         return len(self._entries)
 
+    # -- what waits ----------------------------------------------------------------------------------------------------
+
     def put(self, topic: str, frame: str, keep: int) -> None:
         """Add a frame of a topic; of more than ``keep`` the oldest is dropped."""
         waiting = self._by_topic[topic]
         while waiting and (waiting[0] not in self._entries or len(waiting) >= min(max(keep, 1), MAX_KEEP)):
-            self._entries.pop(waiting.popleft(), None)
-        waiting.append(self._add(_Entry(frame, self._clock() + EXPIRY.get(topic, float("inf")))))
+            self._drop(waiting.popleft())
+        expires = self._clock() + EXPIRY[topic] if topic in EXPIRY else float("inf")
+        waiting.append(self._add(_Entry(frame, expires, topic in LASTING)))
 
     def put_answer(self, frame: str) -> None:
         """Add a frame that must not be dropped: a response, or a status.
@@ -59,22 +88,82 @@ class Outbox:
         Unavailable
             The client reads too slowly to be served.
         """
-        if len(self._entries) >= 10 * MAX_KEEP:
-            raise Unavailable("the client asks faster than it reads the answers")
-        self._add(_Entry(frame, float("inf")))
+        if len(self._entries) >= 10 * MAX_KEEP or self._bytes >= MAX_BYTES:
+            self._make_room()
+            if len(self._entries) >= 10 * MAX_KEEP or self._bytes >= MAX_BYTES:
+                raise Unavailable("the client asks faster than it reads the answers")
+        self._add(_Entry(frame, float("inf"), True))
 
     def _add(self, entry: _Entry) -> int:
         number = next(self._numbers)
         self._entries[number] = entry
+        self._bytes += len(entry.frame)
+        if self._bytes > MAX_BYTES:
+            self._make_room(number)
         self._wake.set()
         return number
+
+    def _drop(self, number: int) -> None:
+        entry = self._entries.pop(number, None)
+        if entry is not None:
+            self._bytes -= len(entry.frame)
+
+    def _make_room(self, newest: int | None = None) -> None:
+        for number in [n for n, entry in self._entries.items() if not entry.lasts and n != newest]:
+            if self._bytes < MAX_BYTES:
+                return
+            self._drop(number)
+
+    # -- what is sent --------------------------------------------------------------------------------------------------
 
     async def get(self) -> str:
         """Return the next frame that has neither been dropped nor expired; wait if there is none."""
         while True:
             while self._entries:
                 _, entry = self._entries.popitem(last=False)
+                self._bytes -= len(entry.frame)
                 if self._clock() < entry.expires:
+                    self._take(entry)
                     return entry.frame
             self._wake.clear()
             await self._wake.wait()
+
+    def _take(self, entry: _Entry) -> None:
+        self._taken = entry
+        self._count += 1
+        if self.repeats and entry.lasts and len(entry.frame) <= MAX_SENT_BYTES:
+            self._sent.append((self._count, entry))
+            self._sent_bytes += len(entry.frame)
+            while len(self._sent) > MAX_SENT or self._sent_bytes > MAX_SENT_BYTES:
+                self._sent_bytes -= len(self._sent.popleft()[1].frame)
+
+    def put_back(self) -> None:
+        """Take back the frame that ``get`` returned last: it was not sent."""
+        if self._taken is None:
+            return
+        if self._sent and self._sent[-1][0] == self._count:
+            self._sent_bytes -= len(self._sent.pop()[1].frame)
+        self._count -= 1
+        self._put_first(self._taken)
+        self._taken = None
+
+    def resume(self, received: int) -> None:
+        """Send again, before all else, what lasts of the frames that a client did not receive.
+
+        Parameters
+        ----------
+        received : int
+            Frames that it received since its session began.
+        """
+        self._count = received
+        while self._sent and self._sent[-1][0] > received:
+            _, entry = self._sent.pop()
+            self._sent_bytes -= len(entry.frame)
+            self._put_first(entry)
+
+    def _put_first(self, entry: _Entry) -> None:
+        number = next(self._numbers)
+        self._entries[number] = entry
+        self._entries.move_to_end(number, last=False)
+        self._bytes += len(entry.frame)
+        self._wake.set()

@@ -1,4 +1,4 @@
-"""The robot WebSocket: ``ws://HOST/?robot=ID&token=T&role=robot|operator``, speaking rosbridge v2.
+"""The robot WebSocket: ``ws://HOST/?robot=ID&token=T&role=robot|operator&session=NAME``, speaking rosbridge v2.
 
 A refusal comes before the handshake is done, as an HTTP problem.
 """
@@ -10,19 +10,18 @@ import logging
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from endpoints.auth import authenticate
-from endpoints.client_session import ClientSession
+from endpoints.client_sessions import ClientSessions, Seat
 from endpoints.problems import problem_response
-from endpoints.rights import Role, role_of
 from endpoints.services import Services
-from engine.place_link import PlaceLink
-from engine.robot_sessions import RobotSessions
-from ppaas.errors import InvalidParameter, PPaaSError
-from ppaas.wire import rosbridge
+from endpoints.visit import visit_of
+from endpoints.websocket_protocol import probe_of
+from ppaas.errors import PPaaSError
+from ppaas.wire.resumption import LEFT
 
 logger = logging.getLogger(__name__)
 
-READY_TIMEOUT = 15.0
 CLOSED_BY_CLOUD = 1011
+TAKEN_OVER = 4409
 CLOSE_TIMEOUT = 2.0
 MAX_REASON = 123
 """Bytes of reason that a close frame holds."""
@@ -35,26 +34,34 @@ class RobotSocket:
     ----------
     socket : WebSocket
         Accepted.
-    session : ClientSession
-        Whom it carries.
+    seat : Seat
+        Whose session it carries.
+
+    Attributes
+    ----------
+    left : bool
+        The client said, in closing, that it does not come back.
     """
 
-    def __init__(self, socket: WebSocket, session: ClientSession) -> None:
+    def __init__(self, socket: WebSocket, seat: Seat) -> None:
         self._socket = socket
-        self._session = session
+        self._seat = seat
+        self._session = seat.session
+        self.left = False
 
     async def run(self) -> None:
-        """Carry frames until the client, or its place, goes."""
+        """Carry frames until the client goes, or its place, or its session is given to another socket."""
         tasks = reader, writer = asyncio.create_task(self._read()), asyncio.create_task(self._write())
         for task in tasks:
             task.add_done_callback(self._ended)
         try:
-            await asyncio.wait((reader, writer, self._session.over), return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait(
+                (reader, writer, self._session.over, self._seat.gone), return_when=asyncio.FIRST_COMPLETED
+            )
         finally:
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
-            await self._say_why()
 
     def _ended(self, task: asyncio.Task[None]) -> None:
         error = None if task.cancelled() else task.exception()
@@ -62,55 +69,54 @@ class RobotSocket:
             logger.error("%s: serving failed", self._session.name, exc_info=error)
             self._session.closed(PPaaSError(f"internal error: {type(error).__name__}"))
 
-    async def _say_why(self) -> None:
+    async def say_why(self) -> None:
         """Close the socket with the reason, if it was not the client that went."""
-        if not self._session.over.done() or self._socket.application_state is not WebSocketState.CONNECTED:
+        if self._socket.application_state is not WebSocketState.CONNECTED:
             return
-        error = self._session.over.result()
+        if self._seat.gone.done():
+            await self._close(TAKEN_OVER, self._seat.gone.result())
+        elif self._session.over.done():
+            await self._close(CLOSED_BY_CLOUD, self._session.over.result())
+
+    async def _close(self, code: int, error: PPaaSError) -> None:
         reason = f"{error.slug}: {error}".encode()[:MAX_REASON].decode(errors="ignore")
         with contextlib.suppress(TimeoutError, WebSocketDisconnect):
             async with asyncio.timeout(CLOSE_TIMEOUT):
-                await self._socket.close(CLOSED_BY_CLOUD, reason)
+                await self._socket.close(code, reason)
 
     async def _read(self) -> None:
-        while (message := await self._socket.receive())["type"] != "websocket.disconnect":
-            self._session.take(message.get("text"))
+        receive, take, kept = self._socket.receive, self._session.take, self._seat.kept
+        while (message := await receive())["type"] != "websocket.disconnect":
+            kept.taken += 1
+            take(message.get("text"))
+        self.left = message.get("reason") == LEFT
 
     async def _write(self) -> None:
+        outbox, send = self._session.outbox, self._socket.send_text
         while True:
-            await self._socket.send_text(await self._session.outbox.get())
+            frame = await outbox.get()
+            try:
+                await send(frame)
+            except BaseException:
+                outbox.put_back()
+                raise
 
 
-async def serve_robot_socket(socket: WebSocket, services: Services, sessions: RobotSessions) -> None:
+async def serve_robot_socket(socket: WebSocket, services: Services, sessions: ClientSessions) -> None:
     """Serve one WebSocket from its handshake to its end."""
     try:
-        role = role_of(socket.query_params.get("role", "robot"))
-        robot = socket.query_params.get("robot", "")
-        if not robot:
-            raise InvalidParameter("no robot named: open ws://HOST/?robot=ID&token=TOKEN")
+        visit = visit_of(socket.query_params)
         user = await authenticate(socket, services.accounts)
-        place = await sessions.join(user.id, robot, as_robot=role == "robot")
+        seat = await sessions.enter(user.id, visit, probe_of(socket))
     except PPaaSError as error:
         logger.warning("a WebSocket was refused: %s: %s", error.slug, error)
         await socket.send_denial_response(problem_response(error))
         return
+    carrier = RobotSocket(socket, seat)
     try:
-        await _serve(socket, place, role, f"{role} {user.id}/{robot}")
+        await socket.accept(headers=seat.headers)
+        await carrier.run()
     finally:
-        sessions.leave(place, as_robot=role == "robot")
-
-
-async def _serve(socket: WebSocket, place: PlaceLink, role: Role, name: str) -> None:
-    try:
-        await place.ready(READY_TIMEOUT)
-    except PPaaSError as error:
-        logger.warning("%s was refused: %s: %s", name, error.slug, error)
-        await socket.send_denial_response(problem_response(error))
-        return
-    await socket.accept()
-    level: rosbridge.Level = "error" if socket.query_params.get("status") == "1" else "none"
-    session = ClientSession(place, role, rosbridge.RosbridgeSession(level), name)
-    try:
-        await RobotSocket(socket, session).run()
-    finally:
-        await session.end()
+        # Whoever takes over waits for this, and must not wait for a socket that is dead to be closed.
+        sessions.leave(seat, for_good=carrier.left)
+    await carrier.say_why()

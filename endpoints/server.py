@@ -21,8 +21,12 @@ from starlette.websockets import WebSocket
 
 from endpoints.accounts import Accounts
 from endpoints.app import create_app
+from endpoints.client_sessions import ClientSessions
+from endpoints.idle import IdleWatch
 from endpoints.robot_socket import serve_robot_socket
 from endpoints.services import Services
+from endpoints.websocket_protocol import ProbedWebSocket
+from engine.background import Background
 from engine.bootstrap import Cloud, CloudConfig
 from ppaas.errors import InvalidInput, Unavailable
 
@@ -111,13 +115,13 @@ def listen(host: str, port: int) -> socket.socket:
         raise Unavailable(f"cannot listen: {error.strerror}; take another --host or --port (0: a free one)") from error
 
 
-def build_app(cloud: Cloud, accounts: Accounts) -> FastAPI:
+def build_app(cloud: Cloud, accounts: Accounts, sessions: ClientSessions) -> FastAPI:
     """Return the web application of a cloud."""
     services = Services(cloud.store, cloud.map_store, accounts, cloud)
     app = create_app(services)
 
     async def robot_socket(websocket: WebSocket) -> None:
-        await serve_robot_socket(websocket, services, cloud.sessions)
+        await serve_robot_socket(websocket, services, sessions)
 
     app.router.routes.append(WebSocketRoute("/", robot_socket))
     return app
@@ -127,11 +131,16 @@ async def _serve(arguments: argparse.Namespace) -> None:
     stop = _stop_on_signals()
     with listen(arguments.host, arguments.port) as listener:
         cloud = Cloud(cloud_config(arguments))
+        sessions = ClientSessions(cloud.sessions, arguments.linger)
+        watching = Background()
         try:
-            server = await _unless(stop, _start(cloud, arguments))
+            server = await _unless(stop, _start(cloud, sessions, arguments))
             if server is not None:
+                watching.run(IdleWatch(sessions, cloud.sessions, arguments.idle).run())
                 await _run(server, listener, stop, arguments.ready_file)
         finally:
+            await watching.cancel()
+            await sessions.close()
             await cloud.close()
 
 
@@ -154,13 +163,14 @@ async def _unless(stop: asyncio.Event, work: Coroutine[Any, Any, T]) -> T | None
         await asyncio.gather(*tasks, return_exceptions=True)
 
 
-async def _start(cloud: Cloud, arguments: argparse.Namespace) -> Server:
+async def _start(cloud: Cloud, sessions: ClientSessions, arguments: argparse.Namespace) -> Server:
     await cloud.start()
     accounts = Accounts(cloud.store)
     password_file = arguments.admin_password_file or arguments.data / "admin-password"
     await accounts.ensure_admin(await asyncio.to_thread(admin_password, password_file))
     logger.info("user %r has the password in %s", ADMIN, password_file)
-    return Server(_uvicorn_config(build_app(cloud, accounts), arguments.log_level))
+    app = build_app(cloud, accounts, sessions)
+    return Server(_uvicorn_config(app, arguments.log_level, arguments.dead))
 
 
 async def _run(server: Server, listener: socket.socket, stop: asyncio.Event, ready_file: Path | None) -> None:
@@ -177,14 +187,17 @@ async def _run(server: Server, listener: socket.socket, stop: asyncio.Event, rea
         await serving
 
 
-def _uvicorn_config(app: FastAPI, log_level: str) -> uvicorn.Config:
+def _uvicorn_config(app: FastAPI, log_level: str, dead: float) -> uvicorn.Config:
     return uvicorn.Config(
         app,
         log_level="error" if log_level == "error" else "warning",  # at "info" it tells of each query
         log_config=None,
         access_log=False,  # a token may stand in the query
         ws_max_size=MAX_FRAME,
+        ws=ProbedWebSocket,
         ws_per_message_deflate=False,
+        ws_ping_interval=dead / 3.0,  # a socket that dies right after a pong is noticed after both together
+        ws_ping_timeout=dead * 2.0 / 3.0,
         timeout_graceful_shutdown=2,
     )
 

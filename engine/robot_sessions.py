@@ -8,7 +8,7 @@ from engine.master import PlaceRequest
 from engine.model import MapVersion, RobotConfig
 from engine.place_link import PlaceLink
 from engine.service import CloudService
-from ppaas.errors import Conflict, NotPermitted, Unavailable
+from ppaas.errors import Conflict, NotPermitted, PPaaSError, Unavailable
 from storage.ports import MapStore, Store
 from storage.records import RobotRecord
 
@@ -40,8 +40,17 @@ class RobotSessions:
         self._robots: set[str] = set()
         self._closing: dict[str, asyncio.Task[None]] = {}
 
-    async def join(self, user: str, robot: str, *, as_robot: bool) -> PlaceLink:
+    async def join(self, user: str, robot: str, *, as_robot: bool, hold: bool = True) -> PlaceLink:
         """Return the place of a robot for one more client, which must ``leave`` it.
+
+        Parameters
+        ----------
+        user, robot : str
+            Whose place it is.
+        as_robot : bool
+            It is the robot itself, of which there is one.
+        hold : bool
+            Open the place, and keep it open for this client. A client that does not hold it does not ``leave`` either.
 
         Raises
         ------
@@ -56,6 +65,8 @@ class RobotSessions:
         """
         request = await asyncio.to_thread(self._request, user, robot)
         key = request.key
+        if not hold:
+            return self._open_already(key)
         if as_robot and key in self._robots:
             raise Conflict(f"robot {robot!r} is connected already; close its other socket first")
         place = await self._open(request)
@@ -65,6 +76,12 @@ class RobotSessions:
         self._clients[key] += 1
         if as_robot:
             self._robots.add(key)
+        return place
+
+    def _open_already(self, key: str) -> PlaceLink:
+        place = self._service.place(key)
+        if place is None:
+            raise Unavailable("the robot has no container now: wait until it connects, or connect without hold=0")
         return place
 
     async def _open(self, request: PlaceRequest) -> PlaceLink:
@@ -93,6 +110,11 @@ class RobotSessions:
         if self._clients[key] <= 0:
             del self._clients[key]
             self._closing[key] = asyncio.create_task(self._close_later(key))
+
+    async def let_go(self, place: PlaceLink, reason: PPaaSError) -> None:
+        """Give a place up though clients are connected, and tell them why."""
+        if self._service.place(place.key) is place:
+            await self._service.close_place(place.key, reason)
 
     async def _close_later(self, key: str) -> None:
         await asyncio.sleep(self._linger)

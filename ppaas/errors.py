@@ -15,6 +15,7 @@
     ├── NotPermitted                we know who you are, and no
     ├── QuotaExceeded               a limit of this user or machine, named
     ├── Unavailable                 try again: no capacity, a dead store, a container that was lost
+    │   └── Idle                    let go, since nothing was said: try again when there is something to say
     ├── TransformError              no path between two frames, or not at that time
     └── PlanningError               the failure codes of Nav2's ComputePathToPose, 201–208
         ├── InvalidPlanner          201
@@ -126,6 +127,12 @@ class Unavailable(PPaaSError):
     """Nothing is wrong with the request; it can be tried again."""
 
     slug = "unavailable"
+
+
+class Idle(Unavailable):
+    """Nobody said anything for long, and there was no goal: come again when there is something to say."""
+
+    slug = "idle"
 
 
 class TransformError(PPaaSError):

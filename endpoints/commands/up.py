@@ -23,6 +23,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--linger", type=_seconds, default=30.0, help="seconds that a clone waits for its robot (%(default)s)"
     )
     parser.add_argument(
+        "--idle",
+        type=_seconds,
+        default=600.0,
+        help="seconds after which a robot without a goal that says nothing is let go; 0: never (%(default)s)",
+    )
+    parser.add_argument(
+        "--dead", type=_dead, default=15.0, help="seconds after which a silent connection counts as dead (%(default)s)"
+    )
+    parser.add_argument(
         "--admin-password-file",
         type=Path,
         help="password of user 'admin'; made if it is not there (admin-password in the data folder)",
@@ -49,6 +58,13 @@ def _seconds(text: str) -> float:
     seconds = float(text)
     if not (math.isfinite(seconds) and seconds >= 0.0):
         raise argparse.ArgumentTypeError(f"give seconds from 0 up, not {text}")
+    return seconds
+
+
+def _dead(text: str) -> float:
+    seconds = _seconds(text)
+    if seconds < 1.0:
+        raise argparse.ArgumentTypeError(f"a living connection may be silent for 1 s or more, not {text}")
     return seconds
 
 

@@ -116,6 +116,11 @@ class MoveBaseNode(Node):
         self._events: deque[events.Event] = deque()
         self._handling = False
 
+    @property
+    def busy(self) -> bool:
+        """Tell whether there is a goal."""
+        return self._machine.goals.active is not None
+
     def start(self) -> None:
         """Begin the control cycle and to tell how goals stand."""
         self.context.every(1.0 / self._parameters.controller_frequency, self._tick)

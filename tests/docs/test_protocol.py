@@ -9,15 +9,16 @@ import pytest
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
-from endpoints.client_session import CALL_TIMEOUT, MAX_CALLS
+from endpoints.client_calls import CALL_TIMEOUT, MAX_CALLS
+from endpoints.client_sessions import READY_TIMEOUT
 from endpoints.outbox import DEFAULT_KEEP, EXPIRY, KEEP, MAX_KEEP
 from endpoints.problems import STATUS, TYPE, problem_response
 from endpoints.rights import SENSOR_TOPICS
-from endpoints.robot_socket import CLOSED_BY_CLOUD, READY_TIMEOUT
+from endpoints.robot_socket import CLOSED_BY_CLOUD
 from endpoints.server import MAX_FRAME
 from endpoints.settings import Settings
 from engine.outside import SHARE_PERIOD
-from engine.place_link import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
+from engine.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
 from engine.robot_sessions import LINGER
 from ppaas.costmap.build import build_layers
 from ppaas.localization.beams import MAX_RANGES

@@ -1,6 +1,7 @@
 """A whole application over stores in memory and a cloud without machines."""
 
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from pathlib import Path
 
 import httpx
 import pytest
@@ -15,6 +16,7 @@ from ppaas.clock import ManualClock
 from storage.memory import MemoryMapStore, MemoryStore
 from tests.support.fake_cloud import FakeCloud
 from tests.support.records import YAML, pgm
+from tests.support.robot_world import World, robot_world
 
 PASSWORD = "correct horse"
 
@@ -42,6 +44,13 @@ def services(clock: ManualClock, passwords: Passwords, cloud: FakeCloud) -> Serv
     store = MemoryStore()
     accounts = Accounts(store, clock, passwords=passwords)
     return Services(store, MemoryMapStore(), accounts, cloud, Settings(max_body=64 << 10, max_upload=1 << 20))
+
+
+@pytest.fixture
+async def world(tmp_path: Path, services: Services) -> AsyncIterator[World]:
+    """Run a cloud on a real port whose containers the test plays."""
+    async with robot_world(tmp_path, services) as running:
+        yield running
 
 
 @pytest.fixture

@@ -3,131 +3,23 @@
 import asyncio
 import json
 import logging
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
-from pathlib import Path
 from typing import Any
 
 import pytest
-from starlette.routing import WebSocketRoute
 from starlette.websockets import WebSocket
-from websockets.asyncio.client import ClientConnection, connect
-from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from endpoints import client_session, robot_socket
-from endpoints.app import create_app
-from endpoints.client_session import MAX_CALLS, MAX_LOGGED
+from endpoints import client_session, client_sessions
+from endpoints.client_calls import MAX_CALLS
+from endpoints.client_session import MAX_LOGGED
 from endpoints.outbox import Outbox
-from endpoints.robot_socket import MAX_REASON, serve_robot_socket
-from endpoints.services import Services
+from endpoints.robot_socket import MAX_REASON
 from engine import control, link
-from engine.balancers.first_fit import FirstFit
-from engine.master import Master
-from engine.robot_sessions import RobotSessions
-from engine.service import CloudService
 from ppaas.errors import NotFound, Unavailable
 from ppaas.wire.rosbridge import RosbridgeSession
-from tests.support import records
-from tests.support.fake_machine import FakeMachine, FarContainer
-from tests.support.serving import serve
+from tests.support.robot_world import KEY, World, closed, hear, next_of, refusal, say
 from tests.support.waiting import until
 
-PASSWORD = "correct horse"
-KEY = "robot:ann/tb1"
-
-
-class World:
-    """A cloud on a real port, whose containers the test plays."""
-
-    def __init__(self, services: Services, service: CloudService, machine: FakeMachine, token: str) -> None:
-        self.services = services
-        self.service = service
-        self.machine = machine
-        self.token = token
-        self.sessions = RobotSessions(service, services.store, services.map_store, linger=0.0)
-        self.port = 0
-
-    async def endpoint(self, websocket: WebSocket) -> None:
-        await serve_robot_socket(websocket, self.services, self.sessions)
-
-    def url(self, role: str = "robot", robot: str = "tb1", **query: str) -> str:
-        fields = {"role": role, "robot": robot, "token": self.token} | query
-        return f"ws://127.0.0.1:{self.port}/?" + "&".join(f"{name}={value}" for name, value in fields.items())
-
-    @asynccontextmanager
-    async def connected(self, role: str = "robot", **query: str) -> AsyncIterator[ClientConnection]:
-        """Connect, once a container is there."""
-        async with connect(self.url(role, **query), open_timeout=10) as client:
-            yield client
-
-    @asynccontextmanager
-    async def robot(self, **query: str) -> AsyncIterator[tuple[ClientConnection, FarContainer]]:
-        """Connect a robot, and start its container."""
-        connecting = asyncio.ensure_future(connect(self.url(**query), open_timeout=10))
-        container = await self.machine.boot(await self.machine.started())
-        async with await connecting as client:
-            yield client, container
-        await container.stream.close()
-
-
-@pytest.fixture
-async def world(tmp_path: Path, services: Services) -> AsyncIterator[World]:
-    await services.accounts.register("ann", PASSWORD)
-    services.map_store.put_map(records.house())
-    services.store.put_robot(records.robot("tb1", user="ann", map="house"))
-    service = CloudService(Master(FirstFit()), services.store, tmp_path, "secret")
-    await service.start()
-    machine = await FakeMachine.join(tmp_path)
-    await service.wait_for_machine(10)
-    made = World(services, service, machine, await services.accounts.login("ann", PASSWORD))
-    app = create_app(services)
-    app.router.routes.append(WebSocketRoute("/", made.endpoint))
-    async with serve(app) as made.port:
-        yield made
-        await made.sessions.close()
-        await service.close()
-        await machine.leave()
-    assert made.sessions._clients == {}
-    assert made.sessions._robots == set()
-
-
-async def say(client: ClientConnection, **operation: Any) -> None:
-    await client.send(json.dumps(operation))
-
-
-async def hear(client: ClientConnection) -> dict[str, Any]:
-    async with asyncio.timeout(10):
-        found: dict[str, Any] = json.loads(await client.recv())
-        return found
-
-
-async def closed(client: ClientConnection) -> tuple[int, str]:
-    """Wait until the cloud closes a socket; return code and reason."""
-    with pytest.raises(ConnectionClosed):
-        async with asyncio.timeout(10):
-            while True:
-                await client.recv()
-    assert client.close_code is not None
-    assert client.close_reason is not None
-    return client.close_code, client.close_reason
-
-
-async def next_of(container: FarContainer, kind: type[Any]) -> Any:
-    """Return the next frame of a kind that a container gets."""
-    while not isinstance(frame := await container.next(), kind):
-        assert frame is not None
-    return frame
-
-
 # -- before the handshake is done --------------------------------------------------------------------------------------
-
-
-async def refusal(url: str) -> tuple[int, dict[str, Any]]:
-    with pytest.raises(InvalidStatus) as refused:
-        await connect(url, open_timeout=10)
-    response = refused.value.response
-    assert response.headers["content-type"] == "application/problem+json"
-    return response.status_code, json.loads(response.body or b"")
 
 
 @pytest.mark.parametrize(
@@ -162,7 +54,7 @@ async def test_a_second_robot_is_refused_and_the_first_goes_on(world: World) -> 
 async def test_a_container_that_is_not_ready_in_time_is_a_problem(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(robot_socket, "READY_TIMEOUT", 0.05)
+    monkeypatch.setattr(client_sessions, "READY_TIMEOUT", 0.05)
     status, problem = await refusal(world.url())
     assert status == 503
     assert "no container was ready" in problem["detail"]
@@ -317,9 +209,9 @@ async def test_a_place_that_is_closed_while_a_client_is_let_in_is_told_of(
 ) -> None:
     accept = WebSocket.accept
 
-    async def accept_too_late(self: WebSocket) -> None:
+    async def accept_too_late(self: WebSocket, **options: Any) -> None:
         await world.service.close_place(KEY, Unavailable("just now"))
-        await accept(self)
+        await accept(self, **options)
 
     monkeypatch.setattr(WebSocket, "accept", accept_too_late)
     async with world.robot() as (robot, _):
@@ -353,7 +245,7 @@ async def test_a_fault_of_ours_closes_the_socket_with_a_word_and_is_logged_once(
 
 
 async def test_a_robot_that_is_cut_off_may_come_back_at_once(world: World) -> None:
-    world.sessions._linger = 1000.0
+    world.linger(1000.0)
     async with world.robot() as (robot, container):
         robot.transport.abort()
         await until(lambda: not world.sessions._robots)

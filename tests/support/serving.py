@@ -8,12 +8,16 @@ from contextlib import asynccontextmanager
 import uvicorn
 from starlette.types import ASGIApp
 
+from endpoints.websocket_protocol import ProbedWebSocket
+
 
 @asynccontextmanager
 async def serve(app: ASGIApp) -> AsyncIterator[int]:
     """Serve an application on a free port of the loopback interface; give the port."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        server = uvicorn.Server(uvicorn.Config(app, log_level="warning", lifespan="off", timeout_graceful_shutdown=5))
+        server = uvicorn.Server(
+            uvicorn.Config(app, ws=ProbedWebSocket, log_level="warning", lifespan="off", timeout_graceful_shutdown=5)
+        )
         # The socket listens already: a client that is early waits to be accepted.
         task = asyncio.create_task(server.serve(sockets=[listener]))
         try:
