@@ -1,69 +1,26 @@
 """Dijkstra's algorithm over the whole costmap: the planner that is always right."""
 
+from collections.abc import Callable
 from typing import ClassVar
 
 import numpy as np
 
 from ppaas.costmap.costmap import Costmap
-from ppaas.errors import NoValidPath
-from ppaas.planners.base import Planner, PlanRequest, PlanResult
-from ppaas.planners.ends import Ends, place_ends
+from ppaas.planners.ends import Ends
 from ppaas.planners.field import CostField
-from ppaas.planners.path import path_cost, path_length, path_poses
-from ppaas.planners.watch import Watch
+from ppaas.planners.field_planner import FieldPlanner
+from ppaas.planners.grid_field import GridField
 
 
-class Dijkstra(Planner):
-    """Plans cheapest paths, in three stages: set up the arrays, grow the field from the goal, walk down it.
-
-    Parameters
-    ----------
-    allow_unknown : bool
-        Whether paths may lead through unknown cells, which then weigh 253.
-    """
+class Dijkstra(FieldPlanner):
+    """Grows the field in all directions alike, until the start has its value."""
 
     name: ClassVar[str] = "dijkstra"
     purpose: ClassVar[str] = "Cheapest path on any grid, without preparation; the yardstick of the others."
 
-    def __init__(self, *, allow_unknown: bool = True) -> None:
-        self.allow_unknown = allow_unknown
-
-    def plan(self, costmap: Costmap, request: PlanRequest) -> PlanResult:
-        """Find a cheapest path.
-
-        Raises
-        ------
-        InvalidInput
-            A pose that is not finite, a negative tolerance or timeout.
-        StartOutsideMap, GoalOutsideMap, StartOccupied, GoalOccupied, NoValidPath, PlanTimeout, PlanCancelled
-        """
-        watch = Watch(request)
-        watch.check()
-        ends = place_ends(costmap, request, allow_unknown=self.allow_unknown, check=watch.check)
+    def grow(self, costmap: Costmap, ends: Ends, *, threads: int, check: Callable[[], None]) -> tuple[GridField, bool]:
+        """Return a field, and whether it reaches the start, whose value is then final."""
         field = CostField(
-            costmap,
-            np.array([ends.goal]),
-            allow_unknown=self.allow_unknown,
-            threads=request.threads,
-            check=watch.check,
+            costmap, np.array([ends.goal]), allow_unknown=self.allow_unknown, threads=threads, check=check
         )
-        if not field.grow(ends.start):
-            raise NoValidPath(_unconnected(request, ends))
-        cells = np.concatenate((ends.escape, field.path_from(ends.start)))
-        poses = path_poses(costmap, cells, request.start, ends.goal_pose)
-        return PlanResult(
-            cells=cells,
-            poses=poses,
-            cost=path_cost(costmap, cells),
-            length=path_length(poses),
-            expanded=field.settled,
-            seconds=watch.seconds(),
-            planner=self.name,
-        )
-
-
-def _unconnected(request: PlanRequest, ends: Ends) -> str:
-    return (
-        f"no free way from x={request.start.x:.3f} y={request.start.y:.3f} to x={ends.goal_pose.x:.3f} "
-        f"y={ends.goal_pose.y:.3f}; clear the costmap, or choose a goal on the robot's side of the obstacles"
-    )
+        return field, field.grow(ends.start)

@@ -14,23 +14,15 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidInput
 from ppaas.planners.buckets import BucketQueue
 from ppaas.planners.ends import Cell
-from ppaas.planners.kernels.descent import descend
-from ppaas.planners.kernels.layout import AT_GOAL, BLOCKED, BUCKET_SHIFT, RING, UNREACHED, UNREACHED_WIDE
+from ppaas.planners.grid_field import GridField, proceed
 from ppaas.planners.kernels.propagation import PAUSED, POOL_EMPTY, SETTLED, TOO_NARROW, propagate, seed
-from ppaas.planners.kernels.setup import lay
-from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights, passable
+from ppaas.planners.weights import passable
 
 SLICE_CELLS = 50_000
-"""Cells settled, or walked along, between two checks: about 3 ms."""
-SLICE_LAID = 1 << 20
-"""Cells set up between two checks."""
+"""Cells settled between two checks: about 3 ms."""
 
 
-def proceed() -> None:
-    """Be the check that lets all work go on."""
-
-
-class CostField:
+class CostField(GridField):
     """A field that grows from its goals outward, in slices.
 
     Parameters
@@ -39,12 +31,8 @@ class CostField:
         Only read.
     goals : (n, 2) array
         Row, column of free cells on the map.
-    allow_unknown : bool
-        Whether unknown cells may be entered.
-    threads : int
-        Most threads that kernels may use.
-    check : callable
-        Called at least every few milliseconds of work; what it raises ends the work.
+    allow_unknown, threads, check
+        As in `GridField`.
     """
 
     def __init__(
@@ -56,16 +44,7 @@ class CostField:
         threads: int = 1,
         check: Callable[[], None] = proceed,
     ) -> None:
-        self._check = check
-        self._shape = costmap.info.height + 2, costmap.info.width + 2
-        self._weights = fixed_weights()
-        self._limit = int(UNREACHED) - 1
-        costs, field = np.empty(self._shape, np.uint8), np.empty(self._shape, np.uint32)
-        for first, last in self._row_slices():
-            check()
-            lay(costmap.data, passable(allow_unknown), costs, field, first, last, threads)
-        self._costs = costs.ravel()
-        self._field: NDArray[np.uint32] | NDArray[np.int64] = field.ravel()
+        super().__init__(costmap, allow_unknown=allow_unknown, threads=threads, check=check)
         self._queue = BucketQueue(len(goals))
         flat = (goals[:, 0].astype(np.int64) + 1) * self._shape[1] + goals[:, 1] + 1
         q = self._queue
@@ -98,49 +77,6 @@ class CostField:
                 self._widen()
             elif outcome != PAUSED:
                 return outcome == SETTLED or target is None
-
-    def path_from(self, cell: Cell) -> NDArray[np.int32]:
-        """Return the (n, 2) cells of a cheapest path from ``cell``, whose value must be final, to a goal."""
-        most = (int(self._field[self._flat(cell)]) - AT_GOAL) // round(SCALE * NEUTRAL) + 1
-        cells = np.empty((most, 2), np.int32)
-        cells[0] = cell
-        count, before = 1, 0
-        while count > before:
-            self._check()
-            before = count
-            count = descend(
-                self._field, self._costs, self._shape[1], self._weights,
-                cells, count, min(SLICE_CELLS, most - count),
-            )  # fmt: skip
-        return cells[:count].copy()
-
-    def values(self) -> NDArray[np.float64]:
-        """Return the (height, width) costs-to-go; infinite where blocked or not reached."""
-        inner = self._field.reshape(self._shape)[1:-1, 1:-1]
-        reached = (inner != BLOCKED) & (inner != self._unreached)
-        return np.where(reached, (inner.astype(np.float64) - AT_GOAL) / SCALE, np.inf)
-
-    @property
-    def _unreached(self) -> np.uint32 | np.int64:
-        return UNREACHED if self._field.dtype == np.uint32 else UNREACHED_WIDE
-
-    def _flat(self, cell: Cell) -> int:
-        return (cell[0] + 1) * self._shape[1] + cell[1] + 1
-
-    def _row_slices(self) -> list[tuple[int, int]]:
-        rows = max(1, SLICE_LAID // self._shape[1])
-        return [(first, min(first + rows, self._shape[0])) for first in range(0, self._shape[0], rows)]
-
-    def _widen(self) -> None:
-        """Carry on in 64 bits: the path is too long for 32."""
-        narrow = self._field.reshape(self._shape)
-        wide = np.empty(self._shape, np.int64)
-        for first, last in self._row_slices():
-            self._check()
-            wide[first:last] = narrow[first:last]
-            wide[first:last][narrow[first:last] == UNREACHED] = UNREACHED_WIDE
-        self._field = wide.ravel()
-        self._limit = int(UNREACHED_WIDE) - (RING << BUCKET_SHIFT)
 
 
 def cost_field(

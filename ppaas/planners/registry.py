@@ -9,7 +9,7 @@ PLANNERS: PluginRegistry[Planner] = PluginRegistry(
     "ppaas.planners",
     "planner",
     Planner,  # type: ignore[type-abstract]
-    aliases={"global_planner/GlobalPlanner": "dijkstra"},
+    aliases={"global_planner/GlobalPlanner": "dijkstra", "nav2_smac_planner/SmacPlanner2D": "astar"},
 )
 
 

@@ -39,7 +39,7 @@ POOL_EMPTY = 3
 TOO_NARROW = 4
 """The next values may not fit the field's type: widen it and call again."""
 
-_NEEDS = (0, 0, 0, 0, 1 | 4, 2 | 4, 1 | 8, 2 | 8)
+NEEDS = (0, 0, 0, 0, 1 | 4, 2 | 4, 1 | 8, 2 | 8)
 """For each of the 8 moves which of the first four must be open, one bit each."""
 
 STATE_SIZE = 5
@@ -130,7 +130,7 @@ def propagate(
                 settled += 1
                 open_sides = 0
                 for move in range(8):
-                    if open_sides & _NEEDS[move] != _NEEDS[move]:
+                    if open_sides & NEEDS[move] != NEEDS[move]:
                         continue
                     neighbour = cell + offsets[move]
                     old = np.int64(field[neighbour])

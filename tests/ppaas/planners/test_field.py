@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import dijkstra as scipy_dijkstra
 
 from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidInput
 from ppaas.planners import field as field_module
+from ppaas.planners import grid_field
 from ppaas.planners.field import CostField, cost_field
 from ppaas.planners.weights import RELATIVE_ERROR, SCALE
 from tests.reference import dijkstra as twin
@@ -71,7 +72,7 @@ def test_slices_of_any_size_give_the_same_field(monkeypatch):
     goal = free_cells(map_.data, True)[0]
     whole = cost_field(map_, cells=goal)
     monkeypatch.setattr(field_module, "SLICE_CELLS", 1)
-    monkeypatch.setattr(field_module, "SLICE_LAID", 1)
+    monkeypatch.setattr(grid_field, "SLICE_LAID", 1)
     assert np.array_equal(cost_field(map_, cells=goal), whole)
 
 

@@ -2,6 +2,7 @@ import pytest
 
 from ppaas.errors import InvalidParameter, NotFound
 from ppaas.planners import create, planner_names
+from ppaas.planners.astar import AStar
 from ppaas.planners.dijkstra import Dijkstra
 
 
@@ -13,6 +14,7 @@ def test_a_planner_is_made_by_its_name_with_its_parameters():
 
 def test_the_names_of_ros_are_known():
     assert isinstance(create("global_planner/GlobalPlanner"), Dijkstra)
+    assert isinstance(create("nav2_smac_planner/SmacPlanner2D"), AStar)
 
 
 def test_an_unknown_name_is_told_with_the_names_there_are():
