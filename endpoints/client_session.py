@@ -6,22 +6,21 @@ alone, and only if it asked for ``status`` (by ``set_level`` or ``&status=1``).
 
 import asyncio
 import logging
-from typing import assert_never
+from collections.abc import Callable
+from typing import Any
 
+from endpoints.client_calls import ClientCalls
+from endpoints.client_goals import ClientGoals
 from endpoints.outbox import DEFAULT_KEEP, KEEP, Outbox
 from endpoints.rights import Role, check_may_publish, must_arrive
 from engine.place_link import PlaceLink
 from ppaas.clock import monotonic
-from ppaas.errors import MalformedMessage, PPaaSError, QuotaExceeded
-from ppaas.messages import message_type
-from ppaas.wire import rosbridge
-from ppaas.wire.names import normalise
+from ppaas.errors import MalformedMessage, NotFound, PPaaSError, rebuild
+from ppaas.wire import operations
+from ppaas.wire.names import normalise, ros1_type
+from ppaas.wire.rosbridge import RosbridgeSession
 
 logger = logging.getLogger(__name__)
-
-CALL_TIMEOUT = 60.0
-MAX_CALLS = 32
-"""Calls of one client that may be under way at a time."""
 
 MAX_LOGGED = 64
 """Kinds of faults of one client that are told in the log; clients may think out topics without end."""
@@ -49,82 +48,88 @@ class ClientSession:
         Done once the client must go; its result is the reason.
     """
 
-    def __init__(self, place: PlaceLink, role: Role, wire: rosbridge.RosbridgeSession, name: str) -> None:
+    def __init__(self, place: PlaceLink, role: Role, wire: RosbridgeSession, name: str) -> None:
         self._place = place
         self._role = role
         self._wire = wire
         self.name = name
         self.outbox = Outbox()
         self.over: asyncio.Future[PPaaSError] = asyncio.get_running_loop().create_future()
-        self._calls: set[asyncio.Task[None]] = set()
         self._logged: set[tuple[str, str]] = set()
+        self._late: asyncio.TimerHandle | None = None
         self._client = place.join(self)
+        self._goals = ClientGoals(place, self._client, wire, self.outbox, self._answer)
+        self._calls = ClientCalls(place, self._client, wire, self._answer, self._goals.cancel_all)
+        self._takers: dict[type[operations.Operation], Callable[[Any], None]] = {
+            operations.Publish: self._publish,
+            operations.Advertise: self._advertise,
+            operations.Unadvertise: self._unadvertise,
+            operations.Subscribe: self._subscribe,
+            operations.Unsubscribe: self._unsubscribe,
+            operations.CallService: self._calls.start,
+            operations.AdvertiseService: self._calls.advertise,
+            operations.UnadvertiseService: self._calls.unadvertise,
+            operations.ServiceResponse: self._calls.respond,
+            operations.SendActionGoal: self._goals.start,
+            operations.CancelActionGoal: self._goals.cancel,
+            operations.SetLevel: lambda _: None,  # the wire has noted it
+        }
 
     async def end(self) -> None:
         """Leave the place; what was asked is no longer wanted."""
         self._place.leave(self._client)
-        for call in self._calls:
-            call.cancel()
-        await asyncio.gather(*self._calls, return_exceptions=True)
+        if self._late is not None:
+            self._late.cancel()
+        await self._calls.end()
 
     # -- from the client -----------------------------------------------------------------------------------------------
 
     def take(self, frame: str | None) -> None:
         """Do what a frame of the client says, None being one of bytes; tell the client what is wrong with it."""
+        operation: operations.ClientOperation | None = None
         try:
-            self._take(frame)
+            if frame is None:
+                raise MalformedMessage("binary frames are not understood: send JSON as text")
+            operation = self._wire.receive(frame)
+            self._takers[type(operation)](operation)
         except PPaaSError as error:
-            self._tell(error)
+            self._tell(error, operation_id=getattr(operation, "id", None))
 
-    def _take(self, frame: str | None) -> None:
-        if frame is None:
-            raise MalformedMessage("binary frames are not understood: send JSON as text")
-        operation = self._wire.receive(frame)
-        match operation:
-            case rosbridge.Publish():
-                topic = normalise(operation.topic)
-                check_may_publish(self._role, topic)
-                self._place.deliver(topic, bytes(operation.msg), self._client, must_arrive=must_arrive(topic))
-            case rosbridge.Subscribe():
-                self._subscribe(normalise(operation.topic))
-            case rosbridge.Unsubscribe():
-                topic = normalise(operation.topic)
-                if topic not in self._wire.subscribed():
-                    self._place.unsubscribe(topic, self._client)
-            case rosbridge.Advertise():
-                check_may_publish(self._role, normalise(operation.topic))
-                message_type(operation.type)
-            case rosbridge.Unadvertise() | rosbridge.SetLevel():
-                pass
-            case rosbridge.CallService():
-                self._start_call(operation)
-            case _:
-                assert_never(operation)
+    def _publish(self, operation: operations.Publish) -> None:
+        topic = normalise(operation.topic)
+        check_may_publish(self._role, topic)
+        arrives = must_arrive(topic)
+        self._place.publish(topic, bytes(operation.msg), self._client, must_arrive=arrives, latch=operation.latch)
 
-    def _subscribe(self, topic: str) -> None:
+    def _advertise(self, operation: operations.Advertise) -> None:
+        topic = normalise(operation.topic)
+        check_may_publish(self._role, topic)
+        self._place.advertise(topic, ros1_type(operation.type), self._client, operation.id, latch=operation.latch)
+
+    def _unadvertise(self, operation: operations.Unadvertise) -> None:
+        self._place.unadvertise(normalise(operation.topic), self._client, operation.id)
+
+    def _subscribe(self, operation: operations.Subscribe) -> None:
+        topic = normalise(operation.topic)
         try:
-            self._place.subscribe(topic, self._client)
+            kind = ros1_type(operation.type) if operation.type else None
+            self._place.subscribe(topic, self._client, kind)
         except PPaaSError:
-            self._wire.forget(topic)
+            self._wire.forget(operation)
+            self._hear_no_more(topic)
             raise
+        if self._place.topic_type(topic) is None:
+            text = f"there is no topic {topic!r} yet; it is heard as soon as somebody advertises it"
+            self._report(rebuild(NotFound.slug, text), "warning", operation.id)
 
-    def _start_call(self, operation: rosbridge.CallService) -> None:
-        if len(self._calls) >= MAX_CALLS:
-            error = QuotaExceeded(f"a client may have {MAX_CALLS} calls under way")
-            self._answer(self._wire.refuse_call(operation, error))
-            return
-        task = asyncio.create_task(self._call(operation))
-        self._calls.add(task)
-        task.add_done_callback(self._calls.discard)
+    def _unsubscribe(self, operation: operations.Unsubscribe) -> None:
+        self._hear_no_more(normalise(operation.topic))
 
-    async def _call(self, operation: rosbridge.CallService) -> None:
-        try:
-            service = normalise(operation.service)
-            values = await self._place.call(service, bytes(operation.args), CALL_TIMEOUT)
-            frame = self._wire.answer(operation, values)
-        except PPaaSError as error:
-            frame = self._wire.refuse_call(operation, error)
-        self._answer(frame)
+    def _hear_no_more(self, topic: str) -> None:
+        if not self._wire.hears(topic) and not self._goals.hears(topic):
+            self._place.unsubscribe(topic, self._client)
+
+    # -- to the client -------------------------------------------------------------------------------------------------
 
     def _answer(self, frame: str) -> None:
         try:
@@ -132,25 +137,66 @@ class ClientSession:
         except PPaaSError as error:  # an answer is not dropped; rather the client is
             self.closed(error)
 
-    def _tell(self, error: PPaaSError, about: str = "") -> None:
+    def _tell(self, error: PPaaSError, about: str = "", operation_id: str | None = None) -> None:
         first = (error.slug, about) not in self._logged and len(self._logged) < MAX_LOGGED
         if first:
             self._logged.add((error.slug, about))
         logger.log(logging.WARNING if first else logging.DEBUG, "%s: %s: %s", self.name, error.slug, error)
-        status = self._wire.status(error)
+        self._report(error, "error", operation_id)
+
+    def _report(self, error: PPaaSError, level: operations.Level, operation_id: str | None) -> None:
+        status = self._wire.status(error, operation_id, level)
         if status is not None:
             self.outbox.put("", status, DEFAULT_KEEP)
+
+    def _put(self, topic: str, frame: str) -> None:
+        self.outbox.put(topic, frame, self._wire.queue_length(topic, KEEP.get(topic, DEFAULT_KEEP)))
 
     # -- from the place ------------------------------------------------------------------------------------------------
 
     def published(self, topic: str, payload: bytes) -> None:
-        """Take a message of a topic that the client subscribed to."""
-        keep = self._wire.queue_length(topic, KEEP.get(topic, DEFAULT_KEEP))
+        """Take a message of a topic that the client hears."""
         for frame in self._wire.publish(topic, payload, monotonic()):
-            self.outbox.put(topic, frame, keep)
+            self._put(topic, frame)
+        self._send_late_in_time()
+        if self._goals.hears(topic):
+            try:
+                self._goals.published(topic, payload)
+            except PPaaSError as error:
+                self._tell(error, topic)
 
-    def refused(self, topic: str, error: PPaaSError) -> None:
+    def _send_late_in_time(self) -> None:
+        """Set the alarm for the messages that came too soon after others."""
+        due = self._wire.next_due()
+        if due is None:
+            return
+        loop = asyncio.get_running_loop()
+        at = loop.time() + max(due - monotonic(), 0.0)
+        if self._late is not None:
+            if self._late.when() <= at:
+                return
+            self._late.cancel()
+        self._late = loop.call_at(at, self._send_late)
+
+    def _send_late(self) -> None:
+        self._late = None
+        for topic, frame in self._wire.due(monotonic()):
+            self._put(topic, frame)
+        self._send_late_in_time()
+
+    def requested(self, call: int, service: str, payload: bytes) -> None:
+        """Take a call of a service that the client offers.
+
+        Raises
+        ------
+        Unavailable
+            The client is too slow to be asked.
+        """
+        self.outbox.put_answer(self._calls.request(call, service, payload))
+
+    def refused(self, topic: str, error: PPaaSError, sequence: int) -> None:
         """Learn that the clone did not take a message of this client."""
+        self._goals.refused(sequence, error)
         self._tell(error, topic)
 
     def closed(self, reason: PPaaSError) -> None:

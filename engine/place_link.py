@@ -8,35 +8,35 @@ been acknowledged. Only a call under way fails, and says so.
 import asyncio
 import itertools
 import logging
-from collections import defaultdict, deque
+from collections import defaultdict
 from collections.abc import Callable
 from typing import Protocol
 
 import msgspec
 
 from engine import link
+from engine.client_services import ClientServices, Provider
+from engine.client_topics import ClientTopics, check_type
+from engine.container_calls import ContainerCalls
 from engine.framing import FrameStream
-from ppaas.errors import NotFound, PPaaSError, QuotaExceeded, Unavailable, rebuild
+from engine.unacknowledged import Unacknowledged
+from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable, rebuild
 
 logger = logging.getLogger(__name__)
-
-MAX_UNACKNOWLEDGED = 1000
-MAX_UNACKNOWLEDGED_BYTES = 64 << 20
-"""Messages, and bytes of messages, of one place that are kept until the clone has acknowledged them."""
 
 MAX_WAITING = 1 << 20
 """Bytes that may wait for a slow container before messages that may be lost are."""
 
 
-class Listener(Protocol):
+class Listener(Provider, Protocol):
     """A client, as a place sees it. None of these may block."""
 
     def published(self, topic: str, payload: bytes) -> None:
         """Take a message of a topic that the client subscribed to, as JSON."""
         ...
 
-    def refused(self, topic: str, error: PPaaSError) -> None:
-        """Learn that the clone did not take a message of this client."""
+    def refused(self, topic: str, error: PPaaSError, sequence: int) -> None:
+        """Learn that the clone did not take a message of this client; the sequence is what ``publish`` returned."""
         ...
 
     def closed(self, reason: PPaaSError) -> None:
@@ -51,6 +51,8 @@ class PlaceLink:
         self.key = key
         self.pid: int | None = None
         self.container: str | None = None
+        self.beats = 0
+        self.busy = False
         self.topics: dict[str, link.TopicInfo] = {}
         self.services: dict[str, link.ServiceInfo] = {}
         self.nodes: dict[str, link.NodeInfo] = {}
@@ -60,11 +62,10 @@ class PlaceLink:
         self._clients: dict[int, Listener] = {}
         self._client_numbers = itertools.count(1)
         self._hearers: defaultdict[str, set[int]] = defaultdict(set)
-        self._sequences = itertools.count(1)
-        self._unacknowledged: deque[link.Deliver] = deque()
-        self._unacknowledged_bytes = 0
-        self._call_numbers = itertools.count(1)
-        self._calls: dict[int, asyncio.Future[bytes]] = {}
+        self.client_topics = ClientTopics()
+        self.client_services = ClientServices()
+        self._unacknowledged = Unacknowledged()
+        self._calls = ContainerCalls()
 
     # -- the container -------------------------------------------------------------------------------------------------
 
@@ -76,7 +77,9 @@ class PlaceLink:
         self.topics = {topic.name: topic for topic in hello.topics}
         self.services = {service.name: service for service in hello.services}
         self.nodes = {node.name: node for node in hello.nodes}
-        self._acknowledge(hello.applied)
+        for topic in self.topics:
+            self.client_topics.drop(topic)
+        self._unacknowledged.acknowledge(hello.applied)
         for topic in self._hearers:
             stream.write(link.Subscribe(topic, 0))
         for deliver in self._unacknowledged:
@@ -92,10 +95,9 @@ class PlaceLink:
     def _take(self, frame: link.FromContainer) -> None:
         match frame:
             case link.Published():
-                hearers = self._hearers.get(frame.topic, set()) if frame.client is None else {frame.client}
-                for client in [self._clients[n] for n in hearers if n in self._clients]:
-                    client.published(frame.topic, frame.payload)
+                self._published(frame.topic, frame.payload, frame.client)
             case link.Declared():
+                self.client_topics.drop(frame.topic.name)
                 self.topics[frame.topic.name] = frame.topic
                 self._publishes(frame.node, lambda topics: (*topics, frame.topic.name))
             case link.Undeclared():
@@ -103,40 +105,30 @@ class PlaceLink:
                 for node in self.nodes:
                     self._publishes(node, lambda topics: tuple(topic for topic in topics if topic != frame.name))
             case link.Answer():
-                self._answered(frame)
+                self._calls.answered(frame)
             case link.Ack():
-                self._acknowledge(frame.sequence)
+                self._unacknowledged.acknowledge(frame.sequence)
+            case link.Beat():
+                self.beats += 1
+                self.busy = frame.busy
             case link.Refused() if frame.client in self._clients:
-                self._clients[frame.client].refused(frame.topic, rebuild(frame.refusal.slug, frame.refusal.text))
+                error = rebuild(frame.refusal.slug, frame.refusal.text)
+                self._clients[frame.client].refused(frame.topic, error, frame.sequence)
+
+    def _published(self, topic: str, payload: bytes, client: int | None = None) -> None:
+        hearers = self._hearers.get(topic, set()) if client is None else {client}
+        for listener in [self._clients[n] for n in hearers if n in self._clients]:
+            listener.published(topic, payload)
 
     def _publishes(self, node: str, change: Callable[[tuple[str, ...]], tuple[str, ...]]) -> None:
         info = self.nodes[node]
         self.nodes[node] = msgspec.structs.replace(info, publishes=change(info.publishes))
 
-    def _answered(self, answer: link.Answer) -> None:
-        future = self._calls.pop(answer.call, None)
-        if future is None or future.done():
-            return
-        if answer.refusal is None:
-            future.set_result(answer.payload)
-        else:
-            future.set_exception(rebuild(answer.refusal.slug, answer.refusal.text))
-
-    def _acknowledge(self, sequence: int) -> None:
-        while self._unacknowledged and self._unacknowledged[0].sequence <= sequence:
-            self._unacknowledged_bytes -= len(self._unacknowledged.popleft().payload)
-
     def _lost(self) -> None:
         self._stream = self.pid = self.container = None
         if self._closed is None:
             self._ready.clear()
-        self._fail_calls(Unavailable("the container was lost while it worked on this; ask again"))
-
-    def _fail_calls(self, reason: PPaaSError) -> None:
-        for future in self._calls.values():
-            if not future.done():
-                future.set_exception(reason)
-        self._calls.clear()
+        self._calls.fail(Unavailable("the container was lost while it worked on this; ask again"))
 
     def close(self, reason: PPaaSError) -> None:
         """Tell all clients that the place is no more."""
@@ -144,7 +136,7 @@ class PlaceLink:
         self._ready.set()
         if self._stream is not None:
             self._stream.write(link.Stop())
-        self._fail_calls(reason)
+        self._calls.fail(reason)
         for client in tuple(self._clients.values()):
             client.closed(reason)
         self._clients.clear()
@@ -184,24 +176,38 @@ class PlaceLink:
         return len(self._clients)
 
     def leave(self, client: int) -> None:
-        """Forget a client and its subscriptions."""
+        """Forget a client, its subscriptions and all that it offers."""
         self._clients.pop(client, None)
+        self.client_topics.leave(client)
+        self.client_services.leave(client)
         for topic in tuple(self._hearers):
             self.unsubscribe(topic, client)
 
-    def subscribe(self, topic: str, client: int) -> None:
-        """Let a client hear a topic.
+    def subscribe(self, topic: str, client: int, kind: str | None = None) -> None:
+        """Let a client hear a topic. One that is not there yet is heard as soon as it is.
 
         Raises
         ------
-        NotFound
-            The clone has no such topic. (Known once a container was ready.)
+        Conflict
+            The topic carries another type than this one.
         """
-        if self.topics and topic not in self.topics:
-            raise NotFound("topic", topic, list(self.topics))
+        has = self.topic_type(topic)
+        if kind is not None and has is not None:
+            check_type(topic, has, kind)
         self._hearers[topic].add(client)
         if self._stream is not None:
             self._stream.write(link.Subscribe(topic, client))
+        if (last := self.client_topics.latched(topic)) is not None:
+            self._published(topic, last, client)
+
+    def topic_type(self, topic: str) -> str | None:
+        """Return the type of a topic of the clone or of a client, as ROS 1 spells it; None if there is none."""
+        known = self.topics.get(topic)
+        return known.type if known is not None else self.client_topics.type_of(topic)
+
+    def topic_types(self) -> dict[str, str]:
+        """Return all topics, those of clients too, and their types as ROS 1 spells them."""
+        return self.client_topics.types() | {name: topic.type for name, topic in self.topics.items()}
 
     def unsubscribe(self, topic: str, client: int) -> None:
         """Let a client hear a topic no more."""
@@ -210,8 +216,54 @@ class PlaceLink:
         if not hearers and self._hearers.pop(topic, None) is not None and self._stream is not None:
             self._stream.write(link.Unsubscribe(topic))
 
-    def deliver(self, topic: str, payload: bytes, client: int, *, must_arrive: bool) -> None:
-        """Bring a message to the clone; what must not arrive is dropped while there is no container, or a slow one.
+    def advertise(self, topic: str, kind: str, client: int, identity: str | None, *, latch: bool) -> None:
+        """Let a client publish a topic; one that the clone does not know is there from now on.
+
+        Raises
+        ------
+        Conflict
+            The topic carries another type.
+        QuotaExceeded
+            There are too many topics.
+        """
+        if topic in self.topics:
+            check_type(topic, self.topics[topic].type, kind)
+        else:
+            self.client_topics.advertise(topic, kind, (client, identity), latch=latch)
+
+    def unadvertise(self, topic: str, client: int, identity: str | None) -> None:
+        """Take an advertisement back, or all of a client's for this topic.
+
+        Raises
+        ------
+        NotFound
+            The client does not advertise it.
+        """
+        if topic not in self.topics:
+            self.client_topics.unadvertise(topic, (client, identity))
+
+    def publish(self, topic: str, payload: bytes, client: int, *, must_arrive: bool, latch: bool = False) -> int:
+        """Bring a message to whoever it is for; return its sequence number if the clone must acknowledge it, else 0.
+
+        Raises
+        ------
+        NotFound
+            There is no such topic.
+        QuotaExceeded
+            Too much waits to be acknowledged, or is latched.
+        """
+        if topic in self.client_topics:
+            self.client_topics.take(topic, payload, latch=latch)
+            self._published(topic, payload)
+            return 0
+        if self.topics and topic not in self.topics:
+            raise NotFound("topic", topic, list(self.topic_types()))
+        return self.deliver(topic, payload, client, must_arrive=must_arrive)
+
+    def deliver(self, topic: str, payload: bytes, client: int, *, must_arrive: bool) -> int:
+        """Bring a message to the clone; return its sequence number, or 0.
+
+        What must not arrive is dropped while there is no container, or a slow one.
 
         Raises
         ------
@@ -221,37 +273,47 @@ class PlaceLink:
         if not must_arrive:
             if self._stream is not None and self._stream.waiting <= MAX_WAITING:
                 self._stream.write(link.Deliver(topic, payload, client))
-            return
-        size = self._unacknowledged_bytes + len(payload)
-        if len(self._unacknowledged) >= MAX_UNACKNOWLEDGED or size > MAX_UNACKNOWLEDGED_BYTES:
-            count = len(self._unacknowledged)
-            raise QuotaExceeded(f"{count} messages wait to be acknowledged; wait before sending more")
-        self._unacknowledged_bytes = size
-        deliver = link.Deliver(topic, payload, client, next(self._sequences))
-        self._unacknowledged.append(deliver)
+            return 0
+        deliver = self._unacknowledged.add(topic, payload, client)
         if self._stream is not None:
             self._stream.write(deliver)
+        return deliver.sequence
+
+    def advertise_service(self, service: str, kind: str, client: int) -> None:
+        """Let a client answer the calls of a service.
+
+        Raises
+        ------
+        Conflict
+            It is a service of the clone.
+        QuotaExceeded
+            There are too many.
+        PPaaSError
+            The place was closed, with its reason.
+        """
+        if service in self.services:
+            raise Conflict(f"service {service!r} is the clone's own: choose another name")
+        if self._closed is not None:
+            raise self._closed
+        self.client_services.advertise(service, kind, client, self._clients[client])
+
+    def service_type(self, service: str) -> str | None:
+        """Return the type of a service of the clone or of a client, as ROS 1 spells it; None if there is none."""
+        known = self.services.get(service)
+        return known.type if known is not None else self.client_services.type_of(service)
 
     async def call(self, service: str, payload: bytes, timeout: float) -> bytes:
-        """Call a service of the clone; return the response as JSON.
+        """Call a service of the clone or of a client; return the response as JSON.
 
         Raises
         ------
         Unavailable
-            There is no container, it was lost meanwhile, or it did not answer in time.
+            There is no container, or it or the client that answers was lost meanwhile, or did not answer in time.
         PPaaSError
             What the service raised.
         """
+        if service not in self.services and service in self.client_services:
+            return await self.client_services.call(service, payload, timeout)
         if self._stream is None:
             raise Unavailable("the robot has no container at this moment; try again")
-        number = next(self._call_numbers)
-        future: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
-        self._calls[number] = future
-        self._stream.write(link.Call(number, service, payload))
-        try:
-            async with asyncio.timeout(timeout):
-                return await future
-        except TimeoutError as error:
-            raise Unavailable(f"service {service!r} did not answer within {timeout:g} s") from error
-        finally:
-            self._calls.pop(number, None)
+        return await self._calls.call(self._stream.write, service, payload, timeout)

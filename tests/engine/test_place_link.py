@@ -7,8 +7,10 @@ import pytest
 
 from engine import link
 from engine.framing import FrameStream
-from engine.place_link import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES, PlaceLink
-from ppaas.errors import NotFound, PPaaSError, QuotaExceeded, Unavailable
+from engine.place_link import PlaceLink
+from engine.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
+from ppaas.errors import Conflict, NotFound, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
+from tests.support.waiting import until
 
 TOPICS = [link.TopicInfo("map", "nav_msgs/OccupancyGrid", True), link.TopicInfo("goal", "std_msgs/String", False)]
 SERVICES = [link.ServiceInfo("make_plan", "nav_msgs/GetPlan")]
@@ -21,6 +23,7 @@ class Client:
     def __init__(self) -> None:
         self.heard: list[tuple[str, bytes]] = []
         self.errors: list[PPaaSError] = []
+        self.calls: list[tuple[int, str, bytes]] = []
         self.reasons: list[PPaaSError] = []
         self.news = asyncio.Event()
 
@@ -28,8 +31,12 @@ class Client:
         self.heard.append((topic, payload))
         self.news.set()
 
-    def refused(self, topic: str, error: PPaaSError) -> None:
+    def refused(self, topic: str, error: PPaaSError, sequence: int) -> None:
         self.errors.append(error)
+        self.news.set()
+
+    def requested(self, call: int, service: str, payload: bytes) -> None:
+        self.calls.append((call, service, payload))
         self.news.set()
 
     def closed(self, reason: PPaaSError) -> None:
@@ -182,13 +189,74 @@ async def test_the_last_to_leave_ends_the_subscription() -> None:
     await container.die()
 
 
-async def test_an_unknown_topic_is_refused_to_the_client_that_asked() -> None:
+async def test_a_topic_that_is_not_there_yet_is_heard_once_somebody_advertises_it() -> None:
+    place = PlaceLink("robot:a/r")
+    listener = Client()
+    hearer, speaker = place.join(listener), place.join(Client())
+    container = await FakeContainer.dial(place, "c1")
+    await place.ready(5)
+    place.subscribe("chatter", hearer, "std_msgs/String")
+    assert place.topic_type("chatter") is None
+    with pytest.raises(NotFound, match="known: goal, map"):
+        place.publish("chatter", b"{}", speaker, must_arrive=True)
+    place.advertise("chatter", "std_msgs/String", speaker, "1", latch=False)
+    place.publish("chatter", b'{"data":"hi"}', speaker, must_arrive=True)
+    assert listener.heard == [("chatter", b'{"data":"hi"}')]
+    place.leave(speaker)
+    assert place.topic_type("chatter") is None
+    await container.die()
+
+
+async def test_a_topic_of_the_clone_keeps_its_type_and_its_way() -> None:
     place = PlaceLink("robot:a/r")
     client = place.join(Client())
     container = await FakeContainer.dial(place, "c1")
     await place.ready(5)
-    with pytest.raises(NotFound, match="known: goal, map"):
-        place.subscribe("nothing", client)
+    with pytest.raises(Conflict, match="carries std_msgs/String"):
+        place.advertise("goal", "std_msgs/Bool", client, None, latch=False)
+    with pytest.raises(Conflict, match="carries nav_msgs/OccupancyGrid"):
+        place.subscribe("map", client, "std_msgs/String")
+    place.advertise("goal", "std_msgs/String", client, None, latch=False)
+    place.unadvertise("goal", client, None)
+    assert place.publish("goal", b"{}", client, must_arrive=True) == 1
+    assert place.publish("goal", b"{}", client, must_arrive=False) == 0
+    assert isinstance(await container.next(), link.Deliver)
+    await container.die()
+
+
+async def test_a_name_that_the_clone_takes_is_no_longer_a_clients() -> None:
+    place = PlaceLink("robot:a/r")
+    client = place.join(Client())
+    container = await FakeContainer.dial(place, "c1")
+    await place.ready(5)
+    place.advertise("tf_view", "tf2_msgs/TFMessage", client, None, latch=True)
+    place.publish("tf_view", b"{}", client, must_arrive=True, latch=True)
+    container.stream.write(link.Declared(link.TopicInfo("tf_view", "tf2_msgs/TFMessage", False), "planner"))
+    await until(lambda: "tf_view" in place.topics)
+    assert place.client_topics.latched("tf_view") is None
+    place.publish("tf_view", b"{}", client, must_arrive=True)
+    assert isinstance(await container.next(), link.Deliver)
+    await container.die()
+
+
+async def test_a_call_goes_to_the_client_that_offers_the_service_and_never_one_of_the_clones() -> None:
+    place = PlaceLink("robot:a/r")
+    provider = Client()
+    number, caller = place.join(provider), place.join(Client())
+    container = await FakeContainer.dial(place, "c1")
+    await place.ready(5)
+    with pytest.raises(Conflict, match="clone's own"):
+        place.advertise_service("make_plan", "nav_msgs/GetPlan", number)
+    place.advertise_service("lights", "std_srvs/SetBool", number)
+    assert place.service_type("lights") == "std_srvs/SetBool"
+    asked = asyncio.create_task(place.call("lights", b'{"data":true}', 5.0))
+    await provider.told()
+    [(call, service, payload)] = provider.calls
+    assert (service, payload) == ("lights", b'{"data":true}')
+    with pytest.raises(NotPermitted):
+        place.client_services.answer(call, caller, b"{}")
+    place.client_services.answer(call, number, b'{"success":true}')
+    assert await asked == b'{"success":true}'
     await container.die()
 
 

@@ -31,7 +31,7 @@ class Client:
     def published(self, topic: str, payload: bytes) -> None:
         self.heard.append((topic, payload))
 
-    def refused(self, topic: str, error: PPaaSError) -> None:
+    def refused(self, topic: str, error: PPaaSError, sequence: int) -> None:
         raise AssertionError(f"{topic}: {error}")
 
     def closed(self, reason: PPaaSError) -> None:

@@ -1,0 +1,147 @@
+"""Services, as one client calls and offers them."""
+
+import asyncio
+from collections.abc import Callable
+
+import msgspec
+
+from engine.place_link import PlaceLink
+from ppaas.errors import NotFound, PPaaSError, QuotaExceeded, UnknownType
+from ppaas.messages import service_type
+from ppaas.messages.message import Message
+from ppaas.wire.arguments import as_object
+from ppaas.wire.names import normalise, ros1_type
+from ppaas.wire.operations import AdvertiseService, CallService, ServiceResponse, UnadvertiseService
+from ppaas.wire.rosbridge import RosbridgeSession
+
+CALL_TIMEOUT = 60.0
+"""Seconds that a call may take, whatever the client asks for."""
+
+MAX_CALLS = 32
+"""Calls of one client that may be under way at a time."""
+
+Shortcut = Callable[[str], bytes | None]
+"""Answers a call of a service by name at once, or returns None: the service is somebody else's."""
+
+
+class ClientCalls:
+    """The calls that one client has under way, and those that are put to it.
+
+    Parameters
+    ----------
+    place : PlaceLink
+        Of the robot.
+    client : int
+        Number of the client there.
+    wire : RosbridgeSession
+        Makes the frames.
+    send : callable
+        Takes a frame that must arrive.
+    shortcut : callable
+        Asked first.
+    """
+
+    def __init__(
+        self, place: PlaceLink, client: int, wire: RosbridgeSession, send: Callable[[str], None], shortcut: Shortcut
+    ) -> None:
+        self._place = place
+        self._client = client
+        self._wire = wire
+        self._send = send
+        self._shortcut = shortcut
+        self._calls: set[asyncio.Task[None]] = set()
+        self._spellings: dict[str, str] = {}
+
+    async def end(self) -> None:
+        """Give up the calls under way."""
+        for call in self._calls:
+            call.cancel()
+        await asyncio.gather(*self._calls, return_exceptions=True)
+
+    # -- the client calls ----------------------------------------------------------------------------------------------
+
+    def start(self, operation: CallService) -> None:
+        """Begin a call; it is answered by a frame, whatever becomes of it."""
+        if len(self._calls) >= MAX_CALLS:
+            error = QuotaExceeded(f"a client may have {MAX_CALLS} calls under way")
+            self._send(self._wire.refuse_call(operation, error))
+            return
+        task = asyncio.create_task(self._call(operation))
+        self._calls.add(task)
+        task.add_done_callback(self._calls.discard)
+
+    async def _call(self, operation: CallService) -> None:
+        try:
+            frame = self._wire.answer(operation, await self._values(operation))
+        except PPaaSError as error:
+            frame = self._wire.refuse_call(operation, error)
+        self._send(frame)
+
+    async def _values(self, operation: CallService) -> bytes:
+        service = normalise(operation.service)
+        values = self._shortcut(service)
+        if values is not None:
+            return values
+        kind = _request_type(self._place.service_type(service) or operation.type)
+        asked = operation.timeout or 0.0
+        timeout = min(asked, CALL_TIMEOUT) if asked > 0.0 else CALL_TIMEOUT
+        return await self._place.call(service, as_object(bytes(operation.args), kind), timeout)
+
+    # -- the client is called ------------------------------------------------------------------------------------------
+
+    def advertise(self, operation: AdvertiseService) -> None:
+        """Let the client answer the calls of a service.
+
+        Raises
+        ------
+        PPaaSError
+            Not a name or a type, the clone's own service, or one too many.
+        """
+        service = normalise(operation.service)
+        self._place.advertise_service(service, ros1_type(operation.type), self._client)
+        self._spellings[service] = operation.service
+
+    def unadvertise(self, operation: UnadvertiseService) -> None:
+        """Let it answer them no more.
+
+        Raises
+        ------
+        NotFound
+            It does not.
+        """
+        service = normalise(operation.service)
+        self._place.client_services.unadvertise(service, self._client)
+        self._spellings.pop(service, None)
+
+    def request(self, call: int, service: str, arguments: bytes) -> str:
+        """Return the frame that puts a call to the client."""
+        return self._wire.request(self._spellings[service], call, arguments)
+
+    def respond(self, operation: ServiceResponse) -> None:
+        """Take the client's answer to a call.
+
+        Raises
+        ------
+        NotFound
+            No such call is open.
+        NotPermitted
+            It was put to another client.
+        """
+        number = operation.id or ""
+        if not (number.isascii() and number.isdigit() and len(number) < 16):
+            raise NotFound("open call", number[:64])
+        values = bytes(operation.values)
+        answer = values if operation.result else PPaaSError(_reason(values, operation.service))
+        self._place.client_services.answer(int(number), self._client, answer)
+
+
+def _request_type(name: str | None) -> type[Message] | None:
+    try:
+        return service_type(name).request if name is not None else None
+    except UnknownType:
+        return None  # then arguments are an object, never a list
+
+
+def _reason(values: bytes, service: str) -> str:
+    reason = msgspec.json.decode(values)
+    return reason if isinstance(reason, str) and reason else f"the client that offers {service!r} said no"

@@ -1,0 +1,140 @@
+"""Services that clients of a place offer, and the calls of them that are under way."""
+
+import asyncio
+import itertools
+from dataclasses import dataclass
+from typing import Protocol
+
+from ppaas.errors import NotFound, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
+
+MAX_SERVICES = 200
+"""Services that the clients of one place may offer."""
+
+
+class Provider(Protocol):
+    """A client that answers calls, as a place sees it. This may not block."""
+
+    def requested(self, call: int, service: str, payload: bytes) -> None:
+        """Take a call of a service that the client offers; it is answered by ``ClientServices.answer``.
+
+        Raises
+        ------
+        Unavailable
+            The client is too slow to be asked.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class _Offer:
+    type: str
+    client: int
+    provider: Provider
+
+
+@dataclass(frozen=True, slots=True)
+class _Call:
+    service: str
+    client: int
+    answered: asyncio.Future[bytes]
+
+
+class ClientServices:
+    """What the clients of one place offer."""
+
+    def __init__(self) -> None:
+        self._offers: dict[str, _Offer] = {}
+        self._numbers = itertools.count(1)
+        self._calls: dict[int, _Call] = {}
+
+    def __contains__(self, service: str) -> bool:
+        """Tell whether some client offers a service."""
+        return service in self._offers
+
+    def type_of(self, service: str) -> str | None:
+        """Return the type of a service; None if nobody offers it."""
+        offer = self._offers.get(service)
+        return offer.type if offer is not None else None
+
+    def types(self) -> dict[str, str]:
+        """Return the services and their types, as ROS 1 spells them."""
+        return {name: offer.type for name, offer in self._offers.items()}
+
+    # -- who offers ----------------------------------------------------------------------------------------------------
+
+    def advertise(self, service: str, kind: str, client: int, provider: Provider) -> None:
+        """Offer a service. The newest takes it over: a client that comes back need not wait until its old self is gone.
+
+        Raises
+        ------
+        QuotaExceeded
+            There are too many.
+        """
+        if service not in self._offers and len(self._offers) >= MAX_SERVICES:
+            raise QuotaExceeded(f"the clients of a robot may offer {MAX_SERVICES} services: unadvertise some first")
+        self._offers[service] = _Offer(kind, client, provider)
+
+    def unadvertise(self, service: str, client: int) -> None:
+        """Offer a service no more; calls under way may still be answered.
+
+        Raises
+        ------
+        NotFound
+            The client does not offer it.
+        """
+        offer = self._offers.get(service)
+        if offer is None or offer.client != client:
+            raise NotFound("offered service", service, [s for s, o in self._offers.items() if o.client == client])
+        del self._offers[service]
+
+    def leave(self, client: int) -> None:
+        """Take back all that a client offers, and tell who waits for it."""
+        self._offers = {name: offer for name, offer in self._offers.items() if offer.client != client}
+        for call in self._calls.values():
+            if call.client == client and not call.answered.done():
+                call.answered.set_exception(Unavailable(f"the client that offers {call.service!r} has gone"))
+
+    # -- calls ---------------------------------------------------------------------------------------------------------
+
+    async def call(self, service: str, payload: bytes, timeout: float) -> bytes:
+        """Let the client that offers a service answer; return the response as JSON.
+
+        Raises
+        ------
+        Unavailable
+            It went, is too slow to be asked, or did not answer in time.
+        PPaaSError
+            It refused.
+        """
+        offer = self._offers[service]
+        number = next(self._numbers)
+        answered: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
+        self._calls[number] = _Call(service, offer.client, answered)
+        try:
+            offer.provider.requested(number, service, payload)
+            async with asyncio.timeout(timeout):
+                return await answered
+        except TimeoutError as error:
+            raise Unavailable(f"service {service!r} did not answer within {timeout:g} s") from error
+        finally:
+            del self._calls[number]
+
+    def answer(self, number: int, client: int, answer: bytes | PPaaSError) -> None:
+        """Take the answer to a call: JSON, or why there is none.
+
+        Raises
+        ------
+        NotFound
+            No such call is open: it was answered already, or nobody waits for it any more.
+        NotPermitted
+            Another client was asked.
+        """
+        call = self._calls.get(number)
+        if call is None or call.answered.done():
+            raise NotFound("open call", str(number))
+        if call.client != client:
+            raise NotPermitted(f"call {number} was put to another client")
+        if isinstance(answer, PPaaSError):
+            call.answered.set_exception(answer)
+        else:
+            call.answered.set_result(answer)

@@ -1,0 +1,241 @@
+"""The goals that one client has sent by ``send_action_goal``, each of which ends exactly once.
+
+Goals get ids of ours on their way to an action, since clients count theirs from one. What became of a goal is told by
+the topics of its action. The result itself may be lost with a container, so the list of statuses is watched as well:
+a goal that is no longer under way there, and of which no result came within ``GRACE``, ends with what is known of it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import msgspec
+
+from ppaas.errors import Conflict, MalformedMessage, NotFound, PPaaSError, QuotaExceeded
+from ppaas.messages.actionlib_msgs import GoalStatus, GoalStatusArray, Status
+from ppaas.messages.codec import decode
+from ppaas.messages.message import Message
+from ppaas.messages.time_spelling import to_ros2
+from ppaas.wire.actions import UNKNOWN, Action, Sent, ros2_status
+from ppaas.wire.operations import CancelActionGoal, SendActionGoal
+
+MAX_GOALS = 32
+"""Goals of one client that may be under way at a time."""
+
+GRACE = 3.0
+"""Seconds that a result may come later than a status that knows of the goal's end, or knows nothing of the goal."""
+
+_EMPTY = msgspec.Raw(b"{}")
+_encoder = msgspec.json.Encoder()
+
+
+class _Feedback(Message):
+    status: GoalStatus
+    feedback: msgspec.Raw
+
+
+class _Result(Message):
+    status: GoalStatus
+    result: msgspec.Raw = _EMPTY
+
+
+class _ActionFeedback(msgspec.Struct, tag_field="op", tag="action_feedback"):
+    action: str
+    values: msgspec.Raw
+    id: str | None
+
+
+class _ActionResult(msgspec.Struct, tag_field="op", tag="action_result"):
+    action: str
+    values: msgspec.Raw | str
+    status: int
+    result: bool
+    id: str | None
+
+
+class _GoalId(msgspec.Struct):
+    id: str = ""
+
+
+class _ActionGoal(msgspec.Struct):
+    goal_id: _GoalId
+    goal: msgspec.Raw
+
+
+@dataclass(slots=True)
+class _Goal:
+    id: str
+    operation: SendActionGoal
+    action: Action
+    sent: Sent
+    sequence: int = 0
+    missed_since: float | None = None
+    status: Status = Status.LOST
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """A frame for the client; one that is ``final`` is a result and must arrive."""
+
+    frame: str
+    final: bool
+
+
+class Goals:
+    """The goals of one client that are under way.
+
+    Parameters
+    ----------
+    name : str
+        Of the client, unlike that of any other client of the actions.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._count = 0
+        self._goals: dict[str, _Goal] = {}
+
+    def __len__(self) -> int:
+        """Return how many are under way."""
+        return len(self._goals)
+
+    def topics(self) -> set[str]:
+        """Return the topics that tell of the goals under way."""
+        found: set[str] = set()
+        for goal in self._goals.values():
+            name = goal.action.topics
+            found |= {f"{name}/status", f"{name}/result"} | ({f"{name}/feedback"} if goal.operation.feedback else set())
+        return found
+
+    # -- what the client asks ------------------------------------------------------------------------------------------
+
+    def send(self, operation: SendActionGoal, action: Action, now: float) -> tuple[str, bytes]:
+        """Begin a goal; return its id and the message for the topic ``goal`` of the action.
+
+        Raises
+        ------
+        InvalidInput
+            It cannot be a goal of this action.
+        Conflict
+            The client has a goal of that id under way.
+        QuotaExceeded
+            It has too many.
+        """
+        if len(self._goals) >= MAX_GOALS:
+            raise QuotaExceeded(f"a client may have {MAX_GOALS} goals under way")
+        if operation.id is not None and any(goal.operation.id == operation.id for goal in self._goals.values()):
+            raise Conflict(f"a goal {operation.id[:64]!r} is under way: give each an id of its own")
+        message = action.goal(bytes(operation.args))
+        self._count += 1
+        goal_id = f"{self._name}-{self._count}"
+        self._goals[goal_id] = _Goal(goal_id, operation, action, Sent(message, now))
+        return goal_id, _encoder.encode(_ActionGoal(_GoalId(goal_id), msgspec.Raw(message)))
+
+    def cancel(self, operation: CancelActionGoal) -> tuple[str, bytes]:
+        """Return the name of an action and the message for its topic ``cancel``; the goal ends when the action says so.
+
+        Raises
+        ------
+        NotFound
+            The client has no such goal under way.
+        """
+        for goal in self._goals.values():
+            if goal.operation.id == operation.id:
+                return goal.action.topics, _encoder.encode(_GoalId(goal.id))
+        raise NotFound("goal", (operation.id or "")[:64])
+
+    # -- what becomes of them ------------------------------------------------------------------------------------------
+
+    def posted(self, goal_id: str, sequence: int) -> None:
+        """Note under which number, 0 for none, a goal is on its way."""
+        self._goals[goal_id].sequence = sequence
+
+    def refused(self, sequence: int, error: PPaaSError) -> Told | None:
+        """End the goal that was on its way under a number and was not taken, if there is one."""
+        for goal in self._goals.values():
+            if sequence and goal.sequence == sequence:
+                return self.give_up(goal.id, error)
+        return None
+
+    def give_up(self, goal_id: str, error: PPaaSError) -> Told:
+        """End a goal that did not reach its action."""
+        return Told(refusal(self._goals.pop(goal_id).operation, error), final=True)
+
+    def hear(self, topic: str, payload: bytes, now: float) -> Iterator[Told]:
+        """Yield what a message of one of ``topics`` means for the client.
+
+        Parameters
+        ----------
+        topic : str
+            Without a leading slash.
+        payload : bytes
+            The message as JSON.
+        now : float
+            Monotonic seconds.
+
+        Raises
+        ------
+        MalformedMessage
+            It is not what an action says on this topic.
+        """
+        name, _, what = topic.rpartition("/")
+        if what == "result":
+            result = decode(_Result, payload)
+            goal = self._goals.get(result.status.goal_id.id)
+            if goal is not None and goal.action.topics == name:
+                yield self._end(goal, _status(result.status), result.status.text, bytes(result.result))
+        elif what == "status":
+            yield from self._look_for_lost(name, decode(GoalStatusArray, payload), now)
+        elif what == "feedback":
+            feedback = decode(_Feedback, payload)
+            goal = self._goals.get(feedback.status.goal_id.id)
+            if goal is not None and goal.action.topics == name and goal.operation.feedback:
+                yield Told(_feedback(goal, bytes(feedback.feedback), now), final=False)
+
+    def _look_for_lost(self, name: str, statuses: GoalStatusArray, now: float) -> Iterator[Told]:
+        by_id = {status.goal_id.id: status for status in statuses.status_list}
+        for goal in [goal for goal in self._goals.values() if goal.action.topics == name]:
+            known = by_id.get(goal.id)
+            if known is not None:
+                goal.status, goal.text = _status(known), known.text
+            if known is not None and not goal.status.terminal:
+                goal.missed_since = None
+            elif goal.missed_since is None:
+                goal.missed_since = now
+            elif now - goal.missed_since >= GRACE:
+                ended = goal.status.terminal
+                yield self._end(goal, goal.status if ended else Status.LOST, goal.text if ended else "", b"{}")
+
+    def _end(self, goal: _Goal, status: Status, text: str, result: bytes) -> Told:
+        del self._goals[goal.id]
+        operation, number = goal.operation, ros2_status(status)
+        if number == UNKNOWN:
+            reason = text or "the goal was lost: nobody knows how it ended"
+            frame = _ActionResult(operation.action, reason, UNKNOWN, False, operation.id)
+            return Told(_encoder.encode(frame).decode(), final=True)
+        values = _spelled(goal.action, goal.action.result(result, status, text))
+        frame = _ActionResult(operation.action, msgspec.Raw(values), number, True, operation.id)
+        return Told(_encoder.encode(frame).decode(), final=True)
+
+
+def _status(status: GoalStatus) -> Status:
+    try:
+        return Status(status.status)
+    except ValueError as error:
+        raise MalformedMessage(f"no status of a goal: {status.status}") from error
+
+
+def _spelled(action: Action, values: bytes) -> bytes:
+    return to_ros2(values) if action.ros2 else values
+
+
+def _feedback(goal: _Goal, feedback: bytes, now: float) -> str:
+    values = _spelled(goal.action, goal.action.feedback(goal.sent, feedback, now))
+    frame = _ActionFeedback(goal.operation.action, msgspec.Raw(values), goal.operation.id)
+    return _encoder.encode(frame).decode()
+
+
+def refusal(operation: SendActionGoal, error: PPaaSError) -> str:
+    """Return the result of a goal that was not taken: its values are the reason, as for a service."""
+    frame = _ActionResult(operation.action, str(error), UNKNOWN, False, operation.id)
+    return _encoder.encode(frame).decode()
