@@ -1,7 +1,7 @@
 """Which nodes a robot's clone is made of, and which a container that only plans."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 from ppaas import controllers, planners, recoveries
 from ppaas.controllers.base import Controller
@@ -23,12 +23,15 @@ from ppaas.nodes.graph import Graph
 from ppaas.nodes.map_server import MapServerNode
 from ppaas.nodes.models import RobotModel, robot_model
 from ppaas.nodes.move_base import MoveBaseNode
+from ppaas.nodes.parameter_server import ParameterServerNode, parameters_in_use
 from ppaas.nodes.planner_server import PlannerServerNode
 from ppaas.nodes.state_publisher import StatePublisherNode, StatePublisherParameters
 from ppaas.nodes.surroundings import Surroundings
 from ppaas.planners.base import Planner
 from ppaas.planners.registry import PLANNERS
 from ppaas.recoveries.base import Recovery
+
+P = TypeVar("P", bound=Parameters)
 
 
 class LocalCostmapParameters(Parameters, frozen=True):
@@ -94,30 +97,27 @@ def build_clone(
     given = _Given(parameters or {})
     base = {"base_global_planner": base_global_planner, "base_local_planner": base_local_planner}
     # What the robot's file says of its planners is the default; what it says of Move Base itself goes first.
-    driving = read_parameters(MoveBaseParameters, "move_base", base | given.take("move_base"))
-    amcl = read_parameters(AmclParameters, "amcl", given.take("amcl"))
-    state = read_parameters(StatePublisherParameters, "robot_state_publisher", given.take("robot_state_publisher"))
+    driving = given.read(MoveBaseParameters, "move_base", base)
+    amcl = given.read(AmclParameters, "amcl")
+    state = given.read(StatePublisherParameters, "robot_state_publisher")
     planner, controller = _planner(driving, given), _controller(driving, given, body)
     recovering = _recoveries(driving, given)
-    local = read_parameters(LocalCostmapParameters, "local_costmap", given.take("local_costmap"))
+    local = given.read(LocalCostmapParameters, "local_costmap")
     given.refuse_rest()
 
     def move_base(context: Context) -> MoveBaseNode:
+        surroundings = _surroundings(layers, body, local, driving.transform_tolerance)
         return MoveBaseNode(
             context,
-            layers=layers,
-            surroundings=_surroundings(layers, body, local, driving.transform_tolerance),
-            planner=planner,
-            controller=controller,
-            recoveries=recovering,
-            parameters=driving,
-            threads=threads,
-        )
+            layers=layers, surroundings=surroundings, planner=planner, controller=controller, recoveries=recovering,
+            parameters=driving, threads=threads,
+        )  # fmt: skip
 
     graph.add(lambda context: MapServerNode(context, layers.grid))
     graph.add(lambda context: StatePublisherNode(context, body, state))
     graph.add(lambda context: AmclNode(context, layers, Pose2D(*initial_pose), amcl))
     graph.add(move_base)
+    graph.add(lambda context: ParameterServerNode(context, given.in_use))
 
 
 def build_planning(
@@ -129,28 +129,51 @@ def build_planning(
 
 
 def _planner(driving: MoveBaseParameters, given: "_Given") -> Planner:
-    own = given.take(*PLANNERS.spellings(driving.base_global_planner))
-    return planners.create(driving.base_global_planner, **own)
+    names = PLANNERS.spellings(driving.base_global_planner)
+    planner = planners.create(driving.base_global_planner, **given.take(*names))
+    given.note(names[0], planner)
+    return planner
 
 
 def _controller(driving: MoveBaseParameters, given: "_Given", body: RobotModel) -> Controller:
-    own = given.take(*CONTROLLERS.spellings(driving.base_local_planner))
-    return controllers.create(driving.base_local_planner, **(_controller_defaults(body) | own))
+    names = CONTROLLERS.spellings(driving.base_local_planner)
+    controller = controllers.create(driving.base_local_planner, **(_controller_defaults(body) | given.take(*names)))
+    given.note(names[0], controller)
+    return controller
 
 
 def _recoveries(driving: MoveBaseParameters, given: "_Given") -> list[tuple[str, Recovery]]:
     behaviors, own = recovery_behaviors(driving), recovery_defaults(driving)
     types = {each.name: each.type for each in behaviors}
     made = {name: recoveries.create(kind, **(own.get(name, {}) | given.take(name))) for name, kind in types.items()}
+    for name, recovery in made.items():
+        given.note(name, recovery)
     return [(each.name, made[each.name]) for each in behaviors]
 
 
 class _Given:
-    """Parameters by the name of whom they are for; what nobody takes is refused."""
+    """Parameters by the name of whom they are for; what nobody takes is refused.
+
+    Attributes
+    ----------
+    in_use : dict of dict
+        What came of it, defaults included, by the same names.
+    """
 
     def __init__(self, parameters: Mapping[str, Any]) -> None:
+        self.in_use: dict[str, dict[str, Any]] = {}
         self._rest = dict(parameters)
         self._asked: list[str] = []
+
+    def read(self, cls: type[P], node: str, defaults: Mapping[str, Any] | None = None) -> P:
+        """Return the parameters of a node."""
+        parameters = read_parameters(cls, node, {**(defaults or {}), **self.take(node)})
+        self.note(node, parameters)
+        return parameters
+
+    def note(self, name: str, of: object) -> None:
+        """Take note of the parameters that a node or plug-in uses."""
+        self.in_use[name] = parameters_in_use(of)
 
     def take(self, *names: str) -> dict[str, Any]:
         """Return the parameters of one that is known by these names."""

@@ -1,11 +1,15 @@
 """What a clone is made of."""
 
+import json
+
 import pytest
 
 from ppaas.costmap.build import build_layers
 from ppaas.errors import InvalidParameter, NotFound
+from ppaas.messages.rosapi import GetParamRequest
 from ppaas.nodes.clone import build_clone, build_planning
 from ppaas.nodes.graph import Graph
+from ppaas.nodes.models import robot_model
 from tests.support.planar_world import walled_map
 
 LAYERS = build_layers(walled_map(4, 3, []))
@@ -19,13 +23,16 @@ def clone(**options) -> Graph:
 
 def test_a_clone_has_the_topics_and_services_of_ros():
     graph = clone()
-    assert set(graph.nodes) == {"map_server", "robot_state_publisher", "amcl", "move_base"}
+    assert set(graph.nodes) == {"map_server", "robot_state_publisher", "amcl", "move_base", "parameter_server"}
     assert {
         "map", "scan", "odom", "tf", "tf_static", "initialpose", "amcl_pose", "particlecloud", "cmd_vel", "plan",
         "move_base_simple/goal", "move_base/goal", "move_base/cancel", "move_base/status", "move_base/feedback",
         "move_base/result", "move_base/current_goal", "robots",
     } == set(graph.topics)  # fmt: skip
-    assert set(graph.services) == {"static_map", "move_base/make_plan", "move_base/clear_costmaps"}
+    assert set(graph.services) == {
+        "static_map", "move_base/make_plan", "move_base/clear_costmaps", "rosapi/get_param", "rosapi/set_param",
+        "rosapi/has_param", "rosapi/delete_param", "rosapi/search_param", "rosapi/get_param_names",
+    }  # fmt: skip
 
 
 def test_a_container_that_plans_has_a_map_and_a_planner_and_nothing_that_moves():
@@ -57,6 +64,22 @@ def test_a_container_that_plans_has_a_map_and_a_planner_and_nothing_that_moves()
 )
 def test_parameters_are_taken_by_the_names_of_ros(options):
     assert "move_base" in clone(**options).nodes
+
+
+def test_the_parameters_in_use_are_told_by_the_names_of_the_robots_file_with_what_they_are_by_default():
+    graph = clone(
+        base_local_planner="dwa_local_planner/DWAPlannerROS",
+        parameters={"DWAPlannerROS": {"sim_time": 1.25}, "move_base": {"controller_frequency": 5}},
+    )
+    answers = []
+    graph.call("rosapi/get_param", GetParamRequest("/"), answers.append)
+    told = json.loads(answers[0].value)
+    assert told["dwa"]["sim_time"] == 1.25
+    assert told["dwa"]["max_vel_x"] == robot_model("turtlebot2").limits.max_vel_x
+    assert told["move_base"]["controller_frequency"] == 5.0
+    assert told["move_base"]["base_local_planner"] == "dwa_local_planner/DWAPlannerROS"
+    assert told["dijkstra"]["allow_unknown"] is True
+    assert {"amcl", "local_costmap", "robot_state_publisher", "rotate_recovery"} < set(told)
 
 
 @pytest.mark.parametrize(
