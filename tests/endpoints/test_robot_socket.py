@@ -115,9 +115,10 @@ async def test_status_is_told_to_whoever_asked_for_it_and_to_nobody_else(world: 
     async with world.robot() as (robot, container):
         await robot.send("{")
         await say(robot, op="set_level", level="error")
-        await say(robot, op="subscribe", topic="/nowhere")
+        await say(robot, op="publish", topic="/nowhere", msg={}, id="p1")
         status = await hear(robot)
         assert status["msg"].startswith("not-found: unknown topic 'nowhere'; known: cmd_vel, goal, map")
+        assert status["id"] == "p1"
         await robot.send(b"\x00\x01")
         assert (await hear(robot))["msg"].startswith("malformed-message: binary")
         await say(robot, op="publish", topic="/goal", msg={})

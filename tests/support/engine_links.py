@@ -12,6 +12,8 @@ HELLO_TOPICS = [
     link.TopicInfo("map", "nav_msgs/OccupancyGrid", True),
     link.TopicInfo("goal", "std_msgs/String", False),
     link.TopicInfo("cmd_vel", "geometry_msgs/Twist", False),
+    link.TopicInfo("scan", "sensor_msgs/LaserScan", False),
+    link.TopicInfo("odom", "nav_msgs/Odometry", False),
 ]
 
 HELLO_SERVICES = [link.ServiceInfo("make_plan", "nav_msgs/GetPlan")]
