@@ -26,6 +26,9 @@ ROBOTS = "robots"
 SHARE_PERIOD = 0.2
 """Seconds between two positions: at 0.65 m/s a robot moves 13 cm in it."""
 
+TELL_PERIOD = 0.1
+"""Seconds between two messages about the others: their cost must not grow with the square of their number."""
+
 FRESH = 1.0
 """Seconds after which a position of another robot is no longer believed."""
 
@@ -60,7 +63,7 @@ class Outside:
         self._launch = launch
         self._graph = graph
         self._machine = machine
-        self._last_shared = float("-inf")
+        self._last_shared = self._last_told = float("-inf")
         self._refused: set[tuple[str, str]] = set()
         self._others: dict[tuple[str, str], tuple[float, PoseWithCovarianceStamped]] = {}
         self._background = Background()
@@ -96,6 +99,9 @@ class Outside:
 
     def _tell_others(self) -> None:
         now = self._graph.now()
+        if 0.0 <= now - self._last_told < TELL_PERIOD:
+            return  # who sent this sends again before it is out of date
+        self._last_told = now
         self._others = {who: seen for who, seen in self._others.items() if now - seen[0] < FRESH}
         poses = [pose.pose.pose for _, pose in self._others.values()]
         self._graph.inject(ROBOTS, PoseArray(Header(stamp=Time.of(now), frame_id="map"), poses))

@@ -166,16 +166,18 @@ class TransformTree:
 
     def _path(self, target: str, source: str) -> tuple[list[str], list[str]]:
         """Return the frames below the common ancestor, from target and from source."""
-        known = self.frames()
-        unknown = [frame for frame in (target, source) if frame not in known]
-        if unknown and target != source:
-            names = " and ".join(map(repr, unknown))
-            raise TransformError(f"unknown frame {names}; known: {', '.join(known) or 'none'}")
         down, up = self._chain(target), self._chain(source)
         common = next((frame for frame in up if frame in down), None)
         if common is None:
-            raise TransformError(f"{source!r} and {target!r} are not connected; known: {', '.join(known)}")
+            raise self._not_connected(target, source)
         return down[: down.index(common)], up[: up.index(common)]
+
+    def _not_connected(self, target: str, source: str) -> TransformError:
+        known = self.frames()
+        unknown = " and ".join(repr(frame) for frame in (target, source) if frame not in known)
+        if unknown:
+            return TransformError(f"unknown frame {unknown}; known: {', '.join(known) or 'none'}")
+        return TransformError(f"{source!r} and {target!r} are not connected; known: {', '.join(known)}")
 
     def _chain(self, frame: str) -> list[str]:
         chain = [frame]

@@ -70,12 +70,16 @@ def window(velocity: Velocity, fastest: float, limits: DwaParameters, period: fl
     if not len(forward):
         forward = np.array([limits.min_vel_trans])
     reach = limits.acc_lim_theta * period
-    right = float(np.clip(velocity.angular - reach, -limits.max_vel_theta, limits.max_vel_theta))
-    left = float(np.clip(velocity.angular + reach, -limits.max_vel_theta, limits.max_vel_theta))
+    most = limits.max_vel_theta
+    right = min(max(velocity.angular - reach, -most), most)
+    left = min(max(velocity.angular + reach, -most), most)
     turning = np.linspace(right, left, limits.vth_samples)
     if right < 0.0 < left:
         turning = np.append(turning, 0.0)
-    return np.stack(np.meshgrid(forward, turning, indexing="ij"), axis=-1).reshape(-1, 2)
+    samples = np.empty((len(forward), len(turning), 2))
+    samples[:, :, 0] = forward[:, None]
+    samples[:, :, 1] = turning
+    return samples.reshape(-1, 2)
 
 
 def _towards(value: float, target: float, step: float) -> float:

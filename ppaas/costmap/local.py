@@ -90,6 +90,12 @@ class LocalCostmap:
         """What the laser saw in the window, in cells of the map."""
         return self._obstacles
 
+    @property
+    def reach(self) -> float:
+        """From the middle of the window to its corners [m]."""
+        height, width = self._obstacles.cells.shape
+        return 0.5 * math.hypot(height, width) * self._layers.grid.info.resolution
+
     def update(self, pose: Pose2D, reading: LaserReading | None = None, obstacles: Iterable[Disc] = ()) -> Costmap:
         """Centre the window on the robot, take in a scan, and return the costs.
 

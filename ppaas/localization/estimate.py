@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.localization.kernels.cluster import mean_around
 
 BIN_SIZE = (0.5, 0.5, math.radians(10.0))
 """Bins of the histogram over poses [m, m, rad], as in amcl's ``pf_kdtree.c``."""
@@ -56,10 +57,11 @@ def estimate(particles: NDArray[np.float64], weights: NDArray[np.float64]) -> Po
     chosen = inverse == heaviest
     mean = _mean(particles[chosen], weights[chosen])
     for _ in range(_SHIFTS):
-        apart = np.hypot(particles[:, 0] - mean.x, particles[:, 1] - mean.y)
-        turned = np.abs(_wrapped(particles[:, 2] - mean.theta))
-        chosen = (apart < _CLUSTER_RADIUS) & (turned < _CLUSTER_TURN)
-        mean = _mean(particles[chosen], weights[chosen])
+        middle = mean
+        x, y, theta = mean_around(particles, weights, middle, _CLUSTER_RADIUS, _CLUSTER_TURN)
+        mean = Pose2D(x, y, wrap_angle(theta))
+    apart = particles - middle
+    chosen = (np.hypot(apart[:, 0], apart[:, 1]) < _CLUSTER_RADIUS) & (np.abs(_wrapped(apart[:, 2])) < _CLUSTER_TURN)
     return PoseEstimate(mean, _covariance(particles[chosen], weights[chosen], mean))
 
 

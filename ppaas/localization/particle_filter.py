@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.localization.estimate import PoseEstimate, bins_of, estimate
-from ppaas.localization.kernels.likelihood_field import score_scan
+from ppaas.localization.kernels.likelihood_field import likelihoods, score_scan
 from ppaas.localization.kernels.motion import sample_motion
 from ppaas.localization.kernels.resample import draw_low_variance
 from ppaas.localization.parameters import AmclParameters
@@ -42,6 +42,7 @@ class ParticleFilter:
         self._random = np.random.default_rng(parameters.seed)
         self._odom: Pose2D | None = None
         self._updates = 0
+        self._likelihood: tuple[float, NDArray[np.float64]] | None = None
         p = parameters
         self._alphas = np.array((p.odom_alpha1, p.odom_alpha2, p.odom_alpha3, p.odom_alpha4))
         self.initialise(Pose2D(0.0, 0.0), np.zeros((3, 3)))
@@ -118,19 +119,19 @@ class ParticleFilter:
         sample_motion(self.particles, first, distance, second, self._alphas, normals)
 
     def _weigh(self, beams: NDArray[np.float64], range_max: float) -> None:
-        p = self._parameters
-        self.weights *= score_scan(
-            self.particles,
-            beams,
-            self._distance,
-            self._resolution,
-            self._origin,
-            p.laser_z_hit,
-            p.laser_z_rand / range_max,
-            p.laser_sigma_hit,
-            p.laser_likelihood_max_dist,
-        )
+        likelihood = self._likelihoods(range_max)
+        self.weights *= score_scan(self.particles, beams, self._distance, self._resolution, self._origin, likelihood)
         self.weights /= self.weights.sum()
+
+    def _likelihoods(self, range_max: float) -> NDArray[np.float64]:
+        p = self._parameters
+        if self._likelihood is None or self._likelihood[0] != range_max:
+            z_random = p.laser_z_rand / range_max
+            table = likelihoods(
+                self._resolution, p.laser_z_hit, z_random, p.laser_sigma_hit, p.laser_likelihood_max_dist
+            )
+            self._likelihood = range_max, table
+        return self._likelihood[1]
 
     def _resample(self) -> None:
         count = self._adapted_count()

@@ -20,6 +20,9 @@ from ppaas.transforms import tf_time
 OTHERS_FRESH = 1.0
 """Seconds for which the positions of other robots are believed."""
 
+SHIFT = 0.1
+"""Without anything new to see, the local costmap stays where it is until the robot has moved this far [m]."""
+
 OTHERS_MARGIN = 0.1
 """Added to the radius of another robot [m]: its position is that much in doubt, and it moves."""
 
@@ -48,6 +51,7 @@ class Surroundings:
         self._robot_radius = robot_radius
         self._tolerance = tolerance
         self._scan: tuple[LaserScan, LaserReading] | None = None
+        self._looked: tuple[Pose2D, tuple[Disc, ...]] | None = None
         self._others: list[Pose2D] = []
         self._others_at = float("-inf")
 
@@ -95,11 +99,17 @@ class Surroundings:
         return self.frames.tree.lookup(MAP, BASE_LINK)
 
     def look_around(self, pose: Pose2D, now: float) -> Costmap:
-        """Bring the local costmap up to date and return it."""
-        others = tuple(self._discs(pose, now))
-        self.costs = self._local.update(pose, self._reading(), others)
-        self._memory.update(self._local.obstacles, others)
+        """Bring the local costmap up to date and return it; the last one, where there is nothing new to see."""
+        others, reading = tuple(self._discs(pose, now)), self._reading()
+        if self.costs is None or reading is not None or self._is_elsewhere(pose, others):
+            self._looked = pose, others
+            self.costs = self._local.update(pose, reading, others)
+            self._memory.update(self._local.obstacles, others)
         return self.costs
+
+    def _is_elsewhere(self, pose: Pose2D, others: tuple[Disc, ...]) -> bool:
+        """Tell whether this robot or another is not where it was when the local costmap was made."""
+        return self._looked is None or self._looked[1] != others or self._looked[0].distance_to(pose) >= SHIFT
 
     def overlay(self, costmap: Costmap) -> Costmap:
         """Return a costmap of the whole map with what is and was seen; the same one if that is nothing new."""
@@ -114,6 +124,7 @@ class Surroundings:
             self._memory.clear(around, beyond)
         if affected_maps != "global":
             self._local.clear(around, beyond)
+        self._looked = None
 
     def _reading(self) -> LaserReading | None:
         """Return the scan that came last, once, when the transforms have reached its stamp."""
@@ -130,9 +141,10 @@ class Surroundings:
     def _discs(self, pose: Pose2D, now: float) -> Iterator[Disc]:
         if now - self._others_at > OTHERS_FRESH:
             return
+        reach = self._local.reach + self._robot_radius + OTHERS_MARGIN
         for other in self._others:
             # Two robots cannot stand in one place: that one is this robot's own echo.
-            if other.distance_to(pose) > self._robot_radius:
+            if self._robot_radius < other.distance_to(pose) < reach:
                 yield other.x, other.y, self._robot_radius + OTHERS_MARGIN
 
 

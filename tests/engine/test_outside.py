@@ -10,7 +10,7 @@ from engine import machine_link
 from engine.framing import FrameStream
 from engine.machine_client import MachineClient
 from engine.model import Launch
-from engine.outside import FRESH, SHARE_PERIOD, Outside, plan_record
+from engine.outside import FRESH, SHARE_PERIOD, TELL_PERIOD, Outside, plan_record
 from ppaas.clock import ManualClock
 from ppaas.messages import encode
 from ppaas.messages.geometry_msgs import Point, Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion
@@ -82,6 +82,15 @@ async def test_the_clone_is_told_of_all_robots_that_were_seen_just_now(clone: Cl
     assert clone.node.robots[-1].header.frame_id == "map"
 
 
+async def test_the_clone_is_told_of_many_robots_no_more_often_than_of_one(clone: Clone) -> None:
+    for number in range(8):
+        clone.outside.shared(shared(f"u{number}", encode(pose(float(number)))))
+    assert len(clone.node.robots) == 1
+    clone.clock.advance(TELL_PERIOD)
+    clone.outside.shared(shared("u0", encode(pose(0.0))))
+    assert clone.seen() == [float(number) for number in range(8)]
+
+
 @pytest.mark.parametrize(
     "payload",
     [
@@ -101,6 +110,7 @@ async def test_what_is_no_position_harms_neither_the_clone_nor_what_it_knows_of_
     clone.outside.shared(shared("bob", encode(pose(1.0))))
     for _ in range(3):
         clone.outside.shared(shared("eve", payload))
+    clone.clock.advance(TELL_PERIOD)
     clone.outside.shared(shared("ann", encode(pose(2.0))))
     assert clone.seen() == [1.0, 2.0]
     assert len([record for record in caplog.records if record.levelno >= logging.WARNING]) == 1

@@ -53,3 +53,16 @@ def draw_low_variance(weights, count, start):
                 break
         drawn.append(index)
     return np.array(drawn)
+
+
+def mean_around(particles, weights, pose, radius, turn):
+    """Weighted mean of those that are near, angles as directions."""
+    near = [
+        (x, y, theta, weight)
+        for (x, y, theta), weight in zip(particles, weights, strict=True)
+        if math.hypot(x - pose[0], y - pose[1]) < radius and abs(math.remainder(theta - pose[2], 2 * math.pi)) < turn
+    ]
+    total = sum(weight for *_, weight in near)
+    x, y = (sum(p[axis] * p[3] for p in near) / total for axis in (0, 1))
+    sine, cosine = (sum(f(p[2]) * p[3] for p in near) for f in (math.sin, math.cos))
+    return x, y, math.atan2(sine, cosine)

@@ -106,10 +106,13 @@ def _score(
     highest, off_path, checks, to_go = 0, 0.0, 0, 0.0
     inside = 0.0
     hit_at = -1.0
+    # Each step goes along the chord of its arc; the chords turn by the same angle, so one cosine and sine do for all.
+    step_x, step_y = v * dt * math.cos(theta + 0.5 * w * dt), v * dt * math.sin(theta + 0.5 * w * dt)
+    cosine, sine = math.cos(w * dt), math.sin(w * dt)
     for step in range(1, steps + 1):
-        x += v * dt * math.cos(theta + 0.5 * w * dt)
-        y += v * dt * math.sin(theta + 0.5 * w * dt)
-        theta += w * dt
+        x += step_x
+        y += step_y
+        step_x, step_y = cosine * step_x - sine * step_y, sine * step_x + cosine * step_y
         cost = cost_at(costs, frame, x, y)
         if cost == NO_INFORMATION:
             cost = FREE_SPACE if scoring.allow_unknown else LETHAL_OBSTACLE
@@ -133,6 +136,7 @@ def _score(
         return BLOCKED * (2.0 - hit_at / seconds) + abs(v)
     off_path /= checks
     if to_go > scoring.forward_point_distance:
+        theta += w * steps * dt
         ahead_x = x + scoring.forward_point_distance * math.cos(theta)
         ahead_y = y + scoring.forward_point_distance * math.sin(theta)
         off_path += project(path, remaining, ahead_x, ahead_y)[0]

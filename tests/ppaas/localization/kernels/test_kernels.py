@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from ppaas.costmap.build import build_layers
 from ppaas.geometry import Pose2D
-from ppaas.localization.kernels import likelihood_field, motion, resample
+from ppaas.localization.kernels import cluster, likelihood_field, motion, resample
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.particle_filter import ParticleFilter
 from ppaas.maps.grid import GridInfo, GridMap
@@ -42,26 +42,48 @@ def test_without_noise_a_motion_is_exact():
 def test_scans_are_scored_as_by_their_twin(seed, turned):
     rng = np.random.default_rng(seed)
     info = GridInfo(0.1, 30, 20, Pose2D(-1.0, 0.5, turned))
-    distance = rng.uniform(0, 3, info.shape).astype(np.float32)
+    squares = rng.integers(0, 900, info.shape)
+    distance = (info.resolution * np.sqrt(squares)).astype(np.float32)
     particles = rng.uniform(-2, 3, (8, 3))
     beams = rng.uniform(-2, 2, (10, 2))
     expected = twin.score_scan(particles, beams, distance, info, 0.95, 0.01, 0.2, 2.0)
     found = likelihood_field.score_scan(
-        particles, beams, distance, info.resolution, np.array(info.origin), 0.95, 0.01, 0.2, 2.0
-    )
+        particles, beams, distance, info.resolution, np.array(info.origin),
+        likelihood_field.likelihoods(info.resolution, 0.95, 0.01, 0.2, 2.0),
+    )  # fmt: skip
     # A beam that ends within rounding of the edge of a cell may be read off its neighbour.
     assert np.mean(np.isclose(found, expected, rtol=1e-9)) >= 0.8
 
 
 def test_a_particle_whose_beams_end_on_the_wall_outweighs_one_beside():
     info = GridInfo(0.05, 100, 100)
+    likelihood = likelihood_field.likelihoods(info.resolution, 0.95, 0.01, 0.2, 2.0)
     distance = np.abs(np.arange(100) * 0.05 - 4.0)[None].repeat(100, 0).astype(np.float32)
     beams = np.array([[2.0, 0.0], [2.0, 0.5], [2.0, -0.5]])
     on, beside = likelihood_field.score_scan(
-        np.array([[2.0, 2.5, 0.0], [1.5, 2.5, 0.0]]), beams, distance, 0.05, np.array(info.origin), 0.95, 0.01, 0.2, 2.0
+        np.array([[2.0, 2.5, 0.0], [1.5, 2.5, 0.0]]), beams, distance, 0.05, np.array(info.origin), likelihood
     )
     assert 1.0 <= beside < 2.0
     assert on > 3.0
+
+
+def test_the_table_of_likelihoods_is_bounded_whatever_the_parameters_and_ends_with_what_is_far():
+    table = likelihood_field.likelihoods(0.05, 0.95, 0.1, 1e9, 1e12)
+    assert len(table) <= likelihood_field.MOST_SQUARES + 1
+    assert likelihood_field.likelihoods(0.05, 0.95, 0.1, 0.2, 1e12)[-1] == pytest.approx(0.1**3)
+
+
+@settings(deadline=None)
+@given(seeds, st.floats(-4, 4))
+def test_the_mean_around_a_pose_is_that_of_its_twin(seed, theta):
+    rng = np.random.default_rng(seed)
+    particles = rng.normal((1.0, 2.0, theta), (0.6, 0.6, 0.7), (50, 3))
+    particles[0] = 1.0, 2.0, theta
+    weights = rng.uniform(0.1, 1.0, 50)
+    x, y, mean_theta = cluster.mean_around(particles, weights, (1.0, 2.0, theta), 0.75, 0.8)
+    expected = twin.mean_around(particles, weights, (1.0, 2.0, theta), 0.75, 0.8)
+    assert (x, y) == pytest.approx(expected[:2])
+    assert math.remainder(mean_theta - expected[2], 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
 
 
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=50), st.integers(1, 200), st.floats(0, 1, exclude_max=True))
