@@ -13,7 +13,10 @@ from ppaas.clock import Clock, monotonic
 from ppaas.errors import Unavailable
 
 DEFAULT_KEEP = 10
-KEEP = {"cmd_vel": 1, "scan": 1, "odom": 1, "map": 1, "plan": 1, "particlecloud": 1, "tf": 50, "move_base/result": 1000}
+KEEP = {
+    "cmd_vel": 1, "scan": 1, "odom": 1, "map": 1, "plan": 1, "particlecloud": 1, "tf": 50,
+    "move_base/result": 1000, "follow_waypoints/result": 1000,
+}  # fmt: skip
 """Messages of a topic that wait, if the client did not say; the newest are kept."""
 
 MAX_KEEP = 1000
@@ -25,7 +28,7 @@ client for which so much waits that must not be dropped is closed."""
 EXPIRY = {"cmd_vel": 0.5}
 """Seconds after which a message of a topic is worse than none: an old command must not move a robot."""
 
-LASTING = frozenset({"move_base/result", "map", "tf_static"})
+LASTING = frozenset({"move_base/result", "follow_waypoints/result", "map", "tf_static"})
 """Topics that say a thing once: what was sent of them and lost with its socket is sent again, as answers are."""
 
 MAX_SENT = 256

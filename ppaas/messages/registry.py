@@ -7,6 +7,7 @@ from ppaas.messages import (
     actionlib_msgs,
     geometry_msgs,
     move_base_msgs,
+    nav2_msgs,
     nav_msgs,
     ppaas_msgs,
     rosapi,
@@ -19,7 +20,7 @@ from ppaas.messages import (
 from ppaas.messages.message import Message, ServiceType
 
 _PACKAGES: tuple[ModuleType, ...] = (
-    std_msgs, geometry_msgs, nav_msgs, sensor_msgs, actionlib_msgs, move_base_msgs, tf2_msgs, ppaas_msgs,
+    std_msgs, geometry_msgs, nav_msgs, sensor_msgs, actionlib_msgs, move_base_msgs, nav2_msgs, tf2_msgs, ppaas_msgs,
     std_srvs, rosapi, tf2_web_republisher,
 )  # fmt: skip
 

@@ -26,6 +26,7 @@ from ppaas.navigation.events import (
     ControlFailed,
     ControlTick,
     Event,
+    Goal,
     GoalReceived,
     PlanFailed,
     PlanSucceeded,
@@ -85,7 +86,7 @@ class MoveBase:
 
     def __init__(self, parameters: MoveBaseParameters, recoveries: Sequence[str] = ()) -> None:
         self.parameters = parameters
-        self.goals = GoalList()
+        self.goals: GoalList[Goal] = GoalList()
         self.state = State.PLANNING
         self._orders: list[Order] = []
         self._moving = False

@@ -11,7 +11,7 @@ from ppaas.messages.move_base_msgs import (
 )
 from ppaas.messages.std_msgs import Header, Time
 from ppaas.navigation.events import Goal
-from ppaas.navigation.goals import GoalList
+from ppaas.navigation.goals import ActionGoal, G, GoalList
 from ppaas.nodes.base import Context, Topic
 from ppaas.nodes.frames import MAP
 
@@ -47,24 +47,28 @@ class ActionTopics:
         """Tell what is headed for."""
         self._context.publish(CURRENT_GOAL.name, self.stamped(goal.pose))
 
-    def status(self, goals: GoalList) -> None:
+    def status(self, goals: GoalList[Goal]) -> None:
         """Tell how all goals stand."""
-        listed = [
-            GoalStatus(_id_of(state.goal), int(state.status), state.text) for state in goals.states(self._context.now())
-        ]
-        self._context.publish(STATUS.name, GoalStatusArray(self._header(), listed))
+        self._context.publish(STATUS.name, status_array(goals, self._context.now()))
 
     def feedback(self, goal: Goal, pose: Pose2D, text: str) -> None:
         """Tell where the robot is on its way."""
-        status = GoalStatus(_id_of(goal), int(Status.ACTIVE), text)
+        status = status_of(goal, Status.ACTIVE, text)
         feedback = MoveBaseFeedback(self.stamped(pose))
         self._context.publish(FEEDBACK.name, MoveBaseActionFeedback(self._header(), status, feedback))
 
     def result(self, goal: Goal, status: Status, text: str) -> None:
         """Tell how a goal ended."""
-        ended = GoalStatus(_id_of(goal), int(status), text)
+        ended = status_of(goal, status, text)
         self._context.publish(RESULT.name, MoveBaseActionResult(self._header(), ended))
 
 
-def _id_of(goal: Goal) -> GoalID:
-    return GoalID(Time.of(goal.stamp), goal.id)
+def status_of(goal: ActionGoal, status: Status, text: str) -> GoalStatus:
+    """Return how a goal of any action stands."""
+    return GoalStatus(GoalID(Time.of(goal.stamp), goal.id), int(status), text)
+
+
+def status_array(goals: GoalList[G], now: float) -> GoalStatusArray:
+    """Return how all goals of an action stand, stamped now."""
+    listed = [status_of(state.goal, state.status, state.text) for state in goals.states(now)]
+    return GoalStatusArray(Header(stamp=Time.of(now)), listed)

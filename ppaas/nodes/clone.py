@@ -27,6 +27,7 @@ from ppaas.nodes.parameter_server import ParameterServerNode, parameters_in_use
 from ppaas.nodes.planner_server import PlannerServerNode
 from ppaas.nodes.state_publisher import StatePublisherNode, StatePublisherParameters
 from ppaas.nodes.surroundings import Surroundings
+from ppaas.nodes.waypoint_follower import WaypointFollowerNode, WaypointFollowerParameters
 from ppaas.planners.base import Planner
 from ppaas.planners.registry import PLANNERS
 from ppaas.recoveries.base import Recovery
@@ -66,7 +67,7 @@ def build_clone(
     parameters: Mapping[str, Any] | None = None,
     threads: int = 1,
 ) -> None:
-    """Add the nodes of a robot's clone to a graph: map server, state publisher, localization, Move Base.
+    """Add the nodes of a robot's clone to a graph: map server, state publisher, localization, Move Base, waypoints.
 
     Parameters
     ----------
@@ -103,6 +104,7 @@ def build_clone(
     planner, controller = _planner(driving, given), _controller(driving, given, body)
     recovering = _recoveries(driving, given)
     local = given.read(LocalCostmapParameters, "local_costmap")
+    touring = given.read(WaypointFollowerParameters, "waypoint_follower")
     given.refuse_rest()
 
     def move_base(context: Context) -> MoveBaseNode:
@@ -117,6 +119,7 @@ def build_clone(
     graph.add(lambda context: StatePublisherNode(context, body, state))
     graph.add(lambda context: AmclNode(context, layers, Pose2D(*initial_pose), amcl))
     graph.add(move_base)
+    graph.add(lambda context: WaypointFollowerNode(context, touring))
     graph.add(lambda context: ParameterServerNode(context, given.in_use))
 
 

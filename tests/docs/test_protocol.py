@@ -3,6 +3,7 @@
 import asyncio
 import json
 import re
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -18,8 +19,8 @@ from endpoints.robot_socket import CLOSED_BY_CLOUD
 from endpoints.server import MAX_FRAME
 from endpoints.settings import Settings
 from engine.outside import SHARE_PERIOD
-from engine.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
 from engine.robot_sessions import LINGER
+from engine.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
 from ppaas.costmap.build import build_layers
 from ppaas.localization.beams import MAX_RANGES
 from ppaas.localization.parameters import AmclParameters
@@ -27,10 +28,16 @@ from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.messages import type_name
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.navigation.recovery import recovery_behaviors
+from ppaas.navigation.waypoints import MAX_WAYPOINTS
 from ppaas.nodes.clone import build_clone
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.move_base import STATUS_PERIOD
+from ppaas.nodes.waypoint_follower import WaypointFollowerParameters
+from ppaas.recoveries.base import AffectedMaps
+from ppaas.recoveries.registry import RECOVERIES, recovery_names
 from ppaas.wire.names import MAX_NAME
+from ppaas.wire.rosapi import SERVICES
 from ppaas.wire.rosbridge import MAX_SUBSCRIPTIONS, RosbridgeSession
 from ppaas.wire.rosbridge_client import RosbridgeClientSession
 from robots.base_controller import BaseLimits
@@ -59,9 +66,13 @@ def graph() -> Graph:
     return clone
 
 
+AMONG_NODES = {"move_base/result"}
+"""What a node of the clone takes of another, and nobody outside has to say."""
+
+
 def test_the_topics_are_those_of_a_clone(graph: Graph) -> None:
     nodes = graph.nodes.values()
-    taken = {topic.name for node in nodes for topic in node.subscribes}
+    taken = {topic.name for node in nodes for topic in node.subscribes} - AMONG_NODES
     given = {topic.name for node in nodes for topic in node.publishes}
     expected = {}
     for topic in graph.topics.values():
@@ -74,6 +85,29 @@ def test_the_topics_are_those_of_a_clone(graph: Graph) -> None:
 def test_the_services_are_those_of_a_clone(graph: Graph) -> None:
     listed = table(PROTOCOL, "service", "type", "what it does")
     assert {name: kind for name, kind, _ in listed} == {s.name: s.type.name for s in graph.services.values()}
+
+
+def test_the_recovery_behaviours_are_those_installed_with_their_names_and_parameters() -> None:
+    listed = table(PROTOCOL, "type, and its other names", "parameters")
+    quoted = [[re.findall(r"`([^`]+)`", cell) for cell in row] for row in listed]
+    assert {names[0] for names, _ in quoted} == set(recovery_names())
+    for names, own in quoted:
+        aliases = list(dict.fromkeys(each for each in RECOVERIES.spellings(names[0]) if re.search("[/:]", each)))
+        of = RECOVERIES.create(names[0], {}).parameters  # type: ignore[attr-defined]
+        assert (names[1:], set(own) - set(get_args(AffectedMaps))) == (aliases, set(of.__struct_fields__))
+    default = [each.name for each in recovery_behaviors(MoveBaseParameters())]
+    assert says(f"they are `{default[0]}`, `{default[1]}`, `{default[2]}` and `{default[3]}` once more")
+
+
+def test_what_the_page_says_of_waypoints_is_what_the_code_does() -> None:
+    assert says(f"a list of 1 to {MAX_WAYPOINTS} `poses`")
+    assert says(f"`loop_rate` ({WaypointFollowerParameters().loop_rate:g}) times a second")
+    assert set(WaypointFollowerParameters.__struct_fields__) <= set(re.findall(r"`(\w+)`", text_of(PROTOCOL)))
+
+
+def test_the_services_that_tell_what_there_is_are_those_of_the_code() -> None:
+    [told] = re.findall(r"told as by rosapi.*?get_time`", text_of(PROTOCOL), re.DOTALL)
+    assert {f"rosapi/{name}" for name in re.findall(r"`(\w+)`", told)} == set(SERVICES)
 
 
 def test_the_refusals_have_the_status_and_type_that_the_page_gives_them() -> None:

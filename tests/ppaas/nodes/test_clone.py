@@ -23,11 +23,14 @@ def clone(**options) -> Graph:
 
 def test_a_clone_has_the_topics_and_services_of_ros():
     graph = clone()
-    assert set(graph.nodes) == {"map_server", "robot_state_publisher", "amcl", "move_base", "parameter_server"}
+    assert set(graph.nodes) == {
+        "map_server", "robot_state_publisher", "amcl", "move_base", "waypoint_follower", "parameter_server",
+    }  # fmt: skip
     assert {
         "map", "scan", "odom", "tf", "tf_static", "initialpose", "amcl_pose", "particlecloud", "cmd_vel", "plan",
         "move_base_simple/goal", "move_base/goal", "move_base/cancel", "move_base/status", "move_base/feedback",
-        "move_base/result", "move_base/current_goal", "robots",
+        "move_base/result", "move_base/current_goal", "robots", "follow_waypoints/goal", "follow_waypoints/cancel",
+        "follow_waypoints/status", "follow_waypoints/feedback", "follow_waypoints/result",
     } == set(graph.topics)  # fmt: skip
     assert set(graph.services) == {
         "static_map", "move_base/make_plan", "move_base/clear_costmaps", "rosapi/get_param", "rosapi/set_param",
@@ -59,6 +62,7 @@ def test_a_container_that_plans_has_a_map_and_a_planner_and_nothing_that_moves()
                 "back": {"backup_dist": 0.2},
             }
         },
+        {"parameters": {"waypoint_follower": {"stop_on_failure": False, "loop_rate": 20}}},
         {"parameters": {"robot_state_publisher": {"laser_frame": "hokuyo"}}},
     ],
 )
@@ -97,6 +101,8 @@ def test_the_parameters_in_use_are_told_by_the_names_of_the_robots_file_with_wha
         ({"rotate_recovery": {"reset_distance": 1.0}}, "reset_distance.*known: .*max_rotational_vel"),
         ({"move_base": {"recovery_behaviors": [{"name": "rest"}]}}, "`type`.*recovery_behaviors"),
         ({"move_base": {"recovery_behaviors": {"rest": "wait"}}}, "recovery_behaviors"),
+        ({"waypoint_follower": {"loop_rate": 0}}, "loop_rate"),
+        ({"waypoint_follower": {"waypoint_pause_duration": -1}}, "waypoint_pause_duration"),
         ({"dijkstra": {"heuristic": 1}}, "heuristic"),
     ],
 )

@@ -1,0 +1,84 @@
+"""``nav2_msgs``: the action ``FollowWaypoints``, taken apart into its topics as those of ROS 1 are."""
+
+from enum import IntEnum
+
+from msgspec import field
+
+from ppaas.messages.actionlib_msgs import GoalID, GoalStatus
+from ppaas.messages.geometry_msgs import PoseStamped
+from ppaas.messages.message import Message
+from ppaas.messages.std_msgs import Header
+
+
+class FollowWaypointsError(IntEnum):
+    """The ``error_code`` of a result, with the numbers of ``nav2_msgs/FollowWaypoints``."""
+
+    NONE = 0
+    UNKNOWN = 600
+    TASK_EXECUTOR_FAILED = 601
+    NO_VALID_WAYPOINTS = 602
+    STOP_ON_MISSED_WAYPOINT = 603
+
+
+class Progress(IntEnum):
+    """The ``waypoint_status`` of a waypoint, with the numbers of ``nav2_msgs/WaypointStatus``."""
+
+    PENDING = 0
+    COMPLETED = 1
+    MISSED = 2
+
+
+class WaypointStatus(Message):
+    """``nav2_msgs/WaypointStatus``."""
+
+    waypoint_status: int
+    waypoint_index: int
+    waypoint_pose: PoseStamped
+    error_code: int = 0
+    error_msg: str = ""
+
+
+class FollowWaypointsGoal(Message):
+    """``nav2_msgs/FollowWaypointsGoal``: the list, how often to begin again, and with which waypoint to begin."""
+
+    poses: list[PoseStamped]
+    number_of_loops: int = 0
+    goal_index: int = 0
+
+
+class FollowWaypointsActionGoal(Message):
+    """``nav2_msgs/FollowWaypointsActionGoal``."""
+
+    goal: FollowWaypointsGoal
+    goal_id: GoalID = field(default_factory=GoalID)
+    header: Header = field(default_factory=Header)
+
+
+class FollowWaypointsFeedback(Message):
+    """``nav2_msgs/FollowWaypointsFeedback``."""
+
+    current_waypoint: int
+
+
+class FollowWaypointsActionFeedback(Message):
+    """``nav2_msgs/FollowWaypointsActionFeedback``."""
+
+    header: Header
+    status: GoalStatus
+    feedback: FollowWaypointsFeedback
+
+
+class FollowWaypointsResult(Message):
+    """``nav2_msgs/FollowWaypointsResult``."""
+
+    missed_waypoints: list[WaypointStatus] = field(default_factory=list)
+    error_code: int = 0
+    error_msg: str = ""
+
+
+class FollowWaypointsActionResult(Message):
+    """``nav2_msgs/FollowWaypointsActionResult``."""
+
+    header: Header
+    status: GoalStatus
+    result: FollowWaypointsResult = field(default_factory=FollowWaypointsResult)
