@@ -5,10 +5,12 @@ from collections.abc import Callable
 
 import msgspec
 
+from endpoints.introspection import introspect
 from engine.place_link import PlaceLink
-from ppaas.errors import NotFound, PPaaSError, QuotaExceeded, UnknownType
+from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, UnknownType
 from ppaas.messages import service_type
 from ppaas.messages.message import Message
+from ppaas.wire import rosapi
 from ppaas.wire.arguments import as_object
 from ppaas.wire.names import normalise, ros1_type
 from ppaas.wire.operations import AdvertiseService, CallService, ServiceResponse, UnadvertiseService
@@ -79,7 +81,7 @@ class ClientCalls:
 
     async def _values(self, operation: CallService) -> bytes:
         service = normalise(operation.service)
-        values = self._shortcut(service)
+        values = self._shortcut(service) or introspect(self._place, service, bytes(operation.args))
         if values is not None:
             return values
         kind = _request_type(self._place.service_type(service) or operation.type)
@@ -98,6 +100,8 @@ class ClientCalls:
             Not a name or a type, the clone's own service, or one too many.
         """
         service = normalise(operation.service)
+        if service in rosapi.SERVICES:
+            raise Conflict(f"service {service!r} is the cloud's own: choose another name")
         self._place.advertise_service(service, ros1_type(operation.type), self._client)
         self._spellings[service] = operation.service
 

@@ -209,6 +209,10 @@ class PlaceLink:
         """Return all topics, those of clients too, and their types as ROS 1 spells them."""
         return self.client_topics.types() | {name: topic.type for name, topic in self.topics.items()}
 
+    def heard(self) -> frozenset[str]:
+        """Return the topics that some client hears, or would if they were there."""
+        return frozenset(self._hearers)
+
     def unsubscribe(self, topic: str, client: int) -> None:
         """Let a client hear a topic no more."""
         hearers = self._hearers.get(topic, set())
