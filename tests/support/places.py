@@ -28,13 +28,14 @@ def free_pose(grid: GridMap, seed: int) -> Pose2D:
             return Pose2D(float(x), float(y), float(rng.uniform(-np.pi, np.pi)))
 
 
-def reachable_pose(grid: GridMap, start: Pose2D, seed: int, at_least: float) -> Pose2D:
-    """Return a place that can be reached from another and is some metres away from it."""
+def reachable_pose(grid: GridMap, start: Pose2D, seed: int, at_least: float, at_most: float = np.inf) -> Pose2D:
+    """Return a place that can be reached from another and is some metres away from it, as the crow flies."""
     cell = grid.info.cell_of(start.x, start.y)
     assert cell is not None
     cells = np.argwhere(reachable(roomy(grid), *cell))
     points = grid.info.to_world(cells)
-    far = points[np.hypot(points[:, 0] - start.x, points[:, 1] - start.y) >= at_least]
+    away = np.hypot(points[:, 0] - start.x, points[:, 1] - start.y)
+    far = points[(away >= at_least) & (away <= at_most)]
     rng = np.random.default_rng(seed)
     x, y = far[int(rng.integers(len(far)))]
     return Pose2D(float(x), float(y), float(rng.uniform(-np.pi, np.pi)))

@@ -1,0 +1,31 @@
+"""Arguments are an object, or a list in the order of the fields."""
+
+import json
+
+import pytest
+
+from ppaas.errors import MalformedMessage
+from ppaas.messages.nav_msgs import GetPlanRequest
+from ppaas.messages.std_msgs import Bool
+from ppaas.wire.arguments import as_object
+
+
+def test_an_object_stays_as_it_was_sent() -> None:
+    assert as_object(b' {"a":  1}', None) == b' {"a":  1}'
+
+
+def test_a_list_is_matched_with_the_fields_in_their_order() -> None:
+    assert json.loads(as_object(b'[{"x":1},{"y":2}]', GetPlanRequest)) == {"start": {"x": 1}, "goal": {"y": 2}}
+
+
+@pytest.mark.parametrize("nothing", [b"[]", b" [ ]", b"null"])
+def test_nothing_is_an_object_without_fields(nothing: bytes) -> None:
+    assert as_object(nothing, None) == b"{}"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "kind"), [(b"[true,false]", Bool), (b"[true]", None), (b"1", Bool), (b'"a"', None)]
+)
+def test_what_cannot_be_matched_is_refused(arguments: bytes, kind: type[Bool] | None) -> None:
+    with pytest.raises(MalformedMessage):
+        as_object(arguments, kind)

@@ -1,0 +1,254 @@
+"""Goals by ``send_action_goal`` over the topics of an action: each ends exactly once, whatever happens."""
+
+import json
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ppaas.errors import Conflict, InvalidInput, MalformedMessage, NotFound, QuotaExceeded, TransformError
+from ppaas.wire.actions import actions, find_action
+from ppaas.wire.goals import GRACE, MAX_GOALS, Goals, Told
+from ppaas.wire.operations import CancelActionGoal, SendActionGoal
+from ppaas.wire.rosbridge import RosbridgeSession
+
+TOPICS = {
+    "move_base/goal": "move_base_msgs/MoveBaseActionGoal",
+    "fetch/goal": "toy_msgs/FetchActionGoal",
+    "move_base_simple/goal": "geometry_msgs/PoseStamped",
+}
+MOVE_BASE = "move_base_msgs/MoveBaseAction"
+NAV2 = "nav2_msgs/action/NavigateToPose"
+
+
+def pose(x: float, frame: str = "map") -> dict[str, Any]:
+    return {
+        "header": {"frame_id": frame, "stamp": {"secs": 1, "nsecs": 2}},
+        "pose": {"position": {"x": x, "y": 0.0}, "orientation": {"z": 0.0, "w": 1.0}},
+    }
+
+
+def sent(**fields: Any) -> SendActionGoal:
+    given = {"op": "send_action_goal", "id": "1", "action": "/move_base", "action_type": MOVE_BASE}
+    operation = RosbridgeSession().receive(json.dumps(given | {"args": {"target_pose": pose(4.0)}} | fields))
+    assert isinstance(operation, SendActionGoal)
+    return operation
+
+
+class Client:
+    """The goals of one client, and what it was told."""
+
+    def __init__(self) -> None:
+        self.goals = Goals("c")
+        self.told: list[dict[str, Any]] = []
+
+    def send(self, now: float = 0.0, **fields: Any) -> dict[str, Any]:
+        """Send a goal; return the message for the action."""
+        operation = sent(**fields)
+        action = find_action(operation.action.removeprefix("/"), operation.action_type, TOPICS)
+        _, message = self.goals.send(operation, action, now)
+        found: dict[str, Any] = json.loads(message)
+        return found
+
+    def hear(self, topic: str, now: float = 0.0, **message: Any) -> None:
+        """Hear a message of the action."""
+        self._note(*self.goals.hear(topic, json.dumps(message).encode(), now))
+
+    def _note(self, *told: Told) -> None:
+        self.told += [json.loads(one.frame) for one in told]
+
+    def listed(self, now: float, *statuses: tuple[str, int]) -> None:
+        """Hear the list of statuses."""
+        listed = [{"goal_id": {"id": goal}, "status": status, "text": "why"} for goal, status in statuses]
+        self.hear("move_base/status", now, header={}, status_list=listed)
+
+    def ended(self, goal: str, status: int) -> None:
+        """Hear a result."""
+        self.hear("move_base/result", status={"goal_id": {"id": goal}, "status": status, "text": "why"}, result={})
+
+
+def test_a_goal_gets_an_id_of_its_own_and_its_result_that_of_the_client() -> None:
+    client = Client()
+    first, second = client.send(id="1"), client.send(id="2")
+    assert first["goal"] == {"target_pose": pose(4.0)}
+    assert first["goal_id"]["id"] != second["goal_id"]["id"]
+    client.ended(second["goal_id"]["id"], 3)
+    assert client.told == [
+        {"op": "action_result", "action": "/move_base", "values": {}, "status": 4, "result": True, "id": "2"}
+    ]
+    assert len(client.goals) == 1
+
+
+@pytest.mark.parametrize(("status", "expected"), [(3, 4), (2, 5), (8, 5), (4, 6), (5, 6)])
+def test_ends_are_counted_as_in_ros_2(status: int, expected: int) -> None:
+    client = Client()
+    client.ended(client.send()["goal_id"]["id"], status)
+    assert [(told["status"], told["result"]) for told in client.told] == [(expected, True)]
+
+
+def test_feedback_is_told_to_who_asked_for_it() -> None:
+    client = Client()
+    feedback = {"base_position": pose(1.0)}
+    for number, wanted in enumerate((True, False)):
+        goal = client.send(id=str(number), feedback=wanted)["goal_id"]["id"]
+        client.hear("move_base/feedback", status={"goal_id": {"id": goal}, "status": 1}, feedback=feedback)
+    assert client.told == [{"op": "action_feedback", "action": "/move_base", "values": feedback, "id": "0"}]
+    assert client.goals.topics() == {"move_base/status", "move_base/result", "move_base/feedback"}
+
+
+def test_a_cancel_names_the_goal_by_the_id_that_the_action_knows() -> None:
+    client = Client()
+    goal = client.send(id="mine")["goal_id"]["id"]
+    action, message = client.goals.cancel(CancelActionGoal("/move_base", "mine"))
+    assert (action, json.loads(message)) == ("move_base", {"id": goal})
+    with pytest.raises(NotFound):
+        client.goals.cancel(CancelActionGoal("/move_base", "other"))
+
+
+def test_navigate_to_pose_has_the_fields_of_nav2_and_the_times_of_ros_2() -> None:
+    client = Client()
+    args = {"pose": pose(4.0), "behavior_tree": ""}
+    message = client.send(10.0, action="navigate_to_pose", action_type=NAV2, args=args, feedback=True)
+    goal = message["goal_id"]["id"]
+    assert message["goal"]["target_pose"]["pose"]["position"]["x"] == 4.0
+    status = {"goal_id": {"id": goal}, "status": 1}
+    client.hear("move_base/feedback", 12.5, status=status, feedback={"base_position": pose(1.0)})
+    client.ended(goal, 4)
+    feedback, result = client.told
+    assert feedback["values"]["distance_remaining"] == 3.0
+    assert feedback["values"]["navigation_time"] == {"sec": 2, "nanosec": 500000000}
+    assert feedback["values"]["current_pose"]["header"]["stamp"] == {"sec": 1, "nanosec": 2}
+    assert (result["values"], result["status"]) == ({"error_code": 9000, "error_msg": "why"}, 6)
+
+
+def test_where_the_goal_is_in_another_frame_the_distance_is_not_known() -> None:
+    client = Client()
+    args = [pose(4.0, frame="odom")]
+    goal = client.send(action="navigate_to_pose", action_type=NAV2, args=args, feedback=True)["goal_id"]["id"]
+    status = {"goal_id": {"id": goal}, "status": 1}
+    client.hear("move_base/feedback", status=status, feedback={"base_position": pose(1.0)})
+    assert client.told[0]["values"]["distance_remaining"] is None
+
+
+def test_an_action_with_fields_that_are_not_known_here_is_passed_on() -> None:
+    client = Client()
+    kinds = {"action": "fetch", "action_type": "toy_interfaces/action/Fetch"}
+    message = client.send(args={"what": "ball"}, **kinds)
+    assert message["goal"] == {"what": "ball"}
+    status = {"goal_id": message["goal_id"], "status": 3}
+    client.hear("fetch/result", status=status, result={"took": {"secs": 3, "nsecs": 0}})
+    assert client.told[0]["values"] == {"took": {"sec": 3, "nanosec": 0}}
+
+
+def test_a_goal_whose_result_was_lost_ends_with_its_last_status_after_a_while() -> None:
+    client = Client()
+    goal = client.send()["goal_id"]["id"]
+    client.listed(1.0, (goal, 1))
+    client.listed(2.0, (goal, 3))
+    client.listed(2.0 + GRACE / 2, (goal, 3))
+    assert client.told == []
+    client.listed(2.0 + GRACE, (goal, 3))
+    assert [(told["status"], told["result"]) for told in client.told] == [(4, True)]
+
+
+def test_a_goal_that_nobody_knows_any_more_is_lost() -> None:
+    client = Client()
+    client.send()
+    client.listed(1.0)
+    client.listed(1.0 + GRACE)
+    assert [(told["status"], told["result"]) for told in client.told] == [(0, False)]
+    assert "lost" in client.told[0]["values"]
+
+
+def test_a_goal_that_comes_back_with_the_next_container_is_not_lost() -> None:
+    client = Client()
+    goal = client.send()["goal_id"]["id"]
+    client.listed(1.0)
+    client.listed(2.0, (goal, 1))
+    client.listed(2.0 + GRACE)
+    assert client.told == []
+
+
+def test_a_goal_that_was_refused_ends_with_the_reason() -> None:
+    client = Client()
+    goal = client.send()["goal_id"]["id"]
+    client.goals.posted(goal, 7)
+    assert client.goals.refused(0, TransformError("no")) is None
+    assert client.goals.refused(6, TransformError("no")) is None
+    told = client.goals.refused(7, TransformError("no frame 'moon'"))
+    assert told is not None and told.final
+    frame = json.loads(told.frame)
+    assert (frame["status"], frame["result"], frame["values"]) == (0, False, "no frame 'moon'")
+    assert len(client.goals) == 0
+
+
+@pytest.mark.parametrize(
+    ("fields", "error"),
+    [
+        ({"action": "fly"}, NotFound),
+        ({"action": "move_base_simple"}, NotFound),
+        ({"action_type": "move_base_msgs/FlyAction"}, InvalidInput),
+        ({"action_type": "?"}, InvalidInput),
+        ({"args": 3}, MalformedMessage),
+        ({"action": "navigate_to_pose", "action_type": NAV2, "args": {}}, MalformedMessage),
+        (
+            {"action": "navigate_to_pose", "action_type": NAV2, "args": {"pose": pose(1.0), "behavior_tree": "x.xml"}},
+            InvalidInput,
+        ),
+        ({"action": "navigate_to_pose", "action_type": MOVE_BASE}, InvalidInput),
+    ],
+)
+def test_what_is_no_goal_is_refused(fields: dict[str, Any], error: type[Exception]) -> None:
+    client = Client()
+    with pytest.raises(error):
+        client.send(**fields)
+    assert len(client.goals) == 0
+
+
+def test_goals_of_one_client_have_ids_of_their_own_and_are_bounded() -> None:
+    client = Client()
+    client.send(id="a")
+    with pytest.raises(Conflict):
+        client.send(id="a")
+    for number in range(MAX_GOALS - 1):
+        client.send(id=str(number))
+    with pytest.raises(QuotaExceeded):
+        client.send(id="last")
+
+
+def test_a_status_that_is_none_is_malformed() -> None:
+    client = Client()
+    goal = client.send()["goal_id"]["id"]
+    with pytest.raises(MalformedMessage):
+        client.ended(goal, 99)
+    assert len(client.goals) == 1
+
+
+def test_the_actions_are_told_by_the_topics() -> None:
+    assert actions(TOPICS) == ["fetch", "move_base", "navigate_to_pose"]
+    assert actions({}) == []
+
+
+EVENTS = st.lists(
+    st.tuples(st.sampled_from(["result", "listed", "unlisted", "feedback"]), st.integers(0, 9)), max_size=30
+)
+
+
+@given(EVENTS)
+def test_every_goal_ends_exactly_once(events: list[tuple[str, int]]) -> None:
+    client = Client()
+    goal = client.send(feedback=True)["goal_id"]["id"]
+    for now, (event, status) in enumerate(events):
+        if event == "result":
+            client.ended(goal, status)
+        elif event == "feedback":
+            told = {"goal_id": {"id": goal}, "status": 1}
+            client.hear("move_base/feedback", now, status=told, feedback={"base_position": pose(1.0)})
+        else:
+            client.listed(now, *([(goal, status)] if event == "listed" else []))
+    for late in (1e3, 2e3):
+        client.listed(late)
+    results = [told for told in client.told if told["op"] == "action_result"]
+    assert len(results) == 1
+    assert client.told[-1] is results[0]

@@ -1,0 +1,125 @@
+"""How often a client hears a topic, and what waits meanwhile."""
+
+import itertools
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ppaas.errors import MalformedMessage, UnknownType
+from ppaas.wire.rosbridge import RosbridgeSession
+
+
+class Listener:
+    """A session, and what it has sent."""
+
+    def __init__(self, *subscriptions: dict[str, object]) -> None:
+        self.session = RosbridgeSession()
+        self.sent: list[tuple[float, int]] = []
+        for number, fields in enumerate(subscriptions):
+            self.session.receive(json.dumps({"op": "subscribe", "topic": "a", "id": str(number)} | fields))
+
+    def publish(self, number: int, now: float) -> None:
+        """Let time pass until now, then publish."""
+        self.wait(now)
+        self._note(now, self.session.publish("a", str(number).encode(), now))
+
+    def wait(self, until: float) -> None:
+        """Send what becomes due, each at its time."""
+        while (due := self.session.next_due()) is not None and due <= until:
+            self._note(due, (frame for _, frame in self.session.due(due)))
+
+    def _note(self, now: float, frames: object) -> None:
+        self.sent += [(round(now, 6), json.loads(frame)["msg"]) for frame in frames]  # type: ignore[attr-defined]
+
+
+def test_a_message_that_came_too_soon_is_sent_at_the_end_of_the_interval() -> None:
+    listener = Listener({"throttle_rate": 100})
+    for number, now in enumerate((0.0, 0.02, 0.04)):
+        listener.publish(number, now)
+    listener.wait(1.0)
+    assert listener.sent == [(0.0, 0), (0.1, 2)]
+    listener.publish(3, 5.0)
+    assert listener.sent[-1] == (5.0, 3)
+
+
+def test_with_a_queue_what_came_too_soon_is_sent_one_by_one_in_order() -> None:
+    listener = Listener({"throttle_rate": 100, "queue_length": 2})
+    for number in range(5):
+        listener.publish(number, number * 0.01)
+    listener.wait(1.0)
+    assert listener.sent == [(0.0, 0), (0.1, 3), (0.2, 4)]
+
+
+def test_several_subscriptions_are_served_at_the_lowest_rate_with_the_longest_queue() -> None:
+    listener = Listener({"throttle_rate": 1000}, {"throttle_rate": 100, "queue_length": 1}, {"throttle_rate": 500})
+    for number in range(30):
+        listener.publish(number, number * 0.01)
+    listener.wait(1.0)
+    assert [now for now, _ in listener.sent] == [0.0, 0.1, 0.2, 0.3]
+    listener.session.receive('{"op":"unsubscribe","topic":"a","id":"1"}')
+    listener.publish(30, 2.0)
+    listener.publish(31, 2.1)
+    listener.wait(9.0)
+    assert listener.sent[-2:] == [(2.0, 30), (2.5, 31)]
+
+
+def test_what_waits_is_forgotten_with_the_last_subscription() -> None:
+    listener = Listener({"throttle_rate": 100})
+    listener.publish(0, 0.0)
+    listener.publish(1, 0.01)
+    listener.session.receive('{"op":"unsubscribe","topic":"a"}')
+    assert listener.session.next_due() is None
+    assert list(listener.session.due(9.0)) == []
+
+
+def test_a_subscription_is_changed_by_one_of_the_same_id() -> None:
+    session = RosbridgeSession()
+    session.receive('{"op":"subscribe","topic":"/a","id":"1","throttle_rate":60000}')
+    session.receive('{"op":"subscribe","topic":"a","id":"1"}')
+    frames = [frame for now in (0.0, 0.1) for frame in session.publish("a", b"1", now)]
+    assert [json.loads(frame)["topic"] for frame in frames] == ["a", "a"]
+    session.receive('{"op":"unsubscribe","topic":"a","id":"1"}')
+    assert session.subscribed() == frozenset()
+
+
+def test_times_are_spelled_as_the_type_is() -> None:
+    session = RosbridgeSession()
+    for topic, kind in (("/one", "std_msgs/Header"), ("/two", "std_msgs/msg/Header")):
+        session.receive(json.dumps({"op": "subscribe", "topic": topic, "type": kind}))
+    stamp = b'{"stamp":{"secs":1,"nsecs":2}}'
+    assert json.loads(next(session.publish("one", stamp, 0.0)))["msg"] == {"stamp": {"secs": 1, "nsecs": 2}}
+    assert json.loads(next(session.publish("two", stamp, 0.0)))["msg"] == {"stamp": {"sec": 1, "nanosec": 2}}
+
+
+@pytest.mark.parametrize("fields", [{"throttle_rate": -1}, {"queue_length": -1}, {"throttle_rate": "often"}])
+def test_what_cannot_be_a_rate_is_refused(fields: dict[str, object]) -> None:
+    with pytest.raises(MalformedMessage):
+        Listener(fields)
+
+
+def test_names_of_types_are_checked() -> None:
+    from ppaas.wire.names import is_ros2_type, ros1_type
+
+    assert ros1_type("a_msgs/B") == ros1_type("a_msgs/msg/B") == ros1_type("a_msgs/action/B") == "a_msgs/B"
+    assert is_ros2_type("a/srv/B") and not is_ros2_type("a/B") and not is_ros2_type(None)
+    for bad in ("", "B", "a/b/c", "a/msg/", "a b/C", "a/msg/B\n", "ä/B", "x" * 300):
+        with pytest.raises(UnknownType):
+            ros1_type(bad)
+
+
+@given(
+    st.lists(st.floats(0.0, 0.3), min_size=1, max_size=40),
+    st.sampled_from([10, 100, 250]),
+    st.integers(0, 4),
+)
+def test_the_last_message_always_arrives_and_the_rate_is_kept(gaps: list[float], rate: int, queue: int) -> None:
+    listener = Listener({"throttle_rate": rate, "queue_length": queue})
+    for number, now in enumerate(itertools.accumulate(gaps)):
+        listener.publish(number, now)
+    listener.wait(1e6)
+    times, numbers = zip(*listener.sent, strict=True)
+    assert numbers[-1] == len(gaps) - 1
+    assert list(numbers) == sorted(set(numbers))
+    assert all(later - earlier >= rate / 1000.0 - 1e-5 for earlier, later in itertools.pairwise(times))
