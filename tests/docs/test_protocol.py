@@ -38,7 +38,6 @@ from ppaas.recoveries.base import AffectedMaps
 from ppaas.recoveries.registry import RECOVERIES, recovery_names
 from ppaas.wire.names import MAX_NAME
 from ppaas.wire.rosapi import SERVICES
-from ppaas.wire.rosapi import SERVICES
 from ppaas.wire.rosbridge import MAX_SUBSCRIPTIONS, RosbridgeSession
 from ppaas.wire.rosbridge_client import RosbridgeClientSession
 from robots.base_controller import BaseLimits
@@ -104,11 +103,6 @@ def test_what_the_page_says_of_waypoints_is_what_the_code_does() -> None:
     assert says(f"a list of 1 to {MAX_WAYPOINTS} `poses`")
     assert says(f"`loop_rate` ({WaypointFollowerParameters().loop_rate:g}) times a second")
     assert set(WaypointFollowerParameters.__struct_fields__) <= set(re.findall(r"`(\w+)`", text_of(PROTOCOL)))
-
-
-def test_the_services_that_tell_what_there_is_are_those_of_the_code() -> None:
-    [told] = re.findall(r"told as by rosapi.*?get_time`", text_of(PROTOCOL), re.DOTALL)
-    assert {f"rosapi/{name}" for name in re.findall(r"`(\w+)`", told)} == set(SERVICES)
 
 
 def test_the_services_that_tell_what_there_is_are_those_of_the_code() -> None:
