@@ -1,0 +1,148 @@
+/** The dashboard of one login: what the cloud says goes to the parts of the page, and what they are told to the cloud. */
+
+import { byId, say } from "./dom.js";
+import { Fleet } from "./fleet.js";
+import { LayerPanel } from "./layer_panel.js";
+import { showContainers, showMachines } from "./load_panel.js";
+import { MapChoice } from "./map_choice.js";
+import { Poller } from "./poller.js";
+import { Refused, Unreachable } from "./rest.js";
+import { RobotCard } from "./robot_card.js";
+import { RobotList } from "./robot_list.js";
+import { Stage } from "./stage.js";
+import { toast } from "./toasts.js";
+import { Tools } from "./tools.js";
+
+const REDRAW = 250; // ms between two looks at what lists and cards say
+
+export class Dashboard {
+  #rest;
+  #me = null;
+  #radii = null;
+  #grid = null;
+  #layers = new LayerPanel((layer, on) => this.#fleet.layer(layer, on));
+  #fleet;
+  #tools = new Tools((tool) => this.#tools.pick(tool));
+  #stage;
+  #list;
+  #card;
+  #maps;
+  #poller;
+  #expired;
+
+  /** @param {import("./rest.js").Rest} rest @param {() => void} expired */
+  constructor(rest, expired) {
+    this.#rest = rest;
+    this.#expired = expired;
+    const events = { changed: () => this.#stage?.renderer.ask(), ended: this.#ended, told: this.#told };
+    this.#fleet = new Fleet((robot) => rest.socketUrl(robot), this.#layers.shown, events);
+    this.#stage = new Stage(this.#fleet, this.#tools, { select: (id) => this.#select(id), order: (pose) => this.#order(pose) });
+    this.#list = new RobotList(this.#fleet, (link) => this.#stage.renderer.colourOf(link), (id) => this.#select(id));
+    this.#card = new RobotCard({
+      drive: (pose) => this.#drive(pose),
+      cancel: () => this.#fleet.selected?.cancel(),
+      release: () => this.#select(null),
+    });
+    this.#maps = new MapChoice(() => this.#otherMap());
+    this.#poller = new Poller(() => this.#poll(), { well: () => this.#banner(""), failed: (error) => this.#failed(error) });
+    setInterval(() => this.#refresh(), REDRAW);
+  }
+
+  begin() {
+    return this.#poller.now();
+  }
+
+  // -- from the cloud
+
+  async #poll() {
+    if (!this.#me) await this.#introduce();
+    const machines = this.#me.role === "admin" ? this.#rest.list("/v1/machines") : null;
+    const asked = ["/v1/maps", "/v1/robots", "/v1/containers"].map((path) => this.#rest.list(path));
+    const [found, maps, robots, containers] = await Promise.all([machines, ...asked]);
+    const own = containers.filter(({ user }) => user === this.#me.id);
+    this.#maps.update(maps, robots, own);
+    await this.#showMap();
+    this.#fleet.update(robots.filter(({ map }) => map === this.#maps.current), own, this.#radii);
+    showMachines(found);
+    showContainers(containers, this.#me.role === "admin");
+    this.#refresh();
+  }
+
+  async #introduce() {
+    const [me, models] = await Promise.all([this.#rest.get("/v1/users/me"), this.#rest.list("/v1/models")]);
+    this.#radii = new Map(models.map(({ name, robot_radius: radius }) => [name, radius]));
+    this.#me = me;
+    say(byId("user"), me.id);
+  }
+
+  async #showMap() {
+    const { current, version } = this.#maps;
+    if (this.#grid?.id === current && this.#grid?.version === version) return;
+    const grid = current === null ? null : await this.#rest.grid(current);
+    this.#grid = { id: current, version: grid?.version };
+    this.#stage.show(grid);
+  }
+
+  #failed(error) {
+    if (error instanceof Refused && error.status === 401) this.#expired();
+    else if (error instanceof Unreachable) this.#banner("The cloud does not answer. Trying again…");
+    else if (error instanceof Refused) this.#banner(error.message);
+    else throw error;
+  }
+
+  #ended = (link, goal) => {
+    if (goal.id !== link.sent && link !== this.#fleet.selected) return; // somebody else sent it, and looks after it
+    const said = goal.text ? `: ${goal.text}` : "";
+    toast(`${link.robot.id} ${goal.word}${said}`, { arrived: "good", "gave up": "bad", refused: "bad" }[goal.word]);
+  };
+
+  #told = (link, text) => toast(`${link.robot.id}: ${text}`, "bad");
+
+  // -- to the page
+
+  #refresh() {
+    const link = this.#fleet.selected;
+    this.#list.update(this.#maps.current);
+    this.#card.update(link, link ? this.#stage.renderer.colourOf(link) : "");
+    if (!link && this.#tools.current !== "look") this.#tools.robot = null; // it was taken from the map
+    this.#stage.renderer.ask();
+  }
+
+  #banner(text) {
+    byId("banner").hidden = !text;
+    say(byId("banner"), text);
+  }
+
+  // -- from whoever uses it
+
+  #otherMap() {
+    this.#select(null);
+    this.#fleet.close();
+    this.#poller.now();
+  }
+
+  #select(id) {
+    this.#fleet.select(id);
+    this.#tools.robot = id;
+    if (id !== null && this.#fleet.selected?.connected) this.#tools.pick("drive");
+    this.#refresh();
+  }
+
+  #order(pose) {
+    if (this.#tools.current === "drive") this.#drive(pose);
+    else this.#locate(pose);
+  }
+
+  #drive(pose) {
+    const link = this.#fleet.selected;
+    if (link && !link.drive(pose)) toast(`${link.robot.id} is not connected: nobody was told`, "bad");
+    this.#refresh();
+  }
+
+  #locate(pose) {
+    const link = this.#fleet.selected;
+    if (!link?.locate(pose)) toast(`${link?.robot.id} is not connected: nobody was told`, "bad");
+    else toast(`${link.robot.id} was told where it is`);
+    this.#tools.pick("drive");
+  }
+}

@@ -1,0 +1,82 @@
+/** Machines and containers with their load. */
+
+import { byId, make, say, show } from "./dom.js";
+import { bytes, number, plural } from "./format.js";
+
+const HIGH = 0.9;
+
+/** @typedef {{what: string, share: number, value: string, full?: boolean}} Gauge `full`: that it is full is bad */
+
+/** @param {object} machine @returns {Gauge[]} */
+export function machineGauges({ cores, load, memory, memory_used: used }) {
+  return [
+    { what: "CPU", share: load / cores, value: `${number(load)} of ${plural(cores, "core")}`, full: load > HIGH * cores },
+    { what: "Memory", share: used / memory, value: `${bytes(used)} of ${bytes(memory)}`, full: used > HIGH * memory },
+  ];
+}
+
+/** @param {object} container @param {number} largest PSS of any container @returns {Gauge[]} */
+export function containerGauges({ cores, cpu, pss }, largest) {
+  return [
+    { what: "CPU", share: cpu / cores, value: `${number(cpu, 2)} of ${plural(cores, "core")}`, full: cpu > HIGH * cores },
+    { what: "PSS", share: pss / largest, value: bytes(pss) },
+  ];
+}
+
+function create() {
+  return make(
+    "li", { className: "load" },
+    make("div", { className: "head" }, make("span", { className: "name" }), make("span", { className: "note" })),
+    make("div", { className: "gauges" }),
+  );
+}
+
+/** @param {HTMLElement} item @param {string} name @param {string} note @param {Gauge[]} gauges */
+function fill(item, name, note, gauges) {
+  say(item.querySelector(".name"), name);
+  say(item.querySelector(".note"), note);
+  show(item.querySelector(".gauges"), gauges, ({ what }) => what, createGauge, fillGauge);
+}
+
+function createGauge({ what }) {
+  return make(
+    "div", { className: "gauge" },
+    make("span", { className: "what", textContent: what }),
+    make("span", { className: "track", role: "meter", "aria-label": what, "aria-valuemin": 0, "aria-valuemax": 100 },
+      make("span", { className: "fill" })),
+    make("span", { className: "value" }),
+  );
+}
+
+function fillGauge(element, { share, value, full }) {
+  const percent = Math.round(100 * Math.min(1, Math.max(0, share || 0)));
+  const track = element.children[1];
+  track.firstChild.style.width = `${percent}%`;
+  track.dataset.level = full ? "high" : "";
+  track.setAttribute("aria-valuenow", String(percent));
+  track.setAttribute("aria-valuetext", value);
+  say(element.children[2], value);
+}
+
+/** @param {object[] | null} machines null where the user may not see them */
+export function showMachines(machines) {
+  const none = byId("no-machines");
+  none.hidden = Boolean(machines?.length);
+  say(none, machines ? "No machine has registered." : "Administrators see the machines of the cloud here.");
+  show(byId("machines"), machines ?? [], ({ id }) => id, create, (item, machine) => {
+    const given = `${plural(machine.containers, "container")} · ${number(machine.capacity, 0)} cores to give`;
+    fill(item, machine.id, given, machineGauges(machine));
+  });
+}
+
+/** @param {object[]} containers @param {boolean} owners whether to say whose each is */
+export function showContainers(containers, owners) {
+  const largest = Math.max(1, ...containers.map(({ pss }) => pss ?? 0));
+  byId("no-containers").hidden = containers.length > 0;
+  say(byId("container-count"), containers.length ? String(containers.length) : "");
+  show(byId("containers"), containers, ({ id }) => id, create, (item, container) => {
+    const name = container.robot ?? `planning on ${container.map.id}`;
+    const note = container.state === "ready" ? plural(container.clients, "client") : "starts";
+    fill(item, owners ? `${container.user} / ${name}` : name, note, containerGauges(container, largest));
+  });
+}

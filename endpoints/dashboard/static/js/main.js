@@ -1,0 +1,38 @@
+/** Begins here: a login, and while it holds a dashboard. */
+
+import { Dashboard } from "./dashboard.js";
+import { byId } from "./dom.js";
+import { askToLogIn, onLogin } from "./login.js";
+import { Rest } from "./rest.js";
+import { session } from "./session.js";
+
+/** Begin anew, so that nothing of this login stays: no socket, no listener, no picture. @param {string} why */
+function leave(why) {
+  session.end(why);
+  location.reload();
+}
+
+/** @param {string} token */
+function enter(token) {
+  session.begin(token);
+  document.body.dataset.page = "app";
+  const rest = new Rest(token);
+  byId("logout").addEventListener("click", () => {
+    const done = () => leave("");
+    rest.logOut().then(done, done); // whether or not the cloud heard it
+  });
+  new Dashboard(rest, () => leave("Your login has expired: log in again.")).begin();
+}
+
+for (const tab of document.querySelectorAll(".tab")) {
+  tab.addEventListener("click", () => {
+    const { panel } = byId("work").dataset;
+    byId("work").dataset.panel = panel === tab.dataset.panel ? "" : tab.dataset.panel;
+    for (const other of document.querySelectorAll(".tab")) {
+      other.setAttribute("aria-pressed", String(other.dataset.panel === byId("work").dataset.panel));
+    }
+  });
+}
+onLogin(enter);
+if (session.token) enter(session.token);
+else askToLogIn(session.takeNote());

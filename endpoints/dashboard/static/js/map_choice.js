@@ -1,0 +1,54 @@
+/** Which map is shown. */
+
+import { byId, make, show } from "./dom.js";
+
+export class MapChoice {
+  /** @type {string | null} */ current = null;
+  #versions = new Map();
+  #select = byId("map-choice");
+
+  /** @param {() => void} chosen */
+  constructor(chosen) {
+    this.#select.replaceChildren();
+    this.#select.onchange = () => {
+      this.current = this.#select.value;
+      chosen();
+    };
+  }
+
+  get version() {
+    return this.#versions.get(this.current);
+  }
+
+  /** @param {object[]} maps @param {object[]} robots @param {object[]} containers */
+  update(maps, robots, containers) {
+    this.#versions = new Map(maps.map(({ id, version }) => [id, version]));
+    if (!this.#versions.has(this.current)) this.current = this.#best(maps, robots, containers);
+    const count = (id) => robots.filter(({ map }) => map === id).length;
+    const text = ({ id }) => (count(id) ? `${id} (${count(id)})` : id);
+    show(this.#select, maps, ({ id }) => id, ({ id }) => make("option", { value: id }), (option, map) => {
+      if (option.textContent !== text(map)) option.textContent = text(map);
+    });
+    this.#select.value = this.current ?? "";
+    this.#select.disabled = !maps.length;
+    this.#tellOfNone(maps);
+  }
+
+  /** The map where most goes on. */
+  #best(maps, robots, containers) {
+    const busy = (id) => containers.filter(({ robot, map }) => robot && map.id === id).length * 1000
+      + robots.filter(({ map }) => map === id).length;
+    return maps.map(({ id }) => id).sort((a, b) => busy(b) - busy(a) || a.localeCompare(b))[0] ?? null;
+  }
+
+  #tellOfNone(maps) {
+    const empty = byId("empty-stage");
+    empty.hidden = maps.length > 0;
+    if (empty.hidden || empty.children.length) return;
+    empty.replaceChildren(
+      make("h2", { textContent: "No map yet" }),
+      make("p", { className: "muted", textContent: "Publish one, as map_server has them, and it is drawn here:" }),
+      make("code", { textContent: "ppaas map publish docs/examples/office.yaml" }),
+    );
+  }
+}

@@ -1,0 +1,75 @@
+/** What the dashboard reads out of ROS messages. What is no such message gives nothing, and never an error. */
+
+import { poseOf } from "./geometry.js";
+
+/** Seconds of a stamp in ROS 1's spelling or ROS 2's. @returns {number} */
+export function secondsOf(stamp) {
+  const { secs, nsecs, sec, nanosec } = stamp ?? {};
+  return (secs ?? sec ?? 0) + (nsecs ?? nanosec ?? 0) * 1e-9;
+}
+
+/** A name without its slash: "/map" and "map" are one frame. @param {string | undefined} name */
+export function bare(name) {
+  return String(name ?? "").replace(/^\/+/, "");
+}
+
+/** Points of a nav_msgs/Path: x, y one after the other. */
+export function pathOf(message) {
+  const points = [];
+  for (const { pose } of message.poses ?? []) {
+    const at = poseOf(pose);
+    if (at) points.push(at.x, at.y);
+  }
+  return new Float32Array(points);
+}
+
+/** Poses of a geometry_msgs/PoseArray: x, y, yaw one after the other. */
+export function posesOf(message) {
+  const poses = [];
+  for (const pose of message.poses ?? []) {
+    const at = poseOf(pose);
+    if (at) poses.push(at.x, at.y, at.theta);
+  }
+  return new Float32Array(poses);
+}
+
+/**
+ * What a sensor_msgs/LaserScan hit, in the frame of the laser: x, y one after the other. A range that is null or not
+ * within range_min and range_max is no reading.
+ */
+export function scanOf(message) {
+  const { angle_min: first, angle_increment: step, range_min: least, range_max: most, ranges = [] } = message;
+  const points = [];
+  ranges.forEach((range, i) => {
+    if (!Number.isFinite(range) || range < least || range >= most) return;
+    points.push(range * Math.cos(first + i * step), range * Math.sin(first + i * step));
+  });
+  return new Float32Array(points);
+}
+
+/** Poses of the children of a tf2_msgs/TFMessage in their parents' frames. @returns {Map<string, object>} */
+export function framesOf(message) {
+  const frames = new Map();
+  for (const { header, child_frame_id: child, transform } of message.transforms ?? []) {
+    const at = poseOf({ position: transform?.translation, orientation: transform?.rotation });
+    if (at) frames.set(bare(child), { parent: bare(header?.frame_id), at });
+  }
+  return frames;
+}
+
+/** How a goal stands, by the numbers of actionlib_msgs/GoalStatus. */
+export const STATUS = [
+  "waiting", "driving", "stopped", "arrived", "gave up", "refused", "stopping", "stopping", "stopped", "lost",
+];
+const ACTIVE = new Set([0, 1, 6, 7]);
+
+/** @typedef {{code: number, word: string, active: boolean, text: string, id: string}} GoalState */
+
+/** What an actionlib_msgs/GoalStatus says. @returns {GoalState | null} */
+export function goalOf(status) {
+  const code = status?.status;
+  if (!(code in STATUS)) return null;
+  return {
+    code, word: STATUS[code], active: ACTIVE.has(code), text: String(status.text ?? ""), id: status.goal_id?.id ?? "",
+  };
+}

@@ -1,0 +1,119 @@
+/** Draws the map and the robots: once a frame at most, and only if something changed. */
+
+import { MapPicture } from "./map_picture.js";
+import { body, dashes, dots, label, line, target } from "./shapes.js";
+
+const LEAST = 8; // pixels: a robot seen from afar is still found
+
+export class Renderer {
+  /** @type {MapPicture | null} */ #picture = null;
+  /** @type {{from: import("./geometry.js").Point, theta: number | null, colour: string} | null} */ #aim = null;
+  #asked = false;
+  #canvas;
+  #view;
+  #fleet;
+  #theme;
+
+  /** @param {HTMLCanvasElement} canvas @param {import("./view.js").View} view @param {import("./fleet.js").Fleet} fleet */
+  constructor(canvas, view, fleet, theme) {
+    this.#canvas = canvas;
+    this.#view = view;
+    this.#fleet = fleet;
+    this.#theme = theme;
+  }
+
+  /** Frames drawn so far. */
+  frames = 0;
+
+  /** @param {import("./grid.js").Grid | null} grid */
+  set grid(grid) {
+    this.#picture = grid && new MapPicture(grid, this.#theme.palette);
+    this.ask();
+  }
+
+  set theme(theme) {
+    this.#theme = theme;
+    this.#picture?.paint(theme.palette);
+    this.ask();
+  }
+
+  /** What is pointed at, while a finger is down. */
+  set aim(aim) {
+    this.#aim = aim;
+    this.ask();
+  }
+
+  /** Have it drawn with the next frame. */
+  ask() {
+    if (this.#asked) return;
+    this.#asked = true;
+    requestAnimationFrame(() => {
+      this.#asked = false;
+      this.#draw();
+    });
+  }
+
+  /** Take the size of the canvas on the page. */
+  resize() {
+    const { clientWidth, clientHeight } = this.#canvas;
+    Object.assign(this.#view, { width: clientWidth, height: clientHeight });
+    this.#canvas.width = Math.round(clientWidth * devicePixelRatio);
+    this.#canvas.height = Math.round(clientHeight * devicePixelRatio);
+    this.#draw(); // at once: setting its size has emptied the canvas
+  }
+
+  #draw() {
+    const context = this.#canvas.getContext("2d");
+    this.frames += 1;
+    context.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
+    context.fillStyle = this.#theme.ground;
+    context.fillRect(0, 0, this.#view.width, this.#view.height);
+    this.#drawMap(context);
+    const links = this.#fleet.links.filter((link) => link.connected && link.state.pose);
+    for (const link of links) this.#drawSurroundings(context, link);
+    for (const link of links) this.#drawTarget(context, link);
+    for (const link of links) this.#drawRobot(context, link);
+    if (this.#aim) target(context, this.#aim.from, this.#aim.theta, this.#aim.colour, this.#theme.halo);
+  }
+
+  #drawMap(context) {
+    const { centre, scale, width, height } = this.#view;
+    context.save();
+    context.translate(width / 2, height / 2);
+    context.scale(scale, -scale);
+    context.translate(-centre.x, -centre.y);
+    this.#picture?.draw(context, scale * devicePixelRatio);
+    context.restore();
+  }
+
+  /** @param {import("./robot_link.js").RobotLink} link */
+  colourOf(link) {
+    return this.#theme.robots[link.robot.colour % this.#theme.robots.length];
+  }
+
+  #drawSurroundings(context, link) {
+    const { particles, path, scan } = link.state;
+    const colour = this.colourOf(link);
+    context.globalAlpha = 0.4;
+    dashes(context, this.#view, particles, colour);
+    context.globalAlpha = 1;
+    line(context, this.#view, path, this.#theme.halo, 6);
+    line(context, this.#view, path, colour, 3);
+    dots(context, this.#view, scan, colour, Math.min(4, Math.max(2, this.#view.scale * 0.03)));
+  }
+
+  #drawTarget(context, link) {
+    const { destination } = link.state;
+    if (!destination) return;
+    target(context, this.#view.toScreen(destination), destination.theta, this.colourOf(link), this.#theme.halo);
+  }
+
+  #drawRobot(context, link) {
+    const at = this.#view.toScreen(link.state.pose);
+    const radius = Math.max(LEAST, link.robot.radius * this.#view.scale);
+    const selected = link === this.#fleet.selected;
+    const style = { colour: this.colourOf(link), halo: this.#theme.halo, faded: link.presence !== "online", selected };
+    body(context, at, radius, link.state.pose.theta, style);
+    label(context, link.robot.id, at.x, at.y + radius + (selected ? 10 : 5), this.#theme.ink, this.#theme.halo, selected);
+  }
+}

@@ -1,0 +1,105 @@
+/** The REST service, asked with the token of whoever logged in. */
+
+const PAGE = 500;
+const PATIENCE = 10_000; // ms
+const PATIENCE_FOR_MAPS = 120_000;
+
+/** The cloud said no, and why. */
+export class Refused extends Error {
+  /** @param {number} status @param {string} detail */
+  constructor(status, detail) {
+    super(detail);
+    this.status = status;
+  }
+}
+
+/** The cloud did not answer. */
+export class Unreachable extends Error {}
+
+/**
+ * Ask, and read the answer as it should be.
+ * @template T
+ * @param {string} path @param {RequestInit} options
+ * @param {(response: Response) => Promise<T>} read
+ * @param {number} patience ms
+ * @returns {Promise<T>}
+ */
+async function ask(path, options, read, patience = PATIENCE) {
+  const signal = AbortSignal.timeout(patience);
+  try {
+    const response = await fetch(path, { cache: "no-store", credentials: "omit", signal, ...options });
+    if (response.ok) return await read(response);
+    const problem = await response.json().catch(() => ({})); // a proxy's error page, perhaps
+    throw new Refused(response.status, problem.detail ?? `the cloud answered ${response.status}`);
+  } catch (error) {
+    throw error instanceof Refused ? error : new Unreachable("the cloud does not answer");
+  }
+}
+
+const json = (response) => response.json();
+const bytes = (response) => response.arrayBuffer();
+
+/** Log in. @param {string} user @param {string} password @returns {Promise<string>} the token */
+export async function logIn(user, password) {
+  const body = JSON.stringify({ user, password });
+  const headers = { "Content-Type": "application/json" };
+  return (await ask("/v1/tokens", { method: "POST", headers, body }, json)).token;
+}
+
+export class Rest {
+  #token;
+
+  /** @param {string} token */
+  constructor(token) {
+    this.#token = token;
+  }
+
+  get #headers() {
+    return { Authorization: `Bearer ${this.#token}` };
+  }
+
+  /** Make the token worthless; the page may go meanwhile. */
+  logOut() {
+    const read = async () => undefined;
+    return ask("/v1/tokens/current", { method: "DELETE", headers: this.#headers, keepalive: true }, read);
+  }
+
+  /** @param {string} path */
+  get(path) {
+    return ask(path, { headers: this.#headers }, json);
+  }
+
+  /** All of a list, a page at a time. @param {string} path @returns {Promise<any[]>} */
+  async list(path) {
+    const found = [];
+    let cursor = "";
+    do {
+      const page = await this.get(`${path}?limit=${PAGE}${cursor && `&cursor=${encodeURIComponent(cursor)}`}`);
+      if (Array.isArray(page)) return page;
+      found.push(...page.items);
+      cursor = page.next;
+    } while (cursor);
+    return found;
+  }
+
+  /** A map and its cells. @param {string} id @returns {Promise<import("./grid.js").Grid & {version: string}>} */
+  async grid(id) {
+    const path = `/v1/maps/${encodeURIComponent(id)}`;
+    const [{ resolution, width, height, origin, version }, data] = await Promise.all([
+      this.get(path),
+      ask(`${path}/cells`, { headers: this.#headers }, bytes, PATIENCE_FOR_MAPS),
+    ]);
+    const cells = new Int8Array(data);
+    if (cells.length !== width * height) throw new Unreachable("the map was changed while it was read");
+    const [x, y, theta] = origin;
+    return { version, cells, info: { resolution, width, height, origin: { x, y, theta } } };
+  }
+
+  /** Where the robot's WebSocket is: an operator's, which keeps no container alive. @param {string} robot */
+  socketUrl(robot) {
+    const query = new URLSearchParams({ robot, token: this.#token, role: "operator", hold: "0", status: "1" });
+    const url = new URL(`/?${query}`, location.href);
+    url.protocol = url.protocol.replace("http", "ws");
+    return url.href;
+  }
+}

@@ -1,0 +1,65 @@
+/** The card of the robot that is selected: how it is, and what it can be told. */
+
+import { byId, make, say } from "./dom.js";
+import { degrees, number } from "./format.js";
+import { doing, showPresence } from "./robot_list.js";
+
+const INPUTS = [["x", "x [m]"], ["y", "y [m]"], ["yaw", "Heading [°]"]];
+
+export class RobotCard {
+  #card = byId("robot-card");
+  #parts;
+  #inputs;
+
+  /**
+   * @param {{drive: (pose: import("./geometry.js").Pose) => void, cancel: () => void, release: () => void}} orders
+   */
+  constructor(orders) {
+    this.#parts = {
+      swatch: make("span", { className: "swatch" }),
+      name: make("span", { className: "name" }),
+      presence: make("span", { className: "presence" }),
+      doing: make("p", { className: "doing", role: "status" }),
+      where: make("p", { className: "where" }),
+      cancel: make("button", { className: "button stop", type: "button", textContent: "Cancel goal", onclick: orders.cancel }),
+      release: make("button", { className: "button", type: "button", textContent: "Done", onclick: orders.release }),
+    };
+    this.#inputs = INPUTS.map(([name, text]) => {
+      const input = make("input", { name, type: "number", step: "any", required: name !== "yaw", inputMode: "decimal" });
+      return { input, label: make("label", {}, text, input) };
+    });
+    this.#build(orders);
+  }
+
+  #build(orders) {
+    const { swatch, name, presence, doing: what, where, cancel, release } = this.#parts;
+    const form = make("form", { className: "go-form", "aria-label": "Drive to coordinates" });
+    form.append(...this.#inputs.map(({ label }) => label), make("button", { className: "button", textContent: "Go" }));
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      const [x, y, yaw] = this.#inputs.map(({ input }) => input.valueAsNumber || 0);
+      orders.drive({ x, y, theta: (yaw * Math.PI) / 180 });
+    });
+    this.#card.replaceChildren(
+      make("div", { className: "head" }, swatch, name, presence), what, where,
+      make("details", { className: "go" }, make("summary", { textContent: "Drive to coordinates" }), form),
+      make("div", { className: "actions" }, cancel, release),
+    );
+  }
+
+  /** @param {import("./robot_link.js").RobotLink | null} link @param {string} colour */
+  update(link, colour) {
+    this.#card.hidden = !link;
+    if (!link) return;
+    const { swatch, name, presence, doing: what, where, cancel } = this.#parts;
+    swatch.style.background = colour;
+    say(name, link.robot.id);
+    showPresence(presence, link);
+    say(what, doing(link));
+    const { pose } = link.state;
+    say(where, pose ? `x ${number(pose.x, 2)} m · y ${number(pose.y, 2)} m · heading ${degrees(pose.theta)}` : "");
+    cancel.disabled = !link.connected || !link.state.goal?.active;
+    for (const { input } of this.#inputs) input.disabled = !link.connected;
+    this.#card.querySelector(".go-form .button").disabled = !link.connected;
+  }
+}

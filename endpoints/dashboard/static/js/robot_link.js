@@ -1,0 +1,133 @@
+/** One robot of the map: what its file says, what its clone says, and the socket to it while it has a container. */
+
+import { poseMessage } from "./geometry.js";
+import { bare } from "./messages.js";
+import { RobotState } from "./robot_state.js";
+import { Rosbridge } from "./rosbridge.js";
+import { TOPICS, wanted } from "./topics.js";
+
+/**
+ * How a robot is: without a container, with one that starts, with one that hears nothing of the robot, or alive.
+ * @typedef {"offline" | "starting" | "silent" | "online"} Presence
+ */
+
+const RETRY = 2; // seconds until a socket that was lost is tried again
+const COVARIANCE = Array.from({ length: 36 }, (_, i) => ({ 0: 0.25, 7: 0.25, 35: 0.068 })[i] ?? 0); // as RViz says it
+
+const seconds = () => performance.now() / 1000;
+
+export class RobotLink {
+  /** @type {{id: string, map: string, model: string, radius: number, colour: number}} */ robot;
+  /** @type {RobotState} */ state = new RobotState();
+  /** The last goal that was sent from here. */
+  sent = "";
+  #container = null;
+  #socket = null;
+  #lostAt = -Infinity;
+  #shown;
+  #events;
+
+  /**
+   * @param {RobotLink["robot"]} robot
+   * @param {Set<string>} shown layers
+   * @param {{changed: () => void, ended: (link: RobotLink, goal: object) => void,
+   *          told: (link: RobotLink, text: string) => void}} events
+   */
+  constructor(robot, shown, events) {
+    this.robot = robot;
+    this.#shown = shown;
+    this.#events = events;
+  }
+
+  /** @returns {Presence} */
+  get presence() {
+    if (!this.#container) return "offline";
+    if (this.#container.state !== "ready") return "starting";
+    return this.state.silent(seconds()) ? "silent" : "online";
+  }
+
+  get connected() {
+    return Boolean(this.#socket?.open);
+  }
+
+  /** Take what the cloud says of its container; open or close the socket by it. @param {object | undefined} container */
+  placed(container, urlOf) {
+    this.#container = container ?? null;
+    if (container?.state === "ready") this.#open(urlOf);
+    else this.close();
+  }
+
+  #open(urlOf) {
+    if (this.#socket || seconds() - this.#lostAt < RETRY) return;
+    this.#socket = new Rosbridge(urlOf(this.robot.id), {
+      opened: () => this.#opened(),
+      closed: () => this.#lost(),
+      heard: (topic, message) => this.#heard(topic, message),
+      told: (text) => this.#events.told(this, text),
+    });
+  }
+
+  #opened() {
+    this.state = new RobotState();
+    wanted(this.#shown).forEach((topic) => this.#subscribe(topic));
+    this.#events.changed();
+  }
+
+  #lost() {
+    this.#socket = null;
+    this.#lostAt = seconds();
+    this.#events.changed();
+  }
+
+  #heard(name, message) {
+    const ended = this.state.take(bare(name), message, seconds());
+    if (ended) this.#events.ended(this, ended);
+    this.#events.changed();
+  }
+
+  #subscribe(topic) {
+    this.#socket?.subscribe(topic, TOPICS[topic].type, TOPICS[topic].throttle);
+  }
+
+  /** Show a layer, or no longer: what is not shown is not sent either. @param {string} layer @param {boolean} on */
+  layer(layer, on) {
+    for (const topic of Object.keys(TOPICS).filter((name) => TOPICS[name].layer === layer)) {
+      if (on) this.#subscribe(topic);
+      else this.#socket?.unsubscribe(topic);
+    }
+    if (!on) this.state.forget(layer);
+  }
+
+  /** Drive somewhere. @param {import("./geometry.js").Pose} pose in the map @returns {boolean} whether it was told */
+  drive(pose) {
+    const target = { header: { frame_id: "map" }, pose: poseMessage(pose) };
+    const id = `dashboard-${Array.from(crypto.getRandomValues(new Uint32Array(2)), (n) => n.toString(36)).join("")}`;
+    const told = this.#publish("move_base/goal", { goal_id: { id }, goal: { target_pose: target } });
+    if (told) {
+      this.state.target = pose;
+      this.sent = id;
+    }
+    return told;
+  }
+
+  /** Say where the robot is. @param {import("./geometry.js").Pose} pose in the map */
+  locate(pose) {
+    const message = { header: { frame_id: "map" }, pose: { pose: poseMessage(pose), covariance: COVARIANCE } };
+    return this.#publish("initialpose", message);
+  }
+
+  /** Give up whatever goal it has. */
+  cancel() {
+    return this.#publish("move_base/cancel", {});
+  }
+
+  #publish(topic, message) {
+    return this.#socket?.publish(topic, message) ?? false;
+  }
+
+  close() {
+    this.#socket?.close();
+    this.#socket = null;
+    this.state = new RobotState();
+  }
+}

@@ -1,0 +1,79 @@
+/** The list of the robots of a map. */
+
+import { byId, make, say, show } from "./dom.js";
+import { number, plural } from "./format.js";
+
+const PRESENCE = { offline: "offline", starting: "starting", silent: "no signal", online: "online" };
+
+/** What a robot is doing, in words. @param {import("./robot_link.js").RobotLink} link */
+export function doing({ presence, state, robot }) {
+  if (presence === "offline") return "Not connected";
+  if (presence === "starting") return "Its container starts";
+  if (presence === "silent") return "Its container hears no scan or odometry";
+  if (!state.goal) return "Ready";
+  if (!state.goal.active) return state.goal.text || `Goal: ${state.goal.word}`;
+  const left = state.remaining;
+  return left === null ? "Driving" : `Driving, ${number(left)} m to go`;
+}
+
+/** @param {HTMLElement} element @param {import("./robot_link.js").RobotLink} link */
+export function showPresence(element, link) {
+  element.dataset.presence = link.presence;
+  say(element, PRESENCE[link.presence]);
+}
+
+export class RobotList {
+  #fleet;
+  #colourOf;
+  #picked;
+
+  /**
+   * @param {import("./fleet.js").Fleet} fleet
+   * @param {(link: import("./robot_link.js").RobotLink) => string} colourOf
+   * @param {(id: string) => void} picked
+   */
+  constructor(fleet, colourOf, picked) {
+    this.#fleet = fleet;
+    this.#colourOf = colourOf;
+    this.#picked = picked;
+  }
+
+  /** @param {string | null} map the map that is shown */
+  update(map) {
+    const links = this.#fleet.links;
+    show(byId("robots"), links, (link) => link.robot.id, (link) => this.#create(link), (item, link) => this.#fill(item, link));
+    say(byId("robot-count"), links.length ? String(links.length) : "");
+    const empty = byId("no-robots");
+    empty.hidden = links.length > 0 || map === null;
+    if (!empty.hidden && empty.dataset.map !== map) {
+      empty.dataset.map = map;
+      empty.replaceChildren(
+        `No robot stands in ${map} yet. Put one there, and a simulated one drives it:`,
+        make("code", { textContent: "ppaas robot put tb1 docs/examples/tb1.json" }),
+        make("code", { textContent: "ppaas simulate docs/examples/tb1.json" }),
+      );
+    }
+    empty.setAttribute("aria-label", plural(links.length, "robot"));
+  }
+
+  #create(link) {
+    const { id } = link.robot;
+    return make("li", {}, make(
+      "button",
+      { className: "robot", type: "button", onclick: () => this.#picked(id) },
+      make("span", { className: "swatch" }),
+      make("span", { className: "name", textContent: id, title: id }),
+      make("span", { className: "presence" }),
+      make("span", { className: "doing" }),
+    ));
+  }
+
+  #fill(item, link) {
+    const button = item.firstChild;
+    const [swatch, , presence, what] = button.children;
+    swatch.style.background = this.#colourOf(link);
+    button.setAttribute("aria-pressed", String(this.#fleet.selected === link));
+    showPresence(presence, link);
+    say(what, doing(link));
+  }
+}

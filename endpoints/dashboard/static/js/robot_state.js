@@ -1,0 +1,96 @@
+/** What is known of one robot, from what its clone says. Messages in, state out: no socket and no clock. */
+
+import { distance, lengthOf, placeAll, poseOf } from "./geometry.js";
+import { bare, framesOf, goalOf, pathOf, posesOf, scanOf, secondsOf } from "./messages.js";
+
+/** Seconds without a pose after which nobody can say that the robot is there. */
+export const SILENCE = 3;
+const NOTHING = new Float32Array(0);
+
+export class RobotState {
+  /** @type {import("./geometry.js").Pose | null} */ pose = null;
+  /** When the pose came [s]. */
+  heardAt = -Infinity;
+  /** What the laser hit, in the map: x, y one after the other. */
+  scan = NOTHING;
+  /** x, y one after the other. */
+  path = NOTHING;
+  /** x, y, yaw one after the other. */
+  particles = NOTHING;
+  /** @type {import("./geometry.js").Pose | null} */ target = null;
+  /** @type {import("./messages.js").GoalState | null} */ goal = null;
+
+  #frames = new Map();
+  /** The last scan, until the pose that it was taken at is known. */
+  #waiting = null;
+
+  /**
+   * Take a message.
+   * @param {string} topic @param {any} message @param {number} now seconds
+   * @returns {import("./messages.js").GoalState | null} how a goal ended, if this says so
+   */
+  take(topic, message, now) {
+    if (topic === "amcl_pose") this.#localized(message, now);
+    else if (topic === "scan") this.#waiting = message;
+    else if (topic === "plan") this.path = pathOf(message);
+    else if (topic === "particlecloud") this.particles = posesOf(message);
+    else if (topic === "tf_static") framesOf(message).forEach((frame, child) => this.#frames.set(child, frame));
+    else if (topic === "move_base/current_goal") this.target = poseOf(message.pose);
+    else if (topic === "move_base/status") this.#status(goalOf(message.status_list?.at(-1)));
+    else if (topic === "move_base/result") return this.#ended(goalOf(message.status));
+    return null;
+  }
+
+  /** Forget what is only true while somebody says it again. @param {string} layer */
+  forget(layer) {
+    if (layer === "scan") this.scan = NOTHING;
+    if (layer === "particles") this.particles = NOTHING;
+    if (layer === "plan") this.path = NOTHING;
+  }
+
+  /** @param {number} now seconds */
+  silent(now) {
+    return now - this.heardAt > SILENCE;
+  }
+
+  /** Where it is going: what was said, or else where its path ends. @returns {import("./geometry.js").Point | null} */
+  get destination() {
+    if (!this.goal?.active) return null;
+    return this.target ?? (this.path.length ? { x: this.path.at(-2), y: this.path.at(-1) } : null);
+  }
+
+  /** How far it still has to go [m]: along the path, if there is one. @returns {number | null} */
+  get remaining() {
+    if (!this.pose || !this.destination) return null;
+    return this.path.length > 2 ? lengthOf(this.path) : distance(this.pose, this.destination);
+  }
+
+  #localized(message, now) {
+    const pose = poseOf(message.pose?.pose);
+    if (!pose) return;
+    this.pose = pose;
+    this.heardAt = now;
+    if (!this.#waiting || secondsOf(message.header?.stamp) < secondsOf(this.#waiting.header?.stamp)) return;
+    const frame = this.#frames.get(bare(this.#waiting.header?.frame_id));
+    const points = scanOf(this.#waiting);
+    this.scan = placeAll(pose, frame ? placeAll(frame.at, points) : points);
+    this.#waiting = null;
+  }
+
+  #status(goal) {
+    if (goal) this.#set(goal);
+  }
+
+  #ended(goal) {
+    if (goal) this.#set(goal);
+    return goal;
+  }
+
+  #set(goal) {
+    this.goal = goal;
+    if (!goal.active) {
+      this.target = null;
+      this.path = NOTHING;
+    }
+  }
+}

@@ -1,0 +1,65 @@
+/** One WebSocket that speaks rosbridge v2. */
+
+/**
+ * @typedef {{
+ *   opened: () => void,
+ *   closed: (reason: string) => void,
+ *   heard: (topic: string, message: any) => void,
+ *   told: (text: string) => void,
+ * }} Listener
+ */
+
+const CLEAN = 1000;
+
+export class Rosbridge {
+  #socket;
+  #closed = false;
+
+  /** @param {string} url @param {Listener} listener */
+  constructor(url, listener) {
+    this.#socket = new WebSocket(url);
+    this.#socket.onopen = () => listener.opened();
+    this.#socket.onmessage = ({ data }) => this.#take(data, listener);
+    this.#socket.onclose = ({ reason }) => {
+      if (!this.#closed) listener.closed(reason);
+    };
+  }
+
+  get open() {
+    return this.#socket.readyState === WebSocket.OPEN;
+  }
+
+  /** @param {string} topic @param {string} type @param {number} throttle least time between two messages [ms] */
+  subscribe(topic, type, throttle) {
+    this.#send({ op: "subscribe", topic, type, throttle_rate: throttle, queue_length: 1 });
+  }
+
+  /** @param {string} topic */
+  unsubscribe(topic) {
+    this.#send({ op: "unsubscribe", topic });
+  }
+
+  /** @param {string} topic @param {object} msg @returns {boolean} whether it was sent */
+  publish(topic, msg) {
+    return this.#send({ op: "publish", topic, msg });
+  }
+
+  /** Close it, and tell the listener nothing more. */
+  close() {
+    this.#closed = true;
+    this.#socket.close(CLEAN);
+  }
+
+  #send(frame) {
+    if (!this.open) return false;
+    this.#socket.send(JSON.stringify(frame));
+    return true;
+  }
+
+  #take(data, listener) {
+    if (this.#closed) return;
+    const frame = JSON.parse(data);
+    if (frame.op === "publish") listener.heard(frame.topic, frame.msg);
+    else if (frame.op === "status") listener.told(String(frame.msg));
+  }
+}

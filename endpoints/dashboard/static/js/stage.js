@@ -1,0 +1,139 @@
+/** The map on the page: what is seen of it, and what is done with it by finger, mouse and keys. */
+
+import { byId, say } from "./dom.js";
+import { Gestures } from "./gestures.js";
+import { number } from "./format.js";
+import { boundsOf } from "./grid.js";
+import { Renderer } from "./renderer.js";
+import { onTheme, readTheme } from "./theme.js";
+import { View, rulerOf } from "./view.js";
+
+const REACH = 22; // pixels around a robot that a finger hits it with
+const STEP = 60; // pixels that an arrow key moves the map
+const ZOOM = 1.4;
+const MARGIN = { top: 76, bottom: 24, side: 24 };
+const RULER = 120;
+
+export class Stage {
+  view = new View();
+  /** @type {Renderer} */ renderer;
+  #canvas = byId("map");
+  #bounds = null;
+  #fleet;
+  #tools;
+  #orders;
+
+  /**
+   * @param {import("./fleet.js").Fleet} fleet
+   * @param {import("./tools.js").Tools} tools
+   * @param {{select: (id: string | null) => void, order: (pose: import("./geometry.js").Pose) => void}} orders
+   */
+  constructor(fleet, tools, orders) {
+    this.#fleet = fleet;
+    this.#tools = tools;
+    this.#orders = orders;
+    this.renderer = new Renderer(this.#canvas, this.view, fleet, readTheme());
+    onTheme(() => (this.renderer.theme = readTheme()));
+    new ResizeObserver(() => this.#resized()).observe(this.#canvas);
+    new Gestures(this.#canvas, this.#meaning());
+    this.#canvas.addEventListener("keydown", (event) => this.#key(event));
+    byId("zoom-in").addEventListener("click", () => this.#zoom(ZOOM));
+    byId("zoom-out").addEventListener("click", () => this.#zoom(1 / ZOOM));
+    byId("zoom-fit").addEventListener("click", () => this.fit());
+  }
+
+  /** Show another grid, all of it, or none. @param {import("./grid.js").Grid | null} grid */
+  show(grid) {
+    const bounds = grid && boundsOf(grid.info);
+    const moved = JSON.stringify(bounds) !== JSON.stringify(this.#bounds);
+    this.#bounds = bounds;
+    this.renderer.grid = grid;
+    if (moved) this.fit();
+  }
+
+  fit() {
+    if (this.#bounds) this.view.fit(this.#bounds, MARGIN);
+    this.#seen();
+  }
+
+  #resized() {
+    const first = this.view.width <= 1;
+    this.renderer.resize();
+    if (first) this.fit();
+    this.#seen();
+  }
+
+  #seen() {
+    const { metres, pixels } = rulerOf(this.view.scale, RULER);
+    byId("ruler").style.width = `${pixels}px`;
+    say(byId("ruler-text"), metres < 1 ? `${number(metres * 100, 0)} cm` : `${number(metres, 0)} m`);
+    this.renderer.ask();
+  }
+
+  #zoom(factor, at = { x: this.view.width / 2, y: this.view.height / 2 }) {
+    this.view.zoom(at, factor);
+    this.#seen();
+  }
+
+  #pan(dx, dy) {
+    this.view.pan(dx, dy);
+    this.#seen();
+  }
+
+  #meaning() {
+    return {
+      aims: () => this.#tools.current !== "look" && this.#fleet.selected !== null,
+      aim: (from, to) => this.#aim(from, to),
+      drop: () => (this.renderer.aim = null),
+      pan: (dx, dy) => this.#pan(dx, dy),
+      zoom: (at, factor) => this.#zoom(factor, at),
+      tap: (at) => this.#tap(at),
+      release: (from, to) => this.#release(from, to),
+    };
+  }
+
+  #aim(from, to) {
+    const link = this.#fleet.selected;
+    const theta = to ? Math.atan2(from.y - to.y, to.x - from.x) : null;
+    this.renderer.aim = { from, theta, colour: this.renderer.colourOf(link) };
+  }
+
+  #tap(at) {
+    this.renderer.aim = null;
+    const point = this.view.toWorld(at);
+    const hit = this.#fleet.at(point, REACH / this.view.scale);
+    const { selected } = this.#fleet;
+    const aims = this.#tools.current !== "look" && selected;
+    if (hit && hit !== selected) this.#orders.select(hit.robot.id);
+    else if (aims) this.#orders.order({ ...point, theta: this.#heading(selected, point) });
+  }
+
+  /** Who does not say how to face is driven up to the place, and faces as it came. */
+  #heading({ state: { pose } }, point) {
+    if (!pose) return 0;
+    return this.#tools.current === "locate" ? pose.theta : Math.atan2(point.y - pose.y, point.x - pose.x);
+  }
+
+  #release(from, to) {
+    this.renderer.aim = null;
+    if (!this.#fleet.selected) return;
+    this.#orders.order({ ...this.view.toWorld(from), theta: Math.atan2(from.y - to.y, to.x - from.x) });
+  }
+
+  #key(event) {
+    const keys = {
+      ArrowLeft: () => this.#pan(STEP, 0),
+      ArrowRight: () => this.#pan(-STEP, 0),
+      ArrowUp: () => this.#pan(0, STEP),
+      ArrowDown: () => this.#pan(0, -STEP),
+      "+": () => this.#zoom(ZOOM),
+      "=": () => this.#zoom(ZOOM),
+      "-": () => this.#zoom(1 / ZOOM),
+      0: () => this.fit(),
+      Escape: () => this.#orders.select(null),
+    };
+    if (!(event.key in keys) || event.ctrlKey || event.metaKey) return;
+    event.preventDefault();
+    keys[event.key]();
+  }
+}

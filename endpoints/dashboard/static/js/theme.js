@@ -1,0 +1,28 @@
+/** The colours of the drawing, which are those of the page: light or dark, as the system wants it. */
+
+/** @typedef {{[name: string]: string} & {palette: import("./grid.js").Palette, robots: string[]}} Theme */
+
+const NAMES = ["ground", "ink", "halo", "target", "shade"];
+const ROBOTS = 8;
+
+/** @param {string} text as "#rrggbb" @returns {import("./grid.js").Colour} */
+export function colourOf(text) {
+  const value = Number.parseInt(text.trim().slice(1), 16);
+  return [value >> 16, (value >> 8) & 255, value & 255];
+}
+
+/** Read the theme from the page's style. @returns {Theme} */
+export function readTheme() {
+  const style = getComputedStyle(document.documentElement);
+  const read = (name) => style.getPropertyValue(`--map-${name}`).trim();
+  return {
+    ...Object.fromEntries(NAMES.map((name) => [name, read(name)])),
+    palette: { free: colourOf(read("free")), occupied: colourOf(read("occupied")), unknown: colourOf(read("unknown")) },
+    robots: Array.from({ length: ROBOTS }, (_, i) => style.getPropertyValue(`--robot-${i}`).trim()),
+  };
+}
+
+/** @param {() => void} changed */
+export function onTheme(changed) {
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", changed);
+}

@@ -1,0 +1,17 @@
+/** Short news that go away by themselves. */
+
+import { byId, make } from "./dom.js";
+
+const SHOWN = 6000; // ms
+const MOST = 4;
+
+/** @param {string} text @param {"good" | "bad" | "plain"} kind */
+export function toast(text, kind = "plain") {
+  const toasts = byId("toasts");
+  const again = [...toasts.children].find((element) => element.textContent === text);
+  again?.remove();
+  const element = make("div", { className: "toast", "data-kind": kind, textContent: text });
+  toasts.append(element);
+  while (toasts.children.length > MOST) toasts.firstChild.remove();
+  setTimeout(() => element.remove(), SHOWN);
+}

@@ -1,0 +1,98 @@
+"""A browser for tests: Debian's Chromium, headless, told by Playwright what to do."""
+
+import os
+import re
+import shutil
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+import pytest
+from playwright.async_api import Browser, BrowserContext, ConsoleMessage, Page, async_playwright
+
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridInfo
+
+ARGUMENTS = [
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+]  # fmt: skip
+MARGIN_TOP, MARGIN_BOTTOM, MARGIN_SIDE = 76, 24, 24
+"""Pixels around a map that is shown whole (`stage.js`)."""
+
+
+def chromium() -> str:
+    """Return the browser's path, or skip."""
+    path = os.environ.get("PPAAS_CHROMIUM") or shutil.which("chromium")
+    return path or pytest.skip("no browser: install Debian's chromium, or name one in PPAAS_CHROMIUM")
+
+
+@asynccontextmanager
+async def browsing() -> AsyncIterator[Browser]:
+    """Start a browser."""
+    path = chromium()
+    async with async_playwright() as playwright:
+        browser = await playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
+        try:
+            yield browser
+        finally:
+            await browser.close()
+
+
+@asynccontextmanager
+async def looking(context: BrowserContext, expected: str = r"$^") -> AsyncIterator[Page]:
+    """Open a page that may not complain, but for what is expected."""
+    complaints: list[str] = []
+
+    def hear(message: ConsoleMessage) -> None:
+        if message.type in ("error", "warning") and not re.search(expected, message.text):
+            complaints.append(message.text)
+
+    page = await context.new_page()
+    page.on("console", hear)
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    yield page
+    assert complaints == []
+
+
+async def enter(page: Page, url: str, token: str) -> None:
+    """Open the dashboard as who is logged in already."""
+    # The page begins anew where a login ended, and then leaves a note: it is not to be let in a second time.
+    kept = f"sessionStorage.setItem('ppaas-token', '{token}')"
+    await page.add_init_script(f"sessionStorage.getItem('ppaas-note') ?? {kept}")
+    await page.goto(f"{url}/dashboard/")
+
+
+class Eye:
+    """Where places of a map are on the page, while all of the map is shown.
+
+    Parameters
+    ----------
+    box : dict
+        Of the canvas on the page [px].
+    info : GridInfo
+        The map's.
+    """
+
+    def __init__(self, box: dict[str, float], info: GridInfo) -> None:
+        height, width = info.shape
+        edge = info.resolution
+        corners = [info.origin @ Pose2D(x, y, 0.0) for x in (0, width * edge) for y in (0, height * edge)]
+        left, right = min(c.x for c in corners), max(c.x for c in corners)
+        bottom, top = min(c.y for c in corners), max(c.y for c in corners)
+        wide, high = box["width"] - 2 * MARGIN_SIDE, box["height"] - MARGIN_TOP - MARGIN_BOTTOM
+        self.scale = min(wide / (right - left), high / (top - bottom))
+        self._middle = (left + right) / 2, (bottom + top) / 2
+        self._at = box["x"] + box["width"] / 2, box["y"] + MARGIN_TOP + high / 2
+
+    @classmethod
+    async def on(cls, page: Page, info: GridInfo) -> "Eye":
+        """Show all of the map, and look at it."""
+        await page.locator("#zoom-fit").click()
+        box = await page.locator("#map").bounding_box()
+        assert box is not None
+        return cls(dict(box), info)
+
+    def see(self, pose: Pose2D) -> tuple[float, float]:
+        """Return where a place is [px]."""
+        dx, dy = pose.x - self._middle[0], pose.y - self._middle[1]
+        return self._at[0] + dx * self.scale, self._at[1] - dy * self.scale
