@@ -20,7 +20,7 @@ from engine.place_link import PlaceLink
 from engine.robot_sessions import LINGER, RobotSessions
 from ppaas.errors import Conflict, PPaaSError
 from ppaas.wire import rosbridge
-from ppaas.wire.resumption import ID_HEADER, STATE_HEADER, TAKEN_HEADER
+from ppaas.wire.resumption import ID_HEADER, NEW, RESUMED, STATE_HEADER, TAKEN_HEADER
 
 logger = logging.getLogger(__name__)
 
@@ -80,7 +80,7 @@ class Seat:
         if self.visit.session is None:
             return []
         told = {
-            STATE_HEADER: "resumed" if self.resumed else "new",
+            STATE_HEADER: RESUMED if self.resumed else NEW,
             ID_HEADER: self.kept.id,
             TAKEN_HEADER: str(self.kept.taken),
         }

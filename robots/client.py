@@ -6,8 +6,8 @@
         await client.subscribe("cmd_vel", Twist, base.command)
         await client.publish("odom", odometry)
 
-The connection is kept: when it is lost, the client connects again and renews its subscriptions. It gives up only where
-the cloud says no, and then every method raises why.
+The connection is kept: when it is lost, the client connects again and finds its session as it left it, or begins a new
+one and renews its subscriptions. It gives up only where the cloud says no, and then every method raises why.
 """
 
 import asyncio
@@ -15,14 +15,15 @@ import logging
 from collections.abc import Callable, Iterator
 from types import TracebackType
 from typing import Self, TypeVar, cast
+from uuid import uuid4
 
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.messages import Message, ServiceType, decode
 from ppaas.wire.names import normalise
 from ppaas.wire.rosbridge_client import Heard, RosbridgeClientSession, ServiceResponse, StatusReport, failure_of
-from robots.connection import Link, Role, backoff, socket_url
+from robots.connection import Address, Link, Role, backoff
 from robots.connection_keeper import ConnectionKeeper
-from robots.outbox import Outbox
+from robots.outbox import SUBSCRIPTION, Outbox
 from robots.subscription import Subscription
 
 logger = logging.getLogger(__name__)
@@ -43,6 +44,10 @@ class RobotClient:
         Of the cloud: ``http://host:port`` (or https, ws, wss).
     robot, token, role : str
         Whose topics these are, who asks, and whether as the robot itself or as its operator.
+    session : str, optional
+        Name under which the cloud keeps what belongs to this client while it is away: one of its own, if none is given.
+    hold : bool
+        Open a place for the robot if it has none, and hold it; an operator that only looks on need not.
     link : Link, optional
         Time-outs and sizes of the connection.
     connect_timeout : float
@@ -62,6 +67,8 @@ class RobotClient:
         robot: str,
         token: str,
         role: Role = "robot",
+        session: str = "",
+        hold: bool = True,
         link: Link | None = None,
         connect_timeout: float = 30.0,
         capacity: int = 256,
@@ -73,7 +80,7 @@ class RobotClient:
         self._session = RosbridgeClientSession()
         self._outbox = Outbox(capacity)
         self._keeper = ConnectionKeeper(
-            socket_url(url, robot, token, role),
+            Address(url, robot=robot, token=token, role=role, session=session or uuid4().hex, hold=hold),
             link or Link(),
             self._outbox,
             reconnect_delays,
@@ -140,6 +147,11 @@ class RobotClient:
     def connections(self) -> int:
         """Count the connections that there have been."""
         return self._keeper.connections
+
+    @property
+    def resumptions(self) -> int:
+        """Count the connections that found the session of the one before."""
+        return self._keeper.resumptions
 
     @property
     def dropped(self) -> int:
@@ -242,9 +254,8 @@ class RobotClient:
             await self._tell(self._session.unsubscribe(name))
 
     async def _tell(self, frame: str) -> None:
-        """Send what changes a subscription; without a connection the greeting of the next one will tell it."""
-        if self.connected:
-            await self._outbox.put(frame, connection_bound="subscription")
+        """Send what changes a subscription; should the session begin anew meanwhile, its greeting tells it."""
+        await self._outbox.put(frame, SUBSCRIPTION)
 
     async def call(self, service: str, kind: ServiceType, request: Message, timeout: float = 10.0) -> Message:
         """Call a service of this robot's clone and return its response, a ``kind.response``.
@@ -261,7 +272,7 @@ class RobotClient:
         self._calls[call_id] = asyncio.get_running_loop().create_future()
         try:
             async with asyncio.timeout(timeout):
-                await self._outbox.put(frame, connection_bound=call_id)
+                await self._outbox.put(frame, call_id)
                 response = await self._calls[call_id]
         except TimeoutError as error:
             raise Unavailable(f"{service!r} did not answer in {timeout:g} s") from error
@@ -287,7 +298,7 @@ class RobotClient:
             self._end(failure, failure)
 
     def _fail_calls(self) -> None:
-        for call_id, error in self._session.disconnected().items():
+        for call_id, error in self._session.disconnected(self._outbox.waiting()).items():
             future = self._calls.get(call_id)
             if future is not None and not future.done():
                 future.set_exception(error)

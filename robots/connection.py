@@ -11,6 +11,7 @@ from websockets.exceptions import InvalidHandshake, InvalidStatus, InvalidURI
 
 from ppaas.errors import InvalidInput, Unavailable
 from ppaas.wire.refusals import error_of_status
+from ppaas.wire.resumption import ANEW, ID_HEADER, RESUME, RESUMED, SESSION, STATE_HEADER, TAKEN_HEADER, Point
 
 Role = Literal["robot", "operator"]
 
@@ -41,8 +42,8 @@ class Link:
     write_limit: int = 1 << 15
 
 
-def socket_url(url: str, robot: str, token: str, role: Role) -> str:
-    """Return the address of a robot's WebSocket.
+class Address:
+    """Of the WebSocket of a robot, for one client of it.
 
     Parameters
     ----------
@@ -50,17 +51,45 @@ def socket_url(url: str, robot: str, token: str, role: Role) -> str:
         Of the cloud: ``http://host:port``, or the same with https, ws or wss.
     robot, token, role : str
         Who connects.
+    session : str
+        Name of the client's session.
+    hold : bool
+        Open a place for the robot if it has none, and hold it.
 
     Raises
     ------
     InvalidInput
         Not such a URL.
     """
-    parts = urlsplit(url)
-    if parts.scheme not in _SCHEMES or not parts.hostname:
-        raise InvalidInput(f"the cloud's URL must look like http://host:port, not {url!r}")
-    query = urlencode({"robot": robot, "token": token, "role": role, "status": 1})
-    return urlunsplit((_SCHEMES[parts.scheme], parts.netloc, parts.path or "/", query, ""))
+
+    def __init__(self, url: str, *, robot: str, token: str, role: Role, session: str, hold: bool = True) -> None:
+        parts = urlsplit(url)
+        if parts.scheme not in _SCHEMES or not parts.hostname:
+            raise InvalidInput(f"the cloud's URL must look like http://host:port, not {url!r}")
+        self._base = (_SCHEMES[parts.scheme], parts.netloc, parts.path or "/")
+        self._query: dict[str, object] = {"robot": robot, "token": token, "role": role, "status": 1, SESSION: session}
+        if not hold:
+            self._query["hold"] = 0
+        self.hold = hold
+
+    def at(self, point: Point | None) -> str:
+        """Return the URL with which to go on where a session was left; without one, to begin anew."""
+        return urlunsplit((*self._base, urlencode(self._query | {RESUME: point or ANEW}), ""))
+
+
+def session_of(socket: ClientConnection) -> tuple[str, int | None]:
+    """Return what the handshake told.
+
+    Returns
+    -------
+    id : str
+        Of the session; empty if the server keeps none.
+    taken : int or None
+        Frames that the cloud took in it, if it goes on; None if it is new.
+    """
+    headers = socket.response.headers if socket.response is not None else {}
+    resumed = headers.get(STATE_HEADER) == RESUMED
+    return headers.get(ID_HEADER, ""), int(headers.get(TAKEN_HEADER, "0")) if resumed else None
 
 
 async def open_socket(url: str, link: Link) -> ClientConnection:

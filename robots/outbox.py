@@ -7,25 +7,28 @@ from dataclasses import dataclass
 
 from ppaas.errors import PPaaSError
 
+SUBSCRIPTION = "subscription"
+"""What frames are bound to that tell what is subscribed: where a session begins anew, its greeting says it all."""
+
 
 @dataclass(slots=True)
 class _Entry:
     frame: str
     newest_of: str | None = None
-    connection_bound: str | None = None
+    bound: str | None = None
 
 
 class Outbox:
     """A queue of frames between those who publish and the one task that sends.
 
-    Frames are sent in the order in which they came. A frame stays in the queue until ``sent`` says that the connection
-    has taken it; what it had not is sent on the next. What a connection had taken and not delivered when it broke is
-    lost, since rosbridge acknowledges nothing.
+    Frames are sent in the order in which they came, and counted, as the cloud counts those that it takes. A frame that
+    was sent is remembered: if the connection breaks and the cloud kept the session, it says how many it took, and what
+    it did not is sent again, once. Where the session begins anew nobody knows what arrived, and what was sent is lost.
 
     Parameters
     ----------
     capacity : int
-        Frames that may wait.
+        Frames that may wait, and those that are remembered.
     """
 
     def __init__(self, capacity: int = 256) -> None:
@@ -34,6 +37,8 @@ class Outbox:
         self._capacity = capacity
         self._entries: deque[_Entry] = deque()
         self._sending: _Entry | None = None
+        self._count = 0
+        self._remembered: deque[tuple[int, _Entry]] = deque(maxlen=capacity)
         self._error: PPaaSError | None = None
         self._changed = asyncio.Event()
         self.dropped = 0
@@ -52,15 +57,17 @@ class Outbox:
                 raise self._error
             await self._changed.wait()
 
-    async def put(self, frame: str, connection_bound: str | None = None) -> None:
+    # -- what waits ----------------------------------------------------------------------------------------------------
+
+    async def put(self, frame: str, bound: str | None = None) -> None:
         """Queue a frame that must not be lost; waits while the queue is full.
 
         Parameters
         ----------
         frame : str
             The frame.
-        connection_bound : str, optional
-            A key, if the frame means nothing on another connection; see ``forget_connection``.
+        bound : str, optional
+            A key, if the frame means nothing in another session: of a call, or ``SUBSCRIPTION``.
 
         Raises
         ------
@@ -68,7 +75,7 @@ class Outbox:
             The one that ``close`` was given.
         """
         await self._until(lambda: len(self._entries) < self._capacity)
-        self._entries.append(_Entry(frame, connection_bound=connection_bound))
+        self._entries.append(_Entry(frame, bound=bound))
         self._notify()
 
     def put_newest(self, key: str, frame: str) -> None:
@@ -87,9 +94,29 @@ class Outbox:
         self._entries.append(_Entry(frame, newest_of=key))
         self._notify()
 
+    def discard(self, bound: str) -> None:
+        """Drop the frames of that key that still wait."""
+        self._entries = deque(e for e in self._entries if e.bound != bound or e is self._sending)
+        self._notify()
+
+    def waiting(self) -> frozenset[str]:
+        """Return the keys to which frames are bound that were not sent yet."""
+        waiting = (entry for entry in self._entries if entry is not self._sending)
+        return frozenset(entry.bound for entry in waiting if entry.bound is not None)
+
+    async def filled(self) -> None:
+        """Wait until there is something to send."""
+        await self._until(lambda: bool(self._entries))
+
+    async def drained(self) -> None:
+        """Wait until nothing waits any more."""
+        await self._until(lambda: not self._entries)
+
+    # -- what is sent --------------------------------------------------------------------------------------------------
+
     async def next(self) -> str:
         """Return the frame to send now; it stays until ``sent``."""
-        await self._until(lambda: bool(self._entries))
+        await self.filled()
         self._sending = self._entries[0]
         return self._sending.frame
 
@@ -97,24 +124,45 @@ class Outbox:
         """Take away the frame that ``next`` returned."""
         if self._entries and self._entries[0] is self._sending:
             self._entries.popleft()
+            self._count += 1
+            if self._sending.newest_of is None:
+                self._remembered.append((self._count, self._sending))
         self._sending = None
         self._notify()
 
-    def forget_connection(self) -> None:
-        """Drop what was bound to the connection that was lost: subscriptions are renewed, calls have failed."""
+    def resume(self, taken: int) -> None:
+        """Go on in the session of the connection that was lost.
+
+        Parameters
+        ----------
+        taken : int
+            Frames that the cloud took in it.
+        """
+        if self._sending is not None and taken > self._count:  # the last frame arrived, though we never heard so
+            self._entries.popleft()
         self._sending = None
-        self._entries = deque(entry for entry in self._entries if entry.connection_bound is None)
+        again = [entry for number, entry in self._remembered if number > taken]
+        self._entries.extendleft(reversed(again))
+        self._remembered.clear()
+        self._count = taken
         self._notify()
 
-    def discard(self, connection_bound: str) -> None:
-        """Drop the frames of that key that still wait."""
-        keep = (e for e in self._entries if e.connection_bound != connection_bound or e is self._sending)
-        self._entries = deque(keep)
-        self._notify()
+    def begin(self, greeting: list[str]) -> None:
+        """Begin a new session with a greeting: what was sent in another one is forgotten.
 
-    async def drained(self) -> None:
-        """Wait until nothing waits any more."""
-        await self._until(lambda: not self._entries)
+        Parameters
+        ----------
+        greeting : list of str
+            Frames that tell what is subscribed.
+        """
+        doubtful, self._sending = self._sending, None
+        if doubtful is not None and doubtful.bound is not None:
+            self._entries.popleft()  # a call that may have been carried out is not made again unasked
+        others = (entry for entry in self._entries if entry.bound != SUBSCRIPTION)
+        self._entries = deque([*(_Entry(frame, bound=SUBSCRIPTION) for frame in greeting), *others])
+        self._remembered.clear()
+        self._count = 0
+        self._notify()
 
     def close(self, error: PPaaSError) -> None:
         """Send nothing any more: who waits, or comes later and would have to wait, gets the error."""

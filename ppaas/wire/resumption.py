@@ -15,6 +15,10 @@ RESUME = "resume"
 ANEW = "none"
 """What ``resume`` says where the client knows of no session: one that is there is not its own, and is ended."""
 
+NEW = "new"
+RESUMED = "resumed"
+"""What the first of the headers says."""
+
 STATE_HEADER = "PPaaS-Session"
 ID_HEADER = "PPaaS-Session-Id"
 TAKEN_HEADER = "PPaaS-Session-Taken"

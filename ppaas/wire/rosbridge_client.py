@@ -5,6 +5,7 @@ remembers what was subscribed, so that a client that lost its connection can say
 """
 
 import itertools
+from collections.abc import Collection
 
 import msgspec
 
@@ -126,13 +127,20 @@ class RosbridgeClientSession:
         """Return the frames with which a new connection begins: what was subscribed before."""
         return [_text(subscription) for subscription in self._subscriptions.values()]
 
-    def disconnected(self) -> dict[str, Unavailable]:
-        """Return the calls that were lost with the connection, each with its error; they are not waited for."""
+    def disconnected(self, unsent: Collection[str] = ()) -> dict[str, Unavailable]:
+        """Return the calls that were lost with the connection, each with its error; they are not waited for.
+
+        Parameters
+        ----------
+        unsent : collection of str
+            Calls that the lost connection had not carried yet: they are still to be made.
+        """
         lost = {
             call_id: Unavailable(f"the connection was lost while {service!r} was called; call again")
             for call_id, service in self._calls.items()
+            if call_id not in unsent
         }
-        self._calls.clear()
+        self._calls = {call_id: service for call_id, service in self._calls.items() if call_id in unsent}
         return lost
 
     # -- what the client is told -------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from endpoints.outbox import EXPIRY, MAX_KEEP, Outbox
+from endpoints.outbox import EXPIRY, MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES, Outbox
 from ppaas.clock import ManualClock
 from ppaas.errors import Unavailable
 
@@ -74,3 +74,86 @@ def test_each_topic_keeps_its_newest_in_order(puts: list[tuple[str, int]]) -> No
         assert [frame for frame in frames if frame[0] == topic] == sent[-length:]
     numbers = [int(frame[1:]) for frame in frames]
     assert numbers == sorted(numbers)
+
+
+MIB = 1 << 20
+
+
+async def test_of_too_many_bytes_the_oldest_that_do_not_last_go_first() -> None:
+    outbox = Outbox()
+    outbox.put("plan", "p" * MIB, keep=1000)
+    outbox.put("move_base/result", "r" * MIB, keep=1000)
+    outbox.put_answer("a" * MIB)
+    for number in range(20):
+        outbox.put("plan", f"{number:02}" + "q" * MIB, keep=1000)
+    left = await drain(outbox)
+    assert [frame[0] for frame in left[:2]] == ["r", "a"]
+    assert sum(map(len, left)) <= MAX_BYTES + MIB
+    assert left[-1].startswith("19")
+    assert "p" * MIB not in left
+
+
+async def test_a_client_for_which_too_many_bytes_of_answers_wait_is_told_so() -> None:
+    outbox = Outbox()
+    outbox.put("plan", "p" * MIB, keep=1)
+    for _ in range(MAX_BYTES // MIB):
+        outbox.put_answer("a" * MIB)
+    with pytest.raises(Unavailable):
+        outbox.put_answer("a")
+    assert len(outbox) == MAX_BYTES // MIB, "what may be dropped was dropped first"
+
+
+async def test_one_message_larger_than_all_that_may_wait_is_sent() -> None:
+    outbox = Outbox()
+    outbox.put("map", "m" * (MAX_BYTES + 1), keep=1)
+    outbox.put("camera", "c" * (MAX_BYTES + 1), keep=1)
+    assert [frame[0] for frame in await drain(outbox)] == ["m", "c"]
+
+
+# -- what was sent and lost --------------------------------------------------------------------------------------------
+
+
+async def sent(outbox: Outbox, count: int) -> list[str]:
+    return [await outbox.get() for _ in range(count)]
+
+
+async def test_what_lasts_and_was_not_received_is_sent_again_in_order_before_all_else() -> None:
+    outbox = Outbox()
+    outbox.repeats = True
+    outbox.put_answer("answer 1")
+    outbox.put("plan", "plan 2", keep=1)
+    outbox.put("move_base/result", "result 3", keep=1)
+    outbox.put_answer("answer 4")
+    outbox.put_answer("answer 5")
+    await sent(outbox, 4)
+    outbox.resume(received=1)
+    assert await sent(outbox, 3) == ["result 3", "answer 4", "answer 5"]
+    outbox.resume(received=3)
+    assert await drain(outbox) == ["answer 5"], "it was the fourth frame that the client was sent since"
+    outbox.resume(received=4)
+    assert await drain(outbox) == []
+
+
+async def test_a_frame_that_could_not_be_sent_is_the_next_and_counts_once() -> None:
+    outbox = Outbox()
+    outbox.repeats = True
+    for frame in ("a", "b"):
+        outbox.put_answer(frame)
+    assert await outbox.get() == "a"
+    outbox.put_back()
+    outbox.put_back()
+    outbox.resume(received=0)
+    assert await drain(outbox) == ["a", "b"]
+
+
+async def test_what_was_sent_is_remembered_within_bounds_and_only_if_it_will_be_asked_for() -> None:
+    silent, outbox = Outbox(), Outbox()
+    outbox.repeats = True
+    for box in (silent, outbox):
+        box.put_answer("x" * (MAX_SENT_BYTES + 1))
+        for number in range(MAX_SENT + 10):
+            box.put_answer(str(number))
+        await sent(box, MAX_SENT + 11)
+        box.resume(received=0)
+    assert await drain(outbox) == [str(number) for number in range(10, MAX_SENT + 10)]
+    assert await drain(silent) == []

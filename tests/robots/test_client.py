@@ -44,7 +44,9 @@ def client_of(server: RosbridgeServer, **options: Any) -> RobotClient:
 
 async def test_it_says_who_it_is_and_asks_to_be_told_of_errors(server: RosbridgeServer) -> None:
     async with client_of(server, role="operator"):
-        assert server.paths == ["/?robot=tb+1&token=t%26k&role=operator&status=1"]
+        [path] = server.paths
+        assert path.startswith("/?robot=tb+1&token=t%26k&role=operator&status=1&session=")
+        assert path.endswith("&resume=none")
 
 
 async def test_what_is_published_arrives_in_order(server: RosbridgeServer) -> None:
