@@ -101,7 +101,7 @@ def build_clone(
     driving = given.read(MoveBaseParameters, "move_base", base)
     amcl = given.read(AmclParameters, "amcl")
     state = given.read(StatePublisherParameters, "robot_state_publisher")
-    planner, controller = _planner(driving, given), _controller(driving, given, body)
+    (planner, path_planner), controller = _planners(driving, given), _controller(driving, given, body)
     recovering = _recoveries(driving, given)
     local = given.read(LocalCostmapParameters, "local_costmap")
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
@@ -111,8 +111,8 @@ def build_clone(
         surroundings = _surroundings(layers, body, local, driving.transform_tolerance)
         return MoveBaseNode(
             context,
-            layers=layers, surroundings=surroundings, planner=planner, controller=controller, recoveries=recovering,
-            parameters=driving, threads=threads,
+            layers=layers, surroundings=surroundings, planner=planner, path_planner=path_planner,
+            controller=controller, recoveries=recovering, parameters=driving, threads=threads,
         )  # fmt: skip
 
     graph.add(lambda context: MapServerNode(context, layers.grid))
@@ -131,11 +131,13 @@ def build_planning(
     graph.add(lambda context: PlannerServerNode(context, layers.costmap, base_global_planner, threads))
 
 
-def _planner(driving: MoveBaseParameters, given: "_Given") -> Planner:
+def _planners(driving: MoveBaseParameters, given: "_Given") -> tuple[Planner, Planner]:
+    """Return one to drive by, and one for who asks for plans: the two may be at work at a time."""
     names = PLANNERS.spellings(driving.base_global_planner)
-    planner = planners.create(driving.base_global_planner, **given.take(*names))
-    given.note(names[0], planner)
-    return planner
+    own = given.take(*names)
+    first, second = (planners.create(driving.base_global_planner, **own) for _ in range(2))
+    given.note(names[0], first)
+    return first, second
 
 
 def _controller(driving: MoveBaseParameters, given: "_Given", body: RobotModel) -> Controller:

@@ -2,7 +2,7 @@
 
 import logging
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import ClassVar
 
 import msgspec
@@ -25,15 +25,14 @@ from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.nodes import action_topics
 from ppaas.nodes.action_topics import ActionTopics
 from ppaas.nodes.amcl import SCAN_TOPIC
-from ppaas.nodes.base import Context, Job, Node, Payload, Reply, Service, Topic
+from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Timer, Topic
 from ppaas.nodes.checks import expect, pose_in
 from ppaas.nodes.frames import MAP, TF, TF_STATIC
 from ppaas.nodes.path_services import PathServices, get_plan_response
-from ppaas.nodes.planner_queue import PlannerQueue
-from ppaas.nodes.robot_plan import NoPlan, plan_for_robot
+from ppaas.nodes.robot_plan import NoPlan, RobotPlanner
 from ppaas.nodes.state_publisher import ODOM_TOPIC
 from ppaas.nodes.surroundings import Surroundings
-from ppaas.planners.base import Planner, PlanRequest, PlanResult
+from ppaas.planners.base import Planner, PlanResult
 from ppaas.recoveries.base import Recovery, RecoveryRequest
 
 logger = logging.getLogger(__name__)
@@ -65,6 +64,8 @@ class MoveBaseNode(Node):
         What is known around the robot.
     planner, controller
         The plug-ins to plan and to drive with.
+    path_planner : Planner
+        As ``planner``, for those who ask for a plan: they are not to keep the robot waiting.
     recoveries : sequence of (str, Recovery)
         What to try when it is stuck, in order, and what each is called in status texts.
     parameters : MoveBaseParameters
@@ -94,6 +95,7 @@ class MoveBaseNode(Node):
         layers: MapLayers,
         surroundings: Surroundings,
         planner: Planner,
+        path_planner: Planner,
         controller: Controller,
         recoveries: Sequence[tuple[str, Recovery]],
         parameters: MoveBaseParameters,
@@ -102,16 +104,15 @@ class MoveBaseNode(Node):
         super().__init__(context)
         self._layers = layers
         self._surroundings = surroundings
-        self._planner = planner
+        self._planner = RobotPlanner(context, planner, layers.costmap, parameters, threads)
         self._controller = controller
         self._parameters = parameters
         self._threads = threads
         self._machine = MoveBase(parameters, [name for name, _ in recoveries])
         self._recoveries = [recovery for _, recovery in recoveries]
         self._topics = ActionTopics(context)
-        self._queue = PlannerQueue(context)
-        self._paths = PathServices(context, layers.costmap, parameters.base_global_planner, threads)
-        self._job: Job | None = None
+        self._paths = PathServices(context, layers.costmap, parameters.base_global_planner, threads, path_planner)
+        self._cycle: Timer | None = None
         self._counter = 0
         self._events: deque[events.Event] = deque()
         self._handling = False
@@ -122,8 +123,7 @@ class MoveBaseNode(Node):
         return self._machine.goals.active is not None
 
     def start(self) -> None:
-        """Begin the control cycle and to tell how goals stand."""
-        self.context.every(1.0 / self._parameters.controller_frequency, self._tick)
+        """Begin to tell how goals stand."""
         self.context.every(STATUS_PERIOD, lambda: self._topics.status(self._machine.goals))
 
     # -- what comes in -------------------------------------------------------------------------------------------------
@@ -181,16 +181,30 @@ class MoveBaseNode(Node):
             self._surroundings.clear()
             reply(Empty())
             return
-        question = expect(request, GetPlanRequest)
-        tree = self._surroundings.frames.tree
+        self._make_plan(expect(request, GetPlanRequest), reply)
+
+    def _make_plan(self, question: GetPlanRequest, reply: Reply) -> None:
+        """Plan around what is seen, as for a goal, but for nobody to follow; a goal under way goes on meanwhile."""
+        around, now = self._surroundings, self.context.now()
+        goal = pose_in(around.frames.tree, MAP, question.goal, "the goal")
         # As in move_base: a start without a frame is where the robot is.
         here = not question.start.header.frame_id
-        start = self._surroundings.pose(self.context.now()) if here else pose_in(tree, MAP, question.start, "the start")
-        goal = pose_in(tree, MAP, question.goal, "the goal")
-        self._paths.plan(start, goal, reply, get_plan_response, tolerance=question.tolerance)
+        start = around.pose(now) if here else pose_in(around.frames.tree, MAP, question.start, "the start")
+        if around.is_localized(now):
+            around.look_around(around.pose(now), now)
+        costmap = around.overlay(self._layers.costmap)
+        self._paths.plan(start, goal, reply, get_plan_response, tolerance=question.tolerance, costmap=costmap)
+
+    def _keep_cycle(self) -> None:
+        """Run the control cycle while there is a goal: a robot that waits costs nothing."""
+        if self._cycle is None and self.busy:
+            self._cycle = self.context.every(1.0 / self._parameters.controller_frequency, self._tick)
+        elif self._cycle is not None and not self.busy:
+            self._cycle.stop()
+            self._cycle = None
 
     def _tick(self) -> None:
-        if self._machine.goals.active is None:
+        if not self.busy:
             return
         now = self.context.now()
         try:
@@ -215,13 +229,14 @@ class MoveBaseNode(Node):
                     self._carry_out(order)
         finally:
             self._handling = False
+        self._keep_cycle()
 
     def _carry_out(self, order: orders.Order) -> None:
         match order:
             case orders.RequestPlan():
                 self._request_plan(order)
             case orders.CancelPlan():
-                self._cancel_plan()
+                self._planner.cancel()
             case orders.FollowPlan():
                 self._follow(order)
             case orders.ComputeVelocity():
@@ -284,23 +299,13 @@ class MoveBaseNode(Node):
     # -- plans ---------------------------------------------------------------------------------------------------------
 
     def _request_plan(self, order: orders.RequestPlan) -> None:
-        p = self._parameters
-        static = self._layers.costmap
         try:
             start = self._surroundings.pose(self.context.now())
         except TransformError as error:
             self._feed(events.PlanFailed(self.context.now(), order.number, error))
             return
-        current = self._surroundings.overlay(static)
-
-        def work(cancelled: Callable[[], bool]) -> PlanResult | NoPlan:
-            request = PlanRequest(start, order.goal, p.default_tolerance, p.planner_timeout, cancelled, self._threads)
-            return plan_for_robot(self._planner, static, current, request)
-
-        def done(result: PlanResult | NoPlan | PPaaSError) -> None:
-            self._on_planned(order.number, result)
-
-        self._job = self._queue.submit(work, done)
+        current = self._surroundings.overlay(self._layers.costmap)
+        self._planner.request(start, order.goal, current, lambda result: self._on_planned(order.number, result))
 
     def _on_planned(self, number: int, result: PlanResult | NoPlan | PPaaSError) -> None:
         now = self.context.now()
@@ -312,11 +317,6 @@ class MoveBaseNode(Node):
                 self._feed(events.PlanFailed(now, number, result.error, result.final))
             case _:
                 self._feed(events.PlanFailed(now, number, result))
-
-    def _cancel_plan(self) -> None:
-        if self._job is not None:
-            self._job.cancel()
-            self._job = None
 
     # -- going on elsewhere --------------------------------------------------------------------------------------------
 

@@ -37,32 +37,38 @@ def compute_path_response(result: PlanResult) -> ComputePathResponse:
 
 
 class PathServices:
-    """Plans on the bare map with any planner that is installed, one request after the other.
+    """Plans with any planner that is installed, one request after the other.
 
     Parameters
     ----------
     context : Context
         Of the node that offers the service.
     costmap : Costmap
-        Of the map.
+        Of the bare map.
     default : str
         The planner of requests that name none.
     threads : int
         Most threads that kernels may use.
+    planner : Planner, optional
+        The one of that name, with parameters of its own; nobody else may use it.
     """
 
-    def __init__(self, context: Context, costmap: Costmap, default: str, threads: int) -> None:
+    def __init__(
+        self, context: Context, costmap: Costmap, default: str, threads: int, planner: Planner | None = None
+    ) -> None:
         self._costmap = costmap
         self._default = default
         self._threads = threads
         self._queue = PlannerQueue(context)
-        self._planners: dict[str, Planner] = {}
+        self._planners: dict[str, Planner] = {} if planner is None else {default: planner}
 
     def plan(
         self, start: Pose2D, goal: Pose2D, reply: Reply, respond: ToResponse,
-        *, planner: str = "", tolerance: float = 0.0, timeout: float = 5.0,
+        *, planner: str = "", tolerance: float = 0.0, timeout: float = 5.0, costmap: Costmap | None = None,
     ) -> Job:  # fmt: skip
         """Plan, and reply with what ``respond`` makes of the path, or with the error.
+
+        ``costmap`` takes the place of that of the bare map.
 
         Returns
         -------
@@ -82,11 +88,11 @@ class PathServices:
             raise InvalidInput(f"tolerance must be a finite number of metres from 0 up, not {tolerance}")
         if not 0.0 < timeout <= MAX_TIMEOUT:
             raise InvalidInput(f"timeout must be above 0 and at most {MAX_TIMEOUT:g} s, not {timeout}")
-        chosen = self._planner(planner or self._default)
+        chosen, where = self._planner(planner or self._default), costmap or self._costmap
 
         def work(cancelled: Callable[[], bool]) -> GetPlanResponse | ComputePathResponse:
             request = PlanRequest(start, goal, tolerance, timeout, cancelled, self._threads)
-            return respond(chosen.plan(self._costmap, request))
+            return respond(chosen.plan(where, request))
 
         def done(result: GetPlanResponse | ComputePathResponse | PPaaSError) -> None:
             reply(result)

@@ -1,5 +1,6 @@
 """Planning for a robot that moves: around what it sees, and telling errors that will pass from those that will not."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from ppaas.costmap.costmap import Costmap
@@ -13,6 +14,10 @@ from ppaas.errors import (
     PPaaSError,
     StartOutsideMap,
 )
+from ppaas.geometry import Pose2D
+from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.nodes.base import Context, Job
+from ppaas.nodes.planner_queue import PlannerQueue
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 
 FINAL = (GoalOutsideMap, StartOutsideMap, InvalidPlanner, InvalidInput)
@@ -58,3 +63,49 @@ def _is_blocked(planner: Planner, static: Costmap, request: PlanRequest) -> bool
     except PlanningError:
         return False
     return False
+
+
+class RobotPlanner:
+    """Plans for the goal under way, one plan after the other.
+
+    Parameters
+    ----------
+    context : Context
+        Of the node that drives.
+    planner : Planner
+        Used by nobody else.
+    static : Costmap
+        Of the map alone.
+    parameters : MoveBaseParameters
+        How long to plan, and how near to the goal will do.
+    threads : int
+        Most threads that kernels may use.
+    """
+
+    def __init__(
+        self, context: Context, planner: Planner, static: Costmap, parameters: MoveBaseParameters, threads: int
+    ) -> None:
+        self._planner = planner
+        self._static = static
+        self._parameters = parameters
+        self._threads = threads
+        self._queue = PlannerQueue(context)
+        self._job: Job | None = None
+
+    def request(
+        self, start: Pose2D, goal: Pose2D, current: Costmap, done: Callable[[PlanResult | NoPlan | PPaaSError], None]
+    ) -> None:
+        """Plan on the costmap ``current``; ``done`` gets what comes of it."""
+        p = self._parameters
+
+        def work(cancelled: Callable[[], bool]) -> PlanResult | NoPlan:
+            request = PlanRequest(start, goal, p.default_tolerance, p.planner_timeout, cancelled, self._threads)
+            return plan_for_robot(self._planner, self._static, current, request)
+
+        self._job = self._queue.submit(work, done)
+
+    def cancel(self) -> None:
+        """Give the plan under way up, if there is one."""
+        if self._job is not None:
+            self._job.cancel()
+            self._job = None

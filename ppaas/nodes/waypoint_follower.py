@@ -83,6 +83,11 @@ class WaypointFollowerNode(Node):
         self._timers: list[Timer] = []
         self._counter = 0
 
+    @property
+    def busy(self) -> bool:
+        """Tell whether there is a list."""
+        return self._lists.active is not None
+
     def start(self) -> None:
         """Begin to tell how lists stand."""
         self.context.every(STATUS_PERIOD, lambda: self._topics.status(self._lists))

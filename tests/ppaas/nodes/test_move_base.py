@@ -2,14 +2,14 @@
 
 import pytest
 
-from ppaas.errors import InvalidInput, TransformError
+from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.geometry_msgs import Pose, PoseArray, PoseStamped
 from ppaas.messages.message import Empty
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
-from ppaas.messages.nav_msgs import GetPlanRequest, Path
+from ppaas.messages.nav_msgs import Path
 from ppaas.messages.std_msgs import Header, Time
 from tests.support.closed_loop import ClosedLoop
 from tests.support.planar_world import World, fill, walled_map
@@ -93,27 +93,6 @@ def test_a_goal_may_be_cancelled_by_its_id_alone(driving):
     assert driving.last_status() is Status.PREEMPTED
 
 
-def test_a_plan_is_made_without_moving(driving):
-    answer = call(driving, "move_base/make_plan", GetPlanRequest(stamped(START), stamped(GOAL)))
-    assert answer.plan.poses[-1].pose.planar() == pytest.approx(GOAL)
-    driving.run(1.0)
-    assert not driving.commands
-
-
-def test_a_start_without_a_frame_is_where_the_robot_is(driving):
-    answer = call(driving, "move_base/make_plan", GetPlanRequest(stamped(Pose2D(0, 0, 0), ""), stamped(GOAL)))
-    assert answer.plan.poses[0].pose.planar().distance_to(START) < 0.15
-
-
-@pytest.mark.parametrize(
-    ("start", "goal", "error"),
-    [("map", "", InvalidInput), ("mars", "map", TransformError), ("map", "mars", TransformError)],
-)
-def test_a_plan_in_an_unknown_frame_is_refused(driving, start, goal, error):
-    answer = call(driving, "move_base/make_plan", GetPlanRequest(stamped(START, start), stamped(GOAL, goal)))
-    assert isinstance(answer, error)
-
-
 def test_clearing_forgets_what_was_seen(driving):
     cells = driving.world.grid.data.copy()
     fill(cells, driving.world.grid.info, (2.0, 0.5, 2.2, 1.5))
@@ -146,3 +125,20 @@ def test_a_restored_goal_is_driven_to_once_and_ids_go_on(driving):
     again.send_goal(GOAL)
     again.graph.inject("move_base/cancel", GoalID())
     assert again.results[0].status.goal_id.id.startswith("move_base-2-")
+
+
+def test_a_robot_that_waits_runs_no_control_cycle(driving):
+    """The timer of the status is all that is due while there is no goal."""
+    ticks = []
+    node = driving.graph.nodes["move_base"]
+    tick = node._tick
+    node._tick = lambda: (ticks.append(driving.clock()), tick())
+    driving.run(2.0)
+    assert not ticks
+    driving.send_goal(GOAL)
+    driving.run(1.0)
+    driving.graph.inject("move_base/cancel", GoalID())
+    during = len(ticks)
+    assert during > 5
+    driving.run(2.0)
+    assert len(ticks) == during
