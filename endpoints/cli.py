@@ -1,10 +1,11 @@
 """``ppaas``: commands found by entry point, so that a robot's install has the robot's commands and no more."""
 
-import argparse
+import os
 import sys
 from importlib.metadata import EntryPoint, entry_points
 from types import ModuleType
 
+from endpoints.command_parser import CommandParser
 from ppaas import __version__
 from ppaas.errors import PPaaSError
 
@@ -12,7 +13,7 @@ GROUP = "ppaas.commands"
 
 EXTRAS = {
     "fastapi": "cloud", "uvicorn": "cloud", "uvloop": "cloud", "zenoh": "cloud", "argon2": "cloud", "psutil": "cloud",
-    "numba": "cloud", "yaml": "cloud", "rich": "cloud", "pymunk": "sim",
+    "rich": "cloud", "pymunk": "sim", "numba": "plan", "yaml": "plan", "PIL": "plan",
 }  # fmt: skip
 """Which extra brings a package that a command may miss."""
 
@@ -24,6 +25,7 @@ def main(argv: list[str] | None = None) -> int:
     try:
         parsed = _parser(entries, arguments).parse_args(arguments)
         status: int = parsed.run(parsed)
+        sys.stdout.flush()
     except PPaaSError as error:
         sys.stderr.write(f"ppaas: {error.slug}: {error}\n")
         return 1
@@ -35,13 +37,14 @@ def main(argv: list[str] | None = None) -> int:
         return 1
     except KeyboardInterrupt:
         return 130
+    except BrokenPipeError:  # who read what was printed, as `head`, has enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
     return status
 
 
-def _parser(entries: dict[str, EntryPoint], arguments: list[str]) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        "ppaas", description="Path Planning as a Service: the cloud that plans and drives."
-    )
+def _parser(entries: dict[str, EntryPoint], arguments: list[str]) -> CommandParser:
+    parser = CommandParser("ppaas", description="Path Planning as a Service: the cloud that plans and drives.")
     parser.add_argument("--version", action="version", version=f"ppaas {__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     # Only the command that is asked for is imported; all of them are for ``--help``.
@@ -56,6 +59,7 @@ def _parser(entries: dict[str, EntryPoint], arguments: list[str]) -> argparse.Ar
             continue
         command = subparsers.add_parser(module.NAME, help=module.HELP, description=module.HELP)
         module.configure(command)
+        command.default_verb = getattr(module, "DEFAULT_VERB", None)
         command.set_defaults(run=module.run)
     return parser
 

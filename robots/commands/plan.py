@@ -1,35 +1,163 @@
-"""``ppaas plan``: a path without a robot."""
+"""``ppaas plan``: a path without a robot, on a map file right here or on a map of the cloud."""
 
 import argparse
 import asyncio
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidInput
-from robots.commands.session import add_session_arguments, logged_in
+from robots.commands.session import add_limit_argument, add_session_arguments, logged_in
 from robots.commands.table import show
+from robots.rest_paths import path_of
+
+if TYPE_CHECKING:
+    from robots.rest import RestClient
 
 NAME = "plan"
-HELP = "have the cloud plan a path on a map"
+HELP = "plan a path, on a map file or in the cloud; list, show and delete the cloud's"
+DEFAULT_VERB = "create"
 
-COLUMNS = ("plan_id", "planner", "length", "cost", "expanded", "seconds", "container", "pid")
+HERE = ("planner", "length", "cost", "expanded", "seconds")
+COLUMNS = ("plan_id", *HERE, "container", "pid")
+KEPT = ("plan_id", "map", "planner", "start", "goal", "length", "cost", "seconds", "user", "robot", "created")
+
+FILES = (".yaml", ".yml", ".pgm", ".png")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument("map", help="id of the map")
+    parser.epilog = (
+        "The verb may be left out: 'ppaas plan MAP.yaml --start 2 2 --goal 10 8' creates a path, without a cloud. "
+        "A MAP that is no file is the id of a map in the cloud. 'ppaas plan create --help' tells the options."
+    )
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
+    create = verbs.add_parser("create", help="plan a path (the verb where none is given)")
+    _configure_create(create)
+    listing = verbs.add_parser("list", help="list the paths kept on a map, newest first")
+    listing.add_argument("map", help="id of the map")
+    add_limit_argument(listing)
+    one = verbs.add_parser("show", help="show a path that was kept")
+    delete = verbs.add_parser("delete", help="delete a path that was kept")
+    for verb in (one, delete):
+        verb.add_argument("id")
+    for verb in (create, one):
+        verb.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the path in its map")
+    for verb in (create, listing, one, delete):
+        add_session_arguments(verb)
+
+
+def _configure_create(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("map", help="YAML file of a map (or its image beside it), or the id of a map in the cloud")
     for end in ("start", "goal"):
         parser.add_argument(f"--{end}", nargs="+", type=float, required=True, metavar="N", help="x y [yaw], m and rad")
     parser.add_argument("--planner", default="dijkstra", help="(%(default)s)")
     parser.add_argument("--tolerance", type=float, default=0.0, help="metres around a goal that is blocked (0)")
-    add_session_arguments(parser)
+    robot = parser.add_argument_group("with a map file", "without these it is for a Turtlebot2, as in the cloud")
+    size = robot.add_mutually_exclusive_group()
+    size.add_argument("--radius", type=float, metavar="M", help="of the robot, in metres")
+    size.add_argument("--model", help="of the robot (turtlebot2)")
+    robot.add_argument("--rules", choices=("map_server", "nav2"), help="what is free (as the file says, or map_server)")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print what was planned; its poses too, with ``--json``."""
-    for end in ("start", "goal"):
-        numbers = len(getattr(arguments, end))
-        if numbers not in (2, 3):
-            raise InvalidInput(f"--{end} takes x y [yaw] in metres and radians, not {numbers} numbers")
-    options = {"planner": arguments.planner, "tolerance": arguments.tolerance}
-    answer = asyncio.run(logged_in(arguments).plan(arguments.map, arguments.start, arguments.goal, **options))
-    show(answer, COLUMNS, as_json=arguments.json)
+    """Carry out the verb."""
+    if getattr(arguments, "plot", None) is not None:
+        from robots.plans.plot import check_picture  # noqa: PLC0415 - so here and below: ``ppaas --help`` loads this
+
+        check_picture(arguments.plot)
+    if arguments.verb == "create" and _is_file(arguments.map):
+        _plan_here(arguments)
+    else:
+        asyncio.run(_VERBS[arguments.verb](arguments))
     return 0
+
+
+def _is_file(name: str) -> bool:
+    path = Path(name)
+    return path.is_file() or path.suffix.lower() in FILES
+
+
+def _plan_here(arguments: argparse.Namespace) -> None:
+    from ppaas.geometry import Pose2D  # noqa: PLC0415
+    from ppaas.maps.record import Rules  # noqa: PLC0415
+    from robots.plans import offline  # noqa: PLC0415
+
+    start, goal = (Pose2D(*pose) for pose in _ends(arguments))
+    radius = offline.Robot(arguments.model or offline.MODEL, arguments.radius).radius_of()
+    rules = None if arguments.rules is None else Rules(arguments.rules)
+    path = Path(arguments.map)
+    costmap = offline.costmap_of_file(path, radius, rules)
+    answer = offline.answer_of(offline.plan(costmap, start, goal, arguments.planner, arguments.tolerance))
+    if arguments.plot is not None:
+        _draw(arguments.plot, costmap, answer, radius, path.name)
+    show(answer, HERE, as_json=arguments.json)
+
+
+async def _create(arguments: argparse.Namespace) -> None:
+    start, goal = _ends(arguments)
+    if (arguments.radius, arguments.model, arguments.rules) != (None, None, None):
+        raise InvalidInput(f"--radius, --model and --rules go with a map file, and there is no file {arguments.map!r}")
+    client = logged_in(arguments)
+    options = {"planner": arguments.planner, "tolerance": arguments.tolerance}
+    answer = await client.plan(arguments.map, start, goal, **options)
+    if arguments.plot is not None:
+        await _plot_kept(client, answer, arguments.plot)
+    show(answer, COLUMNS, as_json=arguments.json)
+
+
+def _ends(arguments: argparse.Namespace) -> tuple[list[float], list[float]]:
+    for end in ("start", "goal"):
+        numbers = getattr(arguments, end)
+        if len(numbers) not in (2, 3):
+            raise InvalidInput(f"--{end} takes x y [yaw] in metres and radians, not {len(numbers)} numbers")
+        if not all(map(math.isfinite, numbers)):
+            raise InvalidInput(f"--{end} must be finite numbers, not {' '.join(map(str, numbers))}")
+    return arguments.start, arguments.goal
+
+
+async def _list(arguments: argparse.Namespace) -> None:
+    kept = await logged_in(arguments).items(path_of("maps", arguments.map, "plans"), arguments.limit)
+    show(kept, KEPT, as_json=arguments.json, if_none="no paths on this map: ppaas plan MAP --start X Y --goal X Y")
+
+
+async def _show(arguments: argparse.Namespace) -> None:
+    client = logged_in(arguments)
+    kept = await client.get(_path(arguments.id))
+    if arguments.plot is not None:
+        await _plot_kept(client, kept, arguments.plot)
+    show(kept, KEPT, as_json=arguments.json)
+
+
+async def _delete(arguments: argparse.Namespace) -> None:
+    await logged_in(arguments).delete(_path(arguments.id))
+
+
+def _path(plan_id: str) -> str:
+    return path_of("plans", plan_id)
+
+
+async def _plot_kept(client: "RestClient", kept: Mapping[str, Any], picture: Path) -> None:
+    """Draw a path of the cloud in its map, as that was then."""
+    from robots.plans import offline  # noqa: PLC0415
+
+    files = [path_of("maps", kept["map"], "versions", kept["version"], part) for part in ("yaml", "image")]
+    record, image = [await client.fetch(file) for file in files]
+    radius = offline.Robot().radius_of()
+    _draw(picture, offline.inflated(record, image, radius), kept, radius, kept["map"])
+
+
+def _draw(picture: Path, costmap: Any, answer: Mapping[str, Any], radius: float, name: str) -> None:
+    import numpy as np  # noqa: PLC0415
+
+    from robots.plans.plot import write_picture  # noqa: PLC0415
+
+    facts = [f"{answer['length']:.2f} m", f"cost {answer['cost']:.0f}", f"{answer['seconds'] * 1e3:.1f} ms"]
+    if "expanded" in answer:
+        facts.append(f"{answer['expanded']} cells settled")
+    title = f"{name}, planned by {answer['planner']}"
+    write_picture(picture, costmap, np.array(answer["poses"]), radius=radius, title=title, facts=facts)
+
+
+_VERBS = {"create": _create, "list": _list, "show": _show, "delete": _delete}

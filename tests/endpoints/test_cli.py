@@ -47,7 +47,7 @@ def test_the_help_lists_every_command(capsys):
     with pytest.raises(SystemExit) as end:
         cli.main(["--help"])
     assert end.value.code == 0
-    listed = re.findall(r"^    (\w+) +\S", capsys.readouterr().out, re.MULTILINE)
+    listed = re.findall(r"^    (\w+)(?: +\S|$)", capsys.readouterr().out, re.MULTILINE)
     assert listed == sorted(COMMANDS)
 
 
@@ -102,7 +102,9 @@ def test_ctrl_c_ends_as_a_shell_expects(install):
     assert cli.main(["do"]) == 130
 
 
-@pytest.mark.parametrize(("package", "extra"), [("pymunk", "sim"), ("fastapi", "cloud"), ("numba.core", "cloud")])
+@pytest.mark.parametrize(
+    ("package", "extra"), [("pymunk", "sim"), ("fastapi", "cloud"), ("numba.core", "plan"), ("PIL", "plan")]
+)
 def test_a_command_whose_packages_are_missing_says_which_extra_brings_them(install, capsys, package, extra):
     def run(_arguments):
         raise ModuleNotFoundError(f"No module named {package!r}", name=package)
