@@ -27,6 +27,7 @@ from ppaas.nodes.parameter_server import ParameterServerNode, parameters_in_use
 from ppaas.nodes.planner_server import PlannerServerNode
 from ppaas.nodes.state_publisher import StatePublisherNode, StatePublisherParameters
 from ppaas.nodes.surroundings import Surroundings
+from ppaas.nodes.tf_republisher import TfRepublisherNode
 from ppaas.nodes.waypoint_follower import WaypointFollowerNode, WaypointFollowerParameters
 from ppaas.planners.base import Planner
 from ppaas.planners.registry import PLANNERS
@@ -121,6 +122,7 @@ def build_clone(
     graph.add(move_base)
     graph.add(lambda context: WaypointFollowerNode(context, touring))
     graph.add(lambda context: ParameterServerNode(context, given.in_use))
+    graph.add(TfRepublisherNode)
 
 
 def build_planning(

@@ -33,6 +33,9 @@ from ppaas.navigation.waypoints import MAX_WAYPOINTS
 from ppaas.nodes.clone import build_clone
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.move_base import STATUS_PERIOD
+from ppaas.nodes.parameter_tree import MAX_FREE, MAX_FREE_BYTES
+from ppaas.nodes.tf_republisher import MAX_PATIENCE, MAX_STREAMS, MIN_PATIENCE
+from ppaas.nodes.tf_stream import MAX_RATE, MAX_SOURCES, MIN_RATE
 from ppaas.nodes.waypoint_follower import WaypointFollowerParameters
 from ppaas.recoveries.base import AffectedMaps
 from ppaas.recoveries.registry import RECOVERIES, recovery_names
@@ -129,6 +132,11 @@ def test_the_limits_are_those_of_the_code() -> None:
     assert limits["calls of a client under way"] == f"{MAX_CALLS}, each for up to {CALL_TIMEOUT:g} s"
     waiting = f"{MAX_UNACKNOWLEDGED}, and {MAX_UNACKNOWLEDGED_BYTES >> 20} MiB"
     assert limits["messages of a robot that wait for its clone's word"] == waiting
+    streams = (
+        f"{MAX_STREAMS} topics and goals of a robot; {MAX_SOURCES} frames each, {MIN_RATE:g} to {MAX_RATE:g} times"
+    )
+    assert limits["transforms told to web pages"].startswith(streams)
+    assert limits["parameters of a robot's own"] == f"{MAX_FREE}, and {MAX_FREE_BYTES >> 10} KiB in all"
     assert limits["ranges of a scan"] == str(MAX_RANGES)
     assert limits["name of a topic"] == f"{MAX_NAME} characters"
     rest = Settings()
@@ -159,6 +167,8 @@ def test_the_times_and_rates_are_those_of_the_code() -> None:
     assert move_base.planner_frequency == 1.0 and says("and once a second on the way")
     assert SHARE_PERIOD == 0.2 and says("five times a second")
     assert says(f"code {CLOSED_BY_CLOUD} and a reason")
+    assert says(f"nobody has heard this for {MAX_PATIENCE:g} s")
+    assert says(f"nobody has heard it for `timeout`, {MIN_PATIENCE:g} to {MAX_PATIENCE:g} s")
 
 
 def test_the_roles_and_numbers_are_those_of_the_code() -> None:

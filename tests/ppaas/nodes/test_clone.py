@@ -25,16 +25,20 @@ def test_a_clone_has_the_topics_and_services_of_ros():
     graph = clone()
     assert set(graph.nodes) == {
         "map_server", "robot_state_publisher", "amcl", "move_base", "waypoint_follower", "parameter_server",
+        "tf2_web_republisher",
     }  # fmt: skip
     assert {
         "map", "scan", "odom", "tf", "tf_static", "initialpose", "amcl_pose", "particlecloud", "cmd_vel", "plan",
         "move_base_simple/goal", "move_base/goal", "move_base/cancel", "move_base/status", "move_base/feedback",
         "move_base/result", "move_base/current_goal", "robots", "follow_waypoints/goal", "follow_waypoints/cancel",
-        "follow_waypoints/status", "follow_waypoints/feedback", "follow_waypoints/result",
+        "follow_waypoints/status", "follow_waypoints/feedback", "follow_waypoints/result", "tf2_web_republisher/goal",
+        "tf2_web_republisher/cancel", "tf2_web_republisher/status", "tf2_web_republisher/feedback",
+        "tf2_web_republisher/result",
     } == set(graph.topics)  # fmt: skip
     assert set(graph.services) == {
         "static_map", "move_base/make_plan", "move_base/clear_costmaps", "rosapi/get_param", "rosapi/set_param",
         "rosapi/has_param", "rosapi/delete_param", "rosapi/search_param", "rosapi/get_param_names",
+        "republish_tfs",
     }  # fmt: skip
 
 
