@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from endpoints.accounts import Accounts
+from endpoints.plan_keeper import PlanKeeper
 from endpoints.settings import Settings
 from engine.model import MapVersion
 from engine.views import ContainerView, MachineView, PathAnswer, PathRequest
@@ -60,3 +61,4 @@ class Services:
     accounts: Accounts
     cloud: Cloud
     settings: Settings = field(default_factory=Settings)
+    plan_keeper: PlanKeeper = field(default_factory=PlanKeeper)

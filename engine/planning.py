@@ -12,7 +12,7 @@ from engine.views import PathAnswer, PathRequest
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages import decode, encode
-from ppaas.messages.geometry_msgs import Pose, pose_rows
+from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
 
 logger = logging.getLogger(__name__)
@@ -57,7 +57,7 @@ class Planning:
         if container is None or pid is None:
             raise Unavailable("the container was lost; ask again")
         return PathAnswer(
-            poses=pose_rows(response.poses).tobytes(),
+            poses=response.poses,
             cost=response.cost,
             length=response.length,
             expanded=response.expanded,

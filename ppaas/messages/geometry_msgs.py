@@ -3,10 +3,9 @@
 A field without which a message means nothing has no default, so that a client that leaves it out is told.
 """
 
-import numpy as np
 from msgspec import field
 
-from ppaas.geometry import Pose2D, Poses, quaternion_of, yaw_of
+from ppaas.geometry import Pose2D, quaternion_of, yaw_of
 from ppaas.messages.message import Covariance, Message
 from ppaas.messages.std_msgs import Header
 
@@ -52,12 +51,6 @@ class Pose(Message):
         """Return x, y and yaw."""
         q = self.orientation
         return Pose2D(self.position.x, self.position.y, yaw_of(q.x, q.y, q.z, q.w))
-
-
-def pose_rows(poses: list[Pose]) -> Poses:
-    """Return poses as an (n, 7) array: x, y, z, qx, qy, qz, qw a row."""
-    rows = [(p.position.x, p.position.y, p.position.z, q.x, q.y, q.z, q.w) for p in poses for q in (p.orientation,)]
-    return np.array(rows, dtype="<f8").reshape(-1, 7)
 
 
 class PoseStamped(Message):

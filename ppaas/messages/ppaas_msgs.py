@@ -31,8 +31,9 @@ class ComputePathResponse(Message):
 
     Parameters
     ----------
-    poses : list of Pose
-        From start to goal, in the frame of the map.
+    poses : bytes
+        From start to goal, in the frame of the map: rows of x, y, z [m], qx, qy, qz, qw as little-endian float64, so
+        that thousands of numbers are handed on as they are. In JSON it is base64, as rosbridge has ``uint8[]``.
     cost : float
         Sum of the weights of the moves.
     length : float
@@ -45,7 +46,7 @@ class ComputePathResponse(Message):
         Who planned.
     """
 
-    poses: list[Pose]
+    poses: bytes
     cost: float
     length: float
     expanded: int

@@ -95,6 +95,8 @@ def _field(name: str, kind: inspect.Type) -> _Field:
     if isinstance(kind, inspect.ListType):
         item, _, ros = _plain(kind.item_type)
         kind, length = item, max(length, ANY_LENGTH)
+    elif isinstance(kind, inspect.BytesType):
+        length = max(length, ANY_LENGTH)
     message = kind.cls if isinstance(kind, inspect.StructType) and issubclass(kind.cls, Message) else None
     return _Field(name, _name(message) if message else ros or _PRIMITIVES[type(kind)], length, message)
 
@@ -117,4 +119,5 @@ _PRIMITIVES: dict[type[inspect.Type], str] = {
     inspect.IntType: "int32",
     inspect.StrType: "string",
     inspect.BoolType: "bool",
+    inspect.BytesType: "uint8",
 }

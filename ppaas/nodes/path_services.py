@@ -11,7 +11,7 @@ from ppaas.messages.nav_msgs import GetPlanResponse
 from ppaas.messages.ppaas_msgs import ComputePathResponse
 from ppaas.nodes.base import Context, Job, Reply
 from ppaas.nodes.planner_queue import PlannerQueue
-from ppaas.planners.base import Planner, PlanRequest, PlanResult, pose_message
+from ppaas.planners.base import Planner, PlanRequest, PlanResult
 
 MAX_TIMEOUT = 60.0
 """Longest time for one plan [s]."""
@@ -27,7 +27,7 @@ def get_plan_response(result: PlanResult) -> GetPlanResponse:
 def compute_path_response(result: PlanResult) -> ComputePathResponse:
     """Return the response of ``ppaas_msgs/ComputePath``."""
     return ComputePathResponse(
-        poses=[pose_message(row) for row in result.poses.tolist()],
+        poses=result.poses.astype("<f8").tobytes(),
         cost=result.cost,
         length=result.length,
         expanded=result.expanded,

@@ -1,0 +1,62 @@
+"""Plans are kept beside the answers, and are there for whoever looks."""
+
+import asyncio
+import threading
+
+import pytest
+
+from endpoints.plan_keeper import MOST_WAITING, PlanKeeper
+from ppaas.errors import NotFound, Unavailable
+from storage.memory import MemoryStore
+from storage.records import PlanRecord
+
+
+def plan(name: str) -> PlanRecord:
+    return PlanRecord(name, "ann", "house", "v1", "dijkstra", (0, 0, 0), (1, 0, 0), 1.0, 1.0, 0.1, b"", 1.0)
+
+
+class SlowStore(MemoryStore):
+    """Writes when it is told to."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.go_on = threading.Event()
+
+    def add_plan(self, record: PlanRecord) -> None:
+        assert self.go_on.wait(10.0)
+        super().add_plan(record)
+
+
+async def test_whoever_brings_a_plan_does_not_wait_for_the_store_but_whoever_looks_does() -> None:
+    store, keeper = SlowStore(), PlanKeeper()
+    await keeper.keep(store, plan("p1"))
+    with pytest.raises(NotFound):
+        store.plan("p1")
+    store.go_on.set()
+    await keeper.settled()
+    assert store.plan("p1").id == "p1"
+
+
+async def test_who_brings_more_than_the_store_takes_waits() -> None:
+    store, keeper = SlowStore(), PlanKeeper()
+    for number in range(MOST_WAITING):
+        await keeper.keep(store, plan(f"p{number}"))
+    more = asyncio.create_task(keeper.keep(store, plan("more")))
+    await asyncio.sleep(0)
+    assert not more.done()
+    store.go_on.set()
+    await more
+    await keeper.settled()
+    assert store.plan("more").id == "more"
+
+
+async def test_a_plan_that_cannot_be_kept_is_told_and_makes_room(caplog: pytest.LogCaptureFixture) -> None:
+    class Broken(MemoryStore):
+        def add_plan(self, record: PlanRecord) -> None:
+            raise Unavailable("the disk is full")
+
+    keeper = PlanKeeper()
+    for number in range(2 * MOST_WAITING):
+        await keeper.keep(Broken(), plan(f"p{number}"))
+    await keeper.settled()
+    assert "the disk is full" in caplog.text
