@@ -10,7 +10,7 @@ from starlette.concurrency import run_in_threadpool
 from endpoints.passwords import Passwords
 from endpoints.token_cache import TokenCache
 from ppaas.clock import Clock, epoch
-from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound
+from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound, NotPermitted
 from storage.names import check_name, is_name
 from storage.ports import UserStore
 from storage.records import Role, Token, User
@@ -18,6 +18,9 @@ from storage.records import Role, Token, User
 logger = logging.getLogger(__name__)
 
 ADMIN = "admin"
+ME = "me"
+"""Whoever asks; nobody's name."""
+
 TOKEN_LIFETIME = 30 * 24 * 3600.0
 MIN_PASSWORD = 8
 MAX_PASSWORD = 1024
@@ -26,10 +29,15 @@ MAX_TOKEN = 256
 
 @dataclass(frozen=True, slots=True)
 class Login:
-    """A token, and when it expires [s since the epoch]."""
+    """A token, when it expires [s since the epoch], and the id with which it is revoked."""
 
     token: str
     expires: float
+
+    @property
+    def id(self) -> str:
+        """The hash, which is all that is kept."""
+        return token_id(self.token)
 
 
 class Accounts:
@@ -82,7 +90,8 @@ class Accounts:
         Unavailable
             Too many are logging in.
         """
-        check_name("user", user_id)
+        if check_name("user", user_id) == ME:
+            raise InvalidInput(f"{ME!r} is whoever asks: take another id")
         _check_password(password)
         user = User(user_id, await self._passwords.hash(password), role)
         await run_in_threadpool(self._store.add_user, user)
@@ -116,7 +125,7 @@ class Accounts:
         now = self._clock()
         login = Login(secrets.token_urlsafe(32), now + self._lifetime)
         try:
-            await run_in_threadpool(self._store.add_token, Token(_hash(login.token), user.id, login.expires))
+            await run_in_threadpool(self._store.add_token, Token(login.id, user.id, login.expires, now))
         except NotFound as error:
             raise NotAuthenticated("wrong user or password") from error
         await run_in_threadpool(self._store.remove_tokens, expired_before=now)
@@ -130,15 +139,57 @@ class Accounts:
         """Return the user of a token; ``NotAuthenticated`` if it is not one of ours, or expired."""
         if not 0 < len(token) <= MAX_TOKEN:
             raise _unknown_token()
-        token_hash, now = _hash(token), self._clock()
+        token_hash, now = token_id(token), self._clock()
         known = self._cache.get(token_hash, now)
         if known is not None:
             return known
+        forgotten = self._cache.forgotten
         kept, user = await run_in_threadpool(self._token_and_user, token_hash)
         if kept.expires <= now:
             raise _unknown_token()
-        self._cache.put(token_hash, user, now, kept.expires)
+        if self._cache.forgotten == forgotten:  # else what was read may have been removed meanwhile
+            self._cache.put(token_hash, user, now, kept.expires)
         return user
+
+    async def change(
+        self, user_id: str, *, role: Role | None = None, password: str | None = None, keep_token: str | None = None
+    ) -> User:
+        """Give a user another role or password; with the old password go all tokens but the one of this id.
+
+        Raises
+        ------
+        NotFound
+            There is no such user.
+        InvalidInput
+            The password is too short or too long.
+        """
+        user = await run_in_threadpool(self._store.user, user_id)
+        password_hash = user.password_hash
+        if password is not None:
+            _check_password(password)
+            password_hash = await self._passwords.hash(password)
+        changed = User(user_id, password_hash, role or user.role)
+        try:
+            await run_in_threadpool(self._store.change_user, changed, keep_token=keep_token)
+        finally:
+            self._cache.forget(user_id)
+        return changed
+
+    async def check_password(self, user_id: str, password: str) -> None:
+        """Raise ``NotPermitted`` unless this is the user's password."""
+        user = await run_in_threadpool(self._store.user, user_id)
+        if not await self._passwords.verify(user.password_hash, password):
+            raise NotPermitted("old_password is not the password that this user has now")
+
+    async def revoke(self, user_id: str, token: str) -> None:
+        """Forget a token of a user by its id; ``NotFound`` if the user has none of it."""
+        kept = await run_in_threadpool(self._store.token, token)
+        if kept.user != user_id:
+            raise NotFound("token", token)
+        try:
+            await run_in_threadpool(self._store.remove_token, token)
+        finally:
+            self._cache.forget(user_id)
 
     async def remove(self, user_id: str) -> None:
         """Forget a user with all that is the user's; ``NotFound`` if there is none."""
@@ -163,7 +214,8 @@ class Accounts:
             raise _unknown_token() from error
 
 
-def _hash(token: str) -> str:
+def token_id(token: str) -> str:
+    """Return the hash under which a token is kept; nobody gets from it back to the token."""
     return hashlib.sha256(token.encode("utf-8", "surrogatepass")).hexdigest()
 
 

@@ -1,14 +1,26 @@
 """The application: the REST service, to which the robot WebSocket is added."""
 
 from importlib.metadata import version
-from typing import Any
 
 from fastapi import FastAPI
 
-from endpoints.body_limit import BodyLimit
-from endpoints.problems import MEDIA_TYPE, add_problem_handlers
-from endpoints.rest import containers, machines, maps, plans, robots, tokens, users
-from endpoints.rest.schemas import Problem
+from endpoints.body_limit import BodyLimit, BodyLimits
+from endpoints.dashboard.pages import add_dashboard
+from endpoints.problems import add_problem_handlers
+from endpoints.rest import (
+    containers,
+    kept_plans,
+    machines,
+    map_cells,
+    map_versions,
+    maps,
+    models,
+    plans,
+    robots,
+    tokens,
+    users,
+)
+from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
 from endpoints.services import Services
 
 PREFIX = "/v1"
@@ -18,15 +30,24 @@ Path planning as a service. Log in with `POST /v1/tokens`, publish a map with `P
 `POST /v1/maps/{map_id}/plans`. A robot registers with `PUT /v1/robots/{robot_id}` and then opens a WebSocket at
 `/?robot=ID&token=TOKEN`, speaking rosbridge.
 
+Lists come in pages: `limit` items, and in `next` the `cursor` of the following page, or null.
+
 Lengths are metres, angles radians, times seconds. Every error is a problem of RFC 9457 whose `type` is stable.
 """
 
-_PROBLEM: dict[int | str, dict[str, Any]] = {
-    "default": {
-        "description": "A problem (RFC 9457)",
-        "content": {MEDIA_TYPE: {"schema": Problem.model_json_schema()}},
-    }
-}
+RESOURCES = (
+    tokens,
+    users,
+    maps,
+    map_versions,
+    map_cells,
+    models,
+    robots,
+    plans,
+    kept_plans,
+    machines,
+    containers,
+)
 
 
 def create_app(services: Services) -> FastAPI:
@@ -36,12 +57,18 @@ def create_app(services: Services) -> FastAPI:
         summary="Path Planning as a Service",
         description=DESCRIPTION,
         version=version("ppaas"),
-        responses=_PROBLEM,
+        responses=EVERYWHERE,
+        openapi_tags=TAGS,
+        generate_unique_id_function=operation_id,
+        redirect_slashes=False,
     )
+    describe(app)
     app.state.services = services
-    for resource in (tokens, users, maps, robots, plans, machines, containers):
+    for resource in RESOURCES:
         app.include_router(resource.router, prefix=PREFIX)
-    uploads = {f"{PREFIX}{maps.router.prefix}": services.settings.max_upload}
-    app.add_middleware(BodyLimit, limit=services.settings.max_body, uploads=uploads)
+    settings = services.settings
+    uploads = {f"{PREFIX}{maps.router.prefix}": BodyLimits(settings.max_upload, settings.max_upload_seconds)}
+    app.add_middleware(BodyLimit, limits=BodyLimits(settings.max_body, settings.max_body_seconds), uploads=uploads)
     add_problem_handlers(app)
+    add_dashboard(app)
     return app

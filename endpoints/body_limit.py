@@ -1,7 +1,10 @@
-"""Refuses bodies that are too large: by what they announce, and by what they turn out to be."""
+"""Refuses bodies that are too large or too slow: by what they announce, and by what they turn out to be."""
 
+import asyncio
 from collections.abc import Mapping
+from dataclasses import dataclass
 
+from fastapi import HTTPException
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -11,22 +14,30 @@ from ppaas.errors import MessageTooLarge
 MAX_DIGITS = 18
 
 
+@dataclass(frozen=True, slots=True)
+class BodyLimits:
+    """Most bytes that a body may have, and most seconds that it may take to come."""
+
+    size: int
+    seconds: float
+
+
 class BodyLimit:
-    """ASGI middleware that lets no request body grow beyond its limit.
+    """ASGI middleware that lets no request body grow beyond its limit, or come in drops.
 
     Parameters
     ----------
     app : ASGI application
         Who is served.
-    limit : int
-        Largest body [bytes].
-    uploads : mapping of str to int
-        Another limit where files are sent with POST, by path.
+    limits : BodyLimits
+        Of all requests but uploads.
+    uploads : mapping of str to BodyLimits
+        Others where files are sent with POST, by path.
     """
 
-    def __init__(self, app: ASGIApp, limit: int, uploads: Mapping[str, int]) -> None:
+    def __init__(self, app: ASGIApp, limits: BodyLimits, uploads: Mapping[str, BodyLimits]) -> None:
         self._app = app
-        self._limit = limit
+        self._limits = limits
         self._uploads = uploads
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -34,27 +45,43 @@ class BodyLimit:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        limit = self._uploads.get(scope["path"], self._limit) if scope["method"] == "POST" else self._limit
+        limits = self._uploads.get(scope["path"], self._limits) if scope["method"] == "POST" else self._limits
         announced = Headers(scope=scope).get("content-length", "")
-        if announced.isdecimal() and (len(announced) > MAX_DIGITS or int(announced) > limit):
-            await problem_response(_too_large(limit))(scope, receive, send)
+        if announced.isdecimal() and (len(announced) > MAX_DIGITS or int(announced) > limits.size):
+            await problem_response(_too_large(limits))(scope, receive, send)
             return
-        await self._app(scope, _counting(receive, limit), send)
+        await self._app(scope, _Body(receive, limits).receive, send)
 
 
-def _counting(receive: Receive, limit: int) -> Receive:
-    read = 0
+class _Body:
+    """A body on its way: counted, and waited for no longer than it may take."""
 
-    async def receive_counted() -> Message:
-        nonlocal read
-        message = await receive()
-        read += len(message.get("body", b""))
-        if read > limit:
-            raise _too_large(limit)
+    def __init__(self, receive: Receive, limits: BodyLimits) -> None:
+        self._receive = receive
+        self._limits = limits
+        self._read = 0
+        self._until: float | None = None
+        self._whole = False
+
+    async def receive(self) -> Message:
+        """Return the next message; once the body is whole, wait for the client to go as long as it takes."""
+        if self._whole:
+            return await self._receive()
+        if self._until is None:
+            self._until = asyncio.get_running_loop().time() + self._limits.seconds
+        try:
+            async with asyncio.timeout_at(self._until):
+                message = await self._receive()
+        except TimeoutError as error:
+            detail = f"the body did not come within {self._limits.seconds:g} s: send it again, faster"
+            # What still comes of it would be taken for the next request.
+            raise HTTPException(408, detail, {"Connection": "close"}) from error
+        self._whole = not message.get("more_body", False)
+        self._read += len(message.get("body", b""))
+        if self._read > self._limits.size:
+            raise _too_large(self._limits)
         return message
 
-    return receive_counted
 
-
-def _too_large(limit: int) -> MessageTooLarge:
-    return MessageTooLarge(f"the body of this request may have {limit} bytes at most")
+def _too_large(limits: BodyLimits) -> MessageTooLarge:
+    return MessageTooLarge(f"the body of this request may have {limits.size} bytes at most")

@@ -11,6 +11,7 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
+from starlette.routing import compile_path
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from ppaas import errors
@@ -109,14 +110,24 @@ async def _domain_error(_request: Request, error: Exception) -> Response:
     return problem_response(error)
 
 
-async def _http_error(_request: Request, error: Exception) -> Response:
+async def _http_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     # FastAPI says "error parsing the body" of whatever came up meanwhile, such as a body that is too large.
     if isinstance(error.__cause__, errors.PPaaSError):
         return problem_response(error.__cause__)
     title = http.HTTPStatus(error.status_code).phrase
     slug = title.lower().replace(" ", "-").replace("'", "")
-    return problem(error.status_code, slug, title, str(error.detail), error.headers)
+    headers = dict(error.headers or {})
+    if error.status_code == http.HTTPStatus.METHOD_NOT_ALLOWED:
+        headers["Allow"] = ", ".join(sorted(_allowed(request))) or headers.get("Allow", "")
+    return problem(error.status_code, slug, title, str(error.detail), headers)
+
+
+def _allowed(request: Request) -> set[str]:
+    """Return all methods of a path: each is a route of its own, and Starlette tells those of the first alone."""
+    paths = request.app.openapi()["paths"].items()
+    found = [methods for path, methods in paths if compile_path(path)[0].match(request.url.path)]
+    return {method.upper() for methods in found for method in methods}
 
 
 async def _validation_error(_request: Request, error: Exception) -> Response:

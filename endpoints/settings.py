@@ -15,6 +15,8 @@ class Settings:
         Largest body of a request, uploads apart [bytes].
     max_upload : int
         Largest upload of a map, its files and the form around them together [bytes].
+    max_body_seconds, max_upload_seconds : float
+        Time in which the one or the other must have come [s].
     max_plan_seconds : float
         Longest time that a planner may be given [s].
     default_plan_seconds : float
@@ -23,5 +25,7 @@ class Settings:
 
     max_body: int = 1 * MIB
     max_upload: int = 64 * MIB
+    max_body_seconds: float = 30.0
+    max_upload_seconds: float = 300.0
     max_plan_seconds: float = 60.0
     default_plan_seconds: float = 10.0

@@ -27,6 +27,8 @@ class TokenCache:
         self._size = size
         self._lifetime = lifetime
         self._entries: OrderedDict[str, _Entry] = OrderedDict()
+        self.forgotten = 0
+        """How often users were forgotten: what was read from the store before may be no more."""
 
     def get(self, token_hash: str, now: float) -> User | None:
         """Return the user of a token, or None if the store must be asked."""
@@ -48,4 +50,5 @@ class TokenCache:
 
     def forget(self, user_id: str) -> None:
         """Believe no token of a user any more."""
+        self.forgotten += 1
         self._entries = OrderedDict((key, entry) for key, entry in self._entries.items() if entry.user.id != user_id)

@@ -1,4 +1,4 @@
-"""The few REST calls that a robot's owner needs: log in, publish a map, tell of a robot."""
+"""A client of the REST service, for a robot's owner and for the commands."""
 
 import asyncio
 import http.client
@@ -6,13 +6,17 @@ import secrets
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
-from urllib.parse import quote, urlsplit
+from urllib.parse import urlencode, urlsplit
 
 import msgspec
 
-from ppaas.errors import InvalidInput, PPaaSError, Unavailable
+from ppaas.errors import InvalidInput, NotAuthenticated, PPaaSError, Unavailable
 from ppaas.wire.refusals import error_of_status
+from robots.rest_paths import path_of
 from robots.robot_file import RobotFile
+
+MAX_PAGE = 500
+"""Most items that the cloud gives at a time."""
 
 
 class Login(msgspec.Struct, frozen=True):
@@ -38,8 +42,11 @@ def _parse(data: bytes) -> Any:
         raise PPaaSError(f"the answer is not JSON, so it is not from this cloud: {error}") from error
 
 
-def _json(value: Any) -> _Body:
-    return _Body("application/json", msgspec.json.encode(value))
+def _json(value: Any, content_type: str = "application/json") -> _Body:
+    try:
+        return _Body(content_type, msgspec.json.encode(value))
+    except UnicodeEncodeError as error:
+        raise InvalidInput(f"there is something in it that is no text: {error.object!a}") from error
 
 
 def _multipart(fields: list[tuple[str, str]], files: list[tuple[str, str, bytes]]) -> _Body:
@@ -73,9 +80,13 @@ class RestClient:
     """
 
     def __init__(self, url: str, token: str | None = None, timeout: float = 30.0) -> None:
-        parts = urlsplit(url)
-        if parts.scheme not in ("http", "https") or not parts.hostname:
-            raise InvalidInput(f"the cloud's URL must look like http://host:port, not {url!r}")
+        try:
+            parts = urlsplit(url)
+            good = parts.scheme in ("http", "https") and parts.hostname and parts.port != 0
+        except ValueError:
+            good = False
+        if not good or not url.isascii():
+            raise InvalidInput(f"the cloud's URL must look like http://host:port, not {url!a}")
         self._url = url
         self._https = parts.scheme == "https"
         self._netloc = parts.netloc
@@ -98,29 +109,55 @@ class RestClient:
         self.token = login.token
         return login
 
-    async def upload_map(self, map_id: str, yaml: bytes, image: bytes, readers: tuple[str, ...] = ()) -> None:
-        """Publish a map, or its new version: the bytes of its YAML and PGM files. Reader ``*`` is everybody."""
+    async def upload_map(
+        self, map_id: str, yaml: bytes, image: bytes, readers: tuple[str, ...] = (), description: str | None = None
+    ) -> None:
+        """Publish a map, or its new version: the bytes of its YAML and image files. Reader ``*`` is everybody."""
+        said = [] if description is None else [("description", description)]
         body = _multipart(
-            [("id", map_id), *(("readers", reader) for reader in readers)],
+            [("id", map_id), *(("readers", reader) for reader in readers), *said],
             [("yaml", "map.yaml", yaml), ("image", "map.pgm", image)],
         )
         await self._ask("POST", "/v1/maps", body)
 
     async def put_robot(self, robot_id: str, robot: RobotFile) -> None:
         """Tell of a robot, or change what is known of it."""
-        await self._ask("PUT", f"/v1/robots/{quote(robot_id, safe='')}", _Body("application/json", robot.encode()))
+        await self._ask("PUT", path_of("robots", robot_id), _Body("application/json", robot.encode()))
 
     async def plan(
         self, map_id: str, start: Sequence[float], goal: Sequence[float], **options: float | str
     ) -> dict[str, Any]:
         """Have a path planned without a robot; options are ``planner``, ``tolerance`` [m] and ``timeout`` [s]."""
-        path = f"/v1/maps/{quote(map_id, safe='')}/plans"
+        path = path_of("maps", map_id, "plans")
         answer: dict[str, Any] = await self.post(path, {"start": list(start), "goal": list(goal), **options})
         return answer
 
     async def get(self, path: str) -> Any:
-        """Return the JSON at a path such as ``/v1/maps``."""
+        """Return the JSON at a path such as ``/v1/users/me``."""
         return _parse(await self._ask("GET", path))
+
+    async def fetch(self, path: str) -> bytes:
+        """Return the file at a path."""
+        return await self._ask("GET", path)
+
+    async def items(self, path: str, limit: int | None = None) -> list[Any]:
+        """Return what is in the list at a path, page by page: all of it, or as many as the limit says."""
+        found: list[Any] = []
+        cursor: str | None = ""
+        while cursor is not None and (limit is None or len(found) < limit):
+            most = MAX_PAGE if limit is None else min(limit - len(found), MAX_PAGE)
+            query = {"limit": most} | ({"cursor": cursor} if cursor else {})
+            page = _parse(await self._ask("GET", f"{path}?{urlencode(query)}"))
+            try:
+                found += page["items"]
+                cursor = page["next"]
+            except (TypeError, KeyError) as error:
+                raise PPaaSError(f"{self._netloc} answers, but {path} is no list of this cloud") from error
+        return found
+
+    async def patch(self, path: str, change: dict[str, Any]) -> Any:
+        """Change some of what is at a path by a JSON merge patch (RFC 7396); return what it is then."""
+        return _parse(await self._ask("PATCH", path, _json(change, "application/merge-patch+json")))
 
     async def post(self, path: str, value: Any) -> Any:
         """Send JSON to a path and return the answer's."""
@@ -138,6 +175,8 @@ class RestClient:
         connection = kind(self._netloc, timeout=self._timeout)
         headers = {"Content-Type": body.content_type, "Accept": "application/json"}
         if self.token is not None:
+            if not (self.token.isascii() and self.token.isprintable()):
+                raise NotAuthenticated("the token is none that a cloud gave: log in again")
             headers["Authorization"] = f"Bearer {self.token}"
         try:
             connection.request(method, path, body.data, headers)

@@ -8,7 +8,8 @@ import re
 
 from ppaas.errors import InvalidInput
 
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
+PATTERN = "[A-Za-z0-9][A-Za-z0-9_.-]{0,63}"
+_NAME = re.compile(PATTERN)
 
 
 def is_name(name: str) -> bool:

@@ -7,6 +7,7 @@ from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.auth import authenticate
+from endpoints.rest.paging import Paging
 from endpoints.services import Services
 from ppaas.errors import NotFound, NotPermitted
 from storage.records import MapRecord, User
@@ -14,7 +15,7 @@ from storage.records import MapRecord, User
 _bearer = HTTPBearer(auto_error=False, description="The token that POST /v1/tokens gave; or `?token=` in the URL.")
 
 
-def services_of(request: Request) -> Services:
+async def services_of(request: Request) -> Services:  # async, or FastAPI would call it in a thread
     """Return what the application was made with."""
     services = request.app.state.services
     assert isinstance(services, Services)
@@ -36,7 +37,7 @@ async def current_user(
 Caller = Annotated[User, Depends(current_user)]
 
 
-def current_admin(user: Caller) -> User:
+async def current_admin(user: Caller) -> User:
     """Return who asks; ``NotPermitted`` unless an administrator."""
     if user.role != "admin":
         raise NotPermitted("only an administrator may do this")
@@ -44,6 +45,7 @@ def current_admin(user: Caller) -> User:
 
 
 Admin = Annotated[User, Depends(current_admin)]
+Paged = Annotated[Paging, Depends()]
 
 
 def may_read(user: User, record: MapRecord) -> bool:

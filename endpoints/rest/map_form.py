@@ -3,33 +3,42 @@
 It is read only after the caller is known: nobody fills the disk without a token.
 """
 
+import tempfile
+from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
-from fastapi import Depends, Request
+from fastapi import Depends, HTTPException, Request
 from starlette.datastructures import FormData, UploadFile
 
 from endpoints.rest.dependencies import Caller
+from endpoints.rest.schemas import MAX_DESCRIPTION, MAX_READERS
 from ppaas.errors import InvalidParameter
-from storage.names import check_name
+from storage.failures import disk_errors
+from storage.names import PATTERN, check_name
 
-MAX_READERS = 256
+MULTIPART = "multipart/form-data"
 
 OPENAPI: dict[str, Any] = {
     "requestBody": {
         "required": True,
         "content": {
-            "multipart/form-data": {
+            MULTIPART: {
                 "schema": {
                     "type": "object",
                     "required": ["id", "yaml", "image"],
                     "properties": {
-                        "id": {"type": "string", "pattern": "^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$"},
+                        "id": {"type": "string", "pattern": f"^{PATTERN}$"},
                         "yaml": {"type": "string", "format": "binary", "description": "map_server's YAML file"},
-                        "image": {"type": "string", "format": "binary", "description": "The PGM file"},
+                        "image": {"type": "string", "format": "binary", "description": "The image that it names"},
                         "readers": {
                             "type": "string",
                             "description": "User ids, comma-separated; `*` is everybody. Left out: as before, or none.",
+                        },
+                        "description": {
+                            "type": "string",
+                            "maxLength": MAX_DESCRIPTION,
+                            "description": "For people. Left out: as before, or none.",
                         },
                     },
                 }
@@ -40,12 +49,13 @@ OPENAPI: dict[str, Any] = {
 
 
 class MapForm(msgspec.Struct, frozen=True):
-    """What was sent; ``readers`` is None where nothing was said of them."""
+    """What was sent; ``readers`` and ``description`` are None where nothing was said of them."""
 
     id: str
     yaml: bytes
     image: bytes
     readers: tuple[str, ...] | None
+    description: str | None
 
 
 async def read_map_form(request: Request, _user: Caller) -> MapForm:
@@ -57,10 +67,18 @@ async def read_map_form(request: Request, _user: Caller) -> MapForm:
         A part is missing, a file where text should be or the other way round.
     InvalidInput
         The id or a reader is no name.
+    HTTPException
+        415: what was sent is no form.
+    Unavailable
+        The disk that large forms wait on is full.
     """
-    async with request.form(max_files=2, max_fields=MAX_READERS + 1) as form:
-        map_id = check_name("map", _text(form, "id"))
-        return MapForm(map_id, await _file(form, "yaml"), await _file(form, "image"), _readers(form))
+    if request.headers.get("content-type", "").partition(";")[0].strip().lower() != MULTIPART:
+        raise HTTPException(415, f"send a form with the files: 'Content-Type: {MULTIPART}'")
+    with disk_errors(Path(tempfile.gettempdir())):
+        async with request.form(max_files=2, max_fields=MAX_READERS + 2) as form:
+            map_id = check_name("map", _text(form, "id"))
+            files = await _file(form, "yaml"), await _file(form, "image")
+            return MapForm(map_id, *files, _readers(form), _description(form))
 
 
 PublishedMap = Annotated[MapForm, Depends(read_map_form)]
@@ -78,6 +96,15 @@ async def _file(form: FormData, key: str) -> bytes:
     if not isinstance(value, UploadFile):
         raise InvalidParameter(f"the form must have a file {key!r}; send it as multipart/form-data with a file name")
     return await value.read()
+
+
+def _description(form: FormData) -> str | None:
+    if "description" not in form:
+        return None
+    text = _text(form, "description")
+    if len(text) > MAX_DESCRIPTION:
+        raise InvalidParameter(f"a description has {MAX_DESCRIPTION} characters at most, not {len(text)}")
+    return text
 
 
 def _readers(form: FormData) -> tuple[str, ...] | None:

@@ -1,12 +1,17 @@
-"""Maps: published, looked at, fetched and removed."""
+"""Maps: published, looked at, changed and removed."""
 
-from fastapi import APIRouter
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body
 from starlette.concurrency import run_in_threadpool
-from starlette.responses import Response
 
-from endpoints.rest.dependencies import Caller, Provided, may_read, readable_head, robots_in
+from endpoints.rest.dependencies import Caller, Paged, Provided, may_read, readable_head, robots_in
 from endpoints.rest.map_form import OPENAPI, MapForm, PublishedMap
-from endpoints.rest.schemas import MapAnswer, MapSummary
+from endpoints.rest.names import MapId
+from endpoints.rest.openapi import BODY, KNOWN, problems
+from endpoints.rest.paging import Page
+from endpoints.rest.schemas import MapAnswer, MapChange, MapSummary
+from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services import Services
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, NotFound, NotPermitted
@@ -14,79 +19,87 @@ from ppaas.maps.files import load_map
 from storage.records import MapRecord, User
 from storage.versions import new_map
 
-router = APIRouter(prefix="/maps", tags=["maps"])
-
-_BYTES = {"X-Content-Type-Options": "nosniff"}
+router = APIRouter(prefix="/maps", tags=["maps"], route_class=StrictRoute)
 
 
-@router.post("", status_code=201, response_model=MapAnswer, openapi_extra=OPENAPI)
+@router.post(
+    "", status_code=201, response_model=MapAnswer, responses=KNOWN | BODY | problems(409), openapi_extra=OPENAPI
+)
 async def publish_map(form: PublishedMap, services: Provided, user: Caller) -> MapAnswer:
     """Publish a map, or its new version, from the two files of map_server."""
     return await run_in_threadpool(_publish, services, user, form)
 
 
-@router.get("", response_model=list[MapSummary])
-async def list_maps(services: Provided, user: Caller) -> list[MapRecord]:
+@router.get("", response_model=Page[MapSummary], responses=KNOWN)
+async def list_maps(services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
     """List the maps that the caller may see, by id."""
-    heads = await run_in_threadpool(services.map_store.maps)
-    return [head for head in heads if may_read(user, head)]
+    visible_to = None if user.role == "admin" else user.id
+    after = paging.key(str, "")
+    found = await run_in_threadpool(services.map_store.maps, visible_to, after=after, limit=paging.most)
+    return paging.page(found, lambda head: head.id)
 
 
-@router.get("/{map_id}", response_model=MapAnswer)
-async def show_map(map_id: str, services: Provided, user: Caller) -> MapAnswer:
-    """Describe a map."""
-    return await run_in_threadpool(lambda: _describe(_readable(services, user, map_id)))
+@router.get("/{map_id}", response_model=MapAnswer, responses=KNOWN | problems(404))
+async def show_map(map_id: MapId, services: Provided, user: Caller) -> MapAnswer:
+    """Show a map in its present version."""
+    return await run_in_threadpool(lambda: described(readable_map(services, user, map_id)))
 
 
-@router.get("/{map_id}/yaml", response_class=Response, responses={200: {"content": {"application/yaml": {}}}})
-async def fetch_yaml(map_id: str, services: Provided, user: Caller) -> Response:
-    """Return the YAML file as it was published."""
-    record = await run_in_threadpool(_readable, services, user, map_id)
-    return Response(record.yaml, media_type="application/yaml", headers=_BYTES)
+@router.patch("/{map_id}", response_model=MapSummary, responses=KNOWN | BODY | problems(403, 404))
+async def change_map(
+    map_id: MapId, change: Annotated[MapChange, Body(media_type=MERGE_PATCH)], services: Provided, user: Caller
+) -> MapRecord:
+    """Change who may see a map, or its description, by a JSON merge patch (RFC 7396); its files stay."""
+    await _owned_head(services, user, map_id)
+    said: dict[str, Any] = change.model_dump(exclude_unset=True)
+    if "readers" in said:
+        said["readers"] = tuple(dict.fromkeys(said["readers"] or ()))
+    if "description" in said:
+        said["description"] = said["description"] or ""
+    return await run_in_threadpool(services.map_store.change_map, map_id, **said)
 
 
-@router.get("/{map_id}/image", response_class=Response, responses={200: {"content": {"image/x-portable-graymap": {}}}})
-async def fetch_image(map_id: str, services: Provided, user: Caller) -> Response:
-    """Return the image file as it was published."""
-    record = await run_in_threadpool(_readable, services, user, map_id)
-    return Response(record.image, media_type="image/x-portable-graymap", headers=_BYTES)
-
-
-@router.delete("/{map_id}", status_code=204)
-async def remove_map(map_id: str, services: Provided, user: Caller) -> None:
+@router.delete("/{map_id}", status_code=204, responses=KNOWN | problems(403, 404, 409))
+async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
     """Remove a map with all its versions; one that a robot stands in is kept."""
-    head = await readable_head(services, user, map_id)
-    if user.role != "admin" and user.id != head.owner:
-        raise NotPermitted(f"only the owner of map {map_id!r} may remove it")
+    await _owned_head(services, user, map_id)
     if robots_in(services, map_id=map_id):
         raise Conflict(f"robots stand in map {map_id!r}: let them disconnect first")
     await run_in_threadpool(services.map_store.remove_map, map_id)
 
 
+async def _owned_head(services: Services, user: User, map_id: str) -> MapRecord:
+    head = await readable_head(services, user, map_id)
+    if user.role != "admin" and user.id != head.owner:
+        raise NotPermitted(f"only the owner of map {map_id!r} may do this")
+    return head
+
+
 def _publish(services: Services, user: User, form: MapForm) -> MapAnswer:
-    owner, readers = user.id, form.readers
+    owner, readers, description = user.id, form.readers, form.description
     try:
         head = services.map_store.map_head(form.id)
     except NotFound:
-        readers = readers or ()
+        readers, description = readers or (), description or ""
     else:
         # An administrator mends another's map, and it stays the other's; anyone else is refused by the store.
         owner = head.owner if user.role == "admin" else owner
         readers = head.readers if readers is None else readers
-    record = new_map(form.id, owner, form.yaml, form.image, readers=readers, created=epoch())
-    described = _describe(record)
+        description = head.description if description is None else description
+    record = new_map(form.id, owner, form.yaml, form.image, readers=readers, created=epoch(), description=description)
+    answer = described(record)
     services.map_store.put_map(record)
-    return described
+    return answer
 
 
-def _readable(services: Services, user: User, map_id: str) -> MapRecord:
-    record = services.map_store.map(map_id)
-    if not may_read(user, record):
+def readable_map(services: Services, user: User, map_id: str, version: str | None = None) -> MapRecord:
+    """Return a map with its files; ``NotFound`` also where it may not be seen, so that ids are not given away."""
+    if not may_read(user, services.map_store.map_head(map_id)):
         raise NotFound("map", map_id)
-    return record
+    return services.map_store.map(map_id, version)
 
 
-def _describe(record: MapRecord) -> MapAnswer:
+def described(record: MapRecord) -> MapAnswer:
     """Read the files, which is also what proves that they are a map."""
     info = load_map(record.yaml, record.image).info
     return MapAnswer(
@@ -95,6 +108,7 @@ def _describe(record: MapRecord) -> MapAnswer:
         version=record.version,
         readers=list(record.readers),
         created=record.created,
+        description=record.description,
         resolution=info.resolution,
         width=info.width,
         height=info.height,

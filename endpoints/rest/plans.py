@@ -3,26 +3,34 @@
 import uuid
 from typing import Any
 
+import msgspec
 import numpy as np
 from fastapi import APIRouter
-from pydantic import BaseModel
-from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
 
 from endpoints.rest.dependencies import Caller, Provided, readable_head
+from endpoints.rest.kept_plans import visible_plan
+from endpoints.rest.names import MapId, PlanId
+from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.schemas import NewPlanAnswer, PlanAnswer, PlanFile, triple
+from endpoints.rest.strict_json import StrictRoute
 from endpoints.settings import Settings
 from engine.model import MapVersion
 from engine.views import PathAnswer, PathRequest
 from ppaas.clock import epoch
-from ppaas.errors import InvalidParameter, NotFound
+from ppaas.errors import InvalidParameter
 from storage.records import MapRecord, PlanRecord, User
 
-router = APIRouter(tags=["plans"])
+router = APIRouter(tags=["plans"], route_class=StrictRoute)
 
 
-@router.post("/maps/{map_id}/plans", status_code=201, response_model=NewPlanAnswer)
-async def make_plan(map_id: str, file: PlanFile, services: Provided, user: Caller) -> Response:
+@router.post(
+    "/maps/{map_id}/plans",
+    status_code=201,
+    response_model=NewPlanAnswer,
+    responses=KNOWN | BODY | problems(404, 409, 429),
+)
+async def make_plan(map_id: MapId, file: PlanFile, services: Provided, user: Caller) -> Response:
     """Plan a path on a map, and keep it."""
     head = await readable_head(services, user, map_id)
     request = PathRequest(
@@ -34,34 +42,17 @@ async def make_plan(map_id: str, file: PlanFile, services: Provided, user: Calle
     )
     answer = await services.cloud.compute_path(user, MapVersion(head.id, head.version), request)
     record = _record(user, head, request, answer)
-    await run_in_threadpool(services.store.add_plan, record)
-    return _json(
-        NewPlanAnswer.model_construct(
-            **_path(record), expanded=answer.expanded, container=answer.container, pid=answer.pid
-        ),
-        status=201,
-    )
+    await services.plan_keeper.keep(services.store, record)
+    found = {"expanded": answer.expanded, "container": answer.container, "pid": answer.pid}
+    return _json(_path(record) | found, status=201)
 
 
-@router.get("/plans/{plan_id}", response_model=PlanAnswer)
-async def show_plan(plan_id: str, services: Provided, user: Caller) -> Response:
+@router.get("/plans/{plan_id}", response_model=PlanAnswer, responses=KNOWN | problems(404))
+async def show_plan(plan_id: PlanId, services: Provided, user: Caller) -> Response:
     """Return a path that was kept: one's own, or one on a map that one may see."""
-    record = await run_in_threadpool(services.store.plan, plan_id)
-    if record.user != user.id:
-        try:
-            await readable_head(services, user, record.map)
-        except NotFound as error:
-            raise NotFound("plan", plan_id) from error
-    return _json(
-        PlanAnswer.model_construct(
-            **_path(record),
-            user=record.user,
-            robot=record.robot,
-            start=list(record.start),
-            goal=list(record.goal),
-            created=record.created,
-        )
-    )
+    record = await visible_plan(services, user, plan_id)
+    asked = {name: getattr(record, name) for name in ("user", "robot", "start", "goal", "created")}
+    return _json(_path(record) | asked)
 
 
 def _timeout(file: PlanFile, settings: Settings) -> float:
@@ -102,6 +93,6 @@ def _path(record: PlanRecord) -> dict[str, Any]:
     }
 
 
-def _json(answer: BaseModel, status: int = 200) -> Response:
+def _json(answer: dict[str, Any], status: int = 200) -> Response:
     """Serialise once and without checking each of thousands of numbers, as FastAPI would."""
-    return Response(answer.model_dump_json(), status, media_type="application/json")
+    return Response(msgspec.json.encode(answer), status, media_type="application/json")

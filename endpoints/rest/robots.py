@@ -1,41 +1,90 @@
 """Robots of the caller."""
 
-from fastapi import APIRouter
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, Response
+from fastapi.exceptions import RequestValidationError
+from pydantic import ValidationError
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.rest.dependencies import Caller, Provided, readable_head, robots_in
-from endpoints.rest.schemas import RobotAnswer, RobotFile, triple
+from endpoints.rest.dependencies import Caller, Paged, Provided, readable_head, robots_in
+from endpoints.rest.merge_patch import merge
+from endpoints.rest.names import RobotId
+from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
+from endpoints.rest.paging import Page
+from endpoints.rest.schemas import RobotAnswer, RobotChange, RobotFile, triple
+from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from ppaas.errors import Conflict
-from storage.records import RobotRecord
+from storage.records import RobotRecord, User
 
-router = APIRouter(prefix="/robots", tags=["robots"])
+router = APIRouter(prefix="/robots", tags=["robots"], route_class=StrictRoute)
 
 
-@router.put("/{robot_id}", response_model=RobotAnswer)
-async def put_robot(robot_id: str, file: RobotFile, services: Provided, user: Caller) -> RobotRecord:
-    """Keep a robot or change it; one that is connected takes the change up when it connects again."""
+_NEW: Responses = {201: {"model": RobotAnswer, "description": "The robot is new"}}
+
+
+@router.put("/{robot_id}", response_model=RobotAnswer, responses={**_NEW, **KNOWN, **BODY, **problems(404)})
+async def put_robot(
+    robot_id: RobotId, file: RobotFile, services: Provided, user: Caller, response: Response
+) -> RobotRecord:
+    """Tell of a robot, or put another file in place of its own; one that is connected takes it up when it comes again.
+
+    A robot is the caller's own: two users may have robots of the same id.
+    """
     await readable_head(services, user, file.map)
-    fields = file.model_dump() | {"initial_pose": triple(file.initial_pose)}
-    record = RobotRecord(id=robot_id, user=user.id, **fields)
-    await run_in_threadpool(services.store.put_robot, record)
+    record = _record(robot_id, user, file)
+    if await run_in_threadpool(services.store.put_robot, record):
+        response.status_code = 201
     return record
 
 
-@router.get("", response_model=list[RobotAnswer])
-async def list_robots(services: Provided, user: Caller) -> list[RobotRecord]:
+@router.get("", response_model=Page[RobotAnswer], responses=KNOWN)
+async def list_robots(services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
     """List the caller's robots by id."""
-    return await run_in_threadpool(services.store.robots, user.id)
+    after = paging.key(str, "")
+    found = await run_in_threadpool(services.store.robots, user.id, after=after, limit=paging.most)
+    return paging.page(found, lambda robot: robot.id)
 
 
-@router.get("/{robot_id}", response_model=RobotAnswer)
-async def show_robot(robot_id: str, services: Provided, user: Caller) -> RobotRecord:
-    """Describe a robot of the caller."""
+@router.get("/{robot_id}", response_model=RobotAnswer, responses=KNOWN | problems(404))
+async def show_robot(robot_id: RobotId, services: Provided, user: Caller) -> RobotRecord:
+    """Show a robot of the caller."""
     return await run_in_threadpool(services.store.robot, user.id, robot_id)
 
 
-@router.delete("/{robot_id}", status_code=204)
-async def remove_robot(robot_id: str, services: Provided, user: Caller) -> None:
+@router.patch("/{robot_id}", response_model=RobotAnswer, responses=KNOWN | BODY | problems(404, 409))
+async def change_robot(
+    robot_id: RobotId,
+    change: Annotated[RobotChange, Body(media_type=MERGE_PATCH)],
+    services: Provided,
+    user: Caller,
+) -> RobotRecord:
+    """Change some of a robot's file by a JSON merge patch (RFC 7396); `application/json` will do as its type."""
+    before = await run_in_threadpool(services.store.robot, user.id, robot_id)
+    file = _changed(before, change.model_dump(exclude_unset=True))
+    if file.map != before.map:
+        await readable_head(services, user, file.map)
+    record = _record(robot_id, user, file)
+    await run_in_threadpool(services.store.put_robot, record, instead_of=before)
+    return record
+
+
+@router.delete("/{robot_id}", status_code=204, responses=KNOWN | problems(404, 409))
+async def remove_robot(robot_id: RobotId, services: Provided, user: Caller) -> None:
     """Forget a robot and what its clone had learned; one that is connected is kept."""
     if robot_id in robots_in(services, user.id):
         raise Conflict(f"robot {robot_id!r} is connected: let it disconnect first")
     await run_in_threadpool(services.store.remove_robot, user.id, robot_id)
+
+
+def _record(robot_id: str, user: User, file: RobotFile) -> RobotRecord:
+    fields = file.model_dump() | {"initial_pose": triple(file.initial_pose)}
+    return RobotRecord(id=robot_id, user=user.id, **fields)
+
+
+def _changed(record: RobotRecord, change: dict[str, Any]) -> RobotFile:
+    present = {name: getattr(record, name) for name in RobotFile.model_fields}
+    try:
+        return RobotFile.model_validate(merge(present | {"initial_pose": list(record.initial_pose)}, change))
+    except ValidationError as error:
+        raise RequestValidationError([{**fault, "loc": ("body", *fault["loc"])} for fault in error.errors()]) from error

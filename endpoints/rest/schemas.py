@@ -5,9 +5,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
+from endpoints.rest.names import Name
 from storage.records import Role
 
-Name = Annotated[str, Field(min_length=1, max_length=64)]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Pose = Annotated[
     list[Number],
@@ -43,6 +43,13 @@ class _Answer(BaseModel):
     model_config = ConfigDict(from_attributes=True)
 
 
+class Fault(BaseModel):
+    """One of the things that are wrong with a request."""
+
+    where: list[str] = Field(description="The way to it: `body`, `query` or `path`, and the names on the way")
+    what: str
+
+
 class Problem(BaseModel):
     """What went wrong (RFC 9457)."""
 
@@ -51,6 +58,7 @@ class Problem(BaseModel):
     status: int
     detail: str = Field(description="What is wrong, and what to do about it")
     code: int | None = Field(None, description="Of planning errors: that of Nav2's ComputePathToPose, 201–208")
+    errors: list[Fault] | None = Field(None, description="Of invalid requests: all that is wrong")
 
 
 # -- tokens and users --------------------------------------------------------------------------------------------------
@@ -59,23 +67,46 @@ class Problem(BaseModel):
 class Credentials(_Body):
     """What to log in with."""
 
-    user: str = Field(max_length=64)
-    password: str = Field(max_length=1024)
+    user: str = Field(max_length=64, examples=["ann"])
+    password: str = Field(max_length=1024, examples=["correct horse"])
 
 
 class TokenAnswer(_Answer):
     """A login."""
 
+    id: str = Field(description="With which it is revoked")
     token: str
     expires: float = Field(description="Seconds since the epoch")
+
+
+class TokenSummary(_Answer):
+    """A login, without the token itself: that is not kept."""
+
+    id: str
+    created: float = Field(description="Seconds since the epoch; 0 where it was not noted")
+    expires: float = Field(description="Seconds since the epoch")
+    current: bool = Field(description="Whether it is the one that is used now")
+
+
+Password = Annotated[str, Field(min_length=8, max_length=1024, examples=["correct horse"])]
 
 
 class NewUser(_Body):
     """A user to be made."""
 
     id: Name
-    password: str = Field(min_length=8, max_length=1024)
+    password: Password
     role: Role = "user"
+
+
+class UserChange(_Body):
+    """What is to change of a user; what is left out stays."""
+
+    role: Role | None = None
+    password: Password | None = None
+    old_password: str | None = Field(
+        None, max_length=1024, description="Of who changes the own password; an administrator needs none for others"
+    )
 
 
 class UserAnswer(_Answer):
@@ -88,6 +119,13 @@ class UserAnswer(_Answer):
 # -- maps --------------------------------------------------------------------------------------------------------------
 
 
+MAX_READERS = 256
+MAX_DESCRIPTION = 1000
+
+Reader = Annotated[Literal["*"] | Name, Field(union_mode="left_to_right")]
+Description = Annotated[str, Field(max_length=MAX_DESCRIPTION)]
+
+
 class MapSummary(_Answer):
     """A map, without what only its files tell."""
 
@@ -95,7 +133,23 @@ class MapSummary(_Answer):
     owner: str
     version: str = Field(description="SHA-256 of its files")
     readers: list[str] = Field(description="Who else may see it and plan on it; `*` is everybody")
-    created: float = Field(description="Seconds since the epoch")
+    created: float = Field(description="When this version was published [s since the epoch]")
+    description: str
+
+
+class MapChange(_Body):
+    """What is to be said of a map; what is left out stays, and null stands for none."""
+
+    readers: Annotated[list[Reader], Field(max_length=MAX_READERS)] | None = None
+    description: Description | None = None
+
+
+class MapVersionAnswer(_Answer):
+    """One of the versions that a map ever had."""
+
+    version: str = Field(description="SHA-256 of its files")
+    created: float = Field(description="When it was published first [s since the epoch]")
+    present: bool = Field(description="Whether it is the one that robots drive and plan on now")
 
 
 class MapAnswer(MapSummary):
@@ -110,16 +164,32 @@ class MapAnswer(MapSummary):
 # -- robots ------------------------------------------------------------------------------------------------------------
 
 
+Cores = Annotated[Number, Field(gt=0.0, le=MAX_CORES, description="Size of its container")]
+Parameters = Annotated[dict[str, Any], AfterValidator(_plain), Field(description="Of the clone's nodes, by node")]
+
+
 class RobotFile(_Body):
     """The JSON file of a robot."""
 
-    map: Name
+    map: Name = Field(examples=["office"])
     model: Name = "turtlebot2"
     initial_pose: Pose = [0.0, 0.0, 0.0]
-    cores: Annotated[Number, Field(gt=0.0, le=MAX_CORES, description="Size of its container")] = 1.0
+    cores: Cores = 1.0
     base_global_planner: Name = "dijkstra"
     base_local_planner: Name = "dwa"
-    parameters: Annotated[dict[str, Any], AfterValidator(_plain)] = {}
+    parameters: Parameters = {}
+
+
+class RobotChange(_Body):
+    """What is to change of a robot (JSON merge patch): what is left out stays, and null stands for the default."""
+
+    map: Name | None = None
+    model: Name | None = None
+    initial_pose: Pose | None = None
+    cores: Cores | None = None
+    base_global_planner: Name | None = None
+    base_local_planner: Name | None = None
+    parameters: Parameters | None = None
 
 
 class RobotAnswer(_Answer):
@@ -151,8 +221,8 @@ class MachineAnswer(_Answer):
     load: float = Field(description="CPU in use, in cores")
 
 
-class MapVersionAnswer(_Answer):
-    """One version of a map."""
+class PinnedMap(_Answer):
+    """A map, and the version of it that a container has."""
 
     id: str
     version: str
@@ -165,13 +235,16 @@ class ContainerAnswer(_Answer):
     kind: Literal["robot", "planning"]
     user: str
     robot: str | None
-    map: MapVersionAnswer
+    map: PinnedMap
     machine: str
     cores: float
     state: Literal["starting", "ready"]
     pid: int | None
     pss: int | None = Field(description="Proportional set size [bytes]")
     ready_seconds: float | None = Field(description="From the order to start it until it answered [s]")
+    cpu: float | None = Field(description="CPU in use, in cores, once it was measured")
+    age: float = Field(description="Since the order to start it [s]")
+    clients: int = Field(description="Sockets of the robot and its operators")
 
 
 # -- plans -------------------------------------------------------------------------------------------------------------
@@ -185,6 +258,23 @@ class PlanFile(_Body):
     planner: Name = "dijkstra"
     tolerance: Annotated[Number, Field(ge=0.0, description="How far off the goal will do, if it is blocked [m]")] = 0.0
     timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time allowed to the planner [s]")
+
+
+class PlanSummary(_Answer):
+    """A path that was kept, without its poses."""
+
+    plan_id: str
+    user: str
+    robot: str | None
+    map: str
+    version: str
+    planner: str
+    start: Triple
+    goal: Triple
+    length: float = Field(description="Along the poses [m]")
+    cost: float
+    seconds: float = Field(description="Time the planner took [s]")
+    created: float = Field(description="Seconds since the epoch")
 
 
 class _Path(_Answer):

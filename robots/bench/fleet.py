@@ -167,7 +167,7 @@ class Fleet:
         return Trial(self._robots, gaps, shares, late, memory)
 
     async def _pids(self) -> set[int]:
-        listed = await self._target.rest.get("/v1/containers")
+        listed = await self._target.rest.items("/v1/containers")
         return {c["pid"] for c in listed if (c["robot"] or "").startswith(f"bench-{self._robots}-")}
 
     def _cpu(self, containers: set[int]) -> dict[str, float]:

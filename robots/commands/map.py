@@ -1,18 +1,28 @@
-"""``ppaas map``: publish, list, show and delete maps."""
+"""``ppaas map``: publish, list, show, change, fetch and delete maps."""
 
 import argparse
 import asyncio
+import sys
 from pathlib import Path
-from urllib.parse import quote
+from typing import Any
 
-from robots.commands.session import add_session_arguments, logged_in
+from ppaas.errors import InvalidInput
+from robots.commands.resource import Resource
+from robots.commands.session import add_limit_argument, add_session_arguments, logged_in
 from robots.commands.table import show
+from robots.rest_paths import path_of
 
 NAME = "map"
-HELP = "publish, list, show and delete maps"
+HELP = "publish, list, show, change, fetch and delete maps"
 
-LIST_COLUMNS = ("id", "owner", "version", "readers")
-COLUMNS = ("id", "owner", "version", "width", "height", "resolution", "origin", "readers")
+MAPS = Resource(
+    "maps",
+    ("id", "owner", "version", "width", "height", "resolution", "origin", "readers", "description"),
+    "no maps that you may use: ppaas map publish FILE.yaml",
+    list_columns=("id", "owner", "version", "created", "readers", "description"),
+)
+VERSIONS = ("version", "created", "present")
+NOBODY = "-"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -21,13 +31,23 @@ def configure(parser: argparse.ArgumentParser) -> None:
     publish = verbs.add_parser("publish", help="publish a map of map_server, or its new version")
     publish.add_argument("yaml", type=Path, help="its YAML file; the image is found by it")
     publish.add_argument("--id", help="of the map (the name of the YAML file)")
-    publish.add_argument("--reader", action="append", default=[], help="who else may use it; * is everybody")
     listing = verbs.add_parser("list", help="list the maps that you may use")
     one = verbs.add_parser("show", help="show one map")
-    delete = verbs.add_parser("delete", help="delete a map")
-    for verb in (one, delete):
+    change = verbs.add_parser("change", help="change who may use a map, or what is said of it")
+    versions = verbs.add_parser("versions", help="list the versions that a map had")
+    fetch = verbs.add_parser("fetch", help="fetch the files of a map")
+    delete = verbs.add_parser("delete", help="delete a map with all its versions")
+    for verb in (one, change, versions, fetch, delete):
         verb.add_argument("id")
-    for verb in (publish, listing, one, delete):
+    for verb in (publish, change):
+        verb.add_argument("--reader", action="append", help=f"who else may use it; * is everybody, {NOBODY} nobody")
+        verb.add_argument("--description", help="what it shows")
+    for verb in (one, fetch):
+        verb.add_argument("--version", help="another than the present one, as 'ppaas map versions --json' tells it")
+    fetch.add_argument("--to", type=Path, default=Path(), metavar="FOLDER", help="where to put them (here)")
+    for verb in (listing, versions):
+        add_limit_argument(verb)
+    for verb in (publish, listing, one, change, versions, fetch, delete):
         add_session_arguments(verb)
 
 
@@ -43,25 +63,55 @@ async def _publish(arguments: argparse.Namespace) -> None:
     yaml, image = read_map_files(arguments.yaml)
     map_id = arguments.id or arguments.yaml.stem
     client = logged_in(arguments)
-    await client.upload_map(map_id, yaml, image, tuple(arguments.reader))
-    show(await client.get(_path(map_id)), COLUMNS, as_json=arguments.json)
-
-
-async def _list(arguments: argparse.Namespace) -> None:
-    none = "no maps that you may use: ppaas map publish FILE.yaml"
-    show(await logged_in(arguments).get("/v1/maps"), LIST_COLUMNS, as_json=arguments.json, if_none=none)
+    readers = tuple("" if name == NOBODY else name for name in arguments.reader or ())
+    await client.upload_map(map_id, yaml, image, readers, arguments.description)
+    show(await client.get(path_of("maps", map_id)), MAPS.columns, as_json=arguments.json)
 
 
 async def _show(arguments: argparse.Namespace) -> None:
-    show(await logged_in(arguments).get(_path(arguments.id)), COLUMNS, as_json=arguments.json)
+    path = path_of("maps", arguments.id, *_version(arguments))
+    show(await logged_in(arguments).get(path), MAPS.columns, as_json=arguments.json)
 
 
-async def _delete(arguments: argparse.Namespace) -> None:
-    await logged_in(arguments).delete(_path(arguments.id))
+async def _change(arguments: argparse.Namespace) -> None:
+    change: dict[str, Any] = {}
+    if arguments.reader is not None:
+        change["readers"] = [name for name in arguments.reader if name != NOBODY]
+    if arguments.description is not None:
+        change["description"] = arguments.description
+    if not change:
+        raise InvalidInput("nothing to change: give --reader or --description")
+    changed = await logged_in(arguments).patch(path_of("maps", arguments.id), change)
+    show(changed, MAPS.list_columns, as_json=arguments.json)
 
 
-def _path(map_id: str) -> str:
-    return f"/v1/maps/{quote(map_id, safe='')}"
+async def _versions(arguments: argparse.Namespace) -> None:
+    found = await logged_in(arguments).items(path_of("maps", arguments.id, "versions"), arguments.limit)
+    show(found, VERSIONS, as_json=arguments.json)
 
 
-_VERBS = {"publish": _publish, "list": _list, "show": _show, "delete": _delete}
+async def _fetch(arguments: argparse.Namespace) -> None:
+    from robots.sim.map_file import write_map_files  # noqa: PLC0415 - reading YAML takes more than the base install
+
+    client, version = logged_in(arguments), _version(arguments)
+    yaml, image = [await client.fetch(path_of("maps", arguments.id, *version, kind)) for kind in ("yaml", "image")]
+    written = write_map_files(arguments.to, arguments.id, yaml, image)
+    if arguments.json:
+        show([str(path) for path in written], (), as_json=True)
+    else:
+        sys.stdout.writelines(f"{path}\n" for path in written)
+
+
+def _version(arguments: argparse.Namespace) -> tuple[str, ...]:
+    return () if arguments.version is None else ("versions", arguments.version)
+
+
+_VERBS = {
+    "publish": _publish,
+    "list": MAPS.list,
+    "show": _show,
+    "change": _change,
+    "versions": _versions,
+    "fetch": _fetch,
+    "delete": MAPS.delete,
+}

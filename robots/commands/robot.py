@@ -1,30 +1,42 @@
-"""``ppaas robot``: tell of robots, list, show and delete them."""
+"""``ppaas robot``: tell of robots, list, show, change and delete them."""
 
 import argparse
 import asyncio
+import json
 from pathlib import Path
-from urllib.parse import quote
+from typing import Any
 
-from robots.commands.session import add_session_arguments, logged_in
+from ppaas.errors import InvalidInput
+from robots.commands.resource import Resource
+from robots.commands.session import add_limit_argument, add_session_arguments, logged_in
 from robots.commands.table import show
+from robots.rest_paths import path_of
 
 NAME = "robot"
-HELP = "put, list, show and delete robots"
+HELP = "put, list, show, change and delete robots"
 
-COLUMNS = ("id", "map", "model", "initial_pose", "cores", "base_global_planner", "base_local_planner")
+ROBOTS = Resource(
+    "robots",
+    ("id", "map", "model", "initial_pose", "cores", "base_global_planner", "base_local_planner"),
+    "no robots: ppaas robot put ID FILE.json",
+)
+CHANGE_HELP = "cores=0.5, map=office, initial_pose=[1,2,0], parameters.amcl.max_particles=800; null is the default"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
-    put = verbs.add_parser("put", help="tell of a robot, or change it, by its JSON file")
+    put = verbs.add_parser("put", help="tell of a robot, or put another file in place of its own")
     listing = verbs.add_parser("list", help="list your robots")
     one = verbs.add_parser("show", help="show one robot")
+    change = verbs.add_parser("change", help="change some of a robot's file")
     delete = verbs.add_parser("delete", help="delete a robot")
-    for verb in (put, one, delete):
+    for verb in (put, one, change, delete):
         verb.add_argument("id")
     put.add_argument("file", type=Path, help="the robot file")
-    for verb in (put, listing, one, delete):
+    change.add_argument("changes", nargs="+", metavar="NAME=VALUE", help=CHANGE_HELP)
+    add_limit_argument(listing)
+    for verb in (put, listing, one, change, delete):
         add_session_arguments(verb)
 
 
@@ -39,24 +51,43 @@ async def _put(arguments: argparse.Namespace) -> None:
 
     client = logged_in(arguments)
     await client.put_robot(arguments.id, load_robot_file(arguments.file))
-    await _show(arguments)
+    await ROBOTS.show(arguments)
 
 
-async def _list(arguments: argparse.Namespace) -> None:
-    none = "no robots: ppaas robot put ID FILE.json"
-    show(await logged_in(arguments).get("/v1/robots"), COLUMNS, as_json=arguments.json, if_none=none)
+async def _change(arguments: argparse.Namespace) -> None:
+    change = merge_patch(arguments.changes)
+    changed = await logged_in(arguments).patch(path_of("robots", arguments.id), change)
+    show(changed, ROBOTS.columns, as_json=arguments.json)
 
 
-async def _show(arguments: argparse.Namespace) -> None:
-    show(await logged_in(arguments).get(_path(arguments.id)), COLUMNS, as_json=arguments.json)
+def merge_patch(changes: list[str]) -> dict[str, Any]:
+    """Return the JSON merge patch (RFC 7396) of ``NAME=VALUE`` texts; dots in a name lead into objects.
+
+    A value is JSON, or if it is none, text.
+
+    Raises
+    ------
+    InvalidInput
+        A text that has no name, or names what another has given a value already.
+    """
+    patch: dict[str, Any] = {}
+    for text in changes:
+        name, equals, value = text.partition("=")
+        *way, last = name.split(".")
+        inner: Any = patch
+        for step in way:
+            inner = inner.setdefault(step, {}) if isinstance(inner, dict) else None
+        if not equals or "" in (*way, last) or not isinstance(inner, dict) or last in inner:
+            raise InvalidInput(f"{text!a}: write NAME=VALUE, as cores=0.5, and each name once")
+        inner[last] = _value(value)
+    return patch
 
 
-async def _delete(arguments: argparse.Namespace) -> None:
-    await logged_in(arguments).delete(_path(arguments.id))
+def _value(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return text
 
 
-def _path(robot_id: str) -> str:
-    return f"/v1/robots/{quote(robot_id, safe='')}"
-
-
-_VERBS = {"put": _put, "list": _list, "show": _show, "delete": _delete}
+_VERBS = {"put": _put, "list": ROBOTS.list, "show": ROBOTS.show, "change": _change, "delete": ROBOTS.delete}

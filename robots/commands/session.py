@@ -30,6 +30,18 @@ def add_session_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON, with all that the cloud tells")
 
 
+def add_limit_argument(parser: argparse.ArgumentParser) -> None:
+    """Add how much of a list is wanted."""
+    parser.add_argument("--limit", type=_count, help="most items (all)")
+
+
+def _count(text: str) -> int:
+    count = int(text)
+    if count < 1:
+        raise argparse.ArgumentTypeError(f"give 1 or more, not {count}")
+    return count
+
+
 def token_of(arguments: argparse.Namespace) -> str:
     """Return the token given.
 

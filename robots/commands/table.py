@@ -2,6 +2,7 @@
 
 import json
 import sys
+import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -30,14 +31,18 @@ def show(answer: Any, columns: Sequence[str], *, as_json: bool, if_none: str = "
     if not rows:
         sys.stdout.write(if_none + "\n")
         return
-    cells = [list(columns)] + [[_cell(column, row.get(column)) for column in columns] for row in rows]
+    sys.stdout.writelines(line + "\n" for line in table(rows, columns))
+
+
+def table(rows: Sequence[dict[str, Any]], columns: Sequence[str]) -> list[str]:
+    """Return the lines of a table, its heading first; columns are as wide as their widest cell."""
+    cells = [list(columns)] + [[cell(column, row.get(column)) for column in columns] for row in rows]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    for line in cells:
-        padded = "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True))
-        sys.stdout.write(padded.rstrip() + "\n")
+    return ["  ".join(map(str.ljust, line, widths)).rstrip() for line in cells]
 
 
-def _cell(column: str, value: Any) -> str:
+def cell(column: str, value: Any) -> str:
+    """Return what people see of a value in a column."""
     return "-" if value is None else _FORMATS.get(column, _text)(value)
 
 
@@ -47,20 +52,50 @@ def _text(value: Any) -> str:
             return f"{value:g}"
         case list():
             return ", ".join(map(_text, value)) or "-"
+        case bool():
+            return "yes" if value else "no"
         case {"id": name}:
-            return str(name)
+            return _text(name)
         case _:
-            return str(value)
+            return printable(str(value))
 
 
-def _bytes(value: float) -> str:
+def printable(text: str) -> str:
+    """Return a text with nothing in it that a terminal would take for an order."""
+    return "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in text)
+
+
+def _date(value: float) -> str:
+    return time.strftime("%Y-%m-%d %H:%M", time.localtime(value)) if value else "-"
+
+
+def duration(seconds: float) -> str:
+    """Return a duration in the two largest of its units."""
+    whole = int(seconds)
+    for unit, size, part, step in (("d", 86400, "h", 3600), ("h", 3600, "m", 60), ("m", 60, "s", 1)):
+        if whole >= size:
+            return f"{whole // size}{unit} {whole % size // step}{part}"
+    return f"{whole}s"
+
+
+def percent(cores: float) -> str:
+    """Return a load in cores as percents of one."""
+    return f"{cores * 100:.0f} %"
+
+
+def size(value: float) -> str:
+    """Return a number of bytes in the unit that suits it."""
     gib = value / 2**30
     return f"{gib:.1f} GiB" if gib >= 1.0 else f"{value / 2**20:.1f} MiB"
 
 
 _FORMATS: dict[str, Callable[[Any], str]] = {
     "version": lambda value: str(value)[:SHORT_HASH],
-    "memory": _bytes,
-    "memory_used": _bytes,
-    "pss": _bytes,
+    "memory": size,
+    "memory_used": size,
+    "pss": size,
+    "created": _date,
+    "expires": _date,
+    "age": duration,
+    "cpu": percent,
 }

@@ -2,30 +2,47 @@
 
 import argparse
 import asyncio
-from urllib.parse import quote
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from ppaas.errors import InvalidInput
 from robots.commands.password import add_password_argument, read_password
-from robots.commands.session import add_session_arguments, logged_in
+from robots.commands.resource import Resource
+from robots.commands.session import add_limit_argument, add_session_arguments, logged_in
 from robots.commands.table import show
+from robots.rest_paths import path_of
+
+if TYPE_CHECKING:
+    from robots.rest import RestClient
 
 NAME = "user"
-HELP = "add, list and delete users (admin); show who you are"
+HELP = "create, list, show, change and delete users; change your password"
 
-COLUMNS = ("id", "role")
+USERS = Resource("users", ("id", "role"), "no users")
+ROLES = ("user", "admin")
+ME = "me"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
-    add = verbs.add_parser("add", help="add a user (admin)")
+    create = verbs.add_parser("create", help="create a user (admin)")
     listing = verbs.add_parser("list", help="list all users (admin)")
-    me = verbs.add_parser("me", help="show whose token you have")
+    one = verbs.add_parser("show", help="show a user, or whose token you have")
+    change = verbs.add_parser("change", help="change a password, or a role (admin)")
     delete = verbs.add_parser("delete", help="delete a user with tokens and robots (admin)")
-    for verb in (add, delete):
+    for verb in (create, delete):
         verb.add_argument("id")
-    add_password_argument(add)
-    add.add_argument("--role", default="user", choices=["user", "admin"], help="(%(default)s)")
-    for verb in (add, listing, me, delete):
+    for verb in (one, change):
+        verb.add_argument("id", nargs="?", default=ME, help="(you)")
+    add_password_argument(create)
+    create.add_argument("--role", default="user", choices=ROLES, help="(%(default)s)")
+    add_limit_argument(listing)
+    change.add_argument("--role", choices=ROLES)
+    change.add_argument("--password", action="store_true", help="you are asked for it; and for the old one, if yours")
+    add_password_argument(change)
+    change.add_argument("--old-password-file", type=Path, help="file with the password that you have now")
+    for verb in (create, listing, one, change, delete):
         add_session_arguments(verb)
 
 
@@ -35,23 +52,37 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-async def _add(arguments: argparse.Namespace) -> None:
+async def _create(arguments: argparse.Namespace) -> None:
     client = logged_in(arguments)
     password = read_password(arguments.id, arguments.password_file)
-    user = await client.post("/v1/users", {"id": arguments.id, "password": password, "role": arguments.role})
-    show(user, COLUMNS, as_json=arguments.json)
+    user = await client.post(path_of("users"), {"id": arguments.id, "password": password, "role": arguments.role})
+    show(user, USERS.columns, as_json=arguments.json)
 
 
-async def _list(arguments: argparse.Namespace) -> None:
-    show(await logged_in(arguments).get("/v1/users"), COLUMNS, as_json=arguments.json)
+async def _change(arguments: argparse.Namespace) -> None:
+    wants_password = arguments.password or arguments.password_file is not None
+    if not wants_password and arguments.role is None:
+        raise InvalidInput("nothing to change: give --password or --role")
+    client = logged_in(arguments)
+    change: dict[str, Any] = {} if arguments.role is None else {"role": arguments.role}
+    if wants_password:
+        change |= await _passwords(client, arguments)
+    show(await client.patch(path_of("users", arguments.id), change), USERS.columns, as_json=arguments.json)
 
 
-async def _me(arguments: argparse.Namespace) -> None:
-    show(await logged_in(arguments).get("/v1/users/me"), COLUMNS, as_json=arguments.json)
+async def _passwords(client: "RestClient", arguments: argparse.Namespace) -> dict[str, str]:
+    """Ask for the new password of a user, and before it for the old one of who changes the own."""
+    me = (await client.get(path_of("users", ME)))["id"]
+    if arguments.id not in (ME, me):
+        return {"password": read_password(arguments.id, arguments.password_file)}
+    old = read_password(f"{me}, as it is", arguments.old_password_file)
+    return {"old_password": old, "password": read_password(f"{me}, the new one", arguments.password_file)}
 
 
-async def _delete(arguments: argparse.Namespace) -> None:
-    await logged_in(arguments).delete(f"/v1/users/{quote(arguments.id, safe='')}")
-
-
-_VERBS = {"add": _add, "list": _list, "me": _me, "delete": _delete}
+_VERBS = {
+    "create": _create,
+    "list": USERS.list,
+    "show": USERS.show,
+    "change": _change,
+    "delete": USERS.delete,
+}

@@ -24,7 +24,7 @@ async def test_a_published_map_is_described_and_given_back_as_it_was(
     body = made.json()
     assert body.pop("created") > 1.6e9
     version = hashlib.sha256(len(YAML).to_bytes(8, "little") + YAML + pgm()).hexdigest()
-    expected = {"id": "house", "owner": "ann", "version": version, "readers": ["bob", "carl"]}
+    expected = {"id": "house", "owner": "ann", "version": version, "readers": ["bob", "carl"], "description": ""}
     assert body == expected | {"resolution": 0.05, "width": 4, "height": 3, "origin": [-1.0, -2.0, 0.0]}
     assert (await client.get("/v1/maps/house/yaml", headers=ann)).content == YAML
     assert (await client.get("/v1/maps/house/image", headers=ann)).content == pgm()
@@ -39,7 +39,7 @@ async def test_a_map_is_seen_by_owner_readers_and_admins_alone(
     seen = {"ann": 3, "bob": 2, "carl": 1, "admin": 3}
     for user, count in seen.items():
         header = await log_in(user)
-        listed = [m["id"] for m in (await client.get("/v1/maps", headers=header)).json()]
+        listed = [m["id"] for m in (await client.get("/v1/maps", headers=header)).json()["items"]]
         assert listed == ["private", "public", "shared"] if count == 3 else ["public", "shared"][:count]
     bob = await log_in("bob")
     for path in ("/v1/maps/private", "/v1/maps/private/yaml", "/v1/maps/private/image"):
@@ -139,7 +139,6 @@ async def test_a_form_that_lacks_a_part_is_told_which(
 @pytest.mark.parametrize(
     ("content_type", "content"),
     [
-        ("application/json", b"{}"),
         ("multipart/form-data", b"x"),
         ("multipart/form-data; boundary=b", b"\x00\xff" * 100),
         ("multipart/form-data; boundary=b", b'--b\r\nContent-Disposition: form-data; name="id"\r\n\r\nhou'),
@@ -152,6 +151,12 @@ async def test_a_body_that_is_no_form_is_a_problem(
     answer = await client.post("/v1/maps", headers=headers, content=content)
     assert answer.status_code in (400, 422)
     assert answer.headers["content-type"] == "application/problem+json"
+
+
+async def test_what_is_no_form_is_not_even_read(client: httpx.AsyncClient, log_in: LogIn) -> None:
+    for headers in ({"Content-Type": "application/json"}, {}):
+        answer = await client.post("/v1/maps", headers=await log_in("ann") | headers, content=b"{}")
+        assert "multipart/form-data" in problem_of(answer, 415, "unsupported-media-type")["detail"]
 
 
 async def test_an_upload_over_its_limit_is_refused_whether_announced_or_not(

@@ -27,9 +27,9 @@ async def test_a_robot_is_kept_as_its_file_says(client: httpx.AsyncClient, log_i
     ann = await log_in("ann")
     await publish(ann)
     answer = await client.put("/v1/robots/tb1", headers=ann, json=FILE)
-    assert (answer.status_code, answer.json()) == (200, FILE | {"id": "tb1", "user": "ann"})
+    assert (answer.status_code, answer.json()) == (201, FILE | {"id": "tb1", "user": "ann"})
     assert (await client.get("/v1/robots/tb1", headers=ann)).json() == answer.json()
-    assert (await client.get("/v1/robots", headers=ann)).json() == [answer.json()]
+    assert (await client.get("/v1/robots", headers=ann)).json() == {"items": [answer.json()], "next": None}
 
 
 async def test_only_the_map_must_be_told(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
@@ -48,7 +48,7 @@ async def test_users_have_their_own_robots(client: httpx.AsyncClient, log_in: Lo
     await client.put("/v1/robots/tb1", headers=bob, json=FILE | {"cores": 2})
     assert (await client.get("/v1/robots/tb1", headers=ann)).json()["cores"] == 0.25
     assert (await client.delete("/v1/robots/tb1", headers=bob)).status_code == 204
-    assert [r["user"] for r in (await client.get("/v1/robots", headers=ann)).json()] == ["ann"]
+    assert [r["user"] for r in (await client.get("/v1/robots", headers=ann)).json()["items"]] == ["ann"]
 
 
 @pytest.mark.parametrize("map_id", ["nowhere", "secret"])
@@ -132,7 +132,8 @@ async def test_a_robot_id_that_is_no_name_is_refused(
 ) -> None:
     ann = await log_in("ann")
     await publish(ann)
-    problem_of(await client.put("/v1/robots/a%20b", headers=ann, json=FILE), 400, "invalid-input")
+    refused = await client.put("/v1/robots/a%20b", headers=ann, json=FILE)
+    assert problem_of(refused, 422, "invalid-request")["errors"][0]["where"] == ["path", "robot_id"]
 
 
 async def test_a_robot_that_is_connected_is_kept(
@@ -153,15 +154,15 @@ async def test_users_see_their_containers_and_admins_all(
     client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud
 ) -> None:
     cloud.running = [
-        container("c1", pss=5 << 20, ready_seconds=0.05),
+        container("c1", pss=5 << 20, ready_seconds=0.05, cpu=0.25, age=90.0, clients=1),
         container("c2", user="bob", robot=None, kind="planning"),
     ]
     seen = {}
     for user in ("ann", "bob", "carl", "admin"):
         answer = await client.get("/v1/containers", headers=await log_in(user))
-        seen[user] = [c["id"] for c in answer.json()]
+        seen[user] = [c["id"] for c in answer.json()["items"]]
     assert seen == {"ann": ["c1"], "bob": ["c2"], "carl": [], "admin": ["c1", "c2"]}
-    first = (await client.get("/v1/containers", headers=await log_in("ann"))).json()[0]
+    first = (await client.get("/v1/containers", headers=await log_in("ann"))).json()["items"][0]
     assert first == {
         "id": "c1",
         "kind": "robot",
@@ -174,10 +175,17 @@ async def test_users_see_their_containers_and_admins_all(
         "pid": 42,
         "pss": 5 << 20,
         "ready_seconds": 0.05,
+        "cpu": 0.25,
+        "age": 90.0,
+        "clients": 1,
     }
 
 
 async def test_admins_see_the_machines(client: httpx.AsyncClient, log_in: LogIn) -> None:
     answer = await client.get("/v1/machines", headers=await log_in("admin"))
     machine = {"id": "m1", "cores": 4, "capacity": 16.0, "containers": 1}
-    assert answer.json() == [machine | {"memory": 8 << 30, "memory_used": 1 << 30, "load": 0.5}]
+    machine |= {"memory": 8 << 30, "memory_used": 1 << 30, "load": 0.5}
+    assert answer.json() == {"items": [machine], "next": None}
+    assert (await client.get("/v1/machines/m1", headers=await log_in("admin"))).json() == machine
+    unknown = await client.get("/v1/machines/m2", headers=await log_in("admin"))
+    assert "known: m1" in problem_of(unknown, 404, "not-found")["detail"]

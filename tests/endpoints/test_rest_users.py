@@ -71,7 +71,7 @@ async def test_an_admin_makes_lists_and_removes_users(client: httpx.AsyncClient,
     made = await client.post("/v1/users", headers=admin, json={"id": "ann", "password": PASSWORD})
     assert (made.status_code, made.json()) == (201, {"id": "ann", "role": "user"})
     listed = await client.get("/v1/users", headers=admin)
-    assert listed.json() == [{"id": "admin", "role": "admin"}, {"id": "ann", "role": "user"}]
+    assert listed.json()["items"] == [{"id": "admin", "role": "admin"}, {"id": "ann", "role": "user"}]
     ann = await log_in("ann")
     assert (await client.delete("/v1/users/ann", headers=admin)).status_code == 204
     problem_of(await client.get("/v1/users/me", headers=ann), 401, "not-authenticated")
@@ -92,7 +92,8 @@ async def test_what_is_for_admins_is_for_nobody_else(client: httpx.AsyncClient, 
     [
         ({"id": "ann", "password": "short"}, (422, "invalid-request")),
         ({"id": "", "password": PASSWORD}, (422, "invalid-request")),
-        ({"id": "../x", "password": PASSWORD}, (400, "invalid-input")),
+        ({"id": "../x", "password": PASSWORD}, (422, "invalid-request")),
+        ({"id": "me", "password": PASSWORD}, (400, "invalid-input")),
         ({"id": "ann", "password": PASSWORD, "role": "king"}, (422, "invalid-request")),
         ({"id": "ann", "password": PASSWORD, "rolle": "admin"}, (422, "invalid-request")),
         ({"id": "admin", "password": PASSWORD}, (409, "conflict")),

@@ -21,7 +21,7 @@ async def test_a_path_is_planned_in_another_process_than_the_web_server(
     assert plan["pid"] != cloud.pid
     assert plan["pid"] in {child.pid for child in cloud.children()}
     assert plan["length"] >= start.distance_to(goal)
-    assert plan["container"] in {c["id"] for c in await rest.get("/v1/containers") if c["kind"] == "planning"}
+    assert plan["container"] in {c["id"] for c in await rest.items("/v1/containers") if c["kind"] == "planning"}
     again = await rest.plan("office", start, goal)
     assert again["pid"] == plan["pid"], "the same container plans again"
 

@@ -48,7 +48,7 @@ async def test_a_simulated_robot_joins_a_running_cloud_and_drives_where_its_oper
         assert rest.token is not None
         simulating = asyncio.create_task(simulate._run(parse(tmp_path, "--url", url, "--token", rest.token)))
         async with asyncio.timeout(30):
-            while not simulating.done() and not await rest.get("/v1/robots"):
+            while not simulating.done() and not await rest.items("/v1/robots"):
                 await asyncio.sleep(0.05)
         async with RobotClient(url, robot="rover", token=rest.token, role="operator") as operator:
             move_base = await MoveBaseClient(operator).start()

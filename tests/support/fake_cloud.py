@@ -23,12 +23,18 @@ class FakeCloud:
         self.asked: list[tuple[str, MapVersion, PathRequest]] = []
         self.error: Exception | None = None
         self.running: list[ContainerView] = []
+        self.given_up: list[str] = []
 
     def machines(self) -> list[MachineView]:
         return [MACHINE]
 
     def containers(self, user: str | None) -> list[ContainerView]:
         return [c for c in self.running if user in (None, c.user)]
+
+    def give_up_container(self, container: str) -> None:
+        [gone] = [one for one in self.running if one.id == container]
+        self.running.remove(gone)
+        self.given_up.append(container)
 
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
         self.asked.append((user.id, map, request))

@@ -9,7 +9,7 @@ async def test_the_token_alone_is_printed_and_is_good(ppaas: CommandLine, tmp_pa
     ended = await ppaas("login", "ann", "--password-file", str(tmp_path / "password"), user=None)
     assert (ended.status, ended.err) == (0, "")
     ppaas.tokens["new"] = ended.out.strip()
-    assert (await ppaas("user", "me", user="new")).rows[1] == ["ann", "user"]
+    assert (await ppaas("user", "show", user="new")).rows[1] == ["ann", "user"]
 
 
 async def test_json_says_when_the_token_expires(ppaas: CommandLine) -> None:

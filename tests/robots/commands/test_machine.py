@@ -19,12 +19,29 @@ async def test_nobody_else_does(ppaas: CommandLine) -> None:
 
 
 async def test_a_user_sees_the_own_containers_and_an_administrator_all(ppaas: CommandLine) -> None:
-    ppaas.cloud.running = [container("c1", pss=3 << 20, ready_seconds=0.034), container("c2", user="bob")]
-    [_, mine] = (await ppaas("machine", "containers")).rows
-    assert mine == ["c1", "robot", "ann", "tb1", "house", "m1", "1", "ready", "42", "3.0", "MiB", "0.034"]
-    all_of_them = json.loads((await ppaas("machine", "containers", "--json", user="admin")).out)
+    ppaas.cloud.running = [container("c1", pss=3 << 20, cpu=0.125, age=95.0, clients=2), container("c2", user="bob")]
+    [_, mine] = (await ppaas("container", "list")).rows
+    assert mine == [
+        "c1",
+        "robot",
+        "ann",
+        "tb1",
+        "house",
+        "m1",
+        "1",
+        "ready",
+        "42",
+        "12",
+        "%",
+        "3.0",
+        "MiB",
+        "1m",
+        "35s",
+        "2",
+    ]
+    all_of_them = json.loads((await ppaas("container", "list", "--json", user="admin")).out)
     assert [one["id"] for one in all_of_them] == ["c1", "c2"]
 
 
 async def test_where_there_is_none_it_says_so(ppaas: CommandLine) -> None:
-    assert (await ppaas("machine", "containers")).out == "no containers: a robot has one while it is connected\n"
+    assert (await ppaas("container", "list")).out == "no containers: a robot has one while it is connected\n"

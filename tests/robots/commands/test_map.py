@@ -25,7 +25,8 @@ def broken(house: Path) -> Path:
 async def test_a_map_is_published_listed_shown_and_deleted(ppaas: CommandLine, house: Path) -> None:
     published = await ppaas("map", "publish", str(house))
     assert published.status == 0, published.err
-    assert published.rows[0] == ["id", "owner", "version", "width", "height", "resolution", "origin", "readers"]
+    expected = ["id", "owner", "version", "width", "height", "resolution", "origin", "readers", "description"]
+    assert published.rows[0] == expected
     assert published.rows[1][:2] == ["house", "ann"]
     assert published.rows[1][3:] == ["4", "3", "0.05", "-1,", "-2,", "0", "-"]
     assert (await ppaas("map", "show", "house")).out == published.out

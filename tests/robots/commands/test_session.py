@@ -5,7 +5,10 @@ from tests.support.command_line import CommandLine
 COMMANDS = [
     ("map", "list"), ("map", "show", "house"), ("map", "delete", "house"), ("robot", "list"), ("robot", "show", "tb1"),
     ("robot", "delete", "tb1"), ("plan", "house", "--start", "0", "0", "--goal", "1", "1"), ("machine", "list"),
-    ("machine", "containers"), ("user", "list"), ("user", "me"), ("user", "add", "cid"), ("user", "delete", "bob"),
+    ("container", "list"), ("user", "list"), ("user", "show"), ("user", "create", "cid"), ("user", "delete", "bob"),
+    ("user", "change", "--role", "user"), ("machine", "show", "m1"), ("container", "show", "c1"), ("top", "--once"),
+    ("container", "delete", "c1"), ("token", "list"), ("token", "delete", "current"), ("robot", "change", "a", "b=1"),
+    ("map", "change", "house", "--reader", "*"), ("map", "versions", "house"), ("map", "fetch", "house"),
 ]  # fmt: skip
 
 

@@ -1,0 +1,40 @@
+"""Names in paths and bodies: the rule of the stores, checked where a request comes in and told in OpenAPI."""
+
+from typing import Annotated
+
+from fastapi import Path
+from pydantic import AfterValidator, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from storage.names import PATTERN, is_name
+
+MAX_SHOWN = 64
+
+
+def _name(text: str) -> str:
+    if not is_name(text):
+        shown = text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + "…"
+        told = "{shown} is no name: take 1 to 64 letters, digits, '_', '.' and '-', a letter or digit first"
+        raise PydanticCustomError("name", told, {"shown": repr(shown)})
+    return text
+
+
+def _version(text: str) -> str:
+    if not is_name(text):
+        raise PydanticCustomError("version", "a version is the SHA-256 of a map's files, in 64 hex digits")
+    return text
+
+
+_SCHEMA = {"type": "string", "pattern": f"^{PATTERN}$", "minLength": 1, "maxLength": 64}
+
+Name = Annotated[str, AfterValidator(_name), WithJsonSchema(_SCHEMA)]
+Version = Annotated[str, AfterValidator(_version), WithJsonSchema(_SCHEMA)]
+
+MapId = Annotated[Name, Path(examples=["office"])]
+VersionId = Annotated[Version, Path(description="SHA-256 of the map's files", examples=["0" * 64])]
+RobotId = Annotated[Name, Path(examples=["tb1"])]
+UserId = Annotated[Name, Path(description="`me` is whoever asks", examples=["ann"])]
+TokenId = Annotated[Name, Path(description="`current` is the one that is used", examples=["current"])]
+PlanId = Annotated[Name, Path(examples=["9f1c0d6f6c1a4d0c8a52ad2d0cf0e6b1"])]
+MachineId = Annotated[Name, Path(examples=["local"])]
+ContainerId = Annotated[Name, Path(examples=["c1"])]

@@ -1,0 +1,94 @@
+"""What the description of the service says of problems: which an operation may answer with, and what one looks like."""
+
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+from fastapi.routing import APIRoute
+
+from endpoints.problems import MEDIA_TYPE, TYPE
+from endpoints.rest.schemas import Problem
+
+Responses = dict[int | str, dict[str, Any]]
+
+_SCHEMAS = "#/components/schemas/{model}"
+
+TAGS = [
+    {"name": "tokens", "description": "Logging in and out."},
+    {"name": "users", "description": "Who may use the cloud."},
+    {"name": "maps", "description": "Maps, their versions and their files."},
+    {"name": "robots", "description": "The caller's robots."},
+    {"name": "plans", "description": "Paths: asked for, looked up again, removed."},
+    {"name": "models", "description": "Models of robots that robot files may name."},
+    {"name": "machines", "description": "Machines of the cloud, for administrators."},
+    {"name": "containers", "description": "What runs: the caller's own, or all for an administrator."},
+]
+
+
+_EXAMPLES = {
+    400: ("malformed-message", "Malformed message", "the body is not JSON: Expecting value: line 1 column 1 (char 0)"),
+    401: ("not-authenticated", "Not authenticated", "the token is unknown or expired: log in again"),
+    403: ("not-permitted", "Not permitted", "only an administrator may do this"),
+    404: ("not-found", "Not found", "unknown map 'office'"),
+    408: ("request-timeout", "Request Timeout", "the body did not come within 30 s: send it again, faster"),
+    409: ("conflict", "Conflict", "robot 'tb1' is connected: let it disconnect first"),
+    413: ("message-too-large", "Too large", "the body of this request may have 1048576 bytes at most"),
+    415: (
+        "unsupported-media-type",
+        "Unsupported Media Type",
+        "send JSON, and say so: 'Content-Type: application/json'",
+    ),
+    422: ("invalid-request", "Invalid request", "body.cores: Input should be greater than 0"),
+    429: ("quota-exceeded", "Quota exceeded", "user 'ann' may have 64 containers"),
+    500: ("internal-error", "Internal error", "the cloud failed; its log says why"),
+    503: ("unavailable", "Unavailable", "the disk is full: free space"),
+}
+_FAULTS = [{"where": ["body", "cores"], "what": "Input should be greater than 0"}]
+
+
+def problems(*statuses: int) -> Responses:
+    """Return what an operation declares of the problems it may answer with."""
+    return {status: _response(status, *_EXAMPLES[status]) for status in statuses}
+
+
+def _response(status: int, slug: str, title: str, detail: str) -> dict[str, Any]:
+    example: dict[str, Any] = {"type": TYPE + slug, "title": title, "status": status, "detail": detail}
+    if slug == "invalid-request":
+        example["errors"] = _FAULTS
+    schema = {"$ref": _SCHEMAS.format(model="Problem")}
+    return {"description": title, "content": {MEDIA_TYPE: {"schema": schema, "example": example}}}
+
+
+EVERYWHERE = problems(422, 500, 503)
+KNOWN = problems(401)
+"""Of operations that want a token."""
+
+ADMIN = problems(401, 403)
+BODY = problems(400, 408, 413, 415)
+"""Of operations that take a body."""
+
+
+def operation_id(route: APIRoute) -> str:
+    """Return the name of an operation: that of the function."""
+    return route.name
+
+
+def describe(app: FastAPI) -> None:
+    """Let an application describe problems as one schema, once."""
+
+    def openapi() -> dict[str, Any]:
+        if app.openapi_schema is None:
+            described = get_openapi(
+                title=app.title,
+                version=app.version,
+                summary=app.summary,
+                description=app.description,
+                routes=app.routes,
+                tags=app.openapi_tags,
+            )
+            problem = Problem.model_json_schema(ref_template=_SCHEMAS)
+            described["components"]["schemas"] |= {**problem.pop("$defs"), "Problem": problem}
+            app.openapi_schema = described
+        return app.openapi_schema
+
+    app.openapi = openapi  # type: ignore[method-assign]

@@ -1,0 +1,8 @@
+"""Paths of the REST service."""
+
+from urllib.parse import quote
+
+
+def path_of(*parts: str) -> str:
+    """Return the path of a resource, such as ``/v1/maps/office``; what is no name is for the cloud to refuse."""
+    return "/v1/" + "/".join(quote(part, safe="", errors="surrogateescape") for part in parts)
