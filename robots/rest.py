@@ -110,10 +110,13 @@ class RestClient:
         return login
 
     async def upload_map(
-        self, map_id: str, yaml: bytes, image: bytes, readers: tuple[str, ...] = (), description: str | None = None
+        self, map_id: str, yaml: bytes, image: bytes, readers: tuple[str, ...] = (), **fields: str | None
     ) -> None:
-        """Publish a map, or its new version: the bytes of its YAML and image files. Reader ``*`` is everybody."""
-        said = [] if description is None else [("description", description)]
+        """Publish a map, or its new version: the bytes of its YAML and image files. Reader ``*`` is everybody.
+
+        Fields are ``description`` and ``rules``, whose tell free from occupied: ``map_server`` or ``nav2``.
+        """
+        said = [(name, value) for name, value in fields.items() if value is not None]
         body = _multipart(
             [("id", map_id), *(("readers", reader) for reader in readers), *said],
             [("yaml", "map.yaml", yaml), ("image", "map.pgm", image)],

@@ -14,6 +14,7 @@ from starlette.datastructures import FormData, UploadFile
 from endpoints.rest.dependencies import Caller
 from endpoints.rest.schemas import MAX_DESCRIPTION, MAX_READERS
 from ppaas.errors import InvalidParameter
+from ppaas.maps.record import Rules
 from storage.failures import disk_errors
 from storage.names import PATTERN, check_name
 
@@ -40,6 +41,12 @@ OPENAPI: dict[str, Any] = {
                             "maxLength": MAX_DESCRIPTION,
                             "description": "For people. Left out: as before, or none.",
                         },
+                        "rules": {
+                            "type": "string",
+                            "enum": [rules.value for rules in Rules],
+                            "description": "Whose rules tell free from occupied; kept as the key `rules` of the YAML. "
+                            "Left out: what the YAML says, or map_server's.",
+                        },
                     },
                 }
             }
@@ -49,13 +56,14 @@ OPENAPI: dict[str, Any] = {
 
 
 class MapForm(msgspec.Struct, frozen=True):
-    """What was sent; ``readers`` and ``description`` are None where nothing was said of them."""
+    """What was sent; ``readers``, ``description`` and ``rules`` are None where nothing was said of them."""
 
     id: str
     yaml: bytes
     image: bytes
     readers: tuple[str, ...] | None
     description: str | None
+    rules: Rules | None
 
 
 async def read_map_form(request: Request, _user: Caller) -> MapForm:
@@ -75,10 +83,10 @@ async def read_map_form(request: Request, _user: Caller) -> MapForm:
     if request.headers.get("content-type", "").partition(";")[0].strip().lower() != MULTIPART:
         raise HTTPException(415, f"send a form with the files: 'Content-Type: {MULTIPART}'")
     with disk_errors(Path(tempfile.gettempdir())):
-        async with request.form(max_files=2, max_fields=MAX_READERS + 2) as form:
+        async with request.form(max_files=2, max_fields=MAX_READERS + 3) as form:
             map_id = check_name("map", _text(form, "id"))
             files = await _file(form, "yaml"), await _file(form, "image")
-            return MapForm(map_id, *files, _readers(form), _description(form))
+            return MapForm(map_id, *files, _readers(form), _description(form), _rules(form))
 
 
 PublishedMap = Annotated[MapForm, Depends(read_map_form)]
@@ -105,6 +113,16 @@ def _description(form: FormData) -> str | None:
     if len(text) > MAX_DESCRIPTION:
         raise InvalidParameter(f"a description has {MAX_DESCRIPTION} characters at most, not {len(text)}")
     return text
+
+
+def _rules(form: FormData) -> Rules | None:
+    if "rules" not in form:
+        return None
+    name = _text(form, "rules")
+    known = [rules.value for rules in Rules]
+    if name not in known:
+        raise InvalidParameter(f"rules are {' or '.join(known)}, not {name!r}")
+    return Rules(name)
 
 
 def _readers(form: FormData) -> tuple[str, ...] | None:

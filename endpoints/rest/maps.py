@@ -16,6 +16,7 @@ from endpoints.services import Services
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, NotFound, NotPermitted
 from ppaas.maps.files import load_map
+from ppaas.maps.record import with_rules
 from storage.records import MapRecord, User
 from storage.versions import new_map
 
@@ -86,7 +87,8 @@ def _publish(services: Services, user: User, form: MapForm) -> MapAnswer:
         owner = head.owner if user.role == "admin" else owner
         readers = head.readers if readers is None else readers
         description = head.description if description is None else description
-    record = new_map(form.id, owner, form.yaml, form.image, readers=readers, created=epoch(), description=description)
+    yaml = form.yaml if form.rules is None else with_rules(form.yaml, form.rules)
+    record = new_map(form.id, owner, yaml, form.image, readers=readers, created=epoch(), description=description)
     answer = described(record)
     services.map_store.put_map(record)
     return answer

@@ -31,6 +31,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     publish = verbs.add_parser("publish", help="publish a map of map_server, or its new version")
     publish.add_argument("yaml", type=Path, help="its YAML file; the image is found by it")
     publish.add_argument("--id", help="of the map (the name of the YAML file)")
+    publish.add_argument(
+        "--rules", choices=("map_server", "nav2"), help="what is free (as the file says, or map_server)"
+    )
     listing = verbs.add_parser("list", help="list the maps that you may use")
     one = verbs.add_parser("show", help="show one map")
     change = verbs.add_parser("change", help="change who may use a map, or what is said of it")
@@ -64,7 +67,8 @@ async def _publish(arguments: argparse.Namespace) -> None:
     map_id = arguments.id or arguments.yaml.stem
     client = logged_in(arguments)
     readers = tuple("" if name == NOBODY else name for name in arguments.reader or ())
-    await client.upload_map(map_id, yaml, image, readers, arguments.description)
+    said = {"description": arguments.description, "rules": arguments.rules}
+    await client.upload_map(map_id, yaml, image, readers, **said)
     show(await client.get(path_of("maps", map_id)), MAPS.columns, as_json=arguments.json)
 
 

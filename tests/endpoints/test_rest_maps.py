@@ -10,6 +10,7 @@ from endpoints.services import Services
 from ppaas.errors import Unavailable
 from tests.endpoints.conftest import LogIn, Publish
 from tests.support.fake_cloud import FakeCloud, container
+from tests.support.png import png
 from tests.support.problems import problem_of
 from tests.support.records import YAML, pgm
 
@@ -194,3 +195,27 @@ async def test_a_real_map_is_published(client: httpx.AsyncClient, log_in: LogIn,
     image = yaml.with_suffix(".pgm").read_bytes()
     made = await publish(await log_in("ann"), yaml=yaml.read_bytes(), image=image)
     assert (made.status_code, made.json()["width"], made.json()["height"]) == (201, 384, 384)
+
+
+async def test_a_png_is_published_and_given_back_as_one(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann, image = await log_in("ann"), png([b"\x00\xfe\xcd", b"\xfe\xfe\xfe"], 3)
+    made = await publish(ann, image=image)
+    assert (made.status_code, made.json()["width"], made.json()["height"]) == (201, 3, 2)
+    fetched = await client.get("/v1/maps/house/image", headers=ann)
+    assert (fetched.content, fetched.headers["content-type"]) == (image, "image/png")
+    cells = await client.get("/v1/maps/house/cells", headers=ann)
+    assert cells.content == bytes([0, 0, 0, 100, 0, 255])
+
+
+async def test_the_rules_are_kept_with_the_map(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+    """At the threshold itself a cell is free by Nav2's rules, and unknown by map_server's."""
+    ann, yaml = await log_in("ann"), YAML.replace(b"free_thresh: 0.196", b"free_thresh: 0.0")
+    for rules, cell in (({}, 255), ({"rules": "nav2"}, 0), ({"rules": "map_server"}, 255)):
+        assert (await publish(ann, yaml=yaml, image=pgm(1, 1, 255), **rules)).status_code == 201
+        assert (await client.get("/v1/maps/house/cells", headers=ann)).content == bytes([cell])
+    problem = problem_of(await publish(ann, rules="gmapping"), 422, "invalid-parameter")
+    assert problem["detail"] == "rules are map_server or nav2, not 'gmapping'"
+    without = yaml.replace(b"free_thresh: 0.0", b"")
+    assert "Nav2" in problem_of(await publish(ann, yaml=without, rules="nav2"), 422, "invalid-map")["detail"]

@@ -90,3 +90,9 @@ async def test_an_image_that_is_cut_off_is_refused_by_the_cloud(ppaas: CommandLi
 async def test_a_name_that_is_none_is_told_what_one_is(ppaas: CommandLine, house: Path) -> None:
     ended = await ppaas("map", "publish", str(house), "--id", "my house")
     assert ended.err.startswith("ppaas: invalid-input: 'my house' cannot name a map: take")
+
+
+async def test_a_map_of_nav2_is_published_by_its_rules(ppaas: CommandLine, house: Path, tmp_path: Path) -> None:
+    assert (await ppaas("map", "publish", str(house), "--rules", "nav2")).status == 0
+    assert (await ppaas("map", "fetch", "house", "--to", str(tmp_path / "got"))).status == 0
+    assert b"rules: nav2" in (tmp_path / "got" / "house.yaml").read_bytes()
