@@ -107,6 +107,23 @@ def test_clearing_forgets_what_was_seen(driving):
     assert around.overlay(static) is static
 
 
+@pytest.mark.parametrize(("maps", "beyond", "left"), [
+    ("both", 0.0, False), ("local", 0.0, True), ("global", 0.0, True), ("both", 0.5, False), ("both", 2.0, True),
+])  # fmt: skip
+def test_what_is_remembered_and_what_is_in_the_window_are_cleared_by_themselves_and_by_distance(
+    driving, maps, beyond, left
+):
+    cells = driving.world.grid.data.copy()
+    fill(cells, driving.world.grid.info, (2.0, 0.5, 2.2, 1.5))
+    driving.world.truth[:] = cells >= 50
+    driving.send_goal(GOAL)
+    driving.run(0.3)
+    around = driving.graph.nodes["move_base"]._surroundings
+    around.clear(driving.world.pose, beyond, maps)
+    static = driving.layers.costmap
+    assert (around.overlay(static) is not static) is left
+
+
 def test_robots_in_another_frame_are_refused(driving):
     with pytest.raises(TransformError, match="odom"):
         driving.graph.inject("robots", PoseArray(Header(frame_id="odom"), []))

@@ -1,12 +1,19 @@
+from importlib.metadata import EntryPoint
+
 import pytest
 
+from ppaas.costmap.build import build_layers
 from ppaas.errors import InvalidParameter, NotFound
+from ppaas.nodes.clone import build_clone
+from ppaas.nodes.graph import Graph
 from ppaas.plugins import PluginRegistry
 from ppaas.recoveries import Recovery, create, recovery_names
 from ppaas.recoveries.back_up import BackUpRecovery
 from ppaas.recoveries.clear_costmap import ClearCostmapRecovery
+from ppaas.recoveries.registry import RECOVERIES
 from ppaas.recoveries.rotate import RotateRecovery
 from ppaas.recoveries.wait import WaitRecovery
+from tests.support.planar_world import walled_map
 
 
 @pytest.mark.parametrize(
@@ -56,6 +63,39 @@ def test_every_behaviour_installed_names_itself_and_its_purpose():
     for name in recovery_names():
         assert create(name).name == name
         assert create(name).purpose
+
+
+class Whistle(Recovery):
+    """A behaviour of another distribution."""
+
+    name = "whistle"
+    purpose = "Whistles, so that people step aside."
+
+    def __init__(self, tune: str = "") -> None:
+        self.tune = tune
+
+    def start(self, request):
+        pass
+
+    def step(self, request):
+        return None
+
+
+def test_a_behaviour_of_another_distribution_is_found_by_its_entry_point(monkeypatch):
+    entry = EntryPoint("whistle", f"{__name__}:Whistle", "ppaas.recoveries")
+    monkeypatch.setitem(RECOVERIES.__dict__, "_entries", {**RECOVERIES._entries, "whistle": entry})
+    behaviors = [{"name": "polite", "type": "whistle"}, {"name": "rest", "type": "wait"}]
+    graph = Graph()
+    build_clone(
+        graph,
+        build_layers(walled_map(4, 3, [])),
+        model="turtlebot2",
+        initial_pose=(1.0, 1.0, 0.0),
+        parameters={"move_base": {"recovery_behaviors": behaviors}, "polite": {"tune": "C major"}},
+    )
+    whistle, wait = graph.nodes["move_base"]._recoveries
+    assert (type(whistle), whistle.tune) == (Whistle, "C major")
+    assert isinstance(wait, WaitRecovery)
 
 
 def test_a_plug_in_of_others_must_be_a_behaviour():
