@@ -121,7 +121,7 @@ async def _start(config: AgentConfig, cpus: tuple[int, ...], stack: contextlib.A
     stack.callback(store.close)
     cache = MapCache.of_instance(config.instance)
     stack.callback(cache.remove_all)
-    gate = Gate(run_dir / f"gate-{config.machine}.sock", store, fabric)
+    gate = Gate(run_dir / f"gate-{config.machine}.sock", store, fabric, config.instance)
     stack.push_async_callback(gate.close)
     await gate.start()
     stream = await _dial(config)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from engine.agent_config import AgentConfig
 from engine.agent_process import AgentProcess
 from engine.balancers.first_fit import FirstFit
+from engine.checkpoints import Checkpoints
 from engine.mapcache import instance_name
 from engine.master import Master, Quota
 from engine.model import MapVersion
@@ -67,10 +68,10 @@ class Cloud:
         self.store: Store = open_store(config.store)
         self.map_store: MapStore = open_map_store(config.map_store)
         self._run_dir = make_run_dir()  # after what may be refused, so that it is not left behind
-        secret = secrets.token_urlsafe(24)
+        secret, instance = secrets.token_urlsafe(24), instance_name()
         self.service = CloudService(
             Master(FirstFit(), config.quota),
-            self.store,
+            Checkpoints(self.store, instance, config.linger),
             self._run_dir,
             secret,
             machine_frozen=lambda _: self._agent.kill(),
@@ -83,7 +84,7 @@ class Cloud:
                 control=str(self._run_dir / "control.sock"),
                 secret=secret,
                 run_dir=str(self._run_dir),
-                instance=instance_name(),
+                instance=instance,
                 store=config.store,
                 map_store=config.map_store,
                 cores=config.cores,

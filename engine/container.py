@@ -19,7 +19,7 @@ from engine.heartbeats import BEAT_PERIOD
 from engine.home import CloudHome
 from engine.machine_client import MachineClient
 from engine.mapcache import open_layers
-from engine.model import Launch
+from engine.model import LINK_STATE, Launch
 from engine.outside import Outside
 from engine.runtimes.threads import use_threads
 from ppaas.errors import PPaaSError
@@ -33,9 +33,6 @@ logger = logging.getLogger(__name__)
 
 CHECKPOINT_PERIOD = 0.25
 """Seconds; in them a robot moves no farther than localization forgives, should the container be lost."""
-LINK_STATE = "link"
-"""Name under which a checkpoint keeps the last sequence number that was applied."""
-
 MAX_WAITING = 1 << 20
 """Bytes that may wait for a slow endpoint before messages that may be lost are."""
 

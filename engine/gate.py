@@ -13,10 +13,11 @@ from typing import Protocol
 from engine import machine_link
 from engine.awaited import Awaited
 from engine.background import Background
+from engine.checkpoints import marks
 from engine.framing import FrameStream
 from engine.keys import Scope, parse_shared
 from engine.link import Refusal
-from engine.model import SESSION_STATE, ContainerSpec
+from engine.model import ContainerSpec
 from ppaas.clock import epoch
 from ppaas.errors import MessageTooLarge, NotPermitted, PPaaSError, QuotaExceeded
 from storage.ports import Store
@@ -84,14 +85,25 @@ class Gate:
         Where checkpoints and plans are kept.
     fabric : Shares
         Where positions are shared.
+    instance : str
+        Name of the cloud process whose machine this is.
     attach_timeout : float
         Seconds that whoever dials has to say who it is.
     """
 
-    def __init__(self, path: Path, store: Store, fabric: Shares, *, attach_timeout: float = ATTACH_TIMEOUT) -> None:
+    def __init__(
+        self,
+        path: Path,
+        store: Store,
+        fabric: Shares,
+        instance: str = "",
+        *,
+        attach_timeout: float = ATTACH_TIMEOUT,
+    ) -> None:
         self.path = path
         self._store = store
         self._fabric = fabric
+        self._instance = instance
         self._attach_timeout = attach_timeout
         self._awaited: Awaited[ContainerSpec] = Awaited()
         self._streams: set[Stream] = set()
@@ -191,7 +203,7 @@ class Gate:
     def _save_clone(self, spec: ContainerSpec, nodes: dict[str, bytes]) -> None:
         if spec.robot is None:
             raise NotPermitted("a container that only plans has no clone")
-        marked = nodes | {SESSION_STATE: spec.session.encode()}
+        marked = nodes | marks(spec, self._instance)
         self._store.save_clone(CloneCheckpoint(spec.user, spec.robot.id, marked, epoch()))
 
     def _keep_plan(self, spec: ContainerSpec, plan: PlanRecord) -> None:

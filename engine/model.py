@@ -9,6 +9,12 @@ ContainerKind = Literal["robot", "planning"]
 SESSION_STATE = "session"
 """Name under which a checkpoint keeps the session that it was made in."""
 
+ORIGIN_STATE = "origin"
+"""Name under which a checkpoint keeps what it was made for, and by which cloud process."""
+
+LINK_STATE = "link"
+"""Name under which a checkpoint keeps the last sequence number that was applied."""
+
 
 class MapVersion(msgspec.Struct, frozen=True):
     """One version of a map."""

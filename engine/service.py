@@ -12,21 +12,19 @@ from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
-import msgspec
-
 from engine import control, link
 from engine.background import Background
+from engine.checkpoints import Checkpoints
 from engine.control_server import ControlServer
 from engine.framing import FrameStream
 from engine.heartbeats import BEAT_PERIOD, MISSED, Heartbeats
 from engine.link_server import LinkServer
 from engine.machine import Machine
 from engine.master import Close, End, Master, Order, Place, PlaceRequest, Start
-from engine.model import SESSION_STATE, ContainerSpec
+from engine.model import ContainerSpec
 from engine.place_link import PlaceLink
 from engine.views import ContainerView, MachineView
-from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable, rebuild
-from storage.ports import Store
+from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable, rebuild
 
 logger = logging.getLogger(__name__)
 
@@ -41,8 +39,8 @@ class CloudService:
     ----------
     master : Master
         Decides.
-    store : Store
-        Has the checkpoints of clones.
+    checkpoints : Checkpoints
+        Of the clones.
     run_dir : Path
         Folder for the sockets.
     secret : str
@@ -56,7 +54,7 @@ class CloudService:
     def __init__(
         self,
         master: Master,
-        store: Store,
+        checkpoints: Checkpoints,
         run_dir: Path,
         secret: str,
         *,
@@ -66,7 +64,7 @@ class CloudService:
         self._master = master
         self._start_timeout = start_timeout
         self._machine_frozen = machine_frozen
-        self._store = store
+        self._checkpoints = checkpoints
         self._links = LinkServer(run_dir / "link.sock", self._welcome, self._failed)
         self._control = ControlServer(run_dir / "control.sock", secret, self)
         self._places: dict[str, PlaceLink] = {}
@@ -136,7 +134,10 @@ class CloudService:
         return place
 
     async def close_place(self, key: str, reason: PPaaSError) -> None:
-        """Give a place up and tell its clients."""
+        """Give a place up and tell its clients; one that was idle goes on when somebody comes again."""
+        open_now = self._master.places.get(key)
+        if isinstance(reason, Idle) and open_now is not None and open_now.request.robot is not None:
+            self._checkpoints.park(open_now.request.user, open_now.request.robot.id)
         place = self._places.pop(key, None)
         if place is not None:
             place.close(reason)
@@ -178,7 +179,7 @@ class CloudService:
         container = order.spec.id
         try:
             await asyncio.sleep(order.delay)
-            spec = await self._with_checkpoint(order.spec)
+            spec = await asyncio.to_thread(self._checkpoints.give, order.spec)
             if container not in self._started:
                 return  # it was given up meanwhile
             self._send_start(order.machine, spec)
@@ -198,21 +199,6 @@ class CloudService:
         secret = secrets.token_urlsafe(24)
         self._links.expect(spec.id, secret)
         self._control.order(machine, control.StartContainer(spec, secret, str(self._links.path)))
-
-    async def _with_checkpoint(self, spec: ContainerSpec) -> ContainerSpec:
-        """Let a container go on where the one before it in this session was: the first begins as its robot says."""
-        if spec.robot is None:
-            return spec
-        if spec.id == spec.session:
-            await asyncio.to_thread(self._store.remove_clone, spec.user, spec.robot.id)
-            return spec
-        try:
-            checkpoint = await asyncio.to_thread(self._store.clone, spec.user, spec.robot.id)
-        except NotFound:
-            return spec
-        if checkpoint.nodes.get(SESSION_STATE) != spec.session.encode():
-            return spec  # of a session before, whose last container ended late
-        return msgspec.structs.replace(spec, checkpoint=checkpoint.nodes)
 
     def _end(self, order: End) -> None:
         self._links.forget(order.container)

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from engine import link, machine_link
-from engine.container import LINK_STATE, MAX_WAITING, Container, run
+from engine.container import MAX_WAITING, Container, run
 from engine.framing import FrameStream
 from engine.home import CloudHome
 from engine.layer_files import write_layers
 from engine.machine_client import MachineClient
-from engine.model import ContainerSpec, Launch
+from engine.model import LINK_STATE, ContainerSpec, Launch
 from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap

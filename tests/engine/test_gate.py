@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine import machine_link
+from engine.checkpoints import marks
 from engine.framing import FrameStream
 from engine.gate import MAX_REQUESTS, MAX_SHARED, MAX_WAITING, Gate, scope_of
 from engine.keys import parse_shared
@@ -173,9 +174,11 @@ async def test_a_checkpoint_is_kept_under_the_robot_of_the_container_and_no_othe
 
 
 async def test_a_checkpoint_is_marked_with_the_session_of_its_container(attach: Attach, store: SlowStore) -> None:
-    stream = await attach(msgspec.structs.replace(robot_spec("c2"), session="c1"))
-    await ask(stream, machine_link.SaveClone(1, {"session": b"c9"}))
-    assert store.clone("ann", "tb1").nodes == {"session": b"c1"}
+    spec = msgspec.structs.replace(robot_spec("c2"), session="c1")
+    stream = await attach(spec)
+    await ask(stream, machine_link.SaveClone(1, {"session": b"c9", "origin": b"elsewhere"}))
+    assert store.clone("ann", "tb1").nodes == marks(spec, "")
+    assert marks(spec, "")["session"] == b"c1"
 
 
 async def test_a_container_that_only_plans_has_no_clone_and_shares_nothing(attach: Attach, fabric: FakeFabric) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from engine.balancers.first_fit import FirstFit
+from engine.checkpoints import Checkpoints
 from engine.master import Master, Quota
 from engine.place_link import PlaceLink
 from engine.robot_sessions import RobotSessions
@@ -23,7 +24,7 @@ SHORT = 0.02
 @pytest.fixture
 async def service(tmp_path: Path) -> AsyncIterator[CloudService]:
     """Return a cloud without machines: its places wait for one."""
-    opened = CloudService(Master(FirstFit(), Quota(containers=2)), MemoryStore(), tmp_path, "secret")
+    opened = CloudService(Master(FirstFit(), Quota(containers=2)), Checkpoints(MemoryStore()), tmp_path, "secret")
     await opened.start()
     yield opened
     await opened.close()

@@ -9,6 +9,7 @@ import pytest
 
 from engine import control, link
 from engine.balancers.first_fit import FirstFit
+from engine.checkpoints import Checkpoints
 from engine.master import CRASH_LIMIT, Master, Quota
 from engine.model import SESSION_STATE
 from engine.service import CloudService
@@ -69,7 +70,7 @@ def store() -> SlowStore:
 @pytest.fixture
 async def service(tmp_path: Path, store: SlowStore) -> AsyncIterator[CloudService]:
     master = Master(FirstFit(), Quota(containers=8, cores=8.0))
-    opened = CloudService(master, store, tmp_path, "secret")
+    opened = CloudService(master, Checkpoints(store), tmp_path, "secret")
     await opened.start()
     yield opened
     store.go.set()
@@ -228,7 +229,7 @@ async def test_a_new_session_begins_anew_and_not_where_another_ended(
 async def test_a_container_that_does_not_start_is_ended_and_replaced(
     tmp_path: Path, store: SlowStore, caplog: pytest.LogCaptureFixture
 ) -> None:
-    service = CloudService(Master(FirstFit()), store, tmp_path, "secret", start_timeout=0.05)
+    service = CloudService(Master(FirstFit()), Checkpoints(store), tmp_path, "secret", start_timeout=0.05)
     await service.start()
     machine = await FakeMachine.join(tmp_path)
     await service.wait_for_machine(10)
@@ -248,7 +249,7 @@ async def test_a_container_that_does_not_start_is_ended_and_replaced(
 async def test_a_container_that_is_ready_is_not_ended_when_its_time_to_start_is_up(
     tmp_path: Path, store: SlowStore
 ) -> None:
-    service = CloudService(Master(FirstFit()), store, tmp_path, "secret", start_timeout=0.2)
+    service = CloudService(Master(FirstFit()), Checkpoints(store), tmp_path, "secret", start_timeout=0.2)
     await service.start()
     machine = await FakeMachine.join(tmp_path)
     await service.wait_for_machine(10)

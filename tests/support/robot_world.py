@@ -18,6 +18,7 @@ from endpoints.client_sessions import ClientSessions
 from endpoints.robot_socket import serve_robot_socket
 from endpoints.services import Services
 from engine.balancers.first_fit import FirstFit
+from engine.checkpoints import Checkpoints
 from engine.master import Master
 from engine.robot_sessions import RobotSessions
 from engine.service import CloudService
@@ -74,7 +75,7 @@ async def robot_world(folder: Path, services: Services) -> AsyncIterator[World]:
     await services.accounts.register("ann", PASSWORD)
     services.map_store.put_map(records.house())
     services.store.put_robot(records.robot("tb1", user="ann", map="house"))
-    service = CloudService(Master(FirstFit()), services.store, folder, "secret")
+    service = CloudService(Master(FirstFit()), Checkpoints(services.store), folder, "secret")
     await service.start()
     machine = await FakeMachine.join(folder)
     await service.wait_for_machine(10)
