@@ -211,7 +211,14 @@ class Graph:
     # -- topics ----------------------------------------------------------------------------------------------------
 
     def publish(self, topic: str, message: Payload) -> None:
-        """Publish from a node of this home. What a subscriber raises is logged: it is no fault of the publisher."""
+        """Publish from a node of this home. What a subscriber raises is logged: it is no fault of the publisher.
+
+        Raises
+        ------
+        NotFound
+            No node here declared the topic.
+        """
+        self.topic(topic)
         self._queue.append((topic, message))
         if not self._draining:
             self._drain()

@@ -179,3 +179,73 @@ def test_a_job_comes_back_with_its_result_its_error_or_its_cancellation() -> Non
 
     Graph().start(fail, results.append)
     assert isinstance(results[-1], InvalidInput)
+
+
+# -- topics that come and go -------------------------------------------------------------------------------------------
+
+MORE = Topic("more", std_msgs.Float64, latched=True)
+
+
+def test_a_topic_that_is_declared_at_run_time_is_as_any_other_until_it_is_undeclared():
+    graph, heard = Graph(), []
+    doubler = graph.add(Doubler)
+    with pytest.raises(NotFound):
+        graph.publish("more", std_msgs.Float64(0.0))
+    graph.declare(doubler, MORE)
+    assert graph.published_by(doubler) == ("out", "last", "more")
+    graph.publish("more", std_msgs.Float64(1.0))
+    graph.tap("more", lambda _, message: heard.append(message.data))
+    graph.publish("more", std_msgs.Float64(2.0))
+    graph.undeclare(doubler, "more")
+    assert graph.published_by(doubler) == ("out", "last")
+    assert heard == [1.0, 2.0]
+    graph.declare(doubler, MORE)
+    graph.publish("more", std_msgs.Float64(3.0))
+    assert (heard, graph.latched("more")) == ([1.0, 2.0], std_msgs.Float64(3.0)), "taps and what was latched are gone"
+
+
+def test_what_is_on_its_way_when_its_topic_ends_is_lost_and_breaks_nothing():
+    class Fickle(Doubler):
+        name = "fickle"
+
+        def on_message(self, topic: str, message: Payload) -> None:
+            self.context.declare(self, MORE)
+            self.context.publish("more", std_msgs.Float64(1.0))
+            self.context.undeclare(self, "more")
+            self.context.publish("out", std_msgs.Float64(2.0))
+
+    graph = Graph()
+    graph.add(Fickle)
+    listener = graph.add(Listener)
+    graph.inject("in", std_msgs.Float64(0.0))
+    assert listener.heard == [("out", 2.0)]
+
+
+def test_a_node_ends_only_the_topics_that_it_declared_and_takes_no_name_that_is_taken():
+    graph = Graph()
+    doubler, listener = graph.add(Doubler), graph.add(Listener)
+    graph.declare(doubler, MORE)
+    with pytest.raises(Conflict, match="more"):
+        graph.declare(listener, MORE)
+    for node, name in ((listener, "more"), (doubler, "out"), (doubler, "nothing")):
+        with pytest.raises(NotFound):
+            graph.undeclare(node, name)
+
+
+def test_a_topic_is_heard_while_a_node_or_somebody_outside_listens():
+    graph = Graph()
+    graph.add(Doubler)
+    assert (graph.is_heard("in"), graph.is_heard("out"), graph.is_heard("nothing")) == (True, False, False)
+    untap = graph.tap("out", lambda *_: None)
+    assert graph.is_heard("out")
+    untap()
+    assert not graph.is_heard("out")
+
+
+def test_who_watches_is_told_of_topics_that_come_and_go_and_whose_they_are():
+    graph, told = Graph(), []
+    doubler = graph.add(Doubler)
+    graph.watch(lambda *news: told.append(news))
+    graph.declare(doubler, MORE)
+    graph.undeclare(doubler, "more")
+    assert told == [(doubler, "more", MORE), (doubler, "more", None)]
