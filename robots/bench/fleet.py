@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import os
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,8 @@ GAP_LIMIT = 0.1
 LEAST_ROBOTS = 10
 MOST_ROBOTS = 64
 MEMORY_LIMIT_MB = 25.0
+WEIGHED = 3
+"""Robots whose containers are weighed; what is shared counts the more for each, the fewer there are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,30 +94,52 @@ class Trial:
         """Tell whether the commands came in time, in a world that kept up."""
         return self.gap(99) <= 1e3 * GAP_LIMIT and self.late < GAP_LIMIT
 
+    def cpus(self) -> str:
+        """Return who used how many CPUs."""
+        return ", ".join(f"{kind} {share:.2f}" for kind, share in self.shares.items())
+
+    def sentence(self) -> str:
+        """Return how it went."""
+        gaps = ", ".join(
+            f"{name} {self.gap(percent):.0f}" for name, percent in (("p50", 50), ("p99", 99), ("most", 100))
+        )
+        return f"{self.robots} robots: gap {gaps} ms; CPUs: {self.cpus()}; world {1e3 * self.late:.0f} ms late"
+
 
 async def measure(target: Target, progress: Progress, quick: bool) -> list[Figure]:
     """Look for the largest fleet that is commanded in time; then let a few drive on and weigh their containers."""
     plan = QUICK if quick else Plan()
     grid = warehouse(3, *SIDES)
     await target.publish(MAP, grid)
-    trials = await search(target, grid, plan, progress)
-    weighed = await Fleet(target, grid, 3).trial(Plan(warm=plan.driven - plan.seconds, seconds=plan.seconds), progress)
+
+    async def drive(robots: int) -> Trial:
+        trial = await Fleet(target, grid, robots).trial(plan, progress)
+        progress.console.print(f"  {trial.sentence()}")
+        return trial
+
+    trials = await search(drive, plan.first, plan.most)
+    to_weigh = Plan(warm=plan.driven - plan.seconds, seconds=plan.seconds)
+    weighed = await Fleet(target, grid, WEIGHED).trial(to_weigh, progress)
     return [*_of_search(trials), *_of_memory(weighed, plan.driven)]
 
 
-async def search(target: Target, grid: GridMap, plan: Plan, progress: Progress) -> list[Trial]:
-    """Double the fleet until it is too large, then halve the doubt; return all trials in order of size."""
+async def search(drive: Callable[[int], Awaitable[Trial]], first: int, most: int) -> list[Trial]:
+    """Double the fleet until it is too large, then halve the doubt; return all trials in order of size.
+
+    Parameters
+    ----------
+    drive : callable
+        Tries a number of robots.
+    first, most : int
+        Robots to begin with, and at most.
+    """
     trials: list[Trial] = []
-    good, bad, robots = 0, plan.most + 1, plan.first
+    good, bad, robots = 0, most + 1, first
     while good < robots < bad:
-        trial = await Fleet(target, grid, robots).trial(plan, progress)
+        trial = await drive(robots)
         trials.append(trial)
-        progress.console.print(f"  {_sentence(trial)}")
-        if trial.good:
-            good = robots
-        else:
-            bad = robots
-        robots = min(2 * good, plan.most) if bad > plan.most else (good + bad) // 2
+        good, bad = (robots, bad) if trial.good else (good, robots)
+        robots = min(2 * good, most) if bad > most else (good + bad) // 2
     return sorted(trials, key=lambda trial: trial.robots)
 
 
@@ -184,14 +209,6 @@ class Fleet:
         progress.remove_task(task)
 
 
-def _sentence(trial: Trial) -> str:
-    shares = ", ".join(f"{kind} {share:.2f}" for kind, share in trial.shares.items())
-    return (
-        f"{trial.robots} robots: gap p50 {trial.gap(50):.0f}, p99 {trial.gap(99):.0f}, most {trial.gap(100):.0f} ms; "
-        f"CPUs: {shares}; world {1e3 * trial.late:.0f} ms late"
-    )
-
-
 def _of_search(trials: list[Trial]) -> list[Figure]:
     good = [trial for trial in trials if trial.good]
     most = good[-1].robots if good else 0
@@ -200,7 +217,7 @@ def _of_search(trials: list[Trial]) -> list[Figure]:
         note=f"cmd_vel gap p99 ≤ {1e3 * GAP_LIMIT:g} ms, simulator included",
     )  # fmt: skip
     rows = [Figure(PART, f"gap p99 of {t.robots}", round(t.gap(99), 1), "ms", round(t.gap(50), 1), round(t.gap(100), 1),
-                   1e3 * GAP_LIMIT, note=_sentence(t).partition("CPUs: ")[2]) for t in trials]  # fmt: skip
+                   1e3 * GAP_LIMIT, note=f"CPUs: {t.cpus()}") for t in trials]  # fmt: skip
     return [largest, *rows]
 
 

@@ -1,0 +1,38 @@
+"""What processes use, as ``/proc`` tells it."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from robots.bench.processes import cpu_seconds, memory_of
+
+
+def test_what_a_process_holds_for_itself_is_counted() -> None:
+    before = memory_of(os.getpid())
+    held = np.ones(4 << 20)
+    after = memory_of(os.getpid())
+    assert after.private - before.private == pytest.approx(held.nbytes / 1e6, rel=0.2)
+    assert after.pss >= after.private
+    assert after.shared_map == 0.0
+
+
+def test_a_process_that_is_gone_cannot_be_weighed() -> None:
+    process = subprocess.Popen([sys.executable, "-c", "pass"])
+    process.wait()
+    with pytest.raises(OSError):
+        memory_of(process.pid)
+
+
+def test_processor_time_is_told_by_kind_of_process() -> None:
+    busy = "import time\nwhile time.process_time() < 0.1: pass\nprint(1, flush=True); input()"
+    code = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {busy!r}])"
+    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as web:
+        assert web.stdout is not None
+        web.stdout.readline()
+        used = cpu_seconds(web.pid, set())
+        web.communicate(b"\n")
+    assert used["containers"] == 0.0
+    assert used["machine"] >= 0.1 > used["web"]
