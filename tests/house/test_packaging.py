@@ -75,6 +75,12 @@ def test_the_wheel_contains_types_and_licence(wheel):
     assert any(name.endswith("licenses/LICENSE") for name in wheel)
 
 
+def test_the_wheel_contains_every_file_of_the_dashboard(wheel):
+    pages = ROOT / "endpoints" / "dashboard" / "static"
+    files = {file.relative_to(ROOT).as_posix() for file in pages.rglob("*") if file.is_file()}
+    assert files and files <= set(wheel)
+
+
 # -- the locks ---------------------------------------------------------------------------------------------------------
 
 

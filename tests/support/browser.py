@@ -51,7 +51,7 @@ async def looking(context: BrowserContext, expected: str = r"$^") -> AsyncIterat
     page.on("console", hear)
     page.on("pageerror", lambda error: complaints.append(str(error)))
     yield page
-    assert complaints == []
+    assert not complaints, complaints
 
 
 async def enter(page: Page, url: str, token: str) -> None:
@@ -71,6 +71,11 @@ class Eye:
         Of the canvas on the page [px].
     info : GridInfo
         The map's.
+
+    Attributes
+    ----------
+    corner : (float, float)
+        A place beside every map [px].
     """
 
     def __init__(self, box: dict[str, float], info: GridInfo) -> None:
@@ -83,6 +88,7 @@ class Eye:
         self.scale = min(wide / (right - left), high / (top - bottom))
         self._middle = (left + right) / 2, (bottom + top) / 2
         self._at = box["x"] + box["width"] / 2, box["y"] + MARGIN_TOP + high / 2
+        self.corner = box["x"] + box["width"] - 4, box["y"] + box["height"] - 4
 
     @classmethod
     async def on(cls, page: Page, info: GridInfo) -> "Eye":

@@ -75,7 +75,6 @@ export class Rest {
     let cursor = "";
     do {
       const page = await this.get(`${path}?limit=${PAGE}${cursor && `&cursor=${encodeURIComponent(cursor)}`}`);
-      if (Array.isArray(page)) return page;
       found.push(...page.items);
       cursor = page.next;
     } while (cursor);

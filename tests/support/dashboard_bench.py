@@ -1,0 +1,114 @@
+"""How fast the dashboard is, and what it looks like, with robots that drive.
+
+``python -m tests.support.dashboard_bench [--robots N] [--screenshots FOLDER]``. The first paint is what the browser
+tells, with nothing cached; frames are those that the page could draw in ten seconds with all layers on.
+"""
+
+import argparse
+import asyncio
+import contextlib
+import statistics
+import sys
+import tempfile
+from itertools import pairwise
+from pathlib import Path
+
+from playwright.async_api import Browser, Page, expect
+
+from ppaas.maps.generate import office
+from ppaas.maps.grid import GridMap
+from tests.support.browser import Eye, browsing, enter
+from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud
+from tests.support.drive import driving
+from tests.support.places import free_pose, reachable_pose
+
+VISITS = 9
+SECONDS = 10.0
+DESK, PHONE = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
+ONLINE = '#robots .presence[data-presence="online"]'
+
+
+async def first_paint(browser: Browser, url: str) -> float:
+    """Return the first contentful paint of one visit with nothing cached [ms]."""
+    page = await browser.new_page(viewport=DESK)
+    await page.goto(f"{url}/dashboard/")
+    await page.get_by_role("button", name="Log in").wait_for()
+    paint = await page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime")
+    await page.close()
+    return float(paint)
+
+
+async def frames(page: Page) -> tuple[float, float]:
+    """Return how often a second the page could draw, and the longest time between two frames [ms]."""
+    script = """(ms) => new Promise((done) => {
+        const times = [], began = performance.now();
+        const look = (now) => { times.push(now); now - began < ms ? requestAnimationFrame(look) : done(times); };
+        requestAnimationFrame(look);
+    })"""
+    gaps = [after - before for before, after in pairwise(await page.evaluate(script, SECONDS * 1000))]
+    return 1000 / statistics.mean(gaps), max(gaps)
+
+
+async def take_screenshots(browser: Browser, url: str, token: str, grid: GridMap, folder: Path) -> None:
+    """Write a picture of the dashboard on a desk, and one on a phone in the dark."""
+    for name, size, scheme in (("dashboard", DESK, "light"), ("dashboard-phone", PHONE, "dark")):
+        context = await browser.new_context(viewport=size, color_scheme=scheme)
+        page = await context.new_page()
+        await enter(page, url, token)
+        await expect(page.locator(ONLINE).first).to_be_attached()
+        await page.evaluate("document.querySelector('#robots .robot').click()")
+        await asyncio.sleep(3.0)  # until particles, scans and paths of all robots have come once
+        await Eye.on(page, grid.info)
+        await page.screenshot(path=folder / f"{name}.png")
+        await context.close()
+
+
+async def under_way(stack: contextlib.AsyncExitStack, cloud: RunningCloud, grid: GridMap, robots: int) -> str:
+    """Have some robots drive far; return their owner's token."""
+    rest = await cloud.admin()
+    await publish_map(rest, "office", grid)
+    for number in range(robots):
+        start, name = free_pose(grid, number + 1), f"turtlebot-{number + 1}"
+        token = await register_robot(rest, name, "office", start)
+        drive = await stack.enter_async_context(driving(cloud.url, token, name, grid, start, seed=number))
+        await drive.send(reachable_pose(grid, start, number, at_least=9.0))
+    return token
+
+
+async def measure(folder: Path, robots: int, screenshots: Path | None) -> None:
+    """Start all, and print what was measured."""
+    grid = office(seed=1, width=24.0, height=16.0)
+    async with contextlib.AsyncExitStack() as stack:
+        cloud = stack.enter_context(running_cloud(folder))
+        browser = await stack.enter_async_context(browsing())
+        if screenshots:
+            token = await under_way(stack, cloud, grid, robots)
+            await take_screenshots(browser, cloud.url, token, grid, screenshots)
+            return
+        paints = [await first_paint(browser, cloud.url) for _ in range(VISITS)]
+        say(f"first paint: {statistics.median(paints):.0f} ms, of {VISITS} {min(paints):.0f} to {max(paints):.0f} ms")
+        token = await under_way(stack, cloud, grid, robots)
+        page = await browser.new_page(viewport=DESK)
+        await enter(page, cloud.url, token)
+        await expect(page.locator(ONLINE)).to_have_count(robots, timeout=30_000)
+        rate, longest = await frames(page)
+        say(f"{robots} robots, all layers: {rate:.0f} frames a second, the longest gap {longest:.0f} ms")
+
+
+def say(line: str) -> None:
+    """Print what was measured."""
+    sys.stdout.write(line + "\n")
+
+
+def main() -> None:
+    """Read the arguments and run."""
+    parser = argparse.ArgumentParser(description="how fast the dashboard is, and what it looks like")
+    parser.add_argument("--robots", type=int, default=10, help="that drive (%(default)s)")
+    parser.add_argument("--screenshots", type=Path, metavar="FOLDER", help="write pictures there, and measure nothing")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        asyncio.run(measure(Path(folder), arguments.robots, arguments.screenshots))
+
+
+if __name__ == "__main__":
+    main()
