@@ -13,13 +13,14 @@ DEMO_ARGS ?=
 BIN := $(VENV)/bin
 LOCKED := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
+NODE_TESTS := tests/journeys/roslib
 LOCKS := deploy/bootstrap.lock deploy/requirements.lock
 UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 	--no-emit-index-url --no-emit-find-links --custom-compile-command "make lock"
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo test joints lint bench lock clean
+.PHONY: help setup demo browser test joints lint bench lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -30,7 +31,14 @@ demo: $(INSTALLED) ## Start a cloud and drive simulated robots in it
 	@echo "demo: a cloud and simulated robots on this machine; Ctrl-C ends it"
 	$(BIN)/ppaas demo $(DEMO_ARGS)
 
-test: $(INSTALLED) ## Run all tests
+browser: ## Get Debian's Chromium, with which tests look at the dashboard
+	@command -v "$${PPAAS_CHROMIUM:-chromium}" >/dev/null || { test "$$(id -u)" = 0 && command -v apt-get >/dev/null && \
+		echo "browser: Debian's chromium, by apt-get" && apt-get update --quiet=2 && \
+		DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --no-install-recommends \
+			chromium fonts-dejavu-core >/dev/null; } || \
+		echo "browser: none; install chromium, or tests of the dashboard are skipped" >&2
+
+test: $(INSTALLED) $(NODE_TESTS)/node_modules browser ## Run all tests
 	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"
 	$(BIN)/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadgroup --no-loadscope-reorder $(PYTEST_ARGS)
 
@@ -53,7 +61,7 @@ lock: $(LOCKED) ## Pin the newest versions that pyproject.toml allows
 	$(UV_COMPILE) --upgrade --extra dev --output-file deploy/requirements.lock pyproject.toml
 
 clean: ## Remove what was made, .venv included
-	rm -rf $(VENV) build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf $(VENV) $(NODE_TESTS)/node_modules build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 	find . -name __pycache__ -type d -not -path './.git/*' -prune -exec rm -rf {} +
 
 # A changed lock makes the environment anew, so that nothing of an older lock stays in it.
@@ -64,6 +72,12 @@ $(LOCKED): $(LOCKS)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r deploy/bootstrap.lock
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --require-hashes -r deploy/requirements.lock
 	@touch $@
+
+# roslib, for the test that drives a robot with it; where there is no Node, that test skips and says so.
+$(NODE_TESTS)/node_modules: $(NODE_TESTS)/package-lock.json
+	@echo "setup: roslib, by the versions of $<"
+	@npm ci --silent --no-audit --no-fund --prefix $(NODE_TESTS) && touch $@ || \
+		echo "setup: no roslib; install Node 20 with npm, or the test of roslib is skipped" >&2
 
 $(INSTALLED): $(LOCKED) pyproject.toml
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation --editable .

@@ -34,6 +34,9 @@ UNKNOWN, SUCCEEDED, CANCELED, ABORTED = 0, 4, 5, 6
 NAV2_UNKNOWN = 9000
 """``error_code`` of NavigateToPose for a failure that has no code of its own."""
 
+PARTS = ("goal", "cancel", "status", "feedback", "result")
+"""The topics of an action, below its name."""
+
 _ENDS = {
     Status.SUCCEEDED: SUCCEEDED,
     Status.PREEMPTED: CANCELED,
@@ -188,22 +191,25 @@ def find_action(name: str, action_type: str, topics: Mapping[str, str]) -> Actio
         It has another type.
     """
     wanted = ros1_type(action_type).partition("/")[2].removesuffix("Action")
-    if name == NAVIGATE_TO_POSE and f"{MOVE_BASE}/goal" in topics:
+    if name == NAVIGATE_TO_POSE and _is_action(MOVE_BASE, topics):
         _check_type(name, wanted, "NavigateToPose")
         return NavigateToPose()
-    goal_type = topics.get(f"{name}/goal", "")
-    if not goal_type.endswith("ActionGoal"):
+    if not _is_action(name, topics):
         raise NotFound("action", name, actions(topics))
-    base = goal_type.removesuffix("ActionGoal")
+    base = topics[f"{name}/goal"].removesuffix("ActionGoal")
     _check_type(name, wanted, base.partition("/")[2])
     return PlainAction(name, _goal_fields(f"{base}Goal"), ros2=is_ros2_type(action_type))
 
 
 def actions(topics: Mapping[str, str]) -> list[str]:
     """Return the names of the actions that there are."""
-    ends = "/goal"
-    found = [t.removesuffix(ends) for t, kind in topics.items() if t.endswith(ends) and kind.endswith("ActionGoal")]
+    named = (topic.removesuffix("/goal") for topic in topics if topic.endswith("/goal"))
+    found = [name for name in named if _is_action(name, topics)]
     return sorted([*found, NAVIGATE_TO_POSE] if MOVE_BASE in found else found)
+
+
+def _is_action(name: str, topics: Mapping[str, str]) -> bool:
+    return topics.get(f"{name}/goal", "").endswith("ActionGoal") and all(f"{name}/{part}" in topics for part in PARTS)
 
 
 def _check_type(name: str, wanted: str, has: str) -> None:

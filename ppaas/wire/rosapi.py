@@ -13,11 +13,9 @@ from ppaas.messages import decode, encode, message_type, rosapi, service_type
 from ppaas.messages.message import Message, ServiceType
 from ppaas.messages.std_msgs import Time
 from ppaas.messages.typedefs import full_text, typedefs
+from ppaas.wire.actions import actions
 from ppaas.wire.arguments import as_object
 from ppaas.wire.names import ros1_type
-
-ACTION_TOPICS = ("goal", "cancel", "status", "feedback", "result")
-"""What is within the name of an action of ROS 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,9 +141,7 @@ def _node_details(view: GraphView, request: rosapi.NodeRequest) -> rosapi.NodeDe
 
 
 def _action_servers(view: GraphView, _request: Message) -> rosapi.GetActionServersResponse:
-    goals = [name.removesuffix("/goal") for name in view.topics if name.endswith("/goal")]
-    complete = [name for name in goals if all(f"{name}/{part}" in view.topics for part in ACTION_TOPICS)]
-    return rosapi.GetActionServersResponse(_slashed(complete))
+    return rosapi.GetActionServersResponse(_slashed(actions(view.topics)))
 
 
 # -- types, time -------------------------------------------------------------------------------------------------------

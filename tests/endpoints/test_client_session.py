@@ -286,8 +286,8 @@ async def test_all_goals_are_cancelled_by_the_service_of_ros_2(place: StillPlace
 async def test_nonsense_from_a_client_that_plays_an_action_harms_only_its_own_message(
     place: StillPlace, client: StillClient, other: StillClient
 ) -> None:
-    for topic, kind in (("fetch/goal", "toy_msgs/FetchActionGoal"), ("fetch/result", "toy_msgs/FetchActionResult")):
-        other.say(op="advertise", topic=topic, type=kind)
+    for part in ("goal", "cancel", "status", "feedback", "result"):
+        other.say(op="advertise", topic=f"fetch/{part}", type=f"toy_msgs/FetchAction{part.title()}")
     client.say(**GOAL | {"action": "fetch", "action_type": "toy_msgs/FetchAction"})
     other.say(op="publish", topic="fetch/result", msg={"status": "done"})
     assert client.told()[0]["msg"].startswith("malformed-message")

@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 import websockets
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
@@ -13,6 +15,7 @@ from ppaas.errors import Conflict, InvalidMap, NotAuthenticated, NotFound, PPaaS
 from ppaas.maps.files import save_map
 from ppaas.maps.grid import GridMap
 from robots.rest import RestClient
+from tests.support.any_frame import FRAME
 from tests.support.cloud import RunningCloud, publish_map, register_robot
 from tests.support.places import free_pose
 
@@ -193,14 +196,30 @@ async def test_an_operator_publishes_no_sensor(operator: ClientConnection) -> No
 
 
 async def test_unknown_topics_services_and_types_are_not_found(operator: ClientConnection) -> None:
-    await send(operator, op="subscribe", topic="/nothing")
-    assert (await next_frame(operator, "status"))["msg"].startswith("not-found")
     await send(operator, op="publish", topic="nothing", msg={})
     assert (await next_frame(operator, "status"))["msg"].startswith("not-found")
-    await send(operator, op="advertise", topic="x", type="no_msgs/Thing")
+    await send(operator, op="advertise", topic="x", type="Thing")
     assert (await next_frame(operator, "status"))["msg"].startswith("unknown-type")
+    await send(operator, op="advertise", topic="map", type="no_msgs/Thing")
+    assert (await next_frame(operator, "status"))["msg"].startswith("conflict")
     answer = await ask(operator, "/fly", {})
     assert answer["result"] is False and "fly" in answer["values"]
+
+
+@settings(max_examples=4, deadline=None, suppress_health_check=list(HealthCheck), database=None)
+@given(st.lists(FRAME, min_size=100, max_size=100))
+async def test_no_frame_of_one_client_keeps_another_from_being_served(
+    cloud: RunningCloud, token: str, frames: list[str | None]
+) -> None:
+    url = f"{cloud.ws_url}/?robot=victim&token={token}&role=operator"
+    async with connect(url, max_size=None) as thoughtless, connect(url, max_size=None) as socket:
+        await send(socket, op="subscribe", topic="map", type="nav_msgs/OccupancyGrid")
+        for frame in frames:
+            await thoughtless.send((frame or "\x00").encode(errors="replace"), text=frame is not None)
+        assert await Bystander(socket).is_served()
+        await send(thoughtless, op="call_service", service="/rosapi/get_time", id="last")
+        while (await next_frame(thoughtless, "service_response"))["id"] != "last":
+            pass
 
 
 async def test_a_frame_of_a_hundred_megabytes_closes_its_socket_and_no_other(

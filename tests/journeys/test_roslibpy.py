@@ -1,12 +1,16 @@
 """An unmodified roslibpy is an operator of the cloud."""
 
 import asyncio
+import json
 import sys
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from ppaas.maps.grid import GridMap
+from ppaas.messages.geometry_msgs import Pose
+from ppaas.navigation.parameters import MoveBaseParameters
 from tests.support.cloud import RunningCloud, publish_map, register_robot
 from tests.support.drive import driving
 from tests.support.places import free_pose, reachable_pose
@@ -14,6 +18,7 @@ from tests.support.places import free_pose, reachable_pose
 pytestmark = pytest.mark.journey
 
 SCRIPT = Path(__file__).parents[2] / "docs" / "examples" / "roslibpy_operator.py"
+OPERATOR = Path(__file__).parents[1] / "support" / "roslibpy_operator.py"
 
 
 async def test_a_roslibpy_script_sees_the_robot_and_sends_it_somewhere(
@@ -34,3 +39,42 @@ async def test_a_roslibpy_script_sees_the_robot_and_sends_it_somewhere(
         assert script.returncode == 0, output.decode()
         assert drive.scorer.error(0, goal) <= 0.25
     assert "['/cmd_vel', '/map', '/scan', '/tf']" in output.decode()
+
+
+async def test_roslibpy_drives_a_robot_by_topic_by_action_and_by_service(
+    cloud: RunningCloud, office_map: GridMap
+) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    start = free_pose(office_map, seed=31)
+    near = reachable_pose(office_map, start, seed=32, at_least=0.6, at_most=1.2)
+    far = reachable_pose(office_map, start, seed=33, at_least=3.0)
+    token = await register_robot(rest, "tb-roslibpy", "office", start)
+    url = f"{cloud.ws_url}/?robot=tb-roslibpy&role=operator&token={token}"
+    poses = {name: msgspec.to_builtins(Pose.of(pose)) for name, pose in (("near", near), ("far", far), ("back", start))}
+    async with driving(cloud.url, token, "tb-roslibpy", office_map, start) as drive:
+        script = await asyncio.create_subprocess_exec(
+            sys.executable, str(OPERATOR), url, json.dumps(poses),
+            stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE,
+        )  # fmt: skip
+        output, errors = await script.communicate()
+        assert script.returncode == 0, errors.decode() + drive.situation()
+        assert b"Exception" not in errors, errors.decode()
+    found = json.loads(output)
+    assert {"/cmd_vel", "/map", "/scan"} <= set(found["topics"])
+    assert {"/move_base/make_plan", "/static_map"} <= set(found["services"])
+    assert {"/move_base"} <= set(found["actions"])
+    assert {"/move_base", "/amcl"} <= set(found["nodes"])
+    assert found["mapType"] == "nav_msgs/OccupancyGrid"
+    assert found["frequency"] == MoveBaseParameters().controller_frequency
+    assert found["cells"] == [office_map.data.size, office_map.data.size]
+    assert (found["ros1Stamp"], found["ros2Stamp"]) == (["secs", "nsecs"], ["sec", "nanosec"])
+    assert (found["byTopic"], found["ros1Ends"], found["ros1Feedback"]) == (3, [3, 2], ["base_position"])
+    assert found["ros2Feedback"] == ["current_pose", "navigation_time", "distance_remaining"]
+    assert found["ros2Cancelled"][0] == "CANCELED"
+    assert found["ros2Refused"][0] == "UNKNOWN" and "moon" in found["ros2Refused"][1]
+    assert found["poses"] > 10
+    assert found["lamp"] == {"success": True, "message": "on"}
+    assert found["broken"] == {"no": "the client that offers '/lamp' said no"}
+    assert found["gossip"] == ["hello", "hello"]
+    assert found["frame"] == ["translation", "rotation"]

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import Conflict, InvalidInput, MalformedMessage, NotFound, QuotaExceeded, TransformError
-from ppaas.wire.actions import actions, find_action
+from ppaas.wire.actions import PARTS, actions, find_action
 from ppaas.wire.goals import GRACE, MAX_GOALS, Goals, Told
 from ppaas.wire.operations import CancelActionGoal, SendActionGoal
 from ppaas.wire.rosbridge import RosbridgeSession
@@ -17,7 +17,7 @@ TOPICS = {
     "move_base/goal": "move_base_msgs/MoveBaseActionGoal",
     "fetch/goal": "toy_msgs/FetchActionGoal",
     "move_base_simple/goal": "geometry_msgs/PoseStamped",
-}
+} | {f"{name}/{part}": "toy_msgs/Part" for name in ("move_base", "fetch") for part in PARTS[1:]}
 MOVE_BASE = "move_base_msgs/MoveBaseAction"
 NAV2 = "nav2_msgs/action/NavigateToPose"
 
@@ -228,6 +228,7 @@ def test_a_status_that_is_none_is_malformed() -> None:
 def test_the_actions_are_told_by_the_topics() -> None:
     assert actions(TOPICS) == ["fetch", "move_base", "navigate_to_pose"]
     assert actions({}) == []
+    assert actions({name: kind for name, kind in TOPICS.items() if name != "move_base/cancel"}) == ["fetch"]
 
 
 EVENTS = st.lists(

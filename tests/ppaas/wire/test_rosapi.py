@@ -8,7 +8,7 @@ from ppaas.errors import MalformedMessage, UnknownType
 from ppaas.messages import service_type
 from ppaas.wire.rosapi import SERVICES, GraphView, NodeView, answer
 
-ACTION = {f"tour/{part}": "std_msgs/String" for part in ("goal", "cancel", "status", "feedback", "result")}
+ACTION = {f"tour/{part}": "toy_msgs/TourActionGoal" for part in ("goal", "cancel", "status", "feedback", "result")}
 VIEW = GraphView(
     now=12.5,
     topics={"scan": "sensor_msgs/LaserScan", "cmd_vel": "geometry_msgs/Twist", "mine": "my_msgs/Thing"} | ACTION,

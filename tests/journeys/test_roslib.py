@@ -1,0 +1,83 @@
+"""An unmodified roslib, in Node, is an operator of the cloud: it looks around, drives the robot, offers a service."""
+
+import asyncio
+import json
+import shutil
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from ppaas.maps.grid import GridMap
+from ppaas.messages.geometry_msgs import Pose
+from ppaas.navigation.parameters import MoveBaseParameters
+from tests.support.cloud import RunningCloud, publish_map, register_robot
+from tests.support.drive import driving
+from tests.support.places import free_pose, reachable_pose
+
+pytestmark = pytest.mark.journey
+
+FOLDER = Path(__file__).parent / "roslib"
+CANCELED = "GoalError: Action was canceled"
+
+
+@pytest.fixture
+def node() -> str:
+    """Return the command of Node; ``make test`` brings roslib where Node is there."""
+    found = shutil.which("node")
+    if found is None or not (FOLDER / "node_modules" / "roslib").is_dir():
+        pytest.skip("Node, or roslib in it, is not installed: install Node 20 or newer and run make test")
+    return found
+
+
+async def test_roslib_drives_a_robot_by_topic_by_action_and_by_service(
+    node: str, cloud: RunningCloud, office_map: GridMap
+) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    start = free_pose(office_map, seed=21)
+    near = reachable_pose(office_map, start, seed=22, at_least=0.6, at_most=1.2)
+    far = reachable_pose(office_map, start, seed=23, at_least=3.0)
+    token = await register_robot(rest, "tb-roslibjs", "office", start)
+    url = f"{cloud.ws_url}/?robot=tb-roslibjs&role=operator&token={token}"
+    poses = {name: msgspec.to_builtins(Pose.of(pose)) for name, pose in (("near", near), ("far", far), ("back", start))}
+    async with driving(cloud.url, token, "tb-roslibjs", office_map, start) as drive:
+        script = await asyncio.create_subprocess_exec(
+            node, str(FOLDER / "operator.mjs"), url, json.dumps(poses),
+            stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE,
+        )  # fmt: skip
+        output, errors = await script.communicate()
+        assert script.returncode == 0, errors.decode() + drive.situation()
+        assert errors == b"", errors.decode()
+    found = json.loads(output)
+    looked_around(found, office_map)
+    drove(found)
+    assert found["poses"] > 10
+    assert found["lights"] == {"success": True, "message": "on"}
+    assert found["doors"] == {"reason": "Error: stuck"}
+    assert found["chatter"] == ["hello", "hello"]
+
+
+def looked_around(found: dict[str, object], grid: GridMap) -> None:
+    assert {"/cmd_vel", "/map", "/scan"} <= set(found["topics"])  # type: ignore[call-overload]
+    assert found["mapType"] == "nav_msgs/OccupancyGrid"
+    assert {"/move_base/make_plan", "/static_map"} <= set(found["services"])  # type: ignore[call-overload]
+    assert {"/move_base", "/navigate_to_pose"} <= set(found["actions"])  # type: ignore[call-overload]
+    assert found["frequency"] == MoveBaseParameters().controller_frequency
+    assert found["cells"] == [grid.data.size, grid.data.size]
+    assert (found["ros1Stamp"], found["ros2Stamp"]) == (["secs", "nsecs"], ["sec", "nanosec"])
+
+
+def drove(found: dict[str, object]) -> None:
+    assert found["byTopic"] == 3
+    assert found["byAction"] == {"result": {}}
+    assert int(str(found["actionFeedback"])) > 5
+    failure = json.loads(json.dumps(found["cancelled"]))["failed"]
+    assert failure.startswith(CANCELED), failure
+    assert found["navigateFeedback"] == [
+        ["current_pose", "navigation_time", "distance_remaining"], ["sec", "nanosec"],
+    ]  # fmt: skip
+    assert "moon" in json.loads(json.dumps(found["refused"]))["failed"]
+    assert (found["ros1Feedback"], found["ros1Cancelled"]) == (["base_position"], 2)
+    frames = json.loads(json.dumps(found["frames"]))
+    assert len(frames) == 2 and all(abs(a - b) < 0.5 for a, b in zip(*frames, strict=True))
