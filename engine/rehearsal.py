@@ -60,8 +60,10 @@ HASTE = 3.0
 """How many times faster than it is told to the robot drives, so that it is soon there."""
 
 GOAL = Pose2D(0.4, 0.1, 0.5)
+PLANNERS = ("dijkstra", "astar")
 QUESTIONS = 8
-"""Plans without a robot; the interpreter takes a function for one that is often called from about that many on."""
+"""Plans without a robot, by each planner; from about that many on the interpreter takes a function for one that is
+often called."""
 
 RADIUS = 2.5
 """Of the round room [m]."""
@@ -170,8 +172,9 @@ async def _next(stream: Stream) -> link.FromContainer:
 
 async def _ask(stream: Stream) -> None:
     await _next(stream)
-    question = encode(ComputePathRequest(Pose.of(Pose2D(0.0, 0.0)), Pose.of(GOAL)))
-    for number in range(QUESTIONS):
+    for number in range(QUESTIONS * len(PLANNERS)):
+        planner = PLANNERS[number % len(PLANNERS)]
+        question = encode(ComputePathRequest(Pose.of(Pose2D(0.0, 0.0)), Pose.of(GOAL), planner))
         stream.write(link.Call(number, "compute_path", question))
         await _next(stream)
 

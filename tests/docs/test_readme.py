@@ -56,7 +56,7 @@ def test_the_make_targets_are_there() -> None:
 def test_the_extras_are_there() -> None:
     project = text_of("pyproject.toml")
     named = {extra for found in re.findall(r"'\.\[([\w,]+)\]'", text_of(README)) for extra in found.split(",")}
-    assert named == {"cloud", "sim"}
+    assert named == {"cloud", "plan", "sim"}
     assert all(f"\n{extra} = [" in project for extra in named)
 
 

@@ -1,0 +1,43 @@
+"""What planning.md says of planners and of map files is so, and what it has its reader type works."""
+
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from ppaas.maps.png import MAX_PIXELS
+from ppaas.maps.record import MapYaml, Mode, Rules
+from ppaas.planners import create, planner_names
+from ppaas.planners.registry import PLANNERS
+from tests.support.cloud import RunningCloud
+from tests.support.documents import run_shell, script, table, text_of
+from tests.support.sources import ROOT
+
+PAGE = "docs/planning.md"
+
+
+def test_the_planners_are_those_there_are() -> None:
+    rows = table(PAGE, "planner", "ROS alias", "what it is for")
+    rows = rows[: [name for name, _, _ in rows].index("")]  # where the table of the rules begins
+    assert sorted(name for name, _, _ in rows) == list(planner_names())
+    for name, alias, purpose in rows:
+        assert create(name).purpose == purpose
+        assert PLANNERS.spellings(name)[1] == alias
+
+
+def test_the_rules_modes_and_limits_are_those_of_the_code() -> None:
+    text = text_of(PAGE)
+    keys = MapYaml(image="a.pgm", resolution=1.0, origin=(0.0, 0.0, 0.0))
+    assert "| | " + " | ".join(f"`{rules.value}`" for rules in Rules) + " |" in text
+    assert all(f"`{mode.value}`" in text for mode in Mode)
+    assert f"| {keys.occupied_thresh} and {keys.free_thresh} | refused |" in text
+    assert f"up to {MAX_PIXELS} pixels" in text
+
+
+@pytest.mark.journey
+def test_what_a_reader_types_works(cloud: RunningCloud, tmp_path: Path) -> None:
+    printed = [line.split() for line in run_shell(script(PAGE), tmp_path, cloud).splitlines()]
+    assert printed[1][0] == "astar"
+    assert printed[-1][1:3] == ["office", "astar"]
+    with Image.open(tmp_path / "path.png") as drawn, Image.open(ROOT / "docs" / "images" / "path.png") as shown:
+        assert drawn.size == shown.size
