@@ -35,4 +35,4 @@ def test_processor_time_is_told_by_kind_of_process() -> None:
         used = cpu_seconds(web.pid, set())
         web.communicate(b"\n")
     assert used["containers"] == 0.0
-    assert used["machine"] >= 0.1 > used["web"]
+    assert used["machine"] >= 0.05 > used["web"]
