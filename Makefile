@@ -20,10 +20,10 @@ UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --g
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser test joints lint bench lock clean
+.PHONY: help setup demo browser test joints schemathesis lint bench lock clean
 
 help: ## List the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 setup: $(INSTALLED) ## Make .venv with everything that is locked, and this project in it
 
@@ -41,6 +41,10 @@ browser: ## Get Debian's Chromium, with which tests look at the dashboard
 test: $(INSTALLED) $(NODE_TESTS)/node_modules browser ## Run all tests
 	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"
 	$(BIN)/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadgroup --no-loadscope-reorder $(PYTEST_ARGS)
+
+schemathesis: $(INSTALLED) ## Send the REST service some ten thousand requests, good and bad, made from its description
+	@echo "schemathesis: 300 examples an operation; prints how each was answered"
+	PPAAS_SCHEMATHESIS_EXAMPLES=300 $(BIN)/python -m pytest -p no:xdist --timeout 1800 tests/endpoints/test_schemathesis.py $(PYTEST_ARGS)
 
 joints: $(INSTALLED) ## Run the load-bearing joints of the engine for a minute each
 	@echo "joints: 60 s each, over real processes"

@@ -18,13 +18,15 @@ from storage.records import MapVersionRecord, User
 
 router = APIRouter(prefix="/maps/{map_id}", tags=["maps"])
 
-YAML = "application/yaml"
-IMAGES = "image/x-portable-graymap", "image/png"
 
-
-def _files(*media_types: str) -> Responses:
-    content: dict[str, Any] = {kind: {"schema": {"type": "string", "format": "binary"}} for kind in media_types}
+def _files(content: dict[str, Any]) -> Responses:
     return {200: {"description": "The file, byte for byte", "content": content}} | KNOWN | problems(404)
+
+
+YAML = "application/yaml"
+_BYTES = {"schema": {"type": "string", "format": "binary"}}
+_YAML_FILE = _files({YAML: {}})
+_IMAGE_FILE = _files({"image/x-portable-graymap": _BYTES, "image/png": _BYTES})
 
 
 @router.get("/versions", response_model=Page[MapVersionAnswer], responses=KNOWN | problems(404))
@@ -45,25 +47,25 @@ async def show_version(map_id: MapId, version: VersionId, services: Provided, us
     return await run_in_threadpool(lambda: described(readable_map(services, user, map_id, version)))
 
 
-@router.get("/yaml", response_class=Response, responses=_files(YAML))
+@router.get("/yaml", response_class=Response, responses=_YAML_FILE)
 async def fetch_yaml(map_id: MapId, services: Provided, user: Caller) -> Response:
     """Return the YAML file of the present version."""
     return await run_in_threadpool(_yaml, services, user, map_id)
 
 
-@router.get("/image", response_class=Response, responses=_files(*IMAGES))
+@router.get("/image", response_class=Response, responses=_IMAGE_FILE)
 async def fetch_image(map_id: MapId, services: Provided, user: Caller) -> Response:
     """Return the image of the present version."""
     return await run_in_threadpool(_image, services, user, map_id)
 
 
-@router.get("/versions/{version}/yaml", response_class=Response, responses=_files(YAML))
+@router.get("/versions/{version}/yaml", response_class=Response, responses=_YAML_FILE)
 async def fetch_version_yaml(map_id: MapId, version: VersionId, services: Provided, user: Caller) -> Response:
     """Return the YAML file of a version."""
     return await run_in_threadpool(_yaml, services, user, map_id, version)
 
 
-@router.get("/versions/{version}/image", response_class=Response, responses=_files(*IMAGES))
+@router.get("/versions/{version}/image", response_class=Response, responses=_IMAGE_FILE)
 async def fetch_version_image(map_id: MapId, version: VersionId, services: Provided, user: Caller) -> Response:
     """Return the image of a version."""
     return await run_in_threadpool(_image, services, user, map_id, version)

@@ -9,8 +9,11 @@ from endpoints.rest.names import Name
 from storage.records import Role
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+MAX_COORDINATE = 1e9
+"""Further than any map reaches, and near enough to reckon with."""
+
 Pose = Annotated[
-    list[Number],
+    list[Annotated[Number, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]],
     Field(min_length=2, max_length=3, description="x [m], y [m] and, if it matters, yaw [rad] in the frame of the map"),
 ]
 Triple = Annotated[list[float], Field(min_length=3, max_length=3, description="x [m], y [m], yaw [rad]")]

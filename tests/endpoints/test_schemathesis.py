@@ -1,0 +1,58 @@
+"""Whatever is sent to any operation of the description, the answer is one that the description foresees.
+
+Requests are made by schemathesis: the examples of the description, its borders, and some at random, good and bad.
+``make schemathesis`` sends more of them.
+"""
+
+import os
+from collections.abc import Iterator
+
+import pytest
+import schemathesis
+from hypothesis import HealthCheck, settings
+from schemathesis.checks import load_all_checks
+from schemathesis.specs.openapi.checks import positive_data_acceptance
+
+from tests.support.fuzzed_rest import KNOWN, TOKEN, FuzzedService, description, fuzzed_service
+
+EXAMPLES = int(os.environ.get("PPAAS_SCHEMATHESIS_EXAMPLES", "10"))
+BEYOND_A_SCHEMA = [positive_data_acceptance]
+"""A schema cannot say which cursor a list gave, or which bytes are a map's: these are refused, and so they should."""
+
+HEADERS = {"Authorization": f"Bearer {TOKEN}"}
+
+load_all_checks()
+DESCRIBED = schemathesis.openapi.from_dict(description())
+
+
+@pytest.fixture(scope="module")
+def service() -> Iterator[FuzzedService]:
+    with fuzzed_service() as running:
+        yield running
+
+
+@DESCRIBED.parametrize()
+@settings(
+    max_examples=EXAMPLES, derandomize=True, deadline=None, database=None, suppress_health_check=list(HealthCheck)
+)
+def test_every_answer_is_as_described(case: schemathesis.Case, service: FuzzedService) -> None:
+    if ask(service, case) == 404 and case.path_parameters:
+        # Names that are thought out are of nothing: ask the same of what is there.
+        case.path_parameters = {name: KNOWN[name] for name in case.path_parameters}
+        ask(service, case)
+
+
+def ask(service: FuzzedService, case: schemathesis.Case) -> int:
+    """Send a request and check the answer; return its status."""
+    service.refill()
+    response = case.call(service.url, headers=HEADERS)
+    service.answers[case.operation.label, response.status_code] += 1
+    case.validate_response(response, excluded_checks=BEYOND_A_SCHEMA)
+    return response.status_code
+
+
+def test_most_operations_were_reached(service: FuzzedService, capsys: pytest.CaptureFixture[str]) -> None:
+    with capsys.disabled():
+        print(f"\n{service.summary()}")  # noqa: T201
+    assert len({operation for operation, _ in service.answers}) > 30
+    assert not [status for _, status in service.answers if status >= 500]
