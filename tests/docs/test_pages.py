@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from endpoints.outbox import EXPIRY
-from engine import outside, place_link
+from engine import outside, place_link, unacknowledged
 from engine.balancers.first_fit import FirstFit
 from engine.bootstrap import CloudConfig
 from engine.container import CHECKPOINT_PERIOD
@@ -73,8 +73,8 @@ def test_what_may_drop_and_what_must_arrive_is_as_described() -> None:
     assert says(DATA_FLOW, f"position every {outside.SHARE_PERIOD:g} s")
     assert says(DATA_FLOW, f"the next comes {outside.SHARE_PERIOD:g} s later")
     assert says(DATA_FLOW, f"after {outside.FRESH:g} s without any a position is no longer believed")
-    assert says(DATA_FLOW, f"at most {place_link.MAX_UNACKNOWLEDGED} wait")
-    assert says(DATA_FLOW, f"and {place_link.MAX_UNACKNOWLEDGED_BYTES >> 20} MiB, then the client")
+    assert says(DATA_FLOW, f"at most {unacknowledged.MAX_UNACKNOWLEDGED} wait")
+    assert says(DATA_FLOW, f"and {unacknowledged.MAX_UNACKNOWLEDGED_BYTES >> 20} MiB, then the client")
     assert place_link.MAX_WAITING == 1 << 20 and says(DATA_FLOW, "1 MiB waits for one that is too slow")
     assert says(DATA_FLOW, f"waited {EXPIRY['cmd_vel']:g} s at the endpoint")
     assert says(DATA_FLOW, f"none has come for {BaseLimits().timeout:g} s")

@@ -18,6 +18,8 @@ from endpoints.rights import SENSOR_TOPICS
 from endpoints.robot_socket import CLOSED_BY_CLOUD
 from endpoints.server import MAX_FRAME
 from endpoints.settings import Settings
+from engine.client_services import MAX_SERVICES
+from engine.client_topics import MAX_LATCHED_BYTES, MAX_TOPICS
 from engine.outside import SHARE_PERIOD
 from engine.robot_sessions import LINGER
 from engine.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
@@ -39,6 +41,8 @@ from ppaas.nodes.tf_stream import MAX_RATE, MAX_SOURCES, MIN_RATE
 from ppaas.nodes.waypoint_follower import WaypointFollowerParameters
 from ppaas.recoveries.base import AffectedMaps
 from ppaas.recoveries.registry import RECOVERIES, recovery_names
+from ppaas.wire.actions import NAV2_UNKNOWN, actions, find_action, ros2_status
+from ppaas.wire.goals import GRACE, MAX_GOALS
 from ppaas.wire.names import MAX_NAME
 from ppaas.wire.rosapi import SERVICES
 from ppaas.wire.rosbridge import MAX_SUBSCRIPTIONS, RosbridgeSession
@@ -130,6 +134,9 @@ def test_the_limits_are_those_of_the_code() -> None:
     assert limits["frame to the cloud"].startswith(f"{MAX_FRAME >> 20} MiB")
     assert limits["subscriptions of a client"] == str(MAX_SUBSCRIPTIONS)
     assert limits["calls of a client under way"] == f"{MAX_CALLS}, each for up to {CALL_TIMEOUT:g} s"
+    assert limits["goals of a client under way"] == str(MAX_GOALS)
+    offered = f"{MAX_TOPICS} topics, {MAX_SERVICES} services, {MAX_LATCHED_BYTES >> 20} MiB of latched messages"
+    assert limits["what the clients of a robot offer"] == offered
     waiting = f"{MAX_UNACKNOWLEDGED}, and {MAX_UNACKNOWLEDGED_BYTES >> 20} MiB"
     assert limits["messages of a robot that wait for its clone's word"] == waiting
     streams = (
@@ -143,6 +150,17 @@ def test_the_limits_are_those_of_the_code() -> None:
     own, planned = MoveBaseParameters().planner_timeout, f"{rest.default_plan_seconds:g} s"
     assert limits["time for one plan"].startswith(f"{own:g} s")
     assert limits["time for one plan"].endswith(f"{planned}, or its `timeout` up to {rest.max_plan_seconds:g} s")
+
+
+def test_the_actions_are_those_of_a_clone(graph: Graph) -> None:
+    listed = table(PROTOCOL, "action", "type", "goal, feedback and result are those of", "what it does")
+    types = {topic.name: type_name(topic.type) for topic in graph.topics.values()}
+    assert sorted(name for name, *_ in listed) == actions(types)
+    for name, kinds, *_ in listed:
+        for kind in kinds.replace("`", "").split(" or "):
+            assert find_action(name, kind, types)
+    assert [ros2_status(s) for s in (Status.SUCCEEDED, Status.PREEMPTED, Status.ABORTED)] == [4, 5, 6]
+    assert says(f"lost with it, {GRACE:g} s after") and says(f"`error_code`, {NAV2_UNKNOWN} for all failures")
 
 
 def test_what_is_kept_for_a_slow_client_is_what_the_page_says() -> None:
@@ -220,7 +238,7 @@ async def test_the_frames_of_the_page_are_taken_by_a_cloud(address: str) -> None
         result = await until(operator, "publish")
         assert result["topic"] == "/move_base/result"
         answer = await until(operator, "service_response")
-        assert (answer["id"], answer["result"]) == ("7", True)
+        assert (answer["id"], answer["result"]) == ("7", True), answer
         # What was sent before a call is told of before its answer, so by now a complaint would be here.
         await robot.send('{"op": "call_service", "service": "/move_base/clear_costmaps", "id": "8"}')
         assert (await until(robot, "service_response"))["result"] is True
