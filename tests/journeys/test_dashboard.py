@@ -7,15 +7,16 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 import pytest_asyncio
-from playwright.async_api import Browser, BrowserContext, Dialog, Page, Route, WebSocket, WebSocketRoute, expect
+from playwright.async_api import Browser, BrowserContext, Dialog, Page, Route, WebSocket, expect
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from robots.rest import RestClient
 from robots.robot_file import RobotFile
 from tests.support.browser import Eye, browsing, enter, looking
-from tests.support.cloud import ADMIN_PASSWORD, RunningCloud, publish_map, register_robot, running_cloud, until
+from tests.support.cloud import ADMIN_PASSWORD, RunningCloud, publish_map, register_robot, until
 from tests.support.drive import Drive, driving
+from tests.support.forwarder import Forwarder
 from tests.support.places import free_pose, reachable_pose
 
 pytestmark = [pytest.mark.journey, pytest.mark.asyncio(loop_scope="module")]
@@ -255,19 +256,17 @@ async def test_a_login_that_expired_is_asked_for_again(scene: Scene, context: Br
         assert await page.evaluate("sessionStorage.getItem('ppaas-token')") is None
 
 
-async def test_a_socket_that_dies_is_opened_again(scene: Scene, context: BrowserContext) -> None:
-    opened: list[WebSocketRoute] = []
-
-    def proxy(socket: WebSocketRoute) -> None:
-        socket.connect_to_server()
-        opened.append(socket)
-
-    await context.route_web_socket(re.compile(r"role=operator"), proxy)
-    async with looking(context, GONE) as page:
-        await enter(page, scene.cloud.url, scene.token)
+async def test_a_cloud_that_is_gone_is_waited_for_and_its_robots_are_found_again(
+    scene: Scene, context: BrowserContext
+) -> None:
+    async with Forwarder(scene.cloud.url) as network, looking(context, GONE) as page:
+        await enter(page, network.url, scene.token)
         await expect(page.get_by_role("button", name="tb-web")).to_contain_text("online")
-        await opened[0].close(code=1011, reason="unavailable: gone")
-        await until(lambda: len(opened) == 2)
+        await network.cut()
+        await expect(page.locator("#banner")).to_have_text("The cloud does not answer. Trying again…")
+        await expect(page.get_by_role("button", name="tb-web")).to_contain_text("no signal")
+        await network.mend()
+        await expect(page.locator("#banner")).to_be_hidden()
         await expect(page.get_by_role("button", name="tb-web")).to_contain_text("online")
 
 
@@ -282,20 +281,6 @@ async def test_who_has_no_map_and_who_has_no_robot_is_told_what_to_type(scene: S
         await publish_map(rest, "first", scene.grid)
         await expect(page.locator("#no-robots")).to_contain_text("ppaas robot put")
         await expect(page.locator("#empty-stage")).to_be_hidden()
-
-
-async def test_a_cloud_that_is_gone_is_waited_for(scene: Scene, context: BrowserContext, tmp_path) -> None:
-    with running_cloud(tmp_path) as cloud:
-        rest = await cloud.admin()
-        await publish_map(rest, "house", scene.grid)
-        page = await context.new_page()
-        await enter(page, cloud.url, str(rest.token))
-        await expect(page.locator("#map-choice")).to_have_value("house")
-    (tmp_path / "ready.json").unlink()
-    await expect(page.get_by_role("alert")).to_contain_text("The cloud does not answer")
-    with running_cloud(tmp_path, "--port", cloud.url.rpartition(":")[2]):
-        await expect(page.locator("#banner")).to_be_hidden()
-        await expect(page.locator("#map-choice")).to_have_value("house")
 
 
 # -- looks -------------------------------------------------------------------------------------------------------------
