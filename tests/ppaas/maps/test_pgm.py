@@ -122,3 +122,9 @@ def test_rubbish_is_refused_or_read_but_nothing_else_happens(rubbish):
 def test_only_rows_of_bytes_are_written(pixels):
     with pytest.raises(InvalidMap, match="uint8 pixels"):
         write_pgm(pixels)
+
+
+def test_every_real_image_is_read(data):
+    images = sorted((data / "ros").glob("*.pgm"))
+    assert images
+    assert all(parse_pgm(image.read_bytes()).size > 100_000 for image in images)
