@@ -67,6 +67,15 @@ test("a goal is followed from its way to its end", () => {
   assert.deepEqual([state.destination, state.remaining, state.path.length], [null, null, 0]);
 });
 
+test("the end of a goal does not end the one that took its place", () => {
+  const state = new RobotState();
+  state.take("move_base/status", { status_list: [{ ...status(1), goal_id: { id: "new" } }] }, 1);
+  state.take("move_base/current_goal", { pose: poseMessage({ x: 3, y: 4, theta: 1 }) }, 1);
+  assert.equal(state.take("move_base/result", { status: status(2) }, 1).word, "stopped");
+  assert.equal(state.goal.word, "driving");
+  assert.equal(state.destination.x, 3);
+});
+
 test("a robot that says nothing for a while is silent", () => {
   const state = new RobotState();
   assert.ok(state.silent(0));

@@ -38,6 +38,7 @@ function fill(item, name, note, gauges) {
   show(item.querySelector(".gauges"), gauges, ({ what }) => what, createGauge, fillGauge);
 }
 
+/** @param {Gauge} gauge */
 function createGauge({ what }) {
   return make(
     "div", { className: "gauge" },
@@ -48,6 +49,7 @@ function createGauge({ what }) {
   );
 }
 
+/** @param {HTMLElement} element @param {Gauge} gauge */
 function fillGauge(element, { share, value, full }) {
   const percent = Math.round(100 * Math.min(1, Math.max(0, share || 0)));
   const track = element.children[1];

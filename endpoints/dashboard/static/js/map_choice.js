@@ -36,9 +36,10 @@ export class MapChoice {
 
   /** The map where most goes on. */
   #best(maps, robots, containers) {
-    const busy = (id) => containers.filter(({ robot, map }) => robot && map.id === id).length * 1000
-      + robots.filter(({ map }) => map === id).length;
-    return maps.map(({ id }) => id).sort((a, b) => busy(b) - busy(a) || a.localeCompare(b))[0] ?? null;
+    const run = (id) => containers.filter(({ robot, map }) => robot && map.id === id).length;
+    const stand = (id) => robots.filter(({ map }) => map === id).length;
+    const order = (a, b) => run(b) - run(a) || stand(b) - stand(a) || a.localeCompare(b);
+    return maps.map(({ id }) => id).sort(order)[0] ?? null;
   }
 
   #tellOfNone(maps) {

@@ -22,9 +22,6 @@ export class Renderer {
     this.#theme = theme;
   }
 
-  /** Frames drawn so far. */
-  frames = 0;
-
   /** @param {import("./grid.js").Grid | null} grid */
   set grid(grid) {
     this.#picture = grid && new MapPicture(grid, this.#theme.palette);
@@ -64,7 +61,6 @@ export class Renderer {
 
   #draw() {
     const context = this.#canvas.getContext("2d");
-    this.frames += 1;
     context.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
     context.fillStyle = this.#theme.ground;
     context.fillRect(0, 0, this.#view.width, this.#view.height);

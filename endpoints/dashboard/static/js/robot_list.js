@@ -1,7 +1,7 @@
 /** The list of the robots of a map. */
 
 import { byId, make, say, show } from "./dom.js";
-import { number, plural } from "./format.js";
+import { number } from "./format.js";
 
 const PRESENCE = { offline: "offline", starting: "starting", silent: "no signal", online: "online" };
 
@@ -41,7 +41,8 @@ export class RobotList {
   /** @param {string | null} map the map that is shown */
   update(map) {
     const links = this.#fleet.links;
-    show(byId("robots"), links, (link) => link.robot.id, (link) => this.#create(link), (item, link) => this.#fill(item, link));
+    const fill = (item, link) => this.#fill(item, link);
+    show(byId("robots"), links, ({ robot }) => robot.id, (link) => this.#create(link), fill);
     say(byId("robot-count"), links.length ? String(links.length) : "");
     const empty = byId("no-robots");
     empty.hidden = links.length > 0 || map === null;
@@ -53,7 +54,6 @@ export class RobotList {
         make("code", { textContent: "ppaas simulate docs/examples/tb1.json" }),
       );
     }
-    empty.setAttribute("aria-label", plural(links.length, "robot"));
   }
 
   #create(link) {

@@ -82,7 +82,8 @@ export class RobotState {
   }
 
   #ended(goal) {
-    if (goal) this.#set(goal);
+    const another = this.goal?.active && this.goal.id !== goal?.id; // which took its place
+    if (goal && !another) this.#set(goal);
     return goal;
   }
 

@@ -94,6 +94,7 @@ export class Stage {
 
   #aim(from, to) {
     const link = this.#fleet.selected;
+    if (!link) return; // it was taken from the map meanwhile
     const theta = to ? Math.atan2(from.y - to.y, to.x - from.x) : null;
     this.renderer.aim = { from, theta, colour: this.renderer.colourOf(link) };
   }

@@ -1,8 +1,7 @@
 /** The colours of the drawing, which are those of the page: light or dark, as the system wants it. */
 
-/** @typedef {{[name: string]: string} & {palette: import("./grid.js").Palette, robots: string[]}} Theme */
+/** @typedef {{ground: string, ink: string, halo: string, palette: import("./grid.js").Palette, robots: string[]}} Theme */
 
-const NAMES = ["ground", "ink", "halo", "target", "shade"];
 const ROBOTS = 8;
 
 /** @param {string} text as "#rrggbb" @returns {import("./grid.js").Colour} */
@@ -16,7 +15,9 @@ export function readTheme() {
   const style = getComputedStyle(document.documentElement);
   const read = (name) => style.getPropertyValue(`--map-${name}`).trim();
   return {
-    ...Object.fromEntries(NAMES.map((name) => [name, read(name)])),
+    ground: read("ground"),
+    ink: read("ink"),
+    halo: read("halo"),
     palette: { free: colourOf(read("free")), occupied: colourOf(read("occupied")), unknown: colourOf(read("unknown")) },
     robots: Array.from({ length: ROBOTS }, (_, i) => style.getPropertyValue(`--robot-${i}`).trim()),
   };
