@@ -13,6 +13,7 @@ from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceSt
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
 from ppaas.messages.std_msgs import Header
 from robots.client import RobotClient
+from robots.connection import Link
 from robots.sim.driver import Driver
 from robots.sim.odometry import OdometryModel
 from robots.sim.robot import RobotModel
@@ -74,15 +75,23 @@ def odometry_with_drift(drift: float) -> RobotModel:
 
 @asynccontextmanager
 async def driving(
-    url: str, token: str, robot_id: str, grid: GridMap, pose: Pose2D, *, drift: float = 1.0, seed: int = 0
+    url: str,
+    token: str,
+    robot_id: str,
+    grid: GridMap,
+    pose: Pose2D,
+    *,
+    drift: float = 1.0,
+    seed: int = 0,
+    link: Link | None = None,
 ) -> AsyncIterator[Drive]:
     """Put one Turtlebot into a world and connect it."""
     world = World(grid, seed)
     simulated = world.add_robot(pose, odometry_with_drift(drift))
     loop = asyncio.get_running_loop()
     async with (
-        RobotClient(url, robot=robot_id, token=token) as robot,
-        RobotClient(url, robot=robot_id, token=token, role="operator") as operator,
+        RobotClient(url, robot=robot_id, token=token, link=link) as robot,
+        RobotClient(url, robot=robot_id, token=token, role="operator", link=link) as operator,
     ):
         drive = Drive(operator, robot, world, Scorer(world))
         tasks = [

@@ -1,0 +1,79 @@
+"""A wire between clients and a cloud that a test can cut."""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from urllib.parse import urlsplit
+
+
+class Wire:
+    """Passes bytes on, until it is cut, or silently passes nothing any more.
+
+    Parameters
+    ----------
+    far : str
+        URL of the cloud.
+    """
+
+    def __init__(self, far: str) -> None:
+        self._far = far
+        self._writers: set[asyncio.StreamWriter] = set()
+        self._whole = True
+        self._flows = asyncio.Event()
+        self._flows.set()
+        self.url = ""
+        self.refused = 0
+
+    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        if not self._whole:
+            self.refused += 1
+            writer.transport.abort()
+            return
+        parts = urlsplit(self._far)
+        far_reader, far_writer = await asyncio.open_connection(parts.hostname, parts.port)
+        self._writers |= {writer, far_writer}
+        flows = self._flows
+        try:
+            await asyncio.gather(_pass(reader, far_writer, flows), _pass(far_reader, writer, flows))
+        finally:
+            self._writers -= {writer, far_writer}
+
+    def cut(self) -> None:
+        """Break all connections, and let nobody connect until ``mend``."""
+        self._whole = False
+        for writer in tuple(self._writers):
+            writer.transport.abort()
+
+    def mend(self, url: str | None = None) -> None:
+        """Let clients connect again, to another cloud if one is given."""
+        self._far = url or self._far
+        self._whole = True
+
+    def fall_silent(self) -> None:
+        """Pass nothing more on the connections that there are, though they stand; new ones are served."""
+        self._flows.clear()
+        self._flows = asyncio.Event()
+        self._flows.set()
+
+
+async def _pass(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, flows: asyncio.Event) -> None:
+    with contextlib.suppress(ConnectionError):
+        while data := await reader.read(1 << 16):
+            await flows.wait()
+            writer.write(data)
+            await writer.drain()
+    writer.close()
+
+
+@asynccontextmanager
+async def wire_to(url: str) -> AsyncIterator[Wire]:
+    """Lay a wire to a cloud; its ``url`` is where clients connect."""
+    wire = Wire(url)
+    server = await asyncio.start_server(wire._connected, "127.0.0.1", 0)
+    wire.url = "http://{}:{}".format(*server.sockets[0].getsockname()[:2])
+    try:
+        yield wire
+    finally:
+        server.close()
+        wire.cut()
