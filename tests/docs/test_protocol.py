@@ -1,5 +1,6 @@
 """What protocol.md says of topics, services, refusals and limits is what the code does, and its frames are taken."""
 
+import argparse
 import asyncio
 import json
 import re
@@ -11,11 +12,13 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
 from endpoints.client_calls import CALL_TIMEOUT, MAX_CALLS
-from endpoints.client_sessions import READY_TIMEOUT
-from endpoints.outbox import DEFAULT_KEEP, EXPIRY, KEEP, MAX_KEEP
+from endpoints.client_sessions import MAX_AWAY, PROBE_TIMEOUT, READY_TIMEOUT
+from endpoints.commands import up
+from endpoints.idle import IDLE
+from endpoints.outbox import DEFAULT_KEEP, EXPIRY, KEEP, MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES
 from endpoints.problems import STATUS, TYPE, problem_response
 from endpoints.rights import SENSOR_TOPICS
-from endpoints.robot_socket import CLOSED_BY_CLOUD
+from endpoints.robot_socket import CLOSED_BY_CLOUD, TAKEN_OVER
 from endpoints.server import MAX_FRAME
 from endpoints.settings import Settings
 from engine.client_services import MAX_SERVICES
@@ -44,6 +47,7 @@ from ppaas.recoveries.registry import RECOVERIES, recovery_names
 from ppaas.wire.actions import NAV2_UNKNOWN, actions, find_action, ros2_status
 from ppaas.wire.goals import GRACE, MAX_GOALS
 from ppaas.wire.names import MAX_NAME
+from ppaas.wire.resumption import ID_HEADER, STATE_HEADER, TAKEN_HEADER
 from ppaas.wire.rosapi import SERVICES
 from ppaas.wire.rosbridge import MAX_SUBSCRIPTIONS, RosbridgeSession
 from ppaas.wire.rosbridge_client import RosbridgeClientSession
@@ -187,6 +191,23 @@ def test_the_times_and_rates_are_those_of_the_code() -> None:
     assert says(f"code {CLOSED_BY_CLOUD} and a reason")
     assert says(f"nobody has heard this for {MAX_PATIENCE:g} s")
     assert says(f"nobody has heard it for `timeout`, {MIN_PATIENCE:g} to {MAX_PATIENCE:g} s")
+
+
+def test_how_long_sessions_and_robots_are_kept_is_what_the_code_does() -> None:
+    parser = argparse.ArgumentParser()
+    up.configure(parser)
+    options = parser.parse_args([])
+    assert options.linger == LINGER
+    assert options.idle == IDLE and says(f"say nothing for {IDLE:g} s (`ppaas up --idle`")
+    assert says(f"dead within {options.dead:g} s (`ppaas up --dead`)")
+    assert says(f"silent for {PROBE_TIMEOUT:g} s")
+    assert says(f"closed with code {TAKEN_OVER}")
+    assert says(f"the last {MAX_SENT} such frames, and {MAX_SENT_BYTES >> 20} MiB")
+    limits = dict(table(PROTOCOL, "limit", "value"))
+    assert limits["all that waits for a client"].startswith(f"{MAX_BYTES >> 20} MiB; ")
+    assert limits["sessions of a user that are away"].startswith(f"{MAX_AWAY}; ")
+    headers = [header for header, _ in table(PROTOCOL, "header", "what it says")]
+    assert headers[:3] == [STATE_HEADER, ID_HEADER, TAKEN_HEADER]
 
 
 def test_the_roles_and_numbers_are_those_of_the_code() -> None:
