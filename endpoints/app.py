@@ -15,6 +15,7 @@ from endpoints.rest import (
     map_versions,
     maps,
     models,
+    planning,
     plans,
     robots,
     tokens,
@@ -36,6 +37,7 @@ Lengths are metres, angles radians, times seconds. Every error is a problem of R
 """
 
 RESOURCES = (
+    planning,  # first: it is asked most often, and each route before it is tried
     tokens,
     users,
     maps,

@@ -1,0 +1,111 @@
+"""Paths asked for: the request that is asked most often, and waited for by robots."""
+
+import uuid
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+from fastapi import APIRouter, Request
+from pydantic import TypeAdapter, ValidationError
+from starlette.responses import Response
+from starlette.types import Message, Receive
+
+from endpoints.auth import authenticate
+from endpoints.rest.dependencies import Caller, Provided, readable_head
+from endpoints.rest.names import MapId
+from endpoints.rest.openapi import BODY, KNOWN, problems
+from endpoints.rest.plans import json_response, path_of
+from endpoints.rest.schemas import NewPlanAnswer, PlanFile, triple
+from endpoints.rest.strict_json import StrictRoute, is_json, parse
+from endpoints.settings import Settings
+from engine.model import MapVersion
+from engine.views import PathAnswer, PathRequest
+from ppaas.clock import epoch
+from ppaas.errors import InvalidParameter
+from storage.records import MapRecord, PlanRecord, User
+
+_map_id: TypeAdapter[str] = TypeAdapter(MapId)
+
+
+class PlanRoute(StrictRoute):
+    """Serves a request that is right without FastAPI's search for what its function needs, which takes a millisecond.
+
+    Whatever is wrong with a request, FastAPI is left to say.
+    """
+
+    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+        """Return what serves a request."""
+        by_fastapi = super().get_route_handler()
+
+        async def serve(request: Request) -> Response:
+            if not is_json(request.headers.get("content-type", "")):
+                return await by_fastapi(request)
+            body = await request.body()
+            try:
+                map_id = _map_id.validate_python(request.path_params["map_id"])
+                file = PlanFile.model_validate(parse(body))
+            except ValidationError:
+                return await by_fastapi(Request(request.scope, _again(body)))
+            services = request.app.state.services
+            return await make_plan(map_id, file, services, await authenticate(request, services.accounts))
+
+        return serve
+
+
+def _again(body: bytes) -> Receive:
+    """Return what hands a body out that was read already."""
+
+    async def receive() -> Message:
+        return {"type": "http.request", "body": body, "more_body": False}
+
+    return receive
+
+
+router = APIRouter(tags=["plans"], route_class=PlanRoute)
+
+
+@router.post(
+    "/maps/{map_id}/plans",
+    status_code=201,
+    response_model=NewPlanAnswer,
+    responses=KNOWN | BODY | problems(404, 409, 429),
+)
+async def make_plan(map_id: MapId, file: PlanFile, services: Provided, user: Caller) -> Response:
+    """Plan a path on a map, and keep it."""
+    head = await readable_head(services, user, map_id)
+    request = PathRequest(
+        start=triple(file.start),
+        goal=triple(file.goal),
+        planner=file.planner,
+        tolerance=file.tolerance,
+        timeout=_timeout(file, services.settings),
+    )
+    answer = await services.cloud.compute_path(user, MapVersion(head.id, head.version), request)
+    record = _record(user, head, request, answer)
+    await services.plan_keeper.keep(services.store, record)
+    found = {"expanded": answer.expanded, "container": answer.container, "pid": answer.pid}
+    return json_response(path_of(record) | found, status=201)
+
+
+def _timeout(file: PlanFile, settings: Settings) -> float:
+    if file.timeout is None:
+        return settings.default_plan_seconds
+    if file.timeout > settings.max_plan_seconds:
+        raise InvalidParameter(f"timeout: a planner is given {settings.max_plan_seconds:g} s at most")
+    return file.timeout
+
+
+def _record(user: User, head: MapRecord, request: PathRequest, answer: PathAnswer) -> PlanRecord:
+    return PlanRecord(
+        id=uuid.uuid4().hex,
+        user=user.id,
+        map=head.id,
+        version=head.version,
+        planner=answer.planner,
+        start=request.start,
+        goal=request.goal,
+        length=answer.length,
+        cost=answer.cost,
+        seconds=answer.seconds,
+        poses=answer.poses,
+        created=epoch(),
+    )
