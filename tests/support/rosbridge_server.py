@@ -19,6 +19,7 @@ class RosbridgeServer:
         self.url = ""
         self.frames: list[dict[str, Any]] = []
         self.paths: list[str] = []
+        self.headers: dict[str, str] = {}
         self.refusal: tuple[int, bytes] | None = None
         self.connections: list[ServerConnection] = []
         self.listening = asyncio.Event()
@@ -41,6 +42,9 @@ class RosbridgeServer:
         status, body = self.refusal
         headers = Headers({"Content-Type": "application/problem+json", "Content-Length": str(len(body))})
         return Response(status, HTTPStatus(status).phrase, headers, body)
+
+    def answer(self, connection: ServerConnection, request: Request, response: Response) -> None:
+        response.headers.update(self.headers)
 
     async def _notify(self) -> None:
         async with self._changed:
@@ -70,7 +74,8 @@ class RosbridgeServer:
 async def rosbridge_server(**options: Any) -> AsyncIterator[RosbridgeServer]:
     """Run one on a free port of the loopback."""
     server = RosbridgeServer()
-    async with serve(server.serve, "127.0.0.1", 0, process_request=server.check, **options) as listening:
+    hooks = {"process_request": server.check, "process_response": server.answer}
+    async with serve(server.serve, "127.0.0.1", 0, **hooks, **options) as listening:
         server.url = f"http://127.0.0.1:{listening.sockets[0].getsockname()[1]}"
         yield server
 
