@@ -68,7 +68,7 @@ def merge_patch(changes: list[str]) -> dict[str, Any]:
     Raises
     ------
     InvalidInput
-        A text that has no name, or names what another has given a value already.
+        A text that has no name, or names what another has given a value already; a number that is not finite.
     """
     patch: dict[str, Any] = {}
     for text in changes:
@@ -80,6 +80,10 @@ def merge_patch(changes: list[str]) -> dict[str, Any]:
         if not equals or "" in (*way, last) or not isinstance(inner, dict) or last in inner:
             raise InvalidInput(f"{text!a}: write NAME=VALUE, as cores=0.5, and each name once")
         inner[last] = _value(value)
+    try:
+        json.dumps(patch, allow_nan=False)
+    except ValueError as error:  # they would go as null, which is something else
+        raise InvalidInput("a number must be finite") from error
     return patch
 
 

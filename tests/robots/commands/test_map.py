@@ -1,9 +1,13 @@
 import json
+import os
 from pathlib import Path
 
 import pytest
 
+from robots.sim.map_file import read_map_files
+from storage.versions import new_map
 from tests.support.command_line import CommandLine
+from tests.support.records import YAML, pgm
 
 
 @pytest.fixture
@@ -96,3 +100,41 @@ async def test_a_map_of_nav2_is_published_by_its_rules(ppaas: CommandLine, house
     assert (await ppaas("map", "publish", str(house), "--rules", "nav2")).status == 0
     assert (await ppaas("map", "fetch", "house", "--to", str(tmp_path / "got"))).status == 0
     assert b"rules: nav2" in (tmp_path / "got" / "house.yaml").read_bytes()
+
+
+async def test_who_reads_a_map_and_what_it_shows_is_changed(ppaas: CommandLine, house: Path) -> None:
+    await ppaas("map", "publish", str(house), "--description", "the ground floor")
+    changed = json.loads((await ppaas("map", "change", "house", "--reader", "bob", "--json")).out)
+    assert (changed["readers"], changed["description"]) == (["bob"], "the ground floor")
+    changed = json.loads((await ppaas("map", "change", "house", "--reader", "-", "--description", "", "--json")).out)
+    assert (changed["readers"], changed["description"]) == ([], "")
+    assert "nothing to change" in (await ppaas("map", "change", "house")).err
+
+
+async def test_every_version_is_listed_shown_and_fetched(
+    ppaas: CommandLine, house: Path, coarse: Path, tmp_path: Path
+) -> None:
+    first = json.loads((await ppaas("map", "publish", str(house), "--json")).out)
+    await ppaas("map", "publish", str(coarse), "--id", "house")
+    newest, oldest = json.loads((await ppaas("map", "versions", "house", "--json")).out)
+    assert (oldest["version"], newest["present"], oldest["present"]) == (first["version"], True, False)
+    assert [row[-1] for row in (await ppaas("map", "versions", "house")).rows] == ["present", "yes", "no"]
+    shown = json.loads((await ppaas("map", "show", "house", "--version", first["version"], "--json")).out)
+    assert shown["resolution"] == 0.05
+    fetched = await ppaas("map", "fetch", "house", "--version", first["version"], "--to", str(tmp_path / "old"))
+    assert fetched.out.split() == [str(tmp_path / "old" / name) for name in ("house.yaml", "house.pgm")]
+    assert read_map_files(tmp_path / "old" / "house.yaml") == read_map_files(house)
+
+
+async def test_files_are_not_fetched_to_where_a_map_wants_them(ppaas: CommandLine, tmp_path: Path) -> None:
+    for name in (b"../house.pgm", b"/etc/house.pgm", b"..", b"evil.yaml"):
+        ppaas.services.map_store.put_map(new_map("evil", "ann", YAML.replace(b"house.pgm", name), pgm()))
+        ended = await ppaas("map", "fetch", "evil", "--to", str(tmp_path / "to"))
+        assert (ended.status, ended.out) == (1, "")
+        assert ended.err.startswith("ppaas: invalid-map: ")
+    assert [file.name for file in os.scandir(tmp_path)] == []
+
+
+async def test_what_others_say_of_a_map_gives_a_terminal_no_orders(ppaas: CommandLine, house: Path) -> None:
+    await ppaas("map", "publish", str(house), "--description", "\x1b]0;owned\x07 \u202e")
+    assert not {"\x1b", "\x07", "\u202e"} & set((await ppaas("map", "list")).out)

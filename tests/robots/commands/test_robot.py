@@ -67,3 +67,51 @@ async def test_what_is_no_robot_file_is_refused(
     ended = await ppaas("robot", "put", "tb1", wrong)
     assert (ended.status, ended.out) == (1, "")
     assert ended.err.startswith(f"ppaas: {says}")
+
+
+async def test_a_robot_is_changed_by_names_and_values(ppaas: CommandLine, file: Path) -> None:
+    await ppaas("robot", "put", "tb1", str(file))
+    changes = ["cores=2", "initial_pose=[1, 2, 0]", "model=turtlebot3_burger", "parameters.amcl.max_particles=800"]
+    changed = await ppaas("robot", "change", "tb1", *changes, "--json")
+    assert changed.status == 0, changed.err
+    robot = json.loads(changed.out)
+    assert (robot["cores"], robot["initial_pose"], robot["model"]) == (2.0, [1.0, 2.0, 0.0], "turtlebot3_burger")
+    assert robot["parameters"] == {"amcl": {"max_particles": 800}}
+    back = await ppaas("robot", "change", "tb1", "cores=null", "parameters.amcl=null")
+    assert back.rows[1][6] == "1"
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (["cores"], "invalid-input: 'cores': write NAME=VALUE"),
+        (["=1"], "invalid-input: '=1': write NAME=VALUE"),
+        (["a..b=1"], "invalid-input: 'a..b=1': write"),
+        (["cores=1", "cores=2"], "invalid-input: 'cores=2': write"),
+        (["parameters=1", "parameters.amcl=2"], "invalid-input: 'parameters.amcl=2': write"),
+        (["colour=red"], "invalid-input: body.colour: "),
+        (["cores=-1"], "invalid-input: body.cores: "),
+        (["cores=NaN"], "invalid-input: a number must be finite"),
+        (['parameters.amcl={"a": [1e999]}'], "invalid-input: a number must be finite"),
+        (["map=atlantis"], "not-found: unknown map 'atlantis'"),
+        (["model=\udcff"], "invalid-input: there is something in it that is no text"),
+    ],
+)
+async def test_a_change_that_cannot_be_is_told_in_one_line(
+    ppaas: CommandLine, file: Path, change: list[str], says: str
+) -> None:
+    await ppaas("robot", "put", "tb1", str(file))
+    before = (await ppaas("robot", "show", "tb1", "--json")).out
+    ended = await ppaas("robot", "change", "tb1", *change)
+    assert (ended.status, ended.out) == (1, "")
+    assert ended.err.startswith(f"ppaas: {says}") and ended.err.count("\n") == 1
+    assert (await ppaas("robot", "show", "tb1", "--json")).out == before
+
+
+@pytest.mark.parametrize("name", ["../x", "a b", "ä", "\udcff", "x" * 300, "%00", "a\x1b[31mb", "\u202etb1"])
+async def test_a_name_that_is_none_is_refused_in_one_line(ppaas: CommandLine, name: str) -> None:
+    for verb in ("show", "delete"):
+        ended = await ppaas("robot", verb, name)
+        assert (ended.status, ended.out) == (1, "")
+        assert ended.err.startswith("ppaas: ") and ended.err.count("\n") == 1
+        assert "\x1b" not in ended.err

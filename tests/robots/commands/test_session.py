@@ -25,6 +25,15 @@ async def test_a_token_that_is_none_of_ours_says_to_log_in_again(ppaas: CommandL
     assert "log in again ('ppaas login'" in ended.err
 
 
+@pytest.mark.parametrize("token", ["ü", "a\nb", "\udcff", "a\x00b"])
+async def test_a_token_that_no_cloud_gives_is_not_even_sent(ppaas: CommandLine, token: str) -> None:
+    ended = await ppaas("map", "list", "--token", token)
+    assert (ended.status, ended.err) == (
+        1,
+        "ppaas: not-authenticated: the token is none that a cloud gave: log in again\n",
+    )
+
+
 async def test_a_cloud_that_is_not_there_is_named(ppaas: CommandLine) -> None:
     ended = await ppaas("map", "list", "--url", "http://127.0.0.1:1")
     assert ended.status == 1
@@ -32,7 +41,8 @@ async def test_a_cloud_that_is_not_there_is_named(ppaas: CommandLine) -> None:
     assert "is the cloud up" in ended.err
 
 
-async def test_a_url_that_is_none_is_told_what_one_looks_like(ppaas: CommandLine) -> None:
-    ended = await ppaas("map", "list", "--url", "localhost")
+@pytest.mark.parametrize("url", ["localhost", "http://[", "http://a:b", "http://a:0", "ftp://a", "http://\udcff", ""])
+async def test_a_url_that_is_none_is_told_what_one_looks_like(ppaas: CommandLine, url: str) -> None:
+    ended = await ppaas("map", "list", "--url", url)
     assert ended.status == 1
     assert "http://host:port" in ended.err
