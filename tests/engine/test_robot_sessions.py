@@ -12,7 +12,7 @@ from engine.master import Master, Quota
 from engine.place_link import PlaceLink
 from engine.robot_sessions import RobotSessions
 from engine.service import CloudService
-from ppaas.errors import Conflict, NotFound, NotPermitted, QuotaExceeded, Unavailable
+from ppaas.errors import Conflict, Idle, NotFound, NotPermitted, QuotaExceeded, Unavailable
 from storage.memory import MemoryMapStore, MemoryStore
 from tests.support import records
 from tests.support.waiting import until
@@ -194,3 +194,29 @@ async def test_closing_forgets_what_lingers(
     await sessions.close()
     await asyncio.sleep(3 * SHORT)
     assert is_open(service, place)
+
+
+async def test_who_does_not_hold_a_place_gets_one_that_is_open_and_does_not_keep_it(
+    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    sessions = RobotSessions(service, store, map_store, SHORT)
+    with pytest.raises(Unavailable, match="no container now"):
+        await sessions.join("ann", "tb1", as_robot=False, hold=False)
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    assert await sessions.join("ann", "tb1", as_robot=False, hold=False) is place
+    sessions.leave(place, as_robot=True)
+    assert await sessions.join("ann", "tb1", as_robot=False, hold=False) is place, "while it is kept, it is there"
+    await until(lambda: not is_open(service, place))
+
+
+async def test_a_place_that_is_let_go_is_closed_though_clients_are_there(
+    service: CloudService, sessions: RobotSessions
+) -> None:
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    await sessions.let_go(place, Idle("nothing was said"))
+    assert not is_open(service, place)
+    sessions.leave(place, as_robot=True)
+    anew = await sessions.join("ann", "tb1", as_robot=True)
+    await sessions.let_go(place, Idle("nothing was said"))
+    assert is_open(service, anew), "what was let go is another place by now"
+    sessions.leave(anew, as_robot=True)

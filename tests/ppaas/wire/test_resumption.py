@@ -1,0 +1,32 @@
+"""What clients say of their sessions, as text and back."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ppaas.errors import InvalidParameter
+from ppaas.wire.resumption import ANEW, Point, parse_name, parse_point
+
+
+@given(st.text("0123456789abcdef_-", min_size=1, max_size=64), st.integers(0, 10**15 - 1))
+def test_a_point_is_read_as_it_was_written(session: str, received: int) -> None:
+    assert parse_point(str(Point(session, received))) == Point(session, received)
+
+
+def test_to_begin_anew_is_to_have_no_point() -> None:
+    assert parse_point(ANEW) is None
+
+
+@given(st.text())
+def test_whatever_else_is_said_is_a_point_or_an_invalid_parameter(text: str) -> None:
+    for parse in (parse_name, parse_point):
+        try:
+            parse(text)
+        except InvalidParameter as error:
+            assert len(str(error)) < 200
+
+
+@pytest.mark.parametrize("name", ["", "a b", "a/b", "ä", "x" * 65, "a\n"])
+def test_a_name_that_cannot_be_is_refused(name: str) -> None:
+    with pytest.raises(InvalidParameter, match="1 to 64 letters"):
+        parse_name(name)
