@@ -87,7 +87,7 @@ def test_the_wheel_contains_every_file_of_the_dashboard(wheel):
 def requirements(extra: str) -> list[Requirement]:
     """Return what an extra asks for, the extras within it included."""
     found = [Requirement(text) for text in PROJECT["optional-dependencies"][extra]]
-    inner = [inner for requirement in found if requirement.name == "ppaas" for inner in requirement.extras]
+    inner = [inner for requirement in found if requirement.name == "ppaas" for inner in sorted(requirement.extras)]
     return [r for r in found if r.name != "ppaas"] + [r for name in inner for r in requirements(name)]
 
 
