@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Annotated, Any, Generic, TypeVar
 
 import msgspec
-from fastapi import Query
+from fastapi import Query, Request
 from pydantic import BaseModel, Field
 
 from ppaas.errors import InvalidParameter
@@ -14,6 +14,7 @@ from ppaas.errors import InvalidParameter
 DEFAULT_LIMIT = 100
 MAX_LIMIT = 500
 MAX_CURSOR = 256
+PARAMETERS = frozenset({"limit", "cursor", "token"})
 
 T = TypeVar("T")
 K = TypeVar("K")
@@ -37,13 +38,18 @@ class Paging:
 
     Parameters
     ----------
+    request : Request
+        Must have no other parameters: a limit that is misspelled would be none.
     limit : int
         Most items of it.
     cursor : str, optional
         From the page before.
     """
 
-    def __init__(self, limit: Limit = DEFAULT_LIMIT, cursor: Cursor = None) -> None:
+    def __init__(self, request: Request, limit: Limit = DEFAULT_LIMIT, cursor: Cursor = None) -> None:
+        unknown = set(request.query_params) - PARAMETERS
+        if unknown:
+            raise InvalidParameter(f"unknown parameter {min(unknown)[:64]!a}: a list takes limit and cursor")
         self._limit = limit
         self._cursor = cursor
 

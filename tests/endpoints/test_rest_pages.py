@@ -96,6 +96,12 @@ async def test_a_cursor_that_is_none_of_the_list_is_refused(
     assert "begin anew" in problem_of(answer, 422, "invalid-parameter")["detail"]
 
 
+@pytest.mark.parametrize("path", LISTS)
+async def test_a_parameter_that_is_none_is_told(client: httpx.AsyncClient, admin: dict[str, str], path: str) -> None:
+    answer = await client.get(f"/v1/{path}", headers=admin, params={"limt": 1})
+    assert "'limt'" in problem_of(answer, 422, "invalid-parameter")["detail"]
+
+
 async def test_a_page_has_as_many_as_it_should_where_nothing_is_said(
     client: httpx.AsyncClient, admin: dict[str, str], services: Services
 ) -> None:

@@ -19,6 +19,8 @@ EXAMPLES = int(os.environ.get("PPAAS_SCHEMATHESIS_EXAMPLES", "10"))
 BEYOND_A_SCHEMA = [positive_data_acceptance]
 """A schema cannot say which cursor a list gave, or which bytes are a map's: these are refused, and so they should."""
 
+pytestmark = pytest.mark.xdist_group("schemathesis")  # so that one process has seen all when it sums up
+
 HEADERS = {"Authorization": f"Bearer {TOKEN}"}
 
 load_all_checks()

@@ -21,7 +21,7 @@ class Handler(BaseHTTPRequestHandler):
     requests: ClassVar[list[dict[str, Any]]] = []
 
     def answer(self) -> None:
-        body = self.rfile.read(int(self.headers["Content-Length"]))
+        body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
         self.requests.append({"line": self.requestline, "headers": dict(self.headers), "body": body})
         status, data = self.answers.pop(0)
         self.send_response(status)
@@ -29,7 +29,7 @@ class Handler(BaseHTTPRequestHandler):
         self.end_headers()
         self.wfile.write(data)
 
-    do_POST = do_PUT = answer  # noqa: N815
+    do_GET = do_PATCH = do_POST = do_PUT = answer  # noqa: N815
 
     def log_message(self, format: str, *args: object) -> None:  # noqa: A002
         """Say nothing."""
@@ -107,3 +107,38 @@ async def test_a_server_that_is_gone_is_unavailable() -> None:
 def test_a_url_that_is_none_is_refused(url: str) -> None:
     with pytest.raises(InvalidInput, match="http://host:port"):
         RestClient(url)
+
+
+async def test_a_list_is_fetched_page_by_page_until_there_is_no_more() -> None:
+    pages = (200, b'{"items": [1, 2], "next": "a+b"}'), (200, b'{"items": [3], "next": null}')
+    with serving(*pages) as url:
+        assert await RestClient(url, "abc").items("/v1/robots") == [1, 2, 3]
+    assert [asked["line"].split()[1] for asked in Handler.requests] == [
+        "/v1/robots?limit=500",
+        "/v1/robots?limit=500&cursor=a%2Bb",
+    ]
+
+
+async def test_of_a_list_no_more_is_fetched_than_is_wanted() -> None:
+    pages = (200, b'{"items": [1, 2], "next": "c"}'), (200, b'{"items": [3], "next": "d"}')
+    with serving(*pages) as url:
+        assert await RestClient(url, "abc").items("/v1/robots", 3) == [1, 2, 3]
+    assert [asked["line"].split()[1] for asked in Handler.requests] == [
+        "/v1/robots?limit=3",
+        "/v1/robots?limit=1&cursor=c",
+    ]
+
+
+@pytest.mark.parametrize("answer", [b"[]", b"null", b'{"items": []}', b"{"])
+async def test_what_is_no_page_is_not_from_this_cloud(answer: bytes) -> None:
+    with serving((200, answer)) as url, pytest.raises(PPaaSError, match=r"no list of this cloud|not JSON"):
+        await RestClient(url, "abc").items("/v1/robots")
+
+
+async def test_a_change_is_a_merge_patch() -> None:
+    with serving((200, b'{"cores": 0.5}')) as url:
+        assert await RestClient(url, "abc").patch("/v1/robots/tb1", {"cores": 0.5, "map": None}) == {"cores": 0.5}
+    [asked] = Handler.requests
+    assert asked["line"].startswith("PATCH /v1/robots/tb1 ")
+    assert asked["headers"]["Content-Type"] == "application/merge-patch+json"
+    assert json.loads(asked["body"]) == {"cores": 0.5, "map": None}

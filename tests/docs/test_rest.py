@@ -1,0 +1,65 @@
+"""What rest.md says in numbers and names is what the service has, and what it has its reader type works."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from endpoints.rest.paging import DEFAULT_LIMIT, MAX_LIMIT, Page
+from endpoints.settings import MIB, Settings
+from tests.support.cloud import RunningCloud
+from tests.support.documents import blocks, run_shell, script, table, text_of
+from tests.support.fuzzed_rest import description
+from tests.support.sources import pyproject
+
+REST = "docs/rest.md"
+COMMANDS = pyproject()["project"]["entry-points"]["ppaas.commands"]
+
+
+def says(words: str) -> bool:
+    return words in re.sub(r"\s+", " ", text_of(REST))
+
+
+def test_the_nouns_are_those_of_the_service_and_their_commands_are_there() -> None:
+    rows = table(REST, "noun", "operations", "commands")
+    named = {path for row in rows for path in re.findall(r"/v1/[\w/]+", row[0])}
+    assert {path.split("/")[2] for path in named} == {path.split("/")[2] for path in description()["paths"]} - {
+        "models"
+    }
+    assert {command for row in rows for command in re.findall(r"ppaas (\w+)", row[2])} <= set(COMMANDS)
+
+
+def test_the_numbers_are_those_of_the_code() -> None:
+    settings = Settings()
+    assert says(f"{DEFAULT_LIMIT} unless told, {MAX_LIMIT} at most")
+    assert says(f"did not come in {settings.max_body_seconds:g} s, a map's in {settings.max_upload_seconds:g} s")
+    assert says(f"more than {settings.max_body // MIB} MiB, a map's more than {settings.max_upload // MIB} MiB")
+
+
+def test_every_status_is_one_that_the_service_declares() -> None:
+    told = {int(code) for status, _ in table(REST, "status", "when") for code in status.split(", ")}
+    declared = {405} | {
+        int(status)
+        for methods in description()["paths"].values()
+        for operation in methods.values()
+        for status in operation["responses"]
+        if status >= "400"
+    }
+    assert told | {500} == declared
+
+
+def test_a_page_looks_as_it_says() -> None:
+    [page] = blocks(REST, "json")
+    assert Page[str].model_validate_json(page).model_dump() == json.loads(page)
+
+
+@pytest.mark.journey
+def test_what_is_typed_into_a_shell_works(cloud: RunningCloud, tmp_path: Path) -> None:
+    robot = "ppaas map publish docs/examples/office.yaml\nppaas robot put tb1 docs/examples/tb1.json\n"
+    [login] = [line for line in script("README.md").splitlines() if line.startswith("export PPAAS_TOKEN")]
+    answers = run_shell(f"{login}\n{robot}{script(REST)}", tmp_path, cloud).splitlines()
+    text = "\n".join(answers)
+    assert '"expires"' in text and '"items"' in text
+    changed = json.loads(text[text.rindex('{"id":"tb1"') :])
+    assert changed["cores"] == 0.5
