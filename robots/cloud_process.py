@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -35,10 +35,19 @@ class CloudProcess:
         Seconds that it has to end by itself.
     arguments : sequence of str
         Of ``ppaas up``, beside those that make it a cloud of its own.
+    environment : mapping of str, optional
+        Variables to set for it.
     """
 
-    def __init__(self, start_timeout: float = 120.0, stop_timeout: float = 15.0, arguments: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        start_timeout: float = 120.0,
+        stop_timeout: float = 15.0,
+        arguments: Sequence[str] = (),
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
         self._arguments = arguments
+        self._environment = dict(environment or {})
         self._start_timeout = start_timeout
         self._stop_timeout = stop_timeout
         self._folder = tempfile.TemporaryDirectory(prefix="ppaas-", ignore_cleanup_errors=True)
@@ -88,7 +97,7 @@ class CloudProcess:
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
-                env=os.environ | {"TMPDIR": self._folder.name},
+                env=os.environ | {"TMPDIR": self._folder.name} | self._environment,
                 start_new_session=True,
             )
 

@@ -10,6 +10,7 @@ import numpy as np
 from rich.progress import Progress
 
 from ppaas.clock import monotonic
+from ppaas.errors import Unavailable
 from ppaas.maps.generate import warehouse
 from ppaas.maps.grid import GridMap
 from robots.bench.figures import Figure, median_of
@@ -31,8 +32,6 @@ GAP_LIMIT = 0.1
 LEAST_ROBOTS = 10
 MOST_ROBOTS = 64
 MEMORY_LIMIT_MB = 25.0
-WEIGHED = 3
-"""Robots whose containers are weighed; what is shared counts the more for each, the fewer there are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +48,8 @@ class Plan:
         Driving before it is measured, and while [s].
     driven : float
         Driving before memory is read, in all [s].
+    weighed : tuple of int
+        Robots whose containers are weighed; what is shared counts the more for each, the fewer there are.
     """
 
     first: int = 8
@@ -56,9 +57,10 @@ class Plan:
     warm: float = 6.0
     seconds: float = 15.0
     driven: float = 60.0
+    weighed: tuple[int, ...] = (3, LEAST_ROBOTS)
 
 
-QUICK = Plan(first=2, most=2, warm=2.0, seconds=4.0, driven=6.0)
+QUICK = Plan(first=2, most=2, warm=2.0, seconds=4.0, driven=6.0, weighed=(2,))
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,14 +115,18 @@ async def measure(target: Target, progress: Progress, quick: bool) -> list[Figur
     await target.publish(MAP, grid)
 
     async def drive(robots: int) -> Trial:
-        trial = await Fleet(target, grid, robots).trial(plan, progress)
+        try:
+            trial = await Fleet(target, grid, robots).trial(plan, progress)
+        except Unavailable as error:  # so busy that one more is not even let in
+            progress.console.print(f"  {robots} robots: {error}")
+            return Trial(robots, np.empty(0), {}, 0.0, [])
         progress.console.print(f"  {trial.sentence()}")
         return trial
 
     trials = await search(drive, plan.first, plan.most)
     to_weigh = Plan(warm=plan.driven - plan.seconds, seconds=plan.seconds)
-    weighed = await Fleet(target, grid, WEIGHED).trial(to_weigh, progress)
-    return [*_of_search(trials), *_of_memory(weighed, plan.driven)]
+    weighed = [await Fleet(target, grid, robots).trial(to_weigh, progress) for robots in plan.weighed]
+    return [*_of_search(trials), *(figure for trial in weighed for figure in _of_memory(trial, plan.driven))]
 
 
 async def search(drive: Callable[[int], Awaitable[Trial]], first: int, most: int) -> list[Trial]:
@@ -224,8 +230,8 @@ def _of_search(trials: list[Trial]) -> list[Figure]:
 def _of_memory(trial: Trial, seconds: float) -> list[Figure]:
     if not trial.memory:
         return []
-    name = f"memory after {seconds:g} s"
-    note = f"{trial.robots} robots; PSS beyond the shared map"
+    name = f"memory of each of {trial.robots}"
+    note = f"PSS beyond the shared map, after {seconds:g} s of driving"
     return [
         median_of("containers", name, [m.pss for m in trial.memory], "MB", limit=MEMORY_LIMIT_MB, note=note),
         median_of("containers", "of it private", [m.private for m in trial.memory], "MB"),

@@ -14,6 +14,10 @@ LINGER = 0.1
 """Seconds that a clone is kept after its robot left: the next measurement is to find its room."""
 
 
+CORES = 0.1
+"""Size of a container: so small that the machine's capacity is not what limits a fleet."""
+
+
 @dataclass(frozen=True, slots=True)
 class Target:
     """A cloud, and who asks it.
@@ -43,7 +47,7 @@ class Target:
         yaml, image = save_map(grid, "map.pgm")
         await self.rest.upload_map(map_id, yaml, image)
 
-    async def register(self, robot: str, map_id: str, pose: tuple[float, float, float], cores: float = 0.25) -> str:
+    async def register(self, robot: str, map_id: str, pose: tuple[float, float, float], cores: float = CORES) -> str:
         """Tell of a robot; return the URL of its WebSocket."""
         await self.rest.put_robot(robot, RobotFile(map=map_id, initial_pose=pose, cores=cores))
         return f"{self.ws_url}/?robot={robot}&token={self.token}"
