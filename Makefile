@@ -40,7 +40,7 @@ browser: ## Get Debian's Chromium, with which tests look at the dashboard
 
 test: $(INSTALLED) $(NODE_TESTS)/node_modules browser ## Run all tests
 	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"
-	$(BIN)/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadgroup --no-loadscope-reorder $(PYTEST_ARGS)
+	$(BIN)/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadscope --no-loadscope-reorder $(PYTEST_ARGS)
 
 schemathesis: $(INSTALLED) ## Send the REST service some ten thousand requests, good and bad, made from its description
 	@echo "schemathesis: 150 examples an operation; prints how each was answered"

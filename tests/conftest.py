@@ -4,20 +4,26 @@ import os
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from tests.support.shares import place_in_line, share_of
+from tests.support.shares import place_in_line
 
 ROOT = Path(__file__).resolve().parent.parent
 
 
-@pytest.hookimpl(tryfirst=True)  # pytest-xdist reads the marks in the same hook
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put each test into its share, and the longest shares first."""
-    for item in items:
-        item.add_marker(pytest.mark.xdist_group(share_of(item.path.relative_to(ROOT))))
+    """Put the longest shares first."""
     items.sort(key=lambda item: place_in_line(item.path.relative_to(ROOT)))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Return what hands the shares to the processes."""
+    from tests.support.share_scheduling import ShareScheduling
+
+    return ShareScheduling(config, log)
 
 
 @pytest.fixture(scope="session")
