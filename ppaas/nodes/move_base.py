@@ -1,5 +1,6 @@
 """Move Base as a node: tells the state machine what happens, and carries out its orders."""
 
+import contextlib
 import logging
 from collections import deque
 from collections.abc import Sequence
@@ -190,7 +191,7 @@ class MoveBaseNode(Node):
         # As in move_base: a start without a frame is where the robot is.
         here = not question.start.header.frame_id
         start = around.pose(now) if here else pose_in(around.frames.tree, MAP, question.start, "the start")
-        if around.is_localized(now):
+        with contextlib.suppress(TransformError):  # who does not know where it is sees nothing new
             around.look_around(around.pose(now), now)
         costmap = around.overlay(self._layers.costmap)
         self._paths.plan(start, goal, reply, get_plan_response, tolerance=question.tolerance, costmap=costmap)

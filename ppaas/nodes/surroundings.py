@@ -98,10 +98,6 @@ class Surroundings:
                 raise TransformError(f"no {what} {since}")
         return self.frames.tree.lookup(MAP, BASE_LINK)
 
-    def is_localized(self, now: float) -> bool:
-        """Tell whether `pose` would return one."""
-        return all(self.frames.silence(child, now) <= self._tolerance for child in (BASE_LINK, ODOM))
-
     def look_around(self, pose: Pose2D, now: float) -> Costmap:
         """Bring the local costmap up to date and return it; the last one, where there is nothing new to see."""
         others, reading = tuple(self._discs(pose, now)), self._reading()

@@ -23,7 +23,7 @@ from endpoints.server import MAX_FRAME
 from endpoints.settings import Settings
 from engine.client_services import MAX_SERVICES
 from engine.client_topics import MAX_LATCHED_BYTES, MAX_TOPICS
-from engine.outside import SHARE_PERIOD
+from engine.outside import SHARE_PERIOD, TELL_PERIOD
 from engine.robot_sessions import LINGER
 from engine.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
 from ppaas.costmap.build import build_layers
@@ -187,7 +187,7 @@ def test_the_times_and_rates_are_those_of_the_code() -> None:
     assert says(f"After {move_base.transform_tolerance:g} s without `odom` or `scan`")
     assert STATUS_PERIOD == 1.0 and says("once a second, and when it changes")
     assert move_base.planner_frequency == 1.0 and says("and once a second on the way")
-    assert SHARE_PERIOD == 0.2 and says("five times a second")
+    assert (1.0 / SHARE_PERIOD, 1.0 / TELL_PERIOD) == (5.0, 10.0) and says("five to ten times a second")
     assert says(f"code {CLOSED_BY_CLOUD} and a reason")
     assert says(f"nobody has heard this for {MAX_PATIENCE:g} s")
     assert says(f"nobody has heard it for `timeout`, {MIN_PATIENCE:g} to {MAX_PATIENCE:g} s")

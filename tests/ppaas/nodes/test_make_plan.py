@@ -114,6 +114,15 @@ def test_the_planner_has_the_parameters_that_it_drives_by():
         assert isinstance(ask(driving, stamped(START), stamped(GOAL)), expected)
 
 
+def test_a_plan_is_made_before_localization_and_odometry_have_met():
+    """Localization is stamped ahead of its scan, so with the first one there is no moment at which both are known."""
+    driving = ClosedLoop(World(walled_map(6, 4, []), START))
+    driving.step()
+    here, there = ends(ask(driving, stamped(START), stamped(GOAL)))
+    assert here.distance_to(START) < 0.05 and there.distance_to(GOAL) < 0.05
+    assert isinstance(ask(driving, NOWHERE, stamped(GOAL)), TransformError)
+
+
 def test_a_robot_that_is_lost_plans_from_where_it_is_told_to_but_not_from_where_it_is():
     driving = ClosedLoop(World(walled_map(6, 4, []), START))
     ends(ask(driving, stamped(START), stamped(GOAL)))
