@@ -12,7 +12,8 @@ from endpoints.cli import main
     "wrong",
     [
         ["--port", "65536"], ["--port", "-1"], ["--port", "http"], ["--cores", "0"], ["--cores", "1.5"],
-        ["--linger", "-1"], ["--linger", "nan"], ["--linger", "inf"], ["--idle", "-1"], ["--dead", "0.5"], ["--dead", "nan"], ["--log-level", "loud"],
+        ["--linger", "-1"], ["--linger", "nan"], ["--linger", "inf"],
+        ["--idle", "-1"], ["--dead", "0.5"], ["--dead", "nan"], ["--log-level", "loud"],
     ],
     ids=" ".join,
 )  # fmt: skip

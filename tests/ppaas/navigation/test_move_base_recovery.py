@@ -1,6 +1,5 @@
 """Move Base, transition by transition: control, recovery, and a pose that is not known."""
 
-
 from ppaas.controllers.base import Velocity
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
