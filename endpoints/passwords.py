@@ -5,6 +5,7 @@ them, and who comes beyond that is told to try again: a flood of logins takes ne
 """
 
 import asyncio
+import functools
 import logging
 import os
 import secrets
@@ -51,7 +52,6 @@ class Passwords:
     ) -> None:
         workers = workers or len(os.sched_getaffinity(0))
         self._hasher = hasher or PasswordHasher(parallelism=1)
-        self._nobodys = self._hasher.hash(secrets.token_bytes(16))
         self._threads = ThreadPoolExecutor(workers, "argon2", _be_nice)
         self._room = threading.BoundedSemaphore(workers + waiting)
 
@@ -64,16 +64,21 @@ class Passwords:
 
         Without a hash, because there is no such user, it takes as long and the answer is no.
         """
-        right = await self._run(lambda: self._verify(password_hash or self._nobodys, password))
+        right = await self._run(lambda: self._verify(password_hash, password))
         return right and password_hash is not None
 
     def close(self) -> None:
         """End the threads."""
         self._threads.shutdown(cancel_futures=True)
 
-    def _verify(self, password_hash: str, password: str) -> bool:
+    @functools.cached_property
+    def _nobodys(self) -> str:
+        return self._hasher.hash(secrets.token_bytes(16))
+
+    def _verify(self, password_hash: str | None, password: str) -> bool:
+        nobodys = self._nobodys  # whoever is first waits for it to be made, known or not
         try:
-            return self._hasher.verify(password_hash, _bytes(password))
+            return self._hasher.verify(password_hash or nobodys, _bytes(password))
         except VerifyMismatchError:
             return False
         except (VerificationError, InvalidHashError):

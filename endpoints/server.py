@@ -1,51 +1,36 @@
-"""The server process: the cloud and its web application on one event loop, from start to clean stop."""
+"""The server process: the cloud and its web application on one event loop, from start to clean stop.
+
+What serves the web takes half a second to import. It is imported while the machine of the cloud starts, which takes
+longer and uses another core.
+"""
 
 import argparse
 import asyncio
 import contextlib
+import importlib
 import logging
 import os
 import secrets
 import signal
 import socket
-from collections.abc import Coroutine, Iterator
+from collections.abc import Coroutine
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
-import uvicorn
 import uvloop
-from fastapi import FastAPI
-from starlette.routing import WebSocketRoute
-from starlette.websockets import WebSocket
 
-from endpoints.accounts import Accounts
-from endpoints.app import create_app
-from endpoints.client_sessions import ClientSessions
-from endpoints.idle import IdleWatch
-from endpoints.robot_socket import serve_robot_socket
-from endpoints.services import Services
-from endpoints.websocket_protocol import ProbedWebSocket
-from engine.background import Background
 from engine.bootstrap import Cloud, CloudConfig
 from ppaas.errors import InvalidInput, Unavailable
+
+if TYPE_CHECKING:
+    from endpoints.web import Web
 
 logger = logging.getLogger(__name__)
 
 T = TypeVar("T")
 
 ADMIN = "admin"
-MAX_FRAME = 16 * 1024 * 1024
-"""Bytes of one frame of a robot: ten times a raw 640×480 depth image."""
-
-
-class Server(uvicorn.Server):
-    """Leaves signals to us, so that the cloud ends before the process does."""
-
-    @contextlib.contextmanager
-    def capture_signals(self) -> Iterator[None]:
-        """Capture none."""
-        yield
 
 
 class Ready(msgspec.Struct):
@@ -115,33 +100,15 @@ def listen(host: str, port: int) -> socket.socket:
         raise Unavailable(f"cannot listen: {error.strerror}; take another --host or --port (0: a free one)") from error
 
 
-def build_app(cloud: Cloud, accounts: Accounts, sessions: ClientSessions) -> FastAPI:
-    """Return the web application of a cloud."""
-    services = Services(cloud.store, cloud.map_store, accounts, cloud)
-    app = create_app(services)
-
-    async def robot_socket(websocket: WebSocket) -> None:
-        await serve_robot_socket(websocket, services, sessions)
-
-    app.router.routes.append(WebSocketRoute("/", robot_socket))
-    return app
-
-
 async def _serve(arguments: argparse.Namespace) -> None:
     stop = _stop_on_signals()
-    with listen(arguments.host, arguments.port) as listener:
+    async with contextlib.AsyncExitStack() as last_first:
+        listener = last_first.enter_context(listen(arguments.host, arguments.port))
         cloud = Cloud(cloud_config(arguments))
-        sessions = ClientSessions(cloud.sessions, arguments.linger)
-        watching = Background()
-        try:
-            server = await _unless(stop, _start(cloud, sessions, arguments))
-            if server is not None:
-                watching.run(IdleWatch(sessions, cloud.sessions, arguments.idle).run())
-                await _run(server, listener, stop, arguments.ready_file)
-        finally:
-            await watching.cancel()
-            await sessions.close()
-            await cloud.close()
+        last_first.push_async_callback(cloud.close)
+        web = await _unless(stop, _start(cloud, arguments, last_first))
+        if web is not None:
+            await _run(web, listener, stop, arguments.ready_file)
 
 
 def _stop_on_signals() -> asyncio.Event:
@@ -163,19 +130,28 @@ async def _unless(stop: asyncio.Event, work: Coroutine[Any, Any, T]) -> T | None
         await asyncio.gather(*tasks, return_exceptions=True)
 
 
-async def _start(cloud: Cloud, sessions: ClientSessions, arguments: argparse.Namespace) -> Server:
-    await cloud.start()
-    accounts = Accounts(cloud.store)
-    password_file = arguments.admin_password_file or arguments.data / "admin-password"
-    await accounts.ensure_admin(await asyncio.to_thread(admin_password, password_file))
-    logger.info("user %r has the password in %s", ADMIN, password_file)
-    app = build_app(cloud, accounts, sessions)
-    return Server(_uvicorn_config(app, arguments.log_level, arguments.dead))
+async def _start(cloud: Cloud, arguments: argparse.Namespace, last_first: contextlib.AsyncExitStack) -> "Web":
+    """Start the machine, and beside it get ready what serves the web."""
+    machine = asyncio.create_task(cloud.start())
+    try:
+        module = await asyncio.to_thread(importlib.import_module, "endpoints.web")
+        web: Web = module.Web(
+            cloud, linger=arguments.linger, idle=arguments.idle, dead=arguments.dead, log_level=arguments.log_level
+        )
+        last_first.push_async_callback(web.close)
+        password_file = arguments.admin_password_file or arguments.data / "admin-password"
+        await web.accounts.ensure_admin(await asyncio.to_thread(admin_password, password_file))
+        logger.info("user %r has the password in %s", ADMIN, password_file)
+        await machine
+    finally:
+        machine.cancel()
+        await asyncio.gather(machine, return_exceptions=True)
+    return web
 
 
-async def _run(server: Server, listener: socket.socket, stop: asyncio.Event, ready_file: Path | None) -> None:
+async def _run(web: "Web", listener: socket.socket, stop: asyncio.Event, ready_file: Path | None) -> None:
     url = "http://{}:{}".format(*listener.getsockname()[:2])
-    serving, stopping = asyncio.create_task(server.serve([listener])), asyncio.create_task(stop.wait())
+    serving, stopping = asyncio.create_task(web.serve(listener)), asyncio.create_task(stop.wait())
     try:
         logger.info("serving at %s", url)
         if ready_file is not None:
@@ -183,23 +159,8 @@ async def _run(server: Server, listener: socket.socket, stop: asyncio.Event, rea
         await asyncio.wait((serving, stopping), return_when=asyncio.FIRST_COMPLETED)
     finally:
         stopping.cancel()
-        server.should_exit = True
+        web.stop()
         await serving
-
-
-def _uvicorn_config(app: FastAPI, log_level: str, dead: float) -> uvicorn.Config:
-    return uvicorn.Config(
-        app,
-        log_level="error" if log_level == "error" else "warning",  # at "info" it tells of each query
-        log_config=None,
-        access_log=False,  # a token may stand in the query
-        ws_max_size=MAX_FRAME,
-        ws=ProbedWebSocket,
-        ws_per_message_deflate=False,
-        ws_ping_interval=dead / 3.0,  # a socket that dies right after a pong is noticed after both together
-        ws_ping_timeout=dead * 2.0 / 3.0,
-        timeout_graceful_shutdown=2,
-    )
 
 
 def _write_ready(path: Path, ready: Ready) -> None:

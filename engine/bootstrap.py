@@ -11,7 +11,7 @@ from engine.agent_config import AgentConfig
 from engine.agent_process import AgentProcess
 from engine.balancers.first_fit import FirstFit
 from engine.checkpoints import Checkpoints
-from engine.mapcache import instance_name
+from engine.instances import instance_name
 from engine.master import Master, Quota
 from engine.model import MapVersion
 from engine.planning import Planning

@@ -25,8 +25,9 @@ try:
         import numpy as np  # noqa: F401
         import uvloop  # noqa: F401
 
-        from engine.runtimes import kernels
+        from engine.runtimes import compiled, kernels
 
+        compiled.load_without_compiler()
         COMPILED = kernels.record_compilations()
         WARM = kernels.warm_all()
 except ImportError:  # of these the fork server would say nothing

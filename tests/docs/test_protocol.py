@@ -19,8 +19,8 @@ from endpoints.outbox import DEFAULT_KEEP, EXPIRY, KEEP, MAX_BYTES, MAX_KEEP, MA
 from endpoints.problems import STATUS, TYPE, problem_response
 from endpoints.rights import SENSOR_TOPICS
 from endpoints.robot_socket import CLOSED_BY_CLOUD, TAKEN_OVER
-from endpoints.server import MAX_FRAME
 from endpoints.settings import Settings
+from endpoints.web import MAX_FRAME
 from engine.client_services import MAX_SERVICES
 from engine.client_topics import MAX_LATCHED_BYTES, MAX_TOPICS
 from engine.outside import SHARE_PERIOD, TELL_PERIOD

@@ -1,0 +1,47 @@
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+
+KERNELS = """
+import numba, numpy as np
+@numba.njit(cache=True)
+def total(values):
+    return np.sort(values).sum()
+@numba.njit
+def largest(values):
+    return np.sort(values)[-1]
+"""
+
+CALLS = """
+import sys
+import numpy as np
+from engine.runtimes import compiled
+compiled.load_without_compiler()
+import some_kernels
+values = np.array([3.0, 1.0, 2.0])
+print(some_kernels.total(values), len(some_kernels.total.stats.cache_hits), "numba.np.npyimpl" in sys.modules)
+print(some_kernels.largest(values), "numba.np.npyimpl" in sys.modules)
+"""
+
+
+@pytest.fixture
+def call(tmp_path: Path):
+    (tmp_path / "some_kernels.py").write_text(KERNELS)
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": f"{ROOT}:{tmp_path}"}
+
+    def run() -> list[str]:
+        command = [sys.executable, "-c", CALLS]
+        done = subprocess.run(command, check=True, env=environment, capture_output=True, text=True)
+        return done.stdout.splitlines()
+
+    return run
+
+
+def test_what_is_in_the_cache_is_loaded_without_the_compiler_and_what_is_not_is_compiled(call):
+    assert call() == ["6.0 0 True", "3.0 True"]
+    assert call() == ["6.0 1 False", "3.0 True"]
