@@ -15,7 +15,7 @@ from numba.core.runtime.nrt import rtsys
 
 
 def load_without_compiler() -> None:
-    """Let numba, from now on, load what it compiles with when it compiles; call it once, before any kernel is called."""
+    """Let numba load what it compiles with only when it compiles; call it once, before any kernel is called."""
     loading: Callable[..., Any] = Cache.load_overload
 
     @functools.wraps(loading)
