@@ -5,7 +5,7 @@ Requests are made by schemathesis: the examples of the description, its borders,
 """
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 import schemathesis
@@ -19,8 +19,6 @@ EXAMPLES = int(os.environ.get("PPAAS_SCHEMATHESIS_EXAMPLES", "10"))
 BEYOND_A_SCHEMA = [positive_data_acceptance]
 """A schema cannot say which cursor a list gave, or which bytes are a map's: these are refused, and so they should."""
 
-pytestmark = pytest.mark.xdist_group("schemathesis")  # so that one process has seen all when it sums up
-
 HEADERS = {"Authorization": f"Bearer {TOKEN}"}
 
 load_all_checks()
@@ -33,15 +31,32 @@ def service() -> Iterator[FuzzedService]:
         yield running
 
 
-@DESCRIBED.parametrize()
-@settings(
-    max_examples=EXAMPLES, derandomize=True, deadline=None, database=None, suppress_health_check=list(HealthCheck)
-)
-def test_every_answer_is_as_described(case: schemathesis.Case, service: FuzzedService) -> None:
+def answered_as_described(case: schemathesis.Case, service: FuzzedService) -> None:
     if ask(service, case) == 404 and case.path_parameters:
         # Names that are thought out are of nothing: ask the same of what is there.
         case.path_parameters = {name: KNOWN[name] for name in case.path_parameters}
         ask(service, case)
+
+
+def test_of(operation_id: str) -> Callable[..., None]:
+    """Return the test of one operation."""
+
+    def test(case: schemathesis.Case, service: FuzzedService) -> None:
+        answered_as_described(case, service)
+
+    limits = settings(
+        max_examples=EXAMPLES, derandomize=True, deadline=None, database=None, suppress_health_check=list(HealthCheck)
+    )
+    found: Callable[..., None] = DESCRIBED.include(operation_id=operation_id).parametrize()(limits(test))
+    return found
+
+
+test_of.__test__ = False  # type: ignore[attr-defined]
+
+# A name each: those that one ``parametrize`` makes of all operations share theirs, and pytest-xdist runs one of them.
+for _operation in DESCRIBED.get_all_operations():
+    _id = _operation.ok().definition.raw["operationId"]
+    globals()[f"test_{_id}_answers_as_described"] = test_of(_id)
 
 
 def ask(service: FuzzedService, case: schemathesis.Case) -> int:

@@ -1,20 +1,26 @@
 """What processes use, as ``/proc`` tells it."""
 
-import os
 import subprocess
 import sys
 
-import numpy as np
 import pytest
 
 from robots.bench.processes import cpu_seconds, memory_of
 
 
 def test_what_a_process_holds_for_itself_is_counted() -> None:
-    before = memory_of(os.getpid())
-    held = np.ones(4 << 20)
-    after = memory_of(os.getpid())
-    assert after.private - before.private == pytest.approx(held.nbytes / 1e6, rel=0.2)
+    hold = "print(0, flush=True); input(); held = b'1' * 40_000_000; print(1, flush=True); input()"
+    command = [sys.executable, "-c", hold]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdin is not None and process.stdout is not None
+        process.stdout.readline()
+        before = memory_of(process.pid)
+        process.stdin.write(b"\n")
+        process.stdin.flush()
+        process.stdout.readline()
+        after = memory_of(process.pid)
+        process.communicate(b"\n")
+    assert after.private - before.private == pytest.approx(40.0, rel=0.05)
     assert after.pss >= after.private
     assert after.shared_map == 0.0
 
