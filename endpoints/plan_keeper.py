@@ -1,6 +1,7 @@
 """Keeps the paths that were just found: whoever asked for one does not wait for the disk."""
 
 import asyncio
+from collections.abc import Callable
 
 from starlette.concurrency import run_in_threadpool
 
@@ -23,14 +24,14 @@ class PlanKeeper:
         self._room = asyncio.Semaphore(MOST_WAITING)
         self._background = Background()
 
-    async def keep(self, store: Store, record: PlanRecord) -> None:
-        """Begin to write a plan; wait only while too many others are being written."""
+    async def keep(self, store: Store, record: Callable[[], PlanRecord]) -> None:
+        """Begin to make the record of a plan and to write it; wait only while too many others are being written."""
         await self._room.acquire()
         self._background.run(self._write(store, record))
 
-    async def _write(self, store: Store, record: PlanRecord) -> None:
+    async def _write(self, store: Store, record: Callable[[], PlanRecord]) -> None:
         try:
-            await run_in_threadpool(store.add_plan, record)
+            await run_in_threadpool(lambda: store.add_plan(record()))
         finally:
             self._room.release()
 

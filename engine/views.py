@@ -99,8 +99,8 @@ class PathAnswer(msgspec.Struct, frozen=True):
 
     Parameters
     ----------
-    poses : bytes
-        (n, 7) float64, little-endian, row by row: x, y, z, qx, qy, qz, qw.
+    poses : str
+        JSON: a list of rows x, y, z, qx, qy, qz, qw, as the container wrote it.
     length : float
         Along the poses [m].
     cost : float
@@ -117,7 +117,7 @@ class PathAnswer(msgspec.Struct, frozen=True):
         Of its process.
     """
 
-    poses: bytes
+    poses: str
     cost: float
     length: float
     expanded: int

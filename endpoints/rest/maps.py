@@ -28,7 +28,10 @@ router = APIRouter(prefix="/maps", tags=["maps"], route_class=StrictRoute)
 )
 async def publish_map(form: PublishedMap, services: Provided, user: Caller) -> MapAnswer:
     """Publish a map, or its new version, from the two files of map_server."""
-    return await run_in_threadpool(_publish, services, user, form)
+    try:
+        return await run_in_threadpool(_publish, services, user, form)
+    finally:
+        services.map_heads.forget(form.id)
 
 
 @router.get("", response_model=Page[MapSummary], responses=KNOWN)
@@ -57,7 +60,10 @@ async def change_map(
         said["readers"] = tuple(dict.fromkeys(said["readers"] or ()))
     if "description" in said:
         said["description"] = said["description"] or ""
-    return await run_in_threadpool(services.map_store.change_map, map_id, **said)
+    try:
+        return await run_in_threadpool(services.map_store.change_map, map_id, **said)
+    finally:
+        services.map_heads.forget(map_id)
 
 
 @router.delete("/{map_id}", status_code=204, responses=KNOWN | problems(403, 404, 409))
@@ -66,7 +72,10 @@ async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
     await _owned_head(services, user, map_id)
     if robots_in(services, map_id=map_id):
         raise Conflict(f"robots stand in map {map_id!r}: let them disconnect first")
-    await run_in_threadpool(services.map_store.remove_map, map_id)
+    try:
+        await run_in_threadpool(services.map_store.remove_map, map_id)
+    finally:
+        services.map_heads.forget(map_id)
 
 
 async def _owned_head(services: Services, user: User, map_id: str) -> MapRecord:

@@ -4,7 +4,10 @@ import uuid
 from collections.abc import Callable, Coroutine
 from typing import Any
 
+import msgspec
+import numpy as np
 from fastapi import APIRouter, Request
+from msgspec import Raw
 from pydantic import TypeAdapter, ValidationError
 from starlette.responses import Response
 from starlette.types import Message, Receive
@@ -13,7 +16,7 @@ from endpoints.auth import authenticate
 from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, problems
-from endpoints.rest.plans import json_response, path_of
+from endpoints.rest.plans import json_response
 from endpoints.rest.schemas import NewPlanAnswer, PlanFile, triple
 from endpoints.rest.strict_json import StrictRoute, is_json, parse
 from endpoints.settings import Settings
@@ -80,10 +83,9 @@ async def make_plan(map_id: MapId, file: PlanFile, services: Provided, user: Cal
         timeout=_timeout(file, services.settings),
     )
     answer = await services.cloud.compute_path(user, MapVersion(head.id, head.version), request)
-    record = _record(user, head, request, answer)
-    await services.plan_keeper.keep(services.store, record)
-    found = {"expanded": answer.expanded, "container": answer.container, "pid": answer.pid}
-    return json_response(path_of(record) | found, status=201)
+    plan_id = uuid.uuid4().hex
+    await services.plan_keeper.keep(services.store, lambda: _record(plan_id, user, head, request, answer))
+    return json_response(_told(plan_id, head, answer), status=201)
 
 
 def _timeout(file: PlanFile, settings: Settings) -> float:
@@ -94,9 +96,14 @@ def _timeout(file: PlanFile, settings: Settings) -> float:
     return file.timeout
 
 
-def _record(user: User, head: MapRecord, request: PathRequest, answer: PathAnswer) -> PlanRecord:
+def _told(plan_id: str, head: MapRecord, answer: PathAnswer) -> dict[str, Any]:
+    fields = {name: getattr(answer, name) for name in PathAnswer.__struct_fields__}
+    return fields | {"plan_id": plan_id, "poses": Raw(answer.poses), "map": head.id, "version": head.version}
+
+
+def _record(plan_id: str, user: User, head: MapRecord, request: PathRequest, answer: PathAnswer) -> PlanRecord:
     return PlanRecord(
-        id=uuid.uuid4().hex,
+        id=plan_id,
         user=user.id,
         map=head.id,
         version=head.version,
@@ -106,6 +113,6 @@ def _record(user: User, head: MapRecord, request: PathRequest, answer: PathAnswe
         length=answer.length,
         cost=answer.cost,
         seconds=answer.seconds,
-        poses=answer.poses,
+        poses=np.array(msgspec.json.decode(answer.poses), "<f8").tobytes(),
         created=epoch(),
     )

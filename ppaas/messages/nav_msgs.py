@@ -38,10 +38,10 @@ class Odometry(Message):
 
 
 class Path(Message):
-    """``nav_msgs/Path``."""
+    """``nav_msgs/Path``. A sender may give ``poses`` as JSON already written, as the cells of a grid."""
 
     header: Header
-    poses: list[PoseStamped]
+    poses: list[PoseStamped] | Raw
 
 
 class GetPlanRequest(Message):

@@ -31,9 +31,9 @@ class ComputePathResponse(Message):
 
     Parameters
     ----------
-    poses : bytes
-        From start to goal, in the frame of the map: rows of x, y, z [m], qx, qy, qz, qw as little-endian float64, so
-        that thousands of numbers are handed on as they are. In JSON it is base64, as rosbridge has ``uint8[]``.
+    poses : str
+        From start to goal, in the frame of the map: JSON, a list of rows [x, y, z [m], qx, qy, qz, qw]. It is text
+        within the message, so that thousands of numbers are handed on as they were written.
     cost : float
         Sum of the weights of the moves.
     length : float
@@ -46,7 +46,7 @@ class ComputePathResponse(Message):
         Who planned.
     """
 
-    poses: bytes
+    poses: str
     cost: float
     length: float
     expanded: int

@@ -9,6 +9,7 @@ from typing import ClassVar
 import msgspec
 
 from ppaas.controllers.base import Controller, ControlRequest, Velocity
+from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput, PPaaSError, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.maps.layers import MapLayers
@@ -17,6 +18,7 @@ from ppaas.messages.geometry_msgs import PoseArray, PoseStamped, Twist, Vector3
 from ppaas.messages.message import Empty, Message
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal
 from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, Odometry, Path
+from ppaas.messages.ppaas_msgs import ComputePath, ComputePathRequest
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
@@ -86,6 +88,7 @@ class MoveBaseNode(Node):
     )  # fmt: skip
     services: ClassVar[tuple[Service, ...]] = (
         Service("move_base/make_plan", GetPlan),
+        Service("move_base/compute_path", ComputePath),
         Service("move_base/clear_costmaps", EmptyService),
     )
 
@@ -182,6 +185,9 @@ class MoveBaseNode(Node):
             self._surroundings.clear()
             reply(Empty())
             return
+        if service == "move_base/compute_path":
+            self._paths.compute(expect(request, ComputePathRequest), reply, self._seen(self.context.now()))
+            return
         self._make_plan(expect(request, GetPlanRequest), reply)
 
     def _make_plan(self, question: GetPlanRequest, reply: Reply) -> None:
@@ -191,10 +197,15 @@ class MoveBaseNode(Node):
         # As in move_base: a start without a frame is where the robot is.
         here = not question.start.header.frame_id
         start = around.pose(now) if here else pose_in(around.frames.tree, MAP, question.start, "the start")
+        costmap = self._seen(now)
+        self._paths.plan(start, goal, reply, get_plan_response, tolerance=question.tolerance, costmap=costmap)
+
+    def _seen(self, now: float) -> Costmap:
+        """Return the costmap of the map and of what the robot sees now."""
+        around = self._surroundings
         with contextlib.suppress(TransformError):  # who does not know where it is sees nothing new
             around.look_around(around.pose(now), now)
-        costmap = around.overlay(self._layers.costmap)
-        self._paths.plan(start, goal, reply, get_plan_response, tolerance=question.tolerance, costmap=costmap)
+        return around.overlay(self._layers.costmap)
 
     def _keep_cycle(self) -> None:
         """Run the control cycle while there is a goal: a robot that waits costs nothing."""

@@ -8,10 +8,12 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput, InvalidPlanner, NotFound, PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.messages.nav_msgs import GetPlanResponse
-from ppaas.messages.ppaas_msgs import ComputePathResponse
+from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
 from ppaas.nodes.base import Context, Job, Reply
+from ppaas.nodes.checks import finite_pose
 from ppaas.nodes.planner_queue import PlannerQueue
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
+from ppaas.planners.path_text import rows_text
 
 MAX_TIMEOUT = 60.0
 """Longest time for one plan [s]."""
@@ -27,7 +29,7 @@ def get_plan_response(result: PlanResult) -> GetPlanResponse:
 def compute_path_response(result: PlanResult) -> ComputePathResponse:
     """Return the response of ``ppaas_msgs/ComputePath``."""
     return ComputePathResponse(
-        poses=result.poses.astype("<f8").tobytes(),
+        poses=rows_text(result.poses),
         cost=result.cost,
         length=result.length,
         expanded=result.expanded,
@@ -61,6 +63,19 @@ class PathServices:
         self._threads = threads
         self._queue = PlannerQueue(context)
         self._planners: dict[str, Planner] = {} if planner is None else {default: planner}
+
+    def compute(self, request: ComputePathRequest, reply: Reply, costmap: Costmap | None = None) -> Job:
+        """Answer ``ppaas_msgs/ComputePath``; raises as ``plan`` does, and ``InvalidInput`` for a pose that is none."""
+        return self.plan(
+            finite_pose(request.start, "the start"),
+            finite_pose(request.goal, "the goal"),
+            reply,
+            compute_path_response,
+            planner=request.planner,
+            tolerance=request.tolerance,
+            timeout=request.timeout,
+            costmap=costmap,
+        )
 
     def plan(
         self, start: Pose2D, goal: Pose2D, reply: Reply, respond: ToResponse,

@@ -12,7 +12,7 @@ from ppaas.messages.ppaas_msgs import ComputePath, ComputePathRequest
 from ppaas.nodes.base import Context, Node, Reply, Service
 from ppaas.nodes.checks import finite_pose
 from ppaas.nodes.frames import MAP
-from ppaas.nodes.path_services import PathServices, compute_path_response, get_plan_response
+from ppaas.nodes.path_services import PathServices, get_plan_response
 
 
 class PlannerServerNode(Node):
@@ -52,15 +52,7 @@ class PlannerServerNode(Node):
             Too many requests wait.
         """
         if isinstance(request, ComputePathRequest):
-            self._paths.plan(
-                finite_pose(request.start, "the start"),
-                finite_pose(request.goal, "the goal"),
-                reply,
-                compute_path_response,
-                planner=request.planner,
-                tolerance=request.tolerance,
-                timeout=request.timeout,
-            )
+            self._paths.compute(request, reply)
         elif isinstance(request, GetPlanRequest):
             start, goal = _in_map(request.start, "the start"), _in_map(request.goal, "the goal")
             self._paths.plan(start, goal, reply, get_plan_response, tolerance=request.tolerance)

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from ppaas.clock import Clock, monotonic
 from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D, Poses
-from ppaas.messages.geometry_msgs import Point, Pose, PoseStamped, Quaternion
+from ppaas.messages.geometry_msgs import Point, Pose, Quaternion
 from ppaas.messages.nav_msgs import Path
 from ppaas.messages.std_msgs import Header
+from ppaas.planners.path_text import path_message
 
 
 def never() -> bool:
@@ -87,9 +88,8 @@ class PlanResult:
     frame_id: str = field(default="map")
 
     def to_message(self, stamp: Header | None = None) -> Path:
-        """Return ``nav_msgs/Path``; its poses are made here and not before."""
-        header = stamp or Header(frame_id=self.frame_id)
-        return Path(header, [PoseStamped(header, pose_message(row)) for row in self.poses.tolist()])
+        """Return ``nav_msgs/Path``; its poses are JSON already, which the encoder copies as it is."""
+        return path_message(self.poses, stamp or Header(frame_id=self.frame_id))
 
 
 def pose_message(row: list[float]) -> Pose:

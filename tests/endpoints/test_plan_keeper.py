@@ -2,6 +2,7 @@
 
 import asyncio
 import threading
+from functools import partial
 
 import pytest
 
@@ -29,7 +30,7 @@ class SlowStore(MemoryStore):
 
 async def test_whoever_brings_a_plan_does_not_wait_for_the_store_but_whoever_looks_does() -> None:
     store, keeper = SlowStore(), PlanKeeper()
-    await keeper.keep(store, plan("p1"))
+    await keeper.keep(store, lambda: plan("p1"))
     with pytest.raises(NotFound):
         store.plan("p1")
     store.go_on.set()
@@ -40,8 +41,8 @@ async def test_whoever_brings_a_plan_does_not_wait_for_the_store_but_whoever_loo
 async def test_who_brings_more_than_the_store_takes_waits() -> None:
     store, keeper = SlowStore(), PlanKeeper()
     for number in range(MOST_WAITING):
-        await keeper.keep(store, plan(f"p{number}"))
-    more = asyncio.create_task(keeper.keep(store, plan("more")))
+        await keeper.keep(store, partial(plan, f"p{number}"))
+    more = asyncio.create_task(keeper.keep(store, lambda: plan("more")))
     await asyncio.sleep(0)
     assert not more.done()
     store.go_on.set()
@@ -57,6 +58,6 @@ async def test_a_plan_that_cannot_be_kept_is_told_and_makes_room(caplog: pytest.
 
     keeper = PlanKeeper()
     for number in range(2 * MOST_WAITING):
-        await keeper.keep(Broken(), plan(f"p{number}"))
+        await keeper.keep(Broken(), partial(plan, f"p{number}"))
     await keeper.settled()
     assert "the disk is full" in caplog.text

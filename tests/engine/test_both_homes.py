@@ -14,6 +14,7 @@ from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import office
 from ppaas.maps.layers import MapLayers
+from ppaas.messages import decode, encode
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.message import Empty, Message
 from ppaas.messages.nav_msgs import GetMapResponse, GetPlanRequest, GetPlanResponse
@@ -71,7 +72,7 @@ async def test_all_nodes_of_a_build_answer_in_either_home(service: str, layers: 
         assert isinstance(await answer(graph, "static_map", Empty()), GetMapResponse)
         plan = await answer(graph, service, request)
         assert isinstance(plan, GetPlanResponse)
-        plans.append([pose.pose for pose in plan.plan.poses])
+        plans.append([pose.pose for pose in decode(GetPlanResponse, encode(plan)).plan.poses])
     home.close()
     assert len(plans[0]) > 10
     assert plans[0] == plans[1], "where a node runs makes no difference to what it says"

@@ -1,5 +1,6 @@
 """Plans on request of a robot that stands, and of one that drives meanwhile."""
 
+import json
 import math
 
 import numpy as np
@@ -9,7 +10,10 @@ from ppaas.errors import GoalOccupied, InvalidInput, NoValidPath, PPaaSError, Tr
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import UNKNOWN
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.messages.codec import decode, encode
+from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.nav_msgs import GetPlanRequest, GetPlanResponse
+from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
 from tests.support.closed_loop import ClosedLoop
 from tests.support.planar_world import World, fill, walled_map
 from tests.support.touring import stamped
@@ -29,7 +33,15 @@ def ask(driving: ClosedLoop, start, goal, tolerance: float = 0.0) -> GetPlanResp
     answers: list = []
     driving.graph.call("move_base/make_plan", GetPlanRequest(start, goal, tolerance), answers.append)
     (answer,) = answers
-    return answer
+    return decode(GetPlanResponse, encode(answer)) if isinstance(answer, GetPlanResponse) else answer
+
+
+def compute(driving: ClosedLoop, start: Pose2D, goal: Pose2D) -> ComputePathResponse:
+    answers: list = []
+    request = ComputePathRequest(Pose.of(start), Pose.of(goal))
+    driving.graph.call("move_base/compute_path", request, answers.append)
+    assert isinstance(answers[0], ComputePathResponse), answers
+    return answers[0]
 
 
 def ends(answer) -> tuple[Pose2D, Pose2D]:
@@ -104,6 +116,7 @@ def test_what_the_robot_sees_is_planned_around(drives):
         driving.send_goal(Pose2D(1.3, 1.0, 0.0))
     driving.run(0.5)
     assert length(ask(driving, NOWHERE, stamped(beyond))) > straight + 1.0
+    assert compute(driving, START, beyond).length > straight + 1.0
 
 
 def test_the_planner_has_the_parameters_that_it_drives_by():
@@ -149,3 +162,11 @@ def test_what_cannot_be_planned_for_is_refused_and_a_goal_under_way_goes_on(star
     assert isinstance(ask(driving, start, goal, tolerance), error)
     driving.run(20.0)
     assert driving.last_status() is Status.SUCCEEDED
+
+
+def test_a_path_is_told_with_the_time_it_took_where_a_program_asks():
+    answer = compute(loop(), ELSEWHERE, GOAL)
+    rows = np.array(json.loads(answer.poses))
+    assert rows[0, :2] == pytest.approx(ELSEWHERE[:2])
+    assert rows[-1, :2] == pytest.approx(GOAL[:2])
+    assert answer.seconds > 0.0
