@@ -1,8 +1,6 @@
 """A list of waypoints over the wire, while the container that follows it dies."""
 
 import asyncio
-import os
-import signal
 
 import pytest
 
@@ -16,13 +14,6 @@ from tests.support.places import free_pose
 from tests.support.touring import waypoints
 
 pytestmark = pytest.mark.journey
-
-
-def kill_youngest_container(cloud: RunningCloud) -> None:
-    (agent,) = cloud.find("engine.agent")
-    (fork_server,) = [each for each in agent.children() if "forkserver" in " ".join(each.cmdline())]
-    youngest = max(fork_server.children(), key=lambda process: process.create_time())
-    os.kill(youngest.pid, signal.SIGKILL)
 
 
 async def test_a_list_of_waypoints_is_driven_to_its_end_though_its_container_is_killed(
@@ -45,7 +36,7 @@ async def test_a_list_of_waypoints_is_driven_to_its_end_though_its_container_is_
         await drive.operator.subscribe("follow_waypoints/result", FollowWaypointsActionResult, results.put_nowait)
         await drive.operator.publish("follow_waypoints/goal", waypoints([first, last], "round"))
         await until(lambda: 1 in told)
-        kill_youngest_container(cloud)
+        cloud.kill_youngest_container()
         async with asyncio.timeout(60):
             result = await results.get()
         assert (result.status.goal_id.id, result.status.status) == ("round", Status.SUCCEEDED), result.status.text

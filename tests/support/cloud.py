@@ -45,6 +45,12 @@ class RunningCloud:
         """The processes below the web process whose command line has all the words."""
         return [p for p in self.children() if all(word in " ".join(p.cmdline()) for word in words)]
 
+    def kill_youngest_container(self) -> None:
+        """End the container that was started last, without a word to it."""
+        (agent,) = self.find("engine.agent")
+        (fork_server,) = [child for child in agent.children() if "forkserver" in " ".join(child.cmdline())]
+        max(fork_server.children(), key=lambda process: process.create_time()).kill()
+
     async def admin(self) -> RestClient:
         """Log in as admin."""
         client = RestClient(self.url)
