@@ -12,6 +12,9 @@ from storage.records import PlanRecord
 MOST_WAITING = 64
 """Plans that may wait for the store; whoever brings more waits with them."""
 
+ANSWER_FIRST = 0.002
+"""Seconds in which an answer is on its way before its plan is written: the two would wait for each other's thread."""
+
 
 class PlanKeeper:
     """Writes plans to the store beside the answers.
@@ -31,6 +34,7 @@ class PlanKeeper:
 
     async def _write(self, store: Store, record: Callable[[], PlanRecord]) -> None:
         try:
+            await asyncio.sleep(ANSWER_FIRST)
             await run_in_threadpool(lambda: store.add_plan(record()))
         finally:
             self._room.release()

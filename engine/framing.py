@@ -23,10 +23,10 @@ In = TypeVar("In")
 _encoder = msgspec.msgpack.Encoder()
 
 
-def pack(message: msgspec.Struct) -> bytes:
-    """Return the frame of a message."""
+def pack(message: msgspec.Struct) -> tuple[bytes, bytes]:
+    """Return the frame of a message in two parts, so that a large one is not copied to be joined."""
     body = _encoder.encode(message)
-    return len(body).to_bytes(4, "big") + body
+    return len(body).to_bytes(4, "big"), body
 
 
 class FrameStream(Generic[In]):
@@ -68,7 +68,7 @@ class FrameStream(Generic[In]):
     def write(self, message: msgspec.Struct) -> None:
         """Queue a frame without waiting; nothing happens on a closed stream."""
         if not self._writer.is_closing():
-            self._writer.write(pack(message))
+            self._writer.writelines(pack(message))
 
     async def send(self, message: msgspec.Struct) -> None:
         """Queue a frame and wait while the peer is behind."""

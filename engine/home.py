@@ -1,4 +1,4 @@
-"""The cloud's home of nodes: a graph on an event loop, with threads for its jobs."""
+"""The cloud's home of nodes: a graph on an event loop, with threads for its jobs that are not short."""
 
 import asyncio
 import contextlib
@@ -7,8 +7,9 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
+from engine.short_jobs import ShortJobs
 from ppaas.errors import PPaaSError
-from ppaas.nodes.graph import Graph
+from ppaas.nodes.graph import Graph, Work
 
 logger = logging.getLogger(__name__)
 
@@ -30,15 +31,22 @@ class CloudHome:
     def __init__(self, prepare_thread: Callable[[], None]) -> None:
         self._loop = asyncio.get_running_loop()
         self._executor = ThreadPoolExecutor(JOB_THREADS, "job", prepare_thread)
+        self._short_jobs = ShortJobs()
         self._alarm: asyncio.TimerHandle | None = None
         self._failure = ""
         self._closed = False
         self.graph = Graph(self._work)
 
-    def _work(self, work: Callable[[], T], done: Callable[[T | PPaaSError], None]) -> None:
-        if not self._closed:
-            future = self._executor.submit(work)
-            future.add_done_callback(lambda ended: self._hand_over(ended, done))
+    def _work(self, work: Work[T], cancelled: Callable[[], bool], done: Callable[[T | PPaaSError], None]) -> None:
+        if self._closed:
+            return
+        # Who drives is not kept waiting.
+        outcome = None if self.graph.busy else self._short_jobs.attempt(work, cancelled)
+        if outcome is not None:
+            self._finish(outcome, done)
+            return
+        future = self._executor.submit(self._short_jobs.timed, work, cancelled)
+        future.add_done_callback(lambda ended: self._hand_over(ended, done))
 
     def _hand_over(self, future: "Future[T]", done: Callable[[T | PPaaSError], None]) -> None:
         if not future.cancelled():

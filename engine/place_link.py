@@ -153,11 +153,12 @@ class PlaceLink:
         PPaaSError
             The place was closed, with its reason.
         """
-        try:
-            async with asyncio.timeout(timeout):
-                await self._ready.wait()
-        except TimeoutError as error:
-            raise Unavailable(f"no container was ready within {timeout:g} s; try again") from error
+        if not self._ready.is_set():
+            try:
+                async with asyncio.timeout(timeout):
+                    await self._ready.wait()
+            except TimeoutError as error:
+                raise Unavailable(f"no container was ready within {timeout:g} s; try again") from error
         if self._closed is not None:
             raise self._closed
 

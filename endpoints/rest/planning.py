@@ -1,7 +1,6 @@
 """Paths asked for: the request that is asked most often, and waited for by robots."""
 
 import uuid
-from collections.abc import Callable, Coroutine
 from typing import Any
 
 import msgspec
@@ -10,7 +9,7 @@ from fastapi import APIRouter, Request
 from msgspec import Raw
 from pydantic import TypeAdapter, ValidationError
 from starlette.responses import Response
-from starlette.types import Message, Receive
+from starlette.types import Message, Receive, Scope, Send
 
 from endpoints.auth import authenticate
 from endpoints.rest.dependencies import Caller, Provided, readable_head
@@ -35,23 +34,22 @@ class PlanRoute(StrictRoute):
     Whatever is wrong with a request, FastAPI is left to say.
     """
 
-    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
-        """Return what serves a request."""
-        by_fastapi = super().get_route_handler()
-
-        async def serve(request: Request) -> Response:
-            if not is_json(request.headers.get("content-type", "")):
-                return await by_fastapi(request)
-            body = await request.body()
-            try:
-                map_id = _map_id.validate_python(request.path_params["map_id"])
-                file = PlanFile.model_validate(parse(body))
-            except ValidationError:
-                return await by_fastapi(Request(request.scope, _again(body)))
-            services = request.app.state.services
-            return await make_plan(map_id, file, services, await authenticate(request, services.accounts))
-
-        return serve
+    async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve a request."""
+        request = Request(scope, receive)
+        if scope["method"] != "POST" or not is_json(request.headers.get("content-type", "")):
+            await super().handle(scope, receive, send)
+            return
+        body = await request.body()
+        try:
+            map_id = _map_id.validate_python(request.path_params["map_id"])
+            file = PlanFile.model_validate(parse(body))
+        except ValidationError:
+            await super().handle(scope, _again(body), send)
+            return
+        services = request.app.state.services
+        response = await make_plan(map_id, file, services, await authenticate(request, services.accounts))
+        await response(scope, receive, send)
 
 
 def _again(body: bytes) -> Receive:

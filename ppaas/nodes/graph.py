@@ -25,18 +25,22 @@ TopicWatch = Callable[[Node, str, Topic | None], None]
 """Told the node, the name, and the topic that it declared, or None when that is no more."""
 
 
-class Worker(Protocol):
-    """How a home runs jobs: ``work`` elsewhere, then ``done`` on the thread of the graph."""
+Work = Callable[[Callable[[], bool]], T]
+"""What a job does; it asks now and then whether it is cancelled, and may be run again from the beginning."""
 
-    def __call__(self, work: Callable[[], T], done: Callable[[T | PPaaSError], None]) -> None:
+
+class Worker(Protocol):
+    """How a home runs jobs: ``work(cancelled)``, elsewhere if it is long, then ``done`` on the thread of the graph."""
+
+    def __call__(self, work: Work[T], cancelled: Callable[[], bool], done: Callable[[T | PPaaSError], None]) -> None:
         """Run it."""
         ...
 
 
-def run_inline(work: Callable[[], T], done: Callable[[T | PPaaSError], None]) -> None:
+def run_inline(work: Work[T], cancelled: Callable[[], bool], done: Callable[[T | PPaaSError], None]) -> None:
     """Be the worker of tests and of programs with one thread: run the job here and now."""
     try:
-        result: T | PPaaSError = work()
+        result: T | PPaaSError = work(cancelled)
     except PPaaSError as error:
         result = error
     done(result)
@@ -348,5 +352,5 @@ class Graph:
             done(result)
             self._drain()
 
-        self._worker(lambda: work(job.is_cancelled), finish)
+        self._worker(work, job.is_cancelled, finish)
         return job

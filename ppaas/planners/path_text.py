@@ -4,9 +4,11 @@ Numbers are rounded to the billionth, so what comes of reading them is within ha
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from msgspec import Raw
+from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Poses
@@ -36,13 +38,18 @@ def rows_text(poses: Poses) -> str:
     return _write(poses, _ROW).decode("ascii")
 
 
+@lru_cache(8)
+def _template(pieces: tuple[str, ...]) -> tuple[NDArray[np.uint8], NDArray[np.uint64]]:
+    each = [piece.encode() for piece in pieces]
+    ends = np.cumsum([len(piece) for piece in each]).astype(np.uint64)
+    return np.frombuffer(b"".join(each) + bytes(BLOCK), np.uint8), ends
+
+
 def _write(rows: Poses, pieces: Sequence[str]) -> bytes:
     """Return the JSON of a list; the last piece ends with the comma between its items."""
     if not len(rows):
         return b"[]"
-    each = [piece.encode() for piece in pieces]
-    template = np.frombuffer(b"".join(each) + bytes(BLOCK), np.uint8)
-    ends = np.cumsum([len(piece) for piece in each]).astype(np.uint64)
+    template, ends = _template(tuple(pieces))
     text = np.empty(1 + len(rows) * (len(template) + rows.shape[1] * WIDEST) + BLOCK, np.uint8)
     length = write_rows(rows, template, ends, text[1:])
     if not length:

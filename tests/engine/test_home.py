@@ -41,8 +41,10 @@ def raising(error: Exception) -> Any:
 async def test_a_job_runs_in_a_thread_that_was_prepared_and_its_end_is_told_on_the_loop() -> None:
     prepared: list[int] = []
     home, results = CloudHome(lambda: prepared.append(threading.get_ident())), Results()
+    go = threading.Event()
     for _ in range(2 * JOB_THREADS):
-        home.graph.start(lambda cancelled: threading.get_ident(), results)
+        home.graph.start(lambda cancelled: go.wait(10) and threading.get_ident(), results)
+    go.set()
     await until(lambda: len(results.told) == 2 * JOB_THREADS)
     assert set(results.told) <= set(prepared)
     assert threading.get_ident() not in prepared

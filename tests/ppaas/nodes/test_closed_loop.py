@@ -231,12 +231,12 @@ class ThreadHome:
         self.finished: deque = deque()
         self.running: list = []
 
-    def __call__(self, work, done):
-        self.running.append(self.pool.submit(self._run, work, done))
+    def __call__(self, work, cancelled, done):
+        self.running.append(self.pool.submit(self._run, work, cancelled, done))
 
-    def _run(self, work, done):
+    def _run(self, work, cancelled, done):
         try:
-            result = work()
+            result = work(cancelled)
         except PPaaSError as error:
             result = error
         self.finished.append((done, result))

@@ -162,8 +162,8 @@ def test_a_timer_fires_once_for_each_period_and_not_to_catch_up() -> None:
 def test_a_job_comes_back_with_its_result_its_error_or_its_cancellation() -> None:
     waiting: list[Callable[[], None]] = []
 
-    def worker(work: Callable[[], Any], done: Callable[[Any], None]) -> None:
-        waiting.append(lambda: done(work()))
+    def worker(work: Callable[..., Any], cancelled: Callable[[], bool], done: Callable[[Any], None]) -> None:
+        waiting.append(lambda: done(work(cancelled)))
 
     graph = Graph(worker)
     results: list[object] = []

@@ -13,13 +13,13 @@ class LateWorker:
     def __init__(self) -> None:
         self.jobs: list = []
 
-    def __call__(self, work, done):
-        self.jobs.append((work, done))
+    def __call__(self, work, cancelled, done):
+        self.jobs.append((work, cancelled, done))
 
     def run_one(self):
-        work, done = self.jobs.pop(0)
+        work, cancelled, done = self.jobs.pop(0)
         try:
-            done(work())
+            done(work(cancelled))
         except (NoValidPath, PlanCancelled) as error:
             done(error)
 
