@@ -37,7 +37,7 @@ Lengths are metres, angles radians, times seconds. Every error is a problem of R
 """
 
 RESOURCES = (
-    planning,  # first: it is asked most often, and each route before it is tried
+    planning,
     tokens,
     users,
     maps,
@@ -66,6 +66,7 @@ def create_app(services: Services) -> FastAPI:
     )
     describe(app)
     app.state.services = services
+    app.router.routes.insert(0, planning.DirectPlans(PREFIX))  # it is asked most often, and each before it is tried
     for resource in RESOURCES:
         app.include_router(resource.router, prefix=PREFIX)
     settings = services.settings

@@ -10,10 +10,8 @@ from typing import Any, Generic, TypeVar
 
 import msgspec
 
-from ppaas.errors import MalformedMessage, MessageTooLarge
-
-MAX_FRAME = 256 * 1024 * 1024
-"""Bytes; the JSON of the largest map that fits the memory of a robot's operator is far below."""
+from engine.frame_receiver import LENGTH, FrameReceiver
+from ppaas.errors import MalformedMessage
 
 CLOSE_GRACE = 2.0
 """Seconds that a peer has to take what was written before it was closed; then it is lost."""
@@ -26,7 +24,7 @@ _encoder = msgspec.msgpack.Encoder()
 def pack(message: msgspec.Struct) -> tuple[bytes, bytes]:
     """Return the frame of a message in two parts, so that a large one is not copied to be joined."""
     body = _encoder.encode(message)
-    return len(body).to_bytes(4, "big"), body
+    return len(body).to_bytes(LENGTH, "big"), body
 
 
 class FrameStream(Generic[In]):
@@ -41,7 +39,7 @@ class FrameStream(Generic[In]):
     """
 
     def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, incoming: Any) -> None:
-        self._reader = reader
+        self._receiver = FrameReceiver(reader, writer)
         self._writer = writer
         self._decoder: msgspec.msgpack.Decoder[In] = msgspec.msgpack.Decoder(incoming)
 
@@ -53,12 +51,8 @@ class FrameStream(Generic[In]):
         MessageTooLarge, MalformedMessage
             The peer does not speak this protocol; close the stream.
         """
-        try:
-            size = int.from_bytes(await self._reader.readexactly(4), "big")
-            if size > MAX_FRAME:
-                raise MessageTooLarge(f"a frame of {size} bytes is over the limit of {MAX_FRAME}")
-            body = await self._reader.readexactly(size)
-        except (asyncio.IncompleteReadError, ConnectionError):
+        body = await self._receiver.next()
+        if body is None:
             return None
         try:
             return self._decoder.decode(body)

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine import link
-from engine.framing import MAX_FRAME, FrameStream, pack
+from engine.frame_receiver import MAX_FRAME
+from engine.framing import FrameStream, pack
 from ppaas.errors import MalformedMessage, MessageTooLarge
 
 Streams = tuple[FrameStream[link.FromContainer], FrameStream[link.ToContainer], asyncio.StreamWriter]

@@ -1,0 +1,129 @@
+"""The receiving end of framing: bytes become frames where they arrive, and whoever waits is woken once a frame.
+
+``asyncio.StreamReader`` wakes its reader for the length and again for what follows, and copies twice; half of what a
+frame takes from one process to another on the same machine.
+"""
+
+import asyncio
+from collections import deque
+from typing import cast
+
+from ppaas.errors import MessageTooLarge
+
+LENGTH = 4
+"""Bytes that say how long a frame is."""
+
+MAX_FRAME = 256 * 1024 * 1024
+"""Bytes; the JSON of the largest map that fits the memory of a robot's operator is far below."""
+
+MAX_HELD = 1 << 17
+"""Bytes of whole frames that may wait to be taken before no more are read."""
+
+
+class FrameReceiver(asyncio.Protocol):
+    """Takes the place of the protocol of a connection, and leaves to it all but what arrives.
+
+    Parameters
+    ----------
+    reader, writer
+        Of the connection; what the reader holds already is taken from it.
+    """
+
+    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._transport = cast(asyncio.Transport, writer.transport)
+        self._rest = self._transport.get_protocol()
+        self._buffer = bytearray()
+        self._frames: deque[bytes] = deque()
+        self._held = 0
+        self._paused = False
+        self._ended = False
+        self._fault: MessageTooLarge | None = None
+        self._waiter: asyncio.Future[None] | None = None
+        self._transport.set_protocol(self)
+        self.data_received(_held_by(reader))
+        self._ended = reader.at_eof()
+
+    async def next(self) -> bytes | None:
+        """Return the next frame without its length, or None at the end of the connection, also where it breaks off.
+
+        Raises
+        ------
+        MessageTooLarge
+            It would have more than ``MAX_FRAME`` bytes.
+        """
+        while not self._frames:
+            if self._fault is not None:
+                raise self._fault
+            if self._ended or self._transport.is_closing():
+                return None
+            self._waiter = asyncio.get_running_loop().create_future()
+            try:
+                await self._waiter
+            finally:
+                self._waiter = None
+        frame = self._frames.popleft()
+        self._held -= len(frame)
+        if self._paused and self._held <= MAX_HELD and not self._transport.is_closing():
+            self._paused = False
+            self._transport.resume_reading()
+        return frame
+
+    # -- what the connection tells -------------------------------------------------------------------------------------
+
+    def data_received(self, data: bytes) -> None:
+        """Cut what arrived into frames."""
+        self._buffer += data
+        while len(self._buffer) >= LENGTH and self._fault is None:
+            end = LENGTH + int.from_bytes(self._buffer[:LENGTH], "big")
+            if end > LENGTH + MAX_FRAME:
+                self._fault = MessageTooLarge(f"a frame of {end - LENGTH} bytes is over the limit of {MAX_FRAME}")
+            elif len(self._buffer) < end:
+                break
+            else:
+                self._frames.append(bytes(memoryview(self._buffer)[LENGTH:end]))
+                self._held += end - LENGTH
+                del self._buffer[:end]
+        if (self._fault is not None or self._held > MAX_HELD) and not (self._paused or self._transport.is_closing()):
+            self._paused = True
+            self._transport.pause_reading()
+        if self._frames or self._fault is not None:
+            self._wake()
+
+    def eof_received(self) -> bool | None:
+        """Take no more."""
+        self._end()
+        return self._rest.eof_received() if isinstance(self._rest, asyncio.Protocol) else None
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Take no more; nobody need be told why."""
+        self._end()
+        self._rest.connection_lost(exc)
+
+    def pause_writing(self) -> None:
+        """Tell who writes that the peer is behind."""
+        self._rest.pause_writing()
+
+    def resume_writing(self) -> None:
+        """Tell who writes that the peer is behind no more."""
+        self._rest.resume_writing()
+
+    def _end(self) -> None:
+        self._ended = True
+        self._wake()
+
+    def _wake(self) -> None:
+        if self._waiter is not None and not self._waiter.done():
+            self._waiter.set_result(None)
+
+
+def _held_by(reader: asyncio.StreamReader) -> bytes:
+    """Return what a reader can give without waiting."""
+    reading = reader.read(1 << 30)
+    try:
+        reading.send(None)
+    except StopIteration as held:
+        return bytes(held.value)
+    except ConnectionError:
+        return b""
+    reading.close()
+    return b""
