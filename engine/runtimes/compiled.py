@@ -29,9 +29,10 @@ def load_without_compiler() -> None:
             loaded = loading(cache, signature, context)
         finally:
             del vars(context)["refresh"]
-        if loaded is not None:
-            _pack(loaded.library)
-        return loaded
+        if loaded is None:
+            return None
+        _pack(loaded.library)
+        return loaded._replace(type_annotation="", metadata={})  # what it tells of itself, for nobody here to read
 
     Cache.load_overload = load_overload  # type: ignore[method-assign]
 

@@ -7,4 +7,5 @@ from engine.runtimes import memory, preload
 if preload.COMPILED.buffer:
     memory.begin_anew(preload.ENVIRONMENT)
 gc.collect()
+memory.give_back()
 gc.freeze()

@@ -56,6 +56,20 @@ print(resident() - before)
     assert int(run(code)) < 2 << 20
 
 
+def test_what_is_free_between_what_is_kept_is_given_back():
+    code = """
+from engine.runtimes import memory
+def resident():
+    return int(open("/proc/self/statm").read().split()[1]) * 4096
+blocks = [bytes(50_000) for _ in range(400)]
+del blocks[:-1]
+before = resident()
+memory.give_back()
+print(before - resident())
+"""
+    assert int(run(code)) > 10 << 20
+
+
 @pytest.mark.parametrize(("begun", "starts"), [({}, "first\nsecond\n"), ({"PPAAS_BEGUN_ANEW": "1"}, "second\n")])
 def test_a_program_begins_anew_once_with_the_environment_it_had(begun, starts):
     code = """
