@@ -26,7 +26,7 @@ from storage.urls import open_map_store, open_store
 logger = logging.getLogger(__name__)
 
 MACHINE_TIMEOUT = 60.0
-"""The first start on a computer compiles the kernels; every later one takes two seconds."""
+"""The first start on a computer compiles the kernels; every later one takes a second or two."""
 
 
 @dataclass(frozen=True, slots=True)
