@@ -9,8 +9,8 @@ BEAT_PERIOD = 1.0
 
 MISSED = 4
 """Looks in a row that find no new beat; then its process is taken for frozen. A busy machine delays a beat by tenths of
-a second: with 16 containers driving on two cores at a load of eight, no command came later than half a second. What holds
-an event loop longest is a large map: a client's copy of one of 4000 by 4000 cells takes 0.3 s of a core of its own."""
+a second: with 16 containers driving on two cores at a load of eight, commands were half a second apart at most. What
+holds an event loop longest is a large map: a copy of one of 4000 by 4000 cells takes a client's container 0.3 s."""
 
 
 class Heartbeats:
