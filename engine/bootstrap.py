@@ -25,6 +25,9 @@ from storage.urls import open_map_store, open_store
 
 logger = logging.getLogger(__name__)
 
+USUAL_START = 3.0
+STILL_STARTING = "still starting: the first start on a computer compiles the kernels, for up to half a minute"
+
 MACHINE_TIMEOUT = 60.0
 """The first start on a computer compiles the kernels; every later one takes a second or two."""
 
@@ -99,9 +102,13 @@ class Cloud:
         Unavailable
             The machine did not come up.
         """
-        await self.service.start()
-        await self._agent.start()
-        await self.service.wait_for_machine(MACHINE_TIMEOUT)
+        patience = asyncio.get_running_loop().call_later(USUAL_START, logger.info, STILL_STARTING)
+        try:
+            await self.service.start()
+            await self._agent.start()
+            await self.service.wait_for_machine(MACHINE_TIMEOUT)
+        finally:
+            patience.cancel()
 
     async def close(self) -> None:
         """End everything that was started, be it only half; what fails at it does not keep the rest from ending."""
