@@ -118,20 +118,23 @@ class Container:
 
     async def serve(self) -> None:
         """Take frames until the endpoint goes or says stop."""
-        while (frame := await self._stream.receive()) is not None:
-            match frame:
-                case link.Deliver():
-                    self._deliver(frame)
-                case link.Subscribe():
-                    self._subscribe(frame.topic, frame.client)
-                case link.Unsubscribe():
-                    self._unsubscribe(frame.topic)
-                case link.Call():
-                    self._call(frame)
-                case link.Stop():
-                    break
-            self._home.attend()
+        await self._stream.each(self._take)
         await self._save()
+
+    def _take(self, frame: link.ToContainer) -> bool:
+        match frame:
+            case link.Deliver():
+                self._deliver(frame)
+            case link.Subscribe():
+                self._subscribe(frame.topic, frame.client)
+            case link.Unsubscribe():
+                self._unsubscribe(frame.topic)
+            case link.Call():
+                self._call(frame)
+            case link.Stop():
+                return False
+        self._home.attend()
+        return True
 
     def _deliver(self, frame: link.Deliver) -> None:
         if 0 < frame.sequence <= self._applied:

@@ -25,31 +25,33 @@ class ContainerCalls:
         PPaaSError
             What the service raised, or the reason given to ``fail``.
         """
-        number = next(self._numbers)
-        future: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
+        number, loop = next(self._numbers), asyncio.get_running_loop()
+        future: asyncio.Future[bytes] = loop.create_future()
         self._calls[number] = future
         send(link.Call(number, service, payload))
+        late = Unavailable(f"service {service!r} did not answer within {timeout:g} s")
+        alarm = loop.call_later(timeout, self._end, number, late)
         try:
-            async with asyncio.timeout(timeout):
-                return await future
-        except TimeoutError as error:
-            raise Unavailable(f"service {service!r} did not answer within {timeout:g} s") from error
+            return await future
         finally:
+            alarm.cancel()
             self._calls.pop(number, None)
 
     def answered(self, answer: link.Answer) -> None:
         """Take the answer to a call; one that nobody waits for any more is dropped."""
-        future = self._calls.pop(answer.call, None)
+        outcome = answer.payload if answer.refusal is None else rebuild(answer.refusal.slug, answer.refusal.text)
+        self._end(answer.call, outcome)
+
+    def _end(self, number: int, outcome: bytes | PPaaSError) -> None:
+        future = self._calls.pop(number, None)
         if future is None or future.done():
             return
-        if answer.refusal is None:
-            future.set_result(answer.payload)
+        if isinstance(outcome, PPaaSError):
+            future.set_exception(outcome)
         else:
-            future.set_exception(rebuild(answer.refusal.slug, answer.refusal.text))
+            future.set_result(outcome)
 
     def fail(self, reason: PPaaSError) -> None:
         """End all calls with an error."""
-        for future in self._calls.values():
-            if not future.done():
-                future.set_exception(reason)
-        self._calls.clear()
+        for number in tuple(self._calls):
+            self._end(number, reason)

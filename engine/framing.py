@@ -6,6 +6,7 @@ own: ``send`` waits while the peer reads slower than we write.
 
 import asyncio
 import contextlib
+from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 import msgspec
@@ -52,8 +53,16 @@ class FrameStream(Generic[In]):
             The peer does not speak this protocol; close the stream.
         """
         body = await self._receiver.next()
-        if body is None:
-            return None
+        return None if body is None else self._decode(body)
+
+    async def each(self, take: Callable[[In], bool]) -> None:
+        """Hand each frame to ``take`` where it arrives, until that returns false or the stream ends.
+
+        Raises as ``receive`` does, and what ``take`` raises.
+        """
+        await self._receiver.each(lambda body: take(self._decode(body)))
+
+    def _decode(self, body: bytes) -> In:
         try:
             return self._decoder.decode(body)
         except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:

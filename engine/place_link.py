@@ -86,13 +86,15 @@ class PlaceLink:
             stream.write(deliver)
         self._ready.set()
         try:
-            while (frame := await stream.receive()) is not None and self._stream is stream:
-                self._take(frame)
+            await stream.each(lambda frame: self._take(frame, stream))
         finally:
             if self._stream is stream:
                 self._lost()
 
-    def _take(self, frame: link.FromContainer) -> None:
+    def _take(self, frame: link.FromContainer, stream: FrameStream[link.FromContainer]) -> bool:
+        """Take a frame of a container; return false once another has its place."""
+        if self._stream is not stream:
+            return False
         match frame:
             case link.Published():
                 self._published(frame.topic, frame.payload, frame.client)
@@ -114,6 +116,7 @@ class PlaceLink:
             case link.Refused() if frame.client in self._clients:
                 error = rebuild(frame.refusal.slug, frame.refusal.text)
                 self._clients[frame.client].refused(frame.topic, error, frame.sequence)
+        return True
 
     def _published(self, topic: str, payload: bytes, client: int | None = None) -> None:
         hearers = self._hearers.get(topic, set()) if client is None else {client}

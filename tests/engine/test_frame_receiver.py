@@ -3,10 +3,12 @@
 import asyncio
 import socket
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.frame_receiver import LENGTH, MAX_HELD, FrameReceiver
+from engine.frame_receiver import LENGTH, MAX_FRAME, MAX_HELD, FrameReceiver
+from ppaas.errors import InvalidInput, MessageTooLarge
 
 
 def framed(body: bytes) -> bytes:
@@ -75,4 +77,69 @@ async def test_whoever_waits_learns_of_the_end() -> None:
     far.close()
     async with asyncio.timeout(10):
         assert await waiting is None
+    writer.close()
+
+
+async def test_frames_are_handed_over_where_they_arrive_until_that_is_enough() -> None:
+    reader, writer, far = await connection()
+    receiver = FrameReceiver(reader, writer)
+    taken: list[bytes] = []
+
+    def take(frame: bytes) -> bool:
+        taken.append(frame)
+        return frame != b"enough"
+
+    far.write(framed(b"one") + framed(b"two") + framed(b"enough") + framed(b"more"))
+    async with asyncio.timeout(10):
+        await receiver.each(take)
+        assert taken == [b"one", b"two", b"enough"]
+        assert await receiver.next() == b"more"
+    far.close()
+    async with asyncio.timeout(10):
+        await receiver.each(take)
+    assert taken[3:] == [], "the end of the connection is the end"
+    writer.close()
+
+
+async def test_frames_that_wait_already_are_handed_over_too() -> None:
+    reader, writer, far = await connection()
+    receiver = FrameReceiver(reader, writer)
+    far.write(framed(b"first") + framed(b"waits"))
+    async with asyncio.timeout(10):
+        assert await receiver.next() == b"first"
+        await receiver.each(lambda frame: frame != b"waits")
+    far.close()
+    writer.close()
+
+
+async def test_what_goes_wrong_in_taking_a_frame_is_told_to_who_waits_for_the_end() -> None:
+    reader, writer, far = await connection()
+    receiver = FrameReceiver(reader, writer)
+
+    def take(frame: bytes) -> bool:
+        raise InvalidInput(frame.decode())
+
+    far.write(framed(b"not so"))
+    async with asyncio.timeout(10):
+        with pytest.raises(InvalidInput, match="not so"):
+            await receiver.each(take)
+    far.close()
+    writer.close()
+
+
+async def test_a_frame_too_large_is_told_behind_those_before_it() -> None:
+    reader, writer, far = await connection()
+    receiver = FrameReceiver(reader, writer)
+    taken: list[bytes] = []
+
+    def take(frame: bytes) -> bool:
+        taken.append(frame)
+        return True
+
+    far.write(framed(b"good") + (MAX_FRAME + 1).to_bytes(LENGTH, "big"))
+    async with asyncio.timeout(10):
+        with pytest.raises(MessageTooLarge):
+            await receiver.each(take)
+    assert taken == [b"good"]
+    far.close()
     writer.close()
