@@ -25,6 +25,8 @@ TOKEN_LIFETIME = 30 * 24 * 3600.0
 MIN_PASSWORD = 8
 MAX_PASSWORD = 1024
 MAX_TOKEN = 256
+TOKEN_PREFIX = "ppaas_"
+"""So that no token begins with a dash, which a command would take for an option, and lost ones can be searched for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +125,7 @@ class Accounts:
         if not await self._passwords.verify(user.password_hash if user else None, password) or user is None:
             raise NotAuthenticated("wrong user or password")
         now = self._clock()
-        login = Login(secrets.token_urlsafe(32), now + self._lifetime)
+        login = Login(f"{TOKEN_PREFIX}{secrets.token_urlsafe(32)}", now + self._lifetime)
         try:
             await run_in_threadpool(self._store.add_token, Token(login.id, user.id, login.expires, now))
         except NotFound as error:

@@ -38,6 +38,12 @@ def accounts(store: CountingStore, clock: ManualClock, passwords: Passwords) -> 
     return Accounts(store, clock, passwords=passwords, cache=TokenCache(size=2, lifetime=30.0))
 
 
+async def test_no_token_can_be_taken_for_an_option(accounts: Accounts, monkeypatch: pytest.MonkeyPatch) -> None:
+    await accounts.register("ann", PASSWORD)
+    monkeypatch.setattr("secrets.token_urlsafe", lambda length: "-" * length)
+    assert (await accounts.login("ann", PASSWORD)).startswith("ppaas_")
+
+
 async def test_who_knows_the_password_gets_a_token_that_tells_who_it_is(accounts: Accounts) -> None:
     ann = await accounts.register("ann", PASSWORD)
     assert await accounts.authenticate(await accounts.login("ann", PASSWORD)) == ann

@@ -118,7 +118,8 @@ async def test_plans_are_listed_to_who_may_see_the_map(
     bob = await log_in("bob")
     problem_of(await client.get("/v1/maps/m0/plans", headers=bob), 404, "not-found")
     problem_of(await client.get("/v1/maps/m0/versions", headers=bob), 404, "not-found")
-    services.map_store.change_map("m0", readers=("bob",))
+    changed = await client.patch("/v1/maps/m0", json={"readers": ["bob"]}, headers=admin)
+    assert changed.status_code == 200, changed.text
     [first, *_] = (await client.get("/v1/maps/m0/plans", headers=bob)).json()["items"]
     assert (first["plan_id"], first["user"]) == ("p4", "ann")
     assert "poses" not in first

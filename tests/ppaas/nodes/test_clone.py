@@ -36,7 +36,8 @@ def test_a_clone_has_the_topics_and_services_of_ros():
         "tf2_web_republisher/result",
     } == set(graph.topics)  # fmt: skip
     assert set(graph.services) == {
-        "static_map", "move_base/make_plan", "move_base/clear_costmaps", "rosapi/get_param", "rosapi/set_param",
+        "static_map", "move_base/make_plan", "move_base/compute_path", "move_base/clear_costmaps", "rosapi/get_param",
+        "rosapi/set_param",
         "rosapi/has_param", "rosapi/delete_param", "rosapi/search_param", "rosapi/get_param_names",
         "republish_tfs",
     }  # fmt: skip
