@@ -66,11 +66,11 @@ def create_app(services: Services) -> FastAPI:
     )
     describe(app)
     app.state.services = services
-    app.router.routes.insert(0, planning.DirectPlans(PREFIX))  # it is asked most often, and each before it is tried
     for resource in RESOURCES:
         app.include_router(resource.router, prefix=PREFIX)
     settings = services.settings
     uploads = {f"{PREFIX}{maps.router.prefix}": BodyLimits(settings.max_upload, settings.max_upload_seconds)}
+    app.add_middleware(planning.DirectPlans, prefix=PREFIX, services=services)
     app.add_middleware(BodyLimit, limits=BodyLimits(settings.max_body, settings.max_body_seconds), uploads=uploads)
     add_problem_handlers(app)
     add_dashboard(app)

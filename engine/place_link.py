@@ -85,16 +85,20 @@ class PlaceLink:
         for deliver in self._unacknowledged:
             stream.write(deliver)
         self._ready.set()
+
+        def take(frame: link.FromContainer) -> bool:
+            current = self._stream is stream
+            if current:
+                self._take(frame)
+            return current
+
         try:
-            await stream.each(lambda frame: self._take(frame, stream))
+            await stream.each(take)
         finally:
             if self._stream is stream:
                 self._lost()
 
-    def _take(self, frame: link.FromContainer, stream: FrameStream[link.FromContainer]) -> bool:
-        """Take a frame of a container; return false once another has its place."""
-        if self._stream is not stream:
-            return False
+    def _take(self, frame: link.FromContainer) -> None:
         match frame:
             case link.Published():
                 self._published(frame.topic, frame.payload, frame.client)
@@ -116,7 +120,6 @@ class PlaceLink:
             case link.Refused() if frame.client in self._clients:
                 error = rebuild(frame.refusal.slug, frame.refusal.text)
                 self._clients[frame.client].refused(frame.topic, error, frame.sequence)
-        return True
 
     def _published(self, topic: str, payload: bytes, client: int | None = None) -> None:
         hearers = self._hearers.get(topic, set()) if client is None else {client}

@@ -2,84 +2,111 @@
 
 import re
 import uuid
+from collections import deque
 from typing import Any
 
 import msgspec
 import numpy as np
-from fastapi import APIRouter, Request
+from fastapi import APIRouter
 from msgspec import Raw
 from pydantic import TypeAdapter, ValidationError
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect, HTTPConnection
 from starlette.responses import Response
-from starlette.routing import BaseRoute, Match
-from starlette.types import Message, Receive, Scope, Send
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from endpoints.auth import authenticate
+from endpoints.problems import problem_response
 from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.plans import json_response
 from endpoints.rest.schemas import NewPlanAnswer, PlanFile, triple
 from endpoints.rest.strict_json import StrictRoute, is_json, parse
+from endpoints.services import Services
 from endpoints.settings import Settings
 from engine.model import MapVersion
 from engine.views import PathAnswer, PathRequest
 from ppaas.clock import epoch
-from ppaas.errors import InvalidParameter
+from ppaas.errors import InvalidParameter, PPaaSError
 from storage.records import MapRecord, PlanRecord, User
-
-_LEFT = "ppaas.left"
-"""Key of a scope that was left to FastAPI."""
 
 _map_id: TypeAdapter[str] = TypeAdapter(MapId)
 
 
-class DirectPlans(BaseRoute):
-    """Serves a request that is right before FastAPI looks for what serves it and for what that needs.
+class DirectPlans:
+    """ASGI middleware that serves a request for a path before anything else looks at it, if it is right.
 
-    FastAPI takes a millisecond for it. Whatever is wrong with a request, it is left to say.
+    FastAPI takes a millisecond for it. Whatever is wrong with a request, what is behind is left to say.
 
     Parameters
     ----------
+    app : ASGI application
+        Who serves all else.
     prefix : str
         Of the paths of the service.
+    services : Services
+        What is served with.
     """
 
-    def __init__(self, prefix: str) -> None:
+    def __init__(self, app: ASGIApp, prefix: str, services: Services) -> None:
+        self._app = app
         self._path = re.compile(f"{re.escape(prefix)}/maps/([^/]+)/plans")
+        self._services = services
 
-    def matches(self, scope: Scope) -> tuple[Match, Scope]:
-        """Tell whether a request is for a path, and was not left to FastAPI."""
-        if scope["type"] != "http" or scope["method"] != "POST" or _LEFT in scope:
-            return Match.NONE, {}
-        found = self._path.fullmatch(scope["path"])
-        return (Match.NONE, {}) if found is None else (Match.FULL, {"path_params": {"map_id": found[1]}})
-
-    async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Serve a request."""
-        request = Request(scope, receive)
-        router, left = request.app.router, {**scope, _LEFT: True}
-        if not is_json(request.headers.get("content-type", "")):
-            await router(left, receive, send)
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request."""
+        found = None
+        if scope["type"] == "http" and scope["method"] == "POST":
+            found = self._path.fullmatch(scope["path"])
+        if found is None:
+            await self._app(scope, receive, send)
             return
-        body = await request.body()
+        connection, read = HTTPConnection(scope), list[Message]()
         try:
-            map_id = _map_id.validate_python(request.path_params["map_id"])
-            file = PlanFile.model_validate(parse(body))
-        except ValidationError:
-            await router(left, _again(body), send)
+            file = await _file(connection, receive, read)
+            map_id = _map_id.validate_python(found[1])
+        except (ClientDisconnect, HTTPException, ValidationError):
+            await self._app(scope, _again(read, receive), send)
             return
-        services = request.app.state.services
-        response = await make_plan(map_id, file, services, await authenticate(request, services.accounts))
+        except PPaaSError as error:
+            response = problem_response(error)
+        else:
+            response = await self._answer(connection, map_id, file)
         await response(scope, receive, send)
 
+    async def _answer(self, connection: HTTPConnection, map_id: str, file: PlanFile) -> Response:
+        try:
+            return await make_plan(
+                map_id, file, self._services, await authenticate(connection, self._services.accounts)
+            )
+        except PPaaSError as error:
+            return problem_response(error)
 
-def _again(body: bytes) -> Receive:
-    """Return what hands a body out that was read already."""
 
-    async def receive() -> Message:
-        return {"type": "http.request", "body": body, "more_body": False}
+async def _file(connection: HTTPConnection, receive: Receive, read: list[Message]) -> PlanFile:
+    """Return what a body asks for; its messages are kept in ``read``."""
+    if not is_json(connection.headers.get("content-type", "")):
+        raise HTTPException(415)
+    return PlanFile.model_validate(parse(await _body(receive, read)))
 
-    return receive
+
+async def _body(receive: Receive, read: list[Message]) -> bytes:
+    while not read or read[-1].get("more_body", False):
+        read.append(await receive())
+        if read[-1]["type"] == "http.disconnect":
+            raise ClientDisconnect
+    return b"".join(message.get("body", b"") for message in read)
+
+
+def _again(read: list[Message], receive: Receive) -> Receive:
+    """Return what hands out first what was read already."""
+    waiting = deque(read)
+
+    async def again() -> Message:
+        return waiting.popleft() if waiting else await receive()
+
+    return again
 
 
 router = APIRouter(tags=["plans"], route_class=StrictRoute)

@@ -48,7 +48,7 @@ class StrictRoute(APIRoute):
 def parse(body: bytes) -> Any:
     """Return what JSON says; raises as ``StrictRequest.json``."""
     try:
-        return json.loads(body, object_pairs_hook=_object)
+        return _decoder.decode(body.decode(json.detect_encoding(body), "surrogatepass"))
     except RecursionError as error:
         raise MalformedMessage("the body is nested too deeply") from error
     except ValueError as error:
@@ -72,3 +72,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         twice = next(name for name in names if names.count(name) > 1)
         raise MalformedMessage(f"the body says {twice[:MAX_KEY_SHOWN]!r} twice in one object")
     return found
+
+
+_decoder = json.JSONDecoder(object_pairs_hook=_object)
+"""Made once: ``json.loads`` makes one a call where it is given a hook."""

@@ -1,6 +1,7 @@
 """Paths over REST."""
 
 import json
+from collections.abc import AsyncIterator
 from typing import Any
 
 import httpx
@@ -145,3 +146,33 @@ async def test_a_plan_has_the_rights_of_its_map(client: httpx.AsyncClient, log_i
     await client.delete("/v1/maps/house", headers=ann)
     problem_of(await client.get(path, headers=ann), 404, "not-found")
     assert (await client.get(path, headers=bob)).status_code == 200
+
+
+async def _in_pieces(body: bytes) -> AsyncIterator[bytes]:
+    for at in range(0, len(body), 7000):
+        yield body[at : at + 7000]
+        yield b""
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        (json.dumps(ASKED).encode(), 201),
+        (json.dumps(ASKED).encode() + b" " * 20_000, 201),
+        (json.dumps(ASKED | {"tolerance": "x" * 20_000}).encode(), 422),
+        (json.dumps(ASKED).encode() + b" " * 20_000 + b"!", 400),
+        (json.dumps(ASKED).encode() + b" " * 100_000, 413),
+    ],
+    ids=["right", "right and long", "of a wrong type", "no JSON", "too large"],
+)
+async def test_a_request_that_comes_in_pieces_is_answered_as_one_that_comes_whole(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, case: tuple[bytes, int]
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    body, status = case
+    headers = ann | {"Content-Type": "application/json"}
+    whole = await client.post("/v1/maps/house/plans", headers=headers, content=body)
+    pieces = await client.post("/v1/maps/house/plans", headers=headers, content=_in_pieces(body))
+    assert (whole.status_code, pieces.status_code) == (status, status)
+    assert status == 201 or pieces.json() == whole.json()
