@@ -48,6 +48,17 @@ class Client:
         self.news.clear()
 
 
+OPENED: list[FrameStream] = []
+
+
+@pytest.fixture(autouse=True)
+async def hung_up():
+    """Close what a test left open."""
+    yield
+    while OPENED:
+        await OPENED.pop().close()
+
+
 class FakeContainer:
     """The far end: speaks the link by hand."""
 
@@ -62,6 +73,7 @@ class FakeContainer:
             *await asyncio.open_connection(sock=ours), link.FromContainer
         )
         far: FrameStream[link.ToContainer] = FrameStream(*await asyncio.open_connection(sock=theirs), link.ToContainer)
+        OPENED.extend((near, far))
         hello = link.Hello(name, "", 42, applied, TOPICS, SERVICES, NODES)
         return cls(far, asyncio.create_task(place.serve(hello, near)))
 
