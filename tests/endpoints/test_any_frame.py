@@ -54,9 +54,7 @@ class Bystander:
         await self._client.session.end()
 
 
-@pytest.mark.filterwarnings(
-    "error", "default::ResourceWarning"
-)  # these may be of earlier tests
+@pytest.mark.filterwarnings("error", "default::ResourceWarning")  # these may be of earlier tests
 @settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck), database=None)
 @given(st.lists(FRAME, min_size=FRAMES, max_size=FRAMES), st.lists(SAID, max_size=2))
 async def test_no_frame_breaks_the_cloud_or_disturbs_another(frames: list[str | None], said: list[Any]) -> None:
