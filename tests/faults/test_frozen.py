@@ -9,7 +9,7 @@ import pytest
 
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
-from tests.faults.test_kill import agent, container, lives, longest_gap, router
+from tests.faults.test_kill import lives, longest_gap
 from tests.support.cloud import RunningCloud, publish_map, register_robot, until
 from tests.support.drive import driving
 from tests.support.places import free_pose, reachable_pose
@@ -20,9 +20,9 @@ SERVED_AGAIN = 10.0
 """Four missed beats, and the start of what takes its place, on a busy machine."""
 
 VICTIMS: dict[str, Callable[[RunningCloud], psutil.Process]] = {
-    "router": router,
-    "container": container,
-    "agent": agent,
+    "router": RunningCloud.router,
+    "container": RunningCloud.container,
+    "agent": RunningCloud.agent,
 }
 
 

@@ -30,30 +30,11 @@ ROBOTS = 3
 SERVED_AGAIN = 5.0
 
 
-def agent(cloud: RunningCloud) -> psutil.Process:
-    (found,) = cloud.find("engine.agent")
-    return found
-
-
-def router(cloud: RunningCloud) -> psutil.Process:
-    (found,) = cloud.find("engine.router")
-    return found
-
-
-def fork_server(cloud: RunningCloud) -> psutil.Process:
-    (found,) = [p for p in agent(cloud).children() if "forkserver" in " ".join(p.cmdline())]
-    return found
-
-
-def container(cloud: RunningCloud) -> psutil.Process:
-    return max(fork_server(cloud).children(), key=lambda process: process.create_time())
-
-
 VICTIMS: dict[str, Callable[[RunningCloud], psutil.Process]] = {
-    "container": container,
-    "router": router,
-    "fork server": fork_server,
-    "agent": agent,
+    "container": RunningCloud.container,
+    "router": RunningCloud.router,
+    "fork server": RunningCloud.fork_server,
+    "agent": RunningCloud.agent,
 }
 
 

@@ -62,7 +62,7 @@ async def test_it_ends_once_though_the_container_is_killed_and_another_client_se
         rubbish = asyncio.create_task(send_rubbish(url))
         await operator.send(goal_frame(goal))
         await frames_until(operator, "action_feedback")
-        cloud.kill_youngest_container()
+        cloud.container().kill()
         *feedback, result = await frames_until(operator, "action_result")
         assert (result["id"], result["action"], result["status"], result["result"]) == (
             "g1", "/navigate_to_pose", SUCCEEDED, True,

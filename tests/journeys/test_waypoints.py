@@ -36,7 +36,7 @@ async def test_a_list_of_waypoints_is_driven_to_its_end_though_its_container_is_
         await drive.operator.subscribe("follow_waypoints/result", FollowWaypointsActionResult, results.put_nowait)
         await drive.operator.publish("follow_waypoints/goal", waypoints([first, last], "round"))
         await until(lambda: 1 in told)
-        cloud.kill_youngest_container()
+        cloud.container().kill()
         async with asyncio.timeout(60):
             result = await results.get()
         assert (result.status.goal_id.id, result.status.status) == ("round", Status.SUCCEEDED), result.status.text

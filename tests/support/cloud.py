@@ -45,11 +45,24 @@ class RunningCloud:
         """The processes below the web process whose command line has all the words."""
         return [p for p in self.children() if all(word in " ".join(p.cmdline()) for word in words)]
 
-    def kill_youngest_container(self) -> None:
-        """End the container that was started last, without a word to it."""
-        (agent,) = self.find("engine.agent")
-        (fork_server,) = [child for child in agent.children() if "forkserver" in " ".join(child.cmdline())]
-        max(fork_server.children(), key=lambda process: process.create_time()).kill()
+    def agent(self) -> psutil.Process:
+        """The process of the machine."""
+        (found,) = self.find("engine.agent")
+        return found
+
+    def router(self) -> psutil.Process:
+        """The machine's router."""
+        (found,) = self.find("engine.router")
+        return found
+
+    def fork_server(self) -> psutil.Process:
+        """What containers are forked from."""
+        (found,) = [child for child in self.agent().children() if "forkserver" in " ".join(child.cmdline())]
+        return found
+
+    def container(self) -> psutil.Process:
+        """The container that was started last."""
+        return max(self.fork_server().children(), key=lambda process: process.create_time())
 
     async def admin(self) -> RestClient:
         """Log in as admin."""
