@@ -1,19 +1,15 @@
 """An unmodified roslib, in Node, is an operator of the cloud: it looks around, drives the robot, offers a service."""
 
-import asyncio
-import json
 import shutil
 from pathlib import Path
+from typing import Any
 
-import msgspec
 import pytest
 
 from ppaas.maps.grid import GridMap
-from ppaas.messages.geometry_msgs import Pose
 from ppaas.navigation.parameters import MoveBaseParameters
-from tests.support.cloud import RunningCloud, publish_map, register_robot
-from tests.support.drive import driving
-from tests.support.places import free_pose, reachable_pose
+from tests.support.client_script import operate
+from tests.support.cloud import RunningCloud
 
 pytestmark = pytest.mark.journey
 
@@ -33,23 +29,9 @@ def node() -> str:
 async def test_roslib_drives_a_robot_by_topic_by_action_and_by_service(
     node: str, cloud: RunningCloud, office_map: GridMap
 ) -> None:
-    rest = await cloud.admin()
-    await publish_map(rest, "office", office_map)
-    start = free_pose(office_map, seed=21)
-    near = reachable_pose(office_map, start, seed=22, at_least=0.6, at_most=1.2)
-    far = reachable_pose(office_map, start, seed=23, at_least=3.0)
-    token = await register_robot(rest, "tb-roslibjs", "office", start)
-    url = f"{cloud.ws_url}/?robot=tb-roslibjs&role=operator&token={token}"
-    poses = {name: msgspec.to_builtins(Pose.of(pose)) for name, pose in (("near", near), ("far", far), ("back", start))}
-    async with driving(cloud.url, token, "tb-roslibjs", office_map, start) as drive:
-        script = await asyncio.create_subprocess_exec(
-            node, str(FOLDER / "operator.mjs"), url, json.dumps(poses),
-            stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE,
-        )  # fmt: skip
-        output, errors = await script.communicate()
-        assert script.returncode == 0, errors.decode() + drive.situation()
-        assert errors == b"", errors.decode()
-    found = json.loads(output)
+    command = [node, str(FOLDER / "operator.mjs")]
+    found, errors = await operate(command, cloud, office_map, "tb-roslibjs", seed=21)
+    assert errors == b"", errors.decode()
     looked_around(found, office_map)
     drove(found)
     assert found["poses"] > 10
@@ -58,7 +40,7 @@ async def test_roslib_drives_a_robot_by_topic_by_action_and_by_service(
     assert found["chatter"] == ["hello", "hello"]
 
 
-def looked_around(found: dict[str, object], grid: GridMap) -> None:
+def looked_around(found: dict[str, Any], grid: GridMap) -> None:
     assert {"/cmd_vel", "/map", "/scan"} <= set(found["topics"])  # type: ignore[call-overload]
     assert found["mapType"] == "nav_msgs/OccupancyGrid"
     assert {"/move_base/make_plan", "/static_map"} <= set(found["services"])  # type: ignore[call-overload]
@@ -68,16 +50,16 @@ def looked_around(found: dict[str, object], grid: GridMap) -> None:
     assert (found["ros1Stamp"], found["ros2Stamp"]) == (["secs", "nsecs"], ["sec", "nanosec"])
 
 
-def drove(found: dict[str, object]) -> None:
+def drove(found: dict[str, Any]) -> None:
     assert found["byTopic"] == 3
     assert found["byAction"] == {"result": {}}
     assert int(str(found["actionFeedback"])) > 5
-    failure = json.loads(json.dumps(found["cancelled"]))["failed"]
+    failure = found["cancelled"]["failed"]
     assert failure.startswith(CANCELED), failure
     assert found["navigateFeedback"] == [
         ["current_pose", "navigation_time", "distance_remaining"], ["sec", "nanosec"],
     ]  # fmt: skip
-    assert "moon" in json.loads(json.dumps(found["refused"]))["failed"]
+    assert "moon" in found["refused"]["failed"]
     assert (found["ros1Feedback"], found["ros1Cancelled"]) == (["base_position"], 2)
-    frames = json.loads(json.dumps(found["frames"]))
+    frames = found["frames"]
     assert len(frames) == 2 and all(abs(a - b) < 0.5 for a, b in zip(*frames, strict=True))

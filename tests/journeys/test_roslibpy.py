@@ -1,16 +1,14 @@
 """An unmodified roslibpy is an operator of the cloud."""
 
 import asyncio
-import json
 import sys
 from pathlib import Path
 
-import msgspec
 import pytest
 
 from ppaas.maps.grid import GridMap
-from ppaas.messages.geometry_msgs import Pose
 from ppaas.navigation.parameters import MoveBaseParameters
+from tests.support.client_script import operate
 from tests.support.cloud import RunningCloud, publish_map, register_robot
 from tests.support.drive import driving
 from tests.support.places import free_pose, reachable_pose
@@ -44,23 +42,9 @@ async def test_a_roslibpy_script_sees_the_robot_and_sends_it_somewhere(
 async def test_roslibpy_drives_a_robot_by_topic_by_action_and_by_service(
     cloud: RunningCloud, office_map: GridMap
 ) -> None:
-    rest = await cloud.admin()
-    await publish_map(rest, "office", office_map)
-    start = free_pose(office_map, seed=31)
-    near = reachable_pose(office_map, start, seed=32, at_least=0.6, at_most=1.2)
-    far = reachable_pose(office_map, start, seed=33, at_least=3.0)
-    token = await register_robot(rest, "tb-roslibpy", "office", start)
-    url = f"{cloud.ws_url}/?robot=tb-roslibpy&role=operator&token={token}"
-    poses = {name: msgspec.to_builtins(Pose.of(pose)) for name, pose in (("near", near), ("far", far), ("back", start))}
-    async with driving(cloud.url, token, "tb-roslibpy", office_map, start) as drive:
-        script = await asyncio.create_subprocess_exec(
-            sys.executable, str(OPERATOR), url, json.dumps(poses),
-            stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE,
-        )  # fmt: skip
-        output, errors = await script.communicate()
-        assert script.returncode == 0, errors.decode() + drive.situation()
-        assert b"Exception" not in errors, errors.decode()
-    found = json.loads(output)
+    command = [sys.executable, str(OPERATOR)]
+    found, errors = await operate(command, cloud, office_map, "tb-roslibpy", seed=31)
+    assert b"Exception" not in errors, errors.decode()
     assert {"/cmd_vel", "/map", "/scan"} <= set(found["topics"])
     assert {"/move_base/make_plan", "/static_map"} <= set(found["services"])
     assert {"/move_base"} <= set(found["actions"])
