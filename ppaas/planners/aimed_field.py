@@ -6,10 +6,11 @@ import numpy as np
 
 from ppaas.costmap.costmap import Costmap
 from ppaas.planners.ends import Cell
-from ppaas.planners.grid_field import GridField, proceed
+from ppaas.planners.grid_field import GridField
 from ppaas.planners.kernels.aiming import COUNT, SIZE, STATE_SIZE, aim
 from ppaas.planners.kernels.layout import AT_GOAL
 from ppaas.planners.kernels.propagation import PAUSED, POOL_EMPTY, SETTLED, TOO_NARROW
+from ppaas.planners.watch import proceed
 
 SLICE_CELLS = 10_000
 """Cells settled between two checks: about 3 ms."""

@@ -14,8 +14,9 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidInput
 from ppaas.planners.buckets import BucketQueue
 from ppaas.planners.ends import Cell
-from ppaas.planners.grid_field import GridField, proceed
+from ppaas.planners.grid_field import GridField
 from ppaas.planners.kernels.propagation import PAUSED, POOL_EMPTY, SETTLED, TOO_NARROW, propagate, seed
+from ppaas.planners.watch import proceed
 from ppaas.planners.weights import passable
 
 SLICE_CELLS = 50_000

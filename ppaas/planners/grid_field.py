@@ -11,16 +11,13 @@ from ppaas.planners.ends import Cell
 from ppaas.planners.kernels.descent import descend
 from ppaas.planners.kernels.layout import AT_GOAL, BLOCKED, BUCKET_SHIFT, RING, UNREACHED, UNREACHED_WIDE
 from ppaas.planners.kernels.setup import lay
+from ppaas.planners.watch import proceed
 from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights, passable
 
 SLICE_WALKED = 50_000
 """Cells walked along between two checks."""
 SLICE_LAID = 1 << 20
 """Cells set up between two checks."""
-
-
-def proceed() -> None:
-    """Be the check that lets all work go on."""
 
 
 class GridField(ABC):

@@ -1,0 +1,82 @@
+"""What all planners have in common that find a path of cells: where it begins and ends, and what is told of it."""
+
+from abc import abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.costmap.costmap import Costmap
+from ppaas.errors import NoValidPath
+from ppaas.planners.base import Planner, PlanRequest, PlanResult
+from ppaas.planners.ends import Ends, place_ends
+from ppaas.planners.path import path_cost, path_length, path_poses
+from ppaas.planners.watch import Watch
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What a search found.
+
+    Parameters
+    ----------
+    cells : (n, 2) int32 array
+        Row, column from start to goal; none if no way leads there.
+    expanded : int
+        Cells whose value was settled.
+    """
+
+    cells: NDArray[np.int32]
+    expanded: int
+
+
+class GridPlanner(Planner):
+    """Plans from cell to cell.
+
+    Parameters
+    ----------
+    allow_unknown : bool
+        Whether paths may lead through unknown cells, which then weigh 253.
+    """
+
+    def __init__(self, *, allow_unknown: bool = True) -> None:
+        self.allow_unknown = allow_unknown
+
+    @abstractmethod
+    def search(self, costmap: Costmap, ends: Ends, *, threads: int, check: Callable[[], None]) -> Found:
+        """Find the cells from ``ends.start`` to ``ends.goal``; call ``check`` at least every 10 ms of work."""
+
+    def plan(self, costmap: Costmap, request: PlanRequest) -> PlanResult:
+        """Find a path.
+
+        Raises
+        ------
+        InvalidInput
+            A pose that is not finite, a negative tolerance or timeout.
+        StartOutsideMap, GoalOutsideMap, StartOccupied, GoalOccupied, NoValidPath, PlanTimeout, PlanCancelled
+        """
+        watch = Watch(request)
+        watch.check()
+        ends = place_ends(costmap, request, allow_unknown=self.allow_unknown, check=watch.check)
+        found = self.search(costmap, ends, threads=request.threads, check=watch.check)
+        if not len(found.cells):
+            raise NoValidPath(_unconnected(request, ends))
+        cells = np.concatenate((ends.escape, found.cells)) if len(ends.escape) else found.cells
+        poses = path_poses(costmap, cells, request.start, ends.goal_pose)
+        return PlanResult(
+            cells=cells,
+            poses=poses,
+            cost=path_cost(costmap, cells),
+            length=path_length(poses),
+            expanded=found.expanded,
+            seconds=watch.seconds(),
+            planner=self.name,
+        )
+
+
+def _unconnected(request: PlanRequest, ends: Ends) -> str:
+    return (
+        f"no free way from x={request.start.x:.3f} y={request.start.y:.3f} to x={ends.goal_pose.x:.3f} "
+        f"y={ends.goal_pose.y:.3f}; clear the costmap, or choose a goal on the robot's side of the obstacles"
+    )
