@@ -71,9 +71,15 @@ class GridField(ABC):
 
     def values(self) -> NDArray[np.float64]:
         """Return the (height, width) costs-to-go; infinite where blocked or not reached."""
-        inner = self._field.reshape(self._shape)[1:-1, 1:-1]
-        reached = (inner != BLOCKED) & (inner != self._unreached)
-        return np.where(reached, (inner.astype(np.float64) - AT_GOAL) / SCALE, np.inf)
+        return self._costs_to_go(self._field.reshape(self._shape)[1:-1, 1:-1])
+
+    def values_at(self, cells: NDArray[np.integer]) -> NDArray[np.float64]:
+        """Return the (n,) costs-to-go of (n, 2) cells, row and column; infinite where blocked or not reached."""
+        return self._costs_to_go(self._field[(cells[:, 0].astype(np.int64) + 1) * self._shape[1] + cells[:, 1] + 1])
+
+    def _costs_to_go(self, values: NDArray[np.uint32] | NDArray[np.int64]) -> NDArray[np.float64]:
+        reached = (values != BLOCKED) & (values != self._unreached)
+        return np.where(reached, (values.astype(np.float64) - AT_GOAL) / SCALE, np.inf)
 
     @property
     def _unreached(self) -> np.uint32 | np.int64:

@@ -139,6 +139,16 @@ def test_early_stop_leaves_the_rest_unsettled_and_the_path_exact():
     assert field.path_from((200, 210)).tolist() == [[200, c] for c in range(210, 199, -1)]
 
 
+@given(scenes())
+@settings(deadline=None, max_examples=30)
+def test_values_of_single_cells_are_those_of_the_whole(scene):
+    costs, goals, allow_unknown = scene
+    field = CostField(grids.of(costs), np.array(goals), allow_unknown=allow_unknown)
+    field.grow()
+    cells = np.argwhere(costs >= 0)
+    assert np.array_equal(field.values_at(cells), field.values().ravel())
+
+
 def test_goals_may_be_given_in_metres():
     map_ = grids.costmap("....\n....", resolution=0.5)
     assert np.array_equal(cost_field(map_, (1.2, 0.3)), cost_field(map_, cells=(0, 2)))
