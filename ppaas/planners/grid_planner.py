@@ -25,10 +25,14 @@ class Found:
         Row, column from start to goal; none if no way leads there.
     expanded : int
         Cells whose value was settled.
+    points : (m, 2) float64 array, optional
+        Where the path runs, if not through the centres of the cells: row, column from start to goal, with fractions;
+        whole numbers are centres.
     """
 
     cells: NDArray[np.int32]
     expanded: int
+    points: NDArray[np.float64] | None = None
 
 
 class GridPlanner(Planner):
@@ -63,7 +67,8 @@ class GridPlanner(Planner):
         if not len(found.cells):
             raise NoValidPath(_unconnected(request, ends))
         cells = np.concatenate((ends.escape, found.cells)) if len(ends.escape) else found.cells
-        poses = path_poses(costmap, cells, request.start, ends.goal_pose)
+        points = cells if found.points is None else np.concatenate((ends.escape, found.points))
+        poses = path_poses(costmap, points, request.start, ends.goal_pose)
         return PlanResult(
             cells=cells,
             poses=poses,

@@ -25,16 +25,17 @@ def path_cost(costmap: Costmap, cells: NDArray[np.int32]) -> float:
     return float(np.sum(weights * np.where(diagonal, SQRT2, 1.0)))
 
 
-def path_poses(costmap: Costmap, cells: NDArray[np.int32], start: Pose2D, goal: Pose2D) -> Poses:
+def path_poses(costmap: Costmap, cells: NDArray[np.int32] | NDArray[np.float64], start: Pose2D, goal: Pose2D) -> Poses:
     """Return the (n, 7) poses of a path: the centres of its cells, with ``start`` and ``goal`` themselves at its ends.
 
-    Where both lie in one cell, the only pose is the goal.
+    Where both lie in one cell, the only pose is the goal. A path that does not run through centres is given by rows
+    and columns with fractions.
     """
     points = costmap.info.to_world(cells)
     points[0] = start.x, start.y
     points[-1] = goal.x, goal.y
     poses = poses_along(points, goal.theta)
-    if len(cells) > 1:
+    if len(points) > 1:
         poses[0, 3:] = quaternion_of(start.theta)
     return poses
 
