@@ -1,11 +1,12 @@
 """Services, as one client calls and offers them."""
 
-import asyncio
+import itertools
 from collections.abc import Callable
 
 import msgspec
 
 from endpoints.introspection import introspect
+from engine.open_calls import Outcome
 from engine.place_link import PlaceLink
 from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, UnknownType
 from ppaas.messages import service_type
@@ -51,43 +52,53 @@ class ClientCalls:
         self._wire = wire
         self._send = send
         self._shortcut = shortcut
-        self._calls: set[asyncio.Task[None]] = set()
+        self._numbers = itertools.count()
+        self._calls: dict[int, Callable[[], object]] = {}
         self._spellings: dict[str, str] = {}
 
-    async def end(self) -> None:
+    def end(self) -> None:
         """Give up the calls under way."""
-        for call in self._calls:
-            call.cancel()
-        await asyncio.gather(*self._calls, return_exceptions=True)
+        for give_up in self._calls.values():
+            give_up()
+        self._calls.clear()
 
     # -- the client calls ----------------------------------------------------------------------------------------------
 
     def start(self, operation: CallService) -> None:
         """Begin a call; it is answered by a frame, whatever becomes of it."""
-        if len(self._calls) >= MAX_CALLS:
-            error = QuotaExceeded(f"a client may have {MAX_CALLS} calls under way")
-            self._send(self._wire.refuse_call(operation, error))
-            return
-        task = asyncio.create_task(self._call(operation))
-        self._calls.add(task)
-        task.add_done_callback(self._calls.discard)
-
-    async def _call(self, operation: CallService) -> None:
         try:
-            frame = self._wire.answer(operation, await self._values(operation))
+            if len(self._calls) >= MAX_CALLS:
+                raise QuotaExceeded(f"a client may have {MAX_CALLS} calls under way")
+            service = normalise(operation.service)
+            values = self._shortcut(service) or introspect(self._place, service, bytes(operation.args))
+            if values is None:
+                self._begin(operation, service)
+            else:
+                self._answer(operation, values)
         except PPaaSError as error:
-            frame = self._wire.refuse_call(operation, error)
-        self._send(frame)
+            self._answer(operation, error)
 
-    async def _values(self, operation: CallService) -> bytes:
-        service = normalise(operation.service)
-        values = self._shortcut(service) or introspect(self._place, service, bytes(operation.args))
-        if values is not None:
-            return values
+    def _begin(self, operation: CallService, service: str) -> None:
         kind = _request_type(self._place.service_type(service) or operation.type)
         asked = operation.timeout or 0.0
         timeout = min(asked, CALL_TIMEOUT) if asked > 0.0 else CALL_TIMEOUT
-        return await self._place.call(service, as_object(bytes(operation.args), kind), timeout)
+        number = next(self._numbers)
+
+        def done(outcome: Outcome) -> None:
+            self._calls.pop(number, None)
+            self._answer(operation, outcome)
+
+        arguments = as_object(bytes(operation.args), kind)
+        self._calls[number] = self._place.begin_call(service, arguments, timeout, done)
+
+    def _answer(self, operation: CallService, outcome: Outcome) -> None:
+        try:
+            if isinstance(outcome, PPaaSError):
+                raise outcome
+            frame = self._wire.answer(operation, outcome)
+        except PPaaSError as error:
+            frame = self._wire.refuse_call(operation, error)
+        self._send(frame)
 
     # -- the client is called ------------------------------------------------------------------------------------------
 

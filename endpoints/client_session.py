@@ -75,12 +75,12 @@ class ClientSession:
             operations.SetLevel: lambda _: None,  # the wire has noted it
         }
 
-    async def end(self) -> None:
+    def end(self) -> None:
         """Leave the place; what was asked is no longer wanted."""
+        self._calls.end()
         self._place.leave(self._client)
         if self._late is not None:
             self._late.cancel()
-        await self._calls.end()
 
     # -- from the client -----------------------------------------------------------------------------------------------
 

@@ -15,7 +15,6 @@ from endpoints.client_session import ClientSession
 from endpoints.rights import Role
 from endpoints.visit import Visit
 from endpoints.websocket_protocol import Probe
-from engine.background import Background
 from engine.place_link import PlaceLink
 from engine.robot_sessions import LINGER, RobotSessions
 from ppaas.errors import Conflict, PPaaSError
@@ -120,7 +119,6 @@ class ClientSessions:
         self._linger = linger
         self._kept: dict[SessionKey, Kept] = {}
         self._seats: set[Seat] = set()
-        self._background = Background()
 
     def seats(self) -> Iterable[Seat]:
         """Return all who are connected now."""
@@ -131,12 +129,11 @@ class ClientSessions:
         """How many sessions are kept without a socket."""
         return sum(kept.seat is None for kept in self._kept.values())
 
-    async def close(self) -> None:
+    def close(self) -> None:
         """End the sessions of all who are away."""
         for kept in tuple(self._kept.values()):
             if kept.seat is None:
                 self._end(kept)
-        await self._background.join()
 
     # -- a socket comes ------------------------------------------------------------------------------------------------
 
@@ -239,4 +236,4 @@ class ClientSessions:
             del self._kept[kept.key]
         if kept.expiry is not None:
             kept.expiry.cancel()
-        self._background.run(kept.session.end())
+        kept.session.end()

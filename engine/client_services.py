@@ -1,11 +1,12 @@
 """Services that clients of a place offer, and the calls of them that are under way."""
 
-import asyncio
-import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
-from ppaas.errors import NotFound, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
+from engine.open_calls import Done, OpenCalls, Outcome
+from ppaas.errors import NotFound, NotPermitted, QuotaExceeded, Unavailable
 
 MAX_SERVICES = 200
 """Services that the clients of one place may offer."""
@@ -32,20 +33,12 @@ class _Offer:
     provider: Provider
 
 
-@dataclass(frozen=True, slots=True)
-class _Call:
-    service: str
-    client: int
-    answered: asyncio.Future[bytes]
-
-
 class ClientServices:
     """What the clients of one place offer."""
 
     def __init__(self) -> None:
         self._offers: dict[str, _Offer] = {}
-        self._numbers = itertools.count(1)
-        self._calls: dict[int, _Call] = {}
+        self._calls = OpenCalls()
 
     def __contains__(self, service: str) -> bool:
         """Tell whether some client offers a service."""
@@ -90,36 +83,35 @@ class ClientServices:
     def leave(self, client: int) -> None:
         """Take back all that a client offers, and tell who waits for it."""
         self._offers = {name: offer for name, offer in self._offers.items() if offer.client != client}
-        for call in self._calls.values():
-            if call.client == client and not call.answered.done():
-                call.answered.set_exception(Unavailable(f"the client that offers {call.service!r} has gone"))
+        for number, call in self._calls:
+            if call.client == client:
+                self._calls.end(number, Unavailable(f"the client that offers {call.service!r} has gone"))
 
     # -- calls ---------------------------------------------------------------------------------------------------------
 
-    async def call(self, service: str, payload: bytes, timeout: float) -> bytes:
-        """Let the client that offers a service answer; return the response as JSON.
+    def begin(self, service: str, payload: bytes, timeout: float, done: Done) -> Callable[[], object]:
+        """Let the client that offers a service answer; ``done`` gets the outcome, once.
+
+        Returns
+        -------
+        callable
+            Gives the call up: ``done`` is not called any more.
 
         Raises
         ------
         Unavailable
-            It went, is too slow to be asked, or did not answer in time.
-        PPaaSError
-            It refused.
+            The client is too slow to be asked.
         """
         offer = self._offers[service]
-        number = next(self._numbers)
-        answered: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
-        self._calls[number] = _Call(service, offer.client, answered)
+        number = self._calls.open(service, timeout, done, offer.client)
         try:
             offer.provider.requested(number, service, payload)
-            async with asyncio.timeout(timeout):
-                return await answered
-        except TimeoutError as error:
-            raise Unavailable(f"service {service!r} did not answer within {timeout:g} s") from error
-        finally:
-            del self._calls[number]
+        except Unavailable:
+            self._calls.give_up(number)
+            raise
+        return partial(self._calls.give_up, number)
 
-    def answer(self, number: int, client: int, answer: bytes | PPaaSError) -> None:
+    def answer(self, number: int, client: int, answer: Outcome) -> None:
         """Take the answer to a call: JSON, or why there is none.
 
         Raises
@@ -129,12 +121,10 @@ class ClientServices:
         NotPermitted
             Another client was asked.
         """
-        call = self._calls.get(number)
-        if call is None or call.answered.done():
-            raise NotFound("open call", str(number))
-        if call.client != client:
+        try:
+            asked = self._calls[number].client
+        except KeyError as error:
+            raise NotFound("open call", str(number)) from error
+        if asked != client:
             raise NotPermitted(f"call {number} was put to another client")
-        if isinstance(answer, PPaaSError):
-            call.answered.set_exception(answer)
-        else:
-            call.answered.set_result(answer)
+        self._calls.end(number, answer)

@@ -10,6 +10,7 @@ import itertools
 import logging
 from collections import defaultdict
 from collections.abc import Callable
+from functools import partial
 from typing import Protocol
 
 import msgspec
@@ -17,8 +18,8 @@ import msgspec
 from engine import link
 from engine.client_services import ClientServices, Provider
 from engine.client_topics import ClientTopics, check_type
-from engine.container_calls import ContainerCalls
 from engine.framing import FrameStream
+from engine.open_calls import Done, OpenCalls, Outcome
 from engine.unacknowledged import Unacknowledged
 from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable, rebuild
 
@@ -65,7 +66,7 @@ class PlaceLink:
         self.client_topics = ClientTopics()
         self.client_services = ClientServices()
         self._unacknowledged = Unacknowledged()
-        self._calls = ContainerCalls()
+        self._calls = OpenCalls()
 
     # -- the container -------------------------------------------------------------------------------------------------
 
@@ -111,7 +112,8 @@ class PlaceLink:
                 for node in self.nodes:
                     self._publishes(node, lambda topics: tuple(topic for topic in topics if topic != frame.name))
             case link.Answer():
-                self._calls.answered(frame)
+                refused = frame.refusal
+                self._calls.end(frame.call, rebuild(refused.slug, refused.text) if refused else frame.payload)
             case link.Ack():
                 self._unacknowledged.acknowledge(frame.sequence)
             case link.Beat():
@@ -313,8 +315,29 @@ class PlaceLink:
         known = self.services.get(service)
         return known.type if known is not None else self.client_services.type_of(service)
 
+    def begin_call(self, service: str, payload: bytes, timeout: float, done: Done) -> Callable[[], object]:
+        """Call a service of the clone or of a client; ``done`` gets the response as JSON, or why there is none, once.
+
+        Returns
+        -------
+        callable
+            Gives the call up: ``done`` is not called any more.
+
+        Raises
+        ------
+        Unavailable
+            There is no container, or the client that answers is too slow to be asked.
+        """
+        if service not in self.services and service in self.client_services:
+            return self.client_services.begin(service, payload, timeout, done)
+        if self._stream is None:
+            raise Unavailable("the robot has no container at this moment; try again")
+        number = self._calls.open(service, timeout, done)
+        self._stream.write(link.Call(number, service, payload))
+        return partial(self._calls.give_up, number)
+
     async def call(self, service: str, payload: bytes, timeout: float) -> bytes:
-        """Call a service of the clone or of a client; return the response as JSON.
+        """Call a service, as ``begin_call``, and return the response as JSON.
 
         Raises
         ------
@@ -323,8 +346,16 @@ class PlaceLink:
         PPaaSError
             What the service raised.
         """
-        if service not in self.services and service in self.client_services:
-            return await self.client_services.call(service, payload, timeout)
-        if self._stream is None:
-            raise Unavailable("the robot has no container at this moment; try again")
-        return await self._calls.call(self._stream.write, service, payload, timeout)
+        answered: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
+
+        def done(outcome: Outcome) -> None:
+            if isinstance(outcome, PPaaSError):
+                answered.set_exception(outcome)
+            else:
+                answered.set_result(outcome)
+
+        give_up = self.begin_call(service, payload, timeout, done)
+        try:
+            return await answered
+        finally:
+            give_up()

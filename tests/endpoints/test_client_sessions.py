@@ -34,7 +34,7 @@ async def robot(world: World, **query: str) -> AsyncIterator[tuple[ClientConnect
     async with world.robot(session="mine", **query) as (client, container):
         yield client, container
         world.linger(0.0)
-    await world.clients.close()
+    world.clients.close()
     await world.service.close_place(KEY, Unavailable("the test is over"))
 
 

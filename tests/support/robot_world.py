@@ -84,7 +84,7 @@ async def robot_world(folder: Path, services: Services) -> AsyncIterator[World]:
     app.router.routes.append(WebSocketRoute("/", made.endpoint))
     async with serve(app) as made.port:
         yield made
-        await made.clients.close()
+        made.clients.close()
         await made.sessions.close()
         await service.close()
         await machine.leave()
