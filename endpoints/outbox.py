@@ -4,10 +4,9 @@ It outlives the socket. A client that comes back and says how many frames it rec
 and did not; see ``docs/adr/0013-sessions-outlive-sockets.md``.
 """
 
-import asyncio
 import itertools
 from collections import OrderedDict, defaultdict, deque
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Unavailable
@@ -36,6 +35,19 @@ MAX_SENT_BYTES = 4 << 20
 """Frames, and characters of them, that were sent and are kept to be sent again; a larger frame is not."""
 
 
+class Sink(Protocol):
+    """A connection that frames are sent through."""
+
+    @property
+    def ready(self) -> bool:
+        """Whether it takes a frame now."""
+        ...
+
+    def send_frame(self, frame: str) -> None:
+        """Send a frame; only while ready."""
+        ...
+
+
 class _Entry(NamedTuple):
     frame: str
     expires: float
@@ -43,7 +55,7 @@ class _Entry(NamedTuple):
 
 
 class Outbox:
-    """Frames on their way to one client, in the order in which they came.
+    """Frames on their way to one client, in the order in which they came; sent at once where that is possible.
 
     Parameters
     ----------
@@ -62,8 +74,7 @@ class Outbox:
         self._entries: OrderedDict[int, _Entry] = OrderedDict()
         self._bytes = 0
         self._by_topic: defaultdict[str, deque[int]] = defaultdict(deque)
-        self._wake = asyncio.Event()
-        self._taken: _Entry | None = None
+        self._sink: Sink | None = None
         self._count = 0
         self._sent: deque[tuple[int, _Entry]] = deque()
         self._sent_bytes = 0
@@ -101,9 +112,9 @@ class Outbox:
         number = next(self._numbers)
         self._entries[number] = entry
         self._bytes += len(entry.frame)
+        self.flush()
         if self._bytes > MAX_BYTES:
             self._make_room(number)
-        self._wake.set()
         return number
 
     def _drop(self, number: int) -> None:
@@ -119,36 +130,28 @@ class Outbox:
 
     # -- what is sent --------------------------------------------------------------------------------------------------
 
-    async def get(self) -> str:
-        """Return the next frame that has neither been dropped nor expired; wait if there is none."""
-        while True:
-            while self._entries:
-                _, entry = self._entries.popitem(last=False)
-                self._bytes -= len(entry.frame)
-                if self._clock() < entry.expires:
-                    self._take(entry)
-                    return entry.frame
-            self._wake.clear()
-            await self._wake.wait()
+    def connect(self, sink: Sink | None) -> None:
+        """Send through a connection from now on, what waits first; with None, let all wait."""
+        self._sink = sink
+        self.flush()
 
-    def _take(self, entry: _Entry) -> None:
-        self._taken = entry
+    def flush(self) -> None:
+        """Send what waits, while the connection takes it; what has expired meanwhile is left out."""
+        sink = self._sink
+        while sink is not None and self._entries and sink.ready:
+            _, entry = self._entries.popitem(last=False)
+            self._bytes -= len(entry.frame)
+            if self._clock() < entry.expires:
+                self._note_sent(entry)
+                sink.send_frame(entry.frame)
+
+    def _note_sent(self, entry: _Entry) -> None:
         self._count += 1
         if self.repeats and entry.lasts and len(entry.frame) <= MAX_SENT_BYTES:
             self._sent.append((self._count, entry))
             self._sent_bytes += len(entry.frame)
             while len(self._sent) > MAX_SENT or self._sent_bytes > MAX_SENT_BYTES:
                 self._sent_bytes -= len(self._sent.popleft()[1].frame)
-
-    def put_back(self) -> None:
-        """Take back the frame that ``get`` returned last: it was not sent."""
-        if self._taken is None:
-            return
-        if self._sent and self._sent[-1][0] == self._count:
-            self._sent_bytes -= len(self._sent.pop()[1].frame)
-        self._count -= 1
-        self._put_first(self._taken)
-        self._taken = None
 
     def resume(self, received: int) -> None:
         """Send again, before all else, what lasts of the frames that a client did not receive.
@@ -169,4 +172,3 @@ class Outbox:
         self._entries[number] = entry
         self._entries.move_to_end(number, last=False)
         self._bytes += len(entry.frame)
-        self._wake.set()

@@ -14,7 +14,7 @@ from endpoints.client_sessions import ClientSessions, Seat
 from endpoints.problems import problem_response
 from endpoints.services import Services
 from endpoints.visit import visit_of
-from endpoints.websocket_protocol import probe_of
+from endpoints.websocket_protocol import connection_of
 from ppaas.errors import PPaaSError
 from ppaas.wire.resumption import LEFT
 
@@ -45,29 +45,37 @@ class RobotSocket:
 
     def __init__(self, socket: WebSocket, seat: Seat) -> None:
         self._socket = socket
+        self._connection = connection_of(socket)
         self._seat = seat
         self._session = seat.session
         self.left = False
 
     async def run(self) -> None:
         """Carry frames until the client goes, or its place, or its session is given to another socket."""
-        tasks = reader, writer = asyncio.create_task(self._read()), asyncio.create_task(self._write())
-        for task in tasks:
-            task.add_done_callback(self._ended)
+        outbox = self._session.outbox
+        self._connection.hand_to(self._take, outbox.flush)
+        outbox.connect(self._connection)
+        left = asyncio.create_task(self._until_left())
         try:
-            await asyncio.wait(
-                (reader, writer, self._session.over, self._seat.gone), return_when=asyncio.FIRST_COMPLETED
-            )
+            await asyncio.wait((left, self._session.over, self._seat.gone), return_when=asyncio.FIRST_COMPLETED)
         finally:
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
+            outbox.connect(None)
+            self._connection.hand_to(None)
+            left.cancel()
+            await asyncio.gather(left, return_exceptions=True)
 
-    def _ended(self, task: asyncio.Task[None]) -> None:
-        error = None if task.cancelled() else task.exception()
-        if error is not None and not isinstance(error, WebSocketDisconnect):
-            logger.error("%s: serving failed", self._session.name, exc_info=error)
+    def _take(self, frame: str | None) -> None:
+        self._seat.kept.taken += 1
+        try:
+            self._session.take(frame)
+        except Exception as error:
+            logger.exception("%s: serving failed", self._session.name)
             self._session.closed(PPaaSError(f"internal error: {type(error).__name__}"))
+
+    async def _until_left(self) -> None:
+        while (message := await self._socket.receive())["type"] != "websocket.disconnect":
+            self._take(message.get("text"))  # it came before its handshake was answered
+        self.left = message.get("reason") == LEFT
 
     async def say_why(self) -> None:
         """Close the socket with the reason, if it was not the client that went."""
@@ -84,30 +92,13 @@ class RobotSocket:
             async with asyncio.timeout(CLOSE_TIMEOUT):
                 await self._socket.close(code, reason)
 
-    async def _read(self) -> None:
-        receive, take, kept = self._socket.receive, self._session.take, self._seat.kept
-        while (message := await receive())["type"] != "websocket.disconnect":
-            kept.taken += 1
-            take(message.get("text"))
-        self.left = message.get("reason") == LEFT
-
-    async def _write(self) -> None:
-        outbox, send = self._session.outbox, self._socket.send_text
-        while True:
-            frame = await outbox.get()
-            try:
-                await send(frame)
-            except BaseException:
-                outbox.put_back()
-                raise
-
 
 async def serve_robot_socket(socket: WebSocket, services: Services, sessions: ClientSessions) -> None:
     """Serve one WebSocket from its handshake to its end."""
     try:
         visit = visit_of(socket.query_params)
         user = await authenticate(socket, services.accounts)
-        seat = await sessions.enter(user.id, visit, probe_of(socket))
+        seat = await sessions.enter(user.id, visit, connection_of(socket).probe)
     except PPaaSError as error:
         logger.warning("a WebSocket was refused: %s: %s", error.slug, error)
         await socket.send_denial_response(problem_response(error))

@@ -15,7 +15,7 @@ from endpoints.client_sessions import ClientSessions
 from endpoints.idle import IdleWatch
 from endpoints.robot_socket import serve_robot_socket
 from endpoints.services import Services
-from endpoints.websocket_protocol import ProbedWebSocket
+from endpoints.websocket_protocol import DirectWebSocket
 from engine.background import Background
 from engine.bootstrap import Cloud
 
@@ -69,7 +69,7 @@ class Web:
     async def close(self) -> None:
         """End all sessions."""
         await self._watching.cancel()
-        await self._sessions.close()
+        self._sessions.close()
 
 
 def build_app(services: Services, sessions: ClientSessions) -> FastAPI:
@@ -90,7 +90,7 @@ def _uvicorn_config(app: FastAPI, log_level: str, dead: float) -> uvicorn.Config
         log_config=None,
         access_log=False,  # a token may stand in the query
         ws_max_size=MAX_FRAME,
-        ws=ProbedWebSocket,
+        ws=DirectWebSocket,
         ws_per_message_deflate=False,
         ws_ping_interval=dead / 3.0,  # a socket that dies right after a pong is noticed after both together
         ws_ping_timeout=dead * 2.0 / 3.0,

@@ -1,4 +1,8 @@
-"""The WebSocket protocol of the server: uvicorn's, whose other end can also be asked whether it is still there."""
+"""The WebSocket protocol of the server: uvicorn's, whose frames can be taken and sent where they arrive.
+
+ASGI wakes a task for each frame, pauses reading for it, and wakes another task for the answer. A robot that waits for
+a path waits for all of that. So who serves a WebSocket may ask for its connection, and take frames from it directly.
+"""
 
 import asyncio
 import secrets
@@ -9,29 +13,82 @@ from starlette.websockets import WebSocket
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.frames import Frame
 from websockets.http11 import Request
+from websockets.protocol import State
 
-PROBE = "ppaas.probe"
-"""Key of the scope's state under which the probe of a connection is found."""
+CONNECTION = "ppaas.connection"
+"""Key of the scope's state under which the connection is found."""
 
 ABORT_GRACE = 1.0
 """Seconds that a connection has to close after its other end stopped answering: what waits for it to be read would keep
 it open for many minutes."""
 
 Probe = Callable[[float], Awaitable[bool]]
+Taker = Callable[[str | None], None]
+"""Takes the text of a frame, or None for one of bytes. It may not raise."""
 
 
-class ProbedWebSocket(WebSocketsSansIOProtocol):
-    """A connection that can be probed, and that is cut off when its other end is gone."""
+class DirectWebSocket(WebSocketsSansIOProtocol):
+    """A connection whose frames are handed over as they arrive, that can be probed, and is cut off when it is dead."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
         self._probes: dict[bytes, asyncio.Future[None]] = {}
+        self._taker: Taker | None = None
+        self._on_ready: Callable[[], None] | None = None
+
+    # -- frames --------------------------------------------------------------------------------------------------------
+
+    def hand_to(self, taker: Taker | None, on_ready: Callable[[], None] | None = None) -> None:
+        """Hand each frame to ``taker`` from now on; with None, leave them to ``receive`` of ASGI again.
+
+        Parameters
+        ----------
+        taker : callable, optional
+        on_ready : callable, optional
+            Called when frames can be sent again after the other end read too slowly.
+        """
+        self._taker = taker
+        self._on_ready = on_ready
+
+    @property
+    def ready(self) -> bool:
+        """Whether a frame can be sent at once."""
+        open_ = self.conn.state is State.OPEN and not (self.disconnected or self.close_sent)
+        return open_ and self.writable.is_set() and not self.transport.is_closing()
+
+    def send_frame(self, frame: str) -> None:
+        """Send a text; only while ``ready``."""
+        self.conn.send_text(frame.encode())
+        self.transport.write(b"".join(self.conn.data_to_send()))
+
+    def resume_writing(self) -> None:
+        """Learn that the other end has read what was sent."""
+        super().resume_writing()
+        if self._on_ready is not None:
+            self._on_ready()
+
+    def send_receive_event_to_app(self) -> None:
+        """Hand over a message that is whole; what is no text is left to uvicorn, which closes for it."""
+        if self._taker is None or self.close_sent:
+            super().send_receive_event_to_app()
+            return
+        text = None
+        if self.curr_msg_data_type == "text":
+            try:
+                text = b"".join(self.frames).decode()
+            except UnicodeDecodeError:
+                super().send_receive_event_to_app()
+                return
+        self.frames = []
+        self._taker(text)
+
+    # -- whether the other end is there --------------------------------------------------------------------------------
 
     def handle_connect(self, event: Request) -> None:
         """Begin to serve a request, which may be answered with a refusal."""
         super().handle_connect(event)
         if self.response.status_code == 101:
-            self.scope["state"][PROBE] = self.probe
+            self.scope["state"][CONNECTION] = self
 
     async def probe(self, timeout: float) -> bool:
         """Ping the other end; tell whether it answered in so many seconds."""
@@ -64,11 +121,7 @@ class ProbedWebSocket(WebSocketsSansIOProtocol):
         self.loop.call_later(ABORT_GRACE, self.transport.abort)
 
 
-def probe_of(socket: WebSocket) -> Probe:
-    """Return the probe of a WebSocket; where the server cannot ask, the other end counts as there."""
-    probe: Probe | None = socket.scope.get("state", {}).get(PROBE)
-    return probe or _believed
-
-
-async def _believed(_timeout: float) -> bool:
-    return True
+def connection_of(socket: WebSocket) -> DirectWebSocket:
+    """Return the connection of a WebSocket that this protocol serves."""
+    connection: DirectWebSocket = socket.scope["state"][CONNECTION]
+    return connection

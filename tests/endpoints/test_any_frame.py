@@ -50,8 +50,8 @@ class Bystander:
             and (last.topic, json.loads(last.payload)) == ("goal", {"data": self._count})
         )
 
-    async def end(self) -> None:
-        await self._client.session.end()
+    def end(self) -> None:
+        self._client.session.end()
 
 
 @pytest.mark.filterwarnings("error", "default::ResourceWarning")  # these may be of earlier tests
@@ -70,8 +70,8 @@ async def test_no_frame_breaks_the_cloud_or_disturbs_another(frames: list[str | 
     assert not client.session.over.done()
     assert await bystander.is_served()
     assert {told["op"] for told in client.told()} <= TOLD
-    await client.session.end()
+    client.session.end()
     assert place.client_topics.types() == place.client_services.types() == {}
     assert await bystander.is_served()
-    await bystander.end()
+    bystander.end()
     assert place._clients == {} and place._hearers == {}

@@ -1,7 +1,5 @@
 """What waits for one client is bounded, in order, and never an old command."""
 
-import asyncio
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -9,30 +7,21 @@ from hypothesis import strategies as st
 from endpoints.outbox import EXPIRY, MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES, Outbox
 from ppaas.clock import ManualClock
 from ppaas.errors import Unavailable
+from tests.support.still_socket import Connection, sent
 
 
-async def drain(outbox: Outbox) -> list[str]:
-    frames = []
-    try:
-        while True:
-            async with asyncio.timeout(0.01):
-                frames.append(await outbox.get())
-    except TimeoutError:
-        return frames
-
-
-async def test_of_a_command_only_the_newest_is_kept_and_it_expires() -> None:
+def test_of_a_command_only_the_newest_is_kept_and_it_expires() -> None:
     clock = ManualClock()
     outbox = Outbox(clock)
     outbox.put("cmd_vel", "old", keep=1)
     outbox.put("cmd_vel", "new", keep=1)
-    assert await drain(outbox) == ["new"]
+    assert sent(outbox) == ["new"]
     outbox.put("cmd_vel", "stale", keep=1)
     clock.advance(EXPIRY["cmd_vel"])
-    assert await drain(outbox) == []
+    assert sent(outbox) == []
 
 
-async def test_answers_are_never_dropped_but_a_client_that_reads_none_is() -> None:
+def test_answers_are_never_dropped_but_a_client_that_reads_none_is() -> None:
     outbox = Outbox()
     for number in range(10 * MAX_KEEP):
         outbox.put_answer(str(number))
@@ -49,29 +38,47 @@ def test_what_was_dropped_for_a_client_that_does_not_read_takes_no_room_and_is_n
     assert len(outbox) == 2
 
 
-async def test_get_waits_for_the_next_frame() -> None:
+def test_a_frame_is_sent_at_once_where_the_connection_takes_it_and_else_when_it_does_again() -> None:
+    outbox, connection = Outbox(), Connection(room=1)
+    outbox.connect(connection)
+    outbox.put("a", "at once", keep=1)
+    assert connection.sent == ["at once"]
+    outbox.put("a", "dropped", keep=1)
+    outbox.put("a", "later", keep=1)
+    outbox.put_answer("answer")
+    assert connection.sent == ["at once"]
+    connection.room = 3
+    outbox.flush()
+    assert connection.sent == ["at once", "later", "answer"]
+    outbox.connect(None)
+    connection.room = 9
+    outbox.put_answer("for the next connection")
+    assert connection.sent == ["at once", "later", "answer"]
+    assert sent(outbox) == ["for the next connection"]
+
+
+def test_what_is_sent_at_once_counts_and_is_remembered() -> None:
     outbox = Outbox()
-    waiting = asyncio.create_task(outbox.get())
-    await asyncio.sleep(0)
-    assert not waiting.done()
-    outbox.put("a", "x", keep=1)
-    assert await waiting == "x"
+    outbox.repeats = True
+    outbox.connect(Connection())
+    for frame in ("a", "b"):
+        outbox.put_answer(frame)
+    outbox.connect(None)
+    outbox.resume(received=1)
+    assert sent(outbox) == ["b"]
 
 
 @given(st.lists(st.tuples(st.sampled_from("abc"), st.integers(1, 4)), max_size=60))
 def test_each_topic_keeps_its_newest_in_order(puts: list[tuple[str, int]]) -> None:
     keep = {"a": 1, "b": 2, "c": 5}
 
-    async def check() -> list[str]:
-        outbox = Outbox(ManualClock())
-        for number, (topic, _) in enumerate(puts):
-            outbox.put(topic, f"{topic}{number}", keep[topic])
-        return await drain(outbox)
-
-    frames = asyncio.run(check())
+    outbox = Outbox(ManualClock())
+    for number, (topic, _) in enumerate(puts):
+        outbox.put(topic, f"{topic}{number}", keep[topic])
+    frames = sent(outbox)
     for topic, length in keep.items():
-        sent = [f"{topic}{number}" for number, (name, _) in enumerate(puts) if name == topic]
-        assert [frame for frame in frames if frame[0] == topic] == sent[-length:]
+        put = [f"{topic}{number}" for number, (name, _) in enumerate(puts) if name == topic]
+        assert [frame for frame in frames if frame[0] == topic] == put[-length:]
     numbers = [int(frame[1:]) for frame in frames]
     assert numbers == sorted(numbers)
 
@@ -79,21 +86,21 @@ def test_each_topic_keeps_its_newest_in_order(puts: list[tuple[str, int]]) -> No
 MIB = 1 << 20
 
 
-async def test_of_too_many_bytes_the_oldest_that_do_not_last_go_first() -> None:
+def test_of_too_many_bytes_the_oldest_that_do_not_last_go_first() -> None:
     outbox = Outbox()
     outbox.put("plan", "p" * MIB, keep=1000)
     outbox.put("move_base/result", "r" * MIB, keep=1000)
     outbox.put_answer("a" * MIB)
     for number in range(20):
         outbox.put("plan", f"{number:02}" + "q" * MIB, keep=1000)
-    left = await drain(outbox)
+    left = sent(outbox)
     assert [frame[0] for frame in left[:2]] == ["r", "a"]
     assert sum(map(len, left)) <= MAX_BYTES + MIB
     assert left[-1].startswith("19")
     assert "p" * MIB not in left
 
 
-async def test_a_client_for_which_too_many_bytes_of_answers_wait_is_told_so() -> None:
+def test_a_client_for_which_too_many_bytes_of_answers_wait_is_told_so() -> None:
     outbox = Outbox()
     outbox.put("plan", "p" * MIB, keep=1)
     for _ in range(MAX_BYTES // MIB):
@@ -103,21 +110,17 @@ async def test_a_client_for_which_too_many_bytes_of_answers_wait_is_told_so() ->
     assert len(outbox) == MAX_BYTES // MIB, "what may be dropped was dropped first"
 
 
-async def test_one_message_larger_than_all_that_may_wait_is_sent() -> None:
+def test_one_message_larger_than_all_that_may_wait_is_sent() -> None:
     outbox = Outbox()
     outbox.put("map", "m" * (MAX_BYTES + 1), keep=1)
     outbox.put("camera", "c" * (MAX_BYTES + 1), keep=1)
-    assert [frame[0] for frame in await drain(outbox)] == ["m", "c"]
+    assert [frame[0] for frame in sent(outbox)] == ["m", "c"]
 
 
 # -- what was sent and lost --------------------------------------------------------------------------------------------
 
 
-async def sent(outbox: Outbox, count: int) -> list[str]:
-    return [await outbox.get() for _ in range(count)]
-
-
-async def test_what_lasts_and_was_not_received_is_sent_again_in_order_before_all_else() -> None:
+def test_what_lasts_and_was_not_received_is_sent_again_in_order_before_all_else() -> None:
     outbox = Outbox()
     outbox.repeats = True
     outbox.put_answer("answer 1")
@@ -125,35 +128,23 @@ async def test_what_lasts_and_was_not_received_is_sent_again_in_order_before_all
     outbox.put("move_base/result", "result 3", keep=1)
     outbox.put_answer("answer 4")
     outbox.put_answer("answer 5")
-    await sent(outbox, 4)
+    sent(outbox, 4)
     outbox.resume(received=1)
-    assert await sent(outbox, 3) == ["result 3", "answer 4", "answer 5"]
+    assert sent(outbox, 3) == ["result 3", "answer 4", "answer 5"]
     outbox.resume(received=3)
-    assert await drain(outbox) == ["answer 5"], "it was the fourth frame that the client was sent since"
+    assert sent(outbox) == ["answer 5"], "it was the fourth frame that the client was sent since"
     outbox.resume(received=4)
-    assert await drain(outbox) == []
+    assert sent(outbox) == []
 
 
-async def test_a_frame_that_could_not_be_sent_is_the_next_and_counts_once() -> None:
-    outbox = Outbox()
-    outbox.repeats = True
-    for frame in ("a", "b"):
-        outbox.put_answer(frame)
-    assert await outbox.get() == "a"
-    outbox.put_back()
-    outbox.put_back()
-    outbox.resume(received=0)
-    assert await drain(outbox) == ["a", "b"]
-
-
-async def test_what_was_sent_is_remembered_within_bounds_and_only_if_it_will_be_asked_for() -> None:
+def test_what_was_sent_is_remembered_within_bounds_and_only_if_it_will_be_asked_for() -> None:
     silent, outbox = Outbox(), Outbox()
     outbox.repeats = True
     for box in (silent, outbox):
         box.put_answer("x" * (MAX_SENT_BYTES + 1))
         for number in range(MAX_SENT + 10):
             box.put_answer(str(number))
-        await sent(box, MAX_SENT + 11)
+        sent(box, MAX_SENT + 11)
         box.resume(received=0)
-    assert await drain(outbox) == [str(number) for number in range(10, MAX_SENT + 10)]
-    assert await drain(silent) == []
+    assert sent(outbox) == [str(number) for number in range(10, MAX_SENT + 10)]
+    assert sent(silent) == []

@@ -9,7 +9,7 @@ from typing import Any
 import uvicorn
 from starlette.types import ASGIApp
 
-from endpoints.websocket_protocol import ProbedWebSocket
+from endpoints.websocket_protocol import DirectWebSocket
 
 
 @asynccontextmanager
@@ -18,7 +18,7 @@ async def serve(app: ASGIApp, **options: Any) -> AsyncIterator[int]:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         server = uvicorn.Server(
             uvicorn.Config(
-                app, ws=ProbedWebSocket, log_level="warning", lifespan="off", timeout_graceful_shutdown=5, **options
+                app, ws=DirectWebSocket, log_level="warning", lifespan="off", timeout_graceful_shutdown=5, **options
             )
         )
         # The socket listens already: a client that is early waits to be accepted.

@@ -12,6 +12,7 @@ from engine.framing import FrameStream
 from engine.place_link import PlaceLink
 from ppaas.wire.rosbridge import RosbridgeSession
 from tests.support.engine_links import HELLO_NODES, HELLO_SERVICES, HELLO_TOPICS
+from tests.support.still_socket import sent
 
 TOPICS = [
     *HELLO_TOPICS,
@@ -73,11 +74,4 @@ class StillClient:
 
     def told(self) -> list[dict[str, Any]]:
         """Return what the client was sent since the last time."""
-        found = []
-        while len(self.session.outbox):
-            getting = self.session.outbox.get()
-            try:
-                getting.send(None)
-            except StopIteration as got:
-                found.append(json.loads(got.value))
-        return found
+        return [json.loads(frame) for frame in sent(self.session.outbox)]
