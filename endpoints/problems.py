@@ -100,9 +100,13 @@ class UnexpectedErrors:
             # Once begun, an answer can only be cut off, which the server does, and logs.
             if started or scope["type"] != "http":
                 raise
-            logger.exception("%s %s failed", scope["method"], scope["path"])
-            detail = "the cloud failed; its log says why"
-            await problem(500, "internal-error", "Internal error", detail)(scope, receive, send)
+            await unexpected(scope)(scope, receive, send)
+
+
+def unexpected(scope: Scope) -> Response:
+    """Return the answer to a request that failed as nobody foresaw, and log the exception being handled."""
+    logger.exception("%s %s failed", scope["method"], scope["path"])
+    return problem(500, "internal-error", "Internal error", "the cloud failed; its log says why")
 
 
 async def _domain_error(_request: Request, error: Exception) -> Response:

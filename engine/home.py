@@ -32,7 +32,8 @@ class CloudHome:
         self._loop = asyncio.get_running_loop()
         self._executor = ThreadPoolExecutor(JOB_THREADS, "job", prepare_thread)
         self._short_jobs = ShortJobs()
-        self._alarm: asyncio.TimerHandle | None = None
+        self._alarm: asyncio.Handle | None = None
+        self._attending = False
         self._failure = ""
         self._closed = False
         self.graph = Graph(self._work)
@@ -69,15 +70,25 @@ class CloudHome:
             self.attend()
 
     def attend(self) -> None:
-        """Fire the timers that are due and set the alarm for the next; call it after anything that may set one.
+        """See to the timers in the next turn of the loop; call it after anything that may set one.
+
+        What was written in this turn is on its way before.
+        """
+        if not (self._closed or self._attending):
+            self._attending = True
+            self._loop.call_soon(self._attend)
+
+    def _attend(self) -> None:
+        """Fire the timers that are due and set the alarm for the next.
 
         A timer that fails stops neither itself nor the others; what fails in the same way again is not logged again.
         """
+        self._attending = False
         if self._closed:
             return
         if self._alarm is not None:
             self._alarm.cancel()
-        self._alarm = self._loop.call_later(min(self._run_due(), 3600.0), self.attend)
+        self._alarm = self._loop.call_later(min(self._run_due(), 3600.0), self._attend)
 
     def _run_due(self) -> float:
         try:

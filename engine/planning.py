@@ -32,6 +32,7 @@ class Planning:
     def __init__(self, service: CloudService, idle: float = IDLE) -> None:
         self._service = service
         self._idle = idle
+        self._used: dict[str, float] = {}
         self._closing: dict[str, asyncio.TimerHandle] = {}
         self._background = Background()
 
@@ -48,12 +49,12 @@ class Planning:
             No machine has room, or the container was lost.
         """
         place = self._service.open_place(PlaceRequest(user, version, CORES))
-        self._keep(place.key)
+        self._note_use(place.key)
         await place.ready(READY_TIMEOUT)
         # Who plans is asked before the call: the container may be gone, or another, when the answer is here.
         container, pid = place.container, place.pid
         response = await self._ask(place, request)
-        self._keep(place.key)
+        self._note_use(place.key)
         if container is None or pid is None:
             raise Unavailable("the container was lost; ask again")
         return PathAnswer(
@@ -73,14 +74,21 @@ class Planning:
         answer = await place.call("compute_path", encode(question), request.timeout + ANSWER_MARGIN)
         return decode(ComputePathResponse, answer)
 
-    def _keep(self, key: str) -> None:
-        known = self._closing.pop(key, None)
-        if known is not None:
-            known.cancel()
-        self._closing[key] = asyncio.get_running_loop().call_later(self._idle, self._close, key)
+    def _note_use(self, key: str) -> None:
+        now = self._used[key] = asyncio.get_running_loop().time()
+        if key not in self._closing:
+            self._close_later(key, now + self._idle)
+
+    def _close_later(self, key: str, at: float) -> None:
+        self._closing[key] = asyncio.get_running_loop().call_at(at, self._close, key)
 
     def _close(self, key: str) -> None:
-        self._closing.pop(key, None)
+        del self._closing[key]
+        unused_at = self._used[key] + self._idle
+        if unused_at > asyncio.get_running_loop().time():
+            self._close_later(key, unused_at)
+            return
+        del self._used[key]
         self._background.run(self._service.close_place(key, Unavailable("it was not used")))
 
     def close(self) -> None:

@@ -16,7 +16,7 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from endpoints.auth import authenticate
-from endpoints.problems import problem_response
+from endpoints.problems import problem_response, unexpected
 from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, problems
@@ -35,7 +35,7 @@ _map_id: TypeAdapter[str] = TypeAdapter(MapId)
 
 
 class DirectPlans:
-    """ASGI middleware that serves a request for a path before anything else looks at it, if it is right.
+    """ASGI middleware that serves a request for a path before all of FastAPI, if it is right.
 
     FastAPI takes a millisecond for it. Whatever is wrong with a request, what is behind is left to say.
 
@@ -82,6 +82,8 @@ class DirectPlans:
             )
         except PPaaSError as error:
             return problem_response(error)
+        except Exception:  # noqa: BLE001  # logged, and nobody stands before this to answer
+            return unexpected(connection.scope)
 
 
 async def _file(connection: HTTPConnection, receive: Receive, read: list[Message]) -> PlanFile:
