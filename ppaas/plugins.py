@@ -38,11 +38,19 @@ class PluginRegistry(Generic[P]):
         """Return the names of all plug-ins installed, sorted."""
         return tuple(sorted(self._entries))
 
+    def own_name(self, name: str) -> str:
+        """Return the own name of a plug-in that is given by its name or an alias."""
+        return self._aliases.get(name, name)
+
+    def aliases(self, name: str) -> tuple[str, ...]:
+        """Return the aliases of one plug-in."""
+        own = self.own_name(name)
+        return tuple(alias for alias, target in self._aliases.items() if target == own)
+
     def spellings(self, name: str) -> tuple[str, ...]:
         """Return every name of one plug-in: its own, and its aliases whole and without their package."""
-        own = self._aliases.get(name, name)
-        aliases = [alias for alias, target in self._aliases.items() if target == own]
-        return own, *aliases, *(alias.rpartition("/")[2] for alias in aliases)
+        aliases = self.aliases(name)
+        return self.own_name(name), *aliases, *(alias.rpartition("/")[2] for alias in aliases)
 
     def load(self, name: str) -> type[P]:
         """Return the class of a plug-in by its name or alias.
@@ -52,7 +60,7 @@ class PluginRegistry(Generic[P]):
         NotFound
             None of that name; the text lists those there are.
         """
-        entry = self._entries.get(self._aliases.get(name, name))
+        entry = self._entries.get(self.own_name(name))
         if entry is None:
             raise NotFound(self._kind, name, self.names())
         loaded = entry.load()

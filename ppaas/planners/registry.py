@@ -9,7 +9,14 @@ PLANNERS: PluginRegistry[Planner] = PluginRegistry(
     "ppaas.planners",
     "planner",
     Planner,  # type: ignore[type-abstract]
-    aliases={"global_planner/GlobalPlanner": "dijkstra", "nav2_smac_planner/SmacPlanner2D": "astar"},
+    aliases={
+        "global_planner/GlobalPlanner": "dijkstra",
+        "nav2_smac_planner/SmacPlanner2D": "astar",
+        "nav2_smac_planner/SmacPlannerHybrid": "lattice",
+        "nav2_theta_star_planner/ThetaStarPlanner": "theta_star",
+        "navfn/NavfnROS": "navfn",
+        "nav2_navfn_planner/NavfnPlanner": "navfn",
+    },
 )
 
 
