@@ -14,6 +14,7 @@ GROUP = "ppaas.commands"
 EXTRAS = {
     "fastapi": "cloud", "uvicorn": "cloud", "uvloop": "cloud", "zenoh": "cloud", "argon2": "cloud", "psutil": "cloud",
     "rich": "cloud", "pymunk": "sim", "numba": "plan", "yaml": "plan", "PIL": "plan",
+    "scipy": "bench",
 }  # fmt: skip
 """Which extra brings a package that a command may miss."""
 

@@ -1,12 +1,18 @@
-"""``ppaas bench``: what a user waits for, measured."""
+"""``ppaas bench``: what a user waits for, and how fast planners plan, measured."""
 
 import argparse
 import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
+from robots.commands import bench_planners
 from robots.commands.session import add_cloud_arguments, token_of
 
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
 NAME = "bench"
-HELP = "measure a cloud on this machine, beside yardsticks"
+HELP = "measure planners, or a cloud on this machine, beside yardsticks"
 
 PARTS = ("startup", "plans", "containers", "fleet", "dashboard")
 
@@ -23,27 +29,40 @@ def configure(parser: argparse.ArgumentParser) -> None:
     for kind in (service, planning):
         kind.add_argument("--quick", action="store_true", help="few samples: to see that it runs, not to compare")
         kind.add_argument("--json", action="store_true", help="print the result as one JSON object")
+    bench_planners.configure(kinds)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure and print; the exit status is 0 whatever the figures are."""
-    import uvloop  # noqa: PLC0415 - what is measured is the cloud, not our own loop
     from rich.console import Console  # noqa: PLC0415 - a robot's install has neither rich nor the simulation
     from rich.progress import Progress  # noqa: PLC0415
+
+    measure = bench_planners.measure if arguments.what in bench_planners.HELP else _measure_figures
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        print_told = measure(arguments, progress)
+    print_told()  # not before the progress is gone: while it is shown, whatever is printed goes where it goes
+    return 0
+
+
+def _measure_figures(arguments: argparse.Namespace, progress: "Progress") -> Callable[[], None]:
+    import uvloop  # noqa: PLC0415 - what is measured is the cloud, not our own loop
+    from rich.console import Console  # noqa: PLC0415
 
     from robots.bench import planning, service  # noqa: PLC0415
     from robots.bench.figures import show, to_json  # noqa: PLC0415
 
-    with Progress(console=Console(stderr=True), transient=True) as progress:
-        if arguments.what == "planning":
-            figures = planning.measure(progress, arguments.quick)
-        else:
-            token = token_of(arguments) if arguments.url else None
-            only = tuple(arguments.only or ())
-            options = service.Options(only, arguments.quick, arguments.url, token)
-            figures = uvloop.run(service.measure(options, progress))
-    if arguments.json:
-        sys.stdout.write(to_json(figures) + "\n")
+    if arguments.what == "planning":
+        figures = planning.measure(progress, arguments.quick)
     else:
-        show(figures, Console())
-    return 0
+        token = token_of(arguments) if arguments.url else None
+        only = tuple(arguments.only or ())
+        options = service.Options(only, arguments.quick, arguments.url, token)
+        figures = uvloop.run(service.measure(options, progress))
+    if arguments.json:
+        return lambda: _print_line(to_json(figures))
+    return lambda: show(figures, Console())
+
+
+def _print_line(text: str) -> None:
+    sys.stdout.write(text + "\n")

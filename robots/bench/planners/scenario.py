@@ -1,0 +1,206 @@
+"""Every query of a MovingAI scenario: how long it takes, and whether the path is one and as short as can be."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.progress import Progress
+
+from ppaas.clock import monotonic
+from ppaas.costmap.costmap import Costmap
+from ppaas.errors import InvalidMap, InvalidParameter, PlanningError
+from ppaas.geometry import Pose2D
+from ppaas.maps.movingai import Scenario, parse_scenario
+from ppaas.planners import create
+from ppaas.planners.base import Planner, PlanRequest, PlanResult
+from ppaas.planners.prepared import PreparedPlanner
+from ppaas.planners.weights import SQRT2, passable
+from robots.bench.planners import grids
+from robots.bench.planners.timing import cpus, timed
+
+TOLERANCE = 0.01
+"""By which a length may differ from the scenario's optimum [cells]."""
+
+_NO_CELLS = np.empty((0, 2), np.int32)
+_WARM = grids.random(64, 10.0)
+
+Question = Callable[[], PlanResult | NDArray[np.int32]]
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A planner on a map.
+
+    Parameters
+    ----------
+    question : callable
+        Makes of two cells, (row, column, row, column), what is called to have a path.
+    index_seconds : float
+        That the planner took to prepare the map; 0 if it prepares none.
+    index_bytes : int
+        That what it prepared takes.
+    """
+
+    question: Callable[[int, int, int, int], Question]
+    index_seconds: float = 0.0
+    index_bytes: int = 0
+
+
+def measure(scenario: Path, map_: Path | None, planner: str, limit: int | None, progress: Progress) -> dict[str, Any]:
+    """Time each query by itself.
+
+    Parameters
+    ----------
+    scenario : Path
+        A ``.scen`` file.
+    map_ : Path, optional
+        Of its map; else it is looked for beside it.
+    planner : str
+        Name of any planner. One that prepares a map does that once, on all CPUs, and its kernel interface is timed;
+        of another ``plan`` as a whole, on all CPUs.
+    limit : int, optional
+        Most queries, the scenario's first.
+    progress : Progress
+        Is told how far this is.
+
+    Returns
+    -------
+    dict
+        ``planner``, ``queries``, ``wrong`` ones, ``mean_us``, ``p50_us``, ``p99_us``, ``index_seconds``,
+        ``index_bytes``.
+
+    Raises
+    ------
+    InvalidMap
+        One of the files cannot be read, or they do not belong together.
+    InvalidParameter
+        The limit is below 1.
+    NotFound
+        No such planner.
+    """
+    if limit is not None and limit < 1:
+        raise InvalidParameter(f"--limit is the most queries to ask, from 1 up, not {limit}")
+    chosen = create(planner)
+    queries = _read(scenario).first(limit)
+    costmap = grids.from_file(map_ or map_beside(scenario)).costmap
+    check_belongs(queries, costmap)
+    warm(chosen)
+    asked = on_map(chosen, costmap)
+    seconds, wrong = ask_all(asked, queries, costmap, progress)
+    mean, half, most = 1e6 * np.array((seconds.mean(), *np.percentile(seconds, (50, 99))))
+    return {
+        "planner": planner,
+        "queries": len(queries),
+        "wrong": wrong,
+        "mean_us": float(mean),
+        "p50_us": float(half),
+        "p99_us": float(most),
+        "index_seconds": asked.index_seconds,
+        "index_bytes": asked.index_bytes,
+    }
+
+
+def map_beside(scenario: Path) -> Path:
+    """Return the map that lies beside a scenario: ``A.map`` for ``A.map.scen``."""
+    return scenario.with_suffix("")
+
+
+def check_belongs(queries: Scenario, costmap: Costmap) -> None:
+    """Raise ``InvalidMap`` unless there are queries, and all of them begin and end in free cells of the map."""
+    if not len(queries):
+        raise InvalidMap("the scenario has no queries")
+    free = passable(True)[costmap.data]
+    for what, cells in (("begins", queries.starts), ("ends", queries.goals)):
+        inside = np.all((cells >= 0) & (cells < np.array(free.shape)), axis=1)
+        good = inside & free[tuple(np.where(inside[:, np.newaxis], cells, 0).T)]
+        if not good.all():
+            number = int(np.argmin(good))
+            cell = tuple(cells[number].tolist())
+            raise InvalidMap(f"query {number} {what} in row, column {cell}, not free on this map: is it the right one?")
+
+
+def warm(planner: Planner) -> None:
+    """Let a planner plan on a small map, so that its kernels are compiled or loaded before anything is timed."""
+    asked = on_map(planner, _WARM.costmap)
+    free = np.argwhere(_WARM.costmap.data == 0)
+    answer(asked.question(*free[0].tolist(), *free[-1].tolist()))
+
+
+def on_map(planner: Planner, costmap: Costmap) -> Asked:
+    """Return a planner that is ready for queries on a map."""
+    threads = cpus()
+    if isinstance(planner, PreparedPlanner):
+        seconds, prepared = timed(lambda: planner.prepare(costmap, threads=threads))
+        return Asked(lambda *ends: partial(prepared.path, *ends), seconds, prepared.nbytes)
+    return Asked(lambda *ends: partial(planner.plan, costmap, _request(costmap, ends, threads)))
+
+
+def ask_all(asked: Asked, queries: Scenario, costmap: Costmap, progress: Progress) -> tuple[NDArray[np.float64], int]:
+    """Return the seconds of each query, and how many answers are wrong."""
+    free = passable(True)[costmap.data]
+    ends = np.hstack((queries.starts, queries.goals)).tolist()
+    answer(asked.question(*ends[0]))  # the first query after a map was prepared pays for what it leaves cold
+    seconds, wrong = np.empty(len(queries)), 0
+    for number, optimum in enumerate(progress.track(queries.optima.tolist(), description="queries")):
+        question = asked.question(*ends[number])
+        began = monotonic()
+        cells = answer(question)
+        seconds[number] = monotonic() - began
+        length = walked(free, cells, ends[number])
+        wrong += not abs(length - optimum) <= TOLERANCE
+    return seconds, wrong
+
+
+def answer(question: Question) -> NDArray[np.int32]:
+    """Return the cells of an answer; none where the planner says that there is no path."""
+    try:
+        found = question()
+    except PlanningError:
+        return _NO_CELLS
+    return found.cells if isinstance(found, PlanResult) else found
+
+
+def walked(free: NDArray[np.bool_], cells: NDArray[np.integer], ends: list[int]) -> float:
+    """Recount how long a path is, in cells, octile.
+
+    Parameters
+    ----------
+    free : (height, width) bool array
+    cells : (n, 2) array
+        Row, column.
+    ends : list of int
+        Row and column of the start, and of the goal.
+
+    Returns
+    -------
+    float
+        NaN if nobody can walk it: it does not join the ends, leaves the map or the free cells, skips a cell, or cuts a
+        corner.
+    """
+    if not len(cells) or [*cells[0].tolist(), *cells[-1].tolist()] != ends:
+        return float("nan")
+    if (cells < 0).any() or (cells >= free.shape).any() or not free[cells[:, 0], cells[:, 1]].all():
+        return float("nan")
+    before, after = cells[:-1], cells[1:]
+    steps = np.abs(after - before)
+    corners = free[before[:, 0], after[:, 1]] & free[after[:, 0], before[:, 1]]
+    if not (corners.all() and (steps.max(axis=1, initial=0) == 1).all()):
+        return float("nan")
+    diagonals = int((steps.sum(axis=1) == 2).sum())
+    return len(steps) - diagonals + diagonals * SQRT2
+
+
+def _request(costmap: Costmap, ends: tuple[int, ...], threads: int) -> PlanRequest:
+    start, goal = (Pose2D(*costmap.info.to_world(cell).tolist()) for cell in (ends[:2], ends[2:]))
+    return PlanRequest(start, goal, threads=threads)
+
+
+def _read(scenario: Path) -> Scenario:
+    try:
+        return parse_scenario(scenario.read_bytes())
+    except OSError as error:
+        raise InvalidMap(f"cannot read the scenario: {error}") from error

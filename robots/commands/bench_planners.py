@@ -1,0 +1,177 @@
+"""``ppaas bench field|scenario|compare|scaling|fig3``: how fast planners plan, and how right they are."""
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ppaas.errors import InvalidInput
+from robots.commands.table import show
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+    from robots.bench.planners.grids import Grid
+
+HELP = {
+    "field": "the full field of costs from one goal",
+    "scenario": "every query of a MovingAI scenario, and how many lengths are wrong",
+    "compare": "the same grid by the peers that are installed from PyPI",
+    "scaling": "the field on grids from 256² up, by number of threads",
+    "fig3": "time over length of the path: one thread here, a container of many cores, and navfn",
+}
+
+Tell = Callable[[argparse.Namespace, "Progress"], tuple[dict[str, Any], list[dict[str, str]]]]
+
+
+def configure(kinds: Any) -> None:
+    """Add the verbs and their arguments to the subparsers of ``ppaas bench``."""
+    verbs = {name: kinds.add_parser(name, help=text, description=text) for name, text in HELP.items()}
+    for name in ("field", "compare"):
+        _add_grid_arguments(verbs[name])
+    for name in ("field", "compare", "scaling"):
+        verbs[name].add_argument("--threads", type=_numbers, metavar="1,2", help="(1 and as many as there are CPUs)")
+    for name in ("field", "scaling", "fig3"):
+        verbs[name].add_argument("--plot", type=Path, metavar="OUT.png", help=_PLOTS[name])
+    _configure_scenario(verbs["scenario"])
+    verbs["compare"].add_argument("--only", action="append", metavar="PACKAGE", help="a peer; all that are installed")
+    verbs["scaling"].add_argument("--kind", action="append", help="of grid (empty, random 20 %%, maze)")
+    verbs["scaling"].add_argument("--largest", type=int, default=8192, metavar="N", help="edge in cells (%(default)s)")
+    verbs["fig3"].add_argument("--map", type=Path, help="YAML file or MovingAI map (a warehouse of 120 by 80 m)")
+    verbs["fig3"].add_argument("--cores", type=int, default=2, help="of the container (%(default)s)")
+    for name, verb in verbs.items():
+        verb.add_argument("--json", action="store_true", help="print the result as one JSON object")
+        verb.set_defaults(what=name)
+
+
+_PLOTS = {
+    "field": "draw the time of a plan over the length of its path, by number of threads",
+    "scaling": "draw ns a cell over the size",
+    "fig3": "draw it",
+}
+
+
+def _add_grid_arguments(parser: argparse.ArgumentParser) -> None:
+    grid = parser.add_mutually_exclusive_group(required=True)
+    grid.add_argument("--map", type=Path, metavar="FILE", help="YAML file, MovingAI map, or PGM of a costmap")
+    grid.add_argument("--empty", type=int, metavar="N", help="N×N free cells")
+    grid.add_argument("--random", type=float, nargs=2, metavar=("N", "PERCENT"), help="so many percent blocked")
+    grid.add_argument("--maze", type=int, nargs="+", metavar="N", help="N [WIDTH of its corridors, 1]")
+    parser.add_argument("--goal", type=int, nargs=2, metavar=("R", "C"), help="row, column (near the middle)")
+
+
+def _configure_scenario(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scenario", type=Path, metavar="FILE.scen")
+    parser.add_argument("--map", type=Path, metavar="FILE.map", help="(beside the scenario, of the same name)")
+    parser.add_argument("--planner", default="dijkstra", help="any that is installed (%(default)s)")
+    parser.add_argument("--limit", type=int, metavar="N", help="the first N queries (all)")
+
+
+def measure(arguments: argparse.Namespace, progress: "Progress") -> Callable[[], None]:
+    """Measure, and draw where that is asked for; return what prints the result."""
+    if getattr(arguments, "plot", None) is not None:
+        from robots.plans.plot import check_picture  # noqa: PLC0415 - so here and below: ``ppaas --help`` loads this
+
+        check_picture(arguments.plot)
+    told, rows = _VERBS[arguments.what](arguments, progress)
+    if arguments.json:
+        return lambda: show(told, (), as_json=True)
+    return lambda: show(rows, tuple(rows[0]), as_json=False)
+
+
+def _field(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[dict[str, str]]]:
+    import asyncio  # noqa: PLC0415
+
+    from robots.bench.planners import field, lengths, tables  # noqa: PLC0415
+
+    grid, threads = _grid(arguments), _threads(arguments)
+    told = field.measure(grid, _goal(arguments), threads, progress)
+    if arguments.plot is not None:
+        _plot(arguments.plot, lengths.chart(asyncio.run(lengths.measure_locally(grid.costmap, threads, progress))))
+    return told, tables.field_rows(told)
+
+
+def _scenario(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[dict[str, str]]]:
+    from robots.bench.planners import scenario, tables  # noqa: PLC0415
+
+    told = scenario.measure(arguments.scenario, arguments.map, arguments.planner, arguments.limit, progress)
+    return told, tables.scenario_rows(told)
+
+
+def _compare(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[dict[str, str]]]:
+    from robots.bench.planners import compare, tables  # noqa: PLC0415
+
+    only = tuple(arguments.only or ())
+    told = compare.measure(_grid(arguments), _goal(arguments), _threads(arguments), only, progress)
+    for package in told["missing"]:
+        progress.console.print(f"{package} is not installed, so it is not compared with: pip install 'ppaas\\[bench]'")
+    for package in told["too_large_for"]:
+        progress.console.print(f"the grid is too large for {package}")
+    return told, tables.compare_rows(told)
+
+
+def _scaling(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[dict[str, str]]]:
+    from robots.bench.planners import scaling, tables  # noqa: PLC0415
+
+    kinds = arguments.kind or scaling.KINDS_SHOWN
+    told = scaling.measure(kinds, scaling.sizes_up_to(arguments.largest), _threads(arguments), progress)
+    if arguments.plot is not None:
+        _plot(arguments.plot, scaling.chart(told))
+    return told, tables.scaling_rows(told)
+
+
+def _fig3(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[dict[str, str]]]:
+    import uvloop  # noqa: PLC0415
+
+    from robots.bench.planners import grids, lengths, tables  # noqa: PLC0415
+
+    map_ = lengths.default_map() if arguments.map is None else grids.map_from_file(arguments.map)
+    told = uvloop.run(lengths.measure(map_, arguments.cores, progress))
+    if arguments.plot is not None:
+        _plot(arguments.plot, lengths.chart(told))
+    return told, tables.length_rows(told)
+
+
+def _plot(path: Path, chart: Any) -> None:
+    from robots.bench.planners.chart import write_chart  # noqa: PLC0415
+
+    write_chart(path, *chart)
+
+
+def _grid(arguments: argparse.Namespace) -> "Grid":
+    from robots.bench.planners import grids  # noqa: PLC0415
+
+    if arguments.map is not None:
+        return grids.from_file(arguments.map)
+    if arguments.empty is not None:
+        return grids.empty(arguments.empty)
+    if arguments.random is not None:
+        size, percent = arguments.random
+        if size != int(size):
+            raise InvalidInput(f"--random takes a whole number of cells and then the percent, not {size:g}")
+        return grids.random(int(size), percent)
+    if len(arguments.maze) > 2:
+        raise InvalidInput(f"--maze takes one number or two, not {len(arguments.maze)}")
+    return grids.maze(*arguments.maze)
+
+
+def _goal(arguments: argparse.Namespace) -> tuple[int, int] | None:
+    return None if arguments.goal is None else (arguments.goal[0], arguments.goal[1])
+
+
+def _threads(arguments: argparse.Namespace) -> list[int]:
+    from robots.bench.planners.timing import cpus  # noqa: PLC0415
+
+    return arguments.threads or sorted({1, cpus()})
+
+
+def _numbers(text: str) -> list[int]:
+    numbers = [int(number) if number.isdecimal() else 0 for number in text.split(",")]
+    if min(numbers) < 1:
+        raise argparse.ArgumentTypeError(f"numbers of threads are whole numbers from 1 up, not {text!r}")
+    return list(dict.fromkeys(numbers))
+
+
+_VERBS: dict[str, Tell] = {
+    "field": _field, "scenario": _scenario, "compare": _compare, "scaling": _scaling, "fig3": _fig3,
+}  # fmt: skip

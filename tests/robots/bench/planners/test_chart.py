@@ -1,0 +1,57 @@
+"""Charts show every line, where its numbers are."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from ppaas.errors import InvalidInput
+from robots.bench.planners import chart
+from robots.bench.planners.chart import Axis, Line
+
+LINES = [Line("rising", [(0.0, 0.0), (5.0, 50.0), (10.0, 100.0)]), Line("flat", [(0.0, 20.0), (10.0, 20.0)])]
+
+
+def colours(picture: Image.Image) -> set[tuple[int, ...]]:
+    return set(map(tuple, np.asarray(picture).reshape(-1, 3).tolist()))
+
+
+def at(picture: Image.Image, across: float, upward: float) -> tuple[int, ...]:
+    """Return the colour at a share of the width and of the height of where lines are drawn."""
+    width, height = chart.WIDTH - chart.LEFT - chart.RIGHT, chart.HEIGHT - chart.TOP - chart.BOTTOM
+    pixel = picture.getpixel((round(chart.LEFT + across * width), round(chart.HEIGHT - chart.BOTTOM - upward * height)))
+    assert isinstance(pixel, tuple)
+    return pixel
+
+
+def test_lines_are_where_their_numbers_are() -> None:
+    picture = chart.draw("a chart", LINES, Axis("m"), Axis("ms"))
+    assert at(picture, 0.5, 0.5) == chart.COLOURS[0]
+    assert at(picture, 0.8, 0.2) == chart.COLOURS[1]
+    assert at(picture, 0.87, 0.53) == chart.PAPER
+
+
+def test_equal_ratios_are_equally_long_on_a_logarithmic_axis() -> None:
+    lines = [Line("tenfold", [(1.0, 1.0), (10.0, 10.0), (100.0, 100.0)])]
+    picture = chart.draw("a chart", lines, Axis("cells", logarithmic=True), Axis("ns", logarithmic=True))
+    assert at(picture, 0.5, 0.5) == chart.COLOURS[0]
+
+
+@pytest.mark.parametrize("value", [0.0, 1e-9, 1.0, 12345.6])
+def test_a_single_point_can_be_drawn(value: float) -> None:
+    assert chart.COLOURS[0] in colours(chart.draw("", [Line("", [(1.0, value)])], Axis(""), Axis("")))
+
+
+def test_more_lines_than_colours_are_all_drawn() -> None:
+    lines = [Line(str(number), [(0.0, number), (1.0, number)]) for number in range(1, 9)]
+    assert set(chart.COLOURS) <= colours(chart.draw("", lines, Axis(""), Axis("")))
+
+
+def test_a_chart_is_a_png_file(tmp_path: Path) -> None:
+    chart.write_chart(tmp_path / "chart.png", "a chart", LINES, Axis("m"), Axis("ms"))
+    with Image.open(tmp_path / "chart.png") as picture:
+        assert picture.size == (chart.WIDTH, chart.HEIGHT)
+    for path in (tmp_path / "chart.svg", tmp_path / "none" / "chart.png"):
+        with pytest.raises(InvalidInput):
+            chart.write_chart(path, "a chart", LINES, Axis("m"), Axis("ms"))
