@@ -28,11 +28,14 @@ class Found:
     points : (m, 2) float64 array, optional
         Where the path runs, if not through the centres of the cells: row, column from start to goal, with fractions;
         whole numbers are centres.
+    cost : float, optional
+        What the path costs, if not the sum of the weights of moves.
     """
 
     cells: NDArray[np.int32]
     expanded: int
     points: NDArray[np.float64] | None = None
+    cost: float | None = None
 
 
 class GridPlanner(Planner):
@@ -67,17 +70,23 @@ class GridPlanner(Planner):
         if not len(found.cells):
             raise NoValidPath(_unconnected(request, ends))
         cells = np.concatenate((ends.escape, found.cells)) if len(ends.escape) else found.cells
-        points = cells if found.points is None else np.concatenate((ends.escape, found.points))
+        points = cells if found.points is None else np.concatenate((ends.escape.astype(np.float64), found.points))
         poses = path_poses(costmap, points, request.start, ends.goal_pose)
         return PlanResult(
             cells=cells,
             poses=poses,
-            cost=path_cost(costmap, cells),
+            cost=_cost(costmap, cells, len(ends.escape), found),
             length=path_length(poses),
             expanded=found.expanded,
             seconds=watch.seconds(),
             planner=self.name,
         )
+
+
+def _cost(costmap: Costmap, cells: NDArray[np.int32], escaped: int, found: Found) -> float:
+    if found.cost is None:
+        return path_cost(costmap, cells)
+    return path_cost(costmap, cells[: escaped + 1]) + found.cost
 
 
 def _unconnected(request: PlanRequest, ends: Ends) -> str:
