@@ -2,11 +2,64 @@
 
 from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
+from inspect import Parameter, signature
 from typing import Any, Generic, TypeVar
+
+import msgspec
 
 from ppaas.errors import InvalidParameter, NotFound
 
 P = TypeVar("P")
+
+
+def parameters_in_use(of: object) -> dict[str, Any]:
+    """Return the parameters of a node or a plug-in by name, defaults included.
+
+    Parameters
+    ----------
+    of : object
+        A struct or a dataclass of parameters; or a plug-in that has such ``parameters``, or that keeps what its class
+        takes as attributes of the same names.
+    """
+    parameters = getattr(of, "parameters", of)
+    if isinstance(parameters, msgspec.Struct) or hasattr(parameters, "__dataclass_fields__"):
+        told: dict[str, Any] = msgspec.to_builtins(parameters)
+        return told
+    return {name: getattr(of, name) for name in signature(type(of)).parameters if hasattr(of, name)}
+
+
+def read_keywords(what: str, plugin: type, given: dict[str, Any]) -> dict[str, Any]:
+    """Return what a plug-in's constructor is to be called with, checked by name and type.
+
+    A constructor that takes a record of parameters (``**parameters``) checks them itself.
+
+    Parameters
+    ----------
+    what : str
+        Who is meant, for the error.
+    plugin : type
+        Its class.
+    given : dict
+        Parameters by name, as JSON has them: 1 will do as a float, a list as a tuple.
+
+    Raises
+    ------
+    InvalidParameter
+        One is unknown or of another type; the text names those there are.
+    """
+    taken = signature(plugin, eval_str=True).parameters
+    if any(each.kind is Parameter.VAR_KEYWORD for each in taken.values()):
+        return given
+    read = {}
+    for name, value in given.items():
+        if name not in taken:
+            raise InvalidParameter(f"{what} takes no parameter {name!r}; known: {', '.join(sorted(taken)) or 'none'}")
+        kind = taken[name].annotation
+        try:
+            read[name] = value if kind is Parameter.empty else msgspec.convert(value, kind)
+        except msgspec.ValidationError as error:
+            raise InvalidParameter(f"parameter {name!r} of {what}: {error}") from error
+    return read
 
 
 class PluginRegistry(Generic[P]):
@@ -76,10 +129,11 @@ class PluginRegistry(Generic[P]):
         NotFound
             None of that name.
         InvalidParameter
-            It takes no such parameter.
+            It takes no such parameter, or none of that type.
         """
         plugin = self.load(name)
+        keywords = read_keywords(f"{self._kind} {name!r}", plugin, parameters)
         try:
-            return plugin(**parameters)
+            return plugin(**keywords)
         except TypeError as error:
             raise InvalidParameter(f"{self._kind} {name!r}: {error}") from error

@@ -23,7 +23,7 @@ from ppaas.nodes.graph import Graph
 from ppaas.nodes.map_server import MapServerNode
 from ppaas.nodes.models import RobotModel, robot_model
 from ppaas.nodes.move_base import MoveBaseNode
-from ppaas.nodes.parameter_server import ParameterServerNode, parameters_in_use
+from ppaas.nodes.parameter_server import ParameterServerNode
 from ppaas.nodes.planner_server import PlannerServerNode
 from ppaas.nodes.state_publisher import StatePublisherNode, StatePublisherParameters
 from ppaas.nodes.surroundings import Surroundings
@@ -31,6 +31,7 @@ from ppaas.nodes.tf_republisher import TfRepublisherNode
 from ppaas.nodes.waypoint_follower import WaypointFollowerNode, WaypointFollowerParameters
 from ppaas.planners.base import Planner
 from ppaas.planners.registry import PLANNERS
+from ppaas.plugins import parameters_in_use
 from ppaas.recoveries.base import Recovery
 
 P = TypeVar("P", bound=Parameters)

@@ -1,7 +1,6 @@
 """The parameter server: what the nodes of a clone were made with, and whatever else a robot's people want to keep."""
 
 from collections.abc import Mapping
-from inspect import signature
 from typing import Any, ClassVar
 
 import msgspec
@@ -11,22 +10,6 @@ from ppaas.messages import rosapi
 from ppaas.messages.message import Message
 from ppaas.nodes.base import Context, Node, Reply, Service
 from ppaas.nodes.parameter_tree import ParameterTree, read_value
-
-
-def parameters_in_use(of: object) -> dict[str, Any]:
-    """Return the parameters of a node or a plug-in by name, defaults included.
-
-    Parameters
-    ----------
-    of : object
-        A struct or a dataclass of parameters; or a plug-in that has such ``parameters``, or that keeps what its class
-        takes as attributes of the same names.
-    """
-    parameters = getattr(of, "parameters", of)
-    if isinstance(parameters, msgspec.Struct) or hasattr(parameters, "__dataclass_fields__"):
-        told: dict[str, Any] = msgspec.to_builtins(parameters)
-        return told
-    return {name: getattr(of, name) for name in signature(type(of)).parameters if hasattr(of, name)}
 
 
 class ParameterServerNode(Node):

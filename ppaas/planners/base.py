@@ -7,7 +7,7 @@ and may be asked many times, one thread at a time.
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ from ppaas.messages.geometry_msgs import Point, Pose, Quaternion
 from ppaas.messages.nav_msgs import Path
 from ppaas.messages.std_msgs import Header
 from ppaas.planners.path_text import path_message
+from ppaas.planners.traits import Traits
+from ppaas.plugins import parameters_in_use
 
 
 def never() -> bool:
@@ -101,12 +103,14 @@ def pose_message(row: list[float]) -> Pose:
 class Planner(ABC):
     """A global planner.
 
-    A subclass names itself in ``name``, tells in ``purpose`` what it is for, takes its parameters as keyword
-    arguments of its constructor, and is found by an entry point in the group ``ppaas.planners``.
+    A subclass names itself in ``name``, tells in ``purpose`` what it is for and in ``traits`` what it can do, and is
+    found by an entry point in the group ``ppaas.planners``. It takes its parameters as keyword arguments of its
+    constructor and keeps them as attributes of the same names, or all of them as a record in ``parameters``.
     """
 
     name: ClassVar[str]
     purpose: ClassVar[str]
+    traits: ClassVar[Traits] = Traits()
 
     @abstractmethod
     def plan(self, costmap: Costmap, request: PlanRequest) -> PlanResult:
@@ -117,3 +121,7 @@ class Planner(ABC):
         PlanningError
             One of its subclasses, with the code of Nav2's ``ComputePathToPose``.
         """
+
+    def twin(self) -> Self:
+        """Return one with the same parameters, for another thread."""
+        return type(self)(**parameters_in_use(self))

@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Callable
+from typing import ClassVar
 
 import numpy as np
 
@@ -9,10 +10,13 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.planners.ends import Ends
 from ppaas.planners.grid_field import GridField
 from ppaas.planners.grid_planner import Found, GridPlanner
+from ppaas.planners.traits import Optimal, Traits
 
 
 class FieldPlanner(GridPlanner):
     """Plans cheapest paths, in three stages: set up the arrays, grow the field from the goal, walk down it."""
+
+    traits: ClassVar[Traits] = Traits(optimal=Optimal.ALWAYS)
 
     @abstractmethod
     def grow(self, costmap: Costmap, ends: Ends, *, threads: int, check: Callable[[], None]) -> tuple[GridField, bool]:

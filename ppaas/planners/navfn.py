@@ -9,6 +9,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.planners.ends import Ends
 from ppaas.planners.grid_planner import Found, GridPlanner
 from ppaas.planners.navigation_function import NavigationFunction
+from ppaas.planners.traits import Traits
 
 
 class NavFn(GridPlanner):
@@ -32,6 +33,7 @@ class NavFn(GridPlanner):
 
     name: ClassVar[str] = "navfn"
     purpose: ClassVar[str] = "Smooth path as ROS's own planner finds it, on one thread; for comparison."
+    traits: ClassVar[Traits] = Traits(any_angle=True)
 
     def __init__(self, *, allow_unknown: bool = True, use_astar: bool = False) -> None:
         super().__init__(allow_unknown=allow_unknown)

@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 from ppaas.costmap.costmap import Costmap
 from ppaas.planners.ends import Ends
 from ppaas.planners.grid_planner import Found, GridPlanner
+from ppaas.planners.traits import Traits
 from ppaas.planners.watch import proceed
 
 
@@ -42,6 +44,8 @@ class Prepared(ABC):
 class PreparedPlanner(GridPlanner):
     """Plans on a map that it has prepared; a map that nobody can write to is prepared once."""
 
+    traits: ClassVar[Traits] = Traits(indexed=True)
+
     def __init__(self, *, allow_unknown: bool = True) -> None:
         super().__init__(allow_unknown=allow_unknown)
         self._last: tuple[Costmap, Prepared] | None = None
@@ -65,6 +69,13 @@ class PreparedPlanner(GridPlanner):
         prepared = self.prepared(costmap, threads=threads, check=check)
         cells = prepared.path(*ends.start, *ends.goal, check)
         return Found(cells, prepared.expanded)
+
+    def twin(self) -> Self:
+        """Return one with the same parameters, for another thread; it shares what was prepared last."""
+        twin = super().twin()
+        if self._last is not None:
+            twin._last = self._last[0], self._last[1].twin()
+        return twin
 
     def prepared(self, costmap: Costmap, *, threads: int = 1, check: Callable[[], None] = proceed) -> Prepared:
         """Return what was prepared of the costmap last time, or prepare it now; one that may change is always anew."""

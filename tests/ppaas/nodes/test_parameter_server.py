@@ -10,7 +10,8 @@ from ppaas.messages import decode
 from ppaas.messages.message import Empty, Message
 from ppaas.nodes.base import Checkpoint, Parameters
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.parameter_server import ParameterServerNode, parameters_in_use
+from ppaas.nodes.parameter_server import ParameterServerNode
+from ppaas.plugins import parameters_in_use
 
 OWN = {"move_base": {"controller_frequency": 10.0}}
 
