@@ -14,6 +14,7 @@ from typing import NamedTuple
 from engine.model import Launch
 
 PRELOAD = "engine.runtimes.preload"
+KERNELS = "engine.runtimes.kernels"
 FROZEN = "engine.runtimes.frozen"
 
 Entry = Callable[[Launch], int | None]
@@ -22,7 +23,7 @@ _THREADS_OF_LIBRARIES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THR
 
 
 class Warmth(NamedTuple):
-    """What a fork server is: its process, its threading layer, and the kernels modules that it called."""
+    """What a fork server is: its process, its threading layer, and the kernels modules that it has loaded."""
 
     pid: int
     layer: str
@@ -86,8 +87,9 @@ def look_around(entry: str, answer: Connection) -> None:
     """Be a probe: tell the agent what the fork server is and has loaded, or why containers cannot start from it."""
     try:
         resolve(entry)
-        preload = importlib.import_module(PRELOAD)
+        preload, kernels = importlib.import_module(PRELOAD), importlib.import_module(KERNELS)
     except (ImportError, AttributeError, RuntimeError) as error:
         answer.send(f"{type(error).__name__}: {error}")
     else:
-        answer.send(Warmth(os.getppid(), preload.LAYER, preload.WARM))
+        loaded = tuple(module.__name__ for module in kernels.loaded())
+        answer.send(Warmth(os.getppid(), preload.LAYER, loaded))

@@ -2,9 +2,10 @@
 
 import gc
 
-from engine.runtimes import memory, preload
+from engine.runtimes import kernels, memory, preload
 
-if preload.COMPILED.buffer:
+kernels.warm_loaded()
+if preload.COMPILED.buffer or preload.ALL_LOADED:
     memory.begin_anew(preload.ENVIRONMENT)
 gc.collect()
 memory.give_back()

@@ -2,11 +2,13 @@
 
 import importlib
 import pkgutil
+import sys
 from types import ModuleType
 
 from numba.core import event
 
 import ppaas
+from engine.runtimes.kernel_stamp import KERNELS
 
 
 def modules() -> list[ModuleType]:
@@ -18,7 +20,7 @@ def modules() -> list[ModuleType]:
         One of them, or a package on the way, cannot be imported.
     """
     walk = pkgutil.walk_packages(ppaas.__path__, "ppaas.", onerror=importlib.import_module)
-    names = sorted(found.name for found in walk if "kernels" in found.name.split("."))
+    names = sorted(found.name for found in walk if _holds_kernels(found.name))
     return [importlib.import_module(name) for name in names]
 
 
@@ -29,15 +31,34 @@ def record_compilations() -> event.RecordingListener:
     return recorder
 
 
-def warm_all() -> tuple[str, ...]:
-    """Call ``warm`` of every kernels module that offers it, and return the names of these modules.
+def loaded() -> list[ModuleType]:
+    """Return the modules of kernels that this process has loaded, by name."""
+    return [module for name, module in sorted(sys.modules.items()) if _holds_kernels(name)]
+
+
+def warm_all() -> list[ModuleType]:
+    """Call ``warm`` of every kernels module that offers it, and return these modules.
 
     Raises
     ------
     ImportError
         A module cannot be imported.
     """
-    warmable = [module for module in modules() if hasattr(module, "warm")]
+    return _warm(modules())
+
+
+def warm_loaded() -> list[ModuleType]:
+    """Do so with the modules alone that this process has loaded."""
+    return _warm(loaded())
+
+
+def _warm(found: list[ModuleType]) -> list[ModuleType]:
+    warmable = [module for module in found if hasattr(module, "warm")]
     for module in warmable:
         module.warm()
-    return tuple(module.__name__ for module in warmable)
+    return warmable
+
+
+def _holds_kernels(name: str) -> bool:
+    packages = name.split(".")
+    return packages[0] == ppaas.__name__ and KERNELS in packages

@@ -1,0 +1,72 @@
+"""A note that all kernels lie compiled in the cache, so that a start loads only those that every container uses.
+
+numba looks into its cache kernel by kernel, and loads what it finds. A cloud has many planners, and most robots one: to
+load the kernels of all takes seconds of the start and memory of each container. So whoever has compiled them all notes
+what they were made from and where they lie. A kernel that is called later is loaded from the cache then, in a few
+milliseconds.
+"""
+
+import hashlib
+import os
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from types import ModuleType
+
+import llvmlite
+import msgspec
+import numba
+from llvmlite import binding
+from numba.core.dispatcher import Dispatcher
+
+KERNELS = "kernels"
+"""Name of the packages in which kernels lie."""
+
+
+def stamp_file(root: Path, layer: str) -> Path:
+    """Return where the note lies for what the kernels below a folder are made from now.
+
+    Parameters
+    ----------
+    root : Path
+        Folder of the domain's package.
+    layer : str
+        Threading layer that they are compiled for.
+    """
+    sources = sorted(file for file in root.rglob("*.py") if KERNELS in file.relative_to(root).parts)
+    made_from = [
+        sys.version, numba.__version__, llvmlite.__version__, layer, str(root),
+        os.environ.get("NUMBA_CPU_NAME") or binding.get_host_cpu_name(),
+        os.environ.get("NUMBA_CPU_FEATURES") or binding.get_host_cpu_features().flatten(),
+        *(f"{file} {file.stat().st_mtime_ns} {file.stat().st_size}" for file in sources),
+    ]  # fmt: skip
+    folder = Path(os.environ.get("NUMBA_CACHE_DIR") or Path("~/.cache/ppaas").expanduser())
+    return folder / f"compiled-{hashlib.sha256(chr(10).join(made_from).encode()).hexdigest()[:32]}.json"
+
+
+def all_compiled(stamp: Path) -> bool:
+    """Tell whether the note is there, and all that it names."""
+    try:
+        return all(map(os.path.exists, msgspec.json.decode(stamp.read_bytes(), type=list[str])))
+    except (OSError, msgspec.DecodeError):
+        return False
+
+
+def note(stamp: Path, modules: Iterable[ModuleType]) -> None:
+    """Note that the kernels of some modules are compiled; nothing is noted where they are not kept."""
+    files = sorted({file for module in modules for file in cache_files(module)})
+    if not all(map(os.path.exists, files)):
+        return
+    try:
+        stamp.parent.mkdir(parents=True, exist_ok=True)
+        partial = stamp.with_suffix(f".{os.getpid()}")
+        partial.write_bytes(msgspec.json.encode(files))
+        partial.replace(stamp)
+    except OSError:  # the next start compiles nothing either, it only loads more
+        return
+
+
+def cache_files(module: ModuleType) -> Sequence[str]:
+    """Return the index files of the cache for the kernels of a module that were called."""
+    called = [found for found in vars(module).values() if isinstance(found, Dispatcher) and found.signatures]
+    return [str(vars(kernel)["_cache"]._cache_file._index_path) for kernel in called if kernel.stats.cache_path]
