@@ -1,157 +1,192 @@
 """Kernel: grow a field of costs from its goal towards one cell: A* (Hart, Nilsson and Raphael, 1968).
 
 What is left from a cell to the target is estimated by the octile distance at the least weights there are. No move
-lowers value and estimate together (the estimate is consistent, in fixed point as well: a diagonal is rounded the same
-way in both), so a cell that is taken from the queue has its final value and is worked off once. The queue is a binary
-heap with lazy deletion: a cell whose value fell is put in again, and what was put in before is skipped.
+lowers value and estimate together (the estimate is consistent), so a cell is worked off with its final value, but for
+the few that a bucket wider than one takes too early: their value falls again, and they are worked off again.
+
+A cell's element of the field is ``base`` + 2·value, and 1 more while it waits in the queue; so one comparison with what
+is written tells whether a new value is less, and what searches before have left is never less.
 """
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from ppaas.planners.kernels.layout import AT_GOAL, UNREACHED, UNREACHED_WIDE
-from ppaas.planners.kernels.propagation import EXHAUSTED, NEEDS, PAUSED, POOL_EMPTY, SETTLED, TOO_NARROW
+from ppaas.planners.kernels.bare import bare
+from ppaas.planners.kernels.ring import BUCKET, MARKS, RING_STATE, SHIFT, SIZE, SLOTS, empty, pop, push
 
-Int = int | np.signedinteger[Any]
 Ints = NDArray[np.int64]
-Pool = NDArray[np.uint32]
-Field = NDArray[np.uint32] | NDArray[np.int64]
+Bytes = NDArray[np.uint8]
+Links = NDArray[np.int32]
 
-STATE_SIZE = 2
-SIZE, COUNT = range(STATE_SIZE)
-"""Of the search's state: entries in the heap, cells worked off."""
+EXHAUSTED, SETTLED, PAUSED, POOL_EMPTY = range(4)
+"""No cell is left to work off; the value of the target is final; the slice is used up; the pool must be enlarged."""
 
-LONGEST_MOVE = 1 << 15
-"""No move weighs as much: the longest weighs 30 413."""
+COUNT, BEST, EXTRA_STATE = RING_STATE, RING_STATE + 1, 2
+"""Behind the ring's state: cells settled, −1 before the search has begun; the least value of the target so far."""
 
-TIE_BITS, TIE_SHIFT = 18, 10
-"""The lowest bits of a key are the estimate, coarsely: of equal sums the cell nearer to the target goes first. The rest
-holds any sum: 2³⁰ moves of the longest are less than 2⁴⁵."""
+UNKNOWN_YET = np.int64(1 << 62)
+
+NEEDS = (0, 0, 0, 0, 1 | 4, 2 | 4, 1 | 8, 2 | 8)
+"""For each of the 8 moves which of the first four must be open, one bit each."""
+
+DOWN = (0, 0, -1, 1, -1, -1, 1, 1)
+RIGHT = (-1, 1, 0, 0, -1, 1, -1, 1)
+"""Rows and columns that each move leads on; diagonal moves last, so that they are taken from a bucket first."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def estimate(cell: Int, target: Int, stride: Int, cardinal: Int, diagonal: Int) -> int:
-    """Return the least that any path between two cells can weigh."""
-    # Unsigned and short: the fastest division there is.
-    across = np.uint32(stride)
-    row, target_row = np.uint32(cell) // across, np.uint32(target) // across
-    down = abs(np.int64(row) - np.int64(target_row))
-    right = abs((cell - np.int64(row) * stride) - (target - np.int64(target_row) * stride))
+@bare
+def octile(down: int, right: int, cardinal: int, diagonal: int) -> int:
+    """Return the least that any path over so many rows and columns can weigh."""
+    down, right = abs(down), abs(right)
     return int(min(down, right) * diagonal + abs(down - right) * cardinal)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _push(keys: Ints, cells: Pool, size: Int, key: Int, cell: Int) -> None:
-    at = size
-    while at > 0:
-        above = (at - 1) >> 1
-        if keys[above] <= key:
-            break
-        keys[at] = keys[above]
-        cells[at] = cells[above]
-        at = above
-    keys[at] = key
-    cells[at] = cell
+@bare
+def divide(cell: int, stride: int) -> tuple[int, int]:
+    """Return row and column of an element; unsigned and short, which is the fastest division there is."""
+    row = int(np.int64(np.uint32(cell) // np.uint32(stride)))
+    return row, cell - row * stride
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _drop_first(keys: Ints, cells: Pool, size: Int) -> None:
-    last_key, last_cell = keys[size - 1], cells[size - 1]
-    at, below = 0, 1
-    while below < size - 1:
-        if below + 1 < size - 1 and keys[below + 1] < keys[below]:
-            below += 1
-        if last_key <= keys[below]:
-            break
-        keys[at] = keys[below]
-        cells[at] = cells[below]
-        at, below = below, 2 * below + 1
-    keys[at] = last_key
-    cells[at] = last_cell
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def aim(
-    field: Field, costs: NDArray[np.uint8], stride: int, weights: Ints, least: Ints,
-    keys: Ints, cells: Pool, state: Ints, target: int, limit: int, budget: int,
+    field: Ints, costs: Bytes, stride: int, weights: Ints, least: Ints,
+    heads: Links, marks: NDArray[np.uint64], pool: Links, state: Ints, base: int, goal: int, target: int, budget: int,
 ) -> int:  # fmt: skip
     """Work off up to ``budget`` cells and tell why it stopped.
 
     Parameters
     ----------
-    field, costs, stride, weights
-        As in `ppaas.planners.kernels.propagation`.
+    field : (n,) int64 array
+        Values; see above.
+    costs : (n,) uint8 array
+        Costs of the padded map.
+    stride : int
+        Elements in a row of it.
+    weights : (2, 256) int64 array
+        What a cardinal and a diagonal move into a cell of each cost weighs; 0 is blocked.
     least : (2,) int64 array
-        Least weight of a cardinal and of a diagonal move.
-    keys : (capacity,) int64 array
-        The heap's: value and estimate together, then the estimate alone.
-    cells : (capacity,) uint32 array
-        The heap's cells.
-    state : (STATE_SIZE,) int64 array
-    target : int
-        Cell whose value is wanted.
-    limit : int
-        Most that a value may be.
+        The least of both.
+    heads, marks, pool, state
+        The queue, and what the search remembers.
+    base : int
+        Even; what is written in this search is no less, and less than all that was written before.
+    goal, target : int
+        Cell to begin at, and cell whose value is wanted.
     budget : int
         Cells to work off before it pauses.
 
     Returns
     -------
     int
-        EXHAUSTED, SETTLED, PAUSED, POOL_EMPTY (enlarge the heap) or TOO_NARROW, as in propagation.
+        EXHAUSTED, SETTLED, PAUSED or POOL_EMPTY.
     """
-    offsets = (-1, 1, -stride, stride, -stride - 1, -stride + 1, stride - 1, stride + 1)
-    most_tie = (1 << TIE_BITS) - 1
+    target_row, target_column = divide(target, stride)
+    if state[COUNT] < 0:
+        row, column = divide(goal, stride)
+        left = octile(row - target_row, column - target_column, least[0], least[1])
+        empty(heads, marks, state, left)
+        push(heads, marks, pool, state, goal, left)
+        field[goal] = base + 1
+        state[COUNT], state[BEST] = 0, 0 if goal == target else UNKNOWN_YET
     end = state[COUNT] + budget
-    while state[SIZE] > 0:
-        cell = np.int64(cells[0])
-        value = np.int64(field[cell])
-        left = estimate(cell, target, stride, least[0], least[1])
-        stale = keys[0] >> TIE_BITS > value + left
-        if not stale:
-            if cell == target:
-                return SETTLED
-            if state[COUNT] >= end:
-                return PAUSED
-            if state[SIZE] + 8 > keys.size:
-                return POOL_EMPTY
-            if value > limit - LONGEST_MOVE:
-                return TOO_NARROW
-        _drop_first(keys, cells, state[SIZE])
-        state[SIZE] -= 1
-        if stale:
+    while True:
+        if state[COUNT] >= end:
+            return PAUSED
+        if state[SIZE] + 8 >= pool.shape[0]:
+            return POOL_EMPTY
+        cell = int(pop(heads, marks, pool, state))
+        if cell < 0 or state[BUCKET] << state[SHIFT] >= state[BEST]:
+            return SETTLED if state[BEST] < UNKNOWN_YET else EXHAUSTED
+        waiting = field[cell]
+        if waiting & 1 == 0:
             continue
+        value = (waiting - base) >> 1
+        row, column = divide(cell, stride)
+        if value + octile(row - target_row, column - target_column, least[0], least[1]) >= state[BEST]:
+            continue
+        field[cell] = waiting - 1
         state[COUNT] += 1
         open_sides = 0
         for move in range(8):
             if open_sides & NEEDS[move] != NEEDS[move]:
                 continue
-            neighbour = cell + offsets[move]
-            old = np.int64(field[neighbour])
-            if old > 0 and move < 4:
-                open_sides |= 1 << move
-            if old <= value:
+            neighbour = cell + DOWN[move] * stride + RIGHT[move]
+            weight = weights[move >> 2, costs[neighbour]]
+            if weight == 0:
                 continue
-            new = value + weights[move >> 2, costs[neighbour]]
-            if new >= old:
+            open_sides |= (1 << move) & 15
+            new = value + weight
+            element = base + (new << 1) + 1
+            if element >= field[neighbour]:
                 continue
-            field[neighbour] = new
-            ahead = estimate(neighbour, target, stride, least[0], least[1])
-            key = ((new + ahead) << TIE_BITS) | min(ahead >> TIE_SHIFT, most_tie)
-            _push(keys, cells, state[SIZE], key, neighbour)
-            state[SIZE] += 1
-    return EXHAUSTED
+            left = octile(row + DOWN[move] - target_row, column + RIGHT[move] - target_column, least[0], least[1])
+            if new + left >= state[BEST]:
+                continue
+            if neighbour == target:
+                state[BEST] = new
+            field[neighbour] = element
+            push(heads, marks, pool, state, neighbour, new + left)
+
+
+@bare
+def walk(
+    field: Ints, costs: Bytes, stride: int, weights: Ints, base: int, cells: Links, count: int, budget: int
+) -> int:
+    """Go on with a path to the goal for up to ``budget`` cells; return how many it has now.
+
+    From each cell it goes to a neighbour of which the cell has its value; straight on where it may, so that of all
+    cheapest paths one with few turns is taken.
+
+    Parameters
+    ----------
+    field, costs, stride, weights, base
+        As in `aim`, which must have settled the first cell of the path.
+    cells : (m, 2) int32 array
+        Row, column on the map; rows up to ``count`` are filled, at least one.
+    count : int
+        Cells so far.
+    budget : int
+        Most cells to add.
+    """
+    row, column = np.int64(cells[count - 1, 0]), np.int64(cells[count - 1, 1])
+    ahead = 0
+    if count > 1:
+        for move in range(8):
+            if DOWN[move] == row - cells[count - 2, 0] and RIGHT[move] == column - cells[count - 2, 1]:
+                ahead = move
+    for _ in range(budget):
+        here = (row + 1) * stride + column + 1
+        value = (field[here] - base) >> 1
+        found = -1
+        for attempt in range(9):
+            move = ahead if attempt == 0 else attempt - 1
+            down, right = DOWN[move] * stride, RIGHT[move]
+            if weights[0, costs[here + down]] == 0 or weights[0, costs[here + right]] == 0:
+                continue
+            below = (field[here + down + right] - base) >> 1
+            if below + weights[move >> 2, costs[here]] == value:
+                found = move
+                break
+        if found < 0:
+            break
+        ahead = found
+        row += DOWN[found]
+        column += RIGHT[found]
+        cells[count, 0] = row
+        cells[count, 1] = column
+        count += 1
+    return count
 
 
 def warm() -> None:
-    """Compile and call each kernel once, for narrow and for wide fields."""
-    weights, least = np.ones((2, 256), np.int64), np.ones(2, np.int64)
-    narrow, wide = np.zeros(12, np.uint32), np.zeros(12, np.int64)
-    narrow[6], wide[6] = UNREACHED, UNREACHED_WIDE
-    for field in (narrow, wide):
-        field[5] = AT_GOAL
-        keys, cells, state = np.zeros(16, np.int64), np.full(16, 5, np.uint32), np.array([1, 0])
-        aim(field, np.zeros(12, np.uint8), 4, weights, least, keys, cells, state, 6, 1 << 31, 9)
+    """Compile and call each kernel once."""
+    field, costs = np.zeros(12, np.int64), np.ones(12, np.uint8)
+    costs[5:7] = 0
+    weights, least = np.zeros((2, 256), np.int64), np.ones(2, np.int64)
+    weights[:, 0] = least
+    state = np.zeros(RING_STATE + EXTRA_STATE, np.int64)
+    state[COUNT] = -1
+    queue = np.zeros(SLOTS, np.int32), np.zeros(MARKS, np.uint64), np.empty((16, 2), np.int32), state
+    aim(field, costs, 4, weights, least, *queue, -100, 5, 6, 9)
+    walk(field, costs, 4, weights, -100, np.array([[0, 1], [0, 0]], np.int32), 1, 1)

@@ -1,0 +1,84 @@
+"""Jump point search on a map that is prepared once."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.planners.fresh_values import FreshValues
+from ppaas.planners.jump_map import JumpMap
+from ppaas.planners.kernels.aiming import PAUSED, POOL_EMPTY, SETTLED
+from ppaas.planners.kernels.jumping import COUNT, EXTRA_STATE, LONGEST, jump, unwind
+from ppaas.planners.prepared import Prepared
+from ppaas.planners.ring import KeyRing
+from ppaas.planners.watch import proceed
+
+SLICE_WORK = 100_000
+"""Looks at words between two checks: some 2 ms."""
+
+FIRST_CELLS = 4096
+"""Cells of a path that there is room for to begin with."""
+
+
+class JumpSearch(Prepared):
+    """Finds cheapest paths by jumps.
+
+    Parameters
+    ----------
+    jump_map : JumpMap
+        Only read.
+    """
+
+    def __init__(self, jump_map: JumpMap) -> None:
+        self._map = jump_map
+        padded = jump_map.padded
+        side = max(padded.shape)
+        self._weights = padded.weights[0].copy()
+        self._nodes = FreshValues((padded.costs.size, 2), padded.dearest_path + 2)
+        # From one cell, in each diagonal direction: two straight jumps a move, its own end; and four straight ones.
+        self._room = 4 * (2 * min(LONGEST, side) + 1) + 4
+        # No jump is longer than the map, nor is the estimate at its other end less by more than the jump weighs.
+        self._ring = KeyRing(2 * side * padded.most, self._room, EXTRA_STATE)
+        self._cells = np.empty((FIRST_CELLS, 2), np.int32)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that it takes beyond the costmap itself, all cells touched."""
+        return self._map.nbytes + self._nodes.values.nbytes + self._ring.nbytes + self._cells.nbytes
+
+    def twin(self) -> "JumpSearch":
+        """Return one for another thread; the map is shared."""
+        return JumpSearch(self._map)
+
+    def path(
+        self, start_row: int, start_column: int, goal_row: int, goal_column: int, check: Callable[[], None] = proceed
+    ) -> NDArray[np.int32]:
+        """Return the (n, 2) cells of a cheapest path; none without a way."""
+        flat = self._map.padded.flat
+        start = flat((start_row, start_column))
+        reached = self._grow(flat((goal_row, goal_column)), start, check)
+        self.expanded = int(self._ring.state[COUNT])
+        return self._unwound(start) if reached else np.empty((0, 2), np.int32)
+
+    def _grow(self, goal: int, target: int, check: Callable[[], None]) -> bool:
+        ring, padded, planes = self._ring, self._map.padded, self._map.planes
+        query = self._map.query(self._nodes.begin(), target)
+        ring.state[COUNT] = -1
+        while True:
+            check()
+            outcome = jump(
+                planes, padded.costs, self._weights, self._nodes.values,
+                ring.heads, ring.marks, ring.pool, ring.state, query, goal, self._room, SLICE_WORK,
+            )  # fmt: skip
+            if outcome == POOL_EMPTY:
+                ring.grow()
+            elif outcome != PAUSED:
+                return bool(outcome == SETTLED)
+
+    def _unwound(self, start: int) -> NDArray[np.int32]:
+        stride = self._map.padded.shape[1]
+        count = unwind(self._nodes.values, stride, start, self._cells)
+        if count > len(self._cells):
+            self._cells = np.empty((2 * count, 2), np.int32)
+            unwind(self._nodes.values, stride, start, self._cells)
+        return self._cells[:count].copy()

@@ -1,0 +1,61 @@
+"""Where a path may go on from a cell that it came to, as a table for the kernel of jump point search.
+
+Directions are 0 to 7: towards higher columns, higher rows, lower columns, lower rows, and the diagonals behind each of
+these: 4 is between 0 and 1, 7 between 3 and 0. A set of them is a number with a bit for each.
+
+A neighbourhood is a number of nine bits, one for each free cell: the row below in the lowest three, by column.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+DOWN = (0, 1, 0, -1, 1, 1, -1, -1)
+RIGHT = (1, 0, -1, 0, 1, -1, -1, 1)
+"""Rows and columns that each direction leads on."""
+
+ANY = 8
+"""In the place of a direction: from wherever, to all free neighbours."""
+
+
+def _free(down: int, right: int) -> NDArray[np.bool_]:
+    """Return for each neighbourhood whether one of its cells is free."""
+    return np.asarray((np.arange(512) >> ((down + 1) * 3 + right + 1)) & 1, np.bool_)
+
+
+def _allowed(direction: int) -> NDArray[np.bool_]:
+    """Return for each neighbourhood whether a move may be made: a diagonal one between two free cells only."""
+    down, right = DOWN[direction], RIGHT[direction]
+    return _free(down, right) & _free(down, 0) & _free(0, right)
+
+
+def _parts(direction: int) -> tuple[int, int]:
+    """Return the two cardinal directions that a diagonal one is between."""
+    return direction - 4, (direction - 3) & 3
+
+
+def _straight(direction: int) -> NDArray[np.bool_]:
+    """Return where to go on after a cardinal move: straight on, and to a side where an obstacle has just ended."""
+    into = np.zeros((8, 512), np.bool_)
+    into[direction] = True
+    for side in ((direction + 1) & 3, (direction - 1) & 3):
+        back = (DOWN[side] - DOWN[direction], RIGHT[side] - RIGHT[direction])
+        ended = _free(DOWN[side], RIGHT[side]) & ~_free(*back)
+        diagonal = next(d for d in range(4, 8) if set(_parts(d)) == {direction, side})
+        into[side] |= ended
+        into[diagonal] |= ended
+    return into
+
+
+def turns() -> NDArray[np.uint8]:
+    """Return the (9, 512) sets of directions to go on in, by direction come from and neighbourhood."""
+    table = np.zeros((9, 512), np.uint8)
+    for came in range(9):
+        into = np.ones((8, 512), np.bool_)
+        if came < 4:
+            into = _straight(came)
+        elif came < ANY:
+            into[:] = False
+            into[[came, *_parts(came)]] = True
+        for direction in range(8):
+            table[came] |= (into[direction] & _allowed(direction)).astype(np.uint8) << np.uint8(direction)
+    return table

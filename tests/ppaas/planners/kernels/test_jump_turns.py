@@ -1,0 +1,41 @@
+"""The table of turns is what the definition of pruned neighbours says."""
+
+import numpy as np
+
+from ppaas.planners.kernels.jump_turns import ANY, DOWN, RIGHT, turns
+from tests.reference import jumps as twin
+
+CELLS = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
+
+
+def neighbourhoods(*free):
+    """Return all in which (0, 0) and these are free."""
+    found = (({cell for bit, cell in enumerate(CELLS) if n >> bit & 1}, n) for n in range(512))
+    return [(cells, number) for cells, number in found if {(0, 0), *free} <= cells]
+
+
+def directions(number):
+    return {(DOWN[d], RIGHT[d]) for d in range(8) if number >> d & 1}
+
+
+def test_after_a_straight_move_all_neighbours_are_kept_that_the_definition_keeps():
+    for came in range(4):
+        parent = (-DOWN[came], -RIGHT[came])
+        for free, number in neighbourhoods(parent):
+            assert directions(turns()[came, number]) == twin.kept_neighbours(free, parent), (came, free)
+
+
+def test_after_a_diagonal_move_all_neighbours_are_kept_that_the_definition_keeps():
+    for came in range(4, 8):
+        down, right = DOWN[came], RIGHT[came]
+        for free, number in neighbourhoods((-down, -right), (-down, 0), (0, -right)):
+            assert directions(turns()[came, number]) == twin.kept_neighbours(free, (-down, -right)), (came, free)
+
+
+def test_from_wherever_all_moves_are_kept_that_cut_no_corner():
+    for free, number in neighbourhoods():
+        assert directions(turns()[ANY, number]) == twin.kept_neighbours(free, None)
+
+
+def test_the_table_is_of_bytes():
+    assert (turns().shape, turns().dtype) == ((9, 512), np.uint8)
