@@ -20,7 +20,7 @@ UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --g
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser test joints schemathesis lint bench lock clean
+.PHONY: help setup demo browser test joints schemathesis lint bench performance lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -59,6 +59,11 @@ bench: $(INSTALLED) ## Measure what a user waits for, and how fast maps are prep
 	@echo "bench: let the machine do nothing else"
 	$(BIN)/ppaas bench service $(BENCH_ARGS)
 	$(BIN)/ppaas bench planning $(BENCH_ARGS)
+
+performance: $(INSTALLED) ## Measure planners, and write what docs/performance.md tells of them
+	@echo "performance: let the machine do nothing else; peers are measured that are installed (the extra bench)"
+	$(BIN)/ppaas bench suite docs/performance.json $(if $(PPAAS_DATA),--data $(PPAAS_DATA)) $(BENCH_ARGS)
+	$(BIN)/ppaas bench report docs/performance.json --write docs/performance.md
 
 lock: $(LOCKED) ## Pin the newest versions that pyproject.toml allows
 	echo "uv" | $(UV_COMPILE) --upgrade --output-file deploy/bootstrap.lock -

@@ -1,12 +1,12 @@
 """``ppaas bench``: what a user waits for, and how fast planners plan, measured."""
 
 import argparse
-import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from robots.commands import bench_planners
+from robots.commands import bench_planners, bench_report
 from robots.commands.session import add_cloud_arguments, token_of
+from robots.commands.table import print_line
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -30,6 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         kind.add_argument("--quick", action="store_true", help="few samples: to see that it runs, not to compare")
         kind.add_argument("--json", action="store_true", help="print the result as one JSON object")
     bench_planners.configure(kinds)
+    bench_report.configure(kinds)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -37,7 +38,8 @@ def run(arguments: argparse.Namespace) -> int:
     from rich.console import Console  # noqa: PLC0415 - a robot's install has neither rich nor the simulation
     from rich.progress import Progress  # noqa: PLC0415
 
-    measure = bench_planners.measure if arguments.what in bench_planners.HELP else _measure_figures
+    verbs = {name: module.measure for module in (bench_planners, bench_report) for name in module.HELP}
+    measure = verbs.get(arguments.what, _measure_figures)
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         print_told = measure(arguments, progress)
@@ -60,9 +62,5 @@ def _measure_figures(arguments: argparse.Namespace, progress: "Progress") -> Cal
         options = service.Options(only, arguments.quick, arguments.url, token)
         figures = uvloop.run(service.measure(options, progress))
     if arguments.json:
-        return lambda: _print_line(to_json(figures))
+        return lambda: print_line(to_json(figures))
     return lambda: show(figures, Console())
-
-
-def _print_line(text: str) -> None:
-    sys.stdout.write(text + "\n")

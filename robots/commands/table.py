@@ -25,13 +25,18 @@ def show(answer: Any, columns: Sequence[str], *, as_json: bool, if_none: str = "
         What people are told where the list is empty.
     """
     if as_json:
-        sys.stdout.write(json.dumps(answer) + "\n")
+        print_line(json.dumps(answer))
         return
     rows = answer if isinstance(answer, list) else [answer]
     if not rows:
         sys.stdout.write(if_none + "\n")
         return
     sys.stdout.writelines(line + "\n" for line in table(rows, columns))
+
+
+def print_line(text: str) -> None:
+    """Print a text as it is, and end its line."""
+    sys.stdout.write(text + "\n")
 
 
 def table(rows: Sequence[dict[str, Any]], columns: Sequence[str]) -> list[str]:

@@ -13,7 +13,7 @@ from robots.plans.plot import FAINT, INK, PAPER, check_picture
 COLOURS = ((23, 95, 214), (205, 38, 74), (20, 140, 85), (214, 137, 16), (122, 66, 190), (90, 98, 110))
 GRID = (228, 231, 235)
 WIDTH, HEIGHT = 900, 560
-LEFT, RIGHT, TOP, BOTTOM = 84, 24, 96, 64
+LEFT, RIGHT, TOP, BOTTOM = 84, 24, 116, 64
 OVERSAMPLING = 2
 
 Colour = tuple[int, int, int]
@@ -102,9 +102,9 @@ def draw(title: str, lines: Sequence[Line], x: Axis, y: Axis) -> Image.Image:
     upward = _Scale.of([point[1] for line in lines for point in line.points], y.logarithmic)
     _text(pen, (LEFT, 16), title, 19)
     _draw_axes(pen, across, upward, x, y)
-    left = float(LEFT)
+    place: Point = LEFT, 52
     for line, colour in zip(lines, COLOURS * len(lines), strict=False):
-        left = _draw_legend(pen, left, line.name, colour)
+        place = _draw_legend(pen, place, line.name, colour)
         _draw_line(pen, [_place(across, upward, point) for point in line.points], colour)
     return sheet.reduce(OVERSAMPLING)
 
@@ -131,11 +131,13 @@ def _draw_line(pen: ImageDraw.ImageDraw, places: Sequence[Point], colour: Colour
         pen.ellipse(box, colour)
 
 
-def _draw_legend(pen: ImageDraw.ImageDraw, left: float, name: str, colour: Colour) -> float:
-    """Draw what a line is called; return where the next one goes."""
-    _stroke(pen, [(left, 54), (left + 20, 54)], colour, 3)
-    _text(pen, (left + 26, 54), name, 13, "lm")
-    return left + 26 + pen.textlength(name, _font(13)) / OVERSAMPLING + 22
+def _draw_legend(pen: ImageDraw.ImageDraw, place: Point, name: str, colour: Colour) -> Point:
+    """Draw what a line is called, on a new line where it does not fit; return where the next one goes."""
+    width = 26 + pen.textlength(name, _font(13)) / OVERSAMPLING
+    left, top = place if place[0] + width <= WIDTH - RIGHT else (LEFT, place[1] + 20)
+    _stroke(pen, [(left, top), (left + 20, top)], colour, 3)
+    _text(pen, (left + 26, top), name, 13, "lm")
+    return left + width + 22, top
 
 
 def _place(across: _Scale, upward: _Scale, point: Point) -> Point:

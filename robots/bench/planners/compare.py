@@ -15,7 +15,7 @@ from robots.bench.planners import scenario
 from robots.bench.planners.field import farthest, grow
 from robots.bench.planners.grids import Grid, goal_in
 from robots.bench.planners.peers import FIELDS, PATHS, Peer, Problem
-from robots.bench.planners.timing import cpus, least, timed
+from robots.bench.planners.timing import cpus, least
 
 OURS = ("dijkstra", "astar", "jps", "hub_labels")
 """Planners asked for one long path, of those that are installed."""
@@ -114,7 +114,7 @@ def _our_fields(problem: Problem, threads: Sequence[int]) -> list[Row]:
 
 
 def _field_row(peer: Peer, problem: Problem, exact: NDArray[np.float64]) -> Row:
-    prepare_seconds, call = timed(lambda: peer.call(problem))
+    prepare_seconds, call = peer.call(problem)
     seconds, found = least(call, BUDGET)
     field = peer.told(found, problem)
     ours, theirs = np.isfinite(exact), np.isfinite(field)
@@ -147,7 +147,7 @@ def _our_paths(problem: Problem, cheapest: float) -> list[Row]:
 
 
 def _path_row(peer: Peer, problem: Problem, cheapest: float) -> Row:
-    prepare_seconds, call = timed(lambda: peer.call(problem))
+    prepare_seconds, call = peer.call(problem)
     seconds, found = least(call, BUDGET)
     row = {**_who(peer), "seconds": seconds, "prepare_seconds": prepare_seconds}
     return {**row, **_judged(problem, peer.told(found, problem), cheapest)}

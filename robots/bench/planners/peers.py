@@ -17,6 +17,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.planners.ends import Cell
 from ppaas.planners.weights import exact_weights, passable
 from robots.bench.planners.graph import digraph_of, graph_of
+from robots.bench.planners.timing import timed
 
 Field = NDArray[np.float64]
 Cells = NDArray[np.integer]
@@ -89,9 +90,10 @@ class Peer:
         """Tell whether it can be asked about a grid of so many cells."""
         return self.most is None or cells <= self.most
 
-    def call(self, problem: Problem) -> Callable[[], Any]:
-        """Return the call that is timed."""
-        return self.prepare(import_module(self.module), problem)
+    def call(self, problem: Problem) -> tuple[float, Callable[[], Any]]:
+        """Return the call that is to be timed, and the seconds that it took to make for it what it takes."""
+        module = import_module(self.module)
+        return timed(lambda: self.prepare(module, problem))
 
 
 # -- fields ------------------------------------------------------------------------------------------------------------

@@ -48,7 +48,7 @@ def compare_rows(told: dict[str, Any]) -> list[Row]:
                     "× ours": f"{one['ratio']:.3g}",
                     "ns a cell": f"{one['ns_per_cell']:.3g}" if "ns_per_cell" in one else "",
                     "prepared, ms": _ms(one["prepare_seconds"]) if one["prepare_seconds"] else "",
-                    "off": f"{100.0 * one['off']:.2f} %",
+                    "off": f"{round(100.0 * one['off'], 2) + 0.0:.2f} %",
                     "for a robot": _walkable(one),
                     "solves": one["solves"],
                 }
