@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from ppaas.planners.kernels.heap import drop, put
 from ppaas.planners.kernels.line_of_sight import HAIR, HIDDEN, weigh
-from ppaas.planners.kernels.propagation import EXHAUSTED, NEEDS, PAUSED, SETTLED
+from ppaas.planners.kernels.moves import EXHAUSTED, NEEDS, PAUSED, SETTLED
 
 Int = int | np.signedinteger[Any]
 Ints = NDArray[np.int64]
@@ -33,6 +33,9 @@ Bytes = NDArray[np.uint8]
 
 UNSEEN, GUESSED, KNOWN, DONE = range(4)
 """What is known of a cell: nothing, a cost that may be too low, a cost, and that it was worked off."""
+
+SPAN = 128
+"""To weigh a line of as many cells takes about as long as to work off one."""
 
 STATE_SIZE = 2
 SIZE, COUNT = range(STATE_SIZE)
@@ -57,12 +60,15 @@ def _distance(cell: Int, row: Int, column: Int, stride: Int) -> float:
 def _reveal(
     costs: Bytes, stride: Int, weights: Ints, offsets: Ints, value: NDArray[np.float64], parent: NDArray[np.int32],
     status: Bytes, cell: Int,
-) -> None:  # fmt: skip
-    """Give a guessed cell the least that it costs from its parent or from a neighbour that was worked off."""
+) -> int:  # fmt: skip
+    """Give a guessed cell the least that it costs from its parent or from a neighbour that was worked off.
+
+    Returns how many rows and columns the line to its parent leads over.
+    """
     begin = np.int64(parent[cell])
-    row, column = cell // stride, cell % stride
+    down, right = cell // stride - begin // stride, cell % stride - begin % stride
     best, best_parent = np.inf, begin
-    line = weigh(costs, stride, weights, begin, row - begin // stride, column - begin % stride)
+    line = weigh(costs, stride, weights, begin, down, right)
     if line != HIDDEN:
         best = value[begin] + line
     weight = weights[costs[cell]]
@@ -83,6 +89,7 @@ def _reveal(
         if reached < best * (1.0 - HAIR):
             best, best_parent = reached, neighbour
     value[cell], parent[cell], status[cell] = best, best_parent, KNOWN
+    return int(abs(down) + abs(right))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -118,21 +125,22 @@ def find(
     target : int
         Cell to reach.
     budget : int
-        Cells to take from the heap before it pauses.
+        Cells to take from the heap before it pauses; `SPAN` cells on a line count as one more.
 
     Returns
     -------
     int
-        EXHAUSTED, SETTLED or PAUSED, as in propagation.
+        EXHAUSTED, SETTLED or PAUSED.
     """
     target_row, target_column = target // stride, target % stride
-    for _ in range(budget):
+    while budget > 0:
+        budget -= 1
         if state[SIZE] == 0:
             return EXHAUSTED
         cell = np.int64(cells[1])
         if status[cell] == GUESSED:
             guess = value[cell]
-            _reveal(costs, stride, weights, offsets, value, parent, status, cell)
+            budget -= _reveal(costs, stride, weights, offsets, value, parent, status, cell) // SPAN
             if value[cell] > guess * (1.0 + HAIR):
                 ahead = max(least * _distance(cell, target_row, target_column, stride), LEAN * toward[cell])
                 put(keys, cells, places, state[SIZE], cell, value[cell] + ahead, ahead)

@@ -40,7 +40,7 @@ def assert_free_chain(costs, cells, allow_unknown=True):
             assert math.isfinite(moves.weight(int(costs[cell]), allow_unknown))
 
 
-@given(grids.cost_arrays(7), st.data(), st.booleans())
+@given(grids.cost_arrays(6), st.data(), st.booleans())
 @settings(deadline=None, max_examples=80)
 def test_a_path_is_free_and_never_cheaper_than_the_best_of_all_lines(costs, data, allow_unknown):
     start, goal = free_ends(costs, data, allow_unknown)
@@ -100,7 +100,7 @@ def test_where_all_cells_weigh_the_same_it_is_never_longer_than_the_shortest_pat
 def test_on_small_maps_it_is_near_the_best_of_all_lines(graded, most):
     rng = np.random.default_rng(2)
     ratios = []
-    while len(ratios) < 60:
+    while len(ratios) < 40:
         costs = rng.integers(0, 253 if graded else 1, (8, 8)).astype(np.uint8)
         costs[rng.random(costs.shape) < 0.2] = 254
         start, goal = (tuple(cell) for cell in rng.permutation(np.argwhere(costs < 253))[:2].tolist())
@@ -158,10 +158,10 @@ def test_a_start_that_is_the_goal_is_a_path_of_one_cell_that_costs_nothing():
     assert (result.cost, result.length, len(result.poses)) == (0.0, 0.0, 1)
 
 
-def test_a_row_of_32768_cells_is_one_line():
-    result = plan(grids.of(np.full((1, 32_768), 252, np.uint8)), (0, 32_767), (0, 0))
-    assert result.cells[:, 1].tolist() == list(range(32_767, -1, -1))
-    assert result.cost == pytest.approx(32_767 * 251.6)
+def test_a_row_of_8192_cells_is_one_line():
+    result = plan(grids.of(np.full((1, 8_192), 252, np.uint8)), (0, 8_191), (0, 0))
+    assert result.cells[:, 1].tolist() == list(range(8_191, -1, -1))
+    assert result.cost == pytest.approx(8_191 * 251.6)
 
 
 def test_the_poses_run_from_the_start_asked_for_to_the_goal_asked_for():
