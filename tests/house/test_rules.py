@@ -48,6 +48,12 @@ def test_only_the_clock_imports_time():
     assert rules.io_imports(Source.of("ppaas/clock.py", "import time")) == []
 
 
+def test_only_those_who_plan_many_paths_at_a_time_begin_threads():
+    text = "from concurrent.futures import ThreadPoolExecutor"
+    assert rules.io_imports(Source.of("ppaas/planners/workers.py", text)) == []
+    assert rules.io_imports(Source.of("ppaas/planners/workers.py", "import threading"))
+
+
 def test_a_kernel_may_be_twice_as_long():
     text = "def f():\n" + "    x = 0\n" * 70
     assert rules.long_functions(Source.of("ppaas/planners/kernels/grid.py", text)) == []
