@@ -1,0 +1,120 @@
+"""The graph of the corners of a map, and its contraction."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.contraction import (
+    CONTRACTED,
+    EDGES,
+    QUEUED,
+    ROOM,
+    SETTLED,
+    contract,
+    link_edges,
+)
+from ppaas.planners.hub_labels.kernels.scan import Integers, scan_corners
+from ppaas.planners.hub_labels.kernels.terrain import BLOCK, empty_terrain, lay, number_corners
+
+CELLS_A_SLICE = 1 << 19
+CORNERS_A_SLICE = 1 << 11
+WORK_A_SLICE = 1 << 17
+"""How much is done between two calls of ``check``: about two milliseconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """A map as lines of bits, and the places of its corners.
+
+    Parameters
+    ----------
+    terrain : int64 array
+        As `kernels.terrain` has it.
+    places : (n, 2) int32 array
+        Row and column, with the margin.
+    """
+
+    terrain: Words
+    places: Integers
+
+
+@dataclass(frozen=True, slots=True)
+class Graph:
+    """Which corners see each other: those that corner i sees are ``to[starts[i]:starts[i + 1]]``, so far away."""
+
+    starts: Words
+    to: Integers
+    lengths: Integers
+
+
+@dataclass(frozen=True, slots=True)
+class Contracted:
+    """A contracted graph: linked lists of edges, as `kernels.contraction` has them, and the nodes in their order."""
+
+    head: Integers
+    after: Integers
+    edges: Integers
+    levels: Integers
+    order: Integers
+
+
+def lay_ground(free: NDArray[np.bool_], *, threads: int, check: Callable[[], None]) -> Ground:
+    """Lay out the free cells of a map, (height, width)."""
+    padded = np.pad(free, 1).view(np.uint8)
+    rows, columns = padded.shape
+    terrain = empty_terrain(rows, columns)
+    slice_rows = max(BLOCK * threads, CELLS_A_SLICE // columns // BLOCK * BLOCK)
+    for first in range(0, rows, slice_rows):
+        check()
+        lay(padded, terrain, first, min(first + slice_rows, rows), threads)
+    check()
+    places = np.empty((number_corners(terrain, np.empty((0, 2), np.int32)), 2), np.int32)
+    number_corners(terrain, places)
+    return Ground(terrain, places)
+
+
+def link_corners(ground: Ground, *, threads: int, check: Callable[[], None]) -> Graph:
+    """Find which corners see each other."""
+    corners = len(ground.places)
+    starts, nothing = np.zeros(corners + 1, np.int64), np.empty(0, np.int32)
+
+    def scan_all(to: Integers, lengths: Integers) -> None:
+        for first in range(0, corners, CORNERS_A_SLICE):
+            check()
+            last = min(first + CORNERS_A_SLICE, corners)
+            scan_corners(ground.terrain, ground.places, first, last, starts, to, lengths, threads)
+
+    scan_all(nothing, nothing)
+    np.cumsum(starts, out=starts)
+    to, lengths = np.empty(starts[-1], np.int32), np.empty(starts[-1], np.int32)
+    if len(to):
+        scan_all(to, lengths)
+    return Graph(starts, to, lengths)
+
+
+def contract_graph(graph: Graph, *, check: Callable[[], None]) -> Contracted:
+    """Contract all nodes but those of the core."""
+    nodes = len(graph.starts) - 1
+    room = len(graph.to) + len(graph.to) // 2 + 2 * ROOM
+    head, (degrees, levels, order) = np.full(nodes, -1, np.int32), np.zeros((3, nodes), np.int32)
+    after, edges = np.empty(room, np.int32), np.empty((room, 5), np.int32)
+    counts = np.zeros(5, np.int64)
+    check()
+    link_edges(graph.starts, graph.to, graph.lengths, head, after, edges, degrees, counts)
+    queue, lengths = np.arange(nodes), np.zeros(nodes, np.int64)
+    queued, heap = np.ones(nodes, np.bool_), np.empty(SETTLED * 256, np.int64)
+    counts[QUEUED] = nodes
+    while True:
+        check()
+        if contract(
+            head, after, edges, degrees, levels, order, queued, queue, lengths, heap, counts, WORK_A_SLICE
+        ):  # fmt: skip
+            break
+        if counts[EDGES] + ROOM > len(after):
+            after = np.resize(after, 2 * len(after))
+            edges = np.resize(edges, (2 * len(edges), 5))
+    used = counts[EDGES]
+    return Contracted(head, after[:used], edges[:used], levels, order[: counts[CONTRACTED]])

@@ -1,0 +1,86 @@
+"""How important each corner is: those that were contracted as they were, the core by the ways that it covers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.planners.hub_labels.graph import WORK_A_SLICE, Contracted
+from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.coverage import cover
+from ppaas.planners.hub_labels.kernels.graphs import rank_edges
+from ppaas.planners.hub_labels.kernels.scan import Integers
+from ppaas.planners.hub_labels.kernels.trees import TREE, grow
+
+MOST_TREES = 800
+MOST_TREE_NODES = 1 << 23
+"""Trees that are grown to learn which ways are shortest, and how many nodes all of them may have."""
+
+
+@dataclass(frozen=True, slots=True)
+class Edges:
+    """Edges in rows: those of node i are from ``starts[i]`` on; where each leads, how long it is, and its number."""
+
+    starts: Words
+    to: Integers
+    lengths: Integers
+    ids: Integers
+
+
+@dataclass(frozen=True, slots=True)
+class Trees:
+    """Trees of shortest ways, a row each: the parent of each node, its size, its first child and its next sibling."""
+
+    parents: Integers
+    sizes: Integers
+    firsts: Integers
+    nexts: Integers
+
+
+def edges_of(contracted: Contracted, nodes: Integers, ranks: Integers) -> Edges:
+    """Return the edges of some nodes in rows, nodes numbered by ``ranks``."""
+    starts, nothing = np.zeros(len(nodes) + 1, np.int64), np.empty(0, np.int32)
+    graph = contracted.head, contracted.after, contracted.edges
+    rank_edges(nodes, ranks, *graph, starts, nothing, nothing, nothing)
+    to, lengths, ids = np.empty((3, starts[-1]), np.int32)
+    if len(to):
+        rank_edges(nodes, ranks, *graph, starts, to, lengths, ids)
+    return Edges(starts, to, lengths, ids)
+
+
+def grow_trees(
+    edges: Edges, roots: Integers, *, sizes: bool, slots: int, threads: int, check: Callable[[], None]
+) -> tuple[Trees, Integers]:
+    """Grow a tree of shortest ways from each root; with the lengths to the last root of each slot, (slots, n)."""
+    nodes, rows = len(edges.starts) - 1, len(roots)
+    states = np.column_stack((np.arange(slots), np.zeros(slots, np.int64), np.full(slots, -1)))
+    lengths, settled = np.empty((2, slots, nodes), np.int32)
+    heaps = np.empty((slots, len(edges.to) + 1), np.int64)
+    parents = np.empty((rows, nodes), np.int32)
+    below = np.empty((3, rows if sizes else 0, nodes), np.int32)
+    while (states[:, TREE] < rows).any():
+        check()
+        grow(
+            edges.starts, edges.to, edges.lengths, roots, states, lengths, heaps, settled,
+            parents, below[0], below[1], below[2], WORK_A_SLICE, threads,
+        )  # fmt: skip
+    return Trees(parents, below[0], below[1], below[2]), lengths
+
+
+def order_core(edges: Edges, *, threads: int, check: Callable[[], None]) -> NDArray[np.int32]:
+    """Return the nodes of the core, the most important first."""
+    nodes = len(edges.starts) - 1
+    if nodes < 2:
+        return np.arange(nodes, dtype=np.int32)
+    count = min(nodes, MOST_TREES, max(16, MOST_TREE_NODES // nodes))
+    roots = np.random.default_rng(nodes).permutation(nodes)[:count].astype(np.int32)
+    trees, _ = grow_trees(edges, roots, sizes=True, slots=max(1, threads), threads=threads, check=check)
+    totals = trees.sizes.sum(axis=0, dtype=np.int64)
+    order, done = np.empty(nodes, np.int32), 0
+    while done < nodes:
+        check()
+        done = cover(
+            trees.parents, trees.sizes, trees.firsts, trees.nexts, totals, order, done, WORK_A_SLICE
+        )  # fmt: skip
+    return order

@@ -1,0 +1,48 @@
+"""The index of a map: one array, from which shortest paths are read."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.layout import CORNERS, MOST_SEEN
+from ppaas.planners.hub_labels.kernels.query import EXPANDED, find_path, scratch_size
+from ppaas.planners.hub_labels.kernels.trees import FAR
+from ppaas.planners.prepared import Prepared
+from ppaas.planners.watch import proceed
+
+
+class HubIndex(Prepared):
+    """An index, and what its queries write to.
+
+    Parameters
+    ----------
+    words : int64 array
+        The index, as `kernels.layout` has it; nobody can write to it.
+    """
+
+    def __init__(self, words: Words) -> None:
+        self.words = words
+        self._scratch = np.full(scratch_size(int(words[CORNERS]), int(words[MOST_SEEN])), FAR, np.int32)
+        self._scratch[EXPANDED] = 0
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the index, which all who use it share."""
+        return self.words.nbytes
+
+    @property
+    def expanded(self) -> int:  # type: ignore[override]  # counted by the kernel, read only when asked for
+        """Entries of labels that the last query looked at."""
+        return int(self._scratch[EXPANDED])
+
+    def path(
+        self, start_row: int, start_column: int, goal_row: int, goal_column: int, check: Callable[[], None] = proceed
+    ) -> NDArray[np.int32]:
+        """Return the (n, 2) cells of a shortest path; none without a way, or with an end that is not free."""
+        return find_path(self.words, self._scratch, start_row, start_column, goal_row, goal_column)
+
+    def twin(self) -> "HubIndex":
+        """Return one for another thread."""
+        return HubIndex(self.words)

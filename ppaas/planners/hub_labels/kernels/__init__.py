@@ -1,0 +1,1 @@
+"""Inner loops of building, asking and mending the index, compiled by numba."""

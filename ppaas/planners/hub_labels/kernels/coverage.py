@@ -1,0 +1,84 @@
+"""Kernel: order nodes by how many shortest ways of a sample lead through them, ways through nodes before not counted.
+
+Source: Delling, Goldberg, Pajor and Werneck, "Robust Distance Queries on Massive Networks", ESA 2014.
+"""
+
+import numpy as np
+from numba import njit
+
+from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.scan import Integers
+from ppaas.planners.hub_labels.kernels.trees import Rows
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _uncover(
+    node: int, tree: int, parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows, totals: Words, stack: Integers
+) -> int:
+    """Take out of a tree all ways that lead through a node, and return how many nodes were touched."""
+    size = sizes[tree, node]
+    touched = 0
+    above = parents[tree, node]
+    while above >= 0 and sizes[tree, above] > 0:
+        sizes[tree, above] -= size
+        totals[above] -= size
+        above = parents[tree, above]
+        touched += 1
+    stack[0] = node
+    depth = 1
+    while depth > 0:
+        depth -= 1
+        here = stack[depth]
+        totals[here] -= sizes[tree, here]
+        sizes[tree, here] = 0
+        touched += 1
+        child = firsts[tree, here]
+        while child >= 0:
+            if sizes[tree, child] > 0:
+                stack[depth] = child
+                depth += 1
+            child = nexts[tree, child]
+    return touched
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cover(
+    parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows, totals: Words, order: Integers, done: int, budget: int
+) -> int:
+    """Choose nodes until so many were touched or all are chosen, and return how many are chosen.
+
+    Parameters
+    ----------
+    parents, sizes, firsts, nexts : (k, n) int32 arrays
+        Trees of shortest ways. Of ``sizes`` only the ways that are left.
+    totals : (n,) int64 array
+        The sum of ``sizes`` over all trees; −1 for a node that was chosen.
+    order : (n,) int32 array
+        Out: the nodes, the one on the most ways first.
+    done : int
+        How many were chosen before.
+    budget : int
+    """
+    stack = np.empty(len(totals), np.int32)
+    work = 0
+    while done < len(totals) and work < budget:
+        best = 0
+        for node in range(len(totals)):
+            if totals[node] > totals[best]:
+                best = node
+        work += len(totals) >> 2
+        order[done] = best
+        done += 1
+        if totals[best] > 0:
+            for tree in range(len(parents)):
+                work += 1
+                if sizes[tree, best] > 0:
+                    work += _uncover(best, tree, parents, sizes, firsts, nexts, totals, stack)
+        totals[best] = -1
+    return done
+
+
+def warm() -> None:
+    """Compile and call each kernel once."""
+    rows = np.zeros((1, 1), np.int32)
+    cover(rows, rows, rows, rows, np.zeros(1, np.int64), rows[0], 0, 1)

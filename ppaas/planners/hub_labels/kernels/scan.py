@@ -1,0 +1,202 @@
+"""Kernel: which corners can be seen from a cell, so that no other corner is on a shortest way there.
+
+Two cells see each other if all shortest ways between them that an empty map would have are free: they fill a
+parallelogram with one side along a row or column and one along a diagonal, in which there is neither a wall nor a
+corner. Along the diagonal, a ray is sent at each cell along the row and one along the column; what a ray meets bounds
+all rays after it (Uras, Koenig and Hernández 2013, "direct-h-reachable").
+"""
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from ppaas.planners.hub_labels.kernels.bits import Words, above_highest, down, is_set, lowest, up
+from ppaas.planners.hub_labels.kernels.terrain import (
+    COLUMNS,
+    ROWS,
+    column_line,
+    diagonal_line,
+    empty_terrain,
+    number_of,
+    row_line,
+)
+from ppaas.planners.kernels.threads import at_most
+
+Integers = NDArray[np.int32]
+
+STRAIGHT = 5741
+DIAGONAL = 8119
+"""A step's length in whole numbers: 8119/5741 is √2 but for 1.1e-8. So of two ways that differ by fewer than 5741
+diagonal steps the shorter one is shorter in whole numbers too, and a way found is never longer than a shortest one by
+more than 1.1e-8 a diagonal step."""
+
+CLUMP = 256
+"""Corners that are scanned at a time."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _ray(words: Words, line: int, stride: int, at: int, way: int, most: int) -> int:
+    """Return −j if the ray meets a corner at its cell j, else how many free cells come before a wall, or ``most``."""
+    if most == 0:
+        return 0
+    bit = at + way
+    word = line + (bit >> 6) * stride
+    passed = 0
+    if way > 0:
+        rest = (np.uint64(words[word]) | np.uint64(words[word + 1])) >> np.uint64(bit & 63)
+        if rest == 0:
+            passed = 64 - (bit & 63)
+    else:
+        rest = (np.uint64(words[word]) | np.uint64(words[word + 1])) << np.uint64(63 - (bit & 63))
+        if rest == 0:
+            passed = (bit & 63) + 1
+    while rest == 0:
+        if passed >= most:
+            return most
+        word += way * stride
+        rest = np.uint64(words[word]) | np.uint64(words[word + 1])
+        if rest == 0:
+            passed += 64
+    free = passed + (lowest(rest) if way > 0 else above_highest(rest))
+    if free >= most:
+        return most
+    return -free - 1 if is_set(words, line + 1, stride, bit + way * free) else free
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def diagonal_steps(terrain: Words, row: int, column: int, below: int, right: int, most: int) -> int:
+    """Return how many steps, up to ``most``, can be made along a diagonal; ``below`` and ``right`` are ±1."""
+    if below > 0:
+        return up(terrain, diagonal_line(terrain, row, column, right), 2, row, most)
+    return down(terrain, diagonal_line(terrain, row, column, -right), 2, row - 1, most)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sector(
+    terrain: Words, row: int, column: int, below: int, right: int, most_across: int, most_along: int,
+    seen: Integers, lengths: Integers, found: int,
+) -> int:  # fmt: skip
+    most = diagonal_steps(terrain, row, column, below, right, terrain[ROWS])
+    line = diagonal_line(terrain, row, column, below * right) + 1
+    steps = up(terrain, line, 2, row + 1, most) if below > 0 else down(terrain, line, 2, row - 1, most)
+    if steps < most:
+        seen[found] = number_of(terrain, row + (steps + 1) * below, column + (steps + 1) * right)
+        lengths[found] = (steps + 1) * DIAGONAL
+        found += 1
+    for step in range(1, steps + 1):
+        if most_across == 0 and most_along == 0:
+            break
+        r, c = row + step * below, column + step * right
+        free = _ray(terrain, row_line(terrain, r), 3, c, right, most_across)
+        if free < 0:
+            seen[found] = number_of(terrain, r, c - free * right)
+            lengths[found] = step * DIAGONAL - free * STRAIGHT
+            found += 1
+            free = -free - 1
+        most_across = free
+        free = _ray(terrain, column_line(terrain, c), 2, r, below, most_along)
+        if free < 0:
+            seen[found] = number_of(terrain, r - free * below, c)
+            lengths[found] = step * DIAGONAL - free * STRAIGHT
+            found += 1
+            free = -free - 1
+        most_along = free
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def scan(terrain: Words, row: int, column: int, seen: Integers, lengths: Integers) -> int:
+    """Find the corners that a free cell sees, without itself, and return how many there are.
+
+    Parameters
+    ----------
+    terrain : int64 array
+    row, column : int
+        With the margin.
+    seen, lengths : (at least `most_seen`,) int32 arrays
+        Out: numbers of the corners, and how long the ways there are.
+    """
+    found = 0
+    reach = np.empty(4, np.int64)
+    for side in range(4):
+        way = 1 - 2 * (side & 1)
+        if side < 2:
+            free = _ray(terrain, row_line(terrain, row), 3, column, way, terrain[COLUMNS])
+        else:
+            free = _ray(terrain, column_line(terrain, column), 2, row, way, terrain[ROWS])
+        if free < 0:
+            r, c = (row, column - free * way) if side < 2 else (row - free * way, column)
+            seen[found] = number_of(terrain, r, c)
+            lengths[found] = -free * STRAIGHT
+            found += 1
+            free = -free - 1
+        reach[side] = free
+    for side in range(4):
+        right, below = 1 - 2 * (side & 1), 1 - (side & 2)
+        across, along = reach[side & 1], reach[2 + (side >> 1)]
+        found = _sector(terrain, row, column, below, right, across, along, seen, lengths, found)
+    return found
+
+
+def most_seen(rows: int, columns: int, corners: int) -> int:
+    """Return how many corners a cell can see at most."""
+    return min(corners, 4 + 4 * (1 + 2 * min(rows, columns))) + 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _scan_some(
+    terrain: Words, places: Integers, most: int, first: int, last: int,
+    starts: Words, to: Integers, lengths: Integers,
+) -> None:  # fmt: skip
+    seen, far = np.empty(most, np.int32), np.empty(most, np.int32)
+    for corner in range(first, last):
+        found = scan(terrain, places[corner, 0], places[corner, 1], seen, far)
+        if len(to) == 0:
+            starts[corner + 1] = found
+        else:
+            begin = starts[corner]
+            for i in range(found):
+                to[begin + i] = seen[i]
+                lengths[begin + i] = far[i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+def _scan_clumps(
+    terrain: Words, places: Integers, most: int, first: int, last: int,
+    starts: Words, to: Integers, lengths: Integers,
+) -> None:  # fmt: skip
+    for clump in prange((last - first + CLUMP - 1) // CLUMP):
+        begin = first + clump * CLUMP
+        _scan_some(terrain, places, most, begin, min(begin + CLUMP, last), starts, to, lengths)
+
+
+def scan_corners(
+    terrain: Words, places: Integers, first: int, last: int,
+    starts: Words, to: Integers, lengths: Integers, threads: int,
+) -> None:  # fmt: skip
+    """Find what the corners ``first`` to ``last`` see, on at most so many threads.
+
+    Parameters
+    ----------
+    terrain : int64 array
+    places : (n, 2) int32 array
+    first, last : int
+    starts : (n + 1,) int64 array
+        Where the corners that a corner sees begin; out, if ``to`` is empty: at ``corner + 1``, how many it sees.
+    to, lengths : (m,) int32 arrays
+        Out: which, and how far. Or both empty: they are only counted.
+    threads : int
+    """
+    most = most_seen(int(terrain[ROWS]), int(terrain[COLUMNS]), len(places))
+    with at_most(threads) as usable:
+        kernel = _scan_clumps if usable > 1 else _scan_some
+        kernel(terrain, places, most, first, last, starts, to, lengths)
+
+
+def warm() -> None:
+    """Compile and call each kernel once."""
+    for threads in (1, 2):
+        nothing = np.empty(0, np.int32)
+        scan_corners(
+            empty_terrain(3, 3), np.empty((0, 2), np.int32), 0, 0, np.zeros(1, np.int64), nothing, nothing, threads
+        )

@@ -1,0 +1,156 @@
+"""The labels of all corners, in the order of their importance."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ppaas.errors import InvalidPlanner
+from ppaas.planners.hub_labels.graph import WORK_A_SLICE, Contracted
+from ppaas.planners.hub_labels.importance import Edges, edges_of, order_core
+from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.core_labels import POOL, QUEUED, TOO_LONG, label_core
+from ppaas.planners.hub_labels.kernels.merging import merge
+from ppaas.planners.hub_labels.kernels.scan import STRAIGHT, Integers
+from ppaas.planners.hub_labels.kernels.trees import FAR
+
+WINDOW = 1 << 16
+"""Entries of the pool that a slot is given at a time, at least."""
+
+
+class Pool:
+    """Labels, by the rank of their node.
+
+    Attributes
+    ----------
+    ranks : (n,) int32 array
+        How important each corner is; 0 the most.
+    hubs, lengths, towards : (m,) int32 arrays
+        The entries: hub, how far it is, and the edge towards it.
+    begins, ends : (n,) int64 array
+        Where the label of a rank lies.
+    """
+
+    def __init__(self, ranks: Integers) -> None:
+        nodes = len(ranks)
+        room = 16 * nodes + WINDOW
+        self.ranks = ranks
+        self.hubs, self.lengths, self.towards = (np.empty(room, np.int32) for _ in range(3))
+        self.begins, self.ends = np.zeros((2, nodes), np.int64)
+        self.used = 0
+
+    @property
+    def room(self) -> int:
+        """Return for how many entries there is room."""
+        return len(self.hubs)
+
+    def extend(self, room: int) -> None:
+        """Make room for so many more entries at the end."""
+        more = np.empty(room, np.int32)
+        self.hubs, self.lengths, self.towards = (
+            np.concatenate((each, more)) for each in (self.hubs, self.lengths, self.towards)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Ranked:
+    nodes: Integers
+    ranks: Integers
+    core: int
+
+
+def label(contracted: Contracted, *, longest: int, threads: int, check: Callable[[], None]) -> Pool:
+    """Order the nodes of a contracted graph and label them.
+
+    Raises
+    ------
+    InvalidPlanner
+        A way between two corners is longer than ``longest``.
+    """
+    ranked = _rank(contracted, threads=threads, check=check)
+    edges = edges_of(contracted, ranked.nodes, ranked.ranks)
+    pool = Pool(ranked.ranks)
+    _label_core(pool, edges, ranked.core, longest, check)
+    levels = contracted.levels[ranked.nodes]
+    _label_rest(pool, edges, levels, ranked.core, longest=longest, threads=threads, check=check)
+    return pool
+
+
+def _rank(contracted: Contracted, *, threads: int, check: Callable[[], None]) -> _Ranked:
+    ranks = np.full(len(contracted.head), -1, np.int32)
+    ranks[contracted.order] = np.arange(len(ranks) - 1, len(ranks) - 1 - len(contracted.order), -1)
+    core = np.flatnonzero(ranks < 0).astype(np.int32)
+    ranks[core] = np.arange(len(core))
+    order = order_core(edges_of(contracted, core, ranks), threads=threads, check=check)
+    nodes = np.concatenate((core[order], contracted.order[::-1]))
+    ranks[nodes] = np.arange(len(nodes))
+    return _Ranked(nodes, ranks, len(core))
+
+
+def _label_core(pool: Pool, edges: Edges, core: int, longest: int, check: Callable[[], None]) -> None:
+    reach, of_root = np.full((2, core), FAR, np.int32)
+    rooms, came, touched = np.zeros((3, core), np.int32)
+    heap = np.empty(edges.starts[core] + 1, np.int64)
+    state = np.zeros(6, np.int64)
+    state[QUEUED] = -1
+    while True:
+        check()
+        before = state.copy()
+        done = label_core(
+            core, edges.starts, edges.to, edges.lengths, edges.ids,
+                pool.hubs, pool.lengths, pool.towards,
+            pool.begins, pool.ends, rooms,
+            reach, came, of_root, touched, heap, state, longest, WORK_A_SLICE,
+        )  # fmt: skip
+        if state[TOO_LONG]:
+            raise _too_long(longest)
+        if done:
+            break
+        if (state == before).all():
+            pool.extend(pool.room)
+    pool.used = int(state[POOL])
+
+
+def _label_rest(
+    pool: Pool, edges: Edges, levels: Integers, core: int, *, longest: int, threads: int,
+    check: Callable[[], None],
+) -> None:  # fmt: skip
+    nodes, slots = len(pool.ranks), max(1, threads)
+    reach, came = np.full((2, slots, nodes), FAR, np.int32)
+    marks = np.zeros((slots, (nodes + 63) // 64), np.int64)
+    rest = np.arange(core, nodes, dtype=np.int32)[np.argsort(-levels[core:], kind="stable")]
+    windows = np.zeros((slots, 4), np.int64)
+    for level in np.split(rest, np.flatnonzero(np.diff(levels[rest])) + 1):
+        windows[:, 0] = np.arange(slots)
+        while (windows[:, 0] < len(level)).any():
+            check()
+            before = windows[:, 0].copy()
+            merge(
+                level, edges.starts, edges.to, edges.lengths, edges.ids,
+                pool.hubs, pool.lengths, pool.towards, pool.begins, pool.ends,
+                reach, came, marks, windows, longest, WORK_A_SLICE, threads,
+            )  # fmt: skip
+            if windows[:, 3].any():
+                raise _too_long(longest)
+            for slot in np.flatnonzero((windows[:, 0] == before) & (before < len(level))):
+                _open_window(pool, windows[slot], _most_entries(pool, edges, int(level[windows[slot, 0]])))
+
+
+def _most_entries(pool: Pool, edges: Edges, node: int) -> int:
+    above = edges.to[edges.starts[node] : edges.starts[node + 1]]
+    return int((pool.ends[above] - pool.begins[above]).sum()) + 1
+
+
+def _open_window(pool: Pool, window: Words, least: int) -> None:
+    size = max(WINDOW, 2 * least, pool.used // 8)
+    if pool.used + size > pool.room:
+        pool.extend(max(size, pool.room // 2))
+    window[1:3] = pool.used, pool.used + size
+    pool.used += size
+
+
+def _too_long(longest: int) -> InvalidPlanner:
+    return InvalidPlanner(
+        f"a way on the map is longer than {longest // STRAIGHT} cells, too long for an index of hub labels; "
+        "choose another planner"
+    )

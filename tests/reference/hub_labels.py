@@ -1,0 +1,97 @@
+"""Slow, obvious twins of the kernels of hub labels: corners, which a cell sees, and lengths of shortest ways."""
+
+import heapq
+
+import numpy as np
+from numpy.typing import NDArray
+
+Cell = tuple[int, int]
+
+
+def is_free(free: NDArray[np.bool_], row: int, column: int) -> bool:
+    """Tell whether a cell is on the map and free."""
+    return 0 <= row < free.shape[0] and 0 <= column < free.shape[1] and bool(free[row, column])
+
+
+def corners(free: NDArray[np.bool_]) -> list[Cell]:
+    """Return the free cells that are diagonal to a blocked one, with the two cells between free, row by row."""
+    return [
+        (int(r), int(c))
+        for r, c in zip(*np.nonzero(free), strict=True)
+        if any(
+            is_free(free, r + dr, c) and is_free(free, r, c + dc) and not is_free(free, r + dr, c + dc)
+            for dr in (-1, 1)
+            for dc in (-1, 1)
+        )
+    ]
+
+
+def cells_between(a: Cell, b: Cell) -> set[Cell]:
+    """Return all cells on the ways from a to b that are shortest on an empty map."""
+    rows, columns = b[0] - a[0], b[1] - a[1]
+    down, right = int(np.sign(rows)), int(np.sign(columns))
+    diagonal, straight = min(abs(rows), abs(columns)), abs(abs(rows) - abs(columns))
+    along = (down, 0) if abs(rows) > abs(columns) else (0, right)
+    return {
+        (a[0] + i * down + j * along[0], a[1] + i * right + j * along[1])
+        for i in range(diagonal + 1)
+        for j in range(straight + 1)
+    }
+
+
+def cuts_a_corner(free: NDArray[np.bool_], a: Cell, b: Cell) -> bool:
+    """Tell whether the way from a to b along the diagonal and then straight cuts a corner."""
+    rows, columns = b[0] - a[0], b[1] - a[1]
+    down, right = int(np.sign(rows)), int(np.sign(columns))
+    return any(
+        not (is_free(free, a[0] + (i + 1) * down, a[1] + i * right))
+        or not is_free(free, a[0] + i * down, a[1] + (i + 1) * right)
+        for i in range(min(abs(rows), abs(columns)))
+    )
+
+
+def octile(a: Cell, b: Cell) -> float:
+    """Return how long a way is on an empty map."""
+    rows, columns = abs(a[0] - b[0]), abs(a[1] - b[1])
+    return max(rows, columns) + (2**0.5 - 1) * min(rows, columns)
+
+
+def seen(free: NDArray[np.bool_], cell: Cell) -> set[Cell]:
+    """Return the corners to which all ways that an empty map would have are free and lead over no other corner."""
+    every = corners(free)
+    return {
+        corner
+        for corner in every
+        if corner != cell
+        and all(is_free(free, *between) for between in cells_between(cell, corner))
+        and not (cells_between(cell, corner) & set(every)) - {cell, corner}
+        and not cuts_a_corner(free, cell, corner)
+    }
+
+
+def lengths_from(free: NDArray[np.bool_], start: Cell) -> NDArray[np.float64]:
+    """Return how far all cells are from a free one, by moves to eight neighbours that cut no corner."""
+    lengths = np.full(free.shape, np.inf)
+    lengths[start] = 0.0
+    queue = [(0.0, start)]
+    while queue:
+        length, (r, c) = heapq.heappop(queue)
+        for dr, dc in [(dr, dc) for dr in (-1, 0, 1) for dc in (-1, 0, 1) if (dr, dc) != (0, 0)]:
+            if not (is_free(free, r + dr, c) and is_free(free, r, c + dc) and is_free(free, r + dr, c + dc)):
+                continue
+            further = length + (dr * dr + dc * dc) ** 0.5
+            if further < lengths[r + dr, c + dc] - 1e-9:
+                lengths[r + dr, c + dc] = further
+                heapq.heappush(queue, (further, (r + dr, c + dc)))
+    return lengths
+
+
+def length_of(free: NDArray[np.bool_], cells: NDArray[np.int32]) -> float:
+    """Return how long a path is; infinite if it leads through a wall, cuts a corner, jumps or stands."""
+    total = 0.0
+    for (r, c), (row, column) in zip(cells[:-1].tolist(), cells[1:].tolist(), strict=True):
+        free_all = is_free(free, row, column) and is_free(free, r, column) and is_free(free, row, c)
+        if not free_all or max(abs(row - r), abs(column - c)) != 1:
+            return float("inf")
+        total += ((row - r) ** 2 + (column - c) ** 2) ** 0.5
+    return total
