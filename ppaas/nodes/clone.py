@@ -84,8 +84,9 @@ def build_clone(
     base_global_planner, base_local_planner : str
         Plug-ins by name or ROS alias; what ``parameters`` says of ``move_base`` goes first.
     parameters : dict, optional
-        Parameters of each node by its name, ``{"move_base": {...}, "amcl": {...}}``, and of the planner, the
-        controller, each recovery behaviour and the ``local_costmap`` by theirs.
+        Parameters of each node by its name, ``{"move_base": {...}, "amcl": {...}}``, and of planners, the
+        controller, each recovery behaviour and the ``local_costmap`` by theirs. Planners other than the one that
+        drives have theirs for requests that name them.
     threads : int
         Most threads that kernels may use.
 
@@ -103,7 +104,7 @@ def build_clone(
     driving = given.read(MoveBaseParameters, "move_base", base)
     amcl = given.read(AmclParameters, "amcl")
     state = given.read(StatePublisherParameters, "robot_state_publisher")
-    (planner, path_planner), controller = _planners(driving, given), _controller(driving, given, body)
+    (planner, path_planners), controller = _planners(driving, given), _controller(driving, given, body)
     recovering = _recoveries(driving, given)
     local = given.read(LocalCostmapParameters, "local_costmap")
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
@@ -113,7 +114,7 @@ def build_clone(
         surroundings = _surroundings(layers, body, local, driving.transform_tolerance)
         return MoveBaseNode(
             context,
-            layers=layers, surroundings=surroundings, planner=planner, path_planner=path_planner,
+            layers=layers, surroundings=surroundings, planner=planner, path_planners=path_planners,
             controller=controller, recoveries=recovering, parameters=driving, threads=threads,
         )  # fmt: skip
 
@@ -134,13 +135,18 @@ def build_planning(
     graph.add(lambda context: PlannerServerNode(context, layers.costmap, base_global_planner, threads))
 
 
-def _planners(driving: MoveBaseParameters, given: "_Given") -> tuple[Planner, Planner]:
-    """Return one to drive by, and one for who asks for plans: the two may be at work at a time."""
-    names = PLANNERS.spellings(driving.base_global_planner)
-    own = given.take(*names)
-    first, second = (planners.create(driving.base_global_planner, **own) for _ in range(2))
-    given.note(names[0], first)
-    return first, second
+def _planners(driving: MoveBaseParameters, given: "_Given") -> tuple[Planner, dict[str, Planner]]:
+    """Return one to drive by, and by name those for who asks for plans: two of one name may be at work at a time."""
+    base = PLANNERS.own_name(driving.base_global_planner)
+    own = given.take(*PLANNERS.spellings(base))
+    drives, asked = planners.create(driving.base_global_planner, **own), {base: planners.create(base, **own)}
+    given.note(base, drives)
+    for name in PLANNERS.names():
+        spellings = PLANNERS.spellings(name)
+        if given.has(*spellings):
+            asked[name] = planners.create(name, **given.take(*spellings))
+            given.note(name, asked[name])
+    return drives, asked
 
 
 def _controller(driving: MoveBaseParameters, given: "_Given", body: RobotModel) -> Controller:
@@ -182,6 +188,10 @@ class _Given:
     def note(self, name: str, of: object) -> None:
         """Take note of the parameters that a node or plug-in uses."""
         self.in_use[name] = parameters_in_use(of)
+
+    def has(self, *names: str) -> bool:
+        """Tell whether there are parameters of one that is known by these names."""
+        return not self._rest.keys().isdisjoint(names)
 
     def take(self, *names: str) -> dict[str, Any]:
         """Return the parameters of one that is known by these names."""

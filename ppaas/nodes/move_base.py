@@ -3,7 +3,7 @@
 import contextlib
 import logging
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import msgspec
@@ -67,8 +67,9 @@ class MoveBaseNode(Node):
         What is known around the robot.
     planner, controller
         The plug-ins to plan and to drive with.
-    path_planner : Planner
-        As ``planner``, for those who ask for a plan: they are not to keep the robot waiting.
+    path_planners : dict of str to Planner
+        ``planner`` again, and others that have parameters, by their own names, for those who ask for a plan: they are
+        not to keep the robot waiting.
     recoveries : sequence of (str, Recovery)
         What to try when it is stuck, in order, and what each is called in status texts.
     parameters : MoveBaseParameters
@@ -99,7 +100,7 @@ class MoveBaseNode(Node):
         layers: MapLayers,
         surroundings: Surroundings,
         planner: Planner,
-        path_planner: Planner,
+        path_planners: Mapping[str, Planner],
         controller: Controller,
         recoveries: Sequence[tuple[str, Recovery]],
         parameters: MoveBaseParameters,
@@ -115,7 +116,7 @@ class MoveBaseNode(Node):
         self._machine = MoveBase(parameters, [name for name, _ in recoveries])
         self._recoveries = [recovery for _, recovery in recoveries]
         self._topics = ActionTopics(context)
-        self._paths = PathServices(context, layers.costmap, parameters.base_global_planner, threads, path_planner)
+        self._paths = PathServices(context, layers.costmap, parameters.base_global_planner, threads, path_planners)
         self._cycle: Timer | None = None
         self._counter = 0
         self._events: deque[events.Event] = deque()

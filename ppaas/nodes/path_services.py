@@ -1,7 +1,7 @@
 """Paths on request, for robots and programs: ``nav_msgs/GetPlan`` and ``ppaas_msgs/ComputePath``."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from ppaas import planners
 from ppaas.costmap.costmap import Costmap
@@ -14,6 +14,7 @@ from ppaas.nodes.checks import finite_pose
 from ppaas.nodes.planner_queue import PlannerQueue
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.planners.path_text import rows_text
+from ppaas.planners.registry import PLANNERS
 
 MAX_TIMEOUT = 60.0
 """Longest time for one plan [s]."""
@@ -51,18 +52,18 @@ class PathServices:
         The planner of requests that name none.
     threads : int
         Most threads that kernels may use.
-    planner : Planner, optional
-        The one of that name, with parameters of its own; nobody else may use it.
+    tuned : dict of str to Planner, optional
+        Those with parameters of their own, by their own names; nobody else may use them.
     """
 
     def __init__(
-        self, context: Context, costmap: Costmap, default: str, threads: int, planner: Planner | None = None
+        self, context: Context, costmap: Costmap, default: str, threads: int, tuned: Mapping[str, Planner] | None = None
     ) -> None:
         self._costmap = costmap
         self._default = default
         self._threads = threads
         self._queue = PlannerQueue(context)
-        self._planners: dict[str, Planner] = {} if planner is None else {default: planner}
+        self._planners = dict(tuned or {})
 
     def compute(self, request: ComputePathRequest, reply: Reply, costmap: Costmap | None = None) -> Job:
         """Answer ``ppaas_msgs/ComputePath``; raises as ``plan`` does, and ``InvalidInput`` for a pose that is none."""
@@ -115,9 +116,10 @@ class PathServices:
         return self._queue.submit(work, done)
 
     def _planner(self, name: str) -> Planner:
-        if name not in self._planners:
+        own = PLANNERS.own_name(name)
+        if own not in self._planners:
             try:
-                self._planners[name] = planners.create(name)
+                self._planners[own] = planners.create(own)
             except NotFound as error:
                 raise InvalidPlanner(str(error)) from error
-        return self._planners[name]
+        return self._planners[own]

@@ -58,6 +58,9 @@ def test_a_container_that_plans_has_a_map_and_a_planner_and_nothing_that_moves()
         {"parameters": {"dwa_local_planner/DWAPlannerROS": {"max_vel_x": 0.3}}},
         {"parameters": {"dijkstra": {"allow_unknown": False}}},
         {"base_global_planner": "global_planner/GlobalPlanner", "parameters": {"GlobalPlanner": {}}},
+        {"base_global_planner": "navfn/NavfnROS", "parameters": {"NavfnROS": {"use_astar": True}}},
+        {"base_global_planner": "navfn", "parameters": {"nav2_navfn_planner/NavfnPlanner": {"allow_unknown": False}}},
+        {"parameters": {"NavfnROS": {"use_astar": True}}},
         {"parameters": {"move_base": {"controller_frequency": 5, "base_local_planner": "dwa"}}},
         {"parameters": {"amcl": {"min_particles": 100}, "local_costmap": {"width": 4.0}}},
         {"parameters": {"conservative_reset": {"reset_distance": 1.5}, "rotate_recovery": {"acc_lim_th": 2.0}}},
@@ -91,6 +94,24 @@ def test_the_parameters_in_use_are_told_by_the_names_of_the_robots_file_with_wha
     assert {"amcl", "local_costmap", "robot_state_publisher", "rotate_recovery"} < set(told)
 
 
+def test_a_planner_has_its_parameters_also_for_requests_that_name_it_otherwise():
+    graph = clone(
+        base_global_planner="navfn/NavfnROS",
+        parameters={"navfn": {"use_astar": True}, "astar": {"allow_unknown": False}},
+    )
+    answers = []
+    graph.call("rosapi/get_param", GetParamRequest("/"), answers.append)
+    told = json.loads(answers[0].value)
+    assert told["navfn"] == {"allow_unknown": True, "use_astar": True}
+    assert told["astar"]["allow_unknown"] is False
+    paths = graph.nodes["move_base"]._paths
+    for name in ("navfn", "navfn/NavfnROS", "nav2_navfn_planner/NavfnPlanner"):
+        assert paths._planner(name) is paths._planner("navfn")
+    assert paths._planner("navfn").use_astar
+    assert paths._planner("nav2_smac_planner/SmacPlanner2D").allow_unknown is False
+    assert paths._planner("dijkstra").allow_unknown is True
+
+
 @pytest.mark.parametrize(
     ("parameters", "text"),
     [
@@ -108,7 +129,9 @@ def test_the_parameters_in_use_are_told_by_the_names_of_the_robots_file_with_wha
         ({"move_base": {"recovery_behaviors": {"rest": "wait"}}}, "recovery_behaviors"),
         ({"waypoint_follower": {"loop_rate": 0}}, "loop_rate"),
         ({"waypoint_follower": {"waypoint_pause_duration": -1}}, "waypoint_pause_duration"),
-        ({"dijkstra": {"heuristic": 1}}, "heuristic"),
+        ({"dijkstra": {"heuristic": 1}}, "'dijkstra' takes no parameter 'heuristic'; known: allow_unknown"),
+        ({"dijkstra": {"allow_unknown": "no"}}, "'allow_unknown' of planner 'dijkstra': Expected `bool`, got `str`"),
+        ({"navfn": {"use_astar": 1}}, "'use_astar' of planner 'navfn': Expected `bool`, got `int`"),
     ],
 )
 def test_a_parameter_that_cannot_be_taken_is_refused_by_name(parameters, text):
