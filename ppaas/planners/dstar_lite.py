@@ -26,8 +26,8 @@ class DStarLite(GridPlanner):
     purpose: ClassVar[str] = "Cheapest path again and again to one goal, while the map changes near the robot."
     traits: ClassVar[Traits] = Traits(optimal=Optimal.ALWAYS, incremental=True)
 
-    def __init__(self, *, allow_unknown: bool = True) -> None:
-        super().__init__(allow_unknown=allow_unknown)
+    def __init__(self, *, allow_unknown: bool = True, smooth: bool = False) -> None:
+        super().__init__(allow_unknown=allow_unknown, smooth=smooth)
         self._field: LivingField | None = None
 
     def search(self, costmap: Costmap, ends: Ends, *, threads: int, check: Callable[[], None]) -> Found:

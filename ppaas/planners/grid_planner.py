@@ -12,6 +12,7 @@ from ppaas.errors import NoValidPath
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.planners.ends import Ends, place_ends
 from ppaas.planners.path import path_cost, path_length, path_poses
+from ppaas.planners.smoothing import smooth_path
 from ppaas.planners.watch import Watch
 
 
@@ -45,10 +46,13 @@ class GridPlanner(Planner):
     ----------
     allow_unknown : bool
         Whether paths may lead through unknown cells, which then weigh 253.
+    smooth : bool
+        Whether to smooth the poses of paths; cells and cost stay what they are.
     """
 
-    def __init__(self, *, allow_unknown: bool = True) -> None:
+    def __init__(self, *, allow_unknown: bool = True, smooth: bool = False) -> None:
         self.allow_unknown = allow_unknown
+        self.smooth = smooth
 
     @abstractmethod
     def search(self, costmap: Costmap, ends: Ends, *, threads: int, check: Callable[[], None]) -> Found:
@@ -72,6 +76,8 @@ class GridPlanner(Planner):
         cells = np.concatenate((ends.escape, found.cells)) if len(ends.escape) else found.cells
         points = cells if found.points is None else np.concatenate((ends.escape.astype(np.float64), found.points))
         poses = path_poses(costmap, points, request.start, ends.goal_pose)
+        if self.smooth:
+            poses = smooth_path(costmap, poses, allow_unknown=self.allow_unknown, check=watch.check)
         return PlanResult(
             cells=cells,
             poses=poses,

@@ -46,8 +46,8 @@ class PreparedPlanner(GridPlanner):
 
     traits: ClassVar[Traits] = Traits(indexed=True)
 
-    def __init__(self, *, allow_unknown: bool = True) -> None:
-        super().__init__(allow_unknown=allow_unknown)
+    def __init__(self, *, allow_unknown: bool = True, smooth: bool = False) -> None:
+        super().__init__(allow_unknown=allow_unknown, smooth=smooth)
         self._last: tuple[Costmap, Prepared] | None = None
 
     @abstractmethod
