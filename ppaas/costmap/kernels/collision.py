@@ -1,0 +1,107 @@
+"""Kernel: walk along a path and look at every voxel that the robot's volume overlaps.
+
+All lengths are in voxels. A cylinder has a radius and no faces, a box has faces and no radius.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ppaas.maps.voxels import OCCUPIED, UNKNOWN
+
+Floats = NDArray[np.float64]
+
+_SLACK = 1e-6
+"""What only touches does not overlap, though both were rounded."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _overlaps(right: float, up: float, yaw: float, sizes: Floats) -> bool:
+    """Tell whether a robot at 0, 0 overlaps the unit square whose middle is at ``right``, ``up``, seen from above."""
+    half_length, half_width, radius = sizes[0], sizes[1], sizes[2] - _SLACK
+    if half_length == 0.0:
+        gap_x, gap_y = max(abs(right) - 0.5, 0.0), max(abs(up) - 0.5, 0.0)
+        within = abs(right) < 0.5 - _SLACK and abs(up) < 0.5 - _SLACK
+        return bool(within or (radius > 0.0 and gap_x * gap_x + gap_y * gap_y < radius * radius))
+    # Two rectangles overlap unless the direction of one of their faces parts them.
+    c, s = math.cos(yaw), math.sin(yaw)
+    half = 0.5 * (abs(c) + abs(s)) - _SLACK
+    return bool(
+        abs(right) < half_length * abs(c) + half_width * abs(s) + 0.5 - _SLACK
+        and abs(up) < half_length * abs(s) + half_width * abs(c) + 0.5 - _SLACK
+        and abs(c * right + s * up) < half_length + half
+        and abs(c * up - s * right) < half_width + half
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _hits(
+    voxels: NDArray[np.uint8], x: float, y: float, z: float, yaw: float, sizes: Floats, allow_unknown: bool
+) -> bool:
+    """Tell whether a robot overlaps an occupied voxel, or an unknown one or what is outside where that counts."""
+    depth, height, width = voxels.shape
+    reach = max(sizes[2], math.hypot(sizes[0], sizes[1]))
+    lows = (math.floor(z + _SLACK), math.floor(y - reach + _SLACK), math.floor(x - reach + _SLACK))
+    highs = (math.ceil(z + sizes[3] - _SLACK), math.ceil(y + reach - _SLACK), math.ceil(x + reach - _SLACK))
+    if not allow_unknown and (lows[0] < 0 or highs[0] > depth):
+        return True
+    for row in range(lows[1], max(highs[1], lows[1] + 1)):
+        for column in range(lows[2], max(highs[2], lows[2] + 1)):
+            inside = 0 <= row < height and 0 <= column < width
+            if (allow_unknown and not inside) or not _overlaps(column + 0.5 - x, row + 0.5 - y, yaw, sizes):
+                continue
+            if not inside:
+                return True
+            for layer in range(max(lows[0], 0), min(highs[0], depth)):
+                voxel = voxels[layer, row, column]
+                if voxel == OCCUPIED or (voxel == UNKNOWN and not allow_unknown):
+                    return True
+    return False
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def first_hit(
+    voxels: NDArray[np.uint8], points: Floats, yaws: Floats, sizes: Floats, steps: int, allow_unknown: bool
+) -> int:
+    """Return the index of the first pose that cannot be taken or come to; −1 if there is none.
+
+    Parameters
+    ----------
+    voxels : (depth, height, width) uint8 array
+    points : (n, 3) float64 array
+        x, y, z from the corner of voxel (0, 0, 0).
+    yaws : (n,) float64 array
+        [rad].
+    sizes : (4,) float64 array
+        Half the length, half the width, radius and height of the robot.
+    steps : int
+        Looks at the robot while it or its corners go as far as a voxel's edge.
+    allow_unknown : bool
+        Whether it may overlap unknown voxels and what is outside.
+    """
+    corner = math.hypot(sizes[0], sizes[1])
+    for pose in range(len(points)):
+        before = max(pose - 1, 0)
+        x, y, z, yaw = points[before, 0], points[before, 1], points[before, 2], yaws[before]
+        go_x, go_y, go_z = points[pose, 0] - x, points[pose, 1] - y, points[pose, 2] - z
+        looks = math.ceil(steps * math.sqrt(go_x * go_x + go_y * go_y + go_z * go_z))
+        for look in range(1, looks + 1):
+            part = look / looks
+            if _hits(voxels, x + part * go_x, y + part * go_y, z + part * go_z, yaw, sizes, allow_unknown):
+                return pose
+        turn = (yaws[pose] - yaw + math.pi) % (2.0 * math.pi) - math.pi
+        looks = math.ceil(steps * abs(turn) * corner)
+        for look in range(looks + 1):
+            part = look / looks if looks else 1.0
+            if _hits(
+                voxels, points[pose, 0], points[pose, 1], points[pose, 2], yaw + part * turn, sizes, allow_unknown
+            ):
+                return pose
+    return -1
+
+
+def warm() -> None:
+    """Compile and call the kernel once."""
+    first_hit(np.zeros((1, 1, 1), np.uint8), np.zeros((1, 3)), np.zeros(1), np.ones(4), 1, True)

@@ -1,0 +1,194 @@
+"""Octrees of occupancy, as OctoMap has them: few large cubes where nothing changes, small ones where something is.
+
+Source: Hornung, Wurm, Bennewitz, Stachniss, Burgard, "OctoMap: An Efficient Probabilistic 3D Mapping Framework Based on
+Octrees", Autonomous Robots, 2013. A key is a whole number from 0 to 65535 along each axis, in voxels of the finest
+depth, 16; key 32768 begins at 0 m.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ppaas.errors import InvalidInput, InvalidMap
+from ppaas.maps.kernels.octree import fill_cubes
+from ppaas.maps.voxels import FREE, OCCUPIED, UNKNOWN, Point3D, VoxelGrid, VoxelInfo, corners, window
+
+DEPTH = 16
+"""Of the finest voxels; the root has depth 0."""
+
+MIDDLE = 1 << (DEPTH - 1)
+"""The key at 0 m."""
+
+Keys = NDArray[np.uint16]
+
+
+@dataclass(frozen=True, slots=True)
+class OcTree:
+    """The leaves of an octree.
+
+    Parameters
+    ----------
+    resolution : float
+        Edge of the finest voxels [m].
+    corners : (n, 3) uint16 array
+        Least key of each leaf along x, y and z; in the order of a walk that goes into the depth first.
+    depths : (n,) uint8 array
+        A leaf of depth d is a cube with an edge of 2^(16 − d) voxels.
+    occupied : (n,) bool array
+        Whether it is occupied, else free. What is under no leaf is unknown.
+    """
+
+    resolution: float
+    corners: Keys
+    depths: NDArray[np.uint8]
+    occupied: NDArray[np.bool_]
+
+    @property
+    def nodes(self) -> int:
+        """How many nodes the tree has, inner ones and the root among them; none if it is empty."""
+        return int((self.depths - shared_depths(self.corners)).sum()) + 1 if len(self.corners) else 0
+
+    def bounds(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the least keys of all leaves, and the keys behind the greatest.
+
+        Raises
+        ------
+        InvalidMap
+            The tree is empty.
+        """
+        if not len(self.corners):
+            raise InvalidMap("the octree is empty: no voxel of it is known")
+        begins = self.corners.astype(np.int64)
+        return begins.min(axis=0), (begins + edges(self.depths)[:, None]).max(axis=0)
+
+    def at_depth(self, depth: int) -> "OcTree":
+        """Return a coarser octree, whose finest voxels have this depth and are so much larger.
+
+        A coarse voxel is occupied if anything in it is, and free if all of it is known to be free. (OctoMap calls it
+        free if nothing in it is occupied and anything free; a path through it may then lead through the unknown.)
+
+        Raises
+        ------
+        InvalidInput
+            No depth from 1 to 16.
+        """
+        if not 1 <= depth <= DEPTH:
+            raise InvalidInput(f"the depth of an octree is from 1 to {DEPTH}, not {depth}")
+        cell = np.uint16(0xFFFF << (DEPTH - depth) & 0xFFFF)
+        begins = self.corners & cell
+        depths = np.minimum(self.depths, np.uint8(depth))
+        if not len(begins):
+            return OcTree(self.resolution, begins, depths, self.occupied)
+        first = np.flatnonzero(np.r_[True, (begins[1:] != begins[:-1]).any(axis=1)])
+        filled = np.add.reduceat(edges(self.depths) ** 3, first)
+        occupied = np.logical_or.reduceat(self.occupied, first)
+        kept = occupied | (filled == edges(depths[first]) ** 3)
+        first = first[kept]
+        return OcTree(self.resolution, begins[first], depths[first], occupied[kept])
+
+    def voxels(self, depth: int = DEPTH, *, low: ArrayLike | None = None, high: ArrayLike | None = None) -> VoxelGrid:
+        """Return the voxels of the tree, by default all up to the outermost known ones.
+
+        Parameters
+        ----------
+        depth : int
+            16 for the finest; each one less doubles the edge of a voxel, as ``at_depth`` says.
+        low, high : (3,) array, optional
+            Corners of what to cut out, x, y, z [m].
+
+        Raises
+        ------
+        InvalidMap
+            The tree is empty, or the grid would be too large: crop it or choose a coarser depth.
+        InvalidInput
+            A depth that is none, or nothing between the corners.
+        """
+        tree = self.at_depth(depth)
+        size = 1 << (DEPTH - depth)
+        resolution = self.resolution * size
+        bounds = np.stack(tree.bounds()) // size
+        cut = corners(np.full(3, -np.inf) if low is None else low, np.full(3, np.inf) if high is None else high)
+        middle = MIDDLE // size
+        keys = np.clip(cut / resolution + middle, bounds[0], bounds[1])
+        first, last = window(keys, bounds[0], bounds[1])
+        origin = Point3D(*((key - middle) * resolution for key in first))
+        width, height, layers = np.subtract(last, first).tolist()
+        info = VoxelInfo(resolution, width, height, layers, origin)
+        data = np.full(info.shape, UNKNOWN, np.uint8)
+        begins = tree.corners.astype(np.int64) // size - first
+        values = np.where(tree.occupied, np.uint8(OCCUPIED), np.uint8(FREE))
+        fill_cubes(data, begins, edges(tree.depths) // size, values)
+        return VoxelGrid(data, info)
+
+
+def octree_of(grid: VoxelGrid) -> OcTree:
+    """Return the octree of a voxel grid, with eight equal siblings always merged.
+
+    Raises
+    ------
+    InvalidMap
+        Its voxels do not begin at whole multiples of the resolution, or lie beyond the keys of an octree.
+    """
+    begin = np.divide(grid.info.origin, grid.info.resolution)
+    first = np.rint(begin)
+    if np.abs(begin - first).max() > 1e-3:
+        raise InvalidMap(
+            f"voxels of an octree begin at whole multiples of {grid.info.resolution:g} m, not at "
+            f"{tuple(grid.info.origin)}: move the origin"
+        )
+    lowest = first + MIDDLE
+    if lowest.min() < 0 or (lowest + grid.info.shape[::-1]).max() > 2 * MIDDLE:
+        raise InvalidMap(f"an octree ends {MIDDLE * grid.info.resolution:g} m from 0: move the map nearer")
+    known = np.argwhere(grid.data != UNKNOWN)
+    occupied = grid.data[known[:, 0], known[:, 1], known[:, 2]] == OCCUPIED
+    codes = _interleaved(known[:, ::-1] + lowest.astype(np.int64))
+    order = np.argsort(codes)
+    return _merged(grid.info.resolution, codes[order], occupied[order])
+
+
+def _merged(resolution: float, codes: NDArray[np.int64], occupied: NDArray[np.bool_]) -> OcTree:
+    """Merge siblings, depth by depth; ``codes`` are the interleaved keys of the finest depth, sorted."""
+    leaves = []
+    for depth in range(DEPTH, 0, -1):
+        merges = np.zeros(len(codes), np.bool_)
+        if len(codes) > 7:
+            first = np.flatnonzero((codes[:-7] & 7 == 0) & (codes[7:] - codes[:-7] == 7))
+            taken = np.add.outer(first, np.arange(8))
+            count = occupied[taken].sum(axis=1)
+            merges[taken[(count == 0) | (count == 8)].ravel()] = True
+        leaves.append((codes[~merges] << 3 * (DEPTH - depth), np.full((~merges).sum(), depth), occupied[~merges]))
+        codes, occupied = codes[merges][::8] >> 3, occupied[merges][::8]
+    merged, depths, occupied = (np.concatenate(part) for part in zip(*leaves, strict=True))
+    order = np.argsort(merged)
+    return OcTree(resolution, _parted(merged[order]), depths[order].astype(np.uint8), occupied[order])
+
+
+def edges(depths: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """Return the edges of cubes of these depths, in voxels."""
+    return np.asarray(1 << (DEPTH - depths.astype(np.int64)), np.int64)
+
+
+def shared_depths(begins: Keys) -> NDArray[np.int64]:
+    """Return for each leaf the depth of the node that is above both it and the leaf before; 0 for the first."""
+    differ = np.bitwise_or.reduce(begins[1:] ^ begins[:-1], axis=1)
+    shared = DEPTH - np.frexp(differ.astype(np.float64))[1].astype(np.int64)
+    return np.concatenate((np.zeros(min(1, len(begins)), np.int64), shared))
+
+
+def _interleaved(keys: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return codes whose order is that of the walk: the bits of z, y and x in turn, the greatest first."""
+    spread = np.zeros(len(keys), np.int64)
+    for bit in range(DEPTH):
+        for axis in range(3):
+            spread |= (keys[:, axis] >> bit & 1) << (3 * bit + axis)
+    return spread
+
+
+def _parted(codes: NDArray[np.int64]) -> Keys:
+    """Undo ``_interleaved``."""
+    keys = np.zeros((len(codes), 3), np.uint16)
+    for bit in range(DEPTH):
+        for axis in range(3):
+            keys[:, axis] |= ((codes >> (3 * bit + axis) & 1) << bit).astype(np.uint16)
+    return keys

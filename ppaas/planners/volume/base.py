@@ -1,0 +1,80 @@
+"""What a planner in space is given; it gives what planners in the plane give, with layers."""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+from ppaas.clock import Clock, monotonic
+from ppaas.costmap.voxels import VoxelCostmap
+from ppaas.errors import InvalidInput
+from ppaas.geometry import Pose2D
+from ppaas.planners.base import PlanRequest, PlanResult, never
+
+
+class Pose3D(NamedTuple):
+    """Where an upright robot stands or flies: x, y, z of its base [m], theta about z [rad]."""
+
+    x: float
+    y: float
+    z: float
+    theta: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class PlanRequest3D:
+    """What to plan.
+
+    Parameters
+    ----------
+    start, goal : Pose3D
+        In the frame of the costmap [m, rad].
+    tolerance : float
+        If the start or the goal is blocked, the free place nearest to it within this distance will do [m].
+    timeout, cancelled, threads, clock
+        As in ``PlanRequest``.
+    """
+
+    start: Pose3D
+    goal: Pose3D
+    tolerance: float = 0.0
+    timeout: float = float("inf")
+    cancelled: Callable[[], bool] = never
+    threads: int = 1
+    clock: Clock = monotonic
+
+    def from_above(self) -> PlanRequest:
+        """Return the same request in the plane, for what needs no heights.
+
+        Raises
+        ------
+        InvalidInput
+            A height that is not finite.
+        """
+        for what, pose in (("start", self.start), ("goal", self.goal)):
+            if not math.isfinite(pose.z):
+                raise InvalidInput(f"the {what} must be finite x, y, z [m] and theta [rad], not {tuple(pose)}")
+        start, goal = (Pose2D(pose.x, pose.y, pose.theta) for pose in (self.start, self.goal))
+        return PlanRequest(start, goal, self.tolerance, self.timeout, self.cancelled, self.threads, self.clock)
+
+
+class VolumePlanner(ABC):
+    """A global planner in space.
+
+    A subclass names itself in ``name``, tells in ``purpose`` what it is for, takes its parameters as keyword
+    arguments of its constructor, and is found by an entry point in the group ``ppaas.planners3d``.
+    """
+
+    name: ClassVar[str]
+    purpose: ClassVar[str]
+
+    @abstractmethod
+    def plan(self, costmap: VoxelCostmap, request: PlanRequest3D) -> PlanResult:
+        """Find a path; its ``cells`` are (n, 3): layer, row, column.
+
+        Raises
+        ------
+        PlanningError
+            One of its subclasses, with the code of Nav2's ``ComputePathToPose``.
+        """

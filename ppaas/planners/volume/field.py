@@ -1,0 +1,166 @@
+"""The field of costs-to-go in space: what it costs to reach the nearest goal from each voxel.
+
+The value of a voxel is the least, over its 26 neighbours n, of value(n) + w(voxel)·(1, √2 or √3), and 0 at a goal; a
+diagonal move needs all voxels free in the cube of two, or square of two, that it crosses. Weights are those of
+`ppaas.planners.weights`. The field is exact in fixed point, and the same for any slicing of the work.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.costmap.voxels import VoxelCostmap
+from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidInput, NoValidPath
+from ppaas.maps.voxels import Voxel
+from ppaas.planners.volume.kernels.descent import descend
+from ppaas.planners.volume.kernels.layout import AT_GOAL, BLOCKED, BUCKET_SHIFT, UNREACHED
+from ppaas.planners.volume.kernels.propagation import PAUSED, POOL_EMPTY, SETTLED, TOO_LONG, least_left, propagate
+from ppaas.planners.volume.kernels.setup import lay
+from ppaas.planners.volume.queue import BucketQueue
+from ppaas.planners.volume.weights import fixed_weights_3d
+from ppaas.planners.watch import proceed
+from ppaas.planners.weights import NEUTRAL, SCALE, passable
+
+SLICE_VOXELS = 10_000
+"""Voxels worked off between two checks: about 2 ms."""
+SLICE_WALKED = 20_000
+"""Voxels walked along between two checks."""
+SLICE_LAID = 1 << 20
+"""Voxels set up between two checks."""
+
+
+class VoxelField:
+    """A field that grows from its goals, in slices: outward, or only as far as one voxel needs it.
+
+    It takes five bytes a voxel, and the queue four for each voxel that waits in it.
+
+    Parameters
+    ----------
+    costmap : VoxelCostmap
+        Only read.
+    goals : (n, 3) array
+        Layer, row, column of free voxels on the map.
+    target : (layer, row, column), optional
+        The one voxel whose value is wanted: then the field grows towards it (A*). With one goal only.
+    allow_unknown : bool
+        Whether unknown voxels may be entered.
+    check : callable
+        Called at least every few milliseconds of work; what it raises ends the work.
+
+    Raises
+    ------
+    InvalidInput
+        No goals, goals that are no rows of three, or a target and more than one goal.
+    GoalOutsideMap, GoalOccupied
+    """
+
+    def __init__(
+        self,
+        costmap: VoxelCostmap,
+        goals: NDArray[np.integer],
+        *,
+        target: Voxel | None = None,
+        allow_unknown: bool = True,
+        check: Callable[[], None] = proceed,
+    ) -> None:
+        _check_goals(costmap, goals, target, allow_unknown)
+        self._check = check
+        depth, height, width = costmap.info.shape
+        self._shape = depth + 2, height + 2, width + 2
+        self._weights = fixed_weights_3d()
+        self._costs, self._field = self._laid(costmap, passable(allow_unknown))
+        self._aim = target
+        self._least = self._weights[:, 0].copy() if target is not None else np.zeros(3, np.int64)
+        padded = np.asarray(goals, np.int64) + 1
+        flat = np.unique((padded[:, 0] * self._shape[1] + padded[:, 1]) * self._shape[2] + padded[:, 2])
+        self._field[flat] = AT_GOAL
+        layers, rows, columns = np.subtract(goals[0], target).tolist() if target is not None else (0, 0, 0)
+        bucket = (AT_GOAL + int(least_left(layers, rows, columns, self._least))) >> BUCKET_SHIFT
+        self._queue = BucketQueue(flat.astype(np.uint32), bucket)
+
+    @property
+    def settled(self) -> int:
+        """How many voxels were worked off; towards a target some of them twice."""
+        return self._queue.worked_off
+
+    def grow(self, target: Voxel | None = None) -> bool:
+        """Let it grow until the value of ``target`` is final, or all over the map.
+
+        A field that grows towards a target grows until that one's value is final.
+
+        Returns
+        -------
+        bool
+            Whether the target can be reached; without one, true.
+
+        Raises
+        ------
+        NoValidPath
+            Ways are so long that their costs cannot be told: more than a million free voxels.
+        """
+        wanted = self._aim if self._aim is not None else target
+        flat = -1 if wanted is None else self._flat(wanted)
+        plane = self._shape[1] * self._shape[2]
+        while True:
+            self._check()
+            q = self._queue
+            outcome = propagate(
+                self._field, self._costs, self._shape[2], plane, self._weights, self._least,
+                q.pool, q.links, q.heads, q.fills, q.state, flat, SLICE_VOXELS,
+            )  # fmt: skip
+            if outcome == POOL_EMPTY:
+                q.grow()
+            elif outcome == TOO_LONG:
+                raise NoValidPath("the way is longer than a million free voxels: plan at a coarser depth")
+            elif outcome != PAUSED:
+                return bool(outcome == SETTLED or wanted is None or self._field[flat] < UNREACHED)
+
+    def path_from(self, voxel: Voxel) -> NDArray[np.int32]:
+        """Return the (n, 3) voxels of a cheapest path from ``voxel``, whose value must be final, to a goal."""
+        most = (int(self._field[self._flat(voxel)]) - AT_GOAL) // round(SCALE * NEUTRAL) + 1
+        cells = np.empty((most, 3), np.int32)
+        cells[0] = voxel
+        count, before = 1, 0
+        while count > before:
+            self._check()
+            before = count
+            count = descend(
+                self._field, self._costs, self._shape[2], self._shape[1] * self._shape[2], self._weights,
+                cells, count, min(SLICE_WALKED, most - count),
+            )  # fmt: skip
+        return cells[:count].copy()
+
+    def values(self) -> NDArray[np.float64]:
+        """Return the (depth, height, width) costs-to-go; infinite where blocked or not reached."""
+        inner = self._field.reshape(self._shape)[1:-1, 1:-1, 1:-1]
+        reached = (inner != BLOCKED) & (inner != UNREACHED)
+        return np.where(reached, (inner.astype(np.float64) - AT_GOAL) / SCALE, np.inf)
+
+    def _flat(self, voxel: Voxel) -> int:
+        layer, row, column = voxel
+        return ((layer + 1) * self._shape[1] + row + 1) * self._shape[2] + column + 1
+
+    def _laid(
+        self, costmap: VoxelCostmap, open_costs: NDArray[np.bool_]
+    ) -> tuple[NDArray[np.uint8], NDArray[np.uint32]]:
+        costs, field = np.empty(self._shape, np.uint8), np.empty(self._shape, np.uint32)
+        source = np.ascontiguousarray(costmap.data)
+        layers = max(1, SLICE_LAID // (self._shape[1] * self._shape[2]))
+        for first in range(0, self._shape[0], layers):
+            self._check()
+            lay(source, open_costs, costs, field, first, min(first + layers, self._shape[0]))
+        return costs.ravel(), field.ravel()
+
+
+def _check_goals(costmap: VoxelCostmap, goals: NDArray[np.integer], target: Voxel | None, allow_unknown: bool) -> None:
+    if goals.ndim != 2 or goals.shape[1:] != (3,) or not len(goals):
+        raise InvalidInput(f"goals are one or more rows of layer, row, column, not an array of shape {goals.shape}")
+    if target is not None and len(goals) > 1:
+        raise InvalidInput("a field grows towards a target from one goal only")
+    outside = (goals < 0).any(axis=1) | (goals >= costmap.info.shape).any(axis=1)
+    if outside.any():
+        raise GoalOutsideMap(f"voxel {goals[outside][0].tolist()} is outside the {costmap.info.shape} map")
+    blocked = ~passable(allow_unknown)[costmap.data[tuple(goals.T)]]
+    if blocked.any():
+        raise GoalOccupied(f"voxel {goals[blocked][0].tolist()} is not free; choose a free one")

@@ -1,0 +1,1 @@
+"""Compiled inner loops of the planners in space; import from the modules."""

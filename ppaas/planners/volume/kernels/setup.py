@@ -1,0 +1,47 @@
+"""Kernel: lay out the padded costs and the empty field, layer by layer."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ppaas.planners.volume.kernels.layout import BLOCKED, UNREACHED
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def lay(
+    source: NDArray[np.uint8], open_costs: NDArray[np.bool_], costs: NDArray[np.uint8], field: NDArray[np.uint32],
+    first: int, last: int,
+) -> None:  # fmt: skip
+    """Fill padded layers ``first`` to ``last``, ``last`` excluded.
+
+    Parameters
+    ----------
+    source : (depth, height, width) uint8 array
+        Costs of the map.
+    open_costs : (256,) bool array
+        Whether a voxel of that cost may be entered.
+    costs : (depth + 2, height + 2, width + 2) uint8 array
+        Out: the same with a margin.
+    field : (depth + 2, height + 2, width + 2) uint32 array
+        Out: unreached, or blocked.
+    """
+    depth, height, width = source.shape
+    for layer in range(first, last):
+        costs[layer] = 255
+        field[layer] = BLOCKED
+        if 0 < layer <= depth:
+            for row in range(height):
+                for column in range(width):
+                    cost = source[layer - 1, row, column]
+                    costs[layer, row + 1, column + 1] = cost
+                    if open_costs[cost]:
+                        field[layer, row + 1, column + 1] = UNREACHED
+
+
+def warm() -> None:
+    """Compile and call the kernel once, for arrays that may be written to and for those that may not."""
+    source = np.zeros((1, 1, 1), np.uint8)
+    shape = (3, 3, 3)
+    for writeable in (True, False):
+        source.flags.writeable = writeable
+        lay(source, np.ones(256, np.bool_), np.empty(shape, np.uint8), np.empty(shape, np.uint32), 0, 3)

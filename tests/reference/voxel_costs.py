@@ -1,0 +1,89 @@
+"""Slow, obvious twins of the costmap in space: each place against each voxel, and shapes cut with each other."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.costmap.volume import Volume
+
+Point = tuple[float, float]
+
+
+def inflated(
+    data: NDArray[np.uint8], edge: float, radius: float, height: float, inflation: float, factor: float
+) -> NDArray[np.uint8]:
+    """Return the costs of a cylinder's places, where it flies; around the grid all is unknown."""
+    reach = math.ceil(max(radius, inflation) / edge) + 2
+    layers = max(1, math.ceil(height / edge - 1e-9))
+    around = np.pad(data, ((0, layers), (reach, reach), (reach, reach)), constant_values=255)
+    swept = math.sqrt(radius**2 + edge**2 / 4.0)
+    costs = np.zeros(data.shape, np.uint8)
+    for layer, row, column in np.ndindex(data.shape):
+        near, unknown = math.inf, False
+        for up in range(layers):
+            for down, right in np.ndindex(2 * reach + 1, 2 * reach + 1):
+                voxel = around[layer + up, row + down, column + right]
+                gaps = (max(0.0, (abs(offset - reach) - 0.5)) * edge for offset in (down, right))
+                distance = math.hypot(*gaps)
+                if voxel == 100:
+                    near = min(near, distance)
+                unknown |= voxel == 255 and distance < swept - 1e-9
+        if data[layer, row, column] == 100:
+            costs[layer, row, column] = 254
+        elif near < swept - 1e-9:
+            costs[layer, row, column] = 253
+        elif unknown:
+            costs[layer, row, column] = 255
+        elif near <= inflation + 1e-9:
+            costs[layer, row, column] = int(252 * math.exp(-factor * max(0.0, near - radius)))
+    return costs
+
+
+def stands(data: NDArray[np.uint8], layer: int, row: int, column: int, edge: float, max_step: float) -> bool:
+    """Tell whether something occupied is right below a place, or at most so much deeper [m]."""
+    return any(
+        data[below, row, column] == 100 for below in range(layer) if (layer - 1 - below) * edge <= max_step + 1e-9
+    )
+
+
+def overlaps(volume: Volume, x: float, y: float, yaw: float, column: int, row: int, edge: float) -> bool:
+    """Tell whether a robot and a voxel overlap, seen from above."""
+    if volume.half_length == 0.0:
+        gap_x = max(column * edge - x, 0.0, x - (column + 1) * edge)
+        gap_y = max(row * edge - y, 0.0, y - (row + 1) * edge)
+        return math.hypot(gap_x, gap_y) < volume.radius
+    c, s = math.cos(yaw), math.sin(yaw)
+    corners = ((1, 1), (-1, 1), (-1, -1), (1, -1))
+    box = [(x + c * a * volume.half_length - s * b * volume.half_width,
+            y + s * a * volume.half_length + c * b * volume.half_width) for a, b in corners]  # fmt: skip
+    for axis, least, sign in ((0, column, 1), (0, column + 1, -1), (1, row, 1), (1, row + 1, -1)):
+        box = _cut(box, axis, least * edge, sign)
+    return _area(box) > 0.0
+
+
+def _cut(polygon: list[Point], axis: int, bound: float, sign: int) -> list[Point]:
+    """Keep of a convex polygon what lies beyond a bound (Sutherland and Hodgman)."""
+    kept = []
+    for here, there in zip(polygon, polygon[1:] + polygon[:1], strict=True):
+        a, b = sign * (here[axis] - bound), sign * (there[axis] - bound)
+        if a >= 0:
+            kept.append(here)
+        if a * b < 0:
+            part = a / (a - b)
+            kept.append((here[0] + part * (there[0] - here[0]), here[1] + part * (there[1] - here[1])))
+    return kept
+
+
+def _area(polygon: list[Point]) -> float:
+    pairs = zip(polygon, polygon[1:] + polygon[:1], strict=True)
+    return abs(sum(a[0] * b[1] - a[1] * b[0] for a, b in pairs)) / 2.0
+
+
+def hits(data: NDArray[np.uint8], edge: float, volume: Volume, pose: tuple[float, float, float, float]) -> bool:
+    """Tell whether a robot at x, y, z, yaw overlaps an occupied voxel."""
+    x, y, z, yaw = pose
+    return any(
+        layer * edge < z + volume.height and (layer + 1) * edge > z and overlaps(volume, x, y, yaw, column, row, edge)
+        for layer, row, column in np.argwhere(data == 100).tolist()
+    )
