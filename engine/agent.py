@@ -28,6 +28,7 @@ from engine.hosting import Hosting
 from engine.mapcache import MapCache
 from engine.router import RouterProcess
 from engine.runtimes.process import ProcessRuntime
+from engine.runtimes.rest_compiler import compiling_the_rest
 from ppaas.errors import PPaaSError, Unavailable
 from storage.urls import open_map_store, open_store
 
@@ -129,6 +130,7 @@ async def _start(config: AgentConfig, cpus: tuple[int, ...], stack: contextlib.A
     maps = open_map_store(config.map_store)
     hosting = Hosting(runtime=runtime, gate=gate, maps=maps, cache=cache, cpus=cpus, tell=stream.write)
     stack.push_async_callback(hosting.close)
+    await stack.enter_async_context(compiling_the_rest())
     return Agent(config, stream, hosting)
 
 

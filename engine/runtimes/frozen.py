@@ -5,7 +5,7 @@ import gc
 from engine.runtimes import kernels, memory, preload
 
 kernels.warm_loaded()
-if preload.COMPILED.buffer or preload.ALL_LOADED:
+if preload.COMPILED.buffer:
     memory.begin_anew(preload.ENVIRONMENT)
 gc.collect()
 memory.give_back()

@@ -1,23 +1,22 @@
-"""A note that all kernels lie compiled in the cache, so that a start loads only those that every container uses.
+"""A note that all kernels lie compiled in the cache.
 
-numba looks into its cache kernel by kernel, and loads what it finds. A cloud has many planners, and most robots one: to
-load the kernels of all takes seconds of the start and memory of each container. So whoever has compiled them all notes
-what they were made from and where they lie. A kernel that is called later is loaded from the cache then, in a few
-milliseconds.
+numba looks into its cache kernel by kernel, and can be asked only by loading what it finds, which takes seconds for all
+of them. So whoever has compiled them all notes what they were made from and where they lie.
 """
 
 import hashlib
+import logging
 import os
 import sys
 from collections.abc import Iterable, Sequence
+from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 
-import llvmlite
 import msgspec
-import numba
 from llvmlite import binding
-from numba.core.dispatcher import Dispatcher
+
+logger = logging.getLogger(__name__)
 
 KERNELS = "kernels"
 """Name of the packages in which kernels lie."""
@@ -35,7 +34,7 @@ def stamp_file(root: Path, layer: str) -> Path:
     """
     sources = sorted(file for file in root.rglob("*.py") if KERNELS in file.relative_to(root).parts)
     made_from = [
-        sys.version, numba.__version__, llvmlite.__version__, layer, str(root),
+        sys.version, version("numba"), version("llvmlite"), layer, str(root),
         os.environ.get("NUMBA_CPU_NAME") or binding.get_host_cpu_name(),
         os.environ.get("NUMBA_CPU_FEATURES") or binding.get_host_cpu_features().flatten(),
         *(f"{file} {file.stat().st_mtime_ns} {file.stat().st_size}" for file in sources),
@@ -62,11 +61,13 @@ def note(stamp: Path, modules: Iterable[ModuleType]) -> None:
         partial = stamp.with_suffix(f".{os.getpid()}")
         partial.write_bytes(msgspec.json.encode(files))
         partial.replace(stamp)
-    except OSError:  # the next start compiles nothing either, it only loads more
-        return
+    except OSError as error:
+        logger.warning("not noted that all kernels are compiled, so they are loaded to see it: %s", error)
 
 
 def cache_files(module: ModuleType) -> Sequence[str]:
     """Return the index files of the cache for the kernels of a module that were called."""
+    from numba.core.dispatcher import Dispatcher  # noqa: PLC0415  # after the choice of its threading layer
+
     called = [found for found in vars(module).values() if isinstance(found, Dispatcher) and found.signatures]
     return [str(vars(kernel)["_cache"]._cache_file._index_path) for kernel in called if kernel.stats.cache_path]

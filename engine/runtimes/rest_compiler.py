@@ -1,0 +1,75 @@
+"""Compiles the kernels that not every container uses, beside a machine that runs already.
+
+A cloud has many planners, and most robots one. To compile the kernels of all before the first container takes minutes
+on a new computer, and to load them all takes seconds of every start and memory of every container. So the fork server
+loads what every container uses, and this, in a process of low priority, compiles the others into the cache. A kernel
+that is called later is loaded from there, in milliseconds; one called earlier is compiled where it is called.
+"""
+
+import asyncio
+import contextlib
+import fcntl
+import logging
+import os
+import sys
+from collections.abc import AsyncIterator, Iterator
+from pathlib import Path
+
+import ppaas
+from engine.background import Background
+from engine.runtimes import kernel_stamp, threading_layer
+
+logger = logging.getLogger(__name__)
+
+COMMAND = (sys.executable, "-m", "engine.runtimes.rest_compiler")
+LOWEST_PRIORITY = 19
+
+
+@contextlib.asynccontextmanager
+async def compiling_the_rest() -> AsyncIterator[None]:
+    """Have the rest compiled as long as this lasts; what is not finished then, the next start goes on with."""
+    background = Background()
+    background.run(_compile_beside())
+    try:
+        yield
+    finally:
+        await background.cancel()
+
+
+async def _compile_beside() -> None:
+    process = await asyncio.create_subprocess_exec(*COMMAND, stdin=asyncio.subprocess.DEVNULL)
+    try:
+        status = await process.wait()
+        if status:
+            logger.warning("the compiler of kernels ended with status %d: planners may be slow when first used", status)
+    finally:
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
+
+
+def main() -> None:
+    """Compile all kernels, unless it is known that they are."""
+    os.nice(LOWEST_PRIORITY)
+    layer = threading_layer.choose()
+    stamp = kernel_stamp.stamp_file(Path(ppaas.__path__[0]), layer)
+    if kernel_stamp.all_compiled(stamp):
+        return
+    with _alone(stamp):
+        if not kernel_stamp.all_compiled(stamp):  # another may just have done it
+            from engine.runtimes import kernels  # noqa: PLC0415  # numba, which comes after the choice of its layer
+
+            kernel_stamp.note(stamp, kernels.warm_all())
+
+
+@contextlib.contextmanager
+def _alone(stamp: Path) -> Iterator[None]:
+    """Wait until no other process compiles; of several clouds on one computer each would do the same work."""
+    stamp.parent.mkdir(parents=True, exist_ok=True)
+    with stamp.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+if __name__ == "__main__":
+    main()

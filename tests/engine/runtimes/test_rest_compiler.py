@@ -1,0 +1,71 @@
+"""What the first containers do not need is compiled beside them, once."""
+
+import asyncio
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from engine.runtimes import rest_compiler
+from engine.runtimes.rest_compiler import compiling_the_rest
+from tests.support.processes import is_gone, until
+
+
+@pytest.fixture
+def begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the file in which a compiler that never ends tells its process id."""
+    file = tmp_path / "begun"
+    script = f"import os, time; open({str(file)!r}, 'w').write(str(os.getpid()) + ' '); time.sleep(600)"
+    monkeypatch.setattr(rest_compiler, "COMMAND", (sys.executable, "-c", script))
+    return file
+
+
+def pid_in(file: Path) -> int:
+    """Return the process id told in a file; 0 before it is there whole."""
+    told = file.read_text() if file.exists() else ""
+    return int(told) if told.endswith(" ") else 0
+
+
+async def test_the_compiler_ends_with_what_it_runs_beside(begun: Path) -> None:
+    async with compiling_the_rest():
+        await until(lambda: pid_in(begun))
+        assert not is_gone(pid_in(begun))
+    assert is_gone(pid_in(begun))
+
+
+async def test_a_compiler_that_fails_is_told_of_and_harms_nobody(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(rest_compiler, "COMMAND", (sys.executable, "-c", "raise SystemExit(3)"))
+    async with compiling_the_rest():
+        await until(lambda: "status 3" in caplog.text)
+
+
+def test_nothing_is_compiled_twice_and_only_one_process_compiles(tmp_path: Path) -> None:
+    """The kernels are those of a package of one; both processes see the same cache."""
+    package = tmp_path / "ppaas" / "kernels"
+    package.mkdir(parents=True)
+    (tmp_path / "ppaas" / "__init__.py").write_text("")
+    (package / "__init__.py").write_text("")
+    told = tmp_path / "told"
+    (package / "one.py").write_text(
+        f"from numba import njit\n\n@njit(cache=True)\ndef one():\n    return 1\n\n"
+        f"def warm():\n    one()\n    with open({str(told)!r}, 'a') as file:\n        file.write('warm ')\n"
+    )
+    asyncio.run(_compile_at_once(tmp_path))
+    assert told.read_text() == "warm "
+
+
+async def _compile_at_once(folder: Path) -> None:
+    script = (
+        "import sys, types, pathlib\n"
+        "import engine.runtimes.threading_layer, engine.runtimes.kernel_stamp, engine.background\n"
+        "for name in [name for name in sys.modules if name.split('.')[0] == 'ppaas']: del sys.modules[name]\n"
+        f"sys.path.insert(0, {str(folder)!r})\n"
+        "import engine.runtimes.rest_compiler as compiler\n"
+        "compiler.main()\n"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")}
+    processes = [await asyncio.create_subprocess_exec(sys.executable, "-c", script, env=environment) for _ in range(2)]
+    assert [await process.wait() for process in processes] == [0, 0]
