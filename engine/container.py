@@ -8,6 +8,7 @@ import asyncio
 import logging
 import os
 from collections.abc import Callable, Coroutine
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,8 @@ from engine.mapcache import open_layers
 from engine.model import LINK_STATE, Launch
 from engine.outside import Outside
 from engine.runtimes.threads import use_threads
+from engine.shared_indexes import SharedIndexes
+from ppaas.costmap.costmap import Indexes
 from ppaas.errors import PPaaSError
 from ppaas.messages import decode, encode, service_type, type_name
 from ppaas.messages.message import Message
@@ -42,9 +45,10 @@ def payload_bytes(payload: Payload) -> bytes:
     return encode(payload if isinstance(payload, Message) else payload.to_message())
 
 
-def build_graph(graph: Graph, launch: Launch) -> None:
-    """Put the nodes in that this container is for, and let them go on from the checkpoint."""
+def build_graph(graph: Graph, launch: Launch, indexes: Indexes | None = None) -> None:
+    """Put the nodes in that this container is for; ``indexes`` gives what is prepared of its map."""
     layers = open_layers(Path(launch.layers))
+    layers = replace(layers, costmap=replace(layers.costmap, indexes=indexes))
     robot = launch.spec.robot
     if robot is None:
         build_planning(graph, layers, threads=launch.threads)
@@ -242,8 +246,9 @@ async def run(launch: Launch) -> None:
     reader, writer = await asyncio.open_unix_connection(launch.link)
     stream: FrameStream[link.ToContainer] = FrameStream(reader, writer, link.ToContainer)
     home = CloudHome(lambda: use_threads(launch.threads))
+    indexes = SharedIndexes(Path(launch.layers))
     try:
-        build_graph(home.graph, launch)
+        build_graph(home.graph, launch, indexes)
         home.graph.restore([Checkpoint(name, state) for name, state in launch.spec.checkpoint.items()])
     except PPaaSError as error:
         refusal = link.Refusal(error.slug, str(error))
@@ -252,6 +257,7 @@ async def run(launch: Launch) -> None:
         home.close()
         return
     machine = await MachineClient.connect(launch)
+    indexes.ask(machine, asyncio.get_running_loop())
     container = Container(launch, home, stream, machine)
     outside = Outside(launch, home.graph, machine)
     stream.write(container.hello(os.getpid()))

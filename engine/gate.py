@@ -6,9 +6,9 @@ name of its user and robot: it cannot name another.
 
 import asyncio
 import logging
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from pathlib import Path
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from engine import machine_link
 from engine.awaited import Awaited
@@ -19,7 +19,7 @@ from engine.keys import Scope, parse_shared
 from engine.link import Refusal
 from engine.model import ContainerSpec
 from ppaas.clock import epoch
-from ppaas.errors import MessageTooLarge, NotPermitted, PPaaSError, QuotaExceeded
+from ppaas.errors import MessageTooLarge, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
 from storage.ports import Store
 from storage.records import CloneCheckpoint, PlanRecord
 
@@ -62,11 +62,25 @@ class Shares(Protocol):
         ...
 
 
+Prepare = Callable[[str], Awaitable[None]]
+"""Puts what a planner, by its name, prepares of a map beside the layers of that map."""
+
+
+class _Expected(NamedTuple):
+    spec: ContainerSpec
+    prepare: Prepare
+
+
+async def _nothing_to_prepare(planner: str) -> None:
+    raise Unavailable(f"the machine prepares nothing for {planner!r}")
+
+
 class _Guest:
     """A container that was let in."""
 
-    def __init__(self, spec: ContainerSpec, stream: Stream) -> None:
-        self.spec = spec
+    def __init__(self, expected: _Expected, stream: Stream) -> None:
+        self.spec = spec = expected.spec
+        self.prepare = expected.prepare
         self.stream = stream
         self.scope = scope_of(spec)
         self.turn = asyncio.Lock()
@@ -105,7 +119,7 @@ class Gate:
         self._fabric = fabric
         self._instance = instance
         self._attach_timeout = attach_timeout
-        self._awaited: Awaited[ContainerSpec] = Awaited()
+        self._awaited: Awaited[_Expected] = Awaited()
         self._streams: set[Stream] = set()
         self._background = Background()
         self._server: asyncio.Server | None = None
@@ -115,9 +129,9 @@ class Gate:
         self._server = await asyncio.start_unix_server(self._connected, self.path)
         self.path.chmod(0o600)
 
-    def expect(self, spec: ContainerSpec, secret: str) -> None:
-        """Await a container, once."""
-        self._awaited.expect(spec.id, secret, spec)
+    def expect(self, spec: ContainerSpec, secret: str, prepare: Prepare = _nothing_to_prepare) -> None:
+        """Await a container, once; ``prepare`` is for the map that it stands in."""
+        self._awaited.expect(spec.id, secret, _Expected(spec, prepare))
 
     def forget(self, container: str) -> None:
         """Await it no more."""
@@ -168,9 +182,11 @@ class Gate:
     def _take(self, frame: machine_link.FromContainer, guest: _Guest) -> None:
         match frame:
             case machine_link.SaveClone():
-                self._ask(frame.request, guest, lambda: self._save_clone(guest.spec, frame.nodes))
+                self._ask(frame.request, guest, _in_turn(guest, lambda: self._save_clone(guest.spec, frame.nodes)))
             case machine_link.KeepPlan():
-                self._ask(frame.request, guest, lambda: self._keep_plan(guest.spec, frame.plan))
+                self._ask(frame.request, guest, _in_turn(guest, lambda: self._keep_plan(guest.spec, frame.plan)))
+            case machine_link.PrepareIndex():
+                self._ask(frame.request, guest, lambda: guest.prepare(frame.planner))
             case machine_link.Share():
                 self._share(frame, guest)
             case machine_link.Attach():
@@ -178,7 +194,7 @@ class Gate:
 
     # -- the stores ----------------------------------------------------------------------------------------------------
 
-    def _ask(self, request: int, guest: _Guest, work: Callable[[], None]) -> None:
+    def _ask(self, request: int, guest: _Guest, work: Callable[[], Awaitable[None]]) -> None:
         if guest.requests >= MAX_REQUESTS:
             error = QuotaExceeded(f"{MAX_REQUESTS} requests of this container are under way: wait for their answers")
             guest.stream.write(machine_link.Done(request, Refusal(error.slug, str(error))))
@@ -186,11 +202,10 @@ class Gate:
         guest.requests += 1
         self._background.run(self._answer(request, guest, work))
 
-    async def _answer(self, request: int, guest: _Guest, work: Callable[[], None]) -> None:
+    async def _answer(self, request: int, guest: _Guest, work: Callable[[], Awaitable[None]]) -> None:
         refusal = None
         try:
-            async with guest.turn:  # or an older checkpoint might be kept over a newer one
-                await asyncio.to_thread(work)
+            await work()
         except PPaaSError as error:
             refusal = Refusal(error.slug, str(error))
         except Exception as error:
@@ -235,6 +250,16 @@ class Gate:
                 stream.write(machine_link.Shared(other.user, other.robot, other.topic, payload))
 
         return self._fabric.subscribe(scope.seen(SHARED_TOPIC), heard)
+
+
+def _in_turn(guest: _Guest, work: Callable[[], None]) -> Callable[[], Awaitable[None]]:
+    """Let work wait for what its container asked for before: else an older checkpoint might be kept over a newer."""
+
+    async def run() -> None:
+        async with guest.turn:
+            await asyncio.to_thread(work)
+
+    return run
 
 
 def _shared_key(frame: machine_link.Share, scope: Scope | None) -> str:

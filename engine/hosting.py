@@ -103,7 +103,7 @@ class Hosting:
         if hosted.stopped.is_set():
             raise Unavailable("it was stopped before it ran")
         hosted.launch = self._launch_of(order, layers)
-        self._gate.expect(order.spec, order.secret)
+        self._gate.expect(order.spec, order.secret, lambda planner: self._cache.prepare(layers, planner))
         try:
             process = hosted.process = await self._runtime.launch(hosted.launch)
             self._tell(control.Launched(container, process.pid))

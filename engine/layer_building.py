@@ -1,18 +1,22 @@
-"""Makes the layers of a map in a process of its own: warm from the first call, and alone if it runs out of memory."""
+"""Makes layers and indexes of a map in a process of its own: warm from the first call, alone if memory runs out."""
 
 import asyncio
 import multiprocessing
 import os
+from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from engine.layer_files import write_layers
+from engine.layer_files import open_layers, write_index, write_layers
 from engine.link import Refusal
 from engine.runtimes.child import die_with_parent
 from engine.runtimes.fork_server import UNHEARD, start_process
-from ppaas.errors import PPaaSError, Unavailable, rebuild
+from ppaas.errors import NotFound, PPaaSError, Unavailable, rebuild
 from storage.records import MapRecord
+
+INDEX_NICENESS = 10
+"""How much an index gives way: robots drive meanwhile."""
 
 
 def build_here(record: MapRecord, robot_radius: float, folder: Path) -> None:
@@ -33,6 +37,40 @@ def build_here(record: MapRecord, robot_radius: float, folder: Path) -> None:
     write_layers(folder, build_layers(grid, robot_radius=robot_radius), record.created)
 
 
+def index_here(folder: Path, planner: str) -> None:
+    """Let a planner prepare the map of which a folder has the layers, and put what it made beside them.
+
+    Raises
+    ------
+    NotFound
+        No planner of that name makes an index that can be shared.
+    InvalidPlanner
+        It cannot prepare this map.
+    Unavailable
+        There is no room.
+    """
+    from ppaas.planners.hub_labels.planner import HubLabels  # noqa: PLC0415
+
+    if planner != HubLabels.name:
+        raise NotFound("index", planner, [HubLabels.name])
+    os.nice(INDEX_NICENESS)
+    threads = len(os.sched_getaffinity(0))
+    index = HubLabels().prepare(open_layers(folder).costmap, threads=threads)
+    write_index(folder, planner, index.words.data.cast("B"))
+
+
+async def index_in_fork(folder: Path, planner: str) -> None:
+    """Let a planner prepare a map, as ``index_here`` does, in a process forked from the fork server.
+
+    Raises
+    ------
+    NotFound, InvalidPlanner
+    Unavailable
+        There is no room, or the process was killed.
+    """
+    await _in_fork(f"the index of {planner}", index_here, folder, planner)
+
+
 async def build_in_fork(record: MapRecord, robot_radius: float, folder: Path) -> None:
     """Make the layers of a map in a process forked from the fork server.
 
@@ -43,20 +81,24 @@ async def build_in_fork(record: MapRecord, robot_radius: float, folder: Path) ->
     Unavailable
         There is no room, or the process was killed.
     """
-    refusal = await asyncio.to_thread(_await_child, record, robot_radius, folder)
+    await _in_fork(f"the layers of map {record.id!r}", build_here, record, robot_radius, folder)
+
+
+async def _in_fork(what: str, make: Callable[..., None], *arguments: object) -> None:
+    refusal = await asyncio.to_thread(_await_child, what, make, arguments)
     if refusal is not None:
         raise rebuild(refusal.slug, refusal.text)
 
 
-def _await_child(record: MapRecord, robot_radius: float, folder: Path) -> Refusal | None:
+def _await_child(what: str, make: Callable[..., None], arguments: tuple[object, ...]) -> Refusal | None:
     receiving, sending = multiprocessing.Pipe(duplex=False)
     with receiving, sending:
         try:
-            process = start_process(_build_and_tell, record, robot_radius, folder, sending)
+            process = start_process(_make_and_tell, make, arguments, sending)
             sending.close()
             answer: Refusal | None = receiving.recv()
         except (EOFError, OSError) as error:
-            raise Unavailable(f"the process that made the layers of map {record.id!r} was lost; try again") from error
+            raise Unavailable(f"the process that made {what} was lost; try again") from error
         status = process.wait()
         process.close()
     if status == UNHEARD:  # the fork server died meanwhile, and left the process to us
@@ -65,10 +107,10 @@ def _await_child(record: MapRecord, robot_radius: float, folder: Path) -> Refusa
     return answer
 
 
-def _build_and_tell(record: MapRecord, robot_radius: float, folder: Path, answer: Connection) -> None:
+def _make_and_tell(make: Callable[..., None], arguments: tuple[object, ...], answer: Connection) -> None:
     die_with_parent()
     try:
-        build_here(record, robot_radius, folder)
+        make(*arguments)
     except PPaaSError as error:
         answer.send(Refusal(error.slug, str(error)))
     else:

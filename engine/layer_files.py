@@ -1,6 +1,7 @@
 """The layers of a map as files: one ``.npy`` a layer, which every process of a machine maps into its memory."""
 
 import mmap
+import os
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,9 @@ from ppaas.messages.std_msgs import Time
 
 MAP_JSON = "map.json"
 """The map as JSON of ``nav_msgs/OccupancyGrid``, ready to be sent."""
+
+INDEX = ".index"
+"""Ending of the file in which something lies that a planner, whose name comes before it, has prepared of the map."""
 
 _INFO = "info.json"
 
@@ -101,3 +105,40 @@ def _map_array(path: Path, layer: _Layer, shape: tuple[int, int]) -> NDArray[Any
     with path.open("rb") as file:
         memory = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
     return np.frombuffer(memory, layer.dtype, offset=layer.offset).reshape(shape)
+
+
+def write_index(folder: Path, planner: str, content: memoryview) -> None:
+    """Put what a planner has prepared of a map beside its layers; it appears whole or not at all.
+
+    Raises
+    ------
+    Unavailable
+        There is no room, or the folder is gone.
+    """
+    aside = folder / f".{planner}-{os.getpid()}"
+    try:
+        try:
+            aside.write_bytes(content)
+            aside.rename(folder / f"{planner}{INDEX}")
+        finally:
+            aside.unlink(missing_ok=True)
+    except OSError as error:
+        size = content.nbytes / 2**20
+        raise Unavailable(f"an index of {size:.1f} MB cannot be written to {folder}: {error}") from error
+
+
+def open_index(folder: Path, planner: str) -> memoryview | None:
+    """Map what a planner has prepared into this process, so that nobody can write to it; None if it is not there.
+
+    Raises
+    ------
+    Unavailable
+        It cannot be read.
+    """
+    try:
+        with (folder / f"{planner}{INDEX}").open("rb") as file:
+            return memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        raise Unavailable(f"the index of {planner} in {folder} cannot be read: {error}") from error

@@ -17,6 +17,9 @@ logger = logging.getLogger(__name__)
 
 REQUEST_TIMEOUT = 5.0
 
+INDEX_TIMEOUT = 600.0
+"""Seconds in which an index must have been made; who waits for it gives up when it has no more time itself."""
+
 
 class MachineClient:
     """Asks the agent of the machine for what a container may not reach itself."""
@@ -51,15 +54,16 @@ class MachineClient:
         else:
             future.set_exception(rebuild(done.refusal.slug, done.refusal.text))
 
-    async def _request(self, make: Callable[[int], msgspec.Struct]) -> None:
+    async def _request(self, make: Callable[[int], msgspec.Struct], within: float | None = None) -> None:
+        within = REQUEST_TIMEOUT if within is None else within
         number = next(self._numbers)
         future = self._requests[number] = asyncio.get_running_loop().create_future()
         self._stream.write(make(number))
         try:
-            async with asyncio.timeout(REQUEST_TIMEOUT):
+            async with asyncio.timeout(within):
                 await future
         except TimeoutError as error:
-            raise Unavailable(f"the machine did not answer within {REQUEST_TIMEOUT:.0f} s") from error
+            raise Unavailable(f"the machine did not answer within {within:.0f} s") from error
         finally:
             self._requests.pop(number, None)
 
@@ -82,6 +86,18 @@ class MachineClient:
             The machine or its store does not answer.
         """
         await self._request(lambda number: machine_link.KeepPlan(number, plan))
+
+    async def prepare_index(self, planner: str) -> None:
+        """Have the machine put what a planner prepares of the map beside its layers, and wait until it is there.
+
+        Raises
+        ------
+        InvalidPlanner
+            The planner cannot prepare this map.
+        Unavailable
+            The machine does not answer, or has no room.
+        """
+        await self._request(lambda number: machine_link.PrepareIndex(number, planner), INDEX_TIMEOUT)
 
     def share(self, topic: str, payload: bytes) -> None:
         """Publish for the robots of the same map; it may be lost."""

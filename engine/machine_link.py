@@ -30,6 +30,13 @@ class KeepPlan(msgspec.Struct, tag="keep_plan"):
     plan: PlanRecord
 
 
+class PrepareIndex(msgspec.Struct, tag="prepare_index"):
+    """Put what a planner prepares of the container's map beside its layers, for all containers there."""
+
+    request: int
+    planner: str
+
+
 class Share(msgspec.Struct, tag="share"):
     """Publish on the fabric, as JSON; it may be lost."""
 
@@ -37,7 +44,7 @@ class Share(msgspec.Struct, tag="share"):
     payload: bytes
 
 
-FromContainer = Attach | SaveClone | KeepPlan | Share
+FromContainer = Attach | SaveClone | KeepPlan | PrepareIndex | Share
 
 
 class Done(msgspec.Struct, tag="done"):

@@ -10,15 +10,18 @@ from pathlib import Path
 from urllib.parse import quote
 
 from engine.instances import folder_of, instance_name, sweep_stale
-from engine.layer_building import build_in_fork
-from engine.layer_files import open_layers
-from ppaas.errors import InvalidParameter, Unavailable
+from engine.layer_building import build_in_fork, index_in_fork
+from engine.layer_files import INDEX, open_layers
+from ppaas.errors import InvalidParameter, InvalidPlanner, Unavailable
 from storage.records import MapRecord
 
 __all__ = ["Builder", "MapCache", "instance_name", "open_layers", "sweep_stale"]
 
 Builder = Callable[[MapRecord, float, Path], Awaitable[None]]
 """Writes the layers of a map for a robot radius [m] into an empty folder."""
+
+Indexer = Callable[[Path, str], Awaitable[None]]
+"""Puts what a planner, by its name, prepares of a map beside its layers."""
 
 SPARE = 4
 """Map versions that are kept though nobody uses them: a robot that comes back finds its map."""
@@ -33,17 +36,24 @@ class MapCache:
         Folder of its own, in shared memory; made if it is not there.
     build : callable, optional
         Makes layers; without it, in a process forked from the warm fork server.
+    index : callable, optional
+        Makes indexes; without it, in such a process as well.
     spare : int
         Layers that are kept though nobody uses them.
     """
 
-    def __init__(self, root: Path, *, build: Builder = build_in_fork, spare: int = SPARE) -> None:
+    def __init__(
+        self, root: Path, *, build: Builder = build_in_fork, index: Indexer = index_in_fork, spare: int = SPARE
+    ) -> None:
         self._root = root
         self._build = build
+        self._index = index
         self._spare = spare
         self._users: Counter[Path] = Counter()
         self._unused: dict[Path, None] = {}  # in order of their release
         self._building: dict[Path, asyncio.Task[None]] = {}
+        self._indexing: dict[Path, asyncio.Task[None]] = {}
+        self._refused: dict[Path, InvalidPlanner] = {}
         root.mkdir(mode=0o700, parents=True, exist_ok=True)
 
     @classmethod
@@ -82,6 +92,46 @@ class MapCache:
             raise
         return folder
 
+    async def prepare(self, folder: Path, planner: str) -> None:
+        """Put what a planner prepares of a map beside its layers, which the caller uses; nothing to do if it is there.
+
+        However many ask at once, it is made once; so is the attempt, where the planner cannot prepare the map.
+
+        Raises
+        ------
+        NotFound
+            No planner of that name makes an index that can be shared.
+        InvalidPlanner
+            The planner cannot prepare this map.
+        Unavailable
+            There is no room in shared memory, even without the layers that nobody uses.
+        """
+        path = folder / f"{quote(planner, safe='')}{INDEX}"
+        if path in self._refused:
+            raise self._refused[path]
+        if path.exists():
+            return
+        if path not in self._indexing:
+            self._users[folder] += 1  # whoever asks may give up meanwhile
+            task = self._indexing[path] = asyncio.create_task(self._make_index(folder, planner))
+            task.add_done_callback(lambda _: self._indexed(folder, path))
+        await asyncio.shield(self._indexing[path])
+
+    async def _make_index(self, folder: Path, planner: str) -> None:
+        try:
+            await self._index(folder, planner)
+        except Unavailable:
+            if not self._unused:
+                raise
+            self._drop_unused(keep=0)
+            await self._index(folder, planner)
+
+    def _indexed(self, folder: Path, path: Path) -> None:
+        task = self._indexing.pop(path)
+        if not task.cancelled() and isinstance(error := task.exception(), InvalidPlanner):
+            self._refused[path] = error
+        self.release(folder)
+
     def release(self, folder: Path) -> None:
         """Use layers no more, once for each ``ensure``; they stay for a while."""
         if self._users[folder] < 1:
@@ -96,7 +146,7 @@ class MapCache:
 
     def remove_all(self) -> None:
         """Remove all layers and the folder itself. Processes that have mapped them keep what they mapped."""
-        for task in self._building.values():
+        for task in (*self._building.values(), *self._indexing.values()):
             task.cancel()
         shutil.rmtree(self._root, ignore_errors=True)
         self._unused.clear()
@@ -105,6 +155,7 @@ class MapCache:
         while len(self._unused) > keep:
             oldest = next(iter(self._unused))
             del self._unused[oldest]
+            self._refused = {path: error for path, error in self._refused.items() if path.parent != oldest}
             shutil.rmtree(oldest, ignore_errors=True)
 
     def _making(self, folder: Path, record: MapRecord, robot_radius: float) -> asyncio.Task[None]:

@@ -1,5 +1,6 @@
 """The costmap: one byte a cell, with the values of costmap_2d."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,9 @@ LETHAL_OBSTACLE = 254
 NO_INFORMATION = 255
 
 
+Indexes = Callable[[str, Callable[[], None]], memoryview | None]
+
+
 @dataclass(frozen=True, slots=True)
 class Costmap:
     """What each cell costs the centre of the robot.
@@ -24,10 +28,14 @@ class Costmap:
         0 free, 1–252 graded, 253 inscribed, 254 lethal, 255 unknown; row 0 is the lowest. Planners only read it.
     info : GridInfo
         Where it lies.
+    indexes : callable, optional
+        Gives what others have prepared of these very cells, if they have: by the name of the planner that asks, and a
+        check that it calls at least every 10 ms while it waits.
     """
 
     data: NDArray[np.uint8]
     info: GridInfo
+    indexes: Indexes | None = None
 
     def __post_init__(self) -> None:
         if self.data.shape != self.info.shape or self.data.dtype != np.uint8:

@@ -78,7 +78,9 @@ def attach(gate: Gate, fabric: FakeFabric) -> Attach:
     return attached
 
 
-async def ask(stream: Stream, request: machine_link.SaveClone | machine_link.KeepPlan) -> machine_link.Done:
+async def ask(
+    stream: Stream, request: machine_link.SaveClone | machine_link.KeepPlan | machine_link.PrepareIndex
+) -> machine_link.Done:
     """Return the answer to a request."""
     stream.write(request)
     answer = await done(stream)
@@ -202,6 +204,28 @@ async def test_a_plan_in_anothers_name_is_refused_and_its_own_is_kept(
     assert slug(await ask(stream, machine_link.KeepPlan(1, records.plan("bad", **(mine | spoof))))) == "not-permitted"
     assert slug(await ask(stream, machine_link.KeepPlan(2, records.plan("good", **mine)))) is None
     assert [plan.id for plan in store.plans("house") + store.plans("vault")] == ["good"]
+
+
+async def test_a_container_has_what_planners_prepare_of_its_own_map_put_beside_its_layers(
+    gate: Gate, attach: Attach
+) -> None:
+    prepared = []
+
+    async def prepare(planner: str) -> None:
+        if planner != "hub_labels":
+            raise NotFound("index", planner, ["hub_labels"])
+        prepared.append(planner)
+
+    gate.expect(planning_spec("c1"), "secret", prepare)
+    stream = await dial_gate(gate.path)
+    stream.write(machine_link.Attach("c1", "secret"))
+    assert slug(await ask(stream, machine_link.PrepareIndex(1, "hub_labels"))) is None
+    assert slug(await ask(stream, machine_link.PrepareIndex(2, "astar"))) == "not-found"
+    assert prepared == ["hub_labels"]
+    await stream.close()
+    other = await attach(planning_spec("c2"))
+    assert slug(await ask(other, machine_link.PrepareIndex(3, "hub_labels"))) == "unavailable"
+    await other.close()
 
 
 async def test_checkpoints_are_kept_in_the_order_in_which_they_were_made(attach: Attach, store: SlowStore) -> None:

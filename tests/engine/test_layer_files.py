@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from engine.layer_files import MAP_JSON, open_layers, write_layers
+from engine.layer_files import MAP_JSON, open_index, open_layers, write_index, write_layers
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
@@ -58,3 +58,20 @@ def test_layers_that_are_not_whole_are_unavailable(tmp_path, layers, broken):
     (tmp_path / broken).unlink()
     with pytest.raises(Unavailable, match="no layers of a map"):
         open_layers(tmp_path)
+
+
+def test_an_index_is_read_as_it_was_written_and_cannot_be_written(tmp_path):
+    assert open_index(tmp_path, "p") is None
+    write_index(tmp_path, "p", memoryview(b"some words"))
+    content = open_index(tmp_path, "p")
+    assert bytes(content) == b"some words"
+    assert content.readonly
+    assert [file.name for file in tmp_path.iterdir()] == ["p.index"]
+
+
+def test_an_index_without_a_folder_or_content_is_unavailable(tmp_path):
+    with pytest.raises(Unavailable, match="cannot be written"):
+        write_index(tmp_path / "gone", "p", memoryview(b"words"))
+    (tmp_path / "p.index").touch()
+    with pytest.raises(Unavailable, match="cannot be read"):
+        open_index(tmp_path, "p")

@@ -57,6 +57,16 @@ async def test_a_machine_that_does_not_answer_is_unavailable(ends: Ends, monkeyp
     await saving
 
 
+async def test_an_index_may_take_longer_than_other_answers(ends: Ends, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("engine.machine_client.REQUEST_TIMEOUT", 0.0)
+    client, machine, _ = ends
+    asking = asyncio.create_task(client.prepare_index("hub_labels"))
+    frame = await receive(machine)
+    assert (type(frame), frame.planner) == (machine_link.PrepareIndex, "hub_labels")
+    machine.write(machine_link.Done(frame.request))
+    await asking
+
+
 async def test_what_others_share_is_handed_on(ends: Ends) -> None:
     client, machine, heard = ends
     machine.write(machine_link.Shared("bob", "tb1", "amcl_pose", b"{}"))

@@ -1,14 +1,18 @@
 import asyncio
 import math
 import resource
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from engine.layer_building import build_here
 from engine.layer_files import open_layers
 from engine.mapcache import MapCache
-from ppaas.errors import InvalidMap, InvalidParameter, Unavailable
+from engine.shared_indexes import SharedIndexes
+from ppaas.errors import InvalidMap, InvalidParameter, InvalidPlanner, NotFound, Unavailable
+from ppaas.planners.hub_labels.planner import HubLabels
 from storage.records import MapRecord
 from tests.support.records import house, pgm
 
@@ -38,6 +42,33 @@ def building() -> Building:
 @pytest.fixture
 def cache(tmp_path, building) -> MapCache:
     return MapCache(tmp_path / "shm", build=building, spare=2)
+
+
+class Indexing:
+    """Makes indexes by writing one file, when it is let."""
+
+    def __init__(self):
+        self.made: list[str] = []
+        self.failures: list[BaseException] = []
+        self.go = asyncio.Event()
+        self.go.set()
+
+    async def __call__(self, folder: Path, planner: str) -> None:
+        self.made.append(planner)
+        await self.go.wait()
+        if self.failures:
+            raise self.failures.pop()
+        (folder / f"{planner}.index").write_text("made")
+
+
+@pytest.fixture
+def indexing() -> Indexing:
+    return Indexing()
+
+
+@pytest.fixture
+def indexed(tmp_path, building, indexing) -> MapCache:
+    return MapCache(tmp_path / "shm", build=building, index=indexing, spare=0)
 
 
 def folders(cache: MapCache) -> list[str]:
@@ -177,3 +208,75 @@ async def test_nothing_is_left_after_remove_all(cache, tmp_path):
     await cache.ensure(house(), 0.18)
     cache.remove_all()
     assert list(tmp_path.iterdir()) == []
+
+
+async def test_an_index_asked_for_at_once_and_again_is_made_once(indexed, indexing):
+    folder = await indexed.ensure(house(), 0.18)
+    await asyncio.gather(*(indexed.prepare(folder, "p") for _ in range(10)))
+    await indexed.prepare(folder, "p")
+    assert (folder / "p.index").read_text() == "made"
+    assert indexing.made == ["p"]
+
+
+async def test_an_index_is_made_though_who_asked_gives_up_and_holds_its_layers_until_then(indexed, indexing):
+    folder = await indexed.ensure(house(), 0.18)
+    indexing.go.clear()
+    asking = asyncio.create_task(indexed.prepare(folder, "p"))
+    await asyncio.sleep(0)
+    asking.cancel()
+    await asyncio.sleep(0)
+    indexed.release(folder)
+    assert folder.exists()
+    indexing.go.set()
+    async with asyncio.timeout(10):
+        while folder.exists():
+            await asyncio.sleep(0)
+
+
+async def test_what_no_planner_can_prepare_is_tried_once(indexed, indexing):
+    folder = await indexed.ensure(house(), 0.18)
+    indexing.failures = [InvalidPlanner("too cluttered")]
+    for _ in range(3):
+        with pytest.raises(InvalidPlanner, match="cluttered"):
+            await indexed.prepare(folder, "p")
+    assert indexing.made == ["p"]
+
+
+async def test_an_index_that_failed_for_another_reason_is_tried_again(indexed, indexing):
+    folder = await indexed.ensure(house(), 0.18)
+    indexing.failures = [Unavailable("full")]
+    with pytest.raises(Unavailable):
+        await indexed.prepare(folder, "p")
+    await indexed.prepare(folder, "p")
+    assert (folder / "p.index").exists()
+
+
+async def test_the_unused_make_room_for_an_index(tmp_path, building, indexing):
+    cache = MapCache(tmp_path / "shm", build=building, index=indexing, spare=2)
+    cache.release(await cache.ensure(house("a"), 0.18))
+    folder = await cache.ensure(house("b"), 0.18)
+    indexing.failures = [Unavailable("full")]
+    await cache.prepare(folder, "p")
+    assert folders(cache) == ["map-b"]
+
+
+async def test_no_name_of_a_planner_leads_out_of_the_folder(indexed, indexing):
+    folder = await indexed.ensure(house(), 0.18)
+    indexing.failures = [NotFound("index", "../../p")]
+    with pytest.raises(NotFound):
+        await indexed.prepare(folder, "../../p")
+
+
+async def test_a_process_forked_for_it_makes_the_index_that_the_planner_makes(tmp_path):
+    image = b"P5\n60 50\n255\n" + bytes(0 if (i // 60) % 7 == 3 and i % 60 % 11 else 254 for i in range(3000))
+    cache = MapCache(tmp_path / "shm", build=build_in_thread)
+    folder = await cache.ensure(house(image=image), 0.05)
+    await cache.prepare(folder, "hub_labels")
+    costmap = open_layers(folder).costmap
+    made = HubLabels().prepare(costmap)
+    found = HubLabels().prepare(replace(costmap, indexes=SharedIndexes(folder)))
+    assert not found.words.flags.owndata
+    np.testing.assert_array_equal(found.words, made.words)
+    with pytest.raises(NotFound, match="known: hub_labels"):
+        await cache.prepare(folder, "dijkstra")
+    assert {file.name for file in folder.iterdir() if "index" in file.name} == {"hub_labels.index"}

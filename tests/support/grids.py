@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
-from ppaas.costmap.costmap import Costmap
+from ppaas.costmap.costmap import Costmap, Indexes
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo
 
@@ -18,9 +18,14 @@ def costmap(picture: str, resolution: float = 1.0, origin: Pose2D = Pose2D(0.0, 
     return of(np.array([[SIGNS[sign] for sign in line] for line in lines], dtype=np.uint8), resolution, origin)
 
 
-def of(data: NDArray[np.uint8], resolution: float = 1.0, origin: Pose2D = Pose2D(0.0, 0.0)) -> Costmap:
+def of(
+    data: NDArray[np.uint8],
+    resolution: float = 1.0,
+    origin: Pose2D = Pose2D(0.0, 0.0),
+    indexes: Indexes | None = None,
+) -> Costmap:
     """Make a costmap of an array."""
-    return Costmap(data, GridInfo(resolution, data.shape[1], data.shape[0], origin))
+    return Costmap(data, GridInfo(resolution, data.shape[1], data.shape[0], origin), indexes)
 
 
 def centre(costmap: Costmap, row: int, column: int, theta: float = 0.0) -> Pose2D:
