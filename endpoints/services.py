@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from endpoints.accounts import Accounts
+from endpoints.installed_planners import InstalledPlanners
 from endpoints.map_heads import MapHeads
 from endpoints.plan_keeper import PlanKeeper
 from endpoints.settings import Settings
@@ -64,3 +65,4 @@ class Services:
     settings: Settings = field(default_factory=Settings)
     plan_keeper: PlanKeeper = field(default_factory=PlanKeeper)
     map_heads: MapHeads = field(default_factory=MapHeads)
+    planners: InstalledPlanners = field(default_factory=InstalledPlanners)

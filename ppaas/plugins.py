@@ -92,8 +92,8 @@ class PluginRegistry(Generic[P]):
         return tuple(sorted(self._entries))
 
     def own_name(self, name: str) -> str:
-        """Return the own name of a plug-in that is given by its name or an alias."""
-        return self._aliases.get(name, name)
+        """Return the own name of a plug-in that is given by its name or an alias, in either spelling of ROS 2."""
+        return self._aliases.get(name, self._aliases.get(name.replace("::", "/"), name))
 
     def aliases(self, name: str) -> tuple[str, ...]:
         """Return the aliases of one plug-in."""

@@ -1,5 +1,6 @@
 """Names in paths and bodies: the rule of the stores, checked where a request comes in and told in OpenAPI."""
 
+import re
 from typing import Annotated
 
 from fastapi import Path
@@ -19,6 +20,14 @@ def _name(text: str) -> str:
     return text
 
 
+def _plugin(text: str) -> str:
+    if not all(map(is_name, re.split("/|::", text, maxsplit=1))):
+        raise PydanticCustomError(
+            "plugin", "a plug-in is called by its name, such as navfn, or its ROS name, package/Class"
+        )
+    return text
+
+
 def _version(text: str) -> str:
     if not is_name(text):
         raise PydanticCustomError("version", "a version is the SHA-256 of a map's files, in 64 hex digits")
@@ -26,8 +35,10 @@ def _version(text: str) -> str:
 
 
 _SCHEMA = {"type": "string", "pattern": f"^{PATTERN}$", "minLength": 1, "maxLength": 64}
+_PLUGIN_SCHEMA = {"type": "string", "pattern": f"^{PATTERN}((/|::){PATTERN})?$", "minLength": 1, "maxLength": 130}
 
 Name = Annotated[str, AfterValidator(_name), WithJsonSchema(_SCHEMA)]
+PluginName = Annotated[str, AfterValidator(_plugin), WithJsonSchema(_PLUGIN_SCHEMA)]
 Version = Annotated[str, AfterValidator(_version), WithJsonSchema(_SCHEMA)]
 
 MapId = Annotated[Name, Path(examples=["office"])]
@@ -38,3 +49,4 @@ TokenId = Annotated[Name, Path(description="`current` is the one that is used", 
 PlanId = Annotated[Name, Path(examples=["9f1c0d6f6c1a4d0c8a52ad2d0cf0e6b1"])]
 MachineId = Annotated[Name, Path(examples=["local"])]
 ContainerId = Annotated[Name, Path(examples=["c1"])]
+PlannerName = Annotated[Name, Path(description="Its own name", examples=["dijkstra"])]

@@ -20,6 +20,7 @@ TAGS = [
     {"name": "robots", "description": "The caller's robots."},
     {"name": "plans", "description": "Paths: asked for, looked up again, removed."},
     {"name": "models", "description": "Models of robots that robot files may name."},
+    {"name": "planners", "description": "Planners that robot files and requests for paths may name."},
     {"name": "machines", "description": "Machines of the cloud, for administrators."},
     {"name": "containers", "description": "What runs: the caller's own, or all for an administrator."},
 ]

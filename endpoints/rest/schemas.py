@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from endpoints.rest.names import Name
+from endpoints.rest.names import Name, PluginName
 from storage.records import Role
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -178,8 +178,8 @@ class RobotFile(_Body):
     model: Name = "turtlebot2"
     initial_pose: Pose = [0.0, 0.0, 0.0]
     cores: Cores = 1.0
-    base_global_planner: Name = "dijkstra"
-    base_local_planner: Name = "dwa"
+    base_global_planner: PluginName = "dijkstra"
+    base_local_planner: PluginName = "dwa"
     parameters: Parameters = {}
 
 
@@ -190,8 +190,8 @@ class RobotChange(_Body):
     model: Name | None = None
     initial_pose: Pose | None = None
     cores: Cores | None = None
-    base_global_planner: Name | None = None
-    base_local_planner: Name | None = None
+    base_global_planner: PluginName | None = None
+    base_local_planner: PluginName | None = None
     parameters: Parameters | None = None
 
 
@@ -258,7 +258,7 @@ class PlanFile(_Body):
 
     start: Pose
     goal: Pose
-    planner: Name = "dijkstra"
+    planner: PluginName = "dijkstra"
     tolerance: Annotated[Number, Field(ge=0.0, description="How far off the goal will do, if it is blocked [m]")] = 0.0
     timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time allowed to the planner [s]")
 

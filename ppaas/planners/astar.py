@@ -7,6 +7,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.planners.aimed_search import AimedSearch
 from ppaas.planners.padded_map import PaddedMap
 from ppaas.planners.prepared import PreparedPlanner
+from ppaas.planners.traits import Optimal, Traits
 from ppaas.planners.watch import proceed
 
 
@@ -18,6 +19,7 @@ class AStar(PreparedPlanner):
 
     name: ClassVar[str] = "astar"
     purpose: ClassVar[str] = "Cheapest path in the open, where the straight way is nearly free; hardly any preparation."
+    traits: ClassVar[Traits] = Traits(optimal=Optimal.ALWAYS, indexed=True)
 
     def prepare(self, costmap: Costmap, *, threads: int = 1, check: Callable[[], None] = proceed) -> AimedSearch:
         """Copy the map with a margin."""

@@ -7,6 +7,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.planners.jump_map import JumpMap
 from ppaas.planners.jump_search import JumpSearch
 from ppaas.planners.prepared import PreparedPlanner
+from ppaas.planners.traits import Optimal, Traits
 from ppaas.planners.watch import proceed
 
 
@@ -19,6 +20,7 @@ class JumpPointSearch(PreparedPlanner):
 
     name: ClassVar[str] = "jps"
     purpose: ClassVar[str] = "Cheapest path where wide areas cost the same; prepares a map in milliseconds."
+    traits: ClassVar[Traits] = Traits(optimal=Optimal.ALWAYS, indexed=True)
 
     def prepare(self, costmap: Costmap, *, threads: int = 1, check: Callable[[], None] = proceed) -> JumpSearch:
         """Work out where jumps end."""

@@ -16,6 +16,7 @@ from ppaas.planners.grid_field import GridField
 from ppaas.planners.prepared import PreparedPlanner
 from ppaas.planners.watch import Watch, proceed
 from ppaas.planners.workers import Check, Worker, work_off
+from ppaas.plugins import parameters_in_use
 
 Answer = PlanResult | PlanningError
 Progress = Callable[[int, int], None]
@@ -121,7 +122,7 @@ def _groups(planner: Planner, requests: Sequence[PlanRequest]) -> list[Group]:
 
 def _planners(planner: Planner, count: int) -> list[Planner]:
     if isinstance(planner, Dijkstra):
-        return [_OneGoalAfterTheOther(allow_unknown=planner.allow_unknown) for _ in range(count)]
+        return [_OneGoalAfterTheOther(planner) for _ in range(count)]
     return [planner, *(planner.twin() for _ in range(count - 1))]
 
 
@@ -140,8 +141,8 @@ def _answer(planner: Planner, costmap: Costmap, request: PlanRequest, asked: Che
 class _OneGoalAfterTheOther(Dijkstra):
     """Keeps the field of the goal before, which only grows further if the next goal is the same; for one map."""
 
-    def __init__(self, *, allow_unknown: bool = True) -> None:
-        super().__init__(allow_unknown=allow_unknown)
+    def __init__(self, like: Dijkstra) -> None:
+        super().__init__(**parameters_in_use(like))
         self._goal: Cell | None = None
         self._field: CostField | None = None
         self._check: Check = proceed
