@@ -80,9 +80,7 @@ class StraightSearch:
         self._costs = costs.ravel()
         self._weights = blocking_weights(allow_unknown)[0]
         self._offsets = neighbour_offsets(self._stride)
-        toward = np.full(costs.shape, np.inf)
-        np.multiply(costs_to_go, SCALE, out=toward[1:-1, 1:-1])
-        self._toward = toward.ravel()
+        self._toward = np.ascontiguousarray(costs_to_go)
         self.expanded = 0
 
     def corners(self, start: Cell, goal: Cell) -> NDArray[np.int64]:
@@ -99,7 +97,7 @@ class StraightSearch:
             self._check()
             outcome = find(
                 self._costs, self._stride, self._weights, self._offsets, SCALE * NEUTRAL,
-                self._toward, self._toward[begin], value, parent, status,
+                self._toward, self._toward[start], value, parent, status,
                 keys, cells, places, state, end, SLICE_CELLS,
             )  # fmt: skip
         assert outcome == SETTLED
