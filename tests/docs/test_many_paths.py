@@ -1,0 +1,44 @@
+"""What many-paths.md has its reader type works, and so does what planning.md says of tuning a planner."""
+
+import json
+import os
+import subprocess
+import sys
+
+from ppaas.costmap.build import build_layers
+from ppaas.nodes.clone import build_clone
+from ppaas.nodes.graph import Graph
+from ppaas.planners.weights import RELATIVE_ERROR
+from tests.support.documents import blocks, text_of
+from tests.support.planar_world import walled_map
+from tests.support.sources import ROOT
+
+PAGE = "docs/many-paths.md"
+
+
+def test_the_program_runs() -> None:
+    [program] = blocks(PAGE, "python")
+    ended = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=ROOT,
+        env=os.environ,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert (ended.returncode, ended.stderr) == (0, "")
+
+
+def test_a_cost_is_as_exact_as_it_says() -> None:
+    assert "to less than 0.01 %" in text_of(PAGE)
+    assert RELATIVE_ERROR < 1e-4
+
+
+def test_a_robots_file_tunes_its_planner_as_planning_says() -> None:
+    [file] = [json.loads(block) for block in blocks("docs/planning.md", "json")]
+    graph = Graph()
+    layers = build_layers(walled_map(4, 3, []))
+    named = {"base_global_planner": file["base_global_planner"], "parameters": file["parameters"]}
+    build_clone(graph, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), **named)
+    assert graph.nodes["move_base"]._paths._planner("navfn").use_astar  # type: ignore[attr-defined]
