@@ -49,7 +49,8 @@ class VoxelCostmap:
 
     def places(self, voxels: ArrayLike) -> NDArray[np.float64]:
         """Return the places that voxels stand for: (..., 3) x, y, z [m] of (..., 3) layer, row, column."""
-        return self.info.to_world(voxels) - (0.0, 0.0, self.info.resolution / 2.0)
+        middles = np.asarray(voxels, dtype=np.float64)[..., ::-1] + (0.5, 0.5, 0.0)
+        return np.asarray(middles * self.info.resolution + self.info.origin)
 
     def nearest(self, points: ArrayLike) -> NDArray[np.int64]:
         """Return the voxels whose places are nearest to points, (..., 3); outside the map where a point is."""

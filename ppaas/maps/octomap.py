@@ -14,8 +14,6 @@ from ppaas.errors import InvalidMap
 from ppaas.maps.kernels import octree as kernels
 from ppaas.maps.octree import OcTree, shared_depths
 
-SUFFIXES = (".bt", ".ot")
-
 BINARY = b"# Octomap OcTree binary file"
 FULL = b"# Octomap OcTree file"
 

@@ -1,8 +1,10 @@
 """Planners by name."""
 
-from typing import Any
+from typing import Any, Literal, overload
 
 from ppaas.planners.base import Planner
+from ppaas.planners.volume.base import VolumePlanner
+from ppaas.planners.volume.registry import VOLUME_PLANNERS
 from ppaas.plugins import PluginRegistry
 
 PLANNERS: PluginRegistry[Planner] = PluginRegistry(
@@ -13,6 +15,7 @@ PLANNERS: PluginRegistry[Planner] = PluginRegistry(
         "global_planner/GlobalPlanner": "dijkstra",
         "nav2_smac_planner/SmacPlanner2D": "astar",
         "nav2_smac_planner/SmacPlannerHybrid": "lattice",
+        "nav2_smac_planner/SmacPlannerLattice": "lattice",
         "nav2_theta_star_planner/ThetaStarPlanner": "theta_star",
         "navfn/NavfnROS": "navfn",
         "nav2_navfn_planner/NavfnPlanner": "navfn",
@@ -20,8 +23,12 @@ PLANNERS: PluginRegistry[Planner] = PluginRegistry(
 )
 
 
-def create(name: str, **parameters: Any) -> Planner:
-    """Make a planner by its name or its ROS alias.
+@overload
+def create(name: Literal["astar3d", "dijkstra3d"], **parameters: Any) -> VolumePlanner: ...
+@overload
+def create(name: str, **parameters: Any) -> Planner: ...
+def create(name: str, **parameters: Any) -> Planner | VolumePlanner:
+    """Make a planner by its name or its ROS alias; one in space as well, whose maps and requests are others.
 
     Raises
     ------
@@ -30,9 +37,10 @@ def create(name: str, **parameters: Any) -> Planner:
     InvalidParameter
         It takes no such parameter.
     """
-    return PLANNERS.create(name, parameters)
+    registry = VOLUME_PLANNERS if name in VOLUME_PLANNERS.names() else PLANNERS
+    return registry.create(name, parameters)
 
 
 def planner_names() -> tuple[str, ...]:
-    """Return the names of all planners installed."""
+    """Return the names of all planners in the plane that are installed."""
     return PLANNERS.names()

@@ -23,7 +23,10 @@ HERE = ("planner", "length", "cost", "expanded", "seconds")
 COLUMNS = ("plan_id", *HERE, "container", "pid")
 KEPT = ("plan_id", "map", "planner", "start", "goal", "length", "cost", "seconds", "user", "robot", "created")
 
-FILES = (".yaml", ".yml", ".pgm", ".png")
+OCTOMAPS = (".bt", ".ot")
+FILES = (".yaml", ".yml", ".pgm", ".png", *OCTOMAPS)
+
+PLANNER = "dijkstra"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -49,16 +52,22 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _configure_create(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("map", help="YAML file of a map (or its image beside it), or the id of a map in the cloud")
+    parser.add_argument("map", help="YAML file of a map or its image, .bt or .ot file of OctoMap, or id in the cloud")
     for end in ("start", "goal"):
-        parser.add_argument(f"--{end}", nargs="+", type=float, required=True, metavar="N", help="x y [yaw], m and rad")
-    parser.add_argument("--planner", default="dijkstra", help="(%(default)s)")
+        help_ = "x y [yaw], m and rad; in an octomap x y z [yaw]"
+        parser.add_argument(f"--{end}", nargs="+", type=float, required=True, metavar="N", help=help_)
+    parser.add_argument("--planner", help=f"({PLANNER}; in an octomap astar3d)")
     parser.add_argument("--tolerance", type=float, default=0.0, help="metres around a goal that is blocked (0)")
     robot = parser.add_argument_group("with a map file", "without these it is for a Turtlebot2, as in the cloud")
     size = robot.add_mutually_exclusive_group()
     size.add_argument("--radius", type=float, metavar="M", help="of the robot, in metres")
     size.add_argument("--model", help="of the robot (turtlebot2)")
     robot.add_argument("--rules", choices=("map_server", "nav2"), help="what is free (as the file says, or map_server)")
+    space = parser.add_argument_group("with an octomap", "without these it is for a Turtlebot2 that drives")
+    space.add_argument("--height", type=float, metavar="M", help="of the robot, in metres")
+    space.add_argument("--step", type=float, metavar="M", help="height that it climbs, in metres (one voxel)")
+    space.add_argument("--fly", action="store_true", help="it needs no ground")
+    space.add_argument("--depth", type=int, help="of the octree, up to 16; each less doubles the voxels (16)")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -84,34 +93,58 @@ def _plan_here(arguments: argparse.Namespace) -> None:
     from ppaas.maps.record import Rules  # noqa: PLC0415
     from robots.plans import offline  # noqa: PLC0415
 
-    start, goal = (Pose2D(*pose) for pose in _ends(arguments))
-    radius = offline.Robot(arguments.model or offline.MODEL, arguments.radius).radius_of()
-    rules = None if arguments.rules is None else Rules(arguments.rules)
     path = Path(arguments.map)
+    radius = offline.Robot(arguments.model or offline.MODEL, arguments.radius).radius_of()
+    if path.suffix.lower() in OCTOMAPS:
+        _plan_in_space(arguments, path, radius)
+        return
+    _refuse_in_plane(arguments)
+    start, goal = (Pose2D(*pose) for pose in _ends(arguments))
+    rules = None if arguments.rules is None else Rules(arguments.rules)
     costmap = offline.costmap_of_file(path, radius, rules)
-    answer = offline.answer_of(offline.plan(costmap, start, goal, arguments.planner, arguments.tolerance))
+    answer = offline.answer_of(offline.plan(costmap, start, goal, arguments.planner or PLANNER, arguments.tolerance))
     if arguments.plot is not None:
         _draw(arguments.plot, costmap, answer, radius, path.name)
     show(answer, HERE, as_json=arguments.json)
+
+
+def _plan_in_space(arguments: argparse.Namespace, path: Path, radius: float) -> None:
+    from ppaas.planners.volume import Pose3D  # noqa: PLC0415
+    from robots.plans import offline, space  # noqa: PLC0415
+
+    if (arguments.plot, arguments.rules) != (None, None):
+        raise InvalidInput("--plot and --rules go with a map of the plane, and an octomap is none")
+    start, goal = (Pose3D(*pose) for pose in _ends(arguments, "x y z"))
+    height = space.HEIGHT if arguments.height is None else arguments.height
+    body = space.Body(radius, height, arguments.step, arguments.fly)
+    costmap = space.costmap_of_file(path, body, 16 if arguments.depth is None else arguments.depth)
+    result = space.plan(costmap, start, goal, arguments.planner or space.PLANNER, arguments.tolerance)
+    show(offline.answer_of(result), HERE, as_json=arguments.json)
+
+
+def _refuse_in_plane(arguments: argparse.Namespace) -> None:
+    if (arguments.height, arguments.step, arguments.fly, arguments.depth) != (None, None, False, None):
+        raise InvalidInput(f"--height, --step, --fly and --depth go with an octomap, and {arguments.map!r} is none")
 
 
 async def _create(arguments: argparse.Namespace) -> None:
     start, goal = _ends(arguments)
     if (arguments.radius, arguments.model, arguments.rules) != (None, None, None):
         raise InvalidInput(f"--radius, --model and --rules go with a map file, and there is no file {arguments.map!r}")
+    _refuse_in_plane(arguments)
     client = logged_in(arguments)
-    options = {"planner": arguments.planner, "tolerance": arguments.tolerance}
+    options = {"planner": arguments.planner or PLANNER, "tolerance": arguments.tolerance}
     answer = await client.plan(arguments.map, start, goal, **options)
     if arguments.plot is not None:
         await _plot_kept(client, answer, arguments.plot)
     show(answer, COLUMNS, as_json=arguments.json)
 
 
-def _ends(arguments: argparse.Namespace) -> tuple[list[float], list[float]]:
+def _ends(arguments: argparse.Namespace, axes: str = "x y") -> tuple[list[float], list[float]]:
     for end in ("start", "goal"):
         numbers = getattr(arguments, end)
-        if len(numbers) not in (2, 3):
-            raise InvalidInput(f"--{end} takes x y [yaw] in metres and radians, not {len(numbers)} numbers")
+        if len(numbers) - len(axes.split()) not in (0, 1):
+            raise InvalidInput(f"--{end} takes {axes} [yaw] in metres and radians, not {len(numbers)} numbers")
         if not all(map(math.isfinite, numbers)):
             raise InvalidInput(f"--{end} must be finite numbers, not {' '.join(map(str, numbers))}")
     return arguments.start, arguments.goal

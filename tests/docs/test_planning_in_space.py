@@ -1,0 +1,37 @@
+"""What planning.md says of planners in space is so, and its program runs."""
+
+import subprocess
+import sys
+
+from ppaas.maps.octomap import binary_octomap, parse_octomap
+from ppaas.maps.octree import octree_of
+from ppaas.maps.voxels import MAX_VOXELS
+from ppaas.planners.volume import create, planner_names
+from ppaas.planners.weights import RELATIVE_ERROR
+from tests.support.documents import blocks, text_of
+from tests.support.sources import ROOT
+
+PAGE = "docs/planning.md"
+
+
+def test_the_planners_in_space_are_those_there_are():
+    for name in planner_names():
+        assert f"- **`{name}`**: {create(name).purpose}\n" in text_of(PAGE)
+
+
+def test_the_numbers_told_are_those_of_the_code():
+    assert f"more than {MAX_VOXELS} voxels" in text_of(PAGE)
+    assert "by less than 0.02 %; `cost` is recounted" in text_of(PAGE)
+    assert 2 * RELATIVE_ERROR < 0.0002
+
+
+def test_the_program_runs():
+    [program] = [code for code in blocks(PAGE, "python") if "inflate_voxels" in code]
+    command = [sys.executable, "-c", program]
+    ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=120)
+    assert (ended.returncode, ended.stderr) == (0, "")
+
+
+def test_the_map_of_the_example_is_written_as_it_is_read():
+    text = (ROOT / "docs" / "examples" / "table.bt").read_bytes()
+    assert binary_octomap(octree_of(parse_octomap(text).voxels())) == text

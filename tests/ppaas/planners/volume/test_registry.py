@@ -1,0 +1,23 @@
+import pytest
+
+from ppaas import planners
+from ppaas.errors import InvalidParameter, NotFound
+from ppaas.planners import volume
+from ppaas.planners.volume.astar3d import AStar3D
+from ppaas.planners.volume.dijkstra3d import Dijkstra3D
+
+
+@pytest.mark.parametrize("create", [planners.create, volume.create])
+def test_a_planner_in_space_is_made_by_its_name_with_its_parameters(create):
+    assert isinstance(create("astar3d"), AStar3D)
+    planner = create("dijkstra3d", allow_unknown=False)
+    assert isinstance(planner, Dijkstra3D)
+    assert planner.allow_unknown is False
+    with pytest.raises(InvalidParameter, match="colour"):
+        create("dijkstra3d", colour="red")
+
+
+def test_planners_of_the_plane_are_not_among_those_in_space_nor_the_other_way_round():
+    with pytest.raises(NotFound, match=r"unknown planner in space 'dijkstra'; known: astar3d, dijkstra3d"):
+        volume.create("dijkstra")
+    assert not set(volume.planner_names()) & set(planners.planner_names())
