@@ -58,12 +58,12 @@ def _queue(
     keys: NDArray[np.float64], cells: Places, places: Places, state: Ints, cell: Int,
 ) -> None:  # fmt: skip
     """Have a cell wait with its key if its two values differ, else not."""
-    if field[cell] == ahead[cell]:
+    if field[cell] != ahead[cell]:
+        value = min(field[cell], ahead[cell])
+        total = value + octile(cell, state[START], stride, least[0], least[1]) + state[MOVED]
+        state[SIZE] = put(keys, cells, places, state[SIZE], cell, float(total), float(value))
+    elif places[cell] > 0:
         state[SIZE] = drop(keys, cells, places, state[SIZE], cell)
-        return
-    value = min(field[cell], ahead[cell])
-    total = value + octile(cell, state[START], stride, least[0], least[1]) + state[MOVED]
-    state[SIZE] = put(keys, cells, places, state[SIZE], cell, float(total), float(value))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -107,11 +107,11 @@ def repair(
         ):
             return SETTLED
         cell = np.int64(cells[1])
-        major, minor = keys[1, 0], keys[1, 1]
-        _queue(field, ahead, stride, least, keys, cells, places, state, cell)
-        place = places[cell]
-        if keys[place, 0] > major or keys[place, 1] > minor:
-            continue  # its key was made before the robot moved on
+        value = min(field[cell], ahead[cell])
+        total = float(value + octile(cell, start, stride, least[0], least[1]) + state[MOVED])
+        if keys[1, 0] < total:  # its key was made before the robot moved on
+            state[SIZE] = put(keys, cells, places, state[SIZE], cell, total, float(value))
+            continue
         state[COUNT] += 1
         old = field[cell]
         lower = old > ahead[cell]
