@@ -95,7 +95,10 @@ def cost_matrix(
 
 
 def _poses(given: ArrayLike, what: str) -> list[Pose2D]:
-    poses = np.asarray(given, dtype=np.float64)
+    try:
+        poses = np.asarray(given, dtype=np.float64)
+    except ValueError as error:
+        raise InvalidInput(f"{what} are rows of x, y [m] and perhaps yaw [rad], all alike") from error
     if poses.size == 0:
         return []
     if poses.ndim != 2 or poses.shape[1] not in (2, 3):

@@ -13,6 +13,7 @@ from robots.commands.table import show
 from robots.rest_paths import path_of
 
 if TYPE_CHECKING:
+    from ppaas.costmap.costmap import Costmap
     from robots.rest import RestClient
 
 NAME = "plan"
@@ -45,8 +46,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
     delete = verbs.add_parser("delete", help="delete a path that was kept")
     for verb in (one, delete):
         verb.add_argument("id")
+    matrix = verbs.add_parser("matrix", help="tell what it costs from each start to each goal, on a map file")
+    matrix.add_argument("map", help="YAML file of a map or its image")
+    matrix.add_argument(
+        "ends", type=Path, help='JSON file: {"starts": [[x, y], ...], "goals": [[x, y], ...]}, in metres'
+    )
+    _add_robot_arguments(matrix)
     for verb in (create, one):
         verb.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the path in its map")
+    matrix.add_argument("--json", action="store_true", help="print JSON")
     for verb in (create, listing, one, delete):
         add_session_arguments(verb)
 
@@ -58,16 +66,20 @@ def _configure_create(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(f"--{end}", nargs="+", type=float, required=True, metavar="N", help=help_)
     parser.add_argument("--planner", help=f"({PLANNER}; in an octomap astar3d)")
     parser.add_argument("--tolerance", type=float, default=0.0, help="metres around a goal that is blocked (0)")
-    robot = parser.add_argument_group("with a map file", "without these it is for a Turtlebot2, as in the cloud")
-    size = robot.add_mutually_exclusive_group()
-    size.add_argument("--radius", type=float, metavar="M", help="of the robot, in metres")
-    size.add_argument("--model", help="of the robot (turtlebot2)")
-    robot.add_argument("--rules", choices=("map_server", "nav2"), help="what is free (as the file says, or map_server)")
+    _add_robot_arguments(parser)
     space = parser.add_argument_group("with an octomap", "without these it is for a Turtlebot2 that drives")
     space.add_argument("--height", type=float, metavar="M", help="of the robot, in metres")
     space.add_argument("--step", type=float, metavar="M", help="height that it climbs, in metres (one voxel)")
     space.add_argument("--fly", action="store_true", help="it needs no ground")
     space.add_argument("--depth", type=int, help="of the octree, up to 16; each less doubles the voxels (16)")
+
+
+def _add_robot_arguments(parser: argparse.ArgumentParser) -> None:
+    robot = parser.add_argument_group("with a map file", "without these it is for a Turtlebot2, as in the cloud")
+    size = robot.add_mutually_exclusive_group()
+    size.add_argument("--radius", type=float, metavar="M", help="of the robot, in metres")
+    size.add_argument("--model", help="of the robot (turtlebot2)")
+    robot.add_argument("--rules", choices=("map_server", "nav2"), help="what is free (as the file says, or map_server)")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -78,6 +90,8 @@ def run(arguments: argparse.Namespace) -> int:
         check_picture(arguments.plot)
     if arguments.verb == "create" and _is_file(arguments.map):
         _plan_here(arguments)
+    elif arguments.verb == "matrix":
+        _matrix(arguments)
     else:
         asyncio.run(_VERBS[arguments.verb](arguments))
     return 0
@@ -88,20 +102,39 @@ def _is_file(name: str) -> bool:
     return path.is_file() or path.suffix.lower() in FILES
 
 
-def _plan_here(arguments: argparse.Namespace) -> None:
-    from ppaas.geometry import Pose2D  # noqa: PLC0415
+def _radius(arguments: argparse.Namespace) -> float:
+    from robots.plans import offline  # noqa: PLC0415
+
+    return offline.Robot(arguments.model or offline.MODEL, arguments.radius).radius_of()
+
+
+def _costmap(arguments: argparse.Namespace) -> "Costmap":
     from ppaas.maps.record import Rules  # noqa: PLC0415
     from robots.plans import offline  # noqa: PLC0415
 
-    path = Path(arguments.map)
-    radius = offline.Robot(arguments.model or offline.MODEL, arguments.radius).radius_of()
+    rules = None if arguments.rules is None else Rules(arguments.rules)
+    return offline.costmap_of_file(Path(arguments.map), _radius(arguments), rules)
+
+
+def _matrix(arguments: argparse.Namespace) -> None:
+    from robots.plans import matrix  # noqa: PLC0415
+
+    answer = matrix.answer_of(_costmap(arguments), matrix.read_ends(arguments.ends))
+    rows, columns = matrix.table_of(answer)
+    show(answer if arguments.json else rows, columns, as_json=arguments.json, if_none="no start")
+
+
+def _plan_here(arguments: argparse.Namespace) -> None:
+    from ppaas.geometry import Pose2D  # noqa: PLC0415
+    from robots.plans import offline  # noqa: PLC0415
+
+    path, radius = Path(arguments.map), _radius(arguments)
     if path.suffix.lower() in OCTOMAPS:
         _plan_in_space(arguments, path, radius)
         return
     _refuse_in_plane(arguments)
     start, goal = (Pose2D(*pose) for pose in _ends(arguments))
-    rules = None if arguments.rules is None else Rules(arguments.rules)
-    costmap = offline.costmap_of_file(path, radius, rules)
+    costmap = _costmap(arguments)
     answer = offline.answer_of(offline.plan(costmap, start, goal, arguments.planner or PLANNER, arguments.tolerance))
     if arguments.plot is not None:
         _draw(arguments.plot, costmap, answer, radius, path.name)

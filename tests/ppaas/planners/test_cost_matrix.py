@@ -110,6 +110,7 @@ def test_of_no_start_or_no_goal_the_matrix_is_empty():
         ([(0.5, 0.5), (2.5, 0.5)], [(0.5, 0.5)], StartOccupied),
         ([(0.5, math.nan)], [(0.5, 0.5)], InvalidInput),
         ([0.5, 0.5], [(0.5, 0.5)], InvalidInput),
+        ([(0.5, 0.5), (0.5,)], [(0.5, 0.5)], InvalidInput),
         ([(0.5, 0.5, 0.0, 1.0)], [(0.5, 0.5)], InvalidInput),
     ],
 )
