@@ -33,7 +33,7 @@ class AimedSearch(Prepared):
         self._map = padded
         self._least = np.array([padded.least, padded.least // CARDINAL * DIAGONAL])
         self._field = FreshValues((padded.costs.size,), 2 * padded.dearest_path + 2)
-        self._ring = KeyRing(padded.most + int(self._least[1]), 8, EXTRA_STATE)
+        self._ring = KeyRing(padded.most + int(self._least[1]), padded.grain, 8, EXTRA_STATE)
 
     @property
     def nbytes(self) -> int:
@@ -61,7 +61,7 @@ class AimedSearch(Prepared):
             check()
             outcome = aim(
                 self._field.values, costs, stride, weights, self._least,
-                ring.heads, ring.marks, ring.pool, ring.state, base, goal, target, SLICE_CELLS,
+                ring.heads, ring.marks, ring.pool, ring.state, base, base + self._field.span, goal, target, SLICE_CELLS,
             )  # fmt: skip
             if outcome == POOL_EMPTY:
                 ring.grow()

@@ -38,7 +38,7 @@ class JumpSearch(Prepared):
         # From one cell, in each diagonal direction: two straight jumps a move, its own end; and four straight ones.
         self._room = 4 * (2 * min(LONGEST, side) + 1) + 4
         # No jump is longer than the map, nor is the estimate at its other end less by more than the jump weighs.
-        self._ring = KeyRing(2 * side * padded.most, self._room, EXTRA_STATE)
+        self._ring = KeyRing(2 * side * padded.most, padded.grain, self._room, EXTRA_STATE)
         self._cells = np.empty((FIRST_CELLS, 2), np.int32)
 
     @property

@@ -61,6 +61,11 @@ class PaddedMap:
         return self.costs.nbytes + self.weights.nbytes
 
     @property
+    def grain(self) -> int:
+        """How much estimates may differ and be taken from a queue in any order: an eighth of the cheapest move."""
+        return self.least >> 3
+
+    @property
     def dearest_path(self) -> int:
         """More than any path without a loop can weigh."""
         return self.most * self.costs.size

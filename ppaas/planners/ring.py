@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ppaas.planners.kernels.ring import MARKS, RING_STATE, SHIFT, SLOTS
+from ppaas.planners.kernels.ring import MARKS, RING_STATE, SHIFT, SLOT_BITS, SLOTS
 
 FIRST_ROOM = 1 << 12
 """Entries that there is room for to begin with."""
@@ -15,18 +15,20 @@ class KeyRing:
     ----------
     span : int
         How far above the lowest key another may be.
+    grain : int
+        Keys that differ by less need not come out in order: the fewer buckets, the nearer they lie in memory.
     room : int
         Entries that there must be room for.
     extra : int
         Numbers that a search keeps in the state, behind those of the ring.
     """
 
-    def __init__(self, span: int, room: int, extra: int) -> None:
+    def __init__(self, span: int, grain: int, room: int, extra: int) -> None:
         self.heads = np.zeros(SLOTS, np.int32)
         self.marks = np.zeros(MARKS, np.uint64)
         self.pool = np.empty((max(room, FIRST_ROOM) + 1, 2), np.int32)
         self.state = np.zeros(RING_STATE + extra, np.int64)
-        self.state[SHIFT] = max(0, span.bit_length() - (SLOTS - 1).bit_length() + 1)
+        self.state[SHIFT] = max(0, grain.bit_length() - 1, span.bit_length() - SLOT_BITS + 1)
 
     @property
     def nbytes(self) -> int:

@@ -69,8 +69,15 @@ def kept_neighbours(free: set[Cell], came: Cell | None) -> set[Cell]:
     return kept
 
 
-def _ways(free: set[Cell], start: Cell) -> dict[Cell, float]:
-    """Return the lengths of shortest ways from a cell within the nine around (0, 0), and not through it."""
+def kept_by_weights(weights: dict[Cell, float], came: Cell) -> set[Cell]:
+    """Return the neighbours of (0, 0) to which no way within nine free cells is cheaper than that through (0, 0)."""
+    around = _ways(set(weights), came, weights)
+    first = math.hypot(*came) * weights[0, 0]
+    return {to for to in MOVES if to != came and first + math.hypot(*to) * weights[to] < around[to] + 1e-9}
+
+
+def _ways(free: set[Cell], start: Cell, weights: dict[Cell, float] | None = None) -> dict[Cell, float]:
+    """Return what cheapest ways from a cell within the nine around (0, 0), and not through it, cost."""
     lengths = {start: 0.0}
     queue = [(0.0, start)]
     while queue:
@@ -79,7 +86,7 @@ def _ways(free: set[Cell], start: Cell) -> dict[Cell, float]:
             to = row + down, column + right
             if to == (0, 0) or not {to, (to[0], column), (row, to[1])} <= free | {(0, 0)}:
                 continue
-            new = length + math.hypot(down, right)
+            new = length + math.hypot(down, right) * (weights[to] if weights else 1.0)
             if new < lengths.get(to, math.inf) - 1e-9:
                 lengths[to] = new
                 heapq.heappush(queue, (new, to))

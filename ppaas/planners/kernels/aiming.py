@@ -51,7 +51,8 @@ def divide(cell: int, stride: int) -> tuple[int, int]:
 @bare
 def aim(
     field: Ints, costs: Bytes, stride: int, weights: Ints, least: Ints,
-    heads: Links, marks: NDArray[np.uint64], pool: Links, state: Ints, base: int, goal: int, target: int, budget: int,
+    heads: Links, marks: NDArray[np.uint64], pool: Links, state: Ints,
+    base: int, ceiling: int, goal: int, target: int, budget: int,
 ) -> int:  # fmt: skip
     """Work off up to ``budget`` cells and tell why it stopped.
 
@@ -69,8 +70,8 @@ def aim(
         The least of both.
     heads, marks, pool, state
         The queue, and what the search remembers.
-    base : int
-        Even; what is written in this search is no less, and less than all that was written before.
+    base, ceiling : int
+        Both even; what is written in this search is from the one to below the other, what was written before is above.
     goal, target : int
         Cell to begin at, and cell whose value is wanted.
     budget : int
@@ -118,13 +119,16 @@ def aim(
             open_sides |= (1 << move) & 15
             new = value + weight
             element = base + (new << 1) + 1
-            if element >= field[neighbour]:
+            old = field[neighbour]
+            if element >= old:
                 continue
             left = octile(row + DOWN[move] - target_row, column + RIGHT[move] - target_column, least[0], least[1])
             if new + left >= state[BEST]:
                 continue
             if neighbour == target:
                 state[BEST] = new
+            if old < ceiling and old & 1 == 0:
+                state[COUNT] -= 1  # it is to be settled again
             field[neighbour] = element
             push(heads, marks, pool, state, neighbour, new + left)
 
@@ -188,5 +192,5 @@ def warm() -> None:
     state = np.zeros(RING_STATE + EXTRA_STATE, np.int64)
     state[COUNT] = -1
     queue = np.zeros(SLOTS, np.int32), np.zeros(MARKS, np.uint64), np.empty((16, 2), np.int32), state
-    aim(field, costs, 4, weights, least, *queue, -100, 5, 6, 9)
+    aim(field, costs, 4, weights, least, *queue, -100, 0, 5, 6, 9)
     walk(field, costs, 4, weights, -100, np.array([[0, 1], [0, 0]], np.int32), 1, 1)

@@ -16,6 +16,9 @@ RIGHT = (1, 0, -1, 0, 1, -1, -1, 1)
 ANY = 8
 """In the place of a direction: from wherever, to all free neighbours."""
 
+MIXED = 9
+"""In the place of a direction, with that added: to a cell whose neighbours do not all weigh the same."""
+
 
 def _free(down: int, right: int) -> NDArray[np.bool_]:
     """Return for each neighbourhood whether one of its cells is free."""
@@ -46,16 +49,27 @@ def _straight(direction: int) -> NDArray[np.bool_]:
     return into
 
 
+def _mixed(direction: int) -> NDArray[np.bool_]:
+    """Return where to go on whatever cells weigh: not where the cell before leads with one straight move, nor back."""
+    into = np.ones((8, 512), np.bool_)
+    for onward in range(8):
+        beside = (DOWN[onward] + DOWN[direction], RIGHT[onward] + RIGHT[direction])
+        into[onward] = abs(beside[0]) + abs(beside[1]) > 1
+    return into
+
+
 def turns() -> NDArray[np.uint8]:
-    """Return the (9, 512) sets of directions to go on in, by direction come from and neighbourhood."""
-    table = np.zeros((9, 512), np.uint8)
-    for came in range(9):
+    """Return the (17, 512) sets of directions to go on in, by direction come from and neighbourhood."""
+    table = np.zeros((MIXED + 8, 512), np.uint8)
+    for came in range(MIXED + 8):
         into = np.ones((8, 512), np.bool_)
         if came < 4:
             into = _straight(came)
         elif came < ANY:
             into[:] = False
             into[[came, *_parts(came)]] = True
+        elif came >= MIXED:
+            into = _mixed(came - MIXED)
         for direction in range(8):
             table[came] |= (into[direction] & _allowed(direction)).astype(np.uint8) << np.uint8(direction)
     return table

@@ -24,6 +24,7 @@ from ppaas.planners.kernels.bare import bare, inlined
 from ppaas.planners.kernels.bits import first_from, is_set, last_until, three_at
 from ppaas.planners.kernels.jump_planes import AHEAD, BACK, MIXED, SQUARE
 from ppaas.planners.kernels.jump_turns import ANY, DOWN, RIGHT, turns
+from ppaas.planners.kernels.jump_turns import MIXED as IN_MIXED
 from ppaas.planners.kernels.ring import BUCKET, MARKS, RING_STATE, SHIFT, SIZE, SLOTS, empty, pop, push
 from ppaas.planners.units import CARDINAL, DIAGONAL
 
@@ -65,8 +66,8 @@ def _arrive(
         state[BEST] = value
         nodes[place, 0], nodes[place, 1] = base + value, parent << _PARENT
         return
-    if is_set(planes, MIXED * plane + cell):
-        came = ANY
+    if came != ANY and is_set(planes, MIXED * plane + cell):
+        came += IN_MIXED
     around = three_at(planes, cell - stride) | (three_at(planes, cell) << 3) | (three_at(planes, cell + stride) << 6)
     into = np.int64(_TURNS[np.uint64((came << 9) + around)])
     if base + value < known:
@@ -89,61 +90,58 @@ def _jump_straight(
     _, target_row, target_column, stride, _, plane, columns, height, turned = query
     if direction & 1:
         # Along a column: its planes lie behind those of the rows.
-        line = columns + column * height
-        if direction == 1:
-            line += AHEAD * turned
-            far = first_from(planes, line + row + 1) - line - row
-            passed = column == target_column and row < target_row <= row + far
-        else:
-            line += BACK * turned
-            far = row + line - last_until(planes, line + row - 1)
-            passed = column == target_column and row - far <= target_row < row
-        far = abs(target_row - row) if passed else far
+        line, size, at, target_at = columns + column * height, turned, row, target_row
+        in_line = column == target_column
     else:
-        line = row * stride
-        if direction == 0:
-            line += AHEAD * plane
-            far = first_from(planes, line + column + 1) - line - column
-            passed = row == target_row and column < target_column <= column + far
-        else:
-            line += BACK * plane
-            far = column + line - last_until(planes, line + column - 1)
-            passed = row == target_row and column - far <= target_column < column
-        far = abs(target_column - column) if passed else far
+        line, size, at, target_at = row * stride, plane, column, target_column
+        in_line = row == target_row
+    if direction < 2:
+        line += AHEAD * size
+        far = first_from(planes, line + at + 1) - line - at
+        passed = in_line and at < target_at <= at + far
+    else:
+        line += BACK * size
+        far = at + line - last_until(planes, line + at - 1)
+        passed = in_line and at - far <= target_at < at
+    if passed:
+        far = abs(target_at - at)
     state[WORK] += 1 + (far >> 6)
-    row += DOWN[direction] * far
-    column += RIGHT[direction] * far
-    if is_set(planes, row * stride + column):
-        value += far * weight
-        _arrive(planes, nodes, heads, marks, pool, state, query, row, column, value, direction, parent)
+    end_row, end_column = row + DOWN[direction] * far, column + RIGHT[direction] * far
+    if is_set(planes, end_row * stride + end_column):
+        _arrive(
+            planes, nodes, heads, marks, pool, state, query,
+            end_row, end_column, value + far * weight, direction, parent,
+        )  # fmt: skip
 
 
-@bare
-def _jump_diagonally(
+@inlined
+def _jump(
     planes: Words, nodes: Ints, heads: Links, marks: Words, pool: Links, state: Ints, query: Query,
     row: int, column: int, value: int, direction: int, weight: int, parent: int,
 ) -> None:  # fmt: skip
-    """Jump from a cell in one of the directions 4 to 7, and straight on from each cell on the way."""
+    """Jump from a cell in any direction: if diagonally, then straight on from each cell on the way as well."""
     _, target_row, target_column, stride, _, plane, _, _, _ = query
-    first, second = direction - 4, (direction - 3) & 3
+    is_diagonal = direction > 3
     down, right = DOWN[direction], RIGHT[direction]
     diagonal = weight // CARDINAL * DIAGONAL
-    cell = row * stride + column
-    # The corner of the square of four cells that a move leads over.
+    # The corner of the square of four cells that a diagonal move leads over.
     corner = SQUARE * plane + min(down, 0) * stride + min(right, 0)
     for step in range(1, LONGEST + 1):
-        if not is_set(planes, corner + cell):
-            return
-        row += down
-        column += right
-        cell += down * stride + right
-        value += diagonal
-        at_target = row == target_row and column == target_column
-        if at_target or step == LONGEST or is_set(planes, MIXED * plane + cell):
-            _arrive(planes, nodes, heads, marks, pool, state, query, row, column, value, direction, parent)
-            return
-        _jump_straight(planes, nodes, heads, marks, pool, state, query, row, column, value, first, weight, parent)
-        _jump_straight(planes, nodes, heads, marks, pool, state, query, row, column, value, second, weight, parent)
+        if is_diagonal:
+            if not is_set(planes, corner + row * stride + column):
+                break
+            row, column, value = row + down, column + right, value + diagonal
+            at_target = row == target_row and column == target_column
+            if at_target or step == LONGEST or is_set(planes, MIXED * plane + row * stride + column):
+                _arrive(planes, nodes, heads, marks, pool, state, query, row, column, value, direction, parent)
+                break
+        for side in range(1 + is_diagonal):
+            straight = (direction + side) & 3
+            _jump_straight(
+                planes, nodes, heads, marks, pool, state, query, row, column, value, straight, weight, parent
+            )
+        if not is_diagonal:
+            break
 
 
 @bare
@@ -210,14 +208,7 @@ def jump(
             if not into >> direction & 1:
                 continue
             weight = weights[costs[np.uint64(cell + DOWN[direction] * stride + RIGHT[direction])]]
-            if direction < 4:
-                _jump_straight(
-                    planes, nodes, heads, marks, pool, state, query, row, column, value, direction, weight, cell
-                )
-            else:
-                _jump_diagonally(
-                    planes, nodes, heads, marks, pool, state, query, row, column, value, direction, weight, cell
-                )
+            _jump(planes, nodes, heads, marks, pool, state, query, row, column, value, direction, weight, cell)
 
 
 @bare

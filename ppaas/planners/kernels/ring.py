@@ -18,7 +18,8 @@ Links = NDArray[np.int32]
 Marks = NDArray[np.uint64]
 Ints = NDArray[np.int64]
 
-SLOTS = 1 << 18
+SLOT_BITS = 18
+SLOTS = 1 << SLOT_BITS
 _WORDS = SLOTS >> 6
 _TOP = _WORDS + (_WORDS >> 6)
 MARKS = _TOP + 1

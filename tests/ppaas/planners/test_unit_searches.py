@@ -88,7 +88,9 @@ def test_slices_of_one_cell_little_room_and_few_numbers_give_the_same(kind, scen
 
 
 @KINDS
-def test_a_search_that_was_ended_half_way_leaves_nothing_behind(kind):
+def test_a_search_that_was_ended_half_way_leaves_nothing_behind(kind, monkeypatch):
+    monkeypatch.setattr(aimed_search, "SLICE_CELLS", 1_000)
+    monkeypatch.setattr(jump_search, "SLICE_WORK", 1_000)
     rng = np.random.default_rng(2)
     costs = rng.choice(np.array([0, 0, 0, 9, 254], np.uint8), (300, 300))
     costs[:2, :2] = costs[-2:, -2:] = 0

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ppaas.planners.kernels.jump_turns import ANY, DOWN, RIGHT, turns
+from ppaas.planners.kernels.jump_turns import ANY, DOWN, MIXED, RIGHT, turns
 from tests.reference import jumps as twin
 
 CELLS = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
@@ -37,5 +37,18 @@ def test_from_wherever_all_moves_are_kept_that_cut_no_corner():
         assert directions(turns()[ANY, number]) == twin.kept_neighbours(free, None)
 
 
+def test_at_a_mixed_cell_no_move_is_dropped_that_may_be_on_a_cheapest_path():
+    """Whatever the cells weigh: the dropped ones are those that the cell before makes itself, for less."""
+    rng = np.random.default_rng(8)
+    for came in range(8):
+        parent = (-DOWN[came], -RIGHT[came])
+        kept = set()
+        for _ in range(300):
+            weights = {cell: float(rng.choice([1.0, 1.1, 2.0, 5.0])) for cell in CELLS}
+            kept |= twin.kept_by_weights(weights, parent)
+        everywhere = 511
+        assert directions(turns()[MIXED + came, everywhere]) == kept
+
+
 def test_the_table_is_of_bytes():
-    assert (turns().shape, turns().dtype) == ((9, 512), np.uint8)
+    assert (turns().shape, turns().dtype) == ((17, 512), np.uint8)

@@ -26,10 +26,10 @@ def arrays(ring):
     return ring.heads, ring.marks, ring.pool, ring.state
 
 
-@given(OPERATIONS, st.integers(1, 1 << 30))
+@given(OPERATIONS, st.integers(1, 1 << 30), st.integers(0, 1 << 12))
 @settings(deadline=None)
-def test_cells_come_out_by_bucket_the_last_one_first(operations, span):
-    ring = KeyRing(span, 200, 0)
+def test_cells_come_out_by_bucket_the_last_one_first(operations, span, grain):
+    ring = KeyRing(span, grain, 200, 0)
     width = 1 << int(ring.state[1])
     inside: dict[int, list[int]] = {}
     lowest = 0
@@ -54,7 +54,7 @@ def test_cells_come_out_by_bucket_the_last_one_first(operations, span):
 @given(st.lists(STEPS, max_size=50), st.integers(0, 1 << 40))
 @settings(deadline=None)
 def test_what_is_thrown_out_leaves_nothing_behind(steps, key):
-    ring = KeyRing(SLOTS // 2, 50, 0)
+    ring = KeyRing(SLOTS // 2, 1, 50, 0)
     for cell, step in enumerate(steps):
         put(*arrays(ring), cell, step)
     empty(ring.heads, ring.marks, ring.state, key)
@@ -66,7 +66,7 @@ def test_what_is_thrown_out_leaves_nothing_behind(steps, key):
 
 
 def test_room_that_was_made_keeps_what_is_inside():
-    ring = KeyRing(100, 0, 0)
+    ring = KeyRing(100, 1, 0, 0)
     room = len(ring.pool) - 1
     for cell in range(room):
         put(*arrays(ring), cell, 5)
