@@ -11,6 +11,7 @@ from endpoints.dashboard.pages import add_dashboard
 from endpoints.problems import add_problem_handlers
 from endpoints.rest import (
     containers,
+    cost_matrix,
     kept_plans,
     machines,
     map_cells,
@@ -41,6 +42,7 @@ Lengths are metres, angles radians, times seconds. Every error is a problem of R
 
 RESOURCES = (
     planning,
+    cost_matrix,
     tokens,
     users,
     maps,

@@ -9,7 +9,7 @@ from endpoints.map_heads import MapHeads
 from endpoints.plan_keeper import PlanKeeper
 from endpoints.settings import Settings
 from engine.model import MapVersion
-from engine.views import ContainerView, MachineView, PathAnswer, PathRequest
+from engine.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
 from storage.ports import MapStore, Store
 from storage.records import User
 
@@ -50,6 +50,18 @@ class Cloud(Protocol):
             The user may not have another container.
         Unavailable
             No machine has room, or the container was lost.
+        """
+        ...
+
+    async def compute_costs(self, user: User, map: MapVersion, request: CostRequest) -> CostAnswer:  # noqa: A002
+        """Have a container tell what it costs from each start to each goal.
+
+        Raises
+        ------
+        InvalidInput
+            Too many starts or goals.
+        PlanningError, QuotaExceeded, Unavailable
+            As ``compute_path``.
         """
         ...
 

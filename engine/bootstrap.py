@@ -18,7 +18,7 @@ from engine.planning import Planning
 from engine.robot_sessions import LINGER, RobotSessions
 from engine.run_dir import make_run_dir
 from engine.service import CloudService
-from engine.views import ContainerView, MachineView, PathAnswer, PathRequest
+from engine.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
 from storage.ports import MapStore, Store
 from storage.records import User
 from storage.urls import open_map_store, open_store
@@ -137,3 +137,7 @@ class Cloud:
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
         """Have a container plan a path."""
         return await self._planning.compute_path(user.id, map, request)
+
+    async def compute_costs(self, user: User, map: MapVersion, request: CostRequest) -> CostAnswer:  # noqa: A002
+        """Have a container tell what it costs from each start to each goal."""
+        return await self._planning.compute_costs(user.id, map, request)

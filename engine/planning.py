@@ -2,18 +2,24 @@
 
 import asyncio
 import logging
+from dataclasses import dataclass
 
 from engine.background import Background
 from engine.master import PlaceRequest
 from engine.model import MapVersion
-from engine.place_link import PlaceLink
 from engine.service import CloudService
-from engine.views import PathAnswer, PathRequest
+from engine.views import CostAnswer, CostRequest, PathAnswer, PathRequest
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages import decode, encode
 from ppaas.messages.geometry_msgs import Pose
-from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
+from ppaas.messages.message import Message
+from ppaas.messages.ppaas_msgs import (
+    ComputeCostsRequest,
+    ComputeCostsResponse,
+    ComputePathRequest,
+    ComputePathResponse,
+)
 
 logger = logging.getLogger(__name__)
 
@@ -24,6 +30,13 @@ CORES = 1.0
 READY_TIMEOUT = 15.0
 ANSWER_MARGIN = 5.0
 """Seconds that a container may take beyond the time that the planner is given."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    answer: bytes
+    container: str
+    pid: int
 
 
 class Planning:
@@ -48,15 +61,10 @@ class Planning:
         Unavailable
             No machine has room, or the container was lost.
         """
-        place = self._service.open_place(PlaceRequest(user, version, CORES))
-        self._note_use(place.key)
-        await place.ready(READY_TIMEOUT)
-        # Who plans is asked before the call: the container may be gone, or another, when the answer is here.
-        container, pid = place.container, place.pid
-        response = await self._ask(place, request)
-        self._note_use(place.key)
-        if container is None or pid is None:
-            raise Unavailable("the container was lost; ask again")
+        start, goal = (Pose.of(Pose2D(*pose)) for pose in (request.start, request.goal))
+        question = ComputePathRequest(start, goal, request.planner, request.tolerance, request.timeout)
+        asked = await self._ask(user, version, "compute_path", question, request.timeout)
+        response = decode(ComputePathResponse, asked.answer)
         return PathAnswer(
             poses=response.poses,
             cost=response.cost,
@@ -64,15 +72,37 @@ class Planning:
             expanded=response.expanded,
             seconds=response.seconds,
             planner=response.planner,
-            container=container,
-            pid=pid,
+            container=asked.container,
+            pid=asked.pid,
         )
 
-    async def _ask(self, place: PlaceLink, request: PathRequest) -> ComputePathResponse:
-        start, goal = (Pose.of(Pose2D(*pose)) for pose in (request.start, request.goal))
-        question = ComputePathRequest(start, goal, request.planner, request.tolerance, request.timeout)
-        answer = await place.call("compute_path", encode(question), request.timeout + ANSWER_MARGIN)
-        return decode(ComputePathResponse, answer)
+    async def compute_costs(self, user: str, version: MapVersion, request: CostRequest) -> CostAnswer:
+        """Have the user's planning container for this map version tell what it costs from each start to each goal.
+
+        Raises
+        ------
+        InvalidInput
+            Too many starts or goals.
+        PlanningError, QuotaExceeded, Unavailable
+            As ``compute_path``.
+        """
+        starts, goals = ([Pose.of(Pose2D(*pose)) for pose in ends] for ends in (request.starts, request.goals))
+        question = ComputeCostsRequest(starts, goals, request.timeout)
+        asked = await self._ask(user, version, "compute_costs", question, request.timeout)
+        response = decode(ComputeCostsResponse, asked.answer)
+        return CostAnswer(response.costs, response.seconds, asked.container, asked.pid)
+
+    async def _ask(self, user: str, version: MapVersion, service: str, question: Message, timeout: float) -> "_Asked":
+        place = self._service.open_place(PlaceRequest(user, version, CORES))
+        self._note_use(place.key)
+        await place.ready(READY_TIMEOUT)
+        # Who plans is asked before the call: the container may be gone, or another, when the answer is here.
+        container, pid = place.container, place.pid
+        answer = await place.call(service, encode(question), timeout + ANSWER_MARGIN)
+        self._note_use(place.key)
+        if container is None or pid is None:
+            raise Unavailable("the container was lost; ask again")
+        return _Asked(answer, container, pid)
 
     def _note_use(self, key: str) -> None:
         now = self._used[key] = asyncio.get_running_loop().time()

@@ -94,6 +94,43 @@ class PathRequest(msgspec.Struct, frozen=True):
     timeout: float = 10.0
 
 
+class CostRequest(msgspec.Struct, frozen=True):
+    """What it costs from each start to each goal, asked for by a program.
+
+    Parameters
+    ----------
+    starts, goals : tuple of tuple of float
+        x, y [m], yaw [rad] in the frame of the map.
+    timeout : float
+        Time allowed to all of it [s].
+    """
+
+    starts: tuple[tuple[float, float, float], ...]
+    goals: tuple[tuple[float, float, float], ...]
+    timeout: float = 10.0
+
+
+class CostAnswer(msgspec.Struct, frozen=True):
+    """Costs, and where they were found.
+
+    Parameters
+    ----------
+    costs : str
+        JSON: a row for each start, a number in it for each goal or null, as the container wrote it.
+    seconds : float
+        Time it took.
+    container : str
+        Id of the container that found them.
+    pid : int
+        Of its process.
+    """
+
+    costs: str
+    seconds: float
+    container: str
+    pid: int
+
+
 class PathAnswer(msgspec.Struct, frozen=True):
     """A path, and where it was found.
 

@@ -128,7 +128,7 @@ async def make_plan(map_id: MapId, file: PlanFile, services: Provided, user: Cal
         goal=triple(file.goal),
         planner=file.planner,
         tolerance=file.tolerance,
-        timeout=_timeout(file, services.settings),
+        timeout=allowed_timeout(file.timeout, services.settings),
     )
     answer = await services.cloud.compute_path(user, MapVersion(head.id, head.version), request)
     plan_id = uuid.uuid4().hex
@@ -136,12 +136,19 @@ async def make_plan(map_id: MapId, file: PlanFile, services: Provided, user: Cal
     return json_response(_told(plan_id, head, answer), status=201)
 
 
-def _timeout(file: PlanFile, settings: Settings) -> float:
-    if file.timeout is None:
+def allowed_timeout(asked: float | None, settings: Settings) -> float:
+    """Return the time that a planner is given [s].
+
+    Raises
+    ------
+    InvalidParameter
+        More is asked for than may be.
+    """
+    if asked is None:
         return settings.default_plan_seconds
-    if file.timeout > settings.max_plan_seconds:
+    if asked > settings.max_plan_seconds:
         raise InvalidParameter(f"timeout: a planner is given {settings.max_plan_seconds:g} s at most")
-    return file.timeout
+    return asked
 
 
 def _told(plan_id: str, head: MapRecord, answer: PathAnswer) -> dict[str, Any]:

@@ -263,6 +263,25 @@ class PlanFile(_Body):
     timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time allowed to the planner [s]")
 
 
+class CostFile(_Body):
+    """Costs that are asked for."""
+
+    starts: Annotated[list[Pose], Field(max_length=1000)]
+    goals: Annotated[list[Pose], Field(max_length=1000)]
+    timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time allowed to all of it [s]")
+
+
+class CostMatrixAnswer(_Answer):
+    """What it costs to get from each start to each goal."""
+
+    costs: list[list[float | None]] = Field(description="A row for each start; null where no way leads to the goal")
+    seconds: float = Field(description="Time it took [s]")
+    map: str
+    version: str
+    container: str
+    pid: int
+
+
 class PlanSummary(_Answer):
     """A path that was kept, without its poses."""
 

@@ -56,4 +56,38 @@ class ComputePathResponse(Message):
 
 ComputePath = ServiceType("ppaas_msgs/ComputePath", ComputePathRequest, ComputePathResponse)
 
-SERVICES = (ComputePath,)
+
+class ComputeCostsRequest(Message):
+    """``ppaas_msgs/ComputeCosts`` request.
+
+    Parameters
+    ----------
+    starts, goals : list of Pose
+        In the frame of the map; headings do not count.
+    timeout : float
+        Longest time for all of it [s].
+    """
+
+    starts: list[Pose]
+    goals: list[Pose]
+    timeout: float = 5.0
+
+
+class ComputeCostsResponse(Message):
+    """``ppaas_msgs/ComputeCosts`` response.
+
+    Parameters
+    ----------
+    costs : str
+        What the cheapest path costs: JSON, a row for each start, a number in it for each goal, null where no way leads.
+    seconds : float
+        Time it took.
+    """
+
+    costs: str
+    seconds: float
+
+
+ComputeCosts = ServiceType("ppaas_msgs/ComputeCosts", ComputeCostsRequest, ComputeCostsResponse)
+
+SERVICES = (ComputePath, ComputeCosts)

@@ -8,15 +8,16 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.message import Message
 from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest
-from ppaas.messages.ppaas_msgs import ComputePath, ComputePathRequest
+from ppaas.messages.ppaas_msgs import ComputeCosts, ComputeCostsRequest, ComputePath, ComputePathRequest
 from ppaas.nodes.base import Context, Node, Reply, Service
 from ppaas.nodes.checks import finite_pose
+from ppaas.nodes.cost_service import CostService
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.path_services import PathServices, get_plan_response
 
 
 class PlannerServerNode(Node):
-    """Answers ``make_plan`` (``nav_msgs/GetPlan``) and ``compute_path`` (``ppaas_msgs/ComputePath``).
+    """Answers ``make_plan`` (``nav_msgs/GetPlan``), ``compute_path`` and ``compute_costs`` (``ppaas_msgs``).
 
     Poses are in the frame of the map. Where there is no path, the answer is the planning error.
 
@@ -33,11 +34,16 @@ class PlannerServerNode(Node):
     """
 
     name: ClassVar[str] = "planner_server"
-    services: ClassVar[tuple[Service, ...]] = (Service("make_plan", GetPlan), Service("compute_path", ComputePath))
+    services: ClassVar[tuple[Service, ...]] = (
+        Service("make_plan", GetPlan),
+        Service("compute_path", ComputePath),
+        Service("compute_costs", ComputeCosts),
+    )
 
     def __init__(self, context: Context, costmap: Costmap, base_global_planner: str, threads: int) -> None:
         super().__init__(context)
         self._paths = PathServices(context, costmap, base_global_planner, threads)
+        self._costs = CostService(context, costmap, threads)
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
         """Plan.
@@ -53,6 +59,8 @@ class PlannerServerNode(Node):
         """
         if isinstance(request, ComputePathRequest):
             self._paths.compute(request, reply)
+        elif isinstance(request, ComputeCostsRequest):
+            self._costs.compute(request, reply)
         elif isinstance(request, GetPlanRequest):
             start, goal = _in_map(request.start, "the start"), _in_map(request.goal, "the goal")
             self._paths.plan(start, goal, reply, get_plan_response, tolerance=request.tolerance)

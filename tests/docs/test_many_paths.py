@@ -4,12 +4,18 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
+import pytest
+
+from endpoints.rest.schemas import CostFile
 from ppaas.costmap.build import build_layers
 from ppaas.nodes.clone import build_clone
+from ppaas.nodes.cost_service import MAX_COSTS, MAX_ENDS
 from ppaas.nodes.graph import Graph
 from ppaas.planners.weights import RELATIVE_ERROR
-from tests.support.documents import blocks, text_of
+from tests.support.cloud import RunningCloud
+from tests.support.documents import blocks, run_shell, script, text_of
 from tests.support.planar_world import walled_map
 from tests.support.sources import ROOT
 
@@ -42,3 +48,18 @@ def test_a_robots_file_tunes_its_planner_as_planning_says() -> None:
     named = {"base_global_planner": file["base_global_planner"], "parameters": file["parameters"]}
     build_clone(graph, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), **named)
     assert graph.nodes["move_base"]._paths._planner("navfn").use_astar  # type: ignore[attr-defined]
+
+
+def test_the_limits_are_those_of_the_code() -> None:
+    assert f"at most {MAX_COSTS} at a\ntime, of up to {MAX_ENDS} starts and {MAX_ENDS} goals" in text_of(PAGE)
+    assert CostFile.model_fields["starts"].metadata[0].max_length == MAX_ENDS
+
+
+@pytest.mark.journey
+def test_a_cloud_tells_costs_as_it_says(cloud: RunningCloud, tmp_path: Path) -> None:
+    [login] = [line for line in script("README.md").splitlines() if line.startswith("export PPAAS_TOKEN")]
+    printed = run_shell(f"{login}\n{script(PAGE)}", tmp_path, cloud)
+    told = json.loads(printed[printed.rindex('{"costs"') :])
+    assert [len(row) for row in told["costs"]] == [2, 2]
+    assert all(cost > 0.0 for row in told["costs"] for cost in row)
+    assert told["map"] == "office"

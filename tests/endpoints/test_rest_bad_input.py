@@ -173,6 +173,7 @@ BODIES: dict[str, object] = {
     "/v1/maps/house": {"readers": ["bob"]},
     "/v1/robots/tb1": {"map": "house"},
     "/v1/maps/house/plans": {"start": [0, 0], "goal": [1, 1]},
+    "/v1/maps/house/cost_matrix": {"starts": [[0, 0]], "goals": [[1, 1]]},
 }
 
 

@@ -5,7 +5,7 @@ import json
 import numpy as np
 
 from engine.model import MapVersion
-from engine.views import ContainerView, MachineView, PathAnswer, PathRequest
+from engine.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
 from ppaas.geometry import poses_along
 from storage.records import User
 
@@ -23,6 +23,7 @@ class FakeCloud:
 
     def __init__(self) -> None:
         self.asked: list[tuple[str, MapVersion, PathRequest]] = []
+        self.costs_asked: list[tuple[str, MapVersion, CostRequest]] = []
         self.error: Exception | None = None
         self.running: list[ContainerView] = []
         self.given_up: list[str] = []
@@ -46,3 +47,11 @@ class FakeCloud:
         poses = poses_along(points, request.goal[2]).tolist()
         length = float(np.linalg.norm(points[1] - points[0]))
         return PathAnswer(json.dumps(poses), 50.0, length, 2, 0.001, request.planner, "c9", 4711)
+
+    async def compute_costs(self, user: User, map: MapVersion, request: CostRequest) -> CostAnswer:  # noqa: A002
+        """Answer with 50 for each goal but the first, which no way leads to."""
+        self.costs_asked.append((user.id, map, request))
+        if self.error is not None:
+            raise self.error
+        row = [None if number == 0 else 50.0 for number in range(len(request.goals))]
+        return CostAnswer(json.dumps([row] * len(request.starts)), 0.001, "c9", 4711)

@@ -47,7 +47,7 @@ def test_a_container_that_plans_has_a_map_and_a_planner_and_nothing_that_moves()
     graph = Graph()
     build_planning(graph, LAYERS)
     assert set(graph.nodes) == {"map_server", "planner_server"}
-    assert set(graph.services) == {"static_map", "make_plan", "compute_path"}
+    assert set(graph.services) == {"static_map", "make_plan", "compute_path", "compute_costs"}
 
 
 @pytest.mark.parametrize(
