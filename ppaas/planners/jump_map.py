@@ -5,11 +5,14 @@ from collections.abc import Callable
 import numpy as np
 
 from ppaas.costmap.costmap import Costmap
-from ppaas.planners.kernels.jump_planes import LINES, mark_cells, mark_jumps, turn
+from ppaas.planners.kernels.jump_planes import mark_cells, mark_jumps, turn
 from ppaas.planners.padded_map import PaddedMap
 from ppaas.planners.watch import proceed
 
 PLANES = 5
+
+SLICE_MARKED = 1 << 19
+"""Cells whose bits are set between two checks: about 3 ms."""
 
 
 class JumpMap:
@@ -40,18 +43,17 @@ class JumpMap:
         self.rows = self.planes[:split].reshape(PLANES, height, words[0])
         self.columns = self.planes[split:].reshape(PLANES, width, words[1])
         costs = self.padded.costs.reshape(self.padded.shape)
-        for first in range(0, height, LINES):
+        weights, one_cost = self.padded.weights[0], self.padded.one_cost
+        for first, last in _slices(height, width):
             check()
-            mark_cells(
-                costs, self.padded.weights[0], self.padded.one_cost, self.rows, first, min(first + LINES, height)
-            )
+            mark_cells(costs, weights, one_cost, self.rows, first, last)
         for word in range(self.columns.shape[2]):
             check()
             turn(self.rows, self.columns, word, word + 1)
         for planes in (self.rows, self.columns):
-            for first in range(0, planes.shape[1], LINES):
+            for first, last in _slices(planes.shape[1], 64 * planes.shape[2]):
                 check()
-                mark_jumps(planes, first, min(first + LINES, planes.shape[1]))
+                mark_jumps(planes, first, last)
 
     def query(self, base: int, target: int) -> tuple[int, ...]:
         """Return what the kernel of `ppaas.planners.kernels.jumping` is told of a query."""
@@ -66,3 +68,8 @@ class JumpMap:
     def nbytes(self) -> int:
         """Bytes that it takes."""
         return self.padded.nbytes + self.planes.nbytes
+
+
+def _slices(lines: int, length: int) -> list[tuple[int, int]]:
+    at_once = max(1, SLICE_MARKED // length)
+    return [(first, min(first + at_once, lines)) for first in range(0, lines, at_once)]

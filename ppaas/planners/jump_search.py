@@ -16,6 +16,9 @@ from ppaas.planners.watch import proceed
 SLICE_WORK = 100_000
 """Looks at words between two checks: some 2 ms."""
 
+SLICE_UNWOUND = 1 << 17
+"""Cells of a path that are written between two checks: about 1 ms."""
+
 FIRST_CELLS = 4096
 """Cells of a path that there is room for to begin with."""
 
@@ -58,7 +61,7 @@ class JumpSearch(Prepared):
         start = flat((start_row, start_column))
         reached = self._grow(flat((goal_row, goal_column)), start, check)
         self.expanded = int(self._ring.state[COUNT])
-        return self._unwound(start) if reached else np.empty((0, 2), np.int32)
+        return self._unwound(start, check) if reached else np.empty((0, 2), np.int32)
 
     def _grow(self, goal: int, target: int, check: Callable[[], None]) -> bool:
         ring, padded, planes = self._ring, self._map.padded, self._map.planes
@@ -75,10 +78,13 @@ class JumpSearch(Prepared):
             elif outcome != PAUSED:
                 return bool(outcome == SETTLED)
 
-    def _unwound(self, start: int) -> NDArray[np.int32]:
-        stride = self._map.padded.shape[1]
-        count = unwind(self._nodes.values, stride, start, self._cells)
-        if count > len(self._cells):
-            self._cells = np.empty((2 * count, 2), np.int32)
-            unwind(self._nodes.values, stride, start, self._cells)
+    def _unwound(self, start: int, check: Callable[[], None]) -> NDArray[np.int32]:
+        side = max(self._map.padded.shape)
+        node, count = start, 0
+        while node >= 0:
+            check()
+            if len(self._cells) <= count + side:
+                self._cells = np.concatenate((self._cells, np.empty((len(self._cells) + side, 2), np.int32)))
+            budget = min(SLICE_UNWOUND, len(self._cells) - count - side)
+            node, count = unwind(self._nodes.values, self._map.padded.shape[1], node, self._cells, count, budget)
         return self._cells[:count].copy()

@@ -22,9 +22,6 @@ FREE, MIXED, AHEAD, BACK, SQUARE = range(5)
 """Planes: free cells; mixed cells; where jumps end towards higher positions, and towards lower ones; cells that are
 free together with the next one in the line and both of these in the line above, over which a diagonal move leads."""
 
-LINES = 64
-"""Lines that kernels work on at a time."""
-
 _1, _63 = np.uint64(1), np.uint64(63)
 
 

@@ -40,8 +40,8 @@ COUNT, BEST, WORK, EXTRA_STATE = RING_STATE, RING_STATE + 1, RING_STATE + 2, 3
 """Behind the ring's state: cells worked off, −1 before the search has begun; the least value of the target so far;
 looks at words."""
 
-LONGEST = 1024
-"""Moves of a diagonal jump, at most: after that it goes on as a new one, so that no cell takes long to work off."""
+LONGEST = 64
+"""Moves of a diagonal jump, at most: after that it goes on as a new one, which waits its turn if it leads away."""
 
 _TURNS = turns().ravel()
 _PARENT, _SET = 16, 255
@@ -212,36 +212,40 @@ def jump(
 
 
 @bare
-def unwind(nodes: Ints, stride: int, start: int, cells: Links) -> int:
-    """Follow the parents from a start that was reached, and return how many cells lie on the way.
+def unwind(nodes: Ints, stride: int, node: int, cells: Links, count: int, budget: int) -> tuple[int, int]:
+    """Go on with a path for about ``budget`` cells; return at which node it is then, −1 at its end, and its length.
 
     Parameters
     ----------
     nodes, stride
         As in `jump`.
-    start : int
+    node : int
+        Cell that the path has come to, as it is in the padded map; it was reached.
     cells : (m, 2) int32 array
-        Out: row, column on the map, from start to goal, as many as it holds.
+        Row, column on the map; rows up to ``count`` are filled. There must be room for the budget and a jump more.
+    count : int
+        Cells so far, without that of the node.
+    budget : int
     """
-    row, column = divide(start, stride)
-    count = 0
-    while True:
-        parent = nodes[row * stride + column, 1] >> _PARENT
+    end = count + budget
+    row, column = divide(node, stride)
+    while count < end:
+        parent = nodes[node, 1] >> _PARENT
         end_row, end_column = divide(parent, stride)
-        while True:
-            if count < cells.shape[0]:
-                cells[count, 0], cells[count, 1] = row - 1, column - 1
-            if row == end_row and column == end_column:
-                break
+        while row != end_row or column != end_column:
+            cells[count, 0], cells[count, 1] = row - 1, column - 1
+            count += 1
             down, right = end_row - row, end_column - column
             # Straight until it is as far down as right.
             if abs(down) >= abs(right):
                 row += np.sign(down)
             if abs(right) >= abs(down):
                 column += np.sign(right)
-            count += 1
-        if nodes[parent, 1] >> _PARENT == parent:
-            return count + 1
+        if parent == node:
+            cells[count, 0], cells[count, 1] = row - 1, column - 1
+            return -1, count + 1
+        node = parent
+    return node, count
 
 
 def warm() -> None:
@@ -256,4 +260,4 @@ def warm() -> None:
     query = (-100, 1, 2, 64, CARDINAL, 0, 0, 64, 0)
     jump(planes, np.zeros(256, np.uint8), np.zeros(256, np.int64), nodes, *queue, query, 65, 8, 9)
     nodes[65, 1] = 65 << _PARENT
-    unwind(nodes, 64, 65, np.empty((1, 2), np.int32))
+    unwind(nodes, 64, 65, np.empty((1, 2), np.int32), 0, 1)

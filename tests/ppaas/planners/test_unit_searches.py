@@ -14,6 +14,7 @@ from ppaas.maps.movingai import parse_map, parse_scenario
 from ppaas.planners import aimed_search, fresh_values, jump_search, ring
 from ppaas.planners.astar import AStar
 from ppaas.planners.jps import JumpPointSearch
+from ppaas.planners.kernels import aiming, jump_planes, jumping, padding
 from tests.reference import jumps as twin
 from tests.support import grids
 
@@ -76,7 +77,8 @@ def test_slices_of_one_cell_little_room_and_few_numbers_give_the_same(kind, scen
     with pytest.MonkeyPatch.context() as patch:
         for name in ("SLICE_CELLS", "SLICE_WALKED"):
             patch.setattr(aimed_search, name, 1)
-        patch.setattr(jump_search, "SLICE_WORK", 1)
+        for name in ("SLICE_WORK", "SLICE_UNWOUND"):
+            patch.setattr(jump_search, name, 1)
         patch.setattr(jump_search, "FIRST_CELLS", 1)
         patch.setattr(ring, "FIRST_ROOM", 1)
         patch.setattr(fresh_values, "LOWEST", -1)
@@ -85,6 +87,18 @@ def test_slices_of_one_cell_little_room_and_few_numbers_give_the_same(kind, scen
             path = sliced.path(*query[0], *query[1])
             assert np.array_equal(path, whole.path(*query[0], *query[1]))
             assert sliced.expanded == whole.expanded
+
+
+def test_kernels_are_compiled_once_for_maps_of_every_kind():
+    read_only, graded = np.zeros((3, 4), np.uint8), np.array([[0, 7], [9, 254]], np.uint8)
+    read_only.flags.writeable = False
+    for module in (padding, aiming, jump_planes, jumping):
+        module.warm()
+    kernels = aiming.aim, aiming.walk, jumping.jump, jumping.unwind, jump_planes.mark_cells, jump_planes.mark_jumps
+    compiled = [len(kernel.signatures) for kernel in (*kernels, padding.pad)]
+    for kind, costs in itertools.product((AStar, JumpPointSearch), (read_only, graded)):
+        assert len(kind().prepare(grids.of(costs)).path(0, 0, 0, 1)) == 2
+    assert [len(kernel.signatures) for kernel in (*kernels, padding.pad)] == compiled == [1] * 6 + [2]
 
 
 @KINDS
