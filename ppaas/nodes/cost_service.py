@@ -16,7 +16,6 @@ from ppaas.nodes.checks import finite_pose
 from ppaas.nodes.path_services import MAX_TIMEOUT
 from ppaas.nodes.planner_queue import PlannerQueue
 from ppaas.planners.base import PlanRequest
-from ppaas.planners.cost_matrix import cost_matrix
 from ppaas.planners.watch import Watch
 
 MAX_ENDS = 1_000
@@ -66,6 +65,8 @@ class CostService:
             raise InvalidInput(f"at most {MAX_COSTS} costs are told at a time, not {len(starts)}×{len(goals)}")
 
         def work(cancelled: Callable[[], bool]) -> ComputeCostsResponse:
+            from ppaas.planners.cost_matrix import cost_matrix  # noqa: PLC0415 - its kernels are not for every container
+
             origin = self._costmap.info.origin
             watch = Watch(PlanRequest(origin, origin, timeout=request.timeout, cancelled=cancelled))
             costs = cost_matrix(self._costmap, starts, goals, threads=self._threads, check=watch.check)
