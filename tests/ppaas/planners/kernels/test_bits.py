@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from ppaas.planners.kernels import bits
 
-LINES = st.lists(st.booleans(), min_size=130, max_size=260).filter(any)
+LINES = st.integers(1, (1 << 200) - 1).map(lambda number: [number >> bit & 1 for bit in range(200)])
 
 
 def words_of(line):
