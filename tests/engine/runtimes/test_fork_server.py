@@ -18,11 +18,12 @@ def unexpected() -> None:
     raise AssertionError("the fork server died")
 
 
-async def test_a_warm_server_tells_what_it_is():
-    server = ForkServer(ENTRY)
+async def test_a_warm_server_tells_what_it_is_and_has_loaded_what_its_containers_use():
+    server = ForkServer("engine.container:main")
     warmth = await server.warm(unexpected)
     assert warmth.layer in ("tbb", "serial")
-    assert any(name.startswith("ppaas.planners.kernels.") for name in warmth.kernels)
+    assert any(name.startswith("ppaas.costmap.kernels.") for name in warmth.kernels)
+    assert not any("hub_labels" in name for name in warmth.kernels), "few robots plan with it"
     again = await server.warm(unexpected)
     assert again.pid == warmth.pid
     server.close()
