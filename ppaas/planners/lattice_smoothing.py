@@ -19,7 +19,7 @@ PASSES = 3
 MOST_POSES = 72
 """Poses of the path that are tried in a pass: the work grows with their square."""
 
-SLICE_POSES = 8
+SLICE_POSES = 4
 """Poses from which curves are tried between two checks: some milliseconds."""
 
 WORTH_MORE = 0.995
