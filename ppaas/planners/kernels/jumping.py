@@ -1,9 +1,10 @@
 """Kernel: jump point search (Harabor and Grastien, 2011) where no corner is cut (2012, 2014), on weighted maps too.
 
 Of all cheapest paths that differ only in the order of their moves one is followed, the one with its diagonal moves
-first. That needs the neighbours of a cell to weigh alike. At a mixed cell, where they do not, a path may go on in all
-directions (after Carlson and others, "Optimal Pathfinding on Weighted Grid Maps", 2023). What is left is estimated as
-in A*, from which this differs in its moves: whole jumps, and from a diagonal jump the straight ones beside it at once.
+first. That needs the neighbours of a cell to weigh alike. At a mixed cell, where they do not, a path may go on wherever
+the cell before does not lead for less (after Carlson and others, "Optimal Pathfinding on Weighted Grid Maps", 2023).
+What is left is estimated as in A*, from which this differs in its moves: whole jumps, and from a diagonal jump the
+straight ones beside it at once.
 
 A cell may be come to from several sides with the same value, and go on in other directions from each. All of them are
 followed: a cell waits with a set of directions, and is worked off again if more are found. So each cheapest path of
