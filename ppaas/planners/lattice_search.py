@@ -23,7 +23,7 @@ from ppaas.planners.kernels.hybrid_astar import (
     expand,
 )  # fmt: skip
 from ppaas.planners.kernels.hybrid_astar import NODES as NODE_COUNT
-from ppaas.planners.kernels.pose_tree import BIN, LEAVING, MOTION, PARENT, Tree, fill_table
+from ppaas.planners.kernels.pose_tree import MOTION, PARENT, Tree, fill_table
 from ppaas.planners.kernels.reeds_shepp import MOST_PIECES
 from ppaas.planners.kernels.steering import LEG, Car, curve, drive_curve
 from ppaas.planners.lattice_parameters import REEDS_SHEPP, LatticeParameters
@@ -96,7 +96,8 @@ class PoseSearch:
         self._tree = _room(FIRST_ROOM)
         tree = self._tree
         tree.spots[0] = start
-        tree.links[0, MOTION], tree.links[0, BIN], tree.links[0, LEAVING] = -1, 0, not math.isnan(leaving)
+        tree.worths[0] = 0.0
+        tree.links[0] = -1, -1, 0, 0, not math.isnan(leaving)  # PARENT, MOTION, BIN, CLOSED, LEAVING
         tree.keys[0] = (math.floor(start.y) * ground.costs.shape[1] + math.floor(start.x)) * car.bins
         fill_table(tree.keys, tree.table, 0, 1)
         self._state[NODE_COUNT] = 1

@@ -267,6 +267,23 @@ def test_no_more_nodes_are_worked_off_than_allowed():
         Lattice(max_iterations=300).plan(HARD, PlanRequest(*HARD_ENDS))
 
 
+def test_nothing_counts_that_was_in_memory_before(monkeypatch):
+    start, goal = Pose2D(*IN_BAY, SOUTH), Pose2D(*IN_CORRIDOR, WEST)
+    expected = planned(BAY, start, goal, footprint=FOOTPRINT, **BOTH)[0]
+    clean = np.empty
+    for rubbish in (-7, 3):
+
+        def littered(shape, dtype=np.float64, rubbish=rubbish, **how):
+            array = clean(shape, dtype, **how)
+            array.fill(np.nan if array.dtype.kind == "f" and rubbish < 0 else abs(rubbish))
+            return array
+
+        monkeypatch.setattr(np, "empty", littered)
+        result = planned(BAY, start, goal, footprint=FOOTPRINT, **BOTH)[0]
+        assert np.array_equal(result.poses, expected.poses)
+        assert result.expanded == expected.expanded
+
+
 def test_the_costmap_is_only_read():
     data = np.random.default_rng(1).integers(0, 253, (50, 50)).astype(np.uint8)
     before = data.copy()
