@@ -68,10 +68,9 @@ def inflate_voxels(
 ) -> VoxelCostmap:
     """Return where a robot can be, and what it costs.
 
-    A robot is blocked where it would overlap an occupied voxel while it goes straight from its place to a neighbouring
-    one, whichever way it turns. For that its radius r grows to √(r² + e²/4), with e the edge of a voxel: of two places
-    e apart with an obstacle beside the middle, none is then nearer than it may be. A diagonal move needs no more, as
-    planners take it only where all places around it are free. So a path along free places touches nothing.
+    A robot is blocked where it would overlap an occupied voxel, whichever way it turns. On a straight way between two
+    neighbouring places it is nowhere nearer to a voxel than at one of the places around the way, and planners take a
+    way only where all of those are free. So between places a robot touches nothing either.
 
     Parameters
     ----------
@@ -114,7 +113,7 @@ def inflate_voxels(
 
 def _table(radius: float, inflation_radius: float, factor: float, edge: float) -> NDArray[np.uint8]:
     """Return the cost by the squared distance from an obstacle, in half voxels; what is farther away costs nothing."""
-    collides = (2.0 * radius / edge) ** 2 + 1.0 - _SLACK
+    collides = max((2.0 * radius / edge) ** 2, 1.0) - _SLACK  # within its own column even a robot without any width
     last = max(collides, (2.0 * inflation_radius / edge) ** 2 + _SLACK)
     if last > (2.0 * MOST_REACH) ** 2:
         raise InvalidParameter(

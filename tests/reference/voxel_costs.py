@@ -17,7 +17,6 @@ def inflated(
     reach = math.ceil(max(radius, inflation) / edge) + 2
     layers = max(1, math.ceil(height / edge - 1e-9))
     around = np.pad(data, ((0, layers), (reach, reach), (reach, reach)), constant_values=255)
-    swept = math.sqrt(radius**2 + edge**2 / 4.0)
     costs = np.zeros(data.shape, np.uint8)
     for layer, row, column in np.ndindex(data.shape):
         near, unknown = math.inf, False
@@ -28,10 +27,10 @@ def inflated(
                 distance = math.hypot(*gaps)
                 if voxel == 100:
                     near = min(near, distance)
-                unknown |= voxel == 255 and distance < swept - 1e-9
+                unknown |= voxel == 255 and (distance == 0.0 or distance < radius - 1e-9)
         if data[layer, row, column] == 100:
             costs[layer, row, column] = 254
-        elif near < swept - 1e-9:
+        elif near == 0.0 or near < radius - 1e-9:
             costs[layer, row, column] = 253
         elif unknown:
             costs[layer, row, column] = 255

@@ -55,6 +55,15 @@ def test_a_robot_collides_where_the_twin_says(data, volume, x, y, z, yaw):
     assert hit in expected
 
 
+@given(st.builds(Box, *[st.floats(0.02, 0.4)] * 3), *[st.floats(-0.35, 0.5)] * 2, st.floats(-4.0, 4.0))
+@settings(deadline=None, max_examples=300)
+def test_a_box_collides_with_a_single_voxel_where_the_twin_says(box, x, y, yaw):
+    data = np.full((1, 1, 1), OCCUPIED, np.uint8)
+    sizes = [(box.length + more, box.width + more, 1.0) for more in (-1e-5, 0.0, 1e-5)]
+    expected = {twin.overlaps(Box(*size), x, y, yaw, 0, 0, 0.15) for size in sizes}
+    assert (collides_along(voxels.grid(data, 0.15), box, np.array([pose(x, y, 0.0, yaw)])) == 0) in expected
+
+
 def test_a_robot_with_a_tall_mast_does_not_get_under_a_table_that_a_low_one_passes():
     under = path(*((x, 1.5) for x in np.arange(0.5, 3.5, 0.05)))
     assert collides_along(table(), TURTLEBOT, under) is None

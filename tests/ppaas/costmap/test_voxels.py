@@ -38,7 +38,7 @@ def test_a_robot_on_the_ground_stands_on_something_within_a_step(data, max_step)
 
 
 @given(voxels.grid_arrays(5), SIZES, st.sampled_from([0.05, 0.1, 0.25]), st.data())
-@settings(deadline=None, max_examples=80)
+@settings(deadline=None, max_examples=40)
 def test_on_its_way_between_free_places_a_robot_touches_nothing(data, radius, height, draw):
     volume = Cylinder(radius, height)
     costs = inflate_voxels(voxels.grid(data, 0.1), volume)
@@ -46,15 +46,14 @@ def test_on_its_way_between_free_places_a_robot_touches_nothing(data, radius, he
     if not free:
         return
     here = draw.draw(st.sampled_from(free))
-    ways = []
     for move in itertools.product((-1, 0, 1), repeat=3):
         cube = set(itertools.product(*({at, at + step} for at, step in zip(here, move, strict=True))))
-        if cube <= set(free):
-            ways.append(tuple(np.add(here, move).tolist()))
-    there = draw.draw(st.sampled_from(ways))
-    for part in np.linspace(0.0, 1.0, 23):
-        x, y, z = (1 - part) * costs.places(here) + part * costs.places(there)
-        assert not twin.hits(data, 0.1, Cylinder(max(0.0, radius - 1e-9), height - 1e-9), (x, y, z + 5e-10, 0.0))
+        if not cube <= set(free):
+            continue
+        there = np.add(here, move)
+        for part in (0.0, 0.2, 0.5, 0.7):
+            x, y, z = (1 - part) * costs.places(here) + part * costs.places(there)
+            assert not twin.hits(data, 0.1, Cylinder(max(0.0, radius - 1e-9), height - 1e-9), (x, y, z + 5e-10, 0.0))
 
 
 def test_a_box_is_inflated_for_the_cylinder_in_which_it_turns():
