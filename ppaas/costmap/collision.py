@@ -6,7 +6,7 @@ from ppaas.costmap.kernels.collision import first_hit
 from ppaas.costmap.volume import Volume
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Poses
-from ppaas.maps.voxels import VoxelGrid
+from ppaas.maps.voxels import VoxelGrid, only_read
 
 STEPS = 4
 """Times that a robot is looked at on its way through a voxel."""
@@ -56,5 +56,5 @@ def collides_along(voxels: VoxelGrid, volume: Volume, poses: Poses, *, allow_unk
     if length * STEPS > MOST_STEPS or np.abs(local).max(initial=0.0) > MOST_STEPS:
         raise InvalidInput(f"a path of {length * info.resolution:g} m, or so far away, is none in this map")
     sizes = np.array([volume.half_length, volume.half_width, volume.radius, volume.height]) / info.resolution
-    hit = first_hit(np.ascontiguousarray(voxels.data), local, yaws, sizes, STEPS, allow_unknown)
+    hit = first_hit(only_read(voxels.data), local, yaws, sizes, STEPS, allow_unknown)
     return None if hit < 0 else int(hit)

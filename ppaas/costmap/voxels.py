@@ -11,7 +11,7 @@ from ppaas.costmap.inflation import COST_SCALING_FACTOR
 from ppaas.costmap.kernels.voxels import inflate_layers, keep_to_ground
 from ppaas.costmap.volume import Volume
 from ppaas.errors import InvalidMap, InvalidParameter
-from ppaas.maps.voxels import VoxelGrid, VoxelInfo
+from ppaas.maps.voxels import VoxelGrid, VoxelInfo, only_read
 
 MOST_REACH = 500
 """Voxels that a robot and its inflation may reach to each side."""
@@ -104,10 +104,10 @@ def inflate_voxels(
     table = _table(volume.swept_radius, inflation_radius, cost_scaling_factor, edge)
     layers = min(max(1, math.ceil(volume.height / edge - _SLACK)), depth + 1)
     costs = np.empty(voxels.info.shape, np.uint8)
-    inflate_layers(np.ascontiguousarray(voxels.data), layers, table, costs)
+    inflate_layers(only_read(voxels.data), layers, table, costs)
     if ground:
         steps = min(1 + math.floor(max_step / edge + _SLACK), depth)
-        keep_to_ground(np.ascontiguousarray(voxels.data), steps, costs)
+        keep_to_ground(only_read(voxels.data), steps, costs)
     return VoxelCostmap(costs, voxels.info)
 
 

@@ -137,6 +137,13 @@ class VoxelGrid:
         return VoxelGrid(data, VoxelInfo(self.info.resolution, width, height, depth, origin))
 
 
+def only_read(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return a view of an array for a kernel that only reads it, so that each is compiled once for all arrays."""
+    view = np.ascontiguousarray(data).view()
+    view.flags.writeable = False
+    return view
+
+
 def corners(low: ArrayLike, high: ArrayLike) -> NDArray[np.float64]:
     """Return two corners as a (2, 3) array.
 

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ppaas.maps.voxels import OCCUPIED, UNKNOWN
+from ppaas.maps.voxels import OCCUPIED, UNKNOWN, only_read
 
 Floats = NDArray[np.float64]
 
@@ -104,4 +104,4 @@ def first_hit(
 
 def warm() -> None:
     """Compile and call the kernel once."""
-    first_hit(np.zeros((1, 1, 1), np.uint8), np.zeros((1, 3)), np.zeros(1), np.ones(4), 1, True)
+    first_hit(only_read(np.zeros((1, 1, 1), np.uint8)), np.zeros((1, 3)), np.zeros(1), np.ones(4), 1, True)

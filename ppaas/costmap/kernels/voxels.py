@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
-from ppaas.maps.voxels import OCCUPIED, UNKNOWN
+from ppaas.maps.voxels import OCCUPIED, UNKNOWN, only_read
 
 Bytes = NDArray[np.uint8]
 Ints = NDArray[np.int32]
@@ -133,6 +133,6 @@ def keep_to_ground(voxels: Bytes, steps: int, costs: Bytes) -> None:
 
 def warm() -> None:
     """Compile and call each kernel once."""
-    voxels, costs = np.zeros((1, 1, 1), np.uint8), np.zeros((1, 1, 1), np.uint8)
+    voxels, costs = only_read(np.zeros((1, 1, 1), np.uint8)), np.zeros((1, 1, 1), np.uint8)
     inflate_layers(voxels, 1, np.array([INSCRIBED_INFLATED_OBSTACLE, 0], np.uint8), costs)
     keep_to_ground(voxels, 1, costs)

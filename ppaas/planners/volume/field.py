@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.voxels import VoxelCostmap
 from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidInput, NoValidPath
-from ppaas.maps.voxels import Voxel
+from ppaas.maps.voxels import Voxel, only_read
 from ppaas.planners.volume.kernels.descent import descend
 from ppaas.planners.volume.kernels.layout import AT_GOAL, BLOCKED, BUCKET_SHIFT, UNREACHED
 from ppaas.planners.volume.kernels.propagation import PAUSED, POOL_EMPTY, SETTLED, TOO_LONG, least_left, propagate
@@ -145,7 +145,7 @@ class VoxelField:
         self, costmap: VoxelCostmap, open_costs: NDArray[np.bool_]
     ) -> tuple[NDArray[np.uint8], NDArray[np.uint32]]:
         costs, field = np.empty(self._shape, np.uint8), np.empty(self._shape, np.uint32)
-        source = np.ascontiguousarray(costmap.data)
+        source = only_read(costmap.data)
         layers = max(1, SLICE_LAID // (self._shape[1] * self._shape[2]))
         for first in range(0, self._shape[0], layers):
             self._check()

@@ -73,7 +73,7 @@ def _touch(field: NDArray[np.uint32], costs: NDArray[np.uint8], stride: int, pla
         for layer in range(-1, 2):
             for row in range(-1, 2):
                 beside = np.int64(voxel) + layer * plane + row * stride
-                seen ^= np.int64(field[beside]) ^ np.int64(costs[beside])
+                seen ^= int(field[beside]) ^ int(costs[beside])
     return seen
 
 

@@ -4,6 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.maps.voxels import only_read
 from ppaas.planners.volume.kernels.layout import BLOCKED, UNREACHED
 
 
@@ -39,9 +40,6 @@ def lay(
 
 
 def warm() -> None:
-    """Compile and call the kernel once, for arrays that may be written to and for those that may not."""
-    source = np.zeros((1, 1, 1), np.uint8)
-    shape = (3, 3, 3)
-    for writeable in (True, False):
-        source.flags.writeable = writeable
-        lay(source, np.ones(256, np.bool_), np.empty(shape, np.uint8), np.empty(shape, np.uint32), 0, 3)
+    """Compile and call the kernel once."""
+    source, shape = only_read(np.zeros((1, 1, 1), np.uint8)), (3, 3, 3)
+    lay(source, np.ones(256, np.bool_), np.empty(shape, np.uint8), np.empty(shape, np.uint32), 0, 3)
