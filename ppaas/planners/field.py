@@ -12,28 +12,29 @@ from numpy.typing import ArrayLike, NDArray
 
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidInput
-from ppaas.planners.buckets import BucketQueue
 from ppaas.planners.ends import Cell
 from ppaas.planners.grid_field import GridField
-from ppaas.planners.kernels.propagation import PAUSED, POOL_EMPTY, SETTLED, TOO_NARROW, propagate, seed
+from ppaas.planners.queue_field import QueueField
+from ppaas.planners.tile_field import PathTooLong, TileField, suits_tiles
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import passable
 
-SLICE_CELLS = 50_000
-"""Cells settled between two checks: about 3 ms."""
-
 
 class CostField(GridField):
-    """A field that grows from its goals outward, in slices.
+    """A field that grows from its goals outward, in slices: by tiles, or with a queue where tiles do not suit.
 
     Parameters
     ----------
     costmap : Costmap
-        Only read.
+        Only read; it must not change before the last path is taken.
     goals : (n, 2) array
         Row, column of free cells on the map.
-    allow_unknown, threads, check
-        As in `GridField`.
+    allow_unknown : bool
+        Whether unknown cells may be entered.
+    threads : int
+        Most threads that kernels may use.
+    check : callable
+        Called at least every few milliseconds of work; what it raises ends the work.
     """
 
     def __init__(
@@ -45,16 +46,20 @@ class CostField(GridField):
         threads: int = 1,
         check: Callable[[], None] = proceed,
     ) -> None:
-        super().__init__(costmap, allow_unknown=allow_unknown, threads=threads, check=check)
-        self._queue = BucketQueue(len(goals))
-        flat = (goals[:, 0].astype(np.int64) + 1) * self._shape[1] + goals[:, 1] + 1
-        q = self._queue
-        seed(self._field, flat, q.pool, q.links, q.heads, q.fills, q.state)
+        def by_queue() -> QueueField:
+            return QueueField(costmap, goals, allow_unknown=allow_unknown, threads=threads, check=check)
+
+        self._by_queue = by_queue
+        self._field: TileField | QueueField
+        if suits_tiles(costmap.info.shape):
+            self._field = TileField(costmap, goals, allow_unknown=allow_unknown, threads=threads, check=check)
+        else:
+            self._field = by_queue()
 
     @property
     def settled(self) -> int:
         """How many cells have their final value."""
-        return self._queue.settled
+        return self._field.settled
 
     def grow(self, target: Cell | None = None) -> bool:
         """Let it grow until the value of ``target`` is final, or all over the map.
@@ -64,20 +69,23 @@ class CostField(GridField):
         bool
             Whether ``target`` can be reached; without one, true.
         """
-        wanted = -1 if target is None else self._flat(target)
-        while True:
-            self._check()
-            q = self._queue
-            outcome = propagate(
-                self._field, self._costs, self._shape[1], self._weights,
-                q.pool, q.links, q.heads, q.fills, q.state, wanted, self._limit, SLICE_CELLS,
-            )  # fmt: skip
-            if outcome == POOL_EMPTY:
-                q.grow()
-            elif outcome == TOO_NARROW:
-                self._widen()
-            elif outcome != PAUSED:
-                return outcome == SETTLED or target is None
+        try:
+            return self._field.grow(target)
+        except PathTooLong:
+            self._field = self._by_queue()
+            return self._field.grow(target)
+
+    def path_from(self, cell: Cell) -> NDArray[np.int32]:
+        """Return the (n, 2) cells of a cheapest path from ``cell``, whose value must be final, to a goal."""
+        return self._field.path_from(cell)
+
+    def values(self) -> NDArray[np.float64]:
+        """Return the (height, width) costs-to-go; infinite where blocked or not reached."""
+        return self._field.values()
+
+    def values_at(self, cells: NDArray[np.integer]) -> NDArray[np.float64]:
+        """Return the (n,) costs-to-go of (n, 2) cells, row and column; infinite where blocked or not reached."""
+        return self._field.values_at(cells)
 
 
 def cost_field(

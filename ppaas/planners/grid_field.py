@@ -1,104 +1,29 @@
-"""A field of costs-to-go over a padded grid: what all searches that grow from a goal share."""
+"""What a field of costs-to-go over a map can tell."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.costmap.costmap import Costmap
 from ppaas.planners.ends import Cell
-from ppaas.planners.kernels.descent import descend
-from ppaas.planners.kernels.layout import AT_GOAL, BLOCKED, BUCKET_SHIFT, RING, UNREACHED, UNREACHED_WIDE
-from ppaas.planners.kernels.setup import lay
-from ppaas.planners.watch import proceed
-from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights, passable
-
-SLICE_WALKED = 50_000
-"""Cells walked along between two checks."""
-SLICE_LAID = 1 << 20
-"""Cells set up between two checks."""
 
 
 class GridField(ABC):
-    """The padded costs of a map and a value for each of its cells, none reached yet.
-
-    Parameters
-    ----------
-    costmap : Costmap
-        Only read.
-    allow_unknown : bool
-        Whether unknown cells may be entered.
-    threads : int
-        Most threads that kernels may use.
-    check : callable
-        Called at least every few milliseconds of work; what it raises ends the work.
-    """
-
-    def __init__(
-        self, costmap: Costmap, *, allow_unknown: bool = True, threads: int = 1, check: Callable[[], None] = proceed
-    ) -> None:
-        self._check = check
-        self._shape = costmap.info.height + 2, costmap.info.width + 2
-        self._weights = fixed_weights()
-        self._limit = int(UNREACHED) - 1
-        costs, field = np.empty(self._shape, np.uint8), np.empty(self._shape, np.uint32)
-        for first, last in self._row_slices():
-            check()
-            lay(costmap.data, passable(allow_unknown), costs, field, first, last, threads)
-        self._costs = costs.ravel()
-        self._field: NDArray[np.uint32] | NDArray[np.int64] = field.ravel()
+    """What it costs to reach a goal from each cell of a map, as far as it has grown."""
 
     @property
     @abstractmethod
     def settled(self) -> int:
         """How many cells have their final value."""
 
+    @abstractmethod
     def path_from(self, cell: Cell) -> NDArray[np.int32]:
         """Return the (n, 2) cells of a cheapest path from ``cell``, whose value must be final, to a goal."""
-        most = (int(self._field[self._flat(cell)]) - AT_GOAL) // round(SCALE * NEUTRAL) + 1
-        cells = np.empty((most, 2), np.int32)
-        cells[0] = cell
-        count, before = 1, 0
-        while count > before:
-            self._check()
-            before = count
-            count = descend(
-                self._field, self._costs, self._shape[1], self._weights,
-                cells, count, min(SLICE_WALKED, most - count),
-            )  # fmt: skip
-        return cells[:count].copy()
 
+    @abstractmethod
     def values(self) -> NDArray[np.float64]:
         """Return the (height, width) costs-to-go; infinite where blocked or not reached."""
-        return self._costs_to_go(self._field.reshape(self._shape)[1:-1, 1:-1])
 
+    @abstractmethod
     def values_at(self, cells: NDArray[np.integer]) -> NDArray[np.float64]:
         """Return the (n,) costs-to-go of (n, 2) cells, row and column; infinite where blocked or not reached."""
-        return self._costs_to_go(self._field[(cells[:, 0].astype(np.int64) + 1) * self._shape[1] + cells[:, 1] + 1])
-
-    def _costs_to_go(self, values: NDArray[np.uint32] | NDArray[np.int64]) -> NDArray[np.float64]:
-        reached = (values != BLOCKED) & (values != self._unreached)
-        return np.where(reached, (values.astype(np.float64) - AT_GOAL) / SCALE, np.inf)
-
-    @property
-    def _unreached(self) -> np.uint32 | np.int64:
-        return UNREACHED if self._field.dtype == np.uint32 else UNREACHED_WIDE
-
-    def _flat(self, cell: Cell) -> int:
-        return (cell[0] + 1) * self._shape[1] + cell[1] + 1
-
-    def _row_slices(self) -> list[tuple[int, int]]:
-        rows = max(1, SLICE_LAID // self._shape[1])
-        return [(first, min(first + rows, self._shape[0])) for first in range(0, self._shape[0], rows)]
-
-    def _widen(self) -> None:
-        """Carry on in 64 bits: the path is too long for 32."""
-        narrow = self._field.reshape(self._shape)
-        wide = np.empty(self._shape, np.int64)
-        for first, last in self._row_slices():
-            self._check()
-            wide[first:last] = narrow[first:last]
-            wide[first:last][narrow[first:last] == UNREACHED] = UNREACHED_WIDE
-        self._field = wide.ravel()
-        self._limit = int(UNREACHED_WIDE) - (RING << BUCKET_SHIFT)

@@ -39,3 +39,21 @@ def cost_arrays(most: int = 12) -> st.SearchStrategy[NDArray[np.uint8]]:
     values = st.one_of(st.sampled_from([0, 0, 0, 1, 128, 252, 253, 254, 255]), st.integers(min_value=0, max_value=255))
     shapes = st.tuples(st.integers(1, most), st.integers(1, most))
     return hnp.arrays(np.uint8, shapes, elements=values)
+
+
+def free_cells(costs: NDArray[np.uint8], allow_unknown: bool) -> list[tuple[int, int]]:
+    """Return row and column of each cell that a plan may lead through."""
+    free = (costs < 253) | ((costs == 255) & allow_unknown)
+    return [(int(r), int(c)) for r, c in np.argwhere(free)]
+
+
+@st.composite
+def scenes(draw: st.DrawFn, most: int = 12) -> tuple[NDArray[np.uint8], list[tuple[int, int]], bool]:
+    """Draw a small map, one to three goals on it, and whether unknown cells may be entered."""
+    costs = draw(cost_arrays(most))
+    allow_unknown = draw(st.booleans())
+    free = free_cells(costs, allow_unknown)
+    if not free:
+        costs[0, 0] = 0
+        free = [(0, 0)]
+    return costs, draw(st.lists(st.sampled_from(free), min_size=1, max_size=3)), allow_unknown

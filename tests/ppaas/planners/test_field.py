@@ -3,37 +3,17 @@ import math
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra as scipy_dijkstra
 
 from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidInput
-from ppaas.planners import field as field_module
-from ppaas.planners import grid_field
 from ppaas.planners.field import CostField, cost_field
 from ppaas.planners.weights import RELATIVE_ERROR, SCALE
 from tests.reference import dijkstra as twin
 from tests.support import grids
 
 
-def free_cells(costs: NDArray[np.uint8], allow_unknown: bool) -> list[tuple[int, int]]:
-    free = (costs < 253) | ((costs == 255) & allow_unknown)
-    return [(int(r), int(c)) for r, c in np.argwhere(free)]
-
-
-@st.composite
-def scenes(draw: st.DrawFn) -> tuple[NDArray[np.uint8], list[tuple[int, int]], bool]:
-    costs = draw(grids.cost_arrays())
-    allow_unknown = draw(st.booleans())
-    free = free_cells(costs, allow_unknown)
-    if not free:
-        costs[0, 0] = 0
-        free = [(0, 0)]
-    return costs, draw(st.lists(st.sampled_from(free), min_size=1, max_size=3)), allow_unknown
-
-
-@given(scenes())
+@given(grids.scenes())
 @settings(deadline=None, max_examples=150)
 def test_the_field_is_that_of_the_naive_twin_unit_for_unit(scene):
     costs, goals, allow_unknown = scene
@@ -42,7 +22,7 @@ def test_the_field_is_that_of_the_naive_twin_unit_for_unit(scene):
     assert units.tolist() == twin.fixed_field(costs, goals, allow_unknown)
 
 
-@given(scenes())
+@given(grids.scenes())
 @settings(deadline=None, max_examples=150)
 def test_the_field_is_within_its_error_bound_of_the_float_twin(scene):
     costs, goals, allow_unknown = scene
@@ -59,49 +39,11 @@ def test_the_field_agrees_with_scipy_on_larger_grids(seed):
     costs = rng.integers(0, 253, (60, 45)).astype(np.uint8)
     costs[rng.random(costs.shape) < 0.3] = 254
     costs[rng.random(costs.shape) < 0.1] = 255
-    goal = free_cells(costs, True)[rng.integers(100)]
+    goal = grids.free_cells(costs, True)[rng.integers(100)]
     sources, targets, weights = zip(*twin.edges(costs), strict=True)
     graph = coo_array((weights, (sources, targets)), shape=(costs.size, costs.size)).tocsr()
     exact = scipy_dijkstra(graph, indices=goal[0] * costs.shape[1] + goal[1]).reshape(costs.shape)
     np.testing.assert_allclose(cost_field(grids.of(costs), cells=goal), exact, rtol=RELATIVE_ERROR)
-
-
-def test_slices_of_any_size_give_the_same_field(monkeypatch):
-    rng = np.random.default_rng(5)
-    map_ = grids.of(rng.integers(0, 256, (80, 70)).astype(np.uint8))
-    goal = free_cells(map_.data, True)[0]
-    whole = cost_field(map_, cells=goal)
-    monkeypatch.setattr(field_module, "SLICE_CELLS", 1)
-    monkeypatch.setattr(grid_field, "SLICE_LAID", 1)
-    assert np.array_equal(cost_field(map_, cells=goal), whole)
-
-
-def test_two_threads_give_the_same_field_bit_for_bit():
-    rng = np.random.default_rng(6)
-    map_ = grids.of(rng.integers(0, 256, (300, 200)).astype(np.uint8))
-    goal = free_cells(map_.data, True)[0]
-    assert np.array_equal(cost_field(map_, cells=goal, threads=1), cost_field(map_, cells=goal, threads=2))
-
-
-def test_each_reached_cell_is_settled_once():
-    rng = np.random.default_rng(7)
-    map_ = grids.of(rng.integers(0, 256, (90, 90)).astype(np.uint8))
-    field = CostField(map_, np.array([free_cells(map_.data, True)[0]]))
-    assert field.grow()
-    assert field.settled == np.isfinite(field.values()).sum()
-
-
-def test_a_pool_that_runs_out_grows_and_loses_nothing():
-    rng = np.random.default_rng(8)
-    map_ = grids.of(rng.integers(0, 253, (1_400, 1_400)).astype(np.uint8))
-    goals = np.full((200_000, 2), 700)
-    small, large = CostField(map_, goals[:1]), CostField(map_, goals)
-    chunks = len(small._queue.pool), len(large._queue.pool)
-    small.grow()
-    large.grow()
-    assert len(small._queue.pool) > chunks[0]
-    assert len(large._queue.pool) == chunks[1]
-    assert np.array_equal(small.values(), large.values())
 
 
 def test_a_way_longer_than_32_bits_can_tell_is_exact():
@@ -117,20 +59,6 @@ def test_a_way_longer_than_32_bits_can_tell_is_exact():
     assert len(field.path_from((1_200, 1_800))) == moves + 1
 
 
-@given(scenes())
-@settings(deadline=None, max_examples=60)
-def test_a_field_that_outgrows_32_bits_carries_on_in_64(scene):
-    costs, goals, allow_unknown = scene
-    narrow = CostField(grids.of(costs), np.array(goals), allow_unknown=allow_unknown)
-    widened = CostField(grids.of(costs), np.array(goals), allow_unknown=allow_unknown)
-    widened._limit = 16 * 4096 + 20_000
-    narrow.grow()
-    widened.grow()
-    assert np.array_equal(narrow.values(), widened.values())
-    if np.nanmax(np.where(np.isinf(narrow.values()), 0, narrow.values())) * SCALE > 60_000:
-        assert widened._field.dtype == np.int64
-
-
 def test_early_stop_leaves_the_rest_unsettled_and_the_path_exact():
     map_ = grids.of(np.zeros((400, 400), np.uint8))
     field = CostField(map_, np.array([(200, 200)]))
@@ -139,7 +67,7 @@ def test_early_stop_leaves_the_rest_unsettled_and_the_path_exact():
     assert field.path_from((200, 210)).tolist() == [[200, c] for c in range(210, 199, -1)]
 
 
-@given(scenes())
+@given(grids.scenes())
 @settings(deadline=None, max_examples=30)
 def test_values_of_single_cells_are_those_of_the_whole(scene):
     costs, goals, allow_unknown = scene
@@ -176,3 +104,12 @@ def test_a_cell_behind_walls_is_infinitely_far():
 def test_goals_that_cannot_be_are_refused(arguments, error):
     with pytest.raises(error):
         cost_field(grids.costmap(".#?"), **arguments)
+
+
+def test_the_field_reads_the_same_by_cells_as_whole():
+    rng = np.random.default_rng(9)
+    map_ = grids.of(rng.integers(0, 256, (70, 130)).astype(np.uint8))
+    field = CostField(map_, np.array([grids.free_cells(map_.data, True)[0]]))
+    field.grow((40, 99))
+    cells = np.argwhere(np.ones((70, 130)))
+    assert np.array_equal(field.values_at(cells), field.values().ravel())

@@ -18,6 +18,7 @@ from ppaas.errors import (
     StartOutsideMap,
 )
 from ppaas.geometry import Pose2D, yaw_of
+from ppaas.planners import tile_field
 from ppaas.planners.astar import AStar
 from ppaas.planners.base import PlanRequest
 from ppaas.planners.dijkstra import Dijkstra
@@ -195,7 +196,8 @@ def test_a_request_that_cannot_be_is_refused(plan, wrong):
 
 
 @pytest.mark.parametrize("asked", [0, 1, 5, 20])
-def test_cancelling_ends_the_work_at_the_next_check(plan, asked):
+def test_cancelling_ends_the_work_at_the_next_check(plan, asked, monkeypatch):
+    monkeypatch.setattr(tile_field, "SLICE_LINES", 1)
     count = 0
 
     def cancelled():
@@ -208,7 +210,8 @@ def test_cancelling_ends_the_work_at_the_next_check(plan, asked):
     assert count == asked + 1
 
 
-def test_the_deadline_ends_the_work_and_the_text_says_what_was_allowed(plan):
+def test_the_deadline_ends_the_work_and_the_text_says_what_was_allowed(plan, monkeypatch):
+    monkeypatch.setattr(tile_field, "SLICE_LINES", 1)
     clock = ManualClock(100.0)
 
     def tick():

@@ -1,0 +1,292 @@
+"""A row of 32 unsigned numbers as one value of a kernel, and what can be done with it.
+
+numba has no vectors of its own. Here a row is LLVM's ``<32 x i32>``, and each function below becomes a few of its
+instructions. LLVM cuts them to what a CPU has: two registers of AVX-512, four of AVX2, eight of SSE2 or NEON. Sums
+wrap around; comparisons are unsigned.
+
+A set of lanes is an integer with one bit a lane, the lowest for lane 0.
+"""
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic, models, register_model
+
+LANES = 32
+
+_BIT, _OCTET, _NUMBER, _LONG = (ir.IntType(bits) for bits in (1, 8, 32, 64))
+_ROW = ir.VectorType(_NUMBER, LANES)
+_OCTETS = ir.VectorType(_OCTET, LANES)
+_BLOCK = ir.VectorType(_NUMBER, LANES // 2)
+
+
+class RowType(types.Type):
+    """numba's type of a row."""
+
+    def __init__(self) -> None:
+        super().__init__(name="Row32")
+
+
+row = RowType()
+lanes = number = types.int64
+_ARRAY = None
+"""Stands for an array of any type among the types of parameters."""
+
+
+@register_model(RowType)
+class _RowModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _ROW)  # type: ignore[no-untyped-call]
+
+
+def _operation(result: Any, *parameters: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Make a function that emits instructions one that kernels can call.
+
+    It is given the builder and what it is called with: values as they are, of an array where its elements begin.
+    """
+
+    def decorate(emit: Callable[..., Any]) -> Callable[..., Any]:
+        def typed(_: Any, *given: Any) -> Any:
+            def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+                for_each = zip(parameters, signature.args, values, strict=True)
+                inputs = (
+                    context.make_array(kind)(context, builder, value).data if parameter is _ARRAY else value
+                    for parameter, kind, value in for_each
+                )
+                emitted = emit(builder, *inputs)
+                return context.get_dummy_value() if result is types.none else emitted
+
+            taken = [
+                kind if parameter is _ARRAY else parameter for parameter, kind in zip(parameters, given, strict=True)
+            ]
+            return result(*taken), generate
+
+        names = ["typing_context", *(f"argument{place}" for place in range(len(parameters)))]
+        positions = [inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD) for name in names]
+        typed.__signature__ = inspect.Signature(positions)  # type: ignore[attr-defined]
+        typed.__name__, typed.__doc__ = emit.__name__, emit.__doc__
+        made: Callable[..., Any] = intrinsic(typed)
+        return made
+
+    return decorate
+
+
+def _constant(values: list[int]) -> ir.Constant:
+    return ir.Constant(ir.VectorType(_NUMBER, len(values)), values)
+
+
+def _splat(builder: ir.IRBuilder, scalar: ir.Value) -> ir.Value:
+    undefined = ir.Constant(_ROW, ir.Undefined)
+    first = builder.insert_element(undefined, builder.trunc(scalar, _NUMBER), ir.Constant(_NUMBER, 0))
+    return builder.shuffle_vector(first, undefined, _constant([0] * LANES))
+
+
+def _pointer(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, to: ir.Type) -> ir.Value:
+    return builder.bitcast(builder.gep(data, [index]), to.as_pointer())
+
+
+def _least(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
+    return builder.select(builder.icmp_unsigned("<", a, b), a, b)
+
+
+@_operation(row, _ARRAY, types.intp)
+def load(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Value:
+    """Return the 32 numbers of a uint32 array from ``index`` on."""
+    loaded = builder.load(_pointer(builder, data, index, _ROW))
+    loaded.align = 4
+    return loaded
+
+
+@_operation(row, _ARRAY, types.intp)
+def load_bytes(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Value:
+    """Return the 32 numbers of a uint8 array from ``index`` on."""
+    loaded = builder.load(_pointer(builder, data, index, _OCTETS))
+    loaded.align = 1
+    return builder.zext(loaded, _ROW)
+
+
+@_operation(types.none, _ARRAY, types.intp, row)
+def store(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, values: ir.Value) -> None:
+    """Write a row to a uint32 array from ``index`` on."""
+    builder.store(values, _pointer(builder, data, index, _ROW)).align = 4
+
+
+@_operation(types.none, _ARRAY, types.intp, row)
+def store_bytes(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, values: ir.Value) -> None:
+    """Write a row, whose numbers must be below 256, to a uint8 array from ``index`` on."""
+    builder.store(builder.trunc(values, _OCTETS), _pointer(builder, data, index, _OCTETS)).align = 1
+
+
+@_operation(row, number)
+def splat(builder: ir.IRBuilder, scalar: ir.Value) -> ir.Value:
+    """Return a row of one number."""
+    return _splat(builder, scalar)
+
+
+@_operation(row)
+def ramp(_: ir.IRBuilder) -> ir.Value:
+    """Return the row 0, 1, … 31."""
+    return _constant(list(range(LANES)))
+
+
+@_operation(row, row, row)
+def add(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
+    """Return the sums."""
+    return builder.add(a, b)
+
+
+@_operation(row, row, row)
+def subtract(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
+    """Return the differences."""
+    return builder.sub(a, b)
+
+
+@_operation(row, row, row)
+def multiply(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
+    """Return the products."""
+    return builder.mul(a, b)
+
+
+@_operation(row, row, row)
+def shift_right(builder: ir.IRBuilder, values: ir.Value, by: ir.Value) -> ir.Value:
+    """Return each number shifted down, by less than 32 bits."""
+    return builder.lshr(values, by)
+
+
+@_operation(row, row, row)
+def shift_left(builder: ir.IRBuilder, values: ir.Value, by: ir.Value) -> ir.Value:
+    """Return each number shifted up, by less than 32 bits."""
+    return builder.shl(values, by)
+
+
+@_operation(row, row, row)
+def both(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
+    """Return the bits that both have."""
+    return builder.and_(a, b)
+
+
+@_operation(row, row, row)
+def either(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
+    """Return the bits that one or the other has."""
+    return builder.or_(a, b)
+
+
+@_operation(row, row, row)
+def least(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
+    """Return in each lane the lesser number."""
+    return _least(builder, a, b)
+
+
+@_operation(lanes, row, row)
+def unlike(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
+    """Return the lanes in which two rows differ."""
+    return builder.zext(builder.bitcast(builder.icmp_unsigned("!=", a, b), _NUMBER), _LONG)
+
+
+@_operation(lanes, row, row)
+def less(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
+    """Return the lanes in which the first row is less."""
+    return builder.zext(builder.bitcast(builder.icmp_unsigned("<", a, b), _NUMBER), _LONG)
+
+
+@_operation(row, lanes, row, row)
+def where(builder: ir.IRBuilder, chosen: ir.Value, yes: ir.Value, no: ir.Value) -> ir.Value:
+    """Return one row in a set of lanes and the other elsewhere."""
+    truths = builder.bitcast(builder.trunc(chosen, _NUMBER), ir.VectorType(_BIT, LANES))
+    return builder.select(truths, yes, no)
+
+
+def _moved_from(sources: list[int]) -> list[int]:
+    """Return the mask that takes lanes of a first row, and of a second where they are outside."""
+    return [source if 0 <= source < LANES else LANES + source % LANES for source in sources]
+
+
+@_operation(row, row, number)
+def from_left(builder: ir.IRBuilder, values: ir.Value, entering: ir.Value) -> ir.Value:
+    """Move a row one lane up; the number given comes in at lane 0."""
+    mask = _constant(_moved_from([lane - 1 for lane in range(LANES)]))
+    return builder.shuffle_vector(values, _splat(builder, entering), mask)
+
+
+@_operation(row, row, number)
+def from_right(builder: ir.IRBuilder, values: ir.Value, entering: ir.Value) -> ir.Value:
+    """Move a row one lane down; the number given comes in at lane 31."""
+    mask = _constant(_moved_from([lane + 1 for lane in range(LANES)]))
+    return builder.shuffle_vector(values, _splat(builder, entering), mask)
+
+
+def _scanned(builder: ir.IRBuilder, values: ir.Value, sign: int) -> ir.Value:
+    most = _constant([0xFFFFFFFF] * LANES)
+    for by in (1, 2, 4, 8, 16):
+        mask = _constant(_moved_from([lane - sign * by for lane in range(LANES)]))
+        values = _least(builder, values, builder.shuffle_vector(values, most, mask))
+    return values
+
+
+@_operation(row, row)
+def least_up_to(builder: ir.IRBuilder, values: ir.Value) -> ir.Value:
+    """Return in each lane the least of it and all lanes below."""
+    return _scanned(builder, values, 1)
+
+
+@_operation(row, row)
+def least_from(builder: ir.IRBuilder, values: ir.Value) -> ir.Value:
+    """Return in each lane the least of it and all lanes above."""
+    return _scanned(builder, values, -1)
+
+
+@_operation(number, row)
+def least_of(builder: ir.IRBuilder, values: ir.Value) -> ir.Value:
+    """Return the least number of a row."""
+    for half in (16, 8, 4, 2, 1):
+        low, high = _constant(list(range(half))), _constant(list(range(half, 2 * half)))
+        first, second = (builder.shuffle_vector(values, values, mask) for mask in (low, high))
+        values = _least(builder, first, second)
+    return builder.zext(builder.extract_element(values, ir.Constant(_NUMBER, 0)), _LONG)
+
+
+@_operation(types.none, _ARRAY, types.intp, _ARRAY, types.intp)
+def transpose_block(builder: ir.IRBuilder, source: ir.Value, at: ir.Value, target: ir.Value, to: ir.Value) -> None:
+    """Write 16×16 numbers transposed; rows lie 32 apart in both arrays."""
+
+    def place(data: ir.Value, index: ir.Value, line: int) -> ir.Value:
+        return _pointer(builder, data, builder.add(index, ir.Constant(_LONG, line * LANES)), _BLOCK)
+
+    lines = [builder.load(place(source, at, line)) for line in range(16)]
+    for line in lines:
+        line.align = 4
+    for stage in (8, 4, 2, 1):  # swaps one bit of a line's number with the same bit of a column's
+        low = _constant([column if not column & stage else 16 + (column ^ stage) for column in range(16)])
+        high = _constant([column | stage if not column & stage else 16 + column for column in range(16)])
+        for first in (line for line in range(16) if not line & stage):
+            pair = lines[first], lines[first | stage]
+            lines[first], lines[first | stage] = (builder.shuffle_vector(*pair, mask) for mask in (low, high))
+    for number_of, line in enumerate(lines):
+        builder.store(line, place(target, to, number_of)).align = 4
+
+
+def _of_bits(builder: ir.IRBuilder, name: str, bits: ir.Value, *more: ir.Value) -> ir.Value:
+    kind = ir.FunctionType(_NUMBER, [_NUMBER, *(value.type for value in more)])
+    function = builder.module.declare_intrinsic(name, [_NUMBER], kind)
+    return builder.zext(builder.call(function, [builder.trunc(bits, _NUMBER), *more]), _LONG)
+
+
+@_operation(number, lanes)
+def first_lane(builder: ir.IRBuilder, bits: ir.Value) -> ir.Value:
+    """Return the number of the first lane of a set that is not empty."""
+    return _of_bits(builder, "llvm.cttz", bits, ir.Constant(_BIT, 1))
+
+
+@_operation(lanes, lanes)
+def mirrored(builder: ir.IRBuilder, bits: ir.Value) -> ir.Value:
+    """Return a set of lanes with lane 0 in place of lane 31 and so on."""
+    return _of_bits(builder, "llvm.bitreverse", bits)
+
+
+@_operation(number, _ARRAY)
+def next_number(builder: ir.IRBuilder, counter: ir.Value) -> ir.Value:
+    """Return the first element of an int64 array and add one to it, in one step for all threads."""
+    return builder.atomic_rmw("add", counter, ir.Constant(_LONG, 1), "monotonic")

@@ -1,0 +1,143 @@
+"""Kernel part: settle a tile without obstacles whose cells all cost the same.
+
+Between two cells of such a tile the cheapest way is straight: diagonal moves first, then cardinal ones. So one sweep
+down and one up, which take what enters from the sides along, and after them one look along each row, find all values;
+no value has to be looked at twice. Which sweeps are needed the edges tell.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ppaas.planners.kernels import simd
+from ppaas.planners.kernels.tile_border import beside, edge, free_along, value_at
+from ppaas.planners.kernels.tile_layout import (
+    ALL,
+    BOTTOM,
+    BOTTOM_LEFT,
+    BOTTOM_RIGHT,
+    CELLS,
+    COST,
+    GOAL,
+    LEFT,
+    RIGHT,
+    SIDE,
+    TABLE,
+    TOP,
+    TOP_LEFT,
+    TOP_RIGHT,
+    UNREACHED,
+)  # fmt: skip
+from ppaas.planners.kernels.tile_plane import LINES, PLANE, slanted, weighed
+
+Int = int | np.signedinteger[Any]
+Numbers = NDArray[np.uint32]
+
+LAST = SIDE - 1
+FIRST_LINE, LAST_LINE = LINES + SIDE, LINES + SIDE * SIDE
+FROM_LEFT, FROM_RIGHT, BESIDE_LEFT, BESIDE_RIGHT = (LINES + SIDE * line for line in range(2, 6))
+"""Lines of scratch memory for what stands beside each row, to move in diagonally and straight."""
+
+FROM_ABOVE = 1 << TOP | 1 << TOP_LEFT | 1 << TOP_RIGHT | 1 << GOAL
+FROM_BELOW = 1 << BOTTOM | 1 << BOTTOM_LEFT | 1 << BOTTOM_RIGHT | 1 << GOAL
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def _enters(slanting: Any, straight: Any, edge_values: Any, weights: Any, diagonals: Any) -> bool:
+    """Return whether a diagonal move from beside the tile betters what a straight one gives."""
+    return bool(simd.less(simd.add(slanting, diagonals), simd.least(simd.add(straight, weights), edge_values)))
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def _stepped(source: Any, before: Any, at_left: Int, at_right: Int, free: Int, weights: Any, diagonals: Any) -> Any:
+    slanting = simd.least(simd.from_left(source, at_left), simd.from_right(source, at_right))
+    slanting = simd.where(free, slanting, simd.splat(UNREACHED))
+    return simd.least(before, simd.least(simd.add(source, weights), simd.add(slanting, diagonals)))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _pour(
+    field: Numbers, at: Int, step: Int, source: Any, free: Int, weights: Any, diagonals: Any, fresh: bool,
+    scratch: Numbers,
+) -> None:  # fmt: skip
+    """Carry values from row to row, all the way through the tile; ``free`` are those of the row that it comes from."""
+    row: Int = 0 if step > 0 else LAST
+    for _ in range(SIDE):
+        before = simd.splat(UNREACHED) if fresh else simd.load(field, at + row * SIDE)
+        at_left, at_right = np.int64(scratch[FROM_LEFT + row]), np.int64(scratch[FROM_RIGHT + row])
+        source = _stepped(source, before, at_left, at_right, free, weights, diagonals)
+        simd.store(field, at + row * SIDE, source)
+        free = ALL
+        row += step
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _look_along(field: Numbers, at: Int, weight: Int, scratch: Numbers) -> None:
+    """Carry values along each row, both ways; write the tile's left and right edge to scratch memory."""
+    weights = simd.splat(weight)
+    rising = simd.multiply(simd.ramp(), weights)
+    falling = simd.subtract(simd.splat(LAST * weight), rising)
+    for row in range(SIDE):
+        values = simd.load(field, at + row * SIDE)
+        moved = simd.least(
+            simd.from_left(values, np.int64(scratch[BESIDE_LEFT + row])),
+            simd.from_right(values, np.int64(scratch[BESIDE_RIGHT + row])),
+        )
+        moved = simd.add(moved, weights)
+        if simd.less(moved, values):
+            values = simd.least(values, moved)
+            rightward = simd.subtract(simd.least_up_to(simd.add(values, falling)), falling)
+            leftward = simd.subtract(simd.least_from(simd.add(values, rising)), rising)
+            simd.store(field, at + row * SIDE, simd.least(rightward, leftward))
+    for row in range(SIDE):
+        scratch[PLANE + FIRST_LINE + row] = field[at + row * SIDE]
+        scratch[PLANE + LAST_LINE + row] = field[at + row * SIDE + LAST]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def spread(field: Numbers, tables: Numbers, tile: Int, reasons: Int, fresh: bool, scratch: Numbers) -> Int:
+    """Settle a tile within and leave its edges in scratch memory, where planes have them; return the lines done."""
+    above, below, before, after = (
+        beside(scratch, TOP),
+        beside(scratch, BOTTOM),
+        beside(scratch, LEFT),
+        beside(scratch, RIGHT),
+    )
+    weights = weighed(simd.splat(np.int64(tables[tile * TABLE + COST])))
+    diagonals, none, at, work = slanted(weights), simd.splat(UNREACHED), tile * CELLS, SIDE
+    left, right = edge(tables, before, RIGHT), edge(tables, after, LEFT)
+    left_free, right_free = free_along(tables, before, RIGHT), free_along(tables, after, LEFT)
+    corner = value_at(tables, beside(scratch, TOP_LEFT), BOTTOM_RIGHT)
+    from_left = simd.where(left_free, simd.from_left(left, corner), none)
+    corner = value_at(tables, beside(scratch, TOP_RIGHT), BOTTOM_LEFT)
+    from_right = simd.where(right_free, simd.from_left(right, corner), none)
+    own_left, own_right = edge(tables, tile, LEFT), edge(tables, tile, RIGHT)
+    down = reasons & FROM_ABOVE or _enters(from_left, left, own_left, weights, diagonals)
+    if down or _enters(from_right, right, own_right, weights, diagonals):
+        simd.store(scratch, FROM_LEFT, from_left)
+        simd.store(scratch, FROM_RIGHT, from_right)
+        source, free = edge(tables, above, BOTTOM), free_along(tables, above, BOTTOM)
+        _pour(field, at, 1, source, free, weights, diagonals, fresh, scratch)
+        work += SIDE
+    elif fresh:
+        for row in range(SIDE):
+            simd.store(field, at + row * SIDE, none)
+    corner = value_at(tables, beside(scratch, BOTTOM_LEFT), TOP_RIGHT)
+    from_left = simd.where(left_free, simd.from_right(left, corner), none)
+    corner = value_at(tables, beside(scratch, BOTTOM_RIGHT), TOP_LEFT)
+    from_right = simd.where(right_free, simd.from_right(right, corner), none)
+    up = reasons & FROM_BELOW or _enters(from_left, left, own_left, weights, diagonals)
+    if up or _enters(from_right, right, own_right, weights, diagonals):
+        simd.store(scratch, FROM_LEFT, from_left)
+        simd.store(scratch, FROM_RIGHT, from_right)
+        source, free = edge(tables, below, TOP), free_along(tables, below, TOP)
+        _pour(field, at, -1, source, free, weights, diagonals, False, scratch)
+        work += SIDE
+    simd.store(scratch, BESIDE_LEFT, left)
+    simd.store(scratch, BESIDE_RIGHT, right)
+    _look_along(field, at, np.int64(simd.least_of(weights)), scratch)
+    simd.store(scratch, FIRST_LINE, simd.load(field, at))
+    simd.store(scratch, LAST_LINE, simd.load(field, at + LAST * SIDE))
+    return work

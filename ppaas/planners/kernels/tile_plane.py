@@ -1,0 +1,133 @@
+"""Kernel parts: a tile spread out for work, twice: row by row and column by column.
+
+A *plane* is a tile with one line more at either end, which belongs to the neighbours there. Lines are rows in the first
+plane and columns in the second, so that what moves down and up in the first, moves right and left in the second. The
+tile itself has lines 1 to 32. A plane is a part of a thread's scratch memory:
+
+- `LINES`: 34 lines of values.
+- `WEIGHTS`, `DIAGONALS`: what its cells weigh, on cardinal and diagonal moves: 32 lines, or one that holds for all.
+- `FREE`: which cells of each of the 34 lines are free.
+- `LEFT`, `RIGHT`: of which cells of each line the left and the right neighbour is free.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ppaas.planners.kernels import simd
+from ppaas.planners.kernels.tile_layout import BASE, FACTOR, HALF, ROOT, ROOT_SHIFT, SIDE, UNKNOWN, UNREACHED
+
+Int = int | np.signedinteger[Any]
+Numbers = NDArray[np.uint32]
+
+LINES = 0
+WEIGHTS = (SIDE + 2) * SIDE
+DIAGONALS = WEIGHTS + SIDE * SIDE
+FREE = DIAGONALS + SIDE * SIDE
+LEFT = FREE + 48
+RIGHT = LEFT + 48
+PLANE = RIGHT + 48
+BESIDE = 2 * PLANE
+"""Behind the planes: the numbers of the tile's eight neighbours."""
+SPARE = BESIDE + SIDE
+"""Behind them: one line more."""
+SCRATCH = SPARE + SIDE
+"""Numbers in the scratch memory of one thread."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def relaxed(source: Any, target: Any, free: Int, left: Int, right: Int, weights: Any, diagonals: Any) -> Any:
+    """Return the values of a line after all moves into it from the line beside it.
+
+    Parameters
+    ----------
+    source, target : row
+        Values of the two lines.
+    free : lanes
+        Free cells of the target.
+    left, right : lanes
+        Where a diagonal move may come from the left, and from the right.
+    weights, diagonals : row
+        What the cells of the target weigh.
+    """
+    none = simd.splat(UNREACHED)
+    from_left = simd.where(left, simd.from_left(source, UNREACHED), none)
+    from_right = simd.where(right, simd.from_right(source, UNREACHED), none)
+    best = simd.least(simd.add(source, weights), simd.add(simd.least(from_left, from_right), diagonals))
+    return simd.where(free, simd.least(target, best), target)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def weighed(costs: Any) -> Any:
+    """Return what cells of these costs weigh."""
+    known = simd.add(simd.multiply(costs, simd.splat(FACTOR)), simd.splat(BASE))
+    return simd.where(simd.unlike(costs, simd.splat(255)), known, simd.splat(UNKNOWN))
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def slanted(weights: Any) -> Any:
+    """Return what diagonal moves into cells of these weights weigh."""
+    product = simd.add(simd.multiply(weights, simd.splat(ROOT)), simd.splat(HALF))
+    return simd.shift_right(product, simd.splat(ROOT_SHIFT))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def sweep(scratch: Numbers, plane: Int, begin: Int, step: Int, stride: Int, pending: Int) -> tuple[Int, Int, Int]:
+    """Carry values from line to line in one direction, as far as they change.
+
+    Parameters
+    ----------
+    scratch, plane
+        Where the plane lies.
+    begin : int
+        The line it begins with: 0 or 33.
+    step : int
+        From a line to the next: 1 or −1.
+    stride : int
+        From the weights of a line to those of the next: 0 or 32.
+    pending : int
+        The lines that changed, the lowest bit for ``begin``.
+
+    Returns
+    -------
+    changed : int
+        The lines that it changed, the lowest bit for the first after ``begin``.
+    lanes : lanes
+        The cells in which any of them changed.
+    work : int
+        Lines that it did.
+    """
+    order = simd.first_lane(pending)
+    changed, lanes, work, line, more = 0, 0, 0, begin + step * order, True
+    source = simd.load(scratch, plane + LINES + line * SIDE)
+    while more:
+        near = np.int64(scratch[plane + FREE + line])
+        line += step
+        place, weight = plane + LINES + line * SIDE, plane + WEIGHTS + (line - 1) * stride
+        before = simd.load(scratch, place)
+        source = relaxed(
+            source, before, np.int64(scratch[plane + FREE + line]),
+            near & np.int64(scratch[plane + LEFT + line]), near & np.int64(scratch[plane + RIGHT + line]),
+            simd.load(scratch, weight), simd.load(scratch, weight + (DIAGONALS - WEIGHTS)),
+        )  # fmt: skip
+        simd.store(scratch, place, source)
+        different = simd.unlike(source, before)
+        lanes |= different
+        changed |= np.int64(different != 0) << order
+        order += 1
+        work += 1
+        # Lines between two that changed are done too: a branch foretold wrongly costs more than they do.
+        more = order < SIDE and (pending >> order | different) != 0
+    return changed, lanes, work
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def turn(scratch: Numbers, plane: Int, to: Int, lines: Int, lanes: Int) -> None:
+    """Copy what changed in some lines and lanes of one plane to the other, by blocks of 16×16."""
+    for line in range(0, SIDE, 16):
+        for lane in range(0, SIDE, 16):
+            if (lines >> line) & 0xFFFF and (lanes >> lane) & 0xFFFF:
+                source = plane + LINES + (line + 1) * SIDE + lane
+                simd.transpose_block(scratch, source, scratch, to + LINES + (lane + 1) * SIDE + line)

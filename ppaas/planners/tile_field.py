@@ -1,0 +1,161 @@
+"""A field of costs-to-go that grows tile by tile, on all threads."""
+
+import weakref
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.costmap.costmap import Costmap
+from ppaas.planners import tile_memory
+from ppaas.planners.ends import Cell
+from ppaas.planners.grid_field import GridField
+from ppaas.planners.kernels.propagation import EXHAUSTED, PAUSED, TOO_NARROW
+from ppaas.planners.kernels.threads import at_most
+from ppaas.planners.kernels.tile_layout import CELLS, SIDE, UNREACHED
+from ppaas.planners.kernels.tile_rounds import TOUCHED, grow_tiles, seed_tiles
+from ppaas.planners.kernels.tile_setup import lay_tiles
+from ppaas.planners.kernels.tile_walk import count_up_to, descend_tiles, read_rows
+from ppaas.planners.watch import proceed
+from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights
+
+SLICE_LINES = 250_000
+"""Lines of tiles worked on between two checks: about 3 ms on one thread."""
+SLICE_WALKED = 50_000
+"""Cells walked along between two checks."""
+SLICE_LAID = 4_096
+"""Tiles set up, or read, between two checks: 4 million cells."""
+
+MOST_PADDED = 1.5
+"""Times the cells of a map that its tiles may have, if the map is larger than `SMALL`."""
+SMALL = 1 << 16
+
+
+class PathTooLong(Exception):
+    """A value may not fit the numbers of a tile."""
+
+
+def suits_tiles(shape: tuple[int, int]) -> bool:
+    """Return whether a map of that height and width can be cut into tiles without much waste."""
+    padded = -(-shape[0] // SIDE) * -(-shape[1] // SIDE) * CELLS
+    return padded <= max(SMALL, MOST_PADDED * shape[0] * shape[1])
+
+
+class TileField(GridField):
+    """A field in tiles of 32×32 cells.
+
+    Parameters
+    ----------
+    costmap, goals, allow_unknown, threads, check
+        As in `ppaas.planners.field.CostField`.
+    """
+
+    def __init__(
+        self,
+        costmap: Costmap,
+        goals: NDArray[np.integer],
+        *,
+        allow_unknown: bool = True,
+        threads: int = 1,
+        check: Callable[[], None] = proceed,
+    ) -> None:
+        self._check, self._threads = check, threads
+        self._shape = costmap.info.shape
+        self._source = np.ascontiguousarray(costmap.data).reshape(-1)
+        self._source.flags.writeable = False  # a view: kernels are compiled for such arrays alone
+        self._across = -(-self._shape[1] // SIDE)
+        self._tiles = -(-self._shape[0] // SIDE) * self._across
+        self._bound: int | None = None
+        self._memory = memory = tile_memory.take(self._tiles)
+        weakref.finalize(self, tile_memory.give_back, memory).atexit = False
+        memory.begin(self._tiles, threads)
+        for first, last in self._slices(self._tiles):
+            check()
+            with at_most(threads) as usable:
+                lay_tiles(
+                    self._source, *self._shape, allow_unknown, self._across, first, last,
+                    memory.costs, memory.tables, usable,
+                )  # fmt: skip
+        cells = self._elements(goals)
+        seed_tiles(memory.field, cells, memory.keys, memory.marks, memory.waiting, memory.state)
+
+    @property
+    def settled(self) -> int:
+        """How many cells have their final value; those that cost more than the last target are not counted."""
+        bound, count = UNREACHED - 1 if self._bound is None else self._bound, 0
+        for first, last in self._slices(self._tiles):
+            self._check()
+            count += count_up_to(self._memory.field, self._memory.marks, first, last, bound)
+        return count
+
+    def grow(self, target: Cell | None = None) -> bool:
+        """Let it grow until the value of ``target`` is final, or all over the map; return whether it can be reached.
+
+        Raises
+        ------
+        PathTooLong
+            Values do not fit; a field of another kind is needed.
+        """
+        m = self._memory
+        wanted = -1 if target is None else int(self._elements(np.array([target]))[0])
+        outcome = PAUSED
+        while outcome == PAUSED:
+            self._check()
+            with at_most(self._threads) as usable:
+                outcome = grow_tiles(
+                    m.field, m.tables, m.costs, self._across, self._tiles, m.keys, m.marks,
+                    m.waiting, m.chosen, m.reasons, m.reports, m.scratch, m.counter, m.state,
+                    wanted, SLICE_LINES, usable,
+                )  # fmt: skip
+        if outcome == TOO_NARROW:
+            raise PathTooLong
+        reached = target is None or self._value(wanted) < UNREACHED
+        if outcome == EXHAUSTED:
+            self._bound = None
+        elif reached:
+            self._bound = max(self._value(wanted), self._bound or 0)
+        return reached
+
+    def path_from(self, cell: Cell) -> NDArray[np.int32]:
+        """Return the (n, 2) cells of a cheapest path from ``cell``, whose value must be final, to a goal."""
+        most = self._value(int(self._elements(np.array([cell]))[0])) // round(SCALE * NEUTRAL) + 1
+        cells = np.empty((most, 2), np.int32)
+        cells[0] = cell
+        count, before = 1, 0
+        while count > before:
+            self._check()
+            before = count
+            count = descend_tiles(
+                self._memory.field, self._memory.tables, self._memory.marks, self._source, *self._shape,
+                self._across, fixed_weights(), cells, count, min(SLICE_WALKED, most - count),
+            )  # fmt: skip
+        return cells[:count].copy()
+
+    def values(self) -> NDArray[np.float64]:
+        """Return the (height, width) costs-to-go; infinite where blocked or not reached."""
+        values = np.empty(self._shape)
+        for first, last in self._slices(self._tiles // self._across, self._across):
+            self._check()
+            end = min(last * SIDE, self._shape[0])
+            read_rows(self._memory.field, self._memory.marks, self._across, first * SIDE, end, SCALE, values)
+        return values
+
+    def values_at(self, cells: NDArray[np.integer]) -> NDArray[np.float64]:
+        """Return the (n,) costs-to-go of (n, 2) cells, row and column; infinite where blocked or not reached."""
+        elements = self._elements(cells)
+        values = self._memory.field[elements]
+        reached = (values < UNREACHED) & (self._memory.marks[elements // CELLS] & TOUCHED != 0)
+        return np.where(reached, values / SCALE, np.inf)
+
+    def _value(self, element: int) -> int:
+        touched = self._memory.marks[element // CELLS] & TOUCHED
+        return int(self._memory.field[element]) if touched else UNREACHED
+
+    def _elements(self, cells: NDArray[np.integer]) -> NDArray[np.int64]:
+        row, column = cells[:, 0].astype(np.int64), cells[:, 1].astype(np.int64)
+        tile = row // SIDE * self._across + column // SIDE
+        return tile * CELLS + row % SIDE * SIDE + column % SIDE
+
+    def _slices(self, count: int, tiles_each: int = 1) -> list[tuple[int, int]]:
+        step = max(1, SLICE_LAID // tiles_each)
+        return [(first, min(first + step, count)) for first in range(0, count, step)]

@@ -1,0 +1,84 @@
+"""The arrays of a field of tiles, which the next field takes over: fresh memory costs as much time as the field."""
+
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.planners.kernels.tile_layout import CELLS, EDGES, FREE, KIND, TABLE, UNREACHED
+from ppaas.planners.kernels.tile_plane import SCRATCH
+from ppaas.planners.kernels.tile_rounds import BATCH, STATE_SIZE
+from ppaas.planners.kernels.tile_visit import REPORT
+
+T = TypeVar("T", bound=np.generic)
+
+LINE = 64
+"""Bytes of a cache line."""
+MOST_TOO_LARGE = 4
+"""Arrays that are larger than needed by more than this factor are not taken over."""
+
+
+class TileMemory:
+    """The arrays of one field at a time; see `ppaas.planners.kernels.tile_rounds` for what they hold.
+
+    Parameters
+    ----------
+    tiles : int
+        For how many tiles there is room, beside the one that stands for all outside.
+    """
+
+    def __init__(self, tiles: int) -> None:
+        self.tiles = tiles
+        self.field = _aligned(tiles * CELLS, np.uint32)
+        self.tables = _aligned((tiles + 1) * TABLE, np.uint32)
+        self.costs = _aligned(tiles * CELLS, np.uint8)
+        self.keys = np.empty(tiles + 1, np.uint32)
+        self.marks = np.empty(tiles + 1, np.uint16)
+        self.waiting = np.empty(tiles, np.int32)
+        self.chosen = np.empty(BATCH, np.int32)
+        self.reasons = np.empty(BATCH, np.uint16)
+        self.reports = np.empty(BATCH * REPORT, np.uint32)
+        self.scratch = _scratch(1)
+        self.counter = np.zeros(1, np.int64)
+        self.state = np.zeros(STATE_SIZE, np.int64)
+
+    def begin(self, tiles: int, threads: int) -> None:
+        """Make it ready for a new field of no more tiles than there is room for."""
+        if len(self.scratch) < threads:
+            self.scratch = _scratch(threads)
+        self.keys[: tiles + 1] = UNREACHED
+        self.marks[: tiles + 1] = 0
+        self.state[:] = 0
+        outside = self.tables[tiles * TABLE : (tiles + 1) * TABLE]
+        outside[EDGES:FREE] = UNREACHED
+        outside[FREE : KIND + 1] = 0
+
+
+_spare: list[TileMemory] = []
+"""At most one that no field uses."""
+
+
+def take(tiles: int) -> TileMemory:
+    """Return memory for that many tiles: what was given back last, if it is large enough and not far too large."""
+    while _spare:
+        memory = _spare.pop()
+        if tiles <= memory.tiles <= MOST_TOO_LARGE * tiles:
+            return memory
+    return TileMemory(tiles)
+
+
+def give_back(memory: TileMemory) -> None:
+    """Let the next field have memory that is not used any longer."""
+    _spare[:] = [memory]
+
+
+def _aligned(count: int, dtype: type[T]) -> NDArray[T]:
+    size = count * np.dtype(dtype).itemsize
+    octets = np.empty(size + LINE, np.uint8)
+    begin = -octets.ctypes.data % LINE
+    return octets[begin : begin + size].view(dtype)
+
+
+def _scratch(threads: int) -> NDArray[np.uint32]:
+    each = -(-SCRATCH // LINE) * LINE
+    return _aligned(threads * each, np.uint32).reshape(threads, each)

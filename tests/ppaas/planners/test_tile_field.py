@@ -1,0 +1,223 @@
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from ppaas.errors import PlanCancelled
+from ppaas.planners import tile_field, tile_memory
+from ppaas.planners.kernels import tile_layout, tile_rounds, tile_setup, tile_walk
+from ppaas.planners.queue_field import QueueField
+from ppaas.planners.tile_field import PathTooLong, TileField, suits_tiles
+from ppaas.planners.weights import fixed_weights
+from tests.reference import dijkstra as twin
+from tests.support import grids
+
+ROOT = Path(__file__).resolve().parents[3]
+
+KINDS = ["empty", "graded", "cluttered", "patches"]
+
+
+def drawn(kind, shape, seed):
+    """Draw a map of which tiles are of all kinds."""
+    rng = np.random.default_rng(seed)
+    costs = np.zeros(shape, np.uint8)
+    if kind == "graded":
+        costs = rng.integers(0, 256, shape).astype(np.uint8)
+    if kind == "patches":
+        patches = rng.choice([0, 0, 7, 200, 252, 254, 255], (shape[0] // 24 + 1, shape[1] // 40 + 1))
+        costs = np.kron(patches, np.ones((24, 40)))[: shape[0], : shape[1]].astype(np.uint8)
+    if kind == "cluttered":
+        costs[rng.random(shape) < 0.05 * (1 + seed % 8)] = 254
+    return costs
+
+
+def fields(costs, goals, allow_unknown=True, threads=1):
+    goals = np.array(goals)
+    tiled = TileField(grids.of(costs), goals, allow_unknown=allow_unknown, threads=threads)
+    return tiled, QueueField(grids.of(costs), goals, allow_unknown=allow_unknown)
+
+
+@given(grids.scenes(most=40))
+@settings(deadline=None, max_examples=60)
+def test_tiles_and_queue_give_the_same_field(scene):
+    tiled, queued = fields(*scene)
+    tiled.grow()
+    queued.grow()
+    assert np.array_equal(tiled.values(), queued.values())
+    assert tiled.settled == queued.settled
+
+
+@given(grids.scenes(most=12))
+@settings(deadline=None, max_examples=60)
+def test_tiles_give_the_field_of_the_naive_twin_unit_for_unit(scene):
+    costs, goals, allow_unknown = scene
+    field, _ = fields(costs, goals, allow_unknown)
+    field.grow()
+    values = field.values()
+    units = np.where(np.isinf(values), -1, np.rint(values * 85)).astype(int)
+    assert units.tolist() == twin.fixed_field(costs, goals, allow_unknown)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", range(6))
+def test_any_number_of_threads_gives_the_field_of_the_queue_bit_for_bit(kind, seed):
+    shape = [(400, 333), (64, 512), (257, 300), (480, 200), (97, 1_000), (320, 320)][seed]
+    costs = drawn(kind, shape, seed)
+    free = grids.free_cells(costs, seed % 2 == 0)
+    goals = free[:: len(free) // (seed + 1)]
+    for threads in (1, 2, 3):
+        tiled, queued = fields(costs, goals, seed % 2 == 0, threads)
+        tiled.grow()
+        queued.grow()
+        assert np.array_equal(tiled.values(), queued.values())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_early_stop_leaves_the_value_and_the_path_of_the_queue(kind):
+    costs = drawn(kind, (300, 270), 2)
+    free = grids.free_cells(costs, True)
+    goal, rng = free[len(free) // 3], np.random.default_rng(1)
+    whole = fields(costs, [goal])[1]
+    whole.grow()
+    values = whole.values()
+    for place in rng.integers(len(free), size=8):
+        target = free[place]
+        counts = set()
+        for threads in (1, 2):
+            tiled, _ = fields(costs, [goal], threads=threads)
+            assert tiled.grow(target) == np.isfinite(values[target])
+            if np.isfinite(values[target]):
+                assert tiled.values_at(np.array([target]))[0] == values[target]
+                assert tiled.path_from(target).tolist() == whole.path_from(target).tolist()
+                assert tiled.settled == (values <= values[target]).sum()
+            counts.add(tiled.settled)
+        assert len(counts) == 1
+
+
+def test_a_field_that_stopped_early_grows_on_to_the_whole():
+    costs = drawn("patches", (200, 300), 5)
+    free = grids.free_cells(costs, True)
+    tiled, queued = fields(costs, free[:1])
+    for target in free[:: len(free) // 7]:
+        tiled.grow(target)
+    tiled.grow()
+    queued.grow()
+    assert np.array_equal(tiled.values(), queued.values())
+
+
+def test_slices_of_any_size_give_the_same_field(monkeypatch):
+    costs = drawn("cluttered", (200, 170), 5)
+    goals = grids.free_cells(costs, True)[:1]
+    whole, _ = fields(costs, goals)
+    whole.grow()
+    for name in ("SLICE_LINES", "SLICE_LAID", "SLICE_WALKED"):
+        monkeypatch.setattr(tile_field, name, 1)
+    sliced, _ = fields(costs, goals, threads=2)
+    sliced.grow()
+    far = grids.free_cells(costs, True)[-1]
+    assert np.array_equal(sliced.values(), whole.values())
+    assert np.array_equal(sliced.path_from(far), whole.path_from(far))
+
+
+def test_the_check_is_called_between_slices_and_ends_the_work(monkeypatch):
+    monkeypatch.setattr(tile_field, "SLICE_LINES", 1)
+    calls = 0
+
+    def check():
+        nonlocal calls
+        calls += 1
+        if calls == 5:
+            raise PlanCancelled("enough")
+
+    field = TileField(grids.of(np.zeros((500, 500), np.uint8)), np.array([(250, 250)]), check=check)
+    with pytest.raises(PlanCancelled):
+        field.grow()
+    assert calls == 5
+
+
+def test_the_memory_of_a_field_that_is_gone_is_taken_over_and_nothing_is_left_in_it():
+    costs = drawn("cluttered", (300, 300), 3)
+    first, _ = fields(costs, grids.free_cells(costs, True)[:1])
+    first.grow()
+    used = first._memory
+    del first
+    other = drawn("patches", (200, 290), 4)
+    goals = grids.free_cells(other, False)[-1:]
+    tiled, queued = fields(other, goals, allow_unknown=False, threads=2)
+    assert tiled._memory is used
+    tiled.grow()
+    queued.grow()
+    assert np.array_equal(tiled.values(), queued.values())
+
+
+def test_memory_that_is_far_too_large_is_let_go():
+    tile_memory.give_back(tile_memory.TileMemory(100))
+    assert tile_memory.take(20).tiles == 20
+    assert not tile_memory._spare
+
+
+def test_at_most_six_bytes_a_cell_are_used():
+    memory = tile_memory.TileMemory(64 * 64)
+    arrays = (memory.field, memory.tables, memory.costs, memory.keys, memory.marks, memory.waiting)
+    assert sum(array.nbytes for array in arrays) <= 6 * 2_048**2
+
+
+def test_a_way_that_may_be_too_long_is_refused():
+    snake = np.full((1_216, 1_216), 252, np.uint8)
+    snake[1::2] = 254
+    snake[1::4, -1] = 252
+    snake[3::4, 0] = 252
+    field = TileField(grids.of(snake), np.array([(0, 0)]))
+    with pytest.raises(PathTooLong):
+        field.grow()
+
+
+def test_maps_that_would_mostly_be_padding_do_not_suit():
+    assert all(suits_tiles(shape) for shape in ((1, 1), (1, 40), (200, 200), (33, 60), (512, 500), (4_096, 4_096)))
+    assert not any(suits_tiles(shape) for shape in ((1, 32_768), (32_768, 3), (36, 4_096)))
+
+
+def test_the_formula_of_the_weights_is_their_table():
+    cardinal, diagonal = fixed_weights()
+    for cost in [*range(253), 255]:
+        weight = tile_layout.BASE + tile_layout.FACTOR * cost if cost < 255 else tile_layout.UNKNOWN
+        assert weight == cardinal[cost]
+        assert (weight * tile_layout.ROOT + tile_layout.HALF) >> tile_layout.ROOT_SHIFT == diagonal[cost]
+
+
+PRINT_FIELD = """
+import sys, zlib
+import numpy as np
+from engine.runtimes import threading_layer
+threading_layer.choose()
+from engine.runtimes import compiled
+compiled.load_without_compiler()
+from ppaas.planners.tile_field import TileField
+from tests.support import grids
+rng = np.random.default_rng(4)
+costs = rng.integers(0, 256, (150, 140)).astype(np.uint8)
+costs[:64, :64] = 9
+field = TileField(grids.of(costs), np.array([(3, 3)]), threads=2)
+field.grow()
+print(zlib.crc32(field.values().tobytes()), "numba.np.npyimpl" in sys.modules)
+"""
+
+
+def printed(**environment):
+    """Run that in a process of its own."""
+    command = [sys.executable, "-c", PRINT_FIELD]
+    variables = os.environ | environment | {"PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, check=True, cwd=ROOT, env=variables, capture_output=True, text=True)
+    return done.stdout.split()
+
+
+def test_kernels_in_the_cache_are_loaded_without_the_compiler_and_any_cpu_gives_the_same_field():
+    for module in (tile_setup, tile_rounds, tile_walk):
+        module.warm()
+    here, compiler_loaded = printed()
+    assert compiler_loaded == "False"
+    assert printed(NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="")[0] == here
