@@ -29,8 +29,8 @@ class Costmap:
     info : GridInfo
         Where it lies.
     indexes : callable, optional
-        Gives what others have prepared of these very cells, if they have: by the name of the planner that asks, and a
-        check that it calls at least every 10 ms while it waits.
+        Gives what others have prepared of the map in which this was seen, if they have: by the name of the planner
+        that asks, and a check that it calls at least every 10 ms while it waits.
     """
 
     data: NDArray[np.uint8]

@@ -151,7 +151,7 @@ class LocalCostmap:
         known = np.where(local == NO_INFORMATION, 0, local)
         blocked = known >= INSCRIBED_INFLATED_OBSTACLE
         data[outer] = np.where((data[outer] == NO_INFORMATION) & blocked, known, np.maximum(data[outer], known))
-        return Costmap(data, costmap.info)
+        return Costmap(data, costmap.info, costmap.indexes)
 
     def clear(self, around: Pose2D | None = None, beyond: float = 0.0) -> None:
         """Forget what the laser saw, or only what is farther than ``beyond`` [m] from a pose in the frame of the map.

@@ -97,7 +97,7 @@ class ObstacleMemory:
         part = data[top:bottom, left:right]
         unknown = (part == NO_INFORMATION) & (costs < INSCRIBED_INFLATED_OBSTACLE)
         np.copyto(part, np.where(part == NO_INFORMATION, costs, np.maximum(part, costs)), where=~unknown)
-        return Costmap(data, costmap.info)
+        return Costmap(data, costmap.info, costmap.indexes)
 
     def clear(self, around: Pose2D | None = None, beyond: float = 0.0) -> None:
         """Forget everything, or what is farther than ``beyond`` [m] from a pose in the frame of the map."""

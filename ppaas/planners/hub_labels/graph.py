@@ -17,12 +17,14 @@ from ppaas.planners.hub_labels.kernels.contraction import (
     link_edges,
 )
 from ppaas.planners.hub_labels.kernels.scan import Integers, scan_corners
-from ppaas.planners.hub_labels.kernels.terrain import BLOCK, empty_terrain, lay, number_corners
+from ppaas.planners.hub_labels.kernels.terrain import BLOCK, empty_terrain, lay, mend, number_corners
 
 CELLS_A_SLICE = 1 << 19
 CORNERS_A_SLICE = 1 << 11
 WORK_A_SLICE = 1 << 17
 """How much is done between two calls of ``check``: about two milliseconds."""
+
+ANY_PRICE = np.empty(0, np.int32)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +41,10 @@ class Ground:
 
     terrain: Words
     places: Integers
+
+
+Rectangle = tuple[slice, slice]
+"""Rows and columns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +76,27 @@ def lay_ground(free: NDArray[np.bool_], *, threads: int, check: Callable[[], Non
     for first in range(0, rows, slice_rows):
         check()
         lay(padded, terrain, first, min(first + slice_rows, rows), threads)
+    return _with_places(terrain, check)
+
+
+def mend_ground(terrain: Words, free: NDArray[np.bool_], changed: Rectangle, *, check: Callable[[], None]) -> Ground:
+    """Lay out a map anew of which only a rectangle differs from one that is laid out."""
+    rows, columns = changed
+    check()
+    mended = terrain.copy()
+    padded = np.pad(free, 1).view(np.uint8)
+    height, width = free.shape
+    # A cell's own neighbours tell what it is, and it lies one further in the array, for the margin.
+    around = max(rows.start, 1), min(rows.stop + 2, height + 1), max(columns.start, 1), min(columns.stop + 2, width + 1)
+    mend(padded, mended, *around)
+    return _with_places(mended, check)
+
+
+def _with_places(terrain: Words, check: Callable[[], None]) -> Ground:
     check()
     places = np.empty((number_corners(terrain, np.empty((0, 2), np.int32)), 2), np.int32)
     number_corners(terrain, places)
+    terrain.flags.writeable = False
     return Ground(terrain, places)
 
 
@@ -95,8 +119,8 @@ def link_corners(ground: Ground, *, threads: int, check: Callable[[], None]) -> 
     return Graph(starts, to, lengths)
 
 
-def contract_graph(graph: Graph, *, check: Callable[[], None]) -> Contracted:
-    """Contract all nodes but those of the core."""
+def contract_graph(graph: Graph, prices: Integers = ANY_PRICE, *, check: Callable[[], None]) -> Contracted:
+    """Contract all nodes but those of the core; in the order of their ``prices``, where these are given."""
     nodes = len(graph.starts) - 1
     room = len(graph.to) + len(graph.to) // 2 + 2 * ROOM
     head, (degrees, levels, order) = np.full(nodes, -1, np.int32), np.zeros((3, nodes), np.int32)
@@ -105,12 +129,14 @@ def contract_graph(graph: Graph, *, check: Callable[[], None]) -> Contracted:
     check()
     link_edges(graph.starts, graph.to, graph.lengths, head, after, edges, degrees, counts)
     queue, lengths = np.arange(nodes), np.zeros(nodes, np.int64)
+    if len(prices):
+        queue = np.sort((prices.astype(np.int64) << 32) | queue)
     queued, heap = np.ones(nodes, np.bool_), np.empty(SETTLED * 256, np.int64)
     counts[QUEUED] = nodes
     while True:
         check()
         if contract(
-            head, after, edges, degrees, levels, order, queued, queue, lengths, heap, counts, WORK_A_SLICE
+            head, after, edges, degrees, levels, order, queued, queue, prices, lengths, heap, counts, WORK_A_SLICE
         ):  # fmt: skip
             break
         if counts[EDGES] + ROOM > len(after):

@@ -40,13 +40,13 @@ def seal(index: Words, mark: Words) -> Words:
     return index
 
 
-def unseal(content: bytes | memoryview, mark: Words) -> Words:
+def unseal(content: bytes | memoryview) -> Words:
     """Return the index of a map from the bytes of a file, without a copy.
 
     Raises
     ------
     InvalidInput
-        They are no index, one of another version or byte order, one that was cut off, or the index of another map.
+        They are no index, one of another version or byte order, or one that was cut off.
     """
     if len(content) < 8 * layout.HEAD or len(content) % 8:
         raise InvalidInput(f"{len(content)} bytes are no index of hub labels; build it again")
@@ -59,8 +59,6 @@ def unseal(content: bytes | memoryview, mark: Words) -> Words:
         raise InvalidInput(f"the index is of version {index[layout.VERSION]} instead of {VERSION}; build it again")
     if index[layout.SIZE] != len(index) or index[layout.CHECK] != _check_sum(index):
         raise InvalidInput(f"the index is not whole: {index.nbytes} bytes, or a head that was changed; build it again")
-    if (index[layout.FINGERPRINT : layout.FINGERPRINT + FINGERPRINT_WORDS] != mark).any():
-        raise InvalidInput("the index is that of another map; build one for this map")
     index.flags.writeable = False
     return index
 

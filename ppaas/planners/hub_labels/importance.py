@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.graph import WORK_A_SLICE, Contracted
+from ppaas.planners.hub_labels.kernels import layout
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.coverage import cover
 from ppaas.planners.hub_labels.kernels.graphs import rank_edges
@@ -84,3 +85,35 @@ def order_core(edges: Edges, *, threads: int, check: Callable[[], None]) -> NDAr
             trees.parents, trees.sizes, trees.firsts, trees.nexts, totals, order, done, WORK_A_SLICE
         )  # fmt: skip
     return order
+
+
+def inherit(index: Words, places: Integers) -> tuple[Integers, Integers]:
+    """Take over from an index of nearly the same map how important its corners were.
+
+    Parameters
+    ----------
+    index : int64 array
+    places : (n, 2) int32 array
+        Row and column of each corner now, row by row.
+
+    Returns
+    -------
+    ranks : (n,) int32 array
+        How important each corner was; −1 for new ones.
+    prices : (n,) int32 array
+        When each was contracted, new ones first, and those of the core last.
+    """
+    before = int(index[layout.CORNERS])
+    numbers = index.view(np.int32)
+    table = numbers[2 * index[layout.TABLE] :][: before * layout.CORNER_SIZE].reshape(before, layout.CORNER_SIZE)
+    told = numbers[2 * index[layout.RANKS] :][: before + 1]
+    columns = max(int(side[:, 1].max(initial=0)) for side in (places, table)) + 1
+    keys, old_keys = (side[:, 0].astype(np.int64) * columns + side[:, 1] for side in (places, table))
+    found = np.minimum(np.searchsorted(old_keys, keys), max(before - 1, 0))
+    ranks = np.full(len(places), -1, np.int32)
+    if before:
+        same = old_keys[found] == keys
+        ranks[same] = told[:before][found[same]]
+    contracted = int(told[before])
+    prices = np.where(ranks < 0, 0, np.minimum(before - ranks, contracted + 1)).astype(np.int32)
+    return ranks, prices

@@ -5,9 +5,12 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.planners.hub_labels.assembly import repair_index
+from ppaas.planners.hub_labels.graph import Rectangle
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.layout import CORNERS, MOST_SEEN
+from ppaas.planners.hub_labels.kernels.layout import CORNERS, FINGERPRINT, MOST_SEEN, TERRAIN
 from ppaas.planners.hub_labels.kernels.query import EXPANDED, find_path, scratch_size
+from ppaas.planners.hub_labels.kernels.terrain import COLUMNS, ROWS, free_cells
 from ppaas.planners.hub_labels.kernels.trees import FAR
 from ppaas.planners.prepared import Prepared
 from ppaas.planners.watch import proceed
@@ -42,6 +45,40 @@ class HubIndex(Prepared):
     ) -> NDArray[np.int32]:
         """Return the (n, 2) cells of a shortest path; none without a way, or with an end that is not free."""
         return find_path(self.words, self._scratch, start_row, start_column, goal_row, goal_column)
+
+    def free(self) -> NDArray[np.bool_]:
+        """Return which cells of its map are free, (height, width)."""
+        terrain = self.words[self.words[TERRAIN] : self.words[TERRAIN + 1]]
+        free = np.empty((int(terrain[ROWS]) - 2, int(terrain[COLUMNS]) - 2), np.uint8)
+        free_cells(terrain, free)
+        return free.view(np.bool_)
+
+    def is_of(self, mark: Words) -> bool:
+        """Tell whether it is the index of the map with this fingerprint."""
+        return bool((self.words[FINGERPRINT : FINGERPRINT + len(mark)] == mark).all())
+
+    def repaired(
+        self, free: NDArray[np.bool_], changed: Rectangle, *, threads: int = 1, check: Callable[[], None] = proceed
+    ) -> "HubIndex":
+        """Return the index of a map that differs only in a rectangle, made in less time than a new one.
+
+        Parameters
+        ----------
+        free : (height, width) bool array
+            The map now.
+        changed : (slice, slice)
+            Rows and columns outside of which nothing has changed.
+        threads : int
+            Most threads that kernels may use.
+        check : callable
+            Called at least every 10 ms of work.
+
+        Raises
+        ------
+        InvalidPlanner
+            The map is too large or too cluttered for an index.
+        """
+        return HubIndex(repair_index(self.words, free, changed, threads=threads, check=check))
 
     def twin(self) -> "HubIndex":
         """Return one for another thread."""

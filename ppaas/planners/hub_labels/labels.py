@@ -59,15 +59,17 @@ class _Ranked:
     core: int
 
 
-def label(contracted: Contracted, *, longest: int, threads: int, check: Callable[[], None]) -> Pool:
-    """Order the nodes of a contracted graph and label them.
+def label(
+    contracted: Contracted, inherited: Integers | None, *, longest: int, threads: int, check: Callable[[], None]
+) -> Pool:
+    """Order the nodes of a contracted graph, those of the core by inherited ranks if there are any, and label them.
 
     Raises
     ------
     InvalidPlanner
         A way between two corners is longer than ``longest``.
     """
-    ranked = _rank(contracted, threads=threads, check=check)
+    ranked = _rank(contracted, inherited, threads=threads, check=check)
     edges = edges_of(contracted, ranked.nodes, ranked.ranks)
     pool = Pool(ranked.ranks)
     _label_core(pool, edges, ranked.core, longest, check)
@@ -76,12 +78,16 @@ def label(contracted: Contracted, *, longest: int, threads: int, check: Callable
     return pool
 
 
-def _rank(contracted: Contracted, *, threads: int, check: Callable[[], None]) -> _Ranked:
+def _rank(contracted: Contracted, inherited: Integers | None, *, threads: int, check: Callable[[], None]) -> _Ranked:
     ranks = np.full(len(contracted.head), -1, np.int32)
     ranks[contracted.order] = np.arange(len(ranks) - 1, len(ranks) - 1 - len(contracted.order), -1)
     core = np.flatnonzero(ranks < 0).astype(np.int32)
     ranks[core] = np.arange(len(core))
-    order = order_core(edges_of(contracted, core, ranks), threads=threads, check=check)
+    if inherited is None:
+        order = order_core(edges_of(contracted, core, ranks), threads=threads, check=check)
+    else:
+        # Those without a rank, −1, come last.
+        order = np.argsort(inherited[core].view(np.uint32), kind="stable").astype(np.int32)
     nodes = np.concatenate((core[order], contracted.order[::-1]))
     ranks[nodes] = np.arange(len(nodes))
     return _Ranked(nodes, ranks, len(core))

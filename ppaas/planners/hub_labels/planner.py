@@ -1,33 +1,45 @@
 """The planner that reads shortest paths off an index of the map."""
 
 from collections.abc import Callable
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput
+from ppaas.planners.ends import Ends
+from ppaas.planners.grid_planner import Found
 from ppaas.planners.hub_labels.assembly import build_index
+from ppaas.planners.hub_labels.graph import Rectangle
 from ppaas.planners.hub_labels.head import fingerprint, unseal
 from ppaas.planners.hub_labels.index import HubIndex
-from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.prepared import PreparedPlanner
 from ppaas.planners.traits import Optimal, Traits
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import passable
 
+Free = NDArray[np.bool_]
+
 
 class HubLabels(PreparedPlanner):
-    """Plans by hub labels over the corners of a map."""
+    """Plans by hub labels over the corners of a map.
+
+    The first index it makes or finds is that of the bare map. Where a robot then sees what is not on the map, a path of
+    that index is still a shortest one as long as nothing stands in it; only else is the index repaired.
+    """
 
     name: ClassVar[str] = "hub_labels"
     purpose: ClassVar[str] = (
         "Shortest path in microseconds, off an index that is made once per map and robot radius; cells are free or "
         "blocked, their graded costs are ignored."
     )
-
     traits: ClassVar[Traits] = Traits(optimal=Optimal.UNIFORM, weighted=False, indexed=True)
+
+    def __init__(self, *, allow_unknown: bool = True, smooth: bool = False) -> None:
+        super().__init__(allow_unknown=allow_unknown, smooth=smooth)
+        self._bare: tuple[Free, HubIndex] | None = None
+        self._repaired: HubIndex | None = None
 
     def prepare(self, costmap: Costmap, *, threads: int = 1, check: Callable[[], None] = proceed) -> HubIndex:
         """Open the index of a map that others have made, or build it.
@@ -37,15 +49,74 @@ class HubLabels(PreparedPlanner):
         InvalidPlanner
             The map is too large or too cluttered for one.
         """
-        free = passable(self.allow_unknown)[costmap.data]
+        free = self._free(costmap)
+        found = self._shared(costmap, check)
+        if found is not None and found.is_of(fingerprint(free)):
+            return found
+        return HubIndex(build_index(free, threads=threads, check=check))
+
+    def search(self, costmap: Costmap, ends: Ends, *, threads: int, check: Callable[[], None]) -> Found:
+        """Find the cells between two ends."""
+        if not costmap.data.flags.writeable:
+            return super().search(costmap, ends, threads=threads, check=check)
+        free = self._free(costmap)
+        before, bare = self._bare_map(costmap, free, threads, check)
+        if not (free & ~before).any():
+            cells = bare.path(*ends.start, *ends.goal)
+            if are_free(free, cells):
+                return Found(cells, bare.expanded)
+        index = self._index_of(free, before, bare, threads, check)
+        return Found(index.path(*ends.start, *ends.goal), index.expanded)
+
+    def twin(self) -> Self:
+        """Return one with the same parameters, for another thread; it shares the indexes."""
+        twin = super().twin()
+        if self._bare is not None:
+            twin._bare = self._bare[0], self._bare[1].twin()
+        return twin
+
+    def _free(self, costmap: Costmap) -> Free:
+        return passable(self.allow_unknown)[costmap.data]
+
+    def _shared(self, costmap: Costmap, check: Callable[[], None]) -> HubIndex | None:
+        """Return the index that others have made of the bare map, if it is one that can be read."""
         content = costmap.indexes(self.name, check) if costmap.indexes is not None else None
-        shared = unseal_if_of(free, content) if content is not None else None
-        return HubIndex(build_index(free, threads=threads, check=check) if shared is None else shared)
+        if content is None:
+            return None
+        try:
+            return HubIndex(unseal(content))
+        except InvalidInput:
+            return None
+
+    def _bare_map(self, costmap: Costmap, free: Free, threads: int, check: Callable[[], None]) -> tuple[Free, HubIndex]:
+        if self._bare is None or self._bare[0].shape != free.shape:
+            found = self._shared(costmap, check)
+            if found is not None and (before := found.free()).shape == free.shape:
+                self._bare = before, found
+            else:
+                self._bare = free, HubIndex(build_index(free, threads=threads, check=check))
+        return self._bare
+
+    def _index_of(self, free: Free, before: Free, bare: HubIndex, threads: int, check: Callable[[], None]) -> HubIndex:
+        mark = fingerprint(free)
+        for index in (bare, self._repaired):
+            if index is not None and index.is_of(mark):
+                return index
+        self._repaired = bare.repaired(free, differing(before, free), threads=threads, check=check)
+        return self._repaired
 
 
-def unseal_if_of(free: NDArray[np.bool_], content: memoryview) -> Words | None:
-    """Return the index in a file, or None: what is unknown may be free there and blocked here, or it is none."""
-    try:
-        return unseal(content, fingerprint(free))
-    except InvalidInput:
-        return None
+def differing(before: Free, now: Free) -> Rectangle:
+    """Return the least rectangle, as slices of rows and columns, outside of which two maps are the same."""
+    changed = before != now
+    rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
+    if not len(rows):
+        return slice(0, 0), slice(0, 0)
+    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
+
+
+def are_free(free: Free, cells: NDArray[np.int32]) -> bool:
+    """Tell whether a path is free, and those cells whose corners its diagonal moves touch."""
+    rows, columns = cells.T
+    beside = free[rows[1:], columns[:-1]] & free[rows[:-1], columns[1:]]
+    return bool(free[rows, columns].all() and beside.all())

@@ -9,23 +9,25 @@ from typing import Any, cast
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
+
+from ppaas.planners.hub_labels.kernels.joined import joined
 
 Words = NDArray[np.int64]
 
 
 def _lowest(_typing: Any, _word: Any) -> Any:
     def emit(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
+        return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 0))
 
     return types.int64(types.uint64), emit
 
 
 def _above_highest(_typing: Any, _word: Any) -> Any:
     def emit(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.ctlz(arguments[0], ir.Constant(ir.IntType(1), 1))
+        return builder.ctlz(arguments[0], ir.Constant(ir.IntType(1), 0))
 
     return types.int64(types.uint64), emit
 
@@ -38,49 +40,49 @@ def _count(_typing: Any, _word: Any) -> Any:
 
 
 lowest = cast("Callable[[Any], int]", intrinsic(_lowest))
-"""The number of the lowest bit that is set in a uint64; undefined without any."""
+"""The number of the lowest bit that is set in a uint64; 64 without any."""
 
 above_highest = cast("Callable[[Any], int]", intrinsic(_above_highest))
-"""How many bits lie above the highest that is set in a uint64; undefined without any."""
+"""How many bits lie above the highest that is set in a uint64; 64 without any."""
 
 count = cast("Callable[[Any], int]", intrinsic(_count))
 """How many bits are set in a uint64."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@joined
 def is_set(words: Words, line: int, stride: int, bit: int) -> bool:
     """Tell whether a bit of a line is set."""
-    return bool((words[line + (bit >> 6) * stride] >> (bit & 63)) & 1)
+    return bool((words[np.uint64(line + (bit >> 6) * stride)] >> (bit & 63)) & 1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@joined
 def up(words: Words, line: int, stride: int, bit: int, most: int) -> int:
     """Return how many bits from ``bit`` on upwards are not set; ``most`` if none of so many is."""
     word = line + (bit >> 6) * stride
-    rest = np.uint64(words[word]) >> np.uint64(bit & 63)
+    rest = np.uint64(words[np.uint64(word)]) >> np.uint64(bit & 63)
     if rest != 0:
         return min(lowest(rest), most)
     passed = 64 - (bit & 63)
     while passed < most:
         word += stride
-        rest = np.uint64(words[word])
+        rest = np.uint64(words[np.uint64(word)])
         if rest != 0:
             return min(passed + lowest(rest), most)
         passed += 64
     return most
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@joined
 def down(words: Words, line: int, stride: int, bit: int, most: int) -> int:
     """Return how many bits from ``bit`` on downwards are not set; ``most`` if none of so many is."""
     word = line + (bit >> 6) * stride
-    rest = np.uint64(words[word]) << np.uint64(63 - (bit & 63))
+    rest = np.uint64(words[np.uint64(word)]) << np.uint64(63 - (bit & 63))
     if rest != 0:
         return min(above_highest(rest), most)
     passed = (bit & 63) + 1
     while passed < most:
         word -= stride
-        rest = np.uint64(words[word])
+        rest = np.uint64(words[np.uint64(word)])
         if rest != 0:
             return min(passed + above_highest(rest), most)
         passed += 64

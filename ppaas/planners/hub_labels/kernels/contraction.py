@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
 from ppaas.planners.hub_labels.kernels.scan import Integers
+from ppaas.planners.kernels.bare import bare
 
 MOST = 24
 """Neighbours that a node may have to be contracted."""
@@ -37,7 +38,7 @@ EDGES, CONTRACTED, QUEUED, SEARCHES, WORK = range(5)
 """What is counted in ``counts``: edges, nodes contracted, nodes in the queue, searches so far, steps of this call."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def link_edges(
     starts: Words, to: Integers, lengths: Integers,
     head: Integers, after: Integers, edges: Integers, degrees: Integers, counts: Words,
@@ -66,7 +67,7 @@ def link_edges(
     counts[EDGES] = edge
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _link(
     a: int, b: int, length: int, left: int, right: int, edge: int, head: Integers, after: Integers, edges: Integers
 ) -> int:
@@ -79,7 +80,7 @@ def _link(
     return edge + 2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _set(edges: Integers, edge: int, to: int, length: int, left: int, right: int) -> None:
     edges[edge, TO] = to
     edges[edge, LENGTH] = length
@@ -88,7 +89,7 @@ def _set(edges: Integers, edge: int, to: int, length: int, left: int, right: int
     edges[edge, HOPS] = 1 if left < 0 else edges[left, HOPS] + edges[right, HOPS]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _unlink(edge: int, node: int, head: Integers, after: Integers) -> None:
     at = head[node]
     if at == edge:
@@ -99,7 +100,7 @@ def _unlink(edge: int, node: int, head: Integers, after: Integers) -> None:
     after[at] = after[edge]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _find_shortcuts(
     node: int, head: Integers, after: Integers, edges: Integers,
     lengths: Words, heap: Words, near: Integers, pairs: Integers, counts: Words,
@@ -128,7 +129,7 @@ def _find_shortcuts(
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _search(
     source: int, most: int, era: int, head: Integers, after: Integers, edges: Integers,
     lengths: Words, heap: Words, counts: Words,
@@ -152,7 +153,7 @@ def _search(
             edge = after[edge]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _take_out(
     node: int, found: int, near: Integers, pairs: Integers, head: Integers, after: Integers, edges: Integers,
     degrees: Integers, levels: Integers, counts: Words,
@@ -182,7 +183,7 @@ def _take_out(
 @njit(cache=True, nogil=True, error_model="numpy")
 def contract(
     head: Integers, after: Integers, edges: Integers, degrees: Integers, levels: Integers, order: Integers,
-    queued: NDArray[np.bool_], queue: Words, lengths: Words, heap: Words, counts: Words, budget: int,
+    queued: NDArray[np.bool_], queue: Words, prices: Integers, lengths: Words, heap: Words, counts: Words, budget: int,
 ) -> bool:  # fmt: skip
     """Contract nodes until so many edges were looked at, or there is no room for more; return whether all is done.
 
@@ -197,7 +198,9 @@ def contract(
     queued : (n,) bool array
         Whether a node is in the queue.
     queue : (n,) int64 array
-        A heap of nodes by the price of contracting them, ``counts[QUEUED]`` long; at first all, at price 0.
+        A heap of nodes by the price of contracting them, ``counts[QUEUED]`` long; at first all, at 0 or their own.
+    prices : (n,) int32 array
+        What it costs to contract each, where that is known before; else empty.
     lengths : (n,) int64 array
         Larger than nothing at first.
     heap : int64 array
@@ -216,7 +219,7 @@ def contract(
             continue
         found = _find_shortcuts(node, head, after, edges, lengths, heap, near, pairs, counts)
         price = 2 * (found - degrees[node]) + levels[node] + BIAS
-        if counts[QUEUED] > 0 and ((price << 32) | node) > queue[0]:
+        if len(prices) == 0 and counts[QUEUED] > 0 and ((price << 32) | node) > queue[0]:
             counts[QUEUED] = push(queue, counts[QUEUED], price, node)
             queued[node] = True
             continue
@@ -226,7 +229,7 @@ def contract(
         for i in range(degrees[node]):
             neighbour = edges[near[i], TO]
             if not queued[neighbour] and degrees[neighbour] <= MOST:
-                counts[QUEUED] = push(queue, counts[QUEUED], 0, neighbour)
+                counts[QUEUED] = push(queue, counts[QUEUED], prices[neighbour] if len(prices) else 0, neighbour)
                 queued[neighbour] = True
     return bool(counts[QUEUED] == 0)
 
@@ -248,6 +251,7 @@ def warm() -> None:
         numbers[2],
         np.zeros(2, np.bool_),
         far,
+        numbers[0],
         far.copy(),
         far.copy(),
         counts,

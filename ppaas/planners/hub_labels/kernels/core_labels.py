@@ -10,12 +10,13 @@ full is moved to the pool's end, with room for twice as many.
 """
 
 import numpy as np
-from numba import njit
 
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
+from ppaas.planners.hub_labels.kernels.joined import joined
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import FAR
+from ppaas.planners.kernels.bare import bare
 
 FIRST_ROOM = 8
 
@@ -24,16 +25,16 @@ ROOT, QUEUED, TOUCHED, POOL, WIDEST, TOO_LONG = range(6)
 use, entries of the widest label, and whether a way was longer than a label may tell."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@joined
 def least(reach: Integers, hubs: Integers, lengths: Integers, begin: int, end: int) -> int:
     """Return the least of reach[hub] + length over a stretch of labels; `FAR` or more if no hub is reached."""
     best = np.int32(0x7FFFFFFF)
     for i in range(begin, end):
-        best = min(best, np.int32(reach[hubs[i]] + lengths[i]))
+        best = min(best, np.int32(reach[np.uint64(hubs[i])] + lengths[i]))
     return int(best)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _append(
     node: int, hub: int, length: int, edge: int, hubs: Integers, lengths: Integers, edges: Integers,
     begins: Words, ends: Words, rooms: Integers, state: Words,
@@ -56,7 +57,7 @@ def _append(
     ends[node] += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def label_core(
     core: int, starts: Words, to: Integers, far: Integers, ids: Integers,
     hubs: Integers, lengths: Integers, edges: Integers, begins: Words, ends: Words, rooms: Integers,

@@ -9,9 +9,10 @@ from numba import njit
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import Rows
+from ppaas.planners.kernels.bare import bare
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _uncover(
     node: int, tree: int, parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows, totals: Words, stack: Integers
 ) -> int:

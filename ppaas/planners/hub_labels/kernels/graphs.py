@@ -1,15 +1,15 @@
 """Kernel: turn the linked lists of a contracted graph into rows, with the nodes numbered by their importance."""
 
 import numpy as np
-from numba import njit
 
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.contraction import LENGTH, TO
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import Rows
+from ppaas.planners.kernels.bare import bare
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def rank_edges(
     nodes: Integers, ranks: Integers, head: Integers, after: Integers, edges: Rows, starts: Words, to: Integers,
     far: Integers, ids: Integers,

@@ -1,14 +1,13 @@
 """Kernel: a binary heap of (length, node) in an array of int64, length in the upper half and node in the lower."""
 
-from numba import njit
-
 from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.joined import joined
 
 NODE = 0xFFFFFFFF
 """The lower half of a key."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@joined
 def push(heap: Words, size: int, length: int, node: int) -> int:
     """Put a key into a heap of that size, which has room for it, and return the size then."""
     key = (length << 32) | node
@@ -23,7 +22,7 @@ def push(heap: Words, size: int, length: int, node: int) -> int:
     return size + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@joined
 def pop(heap: Words, size: int) -> int:
     """Take the least key, ``heap[0]``, out of a heap of that size and return the size then."""
     size -= 1

@@ -1,24 +1,69 @@
-"""Kernel: lay labels and edges as a query wants them: by the numbers of the corners, and edges corner by corner.
-
-An entry of a label links to the entry of the same hub in the label one edge nearer to the hub: its *link* is the place
-of that edge among the edges of the corner, shifted by `LINK_SHIFT`, and the place of the entry in that label; −1 in the
-label of the hub itself.
-"""
+"""Kernel: lay labels and ways as `layout` has them: by the numbers of the corners, and shortcuts spelt out."""
 
 import numpy as np
 from numba import njit
 
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.contraction import HOPS, LEFT, RIGHT, TO
+from ppaas.planners.hub_labels.kernels.layout import (
+    COLUMN,
+    CORNER_SIZE,
+    LABEL,
+    LINK_SHIFT,
+    ROW,
+    WAY,
+    WAY_CORNERS,
+    WAY_HEAD,
+    WAY_MOVES,
+)
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import Rows
-
-LINK_SHIFT = 16
-MOST_LINKED = (1 << (31 - LINK_SHIFT)) - 1
-"""Edges of a corner, and by twice as many entries of a label, that links can tell apart."""
+from ppaas.planners.kernels.bare import bare
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
+def lay_table(
+    places: Rows, ranks: Integers, begins: Words, ends: Words,
+    head: Integers, after: Integers, edges: Rows, table: Integers, offsets: Integers,
+) -> int:  # fmt: skip
+    """Lay the table of the corners, and return the most numbers that the ways of one corner take.
+
+    Parameters
+    ----------
+    places : (n, 2) int32 array
+    ranks : (n,) int32 array
+        How important a corner is: its number among the labels.
+    begins, ends : (n,) int64 arrays
+        Where the label of each rank lies.
+    head, after, edges
+        The contracted graph.
+    table : (4 n + 4,) int32 array
+        Out.
+    offsets : (m,) int32 array
+        Out: where each edge lies after the first of its corner.
+    """
+    label, way, most = 0, 0, 0
+    for corner in range(len(ranks)):
+        row = corner * CORNER_SIZE
+        table[row + ROW] = places[corner, 0]
+        table[row + COLUMN] = places[corner, 1]
+        table[row + LABEL] = label
+        table[row + WAY] = way
+        label += 3 * (ends[ranks[corner]] - begins[ranks[corner]])
+        offset = 0
+        edge = head[corner]
+        while edge >= 0:
+            offsets[edge] = offset
+            offset += WAY_HEAD + edges[edge, HOPS]
+            edge = after[edge]
+        way += offset
+        most = max(most, offset)
+    table[len(ranks) * CORNER_SIZE + LABEL] = label
+    table[len(ranks) * CORNER_SIZE + WAY] = way
+    return most
+
+
+@bare
 def _place_of(hub: int, hubs: Integers, begin: int, end: int) -> int:
     low, high = begin, end - 1
     while low < high:
@@ -30,90 +75,51 @@ def _place_of(hub: int, hubs: Integers, begin: int, end: int) -> int:
     return low - begin
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def lay_labels(
-    ranks: Integers, first: int, last: int, edges: Rows, places: Integers,
-    hubs: Integers, lengths: Integers, towards: Integers, begins: Words, ends: Words,
-    label_begins: Words, label_hubs: Integers, label_lengths: Integers, links: Integers,
+    table: Integers, first: int, last: int, ranks: Integers, edges: Rows, offsets: Integers,
+    hubs: Integers, lengths: Integers, towards: Integers, begins: Words, ends: Words, labels: Integers,
 ) -> None:  # fmt: skip
     """Lay the labels of the corners ``first`` to ``last``.
 
     Parameters
     ----------
-    ranks : (n,) int32 array
-        How important a corner is: its number in the pool.
+    table, ranks, edges, offsets
+        As for `lay_table`.
     first, last : int
-    edges : (m, 5) int32 array
-    places : (m,) int32 array
-        Place of each edge among those of its corner.
     hubs, lengths, towards, begins, ends
-        The pool.
-    label_begins : (n + 1,) int64 array
-    label_hubs, label_lengths, links : int32 arrays
+        The labels by their ranks; ``towards`` is the edge towards the hub, −1 in the hub's own.
+    labels : int32 array
         Out.
     """
     for corner in range(first, last):
-        at = label_begins[corner]
-        rank = ranks[corner]
-        for i in range(begins[rank], ends[rank]):
-            label_hubs[at] = hubs[i]
-            label_lengths[at] = lengths[i]
-            edge = towards[i]
+        at, rank = table[corner * CORNER_SIZE + LABEL], ranks[corner]
+        size = ends[rank] - begins[rank]
+        for i in range(size):
+            entry = begins[rank] + i
+            labels[at + i] = hubs[entry]
+            labels[at + size + i] = lengths[entry]
+            edge = towards[entry]
             if edge < 0:
-                links[at] = -1
+                labels[at + 2 * size + i] = -1
             else:
                 above = ranks[edges[edge, TO]]
-                links[at] = (places[edge] << LINK_SHIFT) | _place_of(hubs[i], hubs, begins[above], ends[above])
-            at += 1
+                place = _place_of(hubs[entry], hubs, begins[above], ends[above])
+                labels[at + 2 * size + i] = (offsets[edge] << LINK_SHIFT) | place
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def count_edges(head: Integers, after: Integers, edges: Rows, begins: Words, places: Integers) -> int:
-    """Number the edges by their corners, and return the hops of all of them.
+def lay_ways(
+    table: Integers, first: int, last: int, head: Integers, after: Integers, edges: Rows, ways: Integers
+) -> None:
+    """Lay the ways of the corners ``first`` to ``last``.
 
     Parameters
     ----------
+    table : int32 array
+    first, last : int
     head, after, edges
         The contracted graph.
-    begins : (n + 1,) int64 array
-        Out: where the edges of a corner begin.
-    places : (m,) int32 array
-        Out: place of each edge among those of its corner.
-    """
-    hops = 0
-    begins[0] = 0
-    for corner in range(len(head)):
-        count = 0
-        edge = head[corner]
-        while edge >= 0:
-            places[edge] = count
-            hops += edges[edge, HOPS]
-            count += 1
-            edge = after[edge]
-        begins[corner + 1] = begins[corner] + count
-    return hops
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def lay_edges(
-    head: Integers,
-    after: Integers,
-    edges: Rows,
-    begins: Words,
-    first: int,
-    last: int,
-    way_begins: Words,
-    ways: Integers,
-) -> None:
-    """Spell out the edges of the corners ``first`` to ``last``: the corners that each leads to, up to its end.
-
-    Parameters
-    ----------
-    head, after, edges, begins
-        The contracted graph, and where the edges of a corner begin.
-    first, last : int
-    way_begins : (m + 1,) int64 array
-        Out: where the corners of an edge begin; that of the first edge is given.
     ways : int32 array
         Out.
     """
@@ -124,37 +130,45 @@ def lay_edges(
             longest = max(longest, edges[edge, HOPS])
             edge = after[edge]
     stack = np.empty(longest + 1, np.int32)
-    at = begins[first]
     for corner in range(first, last):
+        at = table[corner * CORNER_SIZE + WAY]
         edge = head[corner]
         while edge >= 0:
-            way_begins[at + 1] = _spell(edge, edges, way_begins[at], ways, stack)
-            at += 1
+            at = _spell(edge, corner, edges, table, at, ways, stack)
             edge = after[edge]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _spell(edge: int, edges: Rows, at: int, ways: Integers, stack: Integers) -> int:
+@bare
+def _spell(edge: int, corner: int, edges: Rows, table: Integers, at: int, ways: Integers, stack: Integers) -> int:
+    begin = at
+    at += WAY_HEAD
     stack[0] = edge
     depth = 1
+    moves = 0
+    row, column = table[corner * CORNER_SIZE + ROW], table[corner * CORNER_SIZE + COLUMN]
     while depth > 0:
         depth -= 1
         part = stack[depth]
-        if edges[part, LEFT] < 0:
-            ways[at] = edges[part, TO]
-            at += 1
-        else:
+        if edges[part, LEFT] >= 0:
             stack[depth] = edges[part, RIGHT]
             stack[depth + 1] = edges[part, LEFT] ^ 1
             depth += 2
+            continue
+        corner = edges[part, TO]
+        next_row, next_column = table[corner * CORNER_SIZE + ROW], table[corner * CORNER_SIZE + COLUMN]
+        moves += max(abs(next_row - row), abs(next_column - column))
+        row, column = next_row, next_column
+        ways[at] = corner
+        at += 1
+    ways[begin + WAY_CORNERS] = at - begin - WAY_HEAD
+    ways[begin + WAY_MOVES] = moves
     return at
 
 
 def warm() -> None:
     """Compile and call each kernel once."""
-    nothing, starts, edges = np.empty(0, np.int32), np.zeros(1, np.int64), np.empty((0, 5), np.int32)
-    lay_labels(
-        nothing, 0, 0, edges, nothing, nothing, nothing, nothing, starts, starts, starts, nothing, nothing, nothing
-    )
-    count_edges(nothing, nothing, edges, starts, nothing)
-    lay_edges(nothing, nothing, edges, starts, 0, 0, starts, nothing)
+    nothing, starts = np.empty(0, np.int32), np.zeros(1, np.int64)
+    places, edges, table = np.empty((0, 2), np.int32), np.empty((0, 5), np.int32), np.zeros(4, np.int32)
+    lay_table(places, nothing, starts, starts, nothing, nothing, edges, table, nothing)
+    lay_labels(table, 0, 0, nothing, edges, nothing, nothing, nothing, nothing, starts, starts, nothing)
+    lay_ways(table, 0, 0, nothing, nothing, edges, nothing)

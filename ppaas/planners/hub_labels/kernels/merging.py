@@ -14,10 +14,11 @@ from ppaas.planners.hub_labels.kernels.bits import Words, lowest
 from ppaas.planners.hub_labels.kernels.core_labels import least
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import FAR, Heaps, Rows
+from ppaas.planners.kernels.bare import bare
 from ppaas.planners.kernels.threads import at_most
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _gather(
     node: int, starts: Words, to: Integers, far: Integers, ids: Integers,
     hubs: Integers, lengths: Integers, begins: Words, ends: Words,
@@ -37,7 +38,7 @@ def _gather(
     return short
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _keep(
     node: int, hubs: Integers, lengths: Integers, edges: Integers, begins: Words, ends: Words,
     reach: Integers, came: Integers, marks: Words, at: int,
@@ -62,7 +63,7 @@ def _keep(
     return work
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _merge_slot(
     nodes: Integers, starts: Words, to: Integers, far: Integers, ids: Integers,
     hubs: Integers, lengths: Integers, edges: Integers, begins: Words, ends: Words,
@@ -86,7 +87,7 @@ def _merge_slot(
         window[0] += slots
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _merge_serial(
     nodes: Integers, starts: Words, to: Integers, far: Integers, ids: Integers,
     hubs: Integers, lengths: Integers, edges: Integers, begins: Words, ends: Words,

@@ -11,6 +11,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.kernels.bits import Words, above_highest, down, is_set, lowest, up
+from ppaas.planners.hub_labels.kernels.joined import joined
 from ppaas.planners.hub_labels.kernels.terrain import (
     COLUMNS,
     ROWS,
@@ -20,6 +21,7 @@ from ppaas.planners.hub_labels.kernels.terrain import (
     number_of,
     row_line,
 )
+from ppaas.planners.kernels.bare import bare
 from ppaas.planners.kernels.threads import at_most
 
 Integers = NDArray[np.int32]
@@ -34,44 +36,54 @@ CLUMP = 256
 """Corners that are scanned at a time."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@joined
 def _ray(words: Words, line: int, stride: int, at: int, way: int, most: int) -> int:
-    """Return −j if the ray meets a corner at its cell j, else how many free cells come before a wall, or ``most``."""
-    if most == 0:
-        return 0
-    bit = at + way
-    word = line + (bit >> 6) * stride
-    passed = 0
-    if way > 0:
-        rest = (np.uint64(words[word]) | np.uint64(words[word + 1])) >> np.uint64(bit & 63)
-        if rest == 0:
-            passed = 64 - (bit & 63)
-    else:
-        rest = (np.uint64(words[word]) | np.uint64(words[word + 1])) << np.uint64(63 - (bit & 63))
-        if rest == 0:
-            passed = (bit & 63) + 1
-    while rest == 0:
-        if passed >= most:
-            return most
-        word += way * stride
-        rest = np.uint64(words[word]) | np.uint64(words[word + 1])
-        if rest == 0:
-            passed += 64
-    free = passed + (lowest(rest) if way > 0 else above_highest(rest))
+    """Return −j if the ray meets a corner at its cell j, else how many free cells come before a wall, or ``most``.
+
+    It looks at 64 cells at a time, of two words: most rays are shorter, and none of them depends on where words begin.
+    """
+    bit, passed, free = at + way, 0, 0
+    shift = np.uint64(bit & 63)
+    rest = np.uint64(63) - shift
+    one = np.uint64(1)
+    while True:
+        here = np.uint64(line + ((bit >> 6) * stride))  # what cannot count from the end needs no look whether it does
+        beside = np.uint64(line + ((bit >> 6) + way) * stride)
+        if way > 0:
+            free = passed + lowest((np.uint64(words[here]) >> shift) | ((np.uint64(words[beside]) << one) << rest))
+        else:
+            free = passed + above_highest(
+                (np.uint64(words[here]) << rest) | ((np.uint64(words[beside]) >> one) >> shift)
+            )
+        passed += 64
+        if free < passed or passed >= most:
+            break
+        bit += 64 * way
     if free >= most:
         return most
-    return -free - 1 if is_set(words, line + 1, stride, bit + way * free) else free
+    return -free - 1 if is_set(words, line + 1, stride, at + way + way * free) else free
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
+def is_free(words: Words, line: int, stride: int, at: int, way: int, most: int) -> bool:
+    """Tell whether so many cells are free along a row or column, corners or not."""
+    while True:
+        free = _ray(words, line, stride, at, way, most)
+        if free >= 0:
+            return bool(free == most)
+        at -= free * way
+        most += free
+
+
+@joined
 def diagonal_steps(terrain: Words, row: int, column: int, below: int, right: int, most: int) -> int:
     """Return how many steps, up to ``most``, can be made along a diagonal; ``below`` and ``right`` are ±1."""
     if below > 0:
-        return up(terrain, diagonal_line(terrain, row, column, right), 2, row, most)
-    return down(terrain, diagonal_line(terrain, row, column, -right), 2, row - 1, most)
+        return int(up(terrain, diagonal_line(terrain, row, column, right), 2, row, most))
+    return int(down(terrain, diagonal_line(terrain, row, column, -right), 2, row - 1, most))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _sector(
     terrain: Words, row: int, column: int, below: int, right: int, most_across: int, most_along: int,
     seen: Integers, lengths: Integers, found: int,
@@ -104,7 +116,7 @@ def _sector(
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def scan(terrain: Words, row: int, column: int, seen: Integers, lengths: Integers) -> int:
     """Find the corners that a free cell sees, without itself, and return how many there are.
 
@@ -116,26 +128,29 @@ def scan(terrain: Words, row: int, column: int, seen: Integers, lengths: Integer
     seen, lengths : (at least `most_seen`,) int32 arrays
         Out: numbers of the corners, and how long the ways there are.
     """
+    rows, columns = terrain[ROWS], terrain[COLUMNS]
+    in_row, in_column = row_line(terrain, row), column_line(terrain, column)
+    right, left = _ray(terrain, in_row, 3, column, 1, columns), _ray(terrain, in_row, 3, column, -1, columns)
+    below, above = _ray(terrain, in_column, 2, row, 1, rows), _ray(terrain, in_column, 2, row, -1, rows)
     found = 0
-    reach = np.empty(4, np.int64)
     for side in range(4):
-        way = 1 - 2 * (side & 1)
-        if side < 2:
-            free = _ray(terrain, row_line(terrain, row), 3, column, way, terrain[COLUMNS])
-        else:
-            free = _ray(terrain, column_line(terrain, column), 2, row, way, terrain[ROWS])
+        free, way = (right, left, below, above)[side], 1 - 2 * (side & 1)
         if free < 0:
             r, c = (row, column - free * way) if side < 2 else (row - free * way, column)
             seen[found] = number_of(terrain, r, c)
             lengths[found] = -free * STRAIGHT
             found += 1
-            free = -free - 1
-        reach[side] = free
+    right, left, below, above = _clear(right), _clear(left), _clear(below), _clear(above)
     for side in range(4):
-        right, below = 1 - 2 * (side & 1), 1 - (side & 2)
-        across, along = reach[side & 1], reach[2 + (side >> 1)]
-        found = _sector(terrain, row, column, below, right, across, along, seen, lengths, found)
+        across, along = (right, left)[side & 1], (below, above)[side >> 1]
+        found = _sector(terrain, row, column, 1 - (side & 2), 1 - 2 * (side & 1), across, along, seen, lengths, found)
     return found
+
+
+@joined
+def _clear(free: int) -> int:
+    """Return how many cells are free of walls and corners, of what a ray told."""
+    return free if free >= 0 else -free - 1
 
 
 def most_seen(rows: int, columns: int, corners: int) -> int:
@@ -150,7 +165,7 @@ def _scan_some(
 ) -> None:  # fmt: skip
     seen, far = np.empty(most, np.int32), np.empty(most, np.int32)
     for corner in range(first, last):
-        found = scan(terrain, places[corner, 0], places[corner, 1], seen, far)
+        found = scan(terrain, np.int64(places[corner, 0]), np.int64(places[corner, 1]), seen, far)
         if len(to) == 0:
             starts[corner + 1] = found
         else:
@@ -179,6 +194,7 @@ def scan_corners(
     Parameters
     ----------
     terrain : int64 array
+        Nobody can write to it.
     places : (n, 2) int32 array
     first, last : int
     starts : (n + 1,) int64 array
@@ -196,7 +212,6 @@ def scan_corners(
 def warm() -> None:
     """Compile and call each kernel once."""
     for threads in (1, 2):
-        nothing = np.empty(0, np.int32)
-        scan_corners(
-            empty_terrain(3, 3), np.empty((0, 2), np.int32), 0, 0, np.zeros(1, np.int64), nothing, nothing, threads
-        )
+        nothing, terrain = np.empty(0, np.int32), empty_terrain(3, 3)
+        terrain.flags.writeable = False
+        scan_corners(terrain, np.empty((0, 2), np.int32), 0, 0, np.zeros(1, np.int64), nothing, nothing, threads)

@@ -2,8 +2,8 @@
 
 The map has a margin of one blocked cell, so no ray leaves it. All of it is one array of int64, which begins with
 `HEAD` numbers: rows and columns with the margin, words of a row, words of a column (and of a diagonal, whose bits are
-counted by rows too), and where the lines begin: those of the rows (per word: walls, corners, and how many corners come
-before this word), of the columns (walls, corners), of the diagonals down and right, and down and left (per word: steps
+counted by rows too), and where the lines begin: those of the rows (per word: stops, corners, and how many corners come
+before this word), of the columns (stops, corners), of the diagonals down and right, and down and left (per word: steps
 that are not allowed, corners).
 
 A *corner* is a free cell that a shortest path may have to touch as it bends: diagonal to a wall, with the two cells
@@ -17,6 +17,8 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.kernels.bits import Words, count, is_set
+from ppaas.planners.hub_labels.kernels.joined import joined
+from ppaas.planners.kernels.bare import bare
 from ppaas.planners.kernels.threads import at_most
 
 Cells = NDArray[np.uint8]
@@ -24,23 +26,26 @@ Cells = NDArray[np.uint8]
 ROWS, COLUMNS, ROW_WORDS, COLUMN_WORDS, ROW_LINES, COLUMN_LINES, FALLING_LINES, RISING_LINES, SIZE = range(9)
 HEAD = 16
 
+SPARE = 4
+"""Words at the end that a look ahead may read, and that mean nothing."""
+
 BLOCK = 64
 """Rows that are laid at a time: no two blocks write to the same word."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@joined
 def row_line(terrain: Words, row: int) -> int:
     """Return where the line of a row begins; its stride is 3."""
     return int(terrain[ROW_LINES] + row * terrain[ROW_WORDS] * 3)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@joined
 def column_line(terrain: Words, column: int) -> int:
     """Return where the line of a column begins; its stride is 2."""
     return int(terrain[COLUMN_LINES] + column * terrain[COLUMN_WORDS] * 2)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@joined
 def diagonal_line(terrain: Words, row: int, column: int, right: int) -> int:
     """Return where the line of the diagonal through a cell begins that goes down and right or left; its stride is 2."""
     columns = terrain[COLUMNS]
@@ -53,27 +58,29 @@ def diagonal_line(terrain: Words, row: int, column: int, right: int) -> int:
     return int(lines + number * terrain[COLUMN_WORDS] * 2)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@joined
 def is_wall(terrain: Words, row: int, column: int) -> bool:
     """Tell whether a cell is blocked."""
-    return is_set(terrain, row_line(terrain, row), 3, column)
+    line = row_line(terrain, row)
+    return bool(is_set(terrain, line, 3, column) and not is_set(terrain, line + 1, 3, column))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@joined
 def is_corner(terrain: Words, row: int, column: int) -> bool:
     """Tell whether a cell is a corner."""
-    return is_set(terrain, row_line(terrain, row) + 1, 3, column)
+    return bool(is_set(terrain, row_line(terrain, row) + 1, 3, column))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@joined
 def number_of(terrain: Words, row: int, column: int) -> int:
     """Return the number of the corner at a cell: corners are numbered row by row."""
     word = row_line(terrain, row) + (column >> 6) * 3
     below = (np.uint64(1) << np.uint64(column & 63)) - np.uint64(1)
-    return int(terrain[word + 2]) + count(np.uint64(terrain[word + 1]) & below)
+    place = np.uint64(word)
+    return int(terrain[place + np.uint64(2)]) + count(np.uint64(terrain[place + np.uint64(1)]) & below)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _bends(free: Cells, row: int, column: int) -> bool:
     for beside in (-1, 1):
         if free[row, column + beside]:
@@ -83,21 +90,20 @@ def _bends(free: Cells, row: int, column: int) -> bool:
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _lay_row(free: Cells, terrain: Words, row: int) -> None:
-    columns = terrain[COLUMNS]
+@bare
+def _lay_row(free: Cells, terrain: Words, row: int, first: int, last: int) -> None:
     last_row = row == terrain[ROWS] - 1
     bit = np.int64(1) << (row & 63)
     down = (row >> 6) * 2
     line = row_line(terrain, row)
-    for column in range(columns):
+    for column in range(first, last):
         wall = not free[row, column]
         corner = not wall and _bends(free, row, column)
         word = line + (column >> 6) * 3
         upright = column_line(terrain, column) + down
         falling = diagonal_line(terrain, row, column, 1) + down
         rising = diagonal_line(terrain, row, column, -1) + down
-        if wall:
+        if wall or corner:
             terrain[word] |= np.int64(1) << (column & 63)
             terrain[upright] |= bit
         if corner:
@@ -111,10 +117,10 @@ def _lay_row(free: Cells, terrain: Words, row: int) -> None:
             terrain[rising] |= bit
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _lay_rows(free: Cells, terrain: Words, first: int, last: int) -> None:
     for row in range(first, last):
-        _lay_row(free, terrain, row)
+        _lay_row(free, terrain, row, 0, terrain[COLUMNS])
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
@@ -139,7 +145,43 @@ def lay(free: Cells, terrain: Words, first: int, last: int, threads: int) -> Non
         kernel(free, terrain, first, last)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
+def mend(free: Cells, terrain: Words, first_row: int, last_row: int, first_column: int, last_column: int) -> None:
+    """Set the bits of a rectangle of cells anew.
+
+    Parameters
+    ----------
+    free, terrain
+        As for `lay`.
+    first_row, last_row, first_column, last_column : int
+        With the margin; the last are excluded.
+    """
+    for row in range(first_row, last_row):
+        bit = ~(np.int64(1) << (row & 63))
+        down = (row >> 6) * 2
+        for column in range(first_column, last_column):
+            own = ~(np.int64(1) << (column & 63))
+            word = row_line(terrain, row) + (column >> 6) * 3
+            upright = column_line(terrain, column) + down
+            falling = diagonal_line(terrain, row, column, 1) + down
+            rising = diagonal_line(terrain, row, column, -1) + down
+            for kind in range(2):
+                terrain[word + kind] &= own
+                terrain[upright + kind] &= bit
+                terrain[falling + kind] &= bit
+                terrain[rising + kind] &= bit
+        _lay_row(free, terrain, row, first_column, last_column)
+
+
+@bare
+def free_cells(terrain: Words, free: Cells) -> None:
+    """Write one for each free cell and zero for the others; (rows, columns) without the margin."""
+    for row in range(free.shape[0]):
+        for column in range(free.shape[1]):
+            free[row, column] = not is_wall(terrain, row + 1, column + 1)
+
+
+@bare
 def number_corners(terrain: Words, places: NDArray[np.int32]) -> int:
     """Number the corners row by row, and return how many there are.
 
@@ -173,14 +215,17 @@ def warm() -> None:
     for threads in (1, 2):
         terrain = empty_terrain(3, 3)
         lay(free, terrain, 0, 3, threads)
+        mend(free, terrain, 1, 2, 1, 2)
         number_corners(terrain, np.empty((0, 2), np.int32))
+        terrain.flags.writeable = False
+        free_cells(terrain, np.zeros((1, 1), np.uint8))
 
 
 def empty_terrain(rows: int, columns: int) -> Words:
     """Return the array for a map of so many rows and columns, margin included, with its head and without a bit set."""
     row_words, column_words = (columns + 63) // 64, (rows + 63) // 64
-    sizes = rows * row_words * 3, columns * column_words * 2, *(columns * column_words * 2,) * 2
-    begins = HEAD + np.cumsum((0, *sizes))
+    along = columns * column_words * 2
+    begins = HEAD + np.cumsum((0, rows * row_words * 3, along, along, along + SPARE))
     terrain = np.zeros(begins[-1], np.int64)
     terrain[: SIZE + 1] = rows, columns, row_words, column_words, *begins
     return terrain

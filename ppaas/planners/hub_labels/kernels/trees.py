@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
 from ppaas.planners.hub_labels.kernels.scan import Integers
+from ppaas.planners.kernels.bare import bare
 from ppaas.planners.kernels.threads import at_most
 
 Rows = NDArray[np.int32]
@@ -23,7 +24,7 @@ TREE, QUEUED, SETTLED = range(3)
 """What a slot knows of its work: its tree, the size of its heap, how many nodes it has settled; −1: not begun."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _begin(root: int, lengths: Integers, parents: Integers, heap: Words, state: Words) -> None:
     lengths[:] = FAR
     parents[:] = -1
@@ -32,7 +33,7 @@ def _begin(root: int, lengths: Integers, parents: Integers, heap: Words, state: 
     state[SETTLED] = 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _sum_up(tree: int, settled: Integers, count: int, parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows) -> None:
     sizes[tree] = 0
     firsts[tree] = -1
@@ -47,7 +48,7 @@ def _sum_up(tree: int, settled: Integers, count: int, parents: Rows, sizes: Rows
             firsts[tree, parent] = node
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _grow_slot(
     starts: Words, to: Integers, far: Integers, roots: Integers, slot: int, state: Words, lengths: Rows, heaps: Heaps,
     settled: Rows, parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows, budget: int,
@@ -80,7 +81,7 @@ def _grow_slot(
             state[SETTLED] = -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _grow_serial(
     starts: Words, to: Integers, far: Integers, roots: Integers, states: Heaps, lengths: Rows, heaps: Heaps,
     settled: Rows, parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows, budget: int,

@@ -7,7 +7,7 @@ from ppaas.errors import InvalidInput
 from ppaas.planners.hub_labels.assembly import build_index
 from ppaas.planners.hub_labels.head import fingerprint, unseal
 from ppaas.planners.hub_labels.index import HubIndex
-from ppaas.planners.hub_labels.kernels.layout import CHECK, HUBS, MAGIC, TERRAIN, VERSION
+from ppaas.planners.hub_labels.kernels.layout import CHECK, LABELS, MAGIC, TERRAIN, VERSION
 from ppaas.planners.hub_labels.planner import HubLabels
 from ppaas.planners.watch import proceed
 from tests.support import grids
@@ -28,7 +28,7 @@ def changed(index, place: int, value: int) -> bytes:
 
 def test_what_was_written_is_read_without_a_copy(index):
     content = index.tobytes()
-    found = unseal(content, fingerprint(FREE))
+    found = unseal(content)
     np.testing.assert_array_equal(found, index)
     assert found.base is not None
     assert not found.flags.writeable
@@ -39,25 +39,26 @@ def test_what_was_written_is_read_without_a_copy(index):
 @pytest.mark.parametrize("keep", [0, 1, 8, 255, 256, 4000, 4001, -8])
 def test_a_file_that_was_cut_off_is_refused(index, keep):
     with pytest.raises(InvalidInput, match="build"):
-        unseal(index.tobytes()[:keep], fingerprint(FREE))
+        unseal(index.tobytes()[:keep])
 
 
 def test_what_is_no_index_is_refused(index):
     with pytest.raises(InvalidInput, match="not an index"):
-        unseal(bytes(index.nbytes), fingerprint(FREE))
+        unseal(bytes(index.nbytes))
     with pytest.raises(InvalidInput, match="other byte order"):
-        unseal(index.byteswap().tobytes(), fingerprint(FREE))
+        unseal(index.byteswap().tobytes())
     with pytest.raises(InvalidInput, match="version 99"):
-        unseal(changed(index, VERSION, 99), fingerprint(FREE))
-    for place in (MAGIC, CHECK, HUBS, int(index[TERRAIN])):
+        unseal(changed(index, VERSION, 99))
+    for place in (MAGIC, CHECK, LABELS, int(index[TERRAIN])):
         with pytest.raises(InvalidInput):
-            unseal(changed(index, place, 12345), fingerprint(FREE))
+            unseal(changed(index, place, 12345))
 
 
-@pytest.mark.parametrize("other", [~FREE, FREE.T, FREE.reshape(50, 40), FREE[:, :-1]])
-def test_the_index_of_another_map_is_refused(index, other):
-    with pytest.raises(InvalidInput, match="another map"):
-        unseal(index.tobytes(), fingerprint(other))
+def test_the_index_tells_of_which_map_it_is(index):
+    assert HubIndex(index).is_of(fingerprint(FREE))
+    np.testing.assert_array_equal(HubIndex(index).free(), FREE)
+    for other in (~FREE, FREE.T, FREE.reshape(50, 40), FREE[:, :-1]):
+        assert not HubIndex(index).is_of(fingerprint(other))
 
 
 def test_a_planner_takes_a_shared_index_if_it_is_of_its_map_and_else_builds(index):
