@@ -3,7 +3,7 @@
 import numpy as np
 
 from ppaas.planners.kernels.layout import CHUNK, MOST_CHUNKS, RING
-from ppaas.planners.kernels.propagation import COUNT, FREE, SPARE, STATE_SIZE
+from ppaas.planners.kernels.propagation import FREE, SPARE, STATE_SIZE
 
 
 class BucketQueue:
@@ -16,7 +16,7 @@ class BucketQueue:
     """
 
     def __init__(self, cells: int) -> None:
-        chunks = 2 * MOST_CHUNKS + cells // CHUNK + 1
+        chunks = MOST_CHUNKS + 32 + cells // CHUNK + 1
         self.pool = np.empty((chunks, CHUNK), np.uint32)
         self.links = np.arange(1, chunks + 1, dtype=np.int32)
         self.links[-1] = -1
@@ -24,11 +24,6 @@ class BucketQueue:
         self.fills = np.full(RING, CHUNK, np.int32)
         self.state = np.zeros(STATE_SIZE, np.int64)
         self.state[SPARE] = chunks
-
-    @property
-    def settled(self) -> int:
-        """How many cells were worked off."""
-        return int(self.state[COUNT])
 
     def grow(self) -> None:
         """Double the pool; the cells in the queue stay in it."""

@@ -50,11 +50,10 @@ class CostField(GridField):
             return QueueField(costmap, goals, allow_unknown=allow_unknown, threads=threads, check=check)
 
         self._by_queue = by_queue
-        self._field: TileField | QueueField
+        tiles = None
         if suits_tiles(costmap.info.shape):
-            self._field = TileField(costmap, goals, allow_unknown=allow_unknown, threads=threads, check=check)
-        else:
-            self._field = by_queue()
+            tiles = TileField(costmap, goals, allow_unknown=allow_unknown, threads=threads, check=check)
+        self._field = by_queue() if tiles is None or tiles.is_narrow else tiles
 
     @property
     def settled(self) -> int:

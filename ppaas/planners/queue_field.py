@@ -14,7 +14,7 @@ from ppaas.planners.kernels.layout import AT_GOAL, BLOCKED, BUCKET_SHIFT, RING, 
 from ppaas.planners.kernels.propagation import PAUSED, POOL_EMPTY, SETTLED, TOO_NARROW, propagate, seed
 from ppaas.planners.kernels.setup import lay
 from ppaas.planners.watch import proceed
-from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights, passable
+from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights
 
 SLICE_CELLS = 50_000
 """Cells settled between two checks: about 3 ms."""
@@ -56,10 +56,11 @@ class QueueField(GridField):
         self._shape = costmap.info.height + 2, costmap.info.width + 2
         self._weights = fixed_weights()
         self._limit = int(UNREACHED) - 1
+        self._bound: int | None = None
         costs, field = np.empty(self._shape, np.uint8), np.empty(self._shape, np.uint32)
         for first, last in self._row_slices():
             check()
-            lay(costmap.data, passable(allow_unknown), costs, field, first, last, threads)
+            lay(costmap.data, allow_unknown, costs, field, first, last, threads)
         self._costs = costs.ravel()
         self._field: NDArray[np.uint32] | NDArray[np.int64] = field.ravel()
         self._queue = BucketQueue(len(goals))
@@ -69,8 +70,14 @@ class QueueField(GridField):
 
     @property
     def settled(self) -> int:
-        """How many cells have their final value."""
-        return self._queue.settled
+        """How many cells have their final value; those that cost more than the last target are not counted."""
+        most = int(self._unreached) - 1 if self._bound is None else self._bound
+        count, rows = 0, self._field.reshape(self._shape)
+        for first, last in self._row_slices():
+            self._check()
+            values = rows[first:last]
+            count += int(np.count_nonzero((values != BLOCKED) & (values <= most)))
+        return count
 
     def grow(self, target: Cell | None = None) -> bool:
         """Let it grow until the value of ``target`` is final, or all over the map.
@@ -92,8 +99,12 @@ class QueueField(GridField):
                 q.grow()
             elif outcome == TOO_NARROW:
                 self._widen()
+            elif outcome == SETTLED:
+                self._bound = max(int(self._field[wanted]), self._bound or 0)
+                return True
             elif outcome != PAUSED:
-                return outcome == SETTLED or target is None
+                self._bound = None
+                return target is None
 
     def path_from(self, cell: Cell) -> NDArray[np.int32]:
         """Return the (n, 2) cells of a cheapest path from ``cell``, whose value must be final, to a goal."""

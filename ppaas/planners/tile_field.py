@@ -14,7 +14,7 @@ from ppaas.planners.kernels.propagation import EXHAUSTED, PAUSED, TOO_NARROW
 from ppaas.planners.kernels.threads import at_most
 from ppaas.planners.kernels.tile_layout import CELLS, SIDE, UNREACHED
 from ppaas.planners.kernels.tile_rounds import TOUCHED, grow_tiles, seed_tiles
-from ppaas.planners.kernels.tile_setup import lay_tiles
+from ppaas.planners.kernels.tile_setup import count_wide, lay_tiles
 from ppaas.planners.kernels.tile_walk import count_up_to, descend_tiles, read_rows
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights
@@ -29,6 +29,11 @@ SLICE_LAID = 4_096
 MOST_PADDED = 1.5
 """Times the cells of a map that its tiles may have, if the map is larger than `SMALL`."""
 SMALL = 1 << 16
+
+NARROW = 16
+"""A map is all corridors one cell wide if fewer than one in so many of its free cells begins a free square of 2×2."""
+SAMPLED = 256
+"""About so many tiles are looked at for that."""
 
 
 class PathTooLong(Exception):
@@ -78,6 +83,12 @@ class TileField(GridField):
                 )  # fmt: skip
         cells = self._elements(goals)
         seed_tiles(memory.field, cells, memory.keys, memory.marks, memory.waiting, memory.state)
+
+    @property
+    def is_narrow(self) -> bool:
+        """Whether the map is all corridors one cell wide, in which a queue is faster."""
+        free, wide = count_wide(self._memory.tables, self._tiles, -(-self._tiles // SAMPLED))
+        return wide * NARROW < free
 
     @property
     def settled(self) -> int:

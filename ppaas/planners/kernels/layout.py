@@ -17,8 +17,11 @@ UNREACHED_WIDE = np.int64(0x7FFFFFFFFFFFFFFF)
 BUCKET_SHIFT = 12
 """A bucket holds 2¹² = 4096 values: less than the least weight, 4250, so no move ends in the bucket it began in."""
 
-RING = 16
-"""Buckets in the ring, a power of two; the longest move, 30 413, leads at most 8 buckets ahead."""
+RING = 128
+"""Buckets in the ring, a power of two."""
+
+AHEAD = (RING - 9) << BUCKET_SHIFT
+"""How far above the lowest bucket a value may be from which moves are made: the longest, 30 413, leads 8 buckets on."""
 
 CHUNK = 256
 """Cells in one chunk of the pool."""

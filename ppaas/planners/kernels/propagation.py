@@ -13,6 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.planners.kernels.layout import (
+    AHEAD,
     AT_GOAL,
     BUCKET_SHIFT,
     CHUNK,
@@ -64,6 +65,53 @@ def seed(field: Field, cells: Ints, pool: Pool, links: Links, heads: Links, fill
             fills[0] = 0
         pool[heads[0], fills[0]] = cell
         fills[0] += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _follow(
+    field: Field, costs: NDArray[np.uint8], stride: int, weights: Ints,
+    cell: Int, came: Int, value: Int, old: Int, most: Int,
+) -> tuple[Int, Int, Int, Int]:  # fmt: skip
+    """Go on through a corridor one cell wide, where nothing has to be chosen and no queue is needed.
+
+    Cells passed may be bettered once more, as any cell in the queue; all that could follow from that is done again.
+    No diagonal move leads out of a corridor that does not cost less from the cell before.
+
+    Parameters
+    ----------
+    field, costs, stride, weights
+        As in `propagate`.
+    cell, came : int
+        Where the corridor may begin, and the cardinal move by which it was reached.
+    value, old : int
+        What the cell has now, and had before.
+    most : int
+        Values up to which it goes on.
+
+    Returns
+    -------
+    cell, value, old : int
+        The first cell where ways part, with its values; −1 where the corridor ends, or nothing is bettered in it.
+    passed : int
+        Cells that it left behind.
+    """
+    passed: Int = 0
+    aside: Int = stride if came in (-1, 1) else 1
+    while value < most:
+        ahead = np.int64(field[cell + came] > 0)
+        one, other = np.int64(field[cell + aside] > 0), np.int64(field[cell - aside] > 0)
+        if ahead + one + other != 1:
+            return (cell if ahead + one + other else -1), value, old, passed
+        # Sums instead of branches: where a corridor turns cannot be foretold.
+        came, aside = ahead * came + (one - other) * aside, ahead * aside + (one + other) * came
+        cell += came
+        passed += 1
+        value += weights[0, costs[cell]]
+        old = np.int64(field[cell])
+        if value >= old:
+            return -1, value, old, passed
+        field[cell] = value
+    return cell, value, old, passed
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -121,7 +169,7 @@ def propagate(
             fill = fills[slot]
             heads[slot] = links[chunk]
             fills[slot] = CHUNK
-            settled = 0
+            settled: Int = 0
             for entry in range(fill):
                 cell = np.int64(pool[chunk, entry])
                 value = np.int64(field[cell])
@@ -132,16 +180,23 @@ def propagate(
                 for move in range(8):
                     if open_sides & NEEDS[move] != NEEDS[move]:
                         continue
-                    neighbour = cell + offsets[move]
-                    old = np.int64(field[neighbour])
+                    neighbour: Int = cell + offsets[move]
+                    old: Int = np.int64(field[neighbour])
                     if old > 0 and move < 4:
                         open_sides |= 1 << move
                     if old <= value:
                         continue
-                    new = value + weights[move >> 2, costs[neighbour]]
+                    new: Int = value + weights[move >> 2, costs[neighbour]]
                     if new >= old:
                         continue
                     field[neighbour] = new
+                    if move < 4:
+                        neighbour, new, old, passed = _follow(
+                            field, costs, stride, weights, neighbour, offsets[move], new, old, low + AHEAD
+                        )
+                        settled += passed
+                        if neighbour < 0:
+                            continue
                     later = new >> BUCKET_SHIFT
                     if later == old >> BUCKET_SHIFT:
                         continue  # it is in that bucket already

@@ -286,6 +286,12 @@ def mirrored(builder: ir.IRBuilder, bits: ir.Value) -> ir.Value:
     return _of_bits(builder, "llvm.bitreverse", bits)
 
 
+@_operation(number, lanes)
+def size(builder: ir.IRBuilder, bits: ir.Value) -> ir.Value:
+    """Return how many lanes are in a set."""
+    return _of_bits(builder, "llvm.ctpop", bits)
+
+
 @_operation(number, _ARRAY)
 def next_number(builder: ir.IRBuilder, counter: ir.Value) -> ir.Value:
     """Return the first element of an int64 array and add one to it, in one step for all threads."""

@@ -107,8 +107,25 @@ def lay_tiles(
             _lay_tile(source, height, width, unknown, across, tile, costs, tables)
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def count_wide(tables: Tables, tiles: int, step: int) -> tuple[int, int]:
+    """Return of each ``step``-th tile how many cells are free, and how many have free ones right, below and between."""
+    free, wide = 0, 0
+    for tile in range(0, tiles, step):
+        table = tile * TABLE + FREE
+        below = np.int64(tables[table + SIDE - 1])
+        for row in range(SIDE - 1, -1, -1):
+            cells = np.int64(tables[table + row])
+            pairs = cells & below
+            free += simd.size(cells)
+            wide += simd.size(pairs & (pairs >> 1))
+            below = cells
+    return free, wide
+
+
 def warm() -> None:
-    """Compile and call the kernel once."""
+    """Compile and call each kernel once."""
     source = np.zeros(1, np.uint8)
     source.flags.writeable = False
     lay_tiles(source, 1, 1, True, 1, 0, 1, np.zeros(CELLS, np.uint8), np.zeros(2 * TABLE, np.uint32), 1)
+    count_wide(np.zeros(TABLE, np.uint32), 1, 1)

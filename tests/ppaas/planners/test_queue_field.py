@@ -4,6 +4,7 @@ from hypothesis import given, settings
 
 from ppaas.planners import queue_field
 from ppaas.planners.queue_field import QueueField
+from ppaas.planners.tile_field import TileField
 from tests.reference import dijkstra as twin
 from tests.support import grids
 
@@ -65,6 +66,50 @@ def test_a_field_that_outgrows_32_bits_carries_on_in_64(scene):
     assert np.array_equal(narrow.values(), widened.values())
     if np.nanmax(np.where(np.isinf(narrow.values()), 0, narrow.values())) * 85 > 60_000:
         assert widened._field.dtype == np.int64
+
+
+def maze(seed, size=61):
+    """Carve corridors one cell wide, at random, with some ways around."""
+    rng, cells = np.random.default_rng(seed), np.full((size, size), 254, np.uint8)
+    stack = [(1, 1)]
+    cells[1, 1] = 0
+    while stack:
+        row, column = stack[-1]
+        ways = [(row + 2 * r, column + 2 * c) for r, c in ((0, 1), (1, 0), (0, -1), (-1, 0))]
+        ways = [(r, c) for r, c in ways if 0 < r < size and 0 < c < size and cells[r, c] == 254]
+        if not ways:
+            stack.pop()
+            continue
+        r, c = ways[rng.integers(len(ways))]
+        cells[(row + r) // 2, (column + c) // 2] = cells[r, c] = 0
+        stack.append((r, c))
+    cells[rng.random(cells.shape) < 0.03] = 0
+    cells[cells == 0] = rng.choice([0, 0, 30, 252], np.count_nonzero(cells == 0))
+    return cells
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_corridors_are_followed_to_the_same_values_that_tiles_give(seed):
+    cells = maze(seed)
+    goals = np.array(grids.free_cells(cells, True)[:: 400 * (seed + 1)])
+    queued, tiled = QueueField(grids.of(cells), goals), TileField(grids.of(cells), goals)
+    queued.grow()
+    tiled.grow()
+    assert np.array_equal(queued.values(), tiled.values())
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_target_in_a_maze_is_final_when_growth_stops_at_it(seed):
+    cells = maze(seed)
+    free = grids.free_cells(cells, True)
+    whole = TileField(grids.of(cells), np.array(free[:1]))
+    whole.grow()
+    for target in free[:: len(free) // 40]:
+        field = QueueField(grids.of(cells), np.array(free[:1]))
+        assert field.grow(target)
+        assert field.values_at(np.array([target])) == whole.values_at(np.array([target]))
+        assert np.array_equal(field.path_from(target), whole.path_from(target))
+        assert field.settled == (whole.values() <= whole.values()[target]).sum()
 
 
 @pytest.mark.parametrize("target", [(1, 1), (70, 60)])

@@ -181,6 +181,18 @@ def test_maps_that_would_mostly_be_padding_do_not_suit():
     assert not any(suits_tiles(shape) for shape in ((1, 32_768), (32_768, 3), (36, 4_096)))
 
 
+@pytest.mark.parametrize(
+    ("width", "narrow"),
+    [(1, True), (2, False)],
+)
+def test_corridors_one_cell_wide_are_told_from_wider_ones(width, narrow):
+    cells = np.full((401, 401), 254, np.uint8)
+    cells[::3], cells[:, ::7] = 0, 0
+    if width == 2:
+        cells[1::3], cells[:, 1::7] = 0, 0
+    assert TileField(grids.of(cells), np.array([(0, 0)])).is_narrow == narrow
+
+
 def test_the_formula_of_the_weights_is_their_table():
     cardinal, diagonal = fixed_weights()
     for cost in [*range(253), 255]:

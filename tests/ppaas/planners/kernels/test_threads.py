@@ -31,7 +31,7 @@ def test_without_a_threading_layer_kernels_run_serially(monkeypatch):
 
     monkeypatch.setattr(numba, "get_num_threads", missing)
     costs, field = np.empty((4, 5), np.uint8), np.empty((4, 5), np.uint32)
-    setup.lay(np.zeros((2, 3), np.uint8), np.ones(256, np.bool_), costs, field, 0, 4, 2)
+    setup.lay(np.zeros((2, 3), np.uint8), True, costs, field, 0, 4, 2)
     assert (field != 0).sum() == 6
 
 
