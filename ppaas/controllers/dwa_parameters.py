@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, fields
 
 from ppaas.errors import InvalidParameter
+from ppaas.parameter_types import check_scalar
 
 _POSITIVE = ("max_vel_x", "max_vel_theta", "min_vel_trans", "acc_lim_x", "acc_lim_theta", "sim_time", "sim_granularity")
 _SIGNED = ("min_vel_x",)
@@ -81,7 +82,9 @@ class DwaParameters:
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            _check_number(field.name, getattr(self, field.name), field.type)
+            value = getattr(self, field.name)
+            check_scalar(field.name, value, field.type)
+            _check_range(field.name, value, field.type)
         if max(self.min_vel_x, self.min_vel_trans) > self.max_vel_x or self.min_vel_theta > self.max_vel_theta:
             raise InvalidParameter(
                 "min_vel_x, min_vel_trans and min_vel_theta must not be above max_vel_x, max_vel_theta"
@@ -90,17 +93,9 @@ class DwaParameters:
             raise InvalidParameter(f"cost_slowdown must be below 1, not {self.cost_slowdown}: the robot would stop")
 
 
-def _check_number(name: str, value: object, kind: object) -> None:
-    if kind is bool:
-        if not isinstance(value, bool):
-            raise InvalidParameter(f"{name} must be true or false, not {value!r}")
-        return
-    if isinstance(value, bool) or not isinstance(value, int if kind is int else (int, float)):
-        raise InvalidParameter(f"{name} must be a number of type {getattr(kind, '__name__', kind)}, not {value!r}")
-    if not math.isfinite(value):
-        raise InvalidParameter(f"{name} must be finite, not {value}")
+def _check_range(name: str, value: bool | float, kind: object) -> None:
     least_excluded = name in _POSITIVE
-    if (value <= 0 if least_excluded else value < 0) and name not in _SIGNED:
+    if (value <= 0 if least_excluded else value < 0) and name not in _SIGNED and kind is not bool:
         raise InvalidParameter(f"{name} must be {'above' if least_excluded else 'at least'} 0, not {value}")
     if kind is int and value < 1:
         raise InvalidParameter(f"{name} must be at least 1, not {value}")

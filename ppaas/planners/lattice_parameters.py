@@ -1,6 +1,5 @@
 """The parameters of the kinematic planner, with the names and the defaults of Nav2's SmacPlannerHybrid."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
@@ -8,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidParameter
+from ppaas.parameter_types import check_scalar
 
 DUBIN, REEDS_SHEPP = "DUBIN", "REEDS_SHEPP"
 
@@ -85,7 +85,9 @@ class LatticeParameters:
     def __post_init__(self) -> None:
         for field in fields(self):
             if field.type in (bool, int, float):
-                _check_number(field.name, getattr(self, field.name), field.type)
+                value = getattr(self, field.name)
+                check_scalar(field.name, value, field.type)
+                _check_range(field.name, value)
         if self.motion_model_for_search not in (DUBIN, REEDS_SHEPP):
             raise InvalidParameter(
                 f"motion_model_for_search is {DUBIN} or {REEDS_SHEPP}, not {self.motion_model_for_search!r}"
@@ -130,15 +132,7 @@ def _turns_left(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> b
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0
 
 
-def _check_number(name: str, value: object, kind: object) -> None:
-    if kind is bool:
-        if not isinstance(value, bool):
-            raise InvalidParameter(f"{name} must be true or false, not {value!r}")
-        return
-    if isinstance(value, bool) or not isinstance(value, int if kind is int else (int, float)):
-        raise InvalidParameter(f"{name} must be a number of type {getattr(kind, '__name__', kind)}, not {value!r}")
-    if not math.isfinite(value):
-        raise InvalidParameter(f"{name} must be finite, not {value}")
+def _check_range(name: str, value: float) -> None:
     least = 1.0 if name in _AT_LEAST_ONE else 0.0
     if name != "max_iterations" and (value < least or (name in _ABOVE_ZERO and value == 0.0)):
         raise InvalidParameter(
