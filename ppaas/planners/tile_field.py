@@ -74,13 +74,15 @@ class TileField(GridField):
         self._memory = memory = tile_memory.take(self._tiles)
         weakref.finalize(self, tile_memory.give_back, memory).atexit = False
         memory.begin(self._tiles, threads)
-        for first, last in self._slices(self._tiles):
+        data = costmap.data
+        for first, last in () if memory.holds(data, allow_unknown) else self._slices(self._tiles):
             check()
             with at_most(threads) as usable:
                 lay_tiles(
                     self._source, *self._shape, allow_unknown, self._across, first, last,
                     memory.costs, memory.tables, usable,
                 )  # fmt: skip
+        memory.remember(data, allow_unknown)
         cells = self._elements(goals)
         seed_tiles(memory.field, cells, memory.keys, memory.marks, memory.waiting, memory.state)
 
@@ -96,7 +98,8 @@ class TileField(GridField):
         bound, count = UNREACHED - 1 if self._bound is None else self._bound, 0
         for first, last in self._slices(self._tiles):
             self._check()
-            count += count_up_to(self._memory.field, self._memory.marks, first, last, bound)
+            with at_most(self._threads) as usable:
+                count += count_up_to(self._memory.field, self._memory.marks, first, last, bound, usable)
         return count
 
     def grow(self, target: Cell | None = None) -> bool:

@@ -1,5 +1,6 @@
 """The arrays of a field of tiles, which the next field takes over: fresh memory costs as much time as the field."""
 
+import weakref
 from typing import TypeVar
 
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 from ppaas.planners.kernels.tile_layout import CELLS, EDGES, FREE, KIND, TABLE, UNREACHED
 from ppaas.planners.kernels.tile_plane import SCRATCH
 from ppaas.planners.kernels.tile_rounds import BATCH, STATE_SIZE
+from ppaas.planners.kernels.tile_setup import forget
 from ppaas.planners.kernels.tile_visit import REPORT
 
 T = TypeVar("T", bound=np.generic)
@@ -41,17 +43,32 @@ class TileMemory:
         self.scratch = _scratch(1)
         self.counter = np.zeros(1, np.int64)
         self.state = np.zeros(STATE_SIZE, np.int64)
+        self._used = 0
+        self._map: tuple[weakref.ref[NDArray[np.uint8]], tuple[tuple[int, ...], bool]] | None = None
 
     def begin(self, tiles: int, threads: int) -> None:
         """Make it ready for a new field of no more tiles than there is room for."""
         if len(self.scratch) < threads:
             self.scratch = _scratch(threads)
+        if tiles == self._used:
+            forget(self.tables, self.marks, tiles)
+        else:
+            self._map = None
+        self._used = tiles
         self.keys[: tiles + 1] = UNREACHED
         self.marks[: tiles + 1] = 0
         self.state[:] = 0
         outside = self.tables[tiles * TABLE : (tiles + 1) * TABLE]
         outside[EDGES:FREE] = UNREACHED
         outside[FREE : KIND + 1] = 0
+
+    def holds(self, data: NDArray[np.uint8], allow_unknown: bool) -> bool:
+        """Tell whether tables and costs are those of a map that cannot have changed since."""
+        return self._map is not None and self._map[0]() is data and self._map[1] == (data.shape, allow_unknown)
+
+    def remember(self, data: NDArray[np.uint8], allow_unknown: bool) -> None:
+        """Note of which map tables and costs are now; nothing of one that may be written to."""
+        self._map = None if data.flags.writeable else (weakref.ref(data), (data.shape, allow_unknown))
 
 
 _spare: list[TileMemory] = []

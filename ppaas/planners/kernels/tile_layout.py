@@ -30,8 +30,9 @@ LIMIT = UNREACHED - (1 << 26)
 """As long as no value at the edge of a tile is above, none within is cut off: a path through all 1024 cells of a tile
 weighs less than 2²⁵."""
 
-TOP, BOTTOM, LEFT, RIGHT, TOP_LEFT, TOP_RIGHT, BOTTOM_LEFT, BOTTOM_RIGHT = range(8)
-"""The neighbours of a tile, and the bits that tell which of them woke it."""
+TOP, BOTTOM, LEFT, RIGHT, TOP_LEFT, TOP_RIGHT, BOTTOM_LEFT, BOTTOM_RIGHT = (np.int64(move) for move in range(8))
+"""The neighbours of a tile, and the bits that tell which of them woke it. Of Python's numbers numba would compile what
+they are given to once for each."""
 GOAL = 8
 """Bit of a tile that is woken because a goal lies in it."""
 

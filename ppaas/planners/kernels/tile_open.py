@@ -30,7 +30,7 @@ from ppaas.planners.kernels.tile_layout import (
     TOP_RIGHT,
     UNREACHED,
 )  # fmt: skip
-from ppaas.planners.kernels.tile_plane import LINES, PLANE, slanted, weighed
+from ppaas.planners.kernels.tile_plane import BACK, COLUMNS, FORTH, LINES, slanted, weighed
 
 Int = int | np.signedinteger[Any]
 Numbers = NDArray[np.uint32]
@@ -92,52 +92,61 @@ def _look_along(field: Numbers, at: Int, weight: Int, scratch: Numbers) -> None:
             leftward = simd.subtract(simd.least_from(simd.add(values, rising)), rising)
             simd.store(field, at + row * SIDE, simd.least(rightward, leftward))
     for row in range(SIDE):
-        scratch[PLANE + FIRST_LINE + row] = field[at + row * SIDE]
-        scratch[PLANE + LAST_LINE + row] = field[at + row * SIDE + LAST]
+        scratch[COLUMNS + FIRST_LINE + row] = field[at + row * SIDE]
+        scratch[COLUMNS + LAST_LINE + row] = field[at + row * SIDE + LAST]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _flow(
+    field: Numbers, tables: Numbers, tile: Int, step: Int, woken: Int, fresh: bool, weights: Any, diagonals: Any,
+    scratch: Numbers,
+) -> Int:  # fmt: skip
+    """Carry values down, or up, with what enters from both sides, if that betters any; return the lines done.
+
+    A diagonal move from beside betters something only where it does so in the column at the edge: if a straight move
+    gives as much in each row, then by way of those rows all that is behind is reached as well.
+    """
+    down = step > 0
+    behind, aside_left, aside_right = (
+        beside(scratch, TOP if down else BOTTOM),
+        beside(scratch, LEFT),
+        beside(scratch, RIGHT),
+    )
+    left, right = edge(tables, aside_left, RIGHT), edge(tables, aside_right, LEFT)
+    corner = beside(scratch, TOP_LEFT if down else BOTTOM_LEFT)
+    at_left = value_at(tables, corner, BOTTOM_RIGHT if down else TOP_RIGHT)
+    corner = beside(scratch, TOP_RIGHT if down else BOTTOM_RIGHT)
+    at_right = value_at(tables, corner, BOTTOM_LEFT if down else TOP_LEFT)
+    from_left = simd.from_left(left, at_left) if down else simd.from_right(left, at_left)
+    from_right = simd.from_left(right, at_right) if down else simd.from_right(right, at_right)
+    from_left = simd.where(free_along(tables, aside_left, RIGHT), from_left, simd.splat(UNREACHED))
+    from_right = simd.where(free_along(tables, aside_right, LEFT), from_right, simd.splat(UNREACHED))
+    enters = _enters(from_left, left, edge(tables, tile, LEFT), weights, diagonals)
+    enters |= _enters(from_right, right, edge(tables, tile, RIGHT), weights, diagonals)
+    if not woken and not enters:
+        return 0
+    simd.store(scratch, FROM_LEFT, from_left)
+    simd.store(scratch, FROM_RIGHT, from_right)
+    facing = BOTTOM if down else TOP
+    source, free = edge(tables, behind, facing), free_along(tables, behind, facing)
+    _pour(field, tile * CELLS, step, source, free, weights, diagonals, fresh, scratch)
+    return SIDE
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def spread(field: Numbers, tables: Numbers, tile: Int, reasons: Int, fresh: bool, scratch: Numbers) -> Int:
     """Settle a tile within and leave its edges in scratch memory, where planes have them; return the lines done."""
-    above, below, before, after = (
-        beside(scratch, TOP),
-        beside(scratch, BOTTOM),
-        beside(scratch, LEFT),
-        beside(scratch, RIGHT),
-    )
     weights = weighed(simd.splat(np.int64(tables[tile * TABLE + COST])))
-    diagonals, none, at, work = slanted(weights), simd.splat(UNREACHED), tile * CELLS, SIDE
-    left, right = edge(tables, before, RIGHT), edge(tables, after, LEFT)
-    left_free, right_free = free_along(tables, before, RIGHT), free_along(tables, after, LEFT)
-    corner = value_at(tables, beside(scratch, TOP_LEFT), BOTTOM_RIGHT)
-    from_left = simd.where(left_free, simd.from_left(left, corner), none)
-    corner = value_at(tables, beside(scratch, TOP_RIGHT), BOTTOM_LEFT)
-    from_right = simd.where(right_free, simd.from_left(right, corner), none)
-    own_left, own_right = edge(tables, tile, LEFT), edge(tables, tile, RIGHT)
-    down = reasons & FROM_ABOVE or _enters(from_left, left, own_left, weights, diagonals)
-    if down or _enters(from_right, right, own_right, weights, diagonals):
-        simd.store(scratch, FROM_LEFT, from_left)
-        simd.store(scratch, FROM_RIGHT, from_right)
-        source, free = edge(tables, above, BOTTOM), free_along(tables, above, BOTTOM)
-        _pour(field, at, 1, source, free, weights, diagonals, fresh, scratch)
-        work += SIDE
-    elif fresh:
+    diagonals, at = slanted(weights), tile * CELLS
+    work = _flow(field, tables, tile, FORTH, reasons & FROM_ABOVE, fresh, weights, diagonals, scratch)
+    fresh &= work == 0
+    work += _flow(field, tables, tile, BACK, reasons & FROM_BELOW, fresh, weights, diagonals, scratch)
+    if fresh and work == 0:
         for row in range(SIDE):
-            simd.store(field, at + row * SIDE, none)
-    corner = value_at(tables, beside(scratch, BOTTOM_LEFT), TOP_RIGHT)
-    from_left = simd.where(left_free, simd.from_right(left, corner), none)
-    corner = value_at(tables, beside(scratch, BOTTOM_RIGHT), TOP_LEFT)
-    from_right = simd.where(right_free, simd.from_right(right, corner), none)
-    up = reasons & FROM_BELOW or _enters(from_left, left, own_left, weights, diagonals)
-    if up or _enters(from_right, right, own_right, weights, diagonals):
-        simd.store(scratch, FROM_LEFT, from_left)
-        simd.store(scratch, FROM_RIGHT, from_right)
-        source, free = edge(tables, below, TOP), free_along(tables, below, TOP)
-        _pour(field, at, -1, source, free, weights, diagonals, False, scratch)
-        work += SIDE
-    simd.store(scratch, BESIDE_LEFT, left)
-    simd.store(scratch, BESIDE_RIGHT, right)
+            simd.store(field, at + row * SIDE, simd.splat(UNREACHED))
+    simd.store(scratch, BESIDE_LEFT, edge(tables, beside(scratch, LEFT), RIGHT))
+    simd.store(scratch, BESIDE_RIGHT, edge(tables, beside(scratch, RIGHT), LEFT))
     _look_along(field, at, np.int64(simd.least_of(weights)), scratch)
     simd.store(scratch, FIRST_LINE, simd.load(field, at))
     simd.store(scratch, LAST_LINE, simd.load(field, at + LAST * SIDE))
-    return work
+    return work + SIDE

@@ -29,6 +29,10 @@ FREE = DIAGONALS + SIDE * SIDE
 LEFT = FREE + 48
 RIGHT = LEFT + 48
 PLANE = RIGHT + 48
+ROWS, COLUMNS = np.int64(0), np.int64(PLANE)
+"""Where the two planes begin."""
+FORTH, BACK = np.int64(1), np.int64(-1)
+"""From a line to the next; see `ppaas.planners.kernels.tile_layout` on why these are no numbers of Python."""
 BESIDE = 2 * PLANE
 """Behind the planes: the numbers of the tile's eight neighbours."""
 SPARE = BESIDE + SIDE
@@ -74,31 +78,30 @@ def slanted(weights: Any) -> Any:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def sweep(scratch: Numbers, plane: Int, begin: Int, step: Int, stride: Int, pending: Int) -> tuple[Int, Int, Int]:
+def sweep(scratch: Numbers, plane: Int, step: Int, stride: Int, pending: Int) -> tuple[Int, Int, Int]:
     """Carry values from line to line in one direction, as far as they change.
 
     Parameters
     ----------
     scratch, plane
         Where the plane lies.
-    begin : int
-        The line it begins with: 0 or 33.
     step : int
-        From a line to the next: 1 or −1.
+        `FORTH`, from line 0 on, or `BACK`, from line 33 on.
     stride : int
         From the weights of a line to those of the next: 0 or 32.
     pending : int
-        The lines that changed, the lowest bit for ``begin``.
+        The lines that changed, the lowest bit for the line it begins with.
 
     Returns
     -------
     changed : int
-        The lines that it changed, the lowest bit for the first after ``begin``.
+        The lines that it changed, the lowest bit for the first after that.
     lanes : lanes
         The cells in which any of them changed.
     work : int
         Lines that it did.
     """
+    begin = 0 if step > 0 else SIDE + 1
     order = simd.first_lane(pending)
     changed, lanes, work, line, more = 0, 0, 0, begin + step * order, True
     source = simd.load(scratch, plane + LINES + line * SIDE)

@@ -46,8 +46,7 @@ def _describe(cells: Bytes, at: Int, stride: Int, unknown: Int, tables: Tables, 
         tables[table + FREE + row] = free
         columns = simd.either(columns, simd.where(free, simd.splat(1 << row), simd.splat(0)))
     simd.store(tables, table + FREE + SIDE, columns)
-    for side in range(4):
-        simd.store(tables, table + EDGES + side * SIDE, simd.splat(UNREACHED))
+    _empty_edges(tables, table)
     kind = MIXED if mixed else OPEN if every == ALL else WALLED if some else BLOCKED
     tables[table + KIND] = kind
     tables[table + COST] = max(cost, 0)
@@ -69,7 +68,7 @@ def _lay_tile(
         for column in range(SIDE):
             inside = row < rows and column < columns
             costs[kept + row * SIDE + column] = source[(top + row) * width + left + column] if inside else LETHAL
-    _describe(costs, kept, SIDE, unknown, tables, table)
+    _describe(costs, kept, np.int64(SIDE), unknown, tables, table)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
@@ -108,6 +107,21 @@ def lay_tiles(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def forget(tables: Tables, marks: NDArray[np.uint16], tiles: int) -> None:
+    """Empty the edges of all tiles in which somebody has been, or that somebody would have bettered."""
+    for tile in range(tiles):
+        if marks[tile]:
+            _empty_edges(tables, tile * TABLE)
+            marks[tile] = 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def _empty_edges(tables: Tables, table: Int) -> None:
+    for side in range(4):
+        simd.store(tables, table + EDGES + side * SIDE, simd.splat(UNREACHED))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def count_wide(tables: Tables, tiles: int, step: int) -> tuple[int, int]:
     """Return of each ``step``-th tile how many cells are free, and how many have free ones right, below and between."""
     free, wide = 0, 0
@@ -128,4 +142,5 @@ def warm() -> None:
     source = np.zeros(1, np.uint8)
     source.flags.writeable = False
     lay_tiles(source, 1, 1, True, 1, 0, 1, np.zeros(CELLS, np.uint8), np.zeros(2 * TABLE, np.uint32), 1)
+    forget(np.zeros(TABLE, np.uint32), np.ones(1, np.uint16), 1)
     count_wide(np.zeros(TABLE, np.uint32), 1, 1)

@@ -41,7 +41,7 @@ from ppaas.planners.kernels.tile_layout import (
     UNREACHED,
 )  # fmt: skip
 from ppaas.planners.kernels.tile_open import spread
-from ppaas.planners.kernels.tile_plane import LINES, PLANE, slanted, sweep, turn, weighed
+from ppaas.planners.kernels.tile_plane import BACK, COLUMNS, FORTH, LINES, ROWS, slanted, sweep, turn, weighed
 
 Int = int | np.signedinteger[Any]
 Numbers = NDArray[np.uint32]
@@ -71,7 +71,7 @@ def _lay_free(
 def _lay_weights(scratch: Numbers, costs: Bytes, tables: Numbers, tile: Int) -> Int:
     """Tell both planes what their cells weigh; return how far their lines of weights lie apart."""
     table = tile * TABLE
-    first, second = plane.WEIGHTS, PLANE + plane.WEIGHTS
+    first, second = plane.WEIGHTS, COLUMNS + plane.WEIGHTS
     gap = plane.DIAGONALS - plane.WEIGHTS
     if tables[table + KIND] != MIXED:
         weights = weighed(simd.splat(np.int64(tables[table + COST])))
@@ -99,11 +99,11 @@ def _lay_values(scratch: Numbers, field: Numbers, tile: Int, fresh: bool) -> Non
         at = LINES + (row + 1) * SIDE
         if fresh:
             simd.store(scratch, at, none)
-            simd.store(scratch, PLANE + at, none)
+            simd.store(scratch, COLUMNS + at, none)
         else:
             simd.store(scratch, at, simd.load(field, tile * CELLS + row * SIDE))
     if not fresh:
-        turn(scratch, 0, PLANE, ALL, ALL)
+        turn(scratch, ROWS, COLUMNS, np.int64(ALL), np.int64(ALL))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -115,7 +115,7 @@ def _enter_corner(scratch: Numbers, tables: Numbers, costs: Bytes, tile: Int, mo
     if value == UNREACHED:
         return False
     scratch[LINES + (row + 1) * SIDE + column] = value
-    scratch[PLANE + LINES + (column + 1) * SIDE + row] = value
+    scratch[COLUMNS + LINES + (column + 1) * SIDE + row] = value
     return True
 
 
@@ -126,11 +126,11 @@ def _sweep_both(scratch: Numbers, at: Int, stride: Int, onward: Int, back: Int) 
     lanes: Int = 0
     work: Int = 0
     if onward:
-        moved, lanes, work = sweep(scratch, at, 0, 1, stride, onward)
+        moved, lanes, work = sweep(scratch, at, FORTH, stride, onward)
         back |= _after(simd.mirrored(moved))
     onward = 0
     if back:
-        changed, where, done = sweep(scratch, at, SIDE + 1, -1, stride, back)
+        changed, where, done = sweep(scratch, at, BACK, stride, back)
         changed = simd.mirrored(changed)
         onward = _after(changed)
         moved, lanes, work = moved | changed, lanes | where, work + done
@@ -149,14 +149,14 @@ def _settle(scratch: Numbers, stride: Int, down: Int, up: Int, right: Int, left:
     rows: Int = 0
     work: Int = 0
     while down | up | right | left:
-        moved, lanes, down, done = _sweep_both(scratch, 0, stride, down, up)
-        turn(scratch, 0, PLANE, moved, lanes)
+        moved, lanes, down, done = _sweep_both(scratch, ROWS, stride, down, up)
+        turn(scratch, ROWS, COLUMNS, moved, lanes)
         right |= _after(lanes)
         left |= _after(simd.mirrored(lanes))
         rows |= moved
         work += done
-        moved, lanes, right, done = _sweep_both(scratch, PLANE, stride, right, left)
-        turn(scratch, PLANE, 0, moved, lanes)
+        moved, lanes, right, done = _sweep_both(scratch, COLUMNS, stride, right, left)
+        turn(scratch, COLUMNS, ROWS, moved, lanes)
         down |= _after(lanes)
         up = _after(simd.mirrored(lanes))
         left = 0
@@ -181,15 +181,15 @@ def _work_off(
         free_along(tables, before, RIGHT), free_along(tables, after, LEFT),
     )  # fmt: skip
     free = tile * TABLE + FREE
-    _lay_free(scratch, 0, tables, free, sides[0], sides[1], sides[2], sides[3])
-    _lay_free(scratch, PLANE, tables, free + SIDE, sides[2], sides[3], sides[0], sides[1])
+    _lay_free(scratch, ROWS, tables, free, sides[0], sides[1], sides[2], sides[3])
+    _lay_free(scratch, COLUMNS, tables, free + SIDE, sides[2], sides[3], sides[0], sides[1])
     stride = _lay_weights(scratch, costs, tables, tile)
     _lay_values(scratch, field, tile, fresh)
     beyond = LINES + (SIDE + 1) * SIDE
     simd.store(scratch, LINES, edge(tables, above, BOTTOM))
     simd.store(scratch, beyond, edge(tables, below, TOP))
-    simd.store(scratch, PLANE + LINES, edge(tables, before, RIGHT))
-    simd.store(scratch, PLANE + beyond, edge(tables, after, LEFT))
+    simd.store(scratch, COLUMNS + LINES, edge(tables, before, RIGHT))
+    simd.store(scratch, COLUMNS + beyond, edge(tables, after, LEFT))
     down, up, right, left = reasons & 1, (reasons >> 1) & 1, (reasons >> 2) & 1, (reasons >> 3) & 1
     rows: Int = 0
     if (reasons >> GOAL) & 1:
@@ -243,7 +243,7 @@ def visit(
     for side in range(4):
         reports[at + side] = UNREACHED
         line = SIDE if side in (BOTTOM, RIGHT) else 1
-        values = simd.load(scratch, (PLANE if side in (LEFT, RIGHT) else 0) + LINES + line * SIDE)
+        values = simd.load(scratch, (COLUMNS if side in (LEFT, RIGHT) else ROWS) + LINES + line * SIDE)
         changed = simd.unlike(values, simd.load(tables, edges + side * SIDE))
         simd.store(tables, edges + side * SIDE, values)
         if changed:

@@ -3,9 +3,10 @@
 from typing import Any
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
 from numpy.typing import NDArray
 
+from ppaas.planners.kernels import simd
 from ppaas.planners.kernels.tile_layout import CELLS, FREE, SIDE, TABLE, UNREACHED
 from ppaas.planners.kernels.tile_rounds import TOUCHED
 
@@ -87,18 +88,30 @@ def descend_tiles(
         column += columns[found]
         cells[count, 0], cells[count, 1] = row, column
         count += 1
-    return count
+    return int(count)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+def count_up_to(field: Numbers, marks: Marks, first: int, last: int, most: int, threads: int) -> int:
+    """Return how many cells of tiles ``first`` to ``last`` have a value of at most ``most``, with that many threads."""
+    count: Int = 0
+    if threads == 1:
+        for tile in range(first, last):
+            count += _count_tile(field, marks, tile, most)
+    else:
+        for tile in prange(first, last):
+            count += _count_tile(field, marks, tile, most)
+    return int(count)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def count_up_to(field: Numbers, marks: Marks, first: int, last: int, most: int) -> int:
-    """Return how many cells of tiles ``first`` to ``last`` have a value of at most ``most``."""
-    count, bound = 0, np.uint32(most)
-    for tile in range(first, last):
-        if marks[tile] & TOUCHED:
-            for cell in range(tile * CELLS, (tile + 1) * CELLS):
-                count += field[cell] <= bound
-    return count
+def _count_tile(field: Numbers, marks: Marks, tile: Int, most: Int) -> Int:
+    count: Int = 0
+    above = simd.splat(most + 1)
+    if marks[tile] & TOUCHED:
+        for row in range(SIDE):
+            count += simd.size(simd.less(simd.load(field, tile * CELLS + row * SIDE), above))
+    return int(count)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -123,5 +136,5 @@ def warm() -> None:
     source, cells = np.zeros(1, np.uint8), np.zeros((1, 2), np.int32)
     source.flags.writeable = False
     descend_tiles(field, tables, marks, source, 1, 1, 1, np.ones((2, 256), np.int64), cells, 1, 1)
-    count_up_to(field, marks, 0, 1, 0)
+    count_up_to(field, marks, 0, 1, 0, 1)
     read_rows(field, marks, 1, 0, 1, 1, np.zeros((1, 1)))

@@ -154,6 +154,26 @@ def test_the_memory_of_a_field_that_is_gone_is_taken_over_and_nothing_is_left_in
     assert np.array_equal(tiled.values(), queued.values())
 
 
+@pytest.mark.parametrize("writeable", [False, True])
+def test_a_map_that_nobody_can_write_to_is_laid_out_once(monkeypatch, writeable):
+    costs = drawn("patches", (200, 290), 4)
+    costs.flags.writeable = writeable
+    free = grids.free_cells(costs, False)
+    map_, goals = grids.of(costs), np.array(free[-1:])
+    laid = []
+    monkeypatch.setattr(tile_field, "lay_tiles", lambda *given: laid.append(given) or tile_setup.lay_tiles(*given))
+    for goal in (goals, np.array(free[:1]), goals):
+        tiled, queued = TileField(map_, goal, allow_unknown=False), QueueField(map_, goal, allow_unknown=False)
+        tiled.grow(None if goal is goals else free[40])
+        queued.grow(None if goal is goals else free[40])
+        assert tiled.settled == queued.settled
+        if goal is goals:
+            assert np.array_equal(tiled.values(), queued.values())
+        del tiled
+    TileField(map_, goals, allow_unknown=True)
+    assert len(laid) == (4 if writeable else 2)
+
+
 def test_memory_that_is_far_too_large_is_let_go():
     tile_memory.give_back(tile_memory.TileMemory(100))
     assert tile_memory.take(20).tiles == 20
