@@ -12,9 +12,9 @@ from ppaas.planners.ends import Cell
 from ppaas.planners.grid_field import GridField
 from ppaas.planners.kernels.propagation import EXHAUSTED, PAUSED, TOO_NARROW
 from ppaas.planners.kernels.threads import at_most
-from ppaas.planners.kernels.tile_layout import CELLS, SIDE, UNREACHED
-from ppaas.planners.kernels.tile_rounds import TOUCHED, grow_tiles, seed_tiles
-from ppaas.planners.kernels.tile_setup import count_wide, lay_tiles
+from ppaas.planners.kernels.tile_layout import ALL, CELLS, SIDE, TOUCHED, UNREACHED
+from ppaas.planners.kernels.tile_rounds import grow_tiles, seed_tiles
+from ppaas.planners.kernels.tile_setup import lay_sample
 from ppaas.planners.kernels.tile_walk import count_up_to, descend_tiles, read_rows
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights
@@ -23,8 +23,8 @@ SLICE_LINES = 250_000
 """Lines of tiles worked on between two checks: about 3 ms on one thread."""
 SLICE_WALKED = 50_000
 """Cells walked along between two checks."""
-SLICE_LAID = 4_096
-"""Tiles set up, or read, between two checks: 4 million cells."""
+SLICE_READ = 4_096
+"""Tiles read between two checks: 4 million cells."""
 
 MOST_PADDED = 1.5
 """Times the cells of a map that its tiles may have, if the map is larger than `SMALL`."""
@@ -68,28 +68,24 @@ class TileField(GridField):
         self._shape = costmap.info.shape
         self._source = np.ascontiguousarray(costmap.data).reshape(-1)
         self._source.flags.writeable = False  # a view: kernels are compiled for such arrays alone
+        self._unknown = ALL if allow_unknown else 0
         self._across = -(-self._shape[1] // SIDE)
         self._tiles = -(-self._shape[0] // SIDE) * self._across
         self._bound: int | None = None
         self._memory = memory = tile_memory.take(self._tiles)
         weakref.finalize(self, tile_memory.give_back, memory).atexit = False
-        memory.begin(self._tiles, threads)
-        data = costmap.data
-        for first, last in () if memory.holds(data, allow_unknown) else self._slices(self._tiles):
-            check()
-            with at_most(threads) as usable:
-                lay_tiles(
-                    self._source, *self._shape, allow_unknown, self._across, first, last,
-                    memory.costs, memory.tables, usable,
-                )  # fmt: skip
-        memory.remember(data, allow_unknown)
+        memory.begin(self._tiles, threads, costmap.data, allow_unknown)
         cells = self._elements(goals)
         seed_tiles(memory.field, cells, memory.keys, memory.marks, memory.waiting, memory.state)
 
     @property
     def is_narrow(self) -> bool:
         """Whether the map is all corridors one cell wide, in which a queue is faster."""
-        free, wide = count_wide(self._memory.tables, self._tiles, -(-self._tiles // SAMPLED))
+        m = self._memory
+        free, wide = lay_sample(
+            self._source, *self._shape, self._unknown, self._across, self._tiles, -(-self._tiles // SAMPLED),
+            m.costs, m.tables, m.marks,
+        )  # fmt: skip
         return wide * NARROW < free
 
     @property
@@ -117,9 +113,9 @@ class TileField(GridField):
             self._check()
             with at_most(self._threads) as usable:
                 outcome = grow_tiles(
-                    m.field, m.tables, m.costs, self._across, self._tiles, m.keys, m.marks,
-                    m.waiting, m.chosen, m.reasons, m.reports, m.scratch, m.counter, m.state,
-                    wanted, SLICE_LINES, usable,
+                    self._source, *self._shape, self._unknown, m.field, m.tables, m.costs,
+                    self._across, self._tiles, m.keys, m.marks, m.waiting, m.chosen, m.reasons,
+                    m.bare, m.reports, m.scratch, m.counter, m.state, wanted, SLICE_LINES, usable,
                 )  # fmt: skip
         if outcome == TOO_NARROW:
             raise PathTooLong
@@ -171,5 +167,5 @@ class TileField(GridField):
         return tile * CELLS + row % SIDE * SIDE + column % SIDE
 
     def _slices(self, count: int, tiles_each: int = 1) -> list[tuple[int, int]]:
-        step = max(1, SLICE_LAID // tiles_each)
+        step = max(1, SLICE_READ // tiles_each)
         return [(first, min(first + step, count)) for first in range(0, count, step)]

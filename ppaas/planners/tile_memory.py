@@ -39,36 +39,41 @@ class TileMemory:
         self.waiting = np.empty(tiles, np.int32)
         self.chosen = np.empty(BATCH, np.int32)
         self.reasons = np.empty(BATCH, np.uint16)
+        self.bare = np.empty(9 * BATCH, np.int32)
         self.reports = np.empty(BATCH * REPORT, np.uint32)
         self.scratch = _scratch(1)
         self.counter = np.zeros(1, np.int64)
         self.state = np.zeros(STATE_SIZE, np.int64)
-        self._used = 0
-        self._map: tuple[weakref.ref[NDArray[np.uint8]], tuple[tuple[int, ...], bool]] | None = None
+        self._map: tuple[weakref.ref[NDArray[np.uint8]], bool] | None = None
 
-    def begin(self, tiles: int, threads: int) -> None:
-        """Make it ready for a new field of no more tiles than there is room for."""
+    def begin(self, tiles: int, threads: int, data: NDArray[np.uint8], allow_unknown: bool) -> None:
+        """Make it ready for a new field.
+
+        Tables that are filled are kept if the map is the one before and nobody can have written to it.
+
+        Parameters
+        ----------
+        tiles : int
+            No more than there is room for.
+        threads : int
+            Most that will be used.
+        data : (height, width) uint8 array
+            Costs of the map.
+        allow_unknown : bool
+            Whether unknown cells are free.
+        """
         if len(self.scratch) < threads:
             self.scratch = _scratch(threads)
-        if tiles == self._used:
+        if self._map is not None and self._map[0]() is data and self._map[1] == allow_unknown:
             forget(self.tables, self.marks, tiles)
         else:
-            self._map = None
-        self._used = tiles
+            self.marks[: tiles + 1] = 0
+        self._map = None if data.flags.writeable else (weakref.ref(data), allow_unknown)
         self.keys[: tiles + 1] = UNREACHED
-        self.marks[: tiles + 1] = 0
         self.state[:] = 0
         outside = self.tables[tiles * TABLE : (tiles + 1) * TABLE]
         outside[EDGES:FREE] = UNREACHED
         outside[FREE : KIND + 1] = 0
-
-    def holds(self, data: NDArray[np.uint8], allow_unknown: bool) -> bool:
-        """Tell whether tables and costs are those of a map that cannot have changed since."""
-        return self._map is not None and self._map[0]() is data and self._map[1] == (data.shape, allow_unknown)
-
-    def remember(self, data: NDArray[np.uint8], allow_unknown: bool) -> None:
-        """Note of which map tables and costs are now; nothing of one that may be written to."""
-        self._map = None if data.flags.writeable else (weakref.ref(data), (data.shape, allow_unknown))
 
 
 _spare: list[TileMemory] = []

@@ -36,6 +36,9 @@ they are given to once for each."""
 GOAL = 8
 """Bit of a tile that is woken because a goal lies in it."""
 
+TOUCHED, LAID = 1 << 15, 1 << 14
+"""More marks of a tile: somebody has been there; its table is filled."""
+
 EDGES = 0
 FREE = 4 * SIDE
 KIND = FREE + 2 * SIDE

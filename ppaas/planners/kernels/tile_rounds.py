@@ -14,8 +14,20 @@ from numpy.typing import NDArray
 
 from ppaas.planners.kernels import simd
 from ppaas.planners.kernels.propagation import EXHAUSTED, PAUSED, SETTLED, TOO_NARROW
-from ppaas.planners.kernels.tile_layout import BASE, CELL_SHIFT, CELLS, GOAL, LIMIT, SIDE, TABLE, UNREACHED
+from ppaas.planners.kernels.tile_layout import (
+    BASE,
+    CELL_SHIFT,
+    CELLS,
+    GOAL,
+    LAID,
+    LIMIT,
+    SIDE,
+    TABLE,
+    TOUCHED,
+    UNREACHED,
+)
 from ppaas.planners.kernels.tile_plane import SCRATCH
+from ppaas.planners.kernels.tile_setup import lay_tile
 from ppaas.planners.kernels.tile_visit import OVERLONG, REPORT, WORK, visit
 
 Int = int | np.signedinteger[Any]
@@ -40,8 +52,8 @@ PATIENCE = SIDE * BASE // 2
 PER_VISIT = 30
 """Lines that the work around a visit is worth."""
 
-TOUCHED = 1 << 15
-"""Mark of a tile in which somebody has been; the lower bits tell who woke it since."""
+PER_TABLE = 10
+"""Lines that filling a table is worth."""
 
 STATE_SIZE = 3
 WAITING, ROUNDS, VISITS = range(STATE_SIZE)
@@ -57,7 +69,7 @@ def seed_tiles(field: Numbers, cells: Ints, keys: Numbers, marks: Marks, waiting
             for inner in range(CELLS):
                 field[tile * CELLS + inner] = UNREACHED
             keys[tile] = 0
-            marks[tile] = TOUCHED | 1 << GOAL
+            marks[tile] |= TOUCHED | 1 << GOAL
             waiting[state[WAITING]] = tile
             state[WAITING] += 1
         field[cell] = 0
@@ -86,12 +98,28 @@ def _choose(
         key = np.int64(keys[tile])
         if taken < BATCH and (key if marks[tile] & TOUCHED else key + PATIENCE) <= most:
             chosen[taken], reasons[taken] = tile, marks[tile]
-            keys[tile], marks[tile] = UNREACHED, TOUCHED
+            keys[tile], marks[tile] = UNREACHED, TOUCHED | marks[tile] & LAID
             taken += 1
         else:
             waiting[kept] = tile
             kept += 1
     return taken, kept
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _to_lay(marks: Marks, chosen: Places, taken: Int, across: Int, tiles: Int, bare: Places) -> int:
+    """Write to ``bare`` the tiles of a round, and those around them, whose tables are not filled; return how many."""
+    count = 0
+    for place in range(taken):
+        tile = np.int64(chosen[place])
+        column = tile % across
+        for row in range(tile - across, tile + across + 1, across):
+            for beside in range(row - (column > 0), row + (column < across - 1) + 1):
+                if 0 <= beside < tiles and not marks[beside] & LAID:
+                    marks[beside] |= LAID
+                    bare[count] = beside
+                    count += 1
+    return count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -121,14 +149,17 @@ def _gather(
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def grow_tiles(
-    field: Numbers, tables: Numbers, costs: Bytes, across: int, tiles: int, keys: Numbers, marks: Marks,
-    waiting: Places, chosen: Places, reasons: Marks, reports: Numbers, scratch: Numbers, counter: Ints, state: Ints,
+    source: Bytes, height: int, width: int, unknown: int, field: Numbers, tables: Numbers, costs: Bytes,
+    across: int, tiles: int, keys: Numbers, marks: Marks, waiting: Places, chosen: Places, reasons: Marks,
+    bare: Places, reports: Numbers, scratch: Numbers, counter: Ints, state: Ints,
     target: int, budget: int, threads: int,
 ) -> int:  # fmt: skip
     """Work until ``budget`` lines of tiles are done, and tell why it stopped.
 
     Parameters
     ----------
+    source, height, width, unknown
+        As in `ppaas.planners.kernels.tile_setup`.
     field, tables, costs
         As in `ppaas.planners.kernels.tile_layout`.
     across, tiles : int
@@ -136,11 +167,13 @@ def grow_tiles(
     keys : (tiles + 1,) uint32 array
         What each tile waits with; `UNREACHED` if it does not wait.
     marks : (tiles + 1,) uint16 array
-        Who woke each tile, and whether somebody has been there.
+        Who woke each tile, whether somebody has been there, and whether its table is filled.
     waiting : (tiles,) int32 array
         The tiles that wait, in any order.
     chosen, reasons : (BATCH,) arrays
         For the tiles of a round and who woke them.
+    bare : (9 · BATCH,) int32 array
+        For the tiles whose tables have to be filled before a round.
     reports : (BATCH · REPORT,) uint32 array
         For what comes of each.
     scratch : (threads, SCRATCH) uint32 array
@@ -171,6 +204,13 @@ def grow_tiles(
         if outcome != EXHAUSTED:
             break
         taken, kept = _choose(keys, marks, waiting, state[WAITING], nearest + DELTA, chosen, reasons)
+        bared: int = _to_lay(marks, chosen, taken, across, tiles, bare)
+        if threads == 1 or bared < FEW:
+            for place in range(bared):
+                lay_tile(source, height, width, unknown, across, np.int64(bare[place]), costs, tables)
+        else:
+            for place in prange(bared):
+                lay_tile(source, height, width, unknown, across, np.int64(bare[place]), costs, tables)
         if threads == 1 or taken < FEW:
             for place in range(taken):
                 _visit(field, tables, costs, across, tiles, chosen, reasons, place, scratch[0], reports)
@@ -186,7 +226,7 @@ def grow_tiles(
         state[VISITS] += taken
         waits, work, overlong = _gather(keys, marks, waiting, kept, chosen, taken, reports, across)
         state[WAITING] = waits
-        budget -= int(work)
+        budget -= int(work) + bared * PER_TABLE
         if overlong:
             outcome = TOO_NARROW
             break
@@ -205,11 +245,14 @@ def _visit(
 
 def warm() -> None:
     """Compile and call each kernel once."""
+    source, costs = np.zeros(1, np.uint8), np.zeros(CELLS, np.uint8)
+    source.flags.writeable = False
     field, tables = np.zeros(CELLS, np.uint32), np.zeros(2 * TABLE, np.uint32)
     keys, marks, state = np.zeros(2, np.uint32), np.zeros(2, np.uint16), np.zeros(STATE_SIZE, np.int64)
     waiting, chosen, reasons = np.zeros(1, np.int32), np.zeros(BATCH, np.int32), np.zeros(BATCH, np.uint16)
+    bare, reports, scratch = np.zeros(9, np.int32), np.zeros(REPORT, np.uint32), np.zeros((1, SCRATCH), np.uint32)
     seed_tiles(field, np.zeros(1, np.int64), keys, marks, waiting, state)
     grow_tiles(
-        field, tables, np.zeros(CELLS, np.uint8), 1, 1, keys, marks, waiting, chosen, reasons,
-        np.zeros(BATCH * REPORT, np.uint32), np.zeros((1, SCRATCH), np.uint32), np.zeros(1, np.int64), state, -1, 1, 1,
+        source, 1, 1, 0, field, tables, costs, 1, 1, keys, marks, waiting, chosen, reasons, bare, reports,
+        scratch, np.zeros(1, np.int64), state, -1, 1, 1,
     )  # fmt: skip

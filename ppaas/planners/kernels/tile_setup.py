@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.planners.kernels import simd
@@ -15,11 +15,13 @@ from ppaas.planners.kernels.tile_layout import (
     EDGES,
     FREE,
     KIND,
+    LAID,
     LETHAL,
     MIXED,
     OPEN,
     SIDE,
     TABLE,
+    TOUCHED,
     UNREACHED,
     WALLED,
 )  # fmt: skip
@@ -27,6 +29,7 @@ from ppaas.planners.kernels.tile_layout import (
 Int = int | np.signedinteger[Any]
 Bytes = NDArray[np.uint8]
 Tables = NDArray[np.uint32]
+Marks = NDArray[np.uint16]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -53,9 +56,28 @@ def _describe(cells: Bytes, at: Int, stride: Int, unknown: Int, tables: Tables, 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _lay_tile(
+def lay_tile(
     source: Bytes, height: Int, width: Int, unknown: Int, across: Int, tile: Int, costs: Bytes, tables: Tables
 ) -> None:
+    """Fill the table of one tile.
+
+    Parameters
+    ----------
+    source : (height · width,) uint8 array
+        Costs of the map.
+    height, width : int
+        Of the map.
+    unknown : lanes
+        `ALL` if unknown cells are free, else 0.
+    across : int
+        Tiles side by side.
+    tile : int
+        Which.
+    costs : (tiles · CELLS,) uint8 array
+        Out: its costs, if they differ.
+    tables : ((tiles + 1) · TABLE,) uint32 array
+        Out: as in `ppaas.planners.kernels.tile_layout`.
+    """
     top, left = tile // across * SIDE, tile % across * SIDE
     rows, columns = min(SIDE, height - top), min(SIDE, width - left)
     kept, table = tile * CELLS, tile * TABLE
@@ -71,48 +93,42 @@ def _lay_tile(
     _describe(costs, kept, np.int64(SIDE), unknown, tables, table)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def lay_tiles(
-    source: Bytes, height: int, width: int, allow_unknown: bool, across: int, first: int, last: int,
-    costs: Bytes, tables: Tables, threads: int,
-) -> None:  # fmt: skip
-    """Fill the tables of tiles ``first`` to ``last``.
+@njit(cache=True, nogil=True, error_model="numpy")
+def lay_sample(
+    source: Bytes, height: int, width: int, unknown: int, across: int, tiles: int, step: int,
+    costs: Bytes, tables: Tables, marks: Marks,
+) -> tuple[int, int]:  # fmt: skip
+    """Fill the table of each ``step``-th tile.
 
-    Parameters
-    ----------
-    source : (height · width,) uint8 array
-        Costs of the map.
-    height, width : int
-        Of the map.
-    allow_unknown : bool
-        Whether unknown cells are free.
-    across : int
-        Tiles side by side.
-    first, last : int
-        Tiles to do, ``last`` excluded.
-    costs : (tiles · CELLS,) uint8 array
-        Out: the costs of tiles whose costs differ, tile by tile.
-    tables : ((tiles + 1) · TABLE,) uint32 array
-        Out: as in `ppaas.planners.kernels.tile_layout`.
-    threads : int
-        Threads to use; with one, no parallel region is entered.
+    Returns
+    -------
+    free : int
+        How many cells of theirs are free.
+    wide : int
+        How many of those have free ones right, below and between.
     """
-    unknown = ALL if allow_unknown else 0
-    if threads == 1:
-        for tile in range(first, last):
-            _lay_tile(source, height, width, unknown, across, tile, costs, tables)
-    else:
-        for tile in prange(first, last):
-            _lay_tile(source, height, width, unknown, across, tile, costs, tables)
+    free, wide = 0, 0
+    for tile in range(0, tiles, step):
+        if not marks[tile] & LAID:
+            lay_tile(source, height, width, unknown, across, tile, costs, tables)
+            marks[tile] |= LAID
+        below = np.int64(tables[tile * TABLE + FREE + SIDE - 1])
+        for row in range(SIDE - 1, -1, -1):
+            cells = np.int64(tables[tile * TABLE + FREE + row])
+            pairs = cells & below
+            free += simd.size(cells)
+            wide += simd.size(pairs & (pairs >> 1))
+            below = cells
+    return free, wide
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def forget(tables: Tables, marks: NDArray[np.uint16], tiles: int) -> None:
-    """Empty the edges of all tiles in which somebody has been, or that somebody would have bettered."""
+def forget(tables: Tables, marks: Marks, tiles: int) -> None:
+    """Empty the edges of all tiles in which somebody has been; their tables are kept."""
     for tile in range(tiles):
-        if marks[tile]:
+        if marks[tile] & TOUCHED:
             _empty_edges(tables, tile * TABLE)
-            marks[tile] = 0
+        marks[tile] &= LAID
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
@@ -121,26 +137,10 @@ def _empty_edges(tables: Tables, table: Int) -> None:
         simd.store(tables, table + EDGES + side * SIDE, simd.splat(UNREACHED))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def count_wide(tables: Tables, tiles: int, step: int) -> tuple[int, int]:
-    """Return of each ``step``-th tile how many cells are free, and how many have free ones right, below and between."""
-    free, wide = 0, 0
-    for tile in range(0, tiles, step):
-        table = tile * TABLE + FREE
-        below = np.int64(tables[table + SIDE - 1])
-        for row in range(SIDE - 1, -1, -1):
-            cells = np.int64(tables[table + row])
-            pairs = cells & below
-            free += simd.size(cells)
-            wide += simd.size(pairs & (pairs >> 1))
-            below = cells
-    return free, wide
-
-
 def warm() -> None:
     """Compile and call each kernel once."""
     source = np.zeros(1, np.uint8)
     source.flags.writeable = False
-    lay_tiles(source, 1, 1, True, 1, 0, 1, np.zeros(CELLS, np.uint8), np.zeros(2 * TABLE, np.uint32), 1)
-    forget(np.zeros(TABLE, np.uint32), np.ones(1, np.uint16), 1)
-    count_wide(np.zeros(TABLE, np.uint32), 1, 1)
+    tables, marks = np.zeros(2 * TABLE, np.uint32), np.zeros(1, np.uint16)
+    lay_sample(source, 1, 1, ALL, 1, 1, 1, np.zeros(CELLS, np.uint8), tables, marks)
+    forget(tables, marks, 1)

@@ -7,8 +7,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from ppaas.planners.kernels import simd
-from ppaas.planners.kernels.tile_layout import CELLS, FREE, SIDE, TABLE, UNREACHED
-from ppaas.planners.kernels.tile_rounds import TOUCHED
+from ppaas.planners.kernels.tile_layout import CELLS, FREE, SIDE, TABLE, TOUCHED, UNREACHED
 
 Int = int | np.signedinteger[Any]
 Ints = NDArray[np.int64]

@@ -114,7 +114,7 @@ def test_slices_of_any_size_give_the_same_field(monkeypatch):
     goals = grids.free_cells(costs, True)[:1]
     whole, _ = fields(costs, goals)
     whole.grow()
-    for name in ("SLICE_LINES", "SLICE_LAID", "SLICE_WALKED"):
+    for name in ("SLICE_LINES", "SLICE_READ", "SLICE_WALKED"):
         monkeypatch.setattr(tile_field, name, 1)
     sliced, _ = fields(costs, goals, threads=2)
     sliced.grow()
@@ -154,14 +154,22 @@ def test_the_memory_of_a_field_that_is_gone_is_taken_over_and_nothing_is_left_in
     assert np.array_equal(tiled.values(), queued.values())
 
 
+def test_only_what_is_near_the_way_is_laid_out():
+    field = TileField(grids.of(np.zeros((2_000, 2_000), np.uint8)), np.array([(1_000, 1_000)]))
+    assert field.grow((1_000, 1_050))
+    assert 0 < laid(field) < 100
+
+
+def laid(field):
+    return np.count_nonzero(field._memory.marks[: field._tiles] & tile_layout.LAID)
+
+
 @pytest.mark.parametrize("writeable", [False, True])
-def test_a_map_that_nobody_can_write_to_is_laid_out_once(monkeypatch, writeable):
+def test_a_map_that_nobody_can_write_to_is_laid_out_once(writeable):
     costs = drawn("patches", (200, 290), 4)
     costs.flags.writeable = writeable
     free = grids.free_cells(costs, False)
     map_, goals = grids.of(costs), np.array(free[-1:])
-    laid = []
-    monkeypatch.setattr(tile_field, "lay_tiles", lambda *given: laid.append(given) or tile_setup.lay_tiles(*given))
     for goal in (goals, np.array(free[:1]), goals):
         tiled, queued = TileField(map_, goal, allow_unknown=False), QueueField(map_, goal, allow_unknown=False)
         tiled.grow(None if goal is goals else free[40])
@@ -169,9 +177,12 @@ def test_a_map_that_nobody_can_write_to_is_laid_out_once(monkeypatch, writeable)
         assert tiled.settled == queued.settled
         if goal is goals:
             assert np.array_equal(tiled.values(), queued.values())
+        kept = laid(tiled)
         del tiled
-    TileField(map_, goals, allow_unknown=True)
-    assert len(laid) == (4 if writeable else 2)
+    again = TileField(map_, goals, allow_unknown=False)
+    assert laid(again) == (0 if writeable else kept)
+    del again
+    assert laid(TileField(map_, goals, allow_unknown=True)) == 0
 
 
 def test_memory_that_is_far_too_large_is_let_go():
