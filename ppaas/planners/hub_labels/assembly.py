@@ -28,8 +28,7 @@ from ppaas.planners.hub_labels.kernels.terrain import COLUMNS, ROWS
 from ppaas.planners.hub_labels.kernels.trees import FAR
 from ppaas.planners.hub_labels.labels import Pool, label
 
-FEW_SEEN = 8
-"""Corners that a corner sees in the mean; where they are fewer, it takes no landmarks to tell them apart."""
+ENTRIES_A_SLICE = 1 << 17
 
 
 def build_index(free: NDArray[np.bool_], *, threads: int, check: Callable[[], None]) -> Words:
@@ -153,7 +152,7 @@ class _Assembly:
     def _landmarks(self, check: Callable[[], None]) -> Integers:
         """Return how far each corner is from the landmarks: each is the corner farthest from those before it."""
         corners, graph = self._corners, self._graph
-        if len(graph.to) < FEW_SEEN * corners or corners == 0:
+        if graph.is_cluttered or corners == 0:  # it takes no landmarks to tell few corners apart
             return np.empty((corners, 0), np.int32)
         edges = Edges(graph.starts, graph.to, graph.lengths, graph.to)
         landmarks = np.empty((corners, layout.MARKS), np.int32)
@@ -180,9 +179,10 @@ class _Assembly:
 
     def _lay_labels(self, index: Words, table: Integers, offsets: Integers, check: Callable[[], None]) -> None:
         pool, labels = self._pool, _integers(index, layout.LABELS)
-        for first in range(0, self._corners, CORNERS_A_SLICE):
+        corners = max(1, ENTRIES_A_SLICE * self._corners // max(1, len(labels)))
+        for first in range(0, self._corners, corners):
             check()
-            last = min(first + CORNERS_A_SLICE, self._corners)
+            last = min(first + corners, self._corners)
             lay_labels(
                 table, first, last, pool.ranks, self._contracted.edges, offsets,
                 pool.hubs, pool.lengths, pool.towards, pool.begins, pool.ends, labels,

@@ -12,7 +12,6 @@ from ppaas.planners.hub_labels.kernels.contraction import (
     EDGES,
     QUEUED,
     ROOM,
-    SETTLED,
     contract,
     link_edges,
 )
@@ -23,6 +22,16 @@ CELLS_A_SLICE = 1 << 19
 CORNERS_A_SLICE = 1 << 11
 WORK_A_SLICE = 1 << 17
 """How much is done between two calls of ``check``: about two milliseconds."""
+
+FEW_SEEN = 8
+"""Corners that a corner sees in the mean; a map is cluttered where they are fewer."""
+
+SETTLED_IN_THE_OPEN, SETTLED_IN_CLUTTER = 12, 40
+"""Nodes that a search for another way settles before a shortcut is made. To look further leaves a smaller core: that is
+ordered better than what is contracted, so it is worth it only where the core would be too large."""
+
+HEAP = 1 << 12
+"""Nodes that may wait in such a search; further ones are not looked at."""
 
 ANY_PRICE = np.empty(0, np.int32)
 
@@ -54,6 +63,11 @@ class Graph:
     starts: Words
     to: Integers
     lengths: Integers
+
+    @property
+    def is_cluttered(self) -> bool:
+        """Tell whether corners see few others."""
+        return len(self.to) < FEW_SEEN * (len(self.starts) - 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,13 +145,16 @@ def contract_graph(graph: Graph, prices: Integers = ANY_PRICE, *, check: Callabl
     queue, lengths = np.arange(nodes), np.zeros(nodes, np.int64)
     if len(prices):
         queue = np.sort((prices.astype(np.int64) << 32) | queue)
-    queued, heap = np.ones(nodes, np.bool_), np.empty(SETTLED * 256, np.int64)
+    queued, heap = np.ones(nodes, np.bool_), np.empty(HEAP, np.int64)
+    settle = SETTLED_IN_CLUTTER if graph.is_cluttered else SETTLED_IN_THE_OPEN
     counts[QUEUED] = nodes
     while True:
         check()
-        if contract(
-            head, after, edges, degrees, levels, order, queued, queue, prices, lengths, heap, counts, WORK_A_SLICE
-        ):  # fmt: skip
+        done = contract(
+            head, after, edges, degrees, levels, order, queued, queue, prices, lengths, heap, counts,
+            settle, WORK_A_SLICE,
+        )  # fmt: skip
+        if done:
             break
         if counts[EDGES] + ROOM > len(after):
             after = np.resize(after, 2 * len(after))

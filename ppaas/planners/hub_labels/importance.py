@@ -14,7 +14,10 @@ from ppaas.planners.hub_labels.kernels.graphs import rank_edges
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import TREE, grow
 
-MOST_TREES = 800
+EDGES_A_SLICE = 3 << 16
+"""Edges that a slot looks at between two calls of ``check``: some five milliseconds, since all threads meet then."""
+
+MOST_TREES = 1200
 MOST_TREE_NODES = 1 << 23
 """Trees that are grown to learn which ways are shortest, and how many nodes all of them may have."""
 
@@ -64,7 +67,7 @@ def grow_trees(
         check()
         grow(
             edges.starts, edges.to, edges.lengths, roots, states, lengths, heaps, settled,
-            parents, below[0], below[1], below[2], WORK_A_SLICE, threads,
+            parents, below[0], below[1], below[2], EDGES_A_SLICE, threads,
         )  # fmt: skip
     return Trees(parents, below[0], below[1], below[2]), lengths
 
@@ -78,11 +81,12 @@ def order_core(edges: Edges, *, threads: int, check: Callable[[], None]) -> NDAr
     roots = np.random.default_rng(nodes).permutation(nodes)[:count].astype(np.int32)
     trees, _ = grow_trees(edges, roots, sizes=True, slots=max(1, threads), threads=threads, check=check)
     totals = trees.sizes.sum(axis=0, dtype=np.int64)
-    order, done = np.empty(nodes, np.int32), 0
-    while done < nodes:
+    order, state = np.empty(nodes, np.int32), np.zeros(2, np.int64)
+    done = False
+    while not done:
         check()
         done = cover(
-            trees.parents, trees.sizes, trees.firsts, trees.nexts, totals, order, done, WORK_A_SLICE
+            trees.parents, trees.sizes, trees.firsts, trees.nexts, totals, order, state, WORK_A_SLICE
         )  # fmt: skip
     return order
 

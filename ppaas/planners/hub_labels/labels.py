@@ -17,6 +17,14 @@ from ppaas.planners.hub_labels.kernels.trees import FAR
 WINDOW = 1 << 16
 """Entries of the pool that a slot is given at a time, at least."""
 
+USUAL = 128
+"""Entries of a label for which there is room from the first; memory is taken only as it is used."""
+
+COPIED_A_SLICE = 1 << 20
+
+FEW = 256
+"""Nodes of a level, below which it takes longer to wake threads than to label them."""
+
 
 class Pool:
     """Labels, by the rank of their node.
@@ -33,7 +41,7 @@ class Pool:
 
     def __init__(self, ranks: Integers) -> None:
         nodes = len(ranks)
-        room = 16 * nodes + WINDOW
+        room = USUAL * nodes + WINDOW
         self.ranks = ranks
         self.hubs, self.lengths, self.towards = (np.empty(room, np.int32) for _ in range(3))
         self.begins, self.ends = np.zeros((2, nodes), np.int64)
@@ -44,12 +52,19 @@ class Pool:
         """Return for how many entries there is room."""
         return len(self.hubs)
 
-    def extend(self, room: int) -> None:
+    def extend(self, room: int, check: Callable[[], None]) -> None:
         """Make room for so many more entries at the end."""
-        more = np.empty(room, np.int32)
         self.hubs, self.lengths, self.towards = (
-            np.concatenate((each, more)) for each in (self.hubs, self.lengths, self.towards)
+            _extended(each, room, check) for each in (self.hubs, self.lengths, self.towards)
         )
+
+
+def _extended(entries: Integers, room: int, check: Callable[[], None]) -> Integers:
+    longer = np.empty(len(entries) + room, np.int32)
+    for first in range(0, len(entries), COPIED_A_SLICE):
+        check()
+        longer[first : min(first + COPIED_A_SLICE, len(entries))] = entries[first : first + COPIED_A_SLICE]
+    return longer
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +128,7 @@ def _label_core(pool: Pool, edges: Edges, core: int, longest: int, check: Callab
         if done:
             break
         if (state == before).all():
-            pool.extend(pool.room)
+            pool.extend(pool.room, check)
     pool.used = int(state[POOL])
 
 
@@ -127,6 +142,7 @@ def _label_rest(
     rest = np.arange(core, nodes, dtype=np.int32)[np.argsort(-levels[core:], kind="stable")]
     windows = np.zeros((slots, 4), np.int64)
     for level in np.split(rest, np.flatnonzero(np.diff(levels[rest])) + 1):
+        usable = threads if len(level) >= FEW else 1
         windows[:, 0] = np.arange(slots)
         while (windows[:, 0] < len(level)).any():
             check()
@@ -134,12 +150,12 @@ def _label_rest(
             merge(
                 level, edges.starts, edges.to, edges.lengths, edges.ids,
                 pool.hubs, pool.lengths, pool.towards, pool.begins, pool.ends,
-                reach, came, marks, windows, longest, WORK_A_SLICE, threads,
+                reach, came, marks, windows, longest, WORK_A_SLICE, usable,
             )  # fmt: skip
             if windows[:, 3].any():
                 raise _too_long(longest)
             for slot in np.flatnonzero((windows[:, 0] == before) & (before < len(level))):
-                _open_window(pool, windows[slot], _most_entries(pool, edges, int(level[windows[slot, 0]])))
+                _open_window(pool, windows[slot], _most_entries(pool, edges, int(level[windows[slot, 0]])), check)
 
 
 def _most_entries(pool: Pool, edges: Edges, node: int) -> int:
@@ -147,10 +163,10 @@ def _most_entries(pool: Pool, edges: Edges, node: int) -> int:
     return int((pool.ends[above] - pool.begins[above]).sum()) + 1
 
 
-def _open_window(pool: Pool, window: Words, least: int) -> None:
+def _open_window(pool: Pool, window: Words, least: int, check: Callable[[], None]) -> None:
     size = max(WINDOW, 2 * least, pool.used // 8)
     if pool.used + size > pool.room:
-        pool.extend(max(size, pool.room // 2))
+        pool.extend(max(size, pool.room // 2), check)
     window[1:3] = pool.used, pool.used + size
     pool.used += size
 

@@ -20,11 +20,8 @@ from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.kernels.bare import bare
 
-MOST = 24
+MOST = 16
 """Neighbours that a node may have to be contracted."""
-
-SETTLED = 12
-"""Nodes that a search for another way may settle."""
 
 ROOM = 2 * MOST * MOST
 """Edges for which there must be room before a node is contracted."""
@@ -102,7 +99,7 @@ def _unlink(edge: int, node: int, head: Integers, after: Integers) -> None:
 
 @bare
 def _find_shortcuts(
-    node: int, head: Integers, after: Integers, edges: Integers,
+    node: int, settle: int, head: Integers, after: Integers, edges: Integers,
     lengths: Words, heap: Words, near: Integers, pairs: Integers, counts: Words,
 ) -> int:  # fmt: skip
     """Write the edges of a node to ``near`` and pairs of them that need a shortcut to ``pairs``; return how many."""
@@ -121,7 +118,7 @@ def _find_shortcuts(
         counts[SEARCHES] += 1
         era = -(int(counts[SEARCHES]) << 32)  # what an earlier search wrote is larger than all of this one
         lengths[node] = era
-        _search(edges[near[i], TO], most, era, head, after, edges, lengths, heap, counts)
+        _search(edges[near[i], TO], settle, most, era, head, after, edges, lengths, heap, counts)
         for j in range(i + 1, degree):
             if lengths[edges[near[j], TO]] > era + own + edges[near[j], LENGTH]:
                 pairs[found] = i * MOST + j
@@ -131,13 +128,13 @@ def _find_shortcuts(
 
 @bare
 def _search(
-    source: int, most: int, era: int, head: Integers, after: Integers, edges: Integers,
+    source: int, settle: int, most: int, era: int, head: Integers, after: Integers, edges: Integers,
     lengths: Words, heap: Words, counts: Words,
 ) -> None:  # fmt: skip
     lengths[source] = era
     size = push(heap, 0, 0, source)
     settled = 0
-    while size > 0 and settled < SETTLED:
+    while size > 0 and settled < settle:
         node, length = heap[0] & NODE, heap[0] >> 32
         size = pop(heap, size)
         if lengths[node] != era + length:
@@ -183,7 +180,8 @@ def _take_out(
 @njit(cache=True, nogil=True, error_model="numpy")
 def contract(
     head: Integers, after: Integers, edges: Integers, degrees: Integers, levels: Integers, order: Integers,
-    queued: NDArray[np.bool_], queue: Words, prices: Integers, lengths: Words, heap: Words, counts: Words, budget: int,
+    queued: NDArray[np.bool_], queue: Words, prices: Integers, lengths: Words, heap: Words, counts: Words,
+    settle: int, budget: int,
 ) -> bool:  # fmt: skip
     """Contract nodes until so many edges were looked at, or there is no room for more; return whether all is done.
 
@@ -206,6 +204,8 @@ def contract(
     heap : int64 array
         Scratch; the longer, the further searches go.
     counts : (5,) int64 array
+    settle : int
+        Nodes that a search for another way may settle.
     budget : int
     """
     near, pairs = np.empty(MOST, np.int32), np.empty(MOST * MOST, np.int32)
@@ -217,7 +217,7 @@ def contract(
         counts[WORK] += 1
         if degrees[node] > MOST:
             continue
-        found = _find_shortcuts(node, head, after, edges, lengths, heap, near, pairs, counts)
+        found = _find_shortcuts(node, settle, head, after, edges, lengths, heap, near, pairs, counts)
         price = 2 * (found - degrees[node]) + levels[node] + BIAS
         if len(prices) == 0 and counts[QUEUED] > 0 and ((price << 32) | node) > queue[0]:
             counts[QUEUED] = push(queue, counts[QUEUED], price, node)
@@ -255,5 +255,6 @@ def warm() -> None:
         far.copy(),
         far.copy(),
         counts,
+        1,
         1,
     )

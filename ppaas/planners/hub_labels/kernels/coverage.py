@@ -44,9 +44,9 @@ def _uncover(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cover(
-    parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows, totals: Words, order: Integers, done: int, budget: int
-) -> int:
-    """Choose nodes until so many were touched or all are chosen, and return how many are chosen.
+    parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows, totals: Words, order: Integers, state: Words, budget: int
+) -> bool:
+    """Choose nodes until so many were touched or all are chosen; return whether all are.
 
     Parameters
     ----------
@@ -56,30 +56,34 @@ def cover(
         The sum of ``sizes`` over all trees; −1 for a node that was chosen.
     order : (n,) int32 array
         Out: the nodes, the one on the most ways first.
-    done : int
-        How many were chosen before.
+    state : (2,) int64 array
+        How many are chosen, and of how many trees the ways of the next one were taken out; zeros at first.
     budget : int
     """
     stack = np.empty(len(totals), np.int32)
     work = 0
-    while done < len(totals) and work < budget:
-        best = 0
-        for node in range(len(totals)):
-            if totals[node] > totals[best]:
-                best = node
-        work += len(totals) >> 2
-        order[done] = best
-        done += 1
-        if totals[best] > 0:
-            for tree in range(len(parents)):
-                work += 1
-                if sizes[tree, best] > 0:
-                    work += _uncover(best, tree, parents, sizes, firsts, nexts, totals, stack)
-        totals[best] = -1
-    return done
+    while state[0] < len(totals) and work < budget:
+        if state[1] == 0:
+            best = 0
+            for node in range(len(totals)):
+                if totals[node] > totals[best]:
+                    best = node
+            work += len(totals) >> 2
+            order[state[0]] = best
+        best = order[state[0]]
+        while state[1] < len(parents) and totals[best] > 0 and work < budget:
+            if sizes[state[1], best] > 0:
+                work += _uncover(best, state[1], parents, sizes, firsts, nexts, totals, stack)
+            work += 1
+            state[1] += 1
+        if state[1] == len(parents) or totals[best] <= 0:
+            totals[best] = -1
+            state[0] += 1
+            state[1] = 0
+    return bool(state[0] == len(totals))
 
 
 def warm() -> None:
     """Compile and call each kernel once."""
     rows = np.zeros((1, 1), np.int32)
-    cover(rows, rows, rows, rows, np.zeros(1, np.int64), rows[0], 0, 1)
+    cover(rows, rows, rows, rows, np.zeros(1, np.int64), rows[0], np.zeros(2, np.int64), 1)
