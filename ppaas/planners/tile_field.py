@@ -72,11 +72,14 @@ class TileField(GridField):
         self._across = -(-self._shape[1] // SIDE)
         self._tiles = -(-self._shape[0] // SIDE) * self._across
         self._bound: int | None = None
-        self._memory = memory = tile_memory.take(self._tiles)
-        weakref.finalize(self, tile_memory.give_back, memory).atexit = False
-        memory.begin(self._tiles, threads, costmap.data, allow_unknown)
+        self._memory = m = tile_memory.take(self._tiles)
+        weakref.finalize(self, tile_memory.give_back, m).atexit = False
+        m.begin(self._tiles, threads, costmap.data, allow_unknown)
         cells = self._elements(goals)
-        seed_tiles(memory.field, cells, memory.keys, memory.marks, memory.waiting, memory.state)
+        seed_tiles(
+            self._source, *self._shape, self._unknown, m.field, m.tables, m.costs,
+            self._across, self._tiles, m.keys, m.marks, m.waiting, m.bare, m.state, cells,
+        )  # fmt: skip
 
     @property
     def is_narrow(self) -> bool:

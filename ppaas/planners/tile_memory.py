@@ -39,7 +39,7 @@ class TileMemory:
         self.waiting = np.empty(tiles, np.int32)
         self.chosen = np.empty(BATCH, np.int32)
         self.reasons = np.empty(BATCH, np.uint16)
-        self.bare = np.empty(9 * BATCH, np.int32)
+        self.bare = np.empty(25 * BATCH, np.int32)
         self.reports = np.empty(BATCH * REPORT, np.uint32)
         self.scratch = _scratch(1)
         self.counter = np.zeros(1, np.int64)

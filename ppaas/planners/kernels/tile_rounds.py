@@ -40,8 +40,8 @@ Places = NDArray[np.int32]
 BATCH = 1024
 """Most tiles in one round: 1 ms of work."""
 
-FEW = 8
-"""A round of fewer tiles is worked off by one thread: waking another takes as long."""
+WORTH = 1_600
+"""Lines of work that another thread is woken for: 10 µs."""
 
 DELTA = SIDE * BASE // 2
 """Values that one round covers: half the way through a tile."""
@@ -55,17 +55,43 @@ PER_VISIT = 30
 PER_TABLE = 10
 """Lines that filling a table is worth."""
 
-STATE_SIZE = 3
-WAITING, ROUNDS, VISITS = range(STATE_SIZE)
-"""Of the state: how many tiles wait, rounds and visits so far."""
+STATE_SIZE = 4
+WAITING, ROUNDS, VISITS, PACE = range(STATE_SIZE)
+"""Of the state: how many tiles wait, rounds and visits so far, and lines that a visit took in the last round."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def seed_tiles(field: Numbers, cells: Ints, keys: Numbers, marks: Marks, waiting: Places, state: Ints) -> None:
-    """Put the goals, elements of the field, into a field in which nobody has been. One may be named twice."""
+def _bare_around(marks: Marks, tile: Int, reach: Int, across: Int, tiles: Int, bare: Places, count: Int) -> Int:
+    """Add to ``bare`` the tiles up to so many away whose tables are not filled; return how many it has."""
+    column = tile % across
+    for row in range(tile // across - reach, tile // across + reach + 1):
+        for beside in range(row * across + max(column - reach, 0), row * across + min(column + reach, across - 1) + 1):
+            if 0 <= beside < tiles and not marks[beside] & LAID:
+                marks[beside] |= LAID
+                bare[count] = beside
+                count += 1
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def seed_tiles(
+    source: Bytes, height: int, width: int, unknown: int, field: Numbers, tables: Numbers, costs: Bytes,
+    across: int, tiles: int, keys: Numbers, marks: Marks, waiting: Places, bare: Places, state: Ints, cells: Ints,
+) -> None:  # fmt: skip
+    """Put the goals into a field in which nobody has been.
+
+    Parameters
+    ----------
+    source, height, width, unknown, field, tables, costs, across, tiles, keys, marks, waiting, bare, state
+        As in `grow_tiles`.
+    cells : (n,) int64 array
+        Elements of the field; one may be named twice.
+    """
     for cell in cells:
         tile = cell >> CELL_SHIFT
         if not marks[tile] & TOUCHED:
+            for place in range(_bare_around(marks, tile, 1, across, tiles, bare, 0)):
+                lay_tile(source, height, width, unknown, across, np.int64(bare[place]), costs, tables)
             for inner in range(CELLS):
                 field[tile * CELLS + inner] = UNREACHED
             keys[tile] = 0
@@ -107,18 +133,16 @@ def _choose(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _to_lay(marks: Marks, chosen: Places, taken: Int, across: Int, tiles: Int, bare: Places) -> int:
-    """Write to ``bare`` the tiles of a round, and those around them, whose tables are not filled; return how many."""
-    count = 0
+def _to_lay(marks: Marks, chosen: Places, reasons: Marks, taken: Int, across: Int, tiles: Int, bare: Places) -> Int:
+    """Write to ``bare`` the tiles whose tables the round after this may need; return how many.
+
+    A visit reads the tables of the tiles around, and wakes some of those: so two tiles ahead of each that is begun.
+    """
+    count: Int = 0
     for place in range(taken):
-        tile = np.int64(chosen[place])
-        column = tile % across
-        for row in range(tile - across, tile + across + 1, across):
-            for beside in range(row - (column > 0), row + (column < across - 1) + 1):
-                if 0 <= beside < tiles and not marks[beside] & LAID:
-                    marks[beside] |= LAID
-                    bare[count] = beside
-                    count += 1
+        reason = np.int64(reasons[place])
+        if not reason & TOUCHED or (reason >> GOAL) & 1:
+            count = _bare_around(marks, np.int64(chosen[place]), 2, across, tiles, bare, count)
     return count
 
 
@@ -172,8 +196,8 @@ def grow_tiles(
         The tiles that wait, in any order.
     chosen, reasons : (BATCH,) arrays
         For the tiles of a round and who woke them.
-    bare : (9 · BATCH,) int32 array
-        For the tiles whose tables have to be filled before a round.
+    bare : (25 · BATCH,) int32 array
+        For the tiles whose tables are filled during a round.
     reports : (BATCH · REPORT,) uint32 array
         For what comes of each.
     scratch : (threads, SCRATCH) uint32 array
@@ -204,29 +228,31 @@ def grow_tiles(
         if outcome != EXHAUSTED:
             break
         taken, kept = _choose(keys, marks, waiting, state[WAITING], nearest + DELTA, chosen, reasons)
-        bared: int = _to_lay(marks, chosen, taken, across, tiles, bare)
-        if threads == 1 or bared < FEW:
-            for place in range(bared):
-                lay_tile(source, height, width, unknown, across, np.int64(bare[place]), costs, tables)
-        else:
-            for place in prange(bared):
-                lay_tile(source, height, width, unknown, across, np.int64(bare[place]), costs, tables)
-        if threads == 1 or taken < FEW:
-            for place in range(taken):
-                _visit(field, tables, costs, across, tiles, chosen, reasons, place, scratch[0], reports)
+        bared = _to_lay(marks, chosen, reasons, taken, across, tiles, bare)
+        items = bared + taken
+        if threads == 1 or taken * state[PACE] + bared * PER_TABLE < WORTH:
+            for item in range(items):
+                _do(
+                    source, height, width, unknown, field, tables, costs, across, tiles,
+                    chosen, reasons, bare, bared, item, scratch[0], reports,
+                )  # fmt: skip
         else:
             counter[0] = 0
             for thread in prange(threads):
                 while True:
-                    place = simd.next_number(counter)
-                    if place >= taken:
+                    item = simd.next_number(counter)
+                    if item >= items:
                         break
-                    _visit(field, tables, costs, across, tiles, chosen, reasons, place, scratch[thread], reports)
+                    _do(
+                        source, height, width, unknown, field, tables, costs, across, tiles,
+                        chosen, reasons, bare, bared, item, scratch[thread], reports,
+                    )  # fmt: skip
         state[ROUNDS] += 1
         state[VISITS] += taken
         waits, work, overlong = _gather(keys, marks, waiting, kept, chosen, taken, reports, across)
         state[WAITING] = waits
-        budget -= int(work) + bared * PER_TABLE
+        state[PACE] = work // taken
+        budget -= int(work + bared * PER_TABLE)
         if overlong:
             outcome = TOO_NARROW
             break
@@ -234,13 +260,18 @@ def grow_tiles(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _visit(
-    field: Numbers, tables: Numbers, costs: Bytes, across: Int, tiles: Int, chosen: Places, reasons: Marks, place: Int,
+def _do(
+    source: Bytes, height: Int, width: Int, unknown: Int, field: Numbers, tables: Numbers, costs: Bytes,
+    across: Int, tiles: Int, chosen: Places, reasons: Marks, bare: Places, bared: Int, item: Int,
     scratch: Numbers, reports: Numbers,
 ) -> None:  # fmt: skip
-    reason = np.int64(reasons[place])
-    tile, fresh = np.int64(chosen[place]), reason & TOUCHED == 0
-    visit(field, tables, costs, across, tiles, tile, reason, fresh, scratch, reports, place * REPORT)
+    """Do one thing of a round: the first items are tables to fill, the others tiles to visit."""
+    place = item - bared
+    if place < 0:
+        lay_tile(source, height, width, unknown, across, np.int64(bare[item]), costs, tables)
+        return
+    reason, tile = np.int64(reasons[place]), np.int64(chosen[place])
+    visit(field, tables, costs, across, tiles, tile, reason, reason & TOUCHED == 0, scratch, reports, place * REPORT)
 
 
 def warm() -> None:
@@ -250,8 +281,9 @@ def warm() -> None:
     field, tables = np.zeros(CELLS, np.uint32), np.zeros(2 * TABLE, np.uint32)
     keys, marks, state = np.zeros(2, np.uint32), np.zeros(2, np.uint16), np.zeros(STATE_SIZE, np.int64)
     waiting, chosen, reasons = np.zeros(1, np.int32), np.zeros(BATCH, np.int32), np.zeros(BATCH, np.uint16)
-    bare, reports, scratch = np.zeros(9, np.int32), np.zeros(REPORT, np.uint32), np.zeros((1, SCRATCH), np.uint32)
-    seed_tiles(field, np.zeros(1, np.int64), keys, marks, waiting, state)
+    bare, reports, scratch = np.zeros(25, np.int32), np.zeros(REPORT, np.uint32), np.zeros((1, SCRATCH), np.uint32)
+    cells = np.zeros(1, np.int64)
+    seed_tiles(source, 1, 1, 0, field, tables, costs, 1, 1, keys, marks, waiting, bare, state, cells)
     grow_tiles(
         source, 1, 1, 0, field, tables, costs, 1, 1, keys, marks, waiting, chosen, reasons, bare, reports,
         scratch, np.zeros(1, np.int64), state, -1, 1, 1,
