@@ -136,7 +136,8 @@ def test_each_has_its_own_timeout_and_cancel_checker(scene):
     assert same(answers[0], answers[3])
 
 
-def test_a_plan_that_was_interrupted_does_not_spoil_the_next_to_its_goal():
+def test_a_plan_that_was_interrupted_does_not_spoil_the_next_to_its_goal(monkeypatch):
+    monkeypatch.setattr("ppaas.planners.tile_field.SLICE_LINES", 1)
     map_ = grids.of(np.zeros((600, 600), np.uint8))
     start, goal = Pose2D(0.5, 0.5), Pose2D(599.5, 599.5)
     asked = itertools.count()
