@@ -20,7 +20,7 @@ UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --g
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser test joints schemathesis lint bench performance lock clean
+.PHONY: help setup demo browser kernels test joints schemathesis lint bench performance lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -38,7 +38,11 @@ browser: ## Get Debian's Chromium, with which tests look at the dashboard
 			chromium fonts-dejavu-core >/dev/null; } || \
 		echo "browser: none; install chromium, or tests of the dashboard are skipped" >&2
 
-test: $(INSTALLED) $(NODE_TESTS)/node_modules browser ## Run all tests
+kernels: $(INSTALLED) ## Compile all kernels into the cache, if they are not there
+	@echo "kernels: compiling what is not in the cache"
+	@$(BIN)/python -m engine.runtimes.rest_compiler
+
+test: $(INSTALLED) $(NODE_TESTS)/node_modules browser kernels ## Run all tests
 	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"
 	$(BIN)/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadscope --no-loadscope-reorder $(PYTEST_ARGS)
 

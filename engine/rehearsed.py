@@ -7,8 +7,14 @@ import traceback
 from ppaas.errors import PPaaSError
 
 try:
-    from engine.rehearsal import rehearse
+    from engine.rehearsal import ROBOT, rehearse
+    from engine.runtimes import kernels
+    from ppaas.controllers.registry import CONTROLLERS
+    from ppaas.planners.registry import PLANNERS
 
+    PLANNERS.load(ROBOT.base_global_planner)
+    CONTROLLERS.load(ROBOT.base_local_planner)
+    kernels.warm_loaded()  # what is not in the cache is compiled before a robot waits for it
     rehearse()
 except ImportError:  # of these the fork server would say nothing
     traceback.print_exc()

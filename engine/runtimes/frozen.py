@@ -2,9 +2,8 @@
 
 import gc
 
-from engine.runtimes import kernels, memory, preload
+from engine.runtimes import memory, preload
 
-kernels.warm_loaded()
 if preload.COMPILED.buffer:
     memory.begin_anew(preload.ENVIRONMENT)
 gc.collect()

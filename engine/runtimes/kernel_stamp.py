@@ -51,9 +51,9 @@ def all_compiled(stamp: Path) -> bool:
         return False
 
 
-def note(stamp: Path, modules: Iterable[ModuleType]) -> None:
-    """Note that the kernels of some modules are compiled; nothing is noted where they are not kept."""
-    files = sorted({file for module in modules for file in cache_files(module)})
+def note(stamp: Path, files: Iterable[str]) -> None:
+    """Note that all kernels are compiled, into these files; nothing is noted where they were not kept."""
+    files = sorted(set(files))
     if not all(map(os.path.exists, files)):
         return
     try:

@@ -1,4 +1,4 @@
-"""Finds the kernels of the domain and calls each of them once."""
+"""Finds the kernels of the domain, and calls once what of them is loaded."""
 
 import importlib
 import pkgutil
@@ -36,27 +36,11 @@ def loaded() -> list[ModuleType]:
     return [module for name, module in sorted(sys.modules.items()) if _holds_kernels(name)]
 
 
-def warm_all() -> list[ModuleType]:
-    """Call ``warm`` of every kernels module that offers it, and return these modules.
-
-    Raises
-    ------
-    ImportError
-        A module cannot be imported.
-    """
-    return _warm(modules())
-
-
-def warm_loaded() -> list[ModuleType]:
-    """Do so with the modules alone that this process has loaded."""
-    return _warm(loaded())
-
-
-def _warm(found: list[ModuleType]) -> list[ModuleType]:
-    warmable = [module for module in found if hasattr(module, "warm")]
-    for module in warmable:
-        module.warm()
-    return warmable
+def warm_loaded() -> None:
+    """Call ``warm`` of every kernels module that this process has loaded, if it offers it."""
+    for module in loaded():
+        if hasattr(module, "warm"):
+            module.warm()
 
 
 def _holds_kernels(name: str) -> bool:

@@ -9,11 +9,15 @@ that is called later is loaded from there, in milliseconds; one called earlier i
 import asyncio
 import contextlib
 import fcntl
+import importlib
 import logging
+import multiprocessing
 import os
 import sys
 from collections.abc import AsyncIterator, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
+from types import ModuleType
 
 import ppaas
 from engine.background import Background
@@ -49,17 +53,40 @@ async def _compile_beside() -> None:
 
 
 def main() -> None:
-    """Compile all kernels, unless it is known that they are."""
+    """Compile all kernels on all processors, unless it is known that they are."""
     os.nice(LOWEST_PRIORITY)
-    layer = threading_layer.choose()
-    stamp = kernel_stamp.stamp_file(Path(ppaas.__path__[0]), layer)
+    stamp = kernel_stamp.stamp_file(Path(ppaas.__path__[0]), threading_layer.choose())
     if kernel_stamp.all_compiled(stamp):
         return
     with _alone(stamp):
         if not kernel_stamp.all_compiled(stamp):  # another may just have done it
-            from engine.runtimes import kernels  # noqa: PLC0415  # numba, which comes after the choice of its layer
+            kernel_stamp.note(stamp, _compile_all())
 
-            kernel_stamp.note(stamp, kernels.warm_all())
+
+def _compile_all() -> list[str]:
+    """Return the files of the cache in which the kernels lie."""
+    spawning = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(len(os.sched_getaffinity(0)), spawning, threading_layer.choose) as pool:
+        names = pool.submit(_names).result()
+        return [file for files in pool.map(_compile, names) for file in files]
+
+
+def _names() -> list[str]:
+    """Return the modules that can be warmed, the largest first: they take longest."""
+    from engine.runtimes import kernels  # noqa: PLC0415  # numba, which comes after the choice of its layer
+
+    warmable = [module for module in kernels.modules() if hasattr(module, "warm")]
+    return [module.__name__ for module in sorted(warmable, key=_size, reverse=True)]
+
+
+def _size(module: ModuleType) -> int:
+    return Path(str(module.__file__)).stat().st_size
+
+
+def _compile(name: str) -> list[str]:
+    module = importlib.import_module(name)
+    module.warm()
+    return list(kernel_stamp.cache_files(module))
 
 
 @contextlib.contextmanager

@@ -53,7 +53,7 @@ def test_without_a_note_nothing_is_known_to_be_compiled(root: Path) -> None:
 
 def test_what_was_noted_holds_until_a_kernel_changes(root: Path, module: ModuleType) -> None:
     stamp = kernel_stamp.stamp_file(root, "tbb")
-    kernel_stamp.note(stamp, [module])
+    kernel_stamp.note(stamp, kernel_stamp.cache_files(module))
     assert kernel_stamp.all_compiled(stamp)
     assert kernel_stamp.stamp_file(root, "serial") != stamp
     (root / "room" / "other.py").write_text("changed = 1")
@@ -69,12 +69,12 @@ def test_only_kernels_that_were_called_are_named(module: ModuleType) -> None:
 
 def test_a_cache_that_was_emptied_is_noticed(root: Path, module: ModuleType) -> None:
     stamp = kernel_stamp.stamp_file(root, "tbb")
-    kernel_stamp.note(stamp, [module])
+    kernel_stamp.note(stamp, kernel_stamp.cache_files(module))
     (file,) = kernel_stamp.cache_files(module)
     Path(file).unlink()
     assert not kernel_stamp.all_compiled(stamp)
     stamp.unlink()
-    kernel_stamp.note(stamp, [module])
+    kernel_stamp.note(stamp, [file])
     assert not stamp.exists(), "what is not there is not noted"
 
 
@@ -87,4 +87,4 @@ def test_a_note_that_cannot_be_read_is_none(root: Path, rubbish: bytes) -> None:
 
 
 def test_where_no_note_can_be_written_all_goes_on(module: ModuleType) -> None:
-    kernel_stamp.note(Path(os.devnull) / "note.json", [module])
+    kernel_stamp.note(Path(os.devnull) / "note.json", kernel_stamp.cache_files(module))
