@@ -89,6 +89,9 @@ def _uvicorn_config(app: FastAPI, log_level: str, dead: float) -> uvicorn.Config
         log_level="error" if log_level == "error" else "warning",  # at "info" it tells of each query
         log_config=None,
         access_log=False,  # a token may stand in the query
+        proxy_headers=False,  # nothing asks where a client is, and each layer costs every request
+        server_header=False,
+        date_header=False,
         ws_max_size=MAX_FRAME,
         ws=DirectWebSocket,
         ws_per_message_deflate=False,

@@ -10,6 +10,7 @@ import numpy as np
 from fastapi import APIRouter
 from msgspec import Raw
 from pydantic import TypeAdapter, ValidationError
+from starlette.background import BackgroundTask
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, HTTPConnection
 from starlette.responses import Response
@@ -132,8 +133,12 @@ async def make_plan(map_id: MapId, file: PlanFile, services: Provided, user: Cal
     )
     answer = await services.cloud.compute_path(user, MapVersion(head.id, head.version), request)
     plan_id = uuid.uuid4().hex
-    await services.plan_keeper.keep(services.store, lambda: _record(plan_id, user, head, request, answer))
-    return json_response(_told(plan_id, head, answer), status=201)
+    response = json_response(_told(plan_id, head, answer), status=201)
+    # Run as soon as the answer is on its way, and before the next request is read.
+    response.background = BackgroundTask(
+        services.plan_keeper.keep, services.store, lambda: _record(plan_id, user, head, request, answer)
+    )
+    return response
 
 
 def allowed_timeout(asked: float | None, settings: Settings) -> float:
