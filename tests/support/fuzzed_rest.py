@@ -25,6 +25,7 @@ MAP, ROBOT, USER = "office", "tb1", "ann"
 PLAN = "9f1c0d6f6c1a4d0c8a52ad2d0cf0e6b1"
 KNOWN = {
     "map_id": MAP,
+    "planner": "dijkstra",
     "version": house(MAP, owner="root").version,
     "robot_id": ROBOT,
     "user_id": USER,
