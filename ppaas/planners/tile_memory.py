@@ -46,6 +46,11 @@ class TileMemory:
         self.state = np.zeros(STATE_SIZE, np.int64)
         self._map: tuple[weakref.ref[NDArray[np.uint8]], bool] | None = None
 
+    @property
+    def knows_map(self) -> bool:
+        """Whether its tables are of a map that nobody can write to."""
+        return self._map is not None
+
     def begin(self, tiles: int, threads: int, data: NDArray[np.uint8], allow_unknown: bool) -> None:
         """Make it ready for a new field.
 
@@ -90,8 +95,11 @@ def take(tiles: int) -> TileMemory:
 
 
 def give_back(memory: TileMemory) -> None:
-    """Let the next field have memory that is not used any longer."""
-    _spare[:] = [memory]
+    """Let the next field have memory that is not used any longer, if it knows a map that stays as it is.
+
+    Who plans on maps that change is a robot, once a second at most: it is to weigh little in between.
+    """
+    _spare[:] = [memory] if memory.knows_map else []
 
 
 def _aligned(count: int, dtype: type[T]) -> NDArray[T]:
