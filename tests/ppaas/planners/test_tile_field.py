@@ -1,6 +1,7 @@
 import os
 import subprocess
 import sys
+import weakref
 from pathlib import Path
 
 import numpy as np
@@ -141,6 +142,7 @@ def test_the_check_is_called_between_slices_and_ends_the_work(monkeypatch):
 
 def test_the_memory_of_a_field_that_is_gone_is_taken_over_and_nothing_is_left_in_it():
     costs = drawn("cluttered", (300, 300), 3)
+    costs.flags.writeable = False
     first, _ = fields(costs, grids.free_cells(costs, True)[:1])
     first.grow()
     used = first._memory
@@ -152,6 +154,14 @@ def test_the_memory_of_a_field_that_is_gone_is_taken_over_and_nothing_is_left_in
     tiled.grow()
     queued.grow()
     assert np.array_equal(tiled.values(), queued.values())
+
+
+def test_the_memory_of_a_field_on_a_map_that_may_change_is_given_back():
+    costs = drawn("cluttered", (300, 300), 3)
+    field, _ = fields(costs, grids.free_cells(costs, True)[:1])
+    used = weakref.ref(field._memory)
+    del field
+    assert used() is None
 
 
 def test_only_what_is_near_the_way_is_laid_out():
