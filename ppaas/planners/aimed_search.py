@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.planners.fresh_values import FreshValues
-from ppaas.planners.kernels.aiming import COUNT, EXTRA_STATE, PAUSED, POOL_EMPTY, SETTLED, aim, walk
+from ppaas.planners.kernels.aiming import COUNT, EXTRA_STATE, aim, walk
+from ppaas.planners.kernels.moves import PAUSED, POOL_EMPTY, SETTLED
 from ppaas.planners.padded_map import PaddedMap
 from ppaas.planners.prepared import Prepared
 from ppaas.planners.ring import KeyRing

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from ppaas.planners.fresh_values import FreshValues
 from ppaas.planners.jump_map import JumpMap
-from ppaas.planners.kernels.aiming import PAUSED, POOL_EMPTY, SETTLED
 from ppaas.planners.kernels.jumping import COUNT, EXTRA_STATE, LONGEST, jump, unwind
+from ppaas.planners.kernels.moves import PAUSED, POOL_EMPTY, SETTLED
 from ppaas.planners.prepared import Prepared
 from ppaas.planners.ring import KeyRing
 from ppaas.planners.watch import proceed

@@ -11,7 +11,8 @@ from ppaas.planners.ends import Cell
 from ppaas.planners.grid_field import GridField
 from ppaas.planners.kernels.descent import descend
 from ppaas.planners.kernels.layout import AT_GOAL, BLOCKED, BUCKET_SHIFT, RING, UNREACHED, UNREACHED_WIDE
-from ppaas.planners.kernels.propagation import PAUSED, POOL_EMPTY, SETTLED, TOO_NARROW, propagate, seed
+from ppaas.planners.kernels.moves import PAUSED, POOL_EMPTY, SETTLED
+from ppaas.planners.kernels.propagation import TOO_NARROW, propagate, seed
 from ppaas.planners.kernels.setup import lay
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights

@@ -10,7 +10,8 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.planners import tile_memory
 from ppaas.planners.ends import Cell
 from ppaas.planners.grid_field import GridField
-from ppaas.planners.kernels.propagation import EXHAUSTED, PAUSED, TOO_NARROW
+from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED
+from ppaas.planners.kernels.propagation import TOO_NARROW
 from ppaas.planners.kernels.threads import at_most
 from ppaas.planners.kernels.tile_layout import ALL, CELLS, SIDE, TOUCHED, UNREACHED
 from ppaas.planners.kernels.tile_rounds import grow_tiles, seed_tiles

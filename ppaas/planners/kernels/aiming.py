@@ -12,22 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.planners.kernels.bare import bare
+from ppaas.planners.kernels.moves import EXHAUSTED, NEEDS, PAUSED, POOL_EMPTY, SETTLED
 from ppaas.planners.kernels.ring import BUCKET, MARKS, RING_STATE, SHIFT, SIZE, SLOTS, empty, pop, push
 
 Ints = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
 Links = NDArray[np.int32]
 
-EXHAUSTED, SETTLED, PAUSED, POOL_EMPTY = range(4)
-"""No cell is left to work off; the value of the target is final; the slice is used up; the pool must be enlarged."""
-
 COUNT, BEST, EXTRA_STATE = RING_STATE, RING_STATE + 1, 2
 """Behind the ring's state: cells settled, −1 before the search has begun; the least value of the target so far."""
 
 UNKNOWN_YET = np.int64(1 << 62)
-
-NEEDS = (0, 0, 0, 0, 1 | 4, 2 | 4, 1 | 8, 2 | 8)
-"""For each of the 8 moves which of the first four must be open, one bit each."""
 
 DOWN = (0, 0, -1, 1, -1, -1, 1, 1)
 RIGHT = (-1, 1, 0, 0, -1, 1, -1, 1)

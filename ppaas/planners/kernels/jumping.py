@@ -20,12 +20,13 @@ follow. To the parent a path leads straight and then diagonally.
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.planners.kernels.aiming import EXHAUSTED, PAUSED, POOL_EMPTY, SETTLED, UNKNOWN_YET, divide, octile
+from ppaas.planners.kernels.aiming import UNKNOWN_YET, divide, octile
 from ppaas.planners.kernels.bare import bare, inlined
 from ppaas.planners.kernels.bits import first_from, is_set, last_until, three_at
 from ppaas.planners.kernels.jump_planes import AHEAD, BACK, MIXED, SQUARE
 from ppaas.planners.kernels.jump_turns import ANY, DOWN, RIGHT, turns
 from ppaas.planners.kernels.jump_turns import MIXED as IN_MIXED
+from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED, POOL_EMPTY, SETTLED
 from ppaas.planners.kernels.ring import BUCKET, MARKS, RING_STATE, SHIFT, SIZE, SLOTS, empty, pop, push
 from ppaas.planners.units import CARDINAL, DIAGONAL
 

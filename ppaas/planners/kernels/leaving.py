@@ -11,6 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.planners.kernels.moves import NEEDS
+
 Int = int | np.signedinteger[Any]
 Ints = NDArray[np.int64]
 
@@ -23,9 +25,6 @@ and both of these want another call."""
 STATE_SIZE = 2
 WAITING, TARGET = range(STATE_SIZE)
 """Of the search's state: cells in the list; targets that are done."""
-
-NEEDS = (0, 0, 0, 0, 1 | 4, 2 | 4, 1 | 8, 2 | 8)
-"""For each of the 8 moves which of the first four must be open, one bit each."""
 
 SQRT2 = 1.4142135623730951
 

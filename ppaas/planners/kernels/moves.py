@@ -16,6 +16,8 @@ SETTLED = 1
 """The value of the target is final."""
 PAUSED = 2
 """The slice is used up: call again."""
+POOL_EMPTY = 3
+"""There is no room for more: enlarge the pool and call again."""
 
 NEEDS = (0, 0, 0, 0, 1 | 4, 2 | 4, 1 | 8, 2 | 8)
 """For each move which of the first four must be open, one bit each: left, right, down, up, then the diagonals."""

@@ -22,6 +22,7 @@ from ppaas.planners.kernels.layout import (
     UNREACHED,
     UNREACHED_WIDE,
 )
+from ppaas.planners.kernels.moves import EXHAUSTED, NEEDS, PAUSED, POOL_EMPTY, SETTLED
 
 Int = int | np.signedinteger[Any]
 Ints = NDArray[np.int64]
@@ -29,19 +30,8 @@ Pool = NDArray[np.uint32]
 Links = NDArray[np.int32]
 Field = NDArray[np.uint32] | NDArray[np.int64]
 
-EXHAUSTED = 0
-"""No cell is left to work off."""
-SETTLED = 1
-"""The value of the target is final."""
-PAUSED = 2
-"""The slice is used up: call again."""
-POOL_EMPTY = 3
-"""More chunks are needed: enlarge the pool and call again."""
 TOO_NARROW = 4
 """The next values may not fit the field's type: widen it and call again."""
-
-NEEDS = (0, 0, 0, 0, 1 | 4, 2 | 4, 1 | 8, 2 | 8)
-"""For each of the 8 moves which of the first four must be open, one bit each."""
 
 STATE_SIZE = 5
 BUCKET, FREE, SPARE, COUNT, EMPTY = range(STATE_SIZE)

@@ -13,7 +13,8 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from ppaas.planners.kernels import simd
-from ppaas.planners.kernels.propagation import EXHAUSTED, PAUSED, SETTLED, TOO_NARROW
+from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED, SETTLED
+from ppaas.planners.kernels.propagation import TOO_NARROW
 from ppaas.planners.kernels.tile_layout import (
     BASE,
     CELL_SHIFT,

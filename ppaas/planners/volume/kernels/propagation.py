@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED, POOL_EMPTY, SETTLED
 from ppaas.planners.volume.kernels.layout import (
     BLOCKED,
     BUCKET_SHIFT,
@@ -29,14 +30,6 @@ Ints = NDArray[np.int64]
 Links = NDArray[np.int32]
 Pool = NDArray[np.uint32]
 
-EXHAUSTED = 0
-"""No voxel is left to work off."""
-SETTLED = 1
-"""The value of the target is final."""
-PAUSED = 2
-"""The slice is used up: call again."""
-POOL_EMPTY = 3
-"""More chunks are needed: enlarge the pool and call again."""
 TOO_LONG = 4
 """The next values may not fit the field."""
 
