@@ -5,9 +5,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.costmap.costmap import LETHAL_OBSTACLE, Costmap
+from ppaas.costmap.costmap import Costmap
 from ppaas.planners.ends import Cell
 from ppaas.planners.kernels.leaving import BLOCKED, FULL, PAUSED, STATE_SIZE, WAITING, leave
+from ppaas.planners.padding import padded
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import exact_weights, passable
 
@@ -46,15 +47,13 @@ class StartField:
         free = passable(allow_unknown)
         self._weights = np.where(free, exact_weights(), np.inf)
         fresh = np.where(free, np.inf, BLOCKED)
-        costs = np.full((height + 2, self._stride), LETHAL_OBSTACLE, np.uint8)
         values = np.full((height + 2, self._stride), BLOCKED)
         rows = max(1, SLICE_LAID // width)
         for first in range(0, height, rows):
             check()
             last = min(first + rows, height)
-            costs[first + 1 : last + 1, 1:-1] = costmap.data[first:last]
             values[first + 1 : last + 1, 1:-1] = fresh[costmap.data[first:last]]
-        self._costs, self._values = costs.ravel(), values.ravel()
+        self._costs, self._values = padded(costmap.data, check).ravel(), values.ravel()
         self._waiting, self._state = np.empty(FIRST_ROOM, np.uint32), np.zeros(STATE_SIZE, np.int64)
         at = (start[0] + 1) * self._stride + start[1] + 1
         self._values[at] = 0.0
