@@ -15,3 +15,7 @@ bare = _njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 
 inlined = _njit(nogil=True, error_model="numpy", _nrt=False, inline="always")
 """Decorator of a part of kernels, written into each of them: a call hands over each array as seven numbers."""
+
+joined = _njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
+"""Decorator of a small kernel that LLVM writes into its callers: one that calls many is compiled several times as fast
+as with ``inlined``, and runs no slower."""

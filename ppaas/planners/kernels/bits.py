@@ -3,7 +3,8 @@
 Places are unsigned: an index that cannot count from the end needs no look whether it does.
 """
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, cast
 
 import numpy as np
 from llvmlite import ir
@@ -15,25 +16,26 @@ from ppaas.planners.kernels.bare import bare
 
 Words = NDArray[np.uint64]
 
-_intrinsic: Any = intrinsic  # whose annotations tell what it is given as what it makes
+# Its annotations tell what it is given as what it makes.
+_intrinsic = cast("Callable[[Callable[[Any, Any], Any]], Callable[[Any], int]]", intrinsic)
 
 
 @_intrinsic
 def trailing_zeros(_typing: Any, _word: Any) -> Any:
-    """Return at which bit the lowest one of a word is, which must have one."""
+    """Return at which bit the lowest one of a word is; 64 without any."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
+        return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 0))
 
     return types.int64(types.uint64), generate
 
 
 @_intrinsic
 def leading_zeros(_typing: Any, _word: Any) -> Any:
-    """Return how many zeros are before the highest one of a word, which must have one."""
+    """Return how many zeros are before the highest one of a word; 64 without any."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.ctlz(arguments[0], ir.Constant(ir.IntType(1), 1))
+        return builder.ctlz(arguments[0], ir.Constant(ir.IntType(1), 0))
 
     return types.int64(types.uint64), generate
 

@@ -8,28 +8,14 @@ from collections.abc import Callable
 from typing import Any, cast
 
 import numpy as np
-from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from ppaas.planners.hub_labels.kernels.joined import joined
+from ppaas.planners.kernels.bare import joined
+from ppaas.planners.kernels.bits import leading_zeros, trailing_zeros
 
 Words = NDArray[np.int64]
-
-
-def _lowest(_typing: Any, _word: Any) -> Any:
-    def emit(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 0))
-
-    return types.int64(types.uint64), emit
-
-
-def _above_highest(_typing: Any, _word: Any) -> Any:
-    def emit(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.ctlz(arguments[0], ir.Constant(ir.IntType(1), 0))
-
-    return types.int64(types.uint64), emit
 
 
 def _count(_typing: Any, _word: Any) -> Any:
@@ -38,12 +24,6 @@ def _count(_typing: Any, _word: Any) -> Any:
 
     return types.int64(types.uint64), emit
 
-
-lowest = cast("Callable[[Any], int]", intrinsic(_lowest))
-"""The number of the lowest bit that is set in a uint64; 64 without any."""
-
-above_highest = cast("Callable[[Any], int]", intrinsic(_above_highest))
-"""How many bits lie above the highest that is set in a uint64; 64 without any."""
 
 count = cast("Callable[[Any], int]", intrinsic(_count))
 """How many bits are set in a uint64."""
@@ -61,13 +41,13 @@ def up(words: Words, line: int, stride: int, bit: int, most: int) -> int:
     word = line + (bit >> 6) * stride
     rest = np.uint64(words[np.uint64(word)]) >> np.uint64(bit & 63)
     if rest != 0:
-        return min(lowest(rest), most)
+        return min(trailing_zeros(rest), most)
     passed = 64 - (bit & 63)
     while passed < most:
         word += stride
         rest = np.uint64(words[np.uint64(word)])
         if rest != 0:
-            return min(passed + lowest(rest), most)
+            return min(passed + trailing_zeros(rest), most)
         passed += 64
     return most
 
@@ -78,12 +58,12 @@ def down(words: Words, line: int, stride: int, bit: int, most: int) -> int:
     word = line + (bit >> 6) * stride
     rest = np.uint64(words[np.uint64(word)]) << np.uint64(63 - (bit & 63))
     if rest != 0:
-        return min(above_highest(rest), most)
+        return min(leading_zeros(rest), most)
     passed = (bit & 63) + 1
     while passed < most:
         word -= stride
         rest = np.uint64(words[np.uint64(word)])
         if rest != 0:
-            return min(passed + above_highest(rest), most)
+            return min(passed + leading_zeros(rest), most)
         passed += 64
     return most

@@ -13,10 +13,9 @@ import numpy as np
 
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
-from ppaas.planners.hub_labels.kernels.joined import joined
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import FAR
-from ppaas.planners.kernels.bare import bare
+from ppaas.planners.kernels.bare import bare, joined
 
 FIRST_ROOM = 8
 

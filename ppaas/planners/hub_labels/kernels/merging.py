@@ -10,11 +10,12 @@ Each slot has a window of the pool of labels of its own: ``windows`` tells where
 import numpy as np
 from numba import njit, prange
 
-from ppaas.planners.hub_labels.kernels.bits import Words, lowest
+from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.core_labels import least
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import FAR, Heaps, Rows
 from ppaas.planners.kernels.bare import bare
+from ppaas.planners.kernels.bits import trailing_zeros
 from ppaas.planners.kernels.threads import at_most
 
 
@@ -48,7 +49,7 @@ def _keep(
     begins[node] = at
     for word in range(len(marks)):
         while marks[word]:
-            hub = (word << 6) + lowest(np.uint64(marks[word]))
+            hub = (word << 6) + trailing_zeros(np.uint64(marks[word]))
             marks[word] &= marks[word] - 1
             work += 4 + ((ends[hub] - begins[hub]) >> 3)
             if least(reach, hubs, lengths, begins[hub], ends[hub] - 1) > reach[hub]:

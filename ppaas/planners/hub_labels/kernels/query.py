@@ -16,7 +16,6 @@ from numba import njit
 
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.core_labels import least
-from ppaas.planners.hub_labels.kernels.joined import joined
 from ppaas.planners.hub_labels.kernels.layout import (
     COLUMN,
     CORNER_SIZE,
@@ -55,7 +54,7 @@ from ppaas.planners.hub_labels.kernels.terrain import (
 from ppaas.planners.hub_labels.kernels.trees import FAR
 from ppaas.planners.hub_labels.kernels.writing import Cells, new_cells, write_cells, write_first
 from ppaas.planners.kernels import simd
-from ppaas.planners.kernels.bare import bare, inlined
+from ppaas.planners.kernels.bare import bare, inlined, joined
 
 lanes: Any = simd  # numba's annotations take what makes an operation for the operation
 

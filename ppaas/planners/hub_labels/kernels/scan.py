@@ -10,8 +10,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from ppaas.planners.hub_labels.kernels.bits import Words, above_highest, down, is_set, lowest, up
-from ppaas.planners.hub_labels.kernels.joined import joined
+from ppaas.planners.hub_labels.kernels.bits import Words, down, is_set, up
 from ppaas.planners.hub_labels.kernels.terrain import (
     COLUMNS,
     ROWS,
@@ -21,7 +20,8 @@ from ppaas.planners.hub_labels.kernels.terrain import (
     number_of,
     row_line,
 )
-from ppaas.planners.kernels.bare import bare
+from ppaas.planners.kernels.bare import bare, joined
+from ppaas.planners.kernels.bits import leading_zeros, trailing_zeros
 from ppaas.planners.kernels.threads import at_most
 
 Integers = NDArray[np.int32]
@@ -50,9 +50,11 @@ def _ray(words: Words, line: int, stride: int, at: int, way: int, most: int) -> 
         here = np.uint64(line + ((bit >> 6) * stride))  # what cannot count from the end needs no look whether it does
         beside = np.uint64(line + ((bit >> 6) + way) * stride)
         if way > 0:
-            free = passed + lowest((np.uint64(words[here]) >> shift) | ((np.uint64(words[beside]) << one) << rest))
+            free = passed + trailing_zeros(
+                (np.uint64(words[here]) >> shift) | ((np.uint64(words[beside]) << one) << rest)
+            )
         else:
-            free = passed + above_highest(
+            free = passed + leading_zeros(
                 (np.uint64(words[here]) << rest) | ((np.uint64(words[beside]) >> one) >> shift)
             )
         passed += 64

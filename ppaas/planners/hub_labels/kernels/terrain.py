@@ -17,8 +17,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.kernels.bits import Words, count, is_set
-from ppaas.planners.hub_labels.kernels.joined import joined
-from ppaas.planners.kernels.bare import bare
+from ppaas.planners.kernels.bare import bare, joined
 from ppaas.planners.kernels.threads import at_most
 
 Cells = NDArray[np.uint8]

@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.joined import joined
+from ppaas.planners.kernels.bare import joined
 
 Cells = NDArray[np.int32]
 
