@@ -20,10 +20,10 @@ UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --g
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser kernels test joints schemathesis lint bench performance lock clean
+.PHONY: help setup demo browser kernels test test-servers joints schemathesis lint bench performance lock clean
 
 help: ## List the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 setup: $(INSTALLED) ## Make .venv with everything that is locked, and this project in it
 
@@ -45,6 +45,11 @@ kernels: $(INSTALLED) ## Compile all kernels into the cache, if they are not the
 test: $(INSTALLED) $(NODE_TESTS)/node_modules browser kernels ## Run all tests
 	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"
 	$(BIN)/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadscope --no-loadscope-reorder $(PYTEST_ARGS)
+
+test-servers: $(INSTALLED) ## Run the tests over a real Cassandra and a real HDFS, killed in the middle (wants Java 17 and Maven)
+	@echo "test-servers: starts the servers on this machine; the first time Maven fetches their jars into build/"
+	@$(BIN)/python -m tests.servers.jars
+	$(BIN)/python -m pytest -m servers $(PYTEST_ARGS)
 
 schemathesis: $(INSTALLED) ## Send the REST service some ten thousand requests, good and bad, made from its description
 	@echo "schemathesis: 150 examples an operation; prints how each was answered"

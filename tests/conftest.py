@@ -10,6 +10,8 @@ import pytest
 
 from tests.support.shares import place_in_line
 
+pytest_plugins = ["tests.servers.fixtures"]
+
 ROOT = Path(__file__).resolve().parent.parent
 
 

@@ -1,0 +1,106 @@
+"""A real Cassandra of one node on 127.0.0.1, with passwords, small and quick to start."""
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+from cassandra.auth import PlainTextAuthProvider
+from cassandra.cluster import Cluster
+
+from tests.servers.jars import jars_of, java
+from tests.servers.java_server import JavaServer, free_ports
+
+HERE = Path(__file__).parent / "cassandra"
+PASSWORD = "cassandra"  # of the user of the same name, whom a new server makes
+
+JVM = [
+    *("-Xms64m", "-Xmx768m", "-Xss512k", "-XX:MaxDirectMemorySize=256m", "-XX:+UseSerialGC"),
+    *("-XX:TieredStopAtLevel=1", "-XX:-UsePerfData", "-XX:+ExitOnOutOfMemoryError", "-Djava.net.preferIPv4Stack=true"),
+    *(f"--add-opens={name}=ALL-UNNAMED" for name in ("java.base/sun.nio.ch", "java.base/jdk.internal.ref")),
+    "--add-opens=java.base/java.io=ALL-UNNAMED",
+]
+SETTINGS = {
+    "cassandra-foreground": "yes",
+    "cassandra.skip_wait_for_gossip_to_settle": "0",
+    "cassandra.ring_delay_ms": "1000",
+    "cassandra.shutdown_announce_in_ms": "0",
+    "cassandra.superuser_setup_delay_ms": "0",
+    "cassandra.auth_bcrypt_gensalt_log2_rounds": "4",
+}
+
+
+class CassandraServer(JavaServer):
+    """Cassandra with its data in a folder.
+
+    What it acknowledged is on the disk (``commitlog_sync: batch``): with Cassandra's own default the last ten seconds
+    may be lost with the process.
+
+    Parameters
+    ----------
+    folder : Path
+        For its data and its log.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.port, storage_port = free_ports(2)
+        folder.mkdir(parents=True, exist_ok=True)
+        config = folder / "cassandra.yaml"
+        config.write_text(yaml.safe_dump(configuration(self.port, storage_port)))
+        places = {
+            "logback.configurationFile": f"file:{HERE / 'logback.xml'}",
+            "cassandra.config": f"file:{config}",
+            "cassandra.storagedir": str(folder),
+            "cassandra.logdir": str(folder),
+            "java.io.tmpdir": str(folder),
+            "jna.tmpdir": str(folder),
+        }
+        properties = [f"-D{name}={value}" for name, value in (SETTINGS | places).items()]
+        jars = f"{jars_of(HERE / 'pom.xml')}/*"
+        command = [java(), *JVM, *properties, "-cp", jars, "org.apache.cassandra.service.CassandraDaemon"]
+        super().__init__(command, folder, "cassandra", self._answers)
+
+    def url(self, keyspace: str, query: str = "") -> str:
+        """Return the URL of a store in it."""
+        return f"cassandra://cassandra:{PASSWORD}@127.0.0.1:{self.port}/{keyspace}{query}"
+
+    def _answers(self) -> bool:
+        login = PlainTextAuthProvider("cassandra", PASSWORD)
+        with Cluster(["127.0.0.1"], port=self.port, auth_provider=login, connect_timeout=2) as cluster:
+            return cluster.connect().execute("SELECT release_version FROM system.local").one() is not None
+
+
+def configuration(port: int, storage_port: int) -> dict[str, Any]:
+    """Return the settings of the server."""
+    seeds = {"class_name": "org.apache.cassandra.locator.SimpleSeedProvider"}
+    return {
+        "cluster_name": "ppaas-test",
+        "num_tokens": 1,
+        "initial_token": str(-(2**63)),
+        "partitioner": "org.apache.cassandra.dht.Murmur3Partitioner",
+        "endpoint_snitch": "SimpleSnitch",
+        "listen_address": "127.0.0.1",
+        "rpc_address": "127.0.0.1",
+        "storage_port": storage_port,
+        "start_native_transport": True,
+        "native_transport_port": port,
+        "seed_provider": [seeds | {"parameters": [{"seeds": f"127.0.0.1:{storage_port}"}]}],
+        "authenticator": "PasswordAuthenticator",
+        "authorizer": "CassandraAuthorizer",
+        "role_manager": "CassandraRoleManager",
+        **{f"{what}_validity": "0ms" for what in ("roles", "permissions", "credentials")},
+        "commitlog_sync": "batch",
+        "commitlog_segment_size": "8MiB",
+        "commitlog_total_space": "128MiB",
+        "auto_snapshot": False,
+        "concurrent_reads": 8,
+        "concurrent_writes": 8,
+        "concurrent_counter_writes": 4,
+        "concurrent_compactors": 1,
+        "memtable_heap_space": "64MiB",
+        "memtable_offheap_space": "64MiB",
+        "file_cache_size": "32MiB",
+        "key_cache_size": "4MiB",
+        "counter_cache_size": "2MiB",
+        "networking_cache_size": "32MiB",
+        "native_transport_max_threads": 32,
+    }
