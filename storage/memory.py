@@ -23,6 +23,7 @@ class MemoryStore:
         self._users: dict[str, User] = {}
         self._tokens: dict[str, Token] = {}
         self._robots: dict[tuple[str, str], bytes] = {}
+        self._urdfs: dict[tuple[str, str], bytes] = {}
         self._plans: dict[str, PlanRecord] = {}
         self._clones: dict[tuple[str, str], bytes] = {}
 
@@ -64,13 +65,14 @@ class MemoryStore:
             self._users[user.id] = user
 
     def remove_user(self, user_id: str) -> None:
-        """Forget a user with all tokens, robots and checkpoints; ``NotFound`` if there is none."""
+        """Forget a user with all tokens, robots, their URDFs and checkpoints; ``NotFound`` if there is none."""
         check_name("user", user_id)
         with self._lock:
             if self._users.pop(user_id, None) is None:
                 raise NotFound("user", user_id)
             self._tokens = {key: token for key, token in self._tokens.items() if token.user != user_id}
             self._robots = {key: robot for key, robot in self._robots.items() if key[0] != user_id}
+            self._urdfs = {key: urdf for key, urdf in self._urdfs.items() if key[0] != user_id}
             self._clones = {key: clone for key, clone in self._clones.items() if key[0] != user_id}
 
     def add_token(self, token: Token) -> None:
@@ -144,12 +146,38 @@ class MemoryStore:
             return [decode(self._robots[key], RobotRecord) for key in keys]
 
     def remove_robot(self, user: str, robot_id: str) -> None:
-        """Forget a robot and its clone's checkpoint; ``NotFound`` if there is none."""
+        """Forget a robot, its URDF and its clone's checkpoint; ``NotFound`` if there is none."""
         key = _robot_key(user, robot_id)
         with self._lock:
             if self._robots.pop(key, None) is None:
                 raise NotFound("robot", robot_id)
+            self._urdfs.pop(key, None)
             self._clones.pop(key, None)
+
+    def put_urdf(self, user: str, robot_id: str, urdf: bytes) -> bool:
+        """Keep the URDF of a robot in place of the one before; ``NotFound`` if there is no such robot."""
+        key = _robot_key(user, robot_id)
+        with self._lock:
+            if key not in self._robots:
+                raise NotFound("robot", robot_id)
+            is_new = key not in self._urdfs
+            self._urdfs[key] = bytes(urdf)
+        return is_new
+
+    def urdf(self, user: str, robot_id: str) -> bytes:
+        """Return the URDF of a robot; ``NotFound`` if there is none."""
+        key = _robot_key(user, robot_id)
+        with self._lock:
+            if key not in self._urdfs:
+                raise NotFound("URDF of robot", robot_id)
+            return self._urdfs[key]
+
+    def remove_urdf(self, user: str, robot_id: str) -> None:
+        """Forget the URDF of a robot; ``NotFound`` if there is none."""
+        key = _robot_key(user, robot_id)
+        with self._lock:
+            if self._urdfs.pop(key, None) is None:
+                raise NotFound("URDF of robot", robot_id)
 
     # -- plans ---------------------------------------------------------------------------------------------------------
 

@@ -37,7 +37,7 @@ class UserStore(Protocol):
         ...
 
     def remove_user(self, user_id: str) -> None:
-        """Forget a user with all tokens, robots and checkpoints; ``NotFound`` if there is none.
+        """Forget a user with all tokens, robots, their URDFs and checkpoints; ``NotFound`` if there is none.
 
         All at once, so that nobody who is given the id later comes into what was another's.
         """
@@ -133,7 +133,25 @@ class RobotStore(Protocol):
         ...
 
     def remove_robot(self, user: str, robot_id: str) -> None:
-        """Forget a robot and its clone's checkpoint; ``NotFound`` if there is none."""
+        """Forget a robot, its URDF and its clone's checkpoint; ``NotFound`` if there is none."""
+        ...
+
+    def put_urdf(self, user: str, robot_id: str, urdf: bytes) -> bool:
+        """Keep the URDF of a robot in place of the one before; tell whether it is new.
+
+        Raises
+        ------
+        NotFound
+            There is no such robot.
+        """
+        ...
+
+    def urdf(self, user: str, robot_id: str) -> bytes:
+        """Return the URDF of a robot, byte for byte; ``NotFound`` if there is none."""
+        ...
+
+    def remove_urdf(self, user: str, robot_id: str) -> None:
+        """Forget the URDF of a robot; ``NotFound`` if there is none."""
         ...
 
 

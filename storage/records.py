@@ -56,7 +56,8 @@ class MapVersionRecord(msgspec.Struct, frozen=True, order=True):
 class RobotRecord(msgspec.Struct, frozen=True):
     """A robot: the JSON file that its maker writes.
 
-    ``initial_pose`` is x [m], y [m], yaw [rad] in the map; ``cores`` the decimal size of its container.
+    ``initial_pose`` is x [m], y [m], yaw [rad] in the map; ``cores`` the decimal size of its container; ``properties``
+    is any JSON object, which we keep and do not read. Its URDF is kept beside it.
     """
 
     id: str
@@ -68,6 +69,8 @@ class RobotRecord(msgspec.Struct, frozen=True):
     base_global_planner: str = "dijkstra"
     base_local_planner: str = "dwa"
     parameters: dict[str, Any] = {}
+    description: str = ""
+    properties: dict[str, Any] = {}
 
 
 class PlanRecord(msgspec.Struct, frozen=True):

@@ -69,13 +69,13 @@ class SqliteStore:
                 connection.execute(others, (user.id, keep_token))
 
     def remove_user(self, user_id: str) -> None:
-        """Forget a user with all tokens, robots and checkpoints; ``NotFound`` if there is none."""
+        """Forget a user with all tokens, robots, their URDFs and checkpoints; ``NotFound`` if there is none."""
         check_name("user", user_id)
         with self._connections.writing() as connection:
             if not connection.execute("DELETE FROM users WHERE id = ?", (user_id,)).rowcount:
                 raise NotFound("user", user_id)
-            connection.execute("DELETE FROM robots WHERE user = ?", (user_id,))
-            connection.execute("DELETE FROM clones WHERE user = ?", (user_id,))
+            for table in ("robots", "urdfs", "clones"):
+                connection.execute(f"DELETE FROM {table} WHERE user = ?", (user_id,))
 
     def add_token(self, token: Token) -> None:
         """Keep a token of a user; ``NotFound`` if the user is no more."""
@@ -135,12 +135,37 @@ class SqliteStore:
         return self._all(RobotRecord, query, user, after, _most(limit))
 
     def remove_robot(self, user: str, robot_id: str) -> None:
-        """Forget a robot and its clone's checkpoint; ``NotFound`` if there is none."""
+        """Forget a robot, its URDF and its clone's checkpoint; ``NotFound`` if there is none."""
         key = _robot_key(user, robot_id)
         with self._connections.writing() as connection:
             if not connection.execute("DELETE FROM robots WHERE user = ? AND id = ?", key).rowcount:
                 raise NotFound("robot", robot_id)
+            connection.execute("DELETE FROM urdfs WHERE user = ? AND robot = ?", key)
             connection.execute("DELETE FROM clones WHERE user = ? AND robot = ?", key)
+
+    def put_urdf(self, user: str, robot_id: str, urdf: bytes) -> bool:
+        """Keep the URDF of a robot in place of the one before; ``NotFound`` if there is no such robot."""
+        key = _robot_key(user, robot_id)
+        with self._connections.writing() as connection:
+            is_new = connection.execute("SELECT 1 FROM urdfs WHERE user = ? AND robot = ?", key).fetchone() is None
+            insert = "INSERT OR REPLACE INTO urdfs SELECT user, id, ? FROM robots WHERE user = ? AND id = ?"
+            if not connection.execute(insert, (urdf, *key)).rowcount:
+                raise NotFound("robot", robot_id)
+        return is_new
+
+    def urdf(self, user: str, robot_id: str) -> bytes:
+        """Return the URDF of a robot; ``NotFound`` if there is none."""
+        key = _robot_key(user, robot_id)
+        with self._connections.reading() as connection:
+            row = connection.execute("SELECT urdf FROM urdfs WHERE user = ? AND robot = ?", key).fetchone()
+        if row is None:
+            raise NotFound("URDF of robot", robot_id)
+        return bytes(row[0])
+
+    def remove_urdf(self, user: str, robot_id: str) -> None:
+        """Forget the URDF of a robot; ``NotFound`` if there is none."""
+        if not self._write("DELETE FROM urdfs WHERE user = ? AND robot = ?", *_robot_key(user, robot_id)):
+            raise NotFound("URDF of robot", robot_id)
 
     # -- plans ---------------------------------------------------------------------------------------------------------
 

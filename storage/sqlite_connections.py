@@ -36,6 +36,10 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
         "DROP INDEX plans_by_map",
         "CREATE INDEX plans_by_map ON plans (map, created DESC, id DESC)",
     ),
+    (
+        """CREATE TABLE urdfs (user TEXT NOT NULL, robot TEXT NOT NULL, urdf BLOB NOT NULL,
+           PRIMARY KEY (user, robot)) STRICT""",
+    ),
 )
 """The schema, a version an entry: entry *n* brings a file from version *n* to *n* + 1, and is never changed again."""
 

@@ -156,6 +156,39 @@ def test_two_users_may_have_robots_of_the_same_id(store: Store) -> None:
     assert store.robot("bob", "tb1").user == "bob"
 
 
+def test_a_urdf_is_given_back_byte_for_byte_as_it_was_put_last(store: Store) -> None:
+    store.put_robot(robot("tb1"))
+    assert store.put_urdf("ann", "tb1", b"<robot/>")
+    last = bytes(range(256)) * 4096
+    assert not store.put_urdf("ann", "tb1", last)
+    assert store.urdf("ann", "tb1") == last
+    store.put_robot(robot("tb1", cores=0.25))
+    assert store.urdf("ann", "tb1") == last
+    store.remove_urdf("ann", "tb1")
+    for gone in (lambda: store.urdf("ann", "tb1"), lambda: store.remove_urdf("ann", "tb1")):
+        with pytest.raises(NotFound, match="URDF of robot 'tb1'"):
+            gone()
+    assert store.robot("ann", "tb1") == robot("tb1", cores=0.25)
+
+
+def test_a_urdf_is_that_of_a_robot_and_goes_with_it_or_its_user(store: Store) -> None:
+    with pytest.raises(NotFound, match="robot 'tb1'"):
+        store.put_urdf("ann", "tb1", b"<robot/>")
+    for name in ("ann", "bob"):
+        store.add_user(user(name))
+        for robot_id in ("tb1", "tb2"):
+            store.put_robot(robot(robot_id, user=name))
+            store.put_urdf(name, robot_id, f"<robot name='{name}'/>".encode())
+    store.remove_robot("ann", "tb1")
+    store.put_robot(robot("tb1"))
+    store.remove_user("bob")
+    store.put_robot(robot("tb1", user="bob"))
+    for name in ("ann", "bob"):
+        with pytest.raises(NotFound):
+            store.urdf(name, "tb1")
+    assert store.urdf("ann", "tb2") == b"<robot name='ann'/>"
+
+
 def test_a_removed_robot_takes_its_checkpoint_along(store: Store) -> None:
     store.put_robot(robot("tb1"))
     store.save_clone(clone("tb1"))
@@ -220,6 +253,9 @@ CALLS_BY_NAME: list[Callable[[Store, str], object]] = [
     lambda store, name: store.robot("ann", name),
     lambda store, name: store.robot(name, "tb1"),
     lambda store, name: store.remove_robot("ann", name),
+    lambda store, name: store.urdf("ann", name),
+    lambda store, name: store.put_urdf(name, "tb1", b""),
+    lambda store, name: store.remove_urdf("ann", name),
     lambda store, name: store.plan(name),
     lambda store, name: store.remove_plan(name),
     lambda store, name: store.remove_token(name),

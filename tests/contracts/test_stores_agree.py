@@ -73,6 +73,13 @@ class StoresAgree(RuleBasedStateMachine):
     def remove_robot(self, name: str, owner: str) -> None:
         self.same(lambda store: store.remove_robot(owner, name))
 
+    @rule(name=names, owner=names, urdf=st.none() | st.binary(max_size=8))
+    def change_urdf(self, name: str, owner: str, urdf: bytes | None) -> None:
+        if urdf is None:
+            self.same(lambda store: store.remove_urdf(owner, name))
+        else:
+            self.same(lambda store: store.put_urdf(owner, name, urdf))
+
     @rule(name=names, map_id=names, created=numbers)
     def add_plan(self, name: str, map_id: str, created: float) -> None:
         self.same(lambda store: store.add_plan(plan(name, map=map_id, created=created)))
@@ -113,6 +120,7 @@ class StoresAgree(RuleBasedStateMachine):
         self.same(lambda store: store.users(after=name, limit=limit))
         self.same(lambda store: store.tokens(name, after=digest, limit=limit))
         self.same(lambda store: store.robot(owner, name))
+        self.same(lambda store: store.urdf(owner, name))
         self.same(lambda store: store.plan(name))
         self.same(lambda store: store.plans(name, before=before, limit=limit))
         self.same(lambda store: store.clone(owner, name))
