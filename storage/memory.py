@@ -7,24 +7,25 @@ import msgspec
 
 from ppaas.errors import Conflict, NotFound
 from storage.encoding import decode, encode
+from storage.memory_plans import MemoryPlans
 from storage.names import check_name
-from storage.records import CloneCheckpoint, MapRecord, MapVersionRecord, PlanRecord, RobotRecord, Token, User
-from storage.versions import changed_head, check_map, check_owner, no_such_version, without_files, without_poses
+from storage.records import CloneCheckpoint, MapRecord, MapVersionRecord, RobotRecord, Token, User
+from storage.versions import changed_head, check_map, check_owner, no_such_version, without_files
 
 
-class MemoryStore:
+class MemoryStore(MemoryPlans):
     """A ``Store`` of dictionaries.
 
     Robots and clones are kept as bytes: they hold dictionaries, which their giver may go on to change.
     """
 
     def __init__(self) -> None:
+        MemoryPlans.__init__(self)
         self._lock = threading.Lock()
         self._users: dict[str, User] = {}
         self._tokens: dict[str, Token] = {}
         self._robots: dict[tuple[str, str], bytes] = {}
         self._urdfs: dict[tuple[str, str], bytes] = {}
-        self._plans: dict[str, PlanRecord] = {}
         self._clones: dict[tuple[str, str], bytes] = {}
 
     def close(self) -> None:
@@ -178,41 +179,6 @@ class MemoryStore:
         with self._lock:
             if self._urdfs.pop(key, None) is None:
                 raise NotFound("URDF of robot", robot_id)
-
-    # -- plans ---------------------------------------------------------------------------------------------------------
-
-    def add_plan(self, record: PlanRecord) -> None:
-        """Keep a plan; keeping the same id twice changes nothing."""
-        check_name("plan", record.id)
-        check_name("map", record.map)
-        with self._lock:
-            self._plans.setdefault(record.id, record)
-
-    def plan(self, plan_id: str) -> PlanRecord:
-        """Return a plan; ``NotFound`` if there is none."""
-        check_name("plan", plan_id)
-        with self._lock:
-            if plan_id not in self._plans:
-                raise NotFound("plan", plan_id)
-            return self._plans[plan_id]
-
-    def plans(
-        self, map_id: str, *, before: tuple[float, str] | None = None, limit: int | None = None
-    ) -> list[PlanRecord]:
-        """Return the heads of the plans of a map, newest first."""
-        check_name("map", map_id)
-        with self._lock:
-            found = [plan for plan in self._plans.values() if plan.map == map_id]
-        older = [plan for plan in found if before is None or (plan.created, plan.id) < before]
-        newest = sorted(older, key=lambda plan: (plan.created, plan.id), reverse=True)[:limit]
-        return [without_poses(plan) for plan in newest]
-
-    def remove_plan(self, plan_id: str) -> None:
-        """Forget a plan; ``NotFound`` if there is none."""
-        check_name("plan", plan_id)
-        with self._lock:
-            if self._plans.pop(plan_id, None) is None:
-                raise NotFound("plan", plan_id)
 
     # -- clones --------------------------------------------------------------------------------------------------------
 

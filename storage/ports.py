@@ -9,9 +9,21 @@ Lists come in pages. A page begins behind a *key*, the last one of the page befo
 any more, so what is added or removed meanwhile neither repeats nor hides the rest.
 """
 
+from collections.abc import Iterable
 from typing import Protocol
 
-from storage.records import CloneCheckpoint, MapRecord, MapVersionRecord, PlanRecord, RobotRecord, Token, User
+from storage.records import (
+    CloneCheckpoint,
+    MapRecord,
+    MapVersionRecord,
+    PlanPart,
+    PlanPassage,
+    PlanRecord,
+    PlanStatistics,
+    RobotRecord,
+    Token,
+    User,
+)
 
 
 class UserStore(Protocol):
@@ -156,14 +168,34 @@ class RobotStore(Protocol):
 
 
 class PlanStore(Protocol):
-    """Plans that were made. (The Path Plan Database grows from here.)"""
+    """The Path Plan Database: plans, of which equal stretches are kept once.
+
+    A place is (x, y) [m] in the frame of the map. A plan that cannot be one (``storage.plan_checks``) is
+    ``InvalidInput``.
+    """
 
     def add_plan(self, record: PlanRecord) -> None:
         """Keep a plan; keeping the same id twice changes nothing."""
         ...
 
+    def add_plans(self, records: Iterable[PlanRecord]) -> int:
+        """Keep plans, all or none; return how many were not there before. Of an id that comes twice, the first."""
+        ...
+
+    def replace_plan(self, record: PlanRecord, *, instead_of: PlanRecord) -> None:
+        """Keep a plan in place of the one of the same id.
+
+        Raises
+        ------
+        Conflict
+            What is kept is not what this should take the place of: another was faster.
+        NotFound
+            None of this id is kept.
+        """
+        ...
+
     def plan(self, plan_id: str) -> PlanRecord:
-        """Return a plan; ``NotFound`` if there is none."""
+        """Return a plan, its poses bit for bit as they were given; ``NotFound`` if there is none."""
         ...
 
     def plans(
@@ -172,8 +204,62 @@ class PlanStore(Protocol):
         """Return the heads of the plans of a map, newest first; the key is when one was made, and its id."""
         ...
 
+    def find_plans(
+        self,
+        map_id: str,
+        version: str,
+        start: tuple[float, float],
+        goal: tuple[float, float],
+        tolerance: float,
+        *,
+        planner: str | None = None,
+        limit: int = 16,
+    ) -> list[PlanRecord]:
+        """Return the heads of plans whose first pose lies near one place and whose last near another, shortest first.
+
+        Parameters
+        ----------
+        map_id, version : str
+            Of the plans.
+        start, goal : tuple of float
+            The places.
+        tolerance : float
+            How far an end may be from its place [m], up to ``ppaas.plans.buckets.LARGEST_TOLERANCE``.
+        planner : str, optional
+            Only plans of this planner.
+        limit : int
+            The most that are returned; of equally long ones those of the lower ids.
+        """
+        ...
+
+    def plans_through(
+        self,
+        map_id: str,
+        version: str,
+        start: tuple[float, float],
+        goal: tuple[float, float],
+        tolerance: float,
+        *,
+        planner: str | None = None,
+        limit: int = 8,
+    ) -> list[PlanPassage]:
+        """Return plans that pass near one place and later near another, the shortest passage first.
+
+        Parameters are those of ``find_plans``. It looks at a bounded number of plans, so it may miss some: what it
+        returns is right, but another may be shorter.
+        """
+        ...
+
+    def plan_parts(self, plan_id: str) -> list[PlanPart]:
+        """Return the stretches of a plan that are entries of their own, in order; ``NotFound`` if there is none."""
+        ...
+
+    def plan_statistics(self, map_id: str | None = None) -> PlanStatistics:
+        """Return what the plans of a map take, or all."""
+        ...
+
     def remove_plan(self, plan_id: str) -> None:
-        """Forget a plan; ``NotFound`` if there is none."""
+        """Forget a plan; ``NotFound`` if there is none. Entries that other plans refer to stay."""
         ...
 
 

@@ -6,6 +6,8 @@ import msgspec
 
 Role = Literal["admin", "user"]
 
+PlanOrigin = Literal["computed", "reused", "stitched"]
+
 
 class User(msgspec.Struct, frozen=True):
     """Who may use the cloud. ``password_hash`` is argon2id's own string."""
@@ -76,6 +78,8 @@ class RobotRecord(msgspec.Struct, frozen=True):
 class PlanRecord(msgspec.Struct, frozen=True):
     """A plan that was made: ``poses`` is the (n, 7) float64 array, little-endian, row by row.
 
+    ``parameters`` are the planner's; ``origin`` tells whether it was computed, found among stored plans, or joined of
+    one and what was computed to reach it.
     The *head* of a plan is all but its poses (empty bytes).
     """
 
@@ -92,6 +96,42 @@ class PlanRecord(msgspec.Struct, frozen=True):
     poses: bytes
     created: float
     robot: str | None = None
+    parameters: dict[str, Any] = {}
+    origin: PlanOrigin = "computed"
+
+
+class PlanPassage(msgspec.Struct, frozen=True):
+    """A stored plan that passes near two places: its head, and its waypoints nearest to them, the second later."""
+
+    head: PlanRecord
+    first: int
+    last: int
+
+
+class PlanPart(msgspec.Struct, frozen=True):
+    """A stretch of a plan that is an entry of its own, which any number of plans share.
+
+    ``first`` is its first waypoint in the plan, ``count`` how many it has, ``plans`` how often plans refer to it.
+    """
+
+    entry: str
+    first: int
+    count: int
+    plans: int
+
+
+class PlanStatistics(msgspec.Struct, frozen=True):
+    """What stored plans take.
+
+    ``waypoints`` counts those of all plans, ``kept`` those that are kept for them, ``entries`` the stretches that plans
+    share; ``bytes`` is what plans and entries take, without indexes.
+    """
+
+    plans: int = 0
+    waypoints: int = 0
+    kept: int = 0
+    entries: int = 0
+    bytes: int = 0
 
 
 class CloneCheckpoint(msgspec.Struct, frozen=True):

@@ -4,19 +4,18 @@ A row is what is looked for, in columns, and the record beside it as bytes (``st
 may gain a field without a new schema.
 """
 
-import math
 from pathlib import Path
 from typing import Any
 
 from ppaas.errors import Conflict, NotFound
 from storage.encoding import R, decode, encode
 from storage.names import check_name
-from storage.records import CloneCheckpoint, PlanRecord, RobotRecord, Token, User
+from storage.records import CloneCheckpoint, RobotRecord, Token, User
 from storage.sqlite_connections import SqliteConnections
-from storage.versions import without_poses
+from storage.sqlite_plans import SqlitePlans
 
 
-class SqliteStore:
+class SqliteStore(SqlitePlans):
     """A ``Store`` in an SQLite file, which any number of threads and processes may have open.
 
     Parameters
@@ -34,6 +33,7 @@ class SqliteStore:
 
     def __init__(self, path: Path, busy_timeout: float = 5.0) -> None:
         self._connections = SqliteConnections(path, busy_timeout)
+        SqlitePlans.__init__(self, self._connections)
 
     def close(self) -> None:
         """Let go of the file."""
@@ -166,38 +166,6 @@ class SqliteStore:
         """Forget the URDF of a robot; ``NotFound`` if there is none."""
         if not self._write("DELETE FROM urdfs WHERE user = ? AND robot = ?", *_robot_key(user, robot_id)):
             raise NotFound("URDF of robot", robot_id)
-
-    # -- plans ---------------------------------------------------------------------------------------------------------
-
-    def add_plan(self, record: PlanRecord) -> None:
-        """Keep a plan; keeping the same id twice changes nothing."""
-        check_name("plan", record.id)
-        check_name("map", record.map)
-        insert = "INSERT INTO plans (id, map, created, record) VALUES (?, ?, ?, ?) ON CONFLICT DO NOTHING"
-        self._write(insert, record.id, record.map, record.created, encode(record))
-
-    def plan(self, plan_id: str) -> PlanRecord:
-        """Return a plan; ``NotFound`` if there is none."""
-        check_name("plan", plan_id)
-        return self._one(PlanRecord, ("plan", plan_id), "SELECT record FROM plans WHERE id = ?", plan_id)
-
-    def plans(
-        self, map_id: str, *, before: tuple[float, str] | None = None, limit: int | None = None
-    ) -> list[PlanRecord]:
-        """Return the heads of the plans of a map, newest first."""
-        check_name("map", map_id)
-        query = """SELECT record FROM plans WHERE map = ? AND (created, id) < (?, ?)
-                   ORDER BY created DESC, id DESC LIMIT ?"""
-        with self._connections.reading() as connection:
-            # One after the other, so that never more than one has its poses in memory.
-            rows = connection.execute(query, (map_id, *(before or (math.inf, "")), _most(limit)))
-            return [without_poses(decode(row[0], PlanRecord)) for row in rows]
-
-    def remove_plan(self, plan_id: str) -> None:
-        """Forget a plan; ``NotFound`` if there is none."""
-        check_name("plan", plan_id)
-        if not self._write("DELETE FROM plans WHERE id = ?", plan_id):
-            raise NotFound("plan", plan_id)
 
     # -- clones --------------------------------------------------------------------------------------------------------
 

@@ -13,7 +13,7 @@ from storage.records import PlanRecord
 
 
 def plan(name: str) -> PlanRecord:
-    return PlanRecord(name, "ann", "house", "v1", "dijkstra", (0, 0, 0), (1, 0, 0), 1.0, 1.0, 0.1, b"", 1.0)
+    return PlanRecord(name, "ann", "house", "v1", "dijkstra", (0, 0, 0), (1, 0, 0), 1.0, 1.0, 0.1, bytes(56), 1.0)
 
 
 class SlowStore(MemoryStore):

@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from ppaas.errors import Unavailable
@@ -141,7 +142,7 @@ def test_a_full_disk_is_unavailable_and_the_store_goes_on(store: SqliteStore) ->
         pages = connection.execute("PRAGMA page_count").fetchone()[0]
         connection.execute(f"PRAGMA max_page_count = {pages}")
     with pytest.raises(Unavailable, match="free space"):
-        store.add_plan(plan("large", poses=bytes(1 << 20)))
+        store.add_plan(plan("large", poses=np.random.default_rng(0).random(7 << 17).tobytes()))
     assert [p.id for p in store.plans("house")] == ["small"]
 
 
