@@ -34,6 +34,7 @@ def configure(kinds: Any) -> None:
     for name in ("field", "scaling", "fig3"):
         verbs[name].add_argument("--plot", type=Path, metavar="OUT.png", help=_PLOTS[name])
     _configure_scenario(verbs["scenario"])
+    verbs["field"].add_argument("--beside", type=_names, default=[], metavar="A,B", help="navfn, or packages of peers")
     verbs["compare"].add_argument("--only", action="append", metavar="PACKAGE", help="a peer; all that are installed")
     verbs["scaling"].add_argument("--kind", action="append", help="of grid (empty, random 20 %%, maze)")
     verbs["scaling"].add_argument("--largest", type=int, default=8192, metavar="N", help="edge in cells (%(default)s)")
@@ -83,9 +84,12 @@ def _field(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[st
     import asyncio  # noqa: PLC0415
 
     from robots.bench.planners import field, lengths, tables  # noqa: PLC0415
+    from robots.bench.planners.peers import beside  # noqa: PLC0415
 
     grid, threads = _grid(arguments), _threads(arguments)
-    told = field.measure(grid, _goal(arguments), threads, progress)
+    others = beside(arguments.beside)
+    told = field.measure(grid, _goal(arguments), threads, progress, others=others)
+    _tell_left_out(told, progress)
     if arguments.plot is not None:
         _plot(arguments.plot, lengths.chart(asyncio.run(lengths.measure_locally(grid.costmap, threads, progress))))
     return told, tables.field_rows(told)
@@ -103,10 +107,7 @@ def _compare(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[
 
     only = tuple(arguments.only or ())
     told = compare.measure(_grid(arguments), _goal(arguments), _threads(arguments), only, progress)
-    for package in told["missing"]:
-        progress.console.print(f"{package} is not installed, so it is not compared with: pip install 'ppaas\\[bench]'")
-    for package in told["too_large_for"]:
-        progress.console.print(f"the grid is too large for {package}")
+    _tell_left_out(told, progress)
     return told, tables.compare_rows(told)
 
 
@@ -130,6 +131,11 @@ def _fig3(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str
     if arguments.plot is not None:
         _plot(arguments.plot, lengths.chart(told))
     return told, tables.length_rows(told)
+
+
+def _tell_left_out(told: dict[str, Any], progress: "Progress") -> None:
+    for who, reason in told["left_out"].items():
+        progress.console.print(f"{who} is left out: {reason}", markup=False, highlight=False, soft_wrap=True)
 
 
 def _plot(path: Path, chart: Any) -> None:
@@ -170,6 +176,10 @@ def _numbers(text: str) -> list[int]:
     if min(numbers) < 1:
         raise argparse.ArgumentTypeError(f"numbers of threads are whole numbers from 1 up, not {text!r}")
     return list(dict.fromkeys(numbers))
+
+
+def _names(text: str) -> list[str]:
+    return list(dict.fromkeys(text.split(",")))
 
 
 _VERBS: dict[str, Tell] = {

@@ -1,31 +1,34 @@
 """The same grid and the same problem, ours beside the peers that are installed, in one run."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from rich.progress import Progress
 
-from ppaas.errors import NotFound
+from ppaas.errors import InvalidPlanner, NotFound, PlanningError, PlanTimeout
 from ppaas.planners import create, planner_names
 from ppaas.planners.ends import Cell
 from ppaas.planners.path import path_cost
 from robots.bench.planners import scenario
-from robots.bench.planners.field import farthest, grow
+from robots.bench.planners.field import farthest, grow, newly_read
 from robots.bench.planners.grids import Grid, goal_in
-from robots.bench.planners.peers import FIELDS, PATHS, Peer, Problem
-from robots.bench.planners.timing import cpus, least
+from robots.bench.planners.peers import BESIDE, NAVFN, PATHS, Peer, Problem
+from robots.bench.planners.timing import announce, cpus, least, within
 
 OURS = ("dijkstra", "astar", "jps", "hub_labels")
 """Planners asked for one long path, of those that are installed."""
 
-BUDGET = 6.0
-"""Seconds after which something slow is not run again."""
+PATIENCE = 8.0
+"""Seconds that one of them may take to prepare the map."""
 
-PEERS = tuple(dict.fromkeys(peer.package for peer in (*FIELDS, *PATHS)))
+PACKAGES = tuple(dict.fromkeys((*BESIDE, *(peer.package for peer in PATHS))))
 
 Row = dict[str, Any]
+Reasons = dict[str, str]
 
 
 def measure(
@@ -41,7 +44,7 @@ def measure(
     threads : sequence of int
         Numbers of threads of our field.
     only : sequence of str
-        Packages of peers; none of them means all.
+        Packages of peers, or navfn; none of them means all.
     progress : Progress
         Is told how far this is.
 
@@ -55,41 +58,68 @@ def measure(
     -------
     dict
         ``fields`` and ``paths``: rows with ``who``, what it ``solves``, ``seconds``, the ``ratio`` to ours, and how far
-        from the exact answer it is; peers that are ``missing`` or that it is
-        ``too_large_for``; what the problem is.
+        from the exact answer it is; why some are ``left_out``; what the problem is.
     """
     for package in only:
-        if package not in PEERS:
-            raise NotFound("peer", package, PEERS)
+        if package not in PACKAGES:
+            raise NotFound("peer", package, PACKAGES)
     goal = goal_in(grid.costmap, goal)
-    field = grow(grid.costmap, goal, max(threads)).field
+    announce(progress, f"comparison: {grid.name}")
+    field = grow(grid.costmap, goal, max(threads))
     exact = field.values()
-    reached = np.isfinite(exact)
     problem = Problem(grid.costmap, goal, farthest(field))
     cheapest = path_cost(grid.costmap, field.path_from(problem.start))
-    fields, paths = ([peer for peer in peers if not only or peer.package in only] for peers in (FIELDS, PATHS))
-    work = [(_field_row, exact, fields), (_path_row, cheapest, paths)]
-    task = progress.add_task("ours", total=1 + len(fields) + len(paths))
-    rows = [_our_fields(problem, threads), _our_paths(problem, cheapest)]
-    for told, (row_of, right, peers) in zip(rows, work, strict=True):
-        for peer in peers:
-            progress.update(task, advance=1, description=f"{peer.package} {peer.name}")
-            if peer.installed and peer.may(exact.size):
-                told.append(row_of(peer, problem, right))  # type: ignore[operator]
-        _add_ratios(told)
-    progress.remove_task(task)
+    del field  # its memory is that of the fields that are timed
+    work = {
+        "fields": _our_fields(problem, threads) + _field_steps(problem, exact, only),
+        "paths": _our_path_steps(problem, cheapest) + _path_steps(problem, cheapest, only),
+    }
+    rows, left_out = _work_off(work, progress)
     return {
         "grid": grid.name,
         "cells": exact.size,
-        "reached": int(reached.sum()),
+        "reached": int(np.isfinite(exact).sum()),
         "goal": list(goal),
         "start": list(problem.start),
-        "fields": rows[0],
-        "paths": rows[1],
-        "missing": sorted({peer.package for peer in (*fields, *paths) if not peer.installed}),
-        "too_large_for": sorted({peer.package for peer in (*fields, *paths) if not peer.may(exact.size)}),
+        **rows,
+        "left_out": left_out,
         "cpus": cpus(),
     }
+
+
+@dataclass(frozen=True, slots=True)
+class _Step:
+    """Something to time: what it is called, and what makes its row, or why it cannot."""
+
+    name: str
+    row: Callable[[], Row]
+    why_not: str | None = None
+
+
+def _work_off(work: Mapping[str, Sequence[_Step]], progress: Progress) -> tuple[dict[str, list[Row]], Reasons]:
+    """Return by kind the rows, and why some are left out."""
+    told, left_out = dict[str, list[Row]](), dict[str, str]()
+    task = progress.add_task("", total=sum(len(steps) for steps in work.values()))
+    for kind, steps in work.items():
+        told[kind] = []
+        for step in steps:
+            progress.update(task, advance=1, description=step.name)
+            announce(progress, f"  {step.name}")
+            reason = step.why_not or _add_row(told[kind], step)
+            if reason is not None:
+                left_out[step.name] = reason
+        _add_ratios(told[kind])
+    progress.remove_task(task)
+    return told, left_out
+
+
+def _add_row(rows: list[Row], step: _Step) -> str | None:
+    """Add the row of a step, or return why there is none."""
+    try:
+        rows.append(step.row())
+    except PlanningError as error:
+        return str(error)
+    return None
 
 
 def _add_ratios(rows: list[Row]) -> None:
@@ -102,20 +132,30 @@ def _add_ratios(rows: list[Row]) -> None:
 # -- fields ------------------------------------------------------------------------------------------------------------
 
 
-def _our_fields(problem: Problem, threads: Sequence[int]) -> list[Row]:
-    rows = []
-    for n in threads:
-        seconds, run = least(lambda n=n: grow(problem.costmap, problem.goal, n), BUDGET)  # type: ignore[misc]
-        reached = int(np.isfinite(run.field.values()).sum())
-        who = f"ppaas dijkstra, {n} thread{'s' * (n > 1)}"
-        told = {"who": who, "ours": True, "solves": "the definition", "seconds": seconds, "prepare_seconds": 0.0}
-        rows.append({**told, "ns_per_cell": seconds / reached * 1e9, "off": 0.0, "other_cells": 0})
-    return rows
+def _our_fields(problem: Problem, threads: Sequence[int]) -> list[_Step]:
+    return [_Step(f"dijkstra, {n} thread{'s' * (n > 1)}", partial(_our_field_row, problem, n)) for n in threads]
+
+
+def _our_field_row(problem: Problem, threads: int) -> Row:
+    costmap, goal = problem.costmap, problem.goal
+    seconds, field = least(lambda: grow(newly_read(costmap), goal, threads))
+    reached = int(np.isfinite(field.values()).sum())
+    who = f"ppaas dijkstra, {threads} thread{'s' * (threads > 1)}"
+    told = {"who": who, "ours": True, "solves": "the definition", "seconds": seconds, "prepare_seconds": 0.0}
+    return {**told, "ns_per_cell": seconds / reached * 1e9, "off": 0.0, "other_cells": 0}
+
+
+def _field_steps(problem: Problem, exact: NDArray[np.float64], only: Sequence[str]) -> list[_Step]:
+    peers = [peer for name, peer in BESIDE.items() if name == "navfn" or not only or name in only]
+    return [
+        _Step(f"{peer.package} {peer.name}", partial(_field_row, peer, problem, exact), peer.why_not(exact.size))
+        for peer in peers
+    ]
 
 
 def _field_row(peer: Peer, problem: Problem, exact: NDArray[np.float64]) -> Row:
     prepare_seconds, call = peer.call(problem)
-    seconds, found = least(call, BUDGET)
+    seconds, found = least(call)
     field = peer.told(found, problem)
     ours, theirs = np.isfinite(exact), np.isfinite(field)
     both = ours & theirs & (exact > 0.0)
@@ -132,23 +172,36 @@ def _field_row(peer: Peer, problem: Problem, exact: NDArray[np.float64]) -> Row:
 # -- one path ----------------------------------------------------------------------------------------------------------
 
 
-def _our_paths(problem: Problem, cheapest: float) -> list[Row]:
-    rows = []
-    for name in (name for name in OURS if name in planner_names()):
-        planner = create(name)
-        scenario.warm(planner)
-        asked = scenario.on_map(planner, problem.costmap)
-        question = asked.question(*problem.start, *problem.goal)
-        seconds, cells = least(lambda question=question: scenario.answer(question), BUDGET)  # type: ignore[misc]
-        row = {"who": f"ppaas {name}", "ours": True, "solves": planner.purpose, "seconds": seconds,
-               "prepare_seconds": asked.index_seconds}  # fmt: skip
-        rows.append({**row, **_judged(problem, cells, cheapest)})
-    return rows
+def _our_path_steps(problem: Problem, cheapest: float) -> list[_Step]:
+    names = [name for name in OURS if name in planner_names()]
+    return [_Step(f"ppaas {name}", partial(_our_path_row, name, problem, cheapest)) for name in names]
+
+
+def _our_path_row(name: str, problem: Problem, cheapest: float) -> Row:
+    planner = create(name)
+    scenario.warm(planner)
+    try:
+        asked = scenario.on_map(planner, problem.costmap, check=within(PATIENCE))
+    except PlanTimeout as error:
+        raise InvalidPlanner(f"its index takes longer than {PATIENCE:g} s") from error
+    question = asked.question(*problem.start, *problem.goal)
+    seconds, cells = least(lambda: scenario.answer(question))
+    row = {"who": f"ppaas {name}", "ours": True, "solves": planner.purpose, "seconds": seconds}
+    return {**row, "prepare_seconds": asked.index_seconds, **_judged(problem, cells, cheapest)}
+
+
+def _path_steps(problem: Problem, cheapest: float, only: Sequence[str]) -> list[_Step]:
+    size = problem.costmap.data.size
+    return [
+        _Step(f"{peer.package} {peer.name}", partial(_path_row, peer, problem, cheapest), peer.why_not(size))
+        for peer in PATHS
+        if not only or peer.package in only
+    ]
 
 
 def _path_row(peer: Peer, problem: Problem, cheapest: float) -> Row:
     prepare_seconds, call = peer.call(problem)
-    seconds, found = least(call, BUDGET)
+    seconds, found = least(call)
     row = {**_who(peer), "seconds": seconds, "prepare_seconds": prepare_seconds}
     return {**row, **_judged(problem, peer.told(found, problem), cheapest)}
 
@@ -165,4 +218,6 @@ def _judged(problem: Problem, cells: NDArray[np.integer], cheapest: float) -> Ro
 
 
 def _who(peer: Peer) -> Row:
+    if peer is NAVFN:
+        return {"who": "ppaas navfn, 1 thread", "ours": False, "solves": peer.solves}
     return {"who": f"{peer.package} {peer.installed} {peer.name}", "ours": False, "solves": peer.solves}

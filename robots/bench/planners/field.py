@@ -1,42 +1,32 @@
-"""How fast the full field of costs of a grid is computed."""
+"""How fast the full field of costs of a grid is computed, by itself and beside others."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from rich.progress import Progress
 
-from ppaas.clock import monotonic
 from ppaas.costmap.costmap import Costmap
-from ppaas.errors import InvalidParameter
+from ppaas.errors import InvalidParameter, PlanningError
 from ppaas.planners.ends import Cell
 from ppaas.planners.field import CostField
 from robots.bench.planners.grids import Grid, goal_in
-from robots.bench.planners.timing import RUNS, compilation, cpus
+from robots.bench.planners.peers import Peer, Problem
+from robots.bench.planners.timing import BUDGET, RUNS, announce, compilation, cpus, in_turn, timed
+
+Work = Callable[[], object]
 
 
-@dataclass(frozen=True, slots=True)
-class Run:
-    """One field and the seconds that its two stages took."""
-
-    field: CostField
-    setup: float
-    growth: float
-
-    @property
-    def seconds(self) -> float:
-        """Both stages."""
-        return self.setup + self.growth
-
-
-def grow(costmap: Costmap, goal: Cell, threads: int) -> Run:
+def grow(costmap: Costmap, goal: Cell, threads: int) -> CostField:
     """Compute a field from one goal all over the map."""
-    began = monotonic()
     field = CostField(costmap, np.array([goal]), threads=threads)
-    laid = monotonic()
     field.grow()
-    return Run(field, laid - began, monotonic() - laid)
+    return field
+
+
+def newly_read(costmap: Costmap) -> Costmap:
+    """Return the same map as planners see it for the first time: they keep what they know of one, not of its copy."""
+    return Costmap(costmap.data.view(), costmap.info)
 
 
 def farthest(field: CostField) -> Cell:
@@ -47,9 +37,15 @@ def farthest(field: CostField) -> Cell:
 
 
 def measure(
-    grid: Grid, goal: Cell | None, threads: Sequence[int], progress: Progress, runs: int = RUNS
+    grid: Grid,
+    goal: Cell | None,
+    threads: Sequence[int],
+    progress: Progress,
+    *,
+    runs: int = RUNS,
+    others: Mapping[str, Peer] | None = None,
 ) -> dict[str, Any]:
-    """Compute the field again and again, with each number of threads in turn, so that all see the same machine.
+    """Compute the field again and again, with each number of threads and by each peer in turn.
 
     Parameters
     ----------
@@ -61,12 +57,15 @@ def measure(
         Is told how far this is.
     runs : int
         With each number of threads; one more, before, compiles the kernels or loads them, and does not count.
+    others : dict of Peer, optional
+        To be measured beside ours.
 
     Returns
     -------
     dict
-        ``cells`` in all, ``reached`` ones, by number of threads ``seconds`` (the least, made of ``setup_seconds`` and
-        ``growth_seconds``) and ``ns_per_cell`` (that was reached), and the ``compile_seconds`` that are not in them.
+        ``cells`` in all, ``reached`` ones; by number of threads the ``seconds`` of the fastest run on a map that is
+        new to the planner, ``ns_per_cell`` that was reached, and ``again_seconds`` on the same map once more; the
+        seconds of others ``beside``, and why some are ``left_out``; the ``compile_seconds`` that are not in any.
 
     Raises
     ------
@@ -77,25 +76,59 @@ def measure(
     if not threads or min(threads) < 1:
         raise InvalidParameter(f"a field takes at least one thread, not {list(threads)}")
     goal = goal_in(grid.costmap, goal)
+    announce(progress, f"field: {grid.name}")
     with compilation() as compiled:
         for n in threads:
-            first = grow(grid.costmap, goal, n)
-    reached = int(np.count_nonzero(np.isfinite(first.field.values())))
-    best: dict[int, Run] = {}
-    for _ in progress.track(range(runs), description=grid.name):
-        for n in threads:
-            run = grow(grid.costmap, goal, n)
-            if n not in best or run.seconds < best[n].seconds:
-                best[n] = run
+            values = grow(grid.costmap, goal, n).values()
+    reached = int(np.count_nonzero(np.isfinite(values)))
+    works, tried, left_out = _try_others(others or {}, Problem(grid.costmap, goal, goal), progress)
+    best = in_turn(_ours(grid.costmap, goal, threads) | works, progress, grid.name, runs)
+    seconds = {str(n): best[str(n)] for n in threads}
     return {
         "grid": grid.name,
         "cells": grid.costmap.data.size,
         "reached": reached,
         "goal": list(goal),
-        "seconds": {str(n): run.seconds for n, run in best.items()},
-        "ns_per_cell": {str(n): run.seconds / reached * 1e9 for n, run in best.items()},
-        "setup_seconds": {str(n): run.setup for n, run in best.items()},
-        "growth_seconds": {str(n): run.growth for n, run in best.items()},
+        "seconds": seconds,
+        "ns_per_cell": {n: one / reached * 1e9 for n, one in seconds.items()},
+        "again_seconds": {n: best[f"{n} again"] for n in seconds},
+        "beside": {name: min(one, best.get(name, one)) for name, one in tried.items()},
+        "left_out": left_out,
         "compile_seconds": compiled.seconds,
         "cpus": cpus(),
     }
+
+
+def _ours(costmap: Costmap, goal: Cell, threads: Sequence[int]) -> dict[str, Work]:
+    last = costmap
+
+    def first(n: int) -> None:
+        nonlocal last
+        last = newly_read(costmap)
+        grow(last, goal, n)
+
+    works: dict[str, Work] = {}
+    for n in threads:
+        works[str(n)] = lambda n=n: first(n)  # type: ignore[misc]
+        works[f"{n} again"] = lambda n=n: grow(last, goal, n)  # type: ignore[misc]
+    return works
+
+
+def _try_others(
+    others: Mapping[str, Peer], problem: Problem, progress: Progress
+) -> tuple[dict[str, Work], dict[str, float], dict[str, str]]:
+    """Return what computes each field, the seconds that it took the first time, and why some cannot."""
+    works, tried, left_out = dict[str, Work](), dict[str, float](), dict[str, str]()
+    for name, peer in others.items():
+        announce(progress, f"  {name}")
+        reason = peer.why_not(problem.costmap.data.size)
+        try:
+            if reason is None:
+                work = peer.call(problem)[1]
+                tried[name] = timed(work)[0]
+                works[name] = work
+        except PlanningError as error:
+            reason = str(error)
+        if reason is not None:
+            left_out[name] = reason
+    return {name: work for name, work in works.items() if 2.0 * tried[name] < BUDGET}, tried, left_out

@@ -62,8 +62,8 @@ def default_map() -> GridMap:
 
 def questions(costmap: Costmap, points: int = POINTS) -> list[Question]:
     """Return paths to one goal that are longer and longer, in equal steps, up to nearly the longest there is."""
-    edge = farthest(grow(costmap, goal_in(costmap), cpus()).field)
-    field = grow(costmap, edge, cpus()).field
+    edge = farthest(grow(costmap, goal_in(costmap), cpus()))
+    field = grow(costmap, edge, cpus())
     cells = field.path_from(farthest(field))
     asked = []
     for share in np.linspace(1.0 - 1.0 / points, 0.0, points):

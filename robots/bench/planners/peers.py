@@ -3,7 +3,7 @@
 What a library wants a map to be like is made before its time begins; what it takes itself is all that is timed.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import version
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import Costmap
+from ppaas.errors import NotFound
 from ppaas.planners.ends import Cell
 from ppaas.planners.weights import exact_weights, passable
 from robots.bench.planners.graph import digraph_of, graph_of
@@ -86,9 +87,11 @@ class Peer:
         """The version that is installed, if one is."""
         return version(self.package) if find_spec(self.module.partition(".")[0]) else None
 
-    def may(self, cells: int) -> bool:
-        """Tell whether it can be asked about a grid of so many cells."""
-        return self.most is None or cells <= self.most
+    def why_not(self, cells: int) -> str | None:
+        """Return why it cannot be asked about a grid of so many cells, or None if it can."""
+        if not self.installed:
+            return "not installed: pip install 'ppaas[bench]'"
+        return "the grid is too large" if self.most is not None and cells > self.most else None
 
     def call(self, problem: Problem) -> tuple[float, Callable[[], Any]]:
         """Return the call that is to be timed, and the seconds that it took to make for it what it takes."""
@@ -178,6 +181,38 @@ FIELDS = (
     Peer("single_source_dijkstra", "networkx", "networkx", "the same, exactly; the graph is made before",
          _networkx_field, _from_dict, SMALL),
 )  # fmt: skip
+
+
+def _navfn_field(navfn: Any, problem: Problem) -> Callable[[], Any]:
+    def call() -> Any:
+        function = navfn.NavigationFunction(problem.costmap, problem.goal)
+        function.grow()
+        return function
+
+    return call
+
+
+NAVFN = Peer("navfn", "ppaas", "ppaas.planners.navigation_function",
+             "ROS's planner, compiled by numba as ours are: potentials interpolated between cells, on one thread",
+             _navfn_field, lambda function, problem: _as_field(function.potentials(), problem))  # fmt: skip
+"""ROS's own planner as ``ppaas`` has it, the yardstick of the paper; what it sets up is timed, as it is of ours."""
+
+BESIDE = {"navfn": NAVFN} | {peer.package: peer for peer in FIELDS}
+"""Whose fields can be computed beside ours, by what they are called."""
+
+
+def beside(names: Sequence[str]) -> dict[str, Peer]:
+    """Return those that are asked for.
+
+    Raises
+    ------
+    NotFound
+        No such peer.
+    """
+    for name in names:
+        if name not in BESIDE:
+            raise NotFound("peer", name, tuple(BESIDE))
+    return {name: BESIDE[name] for name in names}
 
 
 # -- one path ----------------------------------------------------------------------------------------------------------

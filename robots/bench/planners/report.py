@@ -100,8 +100,7 @@ def _sections(measured: Measured) -> Iterator[str]:
 
 
 def _absent(told: dict[str, Any]) -> str:
-    absent = [f"{package} not installed" for package in told["missing"]]
-    absent += [f"too large for {package}" for package in told["too_large_for"]]
+    absent = [f"without {who}: {reason}" for who, reason in told["left_out"].items()]
     return f" ({'; '.join(absent)})" if absent else ""
 
 

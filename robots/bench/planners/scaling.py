@@ -47,7 +47,9 @@ def measure(kinds: Sequence[str], sizes: Sequence[int], threads: Sequence[int], 
     unknown = [kind for kind in kinds if kind not in KINDS]
     if unknown:
         raise NotFound("kind of grid", unknown[0], tuple(KINDS))
-    told = {kind: [field.measure(KINDS[kind](size), None, threads, progress, RUNS) for size in sizes] for kind in kinds}
+    told = {
+        kind: [field.measure(KINDS[kind](size), None, threads, progress, runs=RUNS) for size in sizes] for kind in kinds
+    }
     return {
         "sizes": list(sizes),
         **{

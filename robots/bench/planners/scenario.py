@@ -18,6 +18,7 @@ from ppaas.maps.movingai import Scenario, parse_scenario
 from ppaas.planners import create
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.planners.prepared import PreparedPlanner
+from ppaas.planners.watch import proceed
 from ppaas.planners.weights import SQRT2, passable
 from robots.bench.planners import grids
 from robots.bench.planners.timing import cpus, timed
@@ -130,11 +131,11 @@ def warm(planner: Planner) -> None:
     answer(asked.question(*free[0].tolist(), *free[-1].tolist()))
 
 
-def on_map(planner: Planner, costmap: Costmap) -> Asked:
-    """Return a planner that is ready for queries on a map."""
+def on_map(planner: Planner, costmap: Costmap, check: Callable[[], None] = proceed) -> Asked:
+    """Return a planner that is ready for queries on a map; ``check`` may end what it does to prepare it."""
     threads = cpus()
     if isinstance(planner, PreparedPlanner):
-        seconds, prepared = timed(lambda: planner.prepare(costmap, threads=threads))
+        seconds, prepared = timed(lambda: planner.prepare(costmap, threads=threads, check=check))
         return Asked(lambda *ends: partial(prepared.path, *ends), seconds, prepared.nbytes)
     return Asked(lambda *ends: partial(planner.plan, costmap, _request(costmap, ends, threads)))
 

@@ -14,8 +14,8 @@ def field_rows(told: dict[str, Any]) -> list[Row]:
             "threads": threads,
             "ms": _ms(seconds),
             "ns a cell": f"{told['ns_per_cell'][threads]:.2f}",
-            "set up, ms": _ms(told["setup_seconds"][threads]),
-            "growing, ms": _ms(told["growth_seconds"][threads]),
+            "again, ms": _ms(told["again_seconds"][threads]),
+            **{f"× {name}": f"{other / seconds:.3g}" for name, other in told["beside"].items()},
         }
         for threads, seconds in told["seconds"].items()
     ]

@@ -62,6 +62,13 @@ def test_a_field_is_grown_from_the_goal_asked_for_on_any_map(capsys: pytest.Capt
     assert (answer["goal"], answer["cells"], answer["reached"]) == ([1, 2], 6, 5)
 
 
+def test_a_field_is_measured_beside_others(capsys: pytest.CaptureFixture[str], map_: Path) -> None:
+    answer = told(capsys, "field", "--map", str(map_), "--threads", "1", "--beside", "navfn")
+    assert answer["beside"]["navfn"] > 0.0
+    assert main(["bench", "field", "--map", str(map_), "--threads", "1", "--beside", "navfn"]) == 0
+    assert "× navfn" in capsys.readouterr().out.splitlines()[0]
+
+
 def test_people_read_a_table(capsys: pytest.CaptureFixture[str], map_: Path) -> None:
     assert main(["bench", "scenario", f"{map_}.scen"]) == 0
     heading, row = (line.split("  ") for line in capsys.readouterr().out.splitlines())
@@ -79,6 +86,7 @@ def test_people_read_a_table(capsys: pytest.CaptureFixture[str], map_: Path) -> 
         (["field", "--empty", "3", "--goal", "3", "0"], "goal-outside-map"),
         (["field", "--empty", "3", "--plot", "a.svg"], "invalid-input"),
         (["scenario", "none.scen"], "invalid-map"),
+        (["field", "--empty", "3", "--beside", "ros"], "not-found"),
         (["compare", "--empty", "3", "--only", "ours"], "not-found"),
         (["scaling", "--largest", "255"], "invalid-parameter"),
         (["scaling", "--kind", "forest", "--largest", "256"], "not-found"),
@@ -119,9 +127,10 @@ def test_a_comparison_names_who_is_missing_and_who_cannot(
     field, path = peers.FIELDS[2], peers.PATHS[0]
     absent = peers.Peer("f", "absent-peer", "absent_peer", "nothing", field.prepare, field.told)
     small = peers.Peer(field.name, field.package, field.module, field.solves, field.prepare, field.told, 9)
-    monkeypatch.setattr(compare, "FIELDS", (absent, small))
+    monkeypatch.setattr(compare, "BESIDE", {"absent-peer": absent, "scipy": small})
     monkeypatch.setattr(compare, "PATHS", ())
     assert main(["bench", "compare", "--empty", "8", "--threads", "1"]) == 0
     out, err = capsys.readouterr()
-    assert "absent-peer is not installed" in err and "too large for scipy" in err
+    assert "absent-peer f is left out: not installed" in err
+    assert "scipy csgraph.dijkstra is left out: the grid is too large" in err
     assert "ppaas dijkstra, 1 thread" in out and path.package not in out

@@ -8,7 +8,7 @@ from rich.progress import Progress
 from ppaas.errors import NotFound
 from robots.bench.planners import compare, field, grids
 from robots.bench.planners.graph import edges_of
-from robots.bench.planners.peers import FIELDS, PATHS, Peer, Problem
+from robots.bench.planners.peers import FIELDS, NAVFN, PATHS, Peer, Problem
 
 GRID = grids.random(24, 20.0)
 INSTALLED = [peer for peer in (*FIELDS, *PATHS) if peer.installed]
@@ -17,11 +17,11 @@ SCIPY = next(peer for peer in FIELDS if peer.package == "scipy")
 
 def problem() -> Problem:
     goal = grids.goal_in(GRID.costmap)
-    return Problem(GRID.costmap, goal, field.farthest(field.grow(GRID.costmap, goal, 1).field))
+    return Problem(GRID.costmap, goal, field.farthest(field.grow(GRID.costmap, goal, 1)))
 
 
 def measure(monkeypatch: pytest.MonkeyPatch, fields: tuple[Peer, ...], paths: tuple[Peer, ...] = ()) -> dict:
-    monkeypatch.setattr(compare, "FIELDS", fields)
+    monkeypatch.setattr(compare, "BESIDE", {peer.package: peer for peer in fields})
     monkeypatch.setattr(compare, "PATHS", paths)
     with Progress(disable=True) as progress:
         return compare.measure(GRID, None, [1], (), progress)
@@ -37,7 +37,7 @@ def test_the_exact_field_of_scipy_is_ours(monkeypatch: pytest.MonkeyPatch) -> No
     assert ours["who"] == "ppaas dijkstra, 1 thread"
     assert scipy["off"] < 1e-4 and scipy["other_cells"] == 0
     assert scipy["ratio"] == scipy["seconds"] / ours["seconds"]
-    assert (ours["ratio"], told["missing"]) == (1.0, [])
+    assert (ours["ratio"], told["left_out"]) == (1.0, {})
 
 
 def test_a_field_that_is_another_is_told_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -61,6 +61,21 @@ def test_a_path_that_nobody_can_walk_is_told_as_such(monkeypatch: pytest.MonkeyP
     assert not told["paths"][-1]["walkable"] and told["paths"][-1]["off"] < 0.0
 
 
+def test_the_field_of_navfn_is_nearly_ours_and_reaches_the_same_cells(monkeypatch: pytest.MonkeyPatch) -> None:
+    ours, navfn = measure(monkeypatch, (NAVFN,))["fields"]
+    assert navfn["who"] == "ppaas navfn, 1 thread" and not navfn["ours"]
+    assert 0.0 < navfn["off"] < 0.1 and navfn["other_cells"] == 0
+    assert ours["ratio"] == 1.0
+
+
+def test_an_index_that_takes_too_long_is_left_out_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compare, "PATIENCE", -1.0)
+    monkeypatch.setattr(compare, "OURS", ("dijkstra", "jps"))
+    told = measure(monkeypatch, ())
+    assert [row["who"] for row in told["paths"]] == ["ppaas dijkstra"]
+    assert told["left_out"] == {"ppaas jps": "its index takes longer than -1 s"}
+
+
 def test_our_own_planners_are_all_asked_for_the_path(monkeypatch: pytest.MonkeyPatch) -> None:
     told = measure(monkeypatch, ())
     assert {row["who"] for row in told["paths"]} >= {"ppaas dijkstra", "ppaas astar"}
@@ -76,7 +91,7 @@ def test_every_peer_that_is_installed_answers(peer: Peer) -> None:
     asked = problem()
     found = peer.told(peer.call(asked)[1](), asked)
     if peer in FIELDS:
-        exact = field.grow(asked.costmap, asked.goal, 1).field.values()
+        exact = field.grow(asked.costmap, asked.goal, 1).values()
         both = np.isfinite(exact) & (exact > 0.0)
         assert np.isfinite(found[both]).all()
         assert np.abs(found[both] / exact[both] - 1.0).mean() < 0.35

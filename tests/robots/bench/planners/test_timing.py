@@ -1,7 +1,12 @@
 """Compilation is told apart from what is timed."""
 
-import numba
+import itertools
 
+import numba
+import pytest
+from rich.progress import Progress
+
+from ppaas.errors import PlanTimeout
 from robots.bench.planners import timing
 
 
@@ -24,3 +29,41 @@ def test_the_least_of_several_runs_counts_and_slow_work_is_not_repeated() -> Non
     assert seconds >= 0.0
     timing.least(lambda: runs.append(1), budget=-1.0)
     assert len(runs) == timing.RUNS + 1
+
+
+def in_turn(ways: dict, runs: int) -> dict[str, float]:
+    with Progress(disable=True) as progress:
+        return timing.in_turn(ways, progress, "two ways", runs)
+
+
+def test_all_ways_take_turns_and_quick_ones_run_often() -> None:
+    order: list[str] = []
+    best = in_turn({"a": lambda: order.append("a"), "b": lambda: order.append("b")}, 2)
+    assert order == ["a", "b"] * timing.MOST_RUNS and set(best) == {"a", "b"}
+
+
+def test_a_slow_way_runs_once_beside_a_quick_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    order: list[str] = []
+    seconds = {"slow": timing.BUDGET * 0.75, "quick": 0.1}
+
+    def timed(work: object) -> tuple[float, str]:
+        order.append(str(work))
+        return seconds[str(work)], ""
+
+    monkeypatch.setattr(timing, "timed", timed)
+    assert in_turn({"slow": "slow", "quick": "quick"}, 4) == seconds
+    assert order == ["slow", "quick", "quick", "quick", "quick"]
+
+
+def test_work_is_ended_when_its_time_is_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(timing, "monotonic", itertools.count().__next__)
+    check = timing.within(1.5)
+    check()
+    with pytest.raises(PlanTimeout, match=r"1\.5 s"):
+        check()
+
+
+def test_what_runs_next_is_said_where_no_bar_can_be_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    with Progress(disable=True) as progress:
+        timing.announce(progress, "[next]")
+    assert capsys.readouterr().out == "[next]\n"
