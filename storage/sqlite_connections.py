@@ -10,6 +10,7 @@ import sqlite3
 import threading
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from ppaas.errors import Unavailable
@@ -43,6 +44,25 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
 )
 """The schema, a version an entry: entry *n* brings a file from version *n* to *n* + 1, and is never changed again."""
 
+
+@dataclass(frozen=True, slots=True)
+class Schema:
+    """What a kind of file is known by, and how it is made and brought to the present.
+
+    Parameters
+    ----------
+    application_id : int
+        In the head of the file.
+    migrations : tuple
+        As ``MIGRATIONS``.
+    """
+
+    application_id: int
+    migrations: tuple[tuple[str, ...], ...]
+
+
+STORE = Schema(APPLICATION_ID, MIGRATIONS)
+
 _ADVICE = {
     sqlite3.SQLITE_BUSY: "locked by another process for too long: try again",
     sqlite3.SQLITE_LOCKED: "locked for too long: try again",
@@ -64,6 +84,8 @@ class SqliteConnections:
         The file.
     busy_timeout : float
         How long a transaction waits for another process's [s].
+    schema : Schema
+        What the file is.
 
     Raises
     ------
@@ -71,9 +93,10 @@ class SqliteConnections:
         The file cannot be used; the text says why and what to do.
     """
 
-    def __init__(self, path: Path, busy_timeout: float = 5.0) -> None:
+    def __init__(self, path: Path, busy_timeout: float = 5.0, schema: Schema = STORE) -> None:
         self._path = path
         self._busy_timeout = busy_timeout
+        self._schema = schema
         self._lock = threading.Lock()
         self._idle: list[sqlite3.Connection] = []
         self._closed = False
@@ -154,20 +177,20 @@ class SqliteConnections:
 
     def _migrate(self, connection: sqlite3.Connection) -> None:
         version = self._schema_version(connection)
-        for statements in MIGRATIONS[version:]:
+        for statements in self._schema.migrations[version:]:
             for statement in statements:
                 connection.execute(statement)
-        connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
-        connection.execute(f"PRAGMA user_version = {len(MIGRATIONS)}")
+        connection.execute(f"PRAGMA application_id = {self._schema.application_id}")
+        connection.execute(f"PRAGMA user_version = {len(self._schema.migrations)}")
 
     def _schema_version(self, connection: sqlite3.Connection) -> int:
         owner = _number(connection, "PRAGMA application_id")
         if owner == 0 and _number(connection, "SELECT count(*) FROM sqlite_schema") == 0:
             return 0
-        if owner != APPLICATION_ID:
+        if owner != self._schema.application_id:
             raise Unavailable(f"{self._path}: this is another program's database: give another path")
         version = _number(connection, "PRAGMA user_version")
-        if version > len(MIGRATIONS):
+        if version > len(self._schema.migrations):
             raise Unavailable(f"{self._path}: written by a newer release (schema {version}): upgrade this one")
         return version
 
