@@ -7,13 +7,14 @@ import msgspec
 
 from ppaas.errors import Conflict, NotFound
 from storage.encoding import decode, encode
+from storage.memory_history import MemoryHistory
 from storage.memory_plans import MemoryPlans
 from storage.names import check_name
 from storage.records import CloneCheckpoint, MapRecord, MapVersionRecord, RobotRecord, Token, User
 from storage.versions import changed_head, check_map, check_owner, no_such_version, without_files
 
 
-class MemoryStore(MemoryPlans):
+class MemoryStore(MemoryPlans, MemoryHistory):
     """A ``Store`` of dictionaries.
 
     Robots and clones are kept as bytes: they hold dictionaries, which their giver may go on to change.
@@ -21,6 +22,7 @@ class MemoryStore(MemoryPlans):
 
     def __init__(self) -> None:
         MemoryPlans.__init__(self)
+        MemoryHistory.__init__(self)
         self._lock = threading.Lock()
         self._users: dict[str, User] = {}
         self._tokens: dict[str, Token] = {}

@@ -12,6 +12,7 @@ any more, so what is added or removed meanwhile neither repeats nor hides the re
 from collections.abc import Iterable
 from typing import Protocol
 
+from ppaas.plans.history import LinkHistory, PlannerHistory
 from storage.records import (
     CloneCheckpoint,
     MapRecord,
@@ -279,7 +280,31 @@ class CloneStore(Protocol):
         ...
 
 
-class Store(UserStore, RobotStore, PlanStore, CloneStore, Protocol):
+class HistoryStore(Protocol):
+    """What became of requests for plans, in sums: some hundred rows a map version, however many requests there were.
+
+    A row has a key of four and is added to what is kept under it, so a store may count. What is told twice counts
+    twice, and what could not be kept is lost: nothing but estimates and tables is made of it.
+    """
+
+    def add_history(self, rows: Iterable[PlannerHistory]) -> None:
+        """Add each row to what is kept under its key (``storage.history_checks``)."""
+        ...
+
+    def history(self, map_id: str, version: str | None = None) -> list[PlannerHistory]:
+        """Return the rows of a map, or of one of its versions, by key."""
+        ...
+
+    def put_link(self, row: LinkHistory) -> None:
+        """Keep what was measured of a link in place of what was before."""
+        ...
+
+    def links(self) -> list[LinkHistory]:
+        """Return what was measured of all links, by name."""
+        ...
+
+
+class Store(UserStore, RobotStore, PlanStore, HistoryStore, CloneStore, Protocol):
     """Everything but maps: small records, many of them."""
 
     def close(self) -> None:

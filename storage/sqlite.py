@@ -12,10 +12,11 @@ from storage.encoding import R, decode, encode
 from storage.names import check_name
 from storage.records import CloneCheckpoint, RobotRecord, Token, User
 from storage.sqlite_connections import SqliteConnections
+from storage.sqlite_history import SqliteHistory
 from storage.sqlite_plans import SqlitePlans
 
 
-class SqliteStore(SqlitePlans):
+class SqliteStore(SqlitePlans, SqliteHistory):
     """A ``Store`` in an SQLite file, which any number of threads and processes may have open.
 
     Parameters
@@ -34,6 +35,7 @@ class SqliteStore(SqlitePlans):
     def __init__(self, path: Path, busy_timeout: float = 5.0) -> None:
         self._connections = SqliteConnections(path, busy_timeout)
         SqlitePlans.__init__(self, self._connections)
+        SqliteHistory.__init__(self, self._connections)
 
     def close(self) -> None:
         """Let go of the file."""

@@ -1,0 +1,85 @@
+"""What every ``HistoryStore`` promises."""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from ppaas.errors import InvalidInput
+from ppaas.plans.history import LinkHistory, PlannerHistory, computed_row, failed_row, found_row
+from storage.ports import Store
+from tests.support.records import NOT_NAMES
+
+
+def key(map_id: str = "house", version: str = "v1", planner: str = "dijkstra", bucket: int = 3):
+    return map_id, version, planner, bucket
+
+
+def test_what_is_added_under_one_key_is_kept_as_its_sum(store: Store) -> None:
+    store.add_history([computed_row(key(), 0.25), failed_row(key()), found_row(key(), "stitched")])
+    store.add_history([found_row(key(), "reused"), computed_row(key(), 0.5)])
+    (row,) = store.history("house")
+    assert row.key == key()
+    assert (row.queries, row.failed, row.computed, row.reused, row.stitched) == (5, 1, 2, 1, 1)
+    assert row.micros == 750_000
+
+
+def test_rows_come_by_key_and_of_the_map_and_version_asked_for_only(store: Store) -> None:
+    keys = [key(version="v2"), key(bucket=10), key(planner="astar"), key("depot"), key(bucket=2)]
+    store.add_history(failed_row(each) for each in keys)
+    assert [row.key for row in store.history("house")] == sorted(each for each in keys if each[0] == "house")
+    assert [row.key for row in store.history("house", "v2")] == [key(version="v2")]
+    assert store.history("nowhere") == []
+
+
+def test_sums_of_many_writers_lose_nothing(store: Store) -> None:
+    with ThreadPoolExecutor(4) as threads:
+        list(threads.map(lambda _: store.add_history([failed_row(key())]), range(40)))
+    assert [row.failed for row in store.history("house")] == [40]
+
+
+def test_nothing_is_added_of_rows_of_which_one_cannot_be(store: Store) -> None:
+    with pytest.raises(InvalidInput):
+        store.add_history([failed_row(key()), PlannerHistory(*key(), queries=-1)])
+    assert store.history("house") == []
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        PlannerHistory(*key(bucket=-1)),
+        PlannerHistory(*key(bucket=64)),
+        PlannerHistory(*key(), micros=1 << 60),
+        PlannerHistory(*key(version="")),
+    ],
+)
+def test_rows_that_cannot_be_are_refused(store: Store, row: PlannerHistory) -> None:
+    with pytest.raises(InvalidInput):
+        store.add_history([row])
+
+
+def test_the_last_row_of_a_link_counts(store: Store) -> None:
+    rows = [LinkHistory(name, 0.001, 2e8, 4, 10.0) for name in ("m2", "m1")]
+    for row in (*rows, LinkHistory("m1", 0.002, 1e8, 5, 11.0)):
+        store.put_link(row)
+    assert store.links() == [LinkHistory("m1", 0.002, 1e8, 5, 11.0), rows[0]]
+
+
+@pytest.mark.parametrize("number", [-1.0, float("nan"), float("inf")])
+def test_a_link_with_numbers_that_are_none_is_refused(store: Store, number: float) -> None:
+    with pytest.raises(InvalidInput):
+        store.put_link(LinkHistory("m1", number, 1e8, 1, 0.0))
+    assert store.links() == []
+
+
+@pytest.mark.parametrize("name", NOT_NAMES)
+def test_names_that_are_none_are_refused(store: Store, name: str) -> None:
+    calls: list[Callable[[], object]] = [
+        lambda: store.history(name),
+        lambda: store.add_history([failed_row(key(name))]),
+        lambda: store.add_history([failed_row(key(planner=name))]),
+        lambda: store.put_link(LinkHistory(name, 0.0, 1.0, 1, 0.0)),
+    ]
+    for call in calls:
+        with pytest.raises(InvalidInput):
+            call()
