@@ -33,6 +33,7 @@ STATUS: dict[type[errors.PPaaSError], tuple[int, str]] = {
     errors.MessageTooLarge: (413, "Too large"),
     errors.UnknownType: (400, "Unknown type"),
     errors.InvalidMap: (422, "Invalid map"),
+    errors.InvalidUrdf: (422, "Invalid URDF"),
     errors.InvalidParameter: (422, "Invalid parameter"),
     errors.NotFound: (404, "Not found"),
     errors.Conflict: (409, "Conflict"),

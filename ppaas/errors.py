@@ -8,6 +8,7 @@
     │   ├── MessageTooLarge
     │   ├── UnknownType             no such ROS message or service type
     │   ├── InvalidMap              a map file or an occupancy grid that cannot be one
+    │   ├── InvalidUrdf             a robot's URDF that cannot be one
     │   └── InvalidParameter
     ├── NotFound                    what was named does not exist: a map, a robot, a planner, a topic …
     ├── Conflict                    it exists already, or is in use
@@ -69,6 +70,12 @@ class InvalidMap(InvalidInput):
     """A map file or an occupancy grid that cannot be one."""
 
     slug = "invalid-map"
+
+
+class InvalidUrdf(InvalidInput):
+    """A robot's URDF that cannot be one."""
+
+    slug = "invalid-urdf"
 
 
 class InvalidParameter(InvalidInput):

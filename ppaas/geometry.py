@@ -1,6 +1,7 @@
 """Poses in the plane and in space. Metres and radians; yaw is counter-clockwise from x (REP-103)."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -82,3 +83,24 @@ def poses_along(points: NDArray[np.float64], goal_theta: float | None = None) ->
     poses[:, 5] = np.sin(yaw / 2.0)
     poses[:, 6] = np.cos(yaw / 2.0)
     return poses
+
+
+def convex_outline(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (m, 2) corners of the smallest convex polygon around (n, 2) points, counter-clockwise.
+
+    By Andrew's monotone chain (1979).
+    """
+    ordered = sorted(set(map(tuple, points.tolist())))
+    halves = []
+    for line in (ordered, ordered[::-1]):
+        half: list[tuple[float, ...]] = []
+        for point in line:
+            while len(half) > 1 and not _turns_left(half[-2], half[-1], point):
+                half.pop()
+            half.append(point)
+        halves.append(half)
+    return np.array(halves[0][:-1] + halves[1][:-1] if len(ordered) > 1 else ordered)
+
+
+def _turns_left(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> bool:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0

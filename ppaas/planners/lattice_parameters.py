@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidParameter
+from ppaas.geometry import convex_outline
 from ppaas.parameter_types import check_scalar
 
 DUBIN, REEDS_SHEPP = "DUBIN", "REEDS_SHEPP"
@@ -109,27 +110,6 @@ class LatticeParameters:
         if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3 or not np.isfinite(corners).all():
             raise InvalidParameter("footprint must be a list of three corners x, y [m] or more")
         return convex_outline(corners)
-
-
-def convex_outline(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the (m, 2) corners of the smallest convex polygon around (n, 2) points, counter-clockwise.
-
-    By Andrew's monotone chain (1979).
-    """
-    ordered = sorted(set(map(tuple, points.tolist())))
-    halves = []
-    for line in (ordered, ordered[::-1]):
-        half: list[tuple[float, ...]] = []
-        for point in line:
-            while len(half) > 1 and not _turns_left(half[-2], half[-1], point):
-                half.pop()
-            half.append(point)
-        halves.append(half)
-    return np.array(halves[0][:-1] + halves[1][:-1] if len(ordered) > 1 else ordered)
-
-
-def _turns_left(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> bool:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0
 
 
 def _check_range(name: str, value: float) -> None:

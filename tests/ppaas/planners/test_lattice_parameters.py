@@ -8,9 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidParameter
+from ppaas.geometry import convex_outline
 from ppaas.planners import create
 from ppaas.planners.lattice_ground import reweighed
-from ppaas.planners.lattice_parameters import LatticeParameters, convex_outline
+from ppaas.planners.lattice_parameters import LatticeParameters
 from ppaas.planners.weights import exact_weights
 
 

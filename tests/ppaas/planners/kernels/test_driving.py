@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ppaas.geometry import convex_outline
 from ppaas.planners.kernels.driving import Ground, drive, fits, level_ground
-from ppaas.planners.lattice_parameters import convex_outline
 from tests.reference import driving as twin
 
 SEEDS = st.integers(0, 2**32 - 1)

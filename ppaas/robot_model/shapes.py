@@ -1,0 +1,189 @@
+"""The shapes that a URDF gives to links, and where each reaches."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+from xml.etree.ElementTree import Element
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.errors import InvalidUrdf
+from ppaas.robot_model.document import MAX_NAME, numbers, required, sizes
+from ppaas.spatial import Rigid
+
+CORNERS = 32
+"""Corners of the polygon around a disc: it lies outside by 0.5 % of the radius at most."""
+
+Points = NDArray[np.float64]
+
+
+class Box(NamedTuple):
+    """A box from its least to its greatest corner [m]."""
+
+    least: tuple[float, float, float]
+    greatest: tuple[float, float, float]
+
+
+class Cylinder(NamedTuple):
+    """A cylinder along z, centred [m]."""
+
+    radius: float
+    length: float
+
+
+class Sphere(NamedTuple):
+    """A sphere, centred [m]."""
+
+    radius: float
+
+
+class Mesh(NamedTuple):
+    """A mesh of which nobody told where it reaches."""
+
+    filename: str
+
+
+Shape = Box | Cylinder | Sphere | Mesh
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """A shape of a link, and where it is in the link's frame."""
+
+    shape: Shape
+    origin: Rigid
+
+
+def read_shapes(link: Element, kind: str, where: str) -> tuple[Placed, ...]:
+    """Return the shapes of a link.
+
+    Parameters
+    ----------
+    link : Element
+    kind : str
+        ``"collision"`` or ``"visual"``.
+    where : str
+        Names the link, for errors.
+
+    Raises
+    ------
+    InvalidUrdf
+        One is of no known kind, or its numbers are none.
+    """
+    found = [(required(each, "geometry", where), read_origin(each, where)) for each in link.findall(kind)]
+    return tuple(Placed(_shape(geometry, where), origin) for geometry, origin in found)
+
+
+def read_origin(element: Element, where: str) -> Rigid:
+    """Return where an element says that it is in its parent's frame.
+
+    Raises
+    ------
+    InvalidUrdf
+        Its numbers are none.
+    """
+    origin = element.find("origin")
+    if origin is None:
+        return Rigid()
+    return placed(numbers(origin, "xyz", 3, where, "0 0 0"), numbers(origin, "rpy", 3, where, "0 0 0"))
+
+
+def placed(xyz: tuple[float, ...], rpy: tuple[float, ...]) -> Rigid:
+    """Return the pose of a translation [m], and of turns about the fixed axes x, y and z in this order [rad]."""
+    roll, pitch = turned((1.0, 0.0, 0.0), rpy[0]), turned((0.0, 1.0, 0.0), rpy[1])
+    yaw = turned((0.0, 0.0, 1.0), rpy[2])
+    x, y, z = xyz
+    return Rigid(x, y, z) @ yaw @ pitch @ roll
+
+
+def turned(axis: tuple[float, float, float], angle: float) -> Rigid:
+    """Return a turn about an axis of length 1 [rad]."""
+    s = math.sin(angle / 2.0)
+    return Rigid(0.0, 0.0, 0.0, s * axis[0], s * axis[1], s * axis[2], math.cos(angle / 2.0))
+
+
+def _shape(geometry: Element, where: str) -> Shape:
+    found = next(iter(geometry), None)
+    if found is None:
+        raise InvalidUrdf(f"{where}: a <geometry> is empty: give it a box, a cylinder, a sphere or a mesh")
+    match found.tag:
+        case "box":
+            x, y, z = (edge / 2.0 for edge in sizes(found, "size", 3, where))
+            return Box((-x, -y, -z), (x, y, z))
+        case "cylinder":
+            return Cylinder(*sizes(found, "radius", 1, where), *sizes(found, "length", 1, where))
+        case "sphere":
+            return Sphere(*sizes(found, "radius", 1, where))
+        case "mesh":
+            return _mesh(found, where)
+    raise InvalidUrdf(f"{where}: a <geometry> is a box, a cylinder, a sphere or a mesh, not <{found.tag[:MAX_NAME]}>")
+
+
+def _mesh(mesh: Element, where: str) -> Shape:
+    """Return the box of a mesh, if it says so.
+
+    ``bounding_box``, the least and the greatest x, y, z before scaling, is ours: other programs skip it.
+    """
+    scale = numbers(mesh, "scale", 3, where, "1 1 1")
+    if "bounding_box" not in mesh.attrib:
+        return Mesh(mesh.get("filename", "")[:MAX_NAME])
+    box = numbers(mesh, "bounding_box", 6, where)
+    ends = [sorted((box[axis] * scale[axis], box[axis + 3] * scale[axis])) for axis in range(3)]
+    if any(box[axis] > box[axis + 3] for axis in range(3)):
+        raise InvalidUrdf(f"{where}: bounding_box= is the least x, y, z of a mesh and then the greatest")
+    (x0, x1), (y0, y1), (z0, z1) = ends
+    return Box((x0, y0, z0), (x1, y1, z1))
+
+
+def outline_points(shape: Shape, pose: Rigid) -> Points:
+    """Return (n, 2) points on the ground whose convex hull holds what is below and above: the shape seen from above.
+
+    Of what is round the hull is a polygon around it, of ``CORNERS`` corners to a circle.
+    """
+    match shape:
+        case Box(least, greatest):
+            return _moved(_corners(least, greatest), pose)[:, :2]
+        case Cylinder(radius, length):
+            ring = _ring(radius)
+            ends = [np.column_stack([ring, np.full(CORNERS, z)]) for z in (-length / 2.0, length / 2.0)]
+            return _moved(np.concatenate(ends), pose)[:, :2]
+        case Sphere(radius):
+            around: Points = _ring(radius) + np.array(pose[:2])
+            return around
+    return np.empty((0, 2))
+
+
+def heights(shape: Shape, pose: Rigid) -> tuple[float, float]:
+    """Return the lowest and the highest z of a shape that is no mesh."""
+    match shape:
+        case Box(least, greatest):
+            z = _moved(_corners(least, greatest), pose)[:, 2]
+            return float(z.min()), float(z.max())
+        case Cylinder(radius, length):
+            up = _axes(pose)[2, 2]
+            reach = abs(up) * length / 2.0 + radius * math.sqrt(max(0.0, 1.0 - up * up))
+            return pose.z - reach, pose.z + reach
+        case Sphere(radius):
+            return pose.z - radius, pose.z + radius
+    raise AssertionError("nobody knows how high a mesh is")
+
+
+def _corners(least: tuple[float, ...], greatest: tuple[float, ...]) -> Points:
+    return np.stack(np.meshgrid(*zip(least, greatest, strict=True)), axis=-1).reshape(-1, 3)
+
+
+def _ring(radius: float) -> Points:
+    angles = (np.arange(CORNERS) + 0.5) * (2.0 * math.pi / CORNERS)
+    return np.column_stack([np.cos(angles), np.sin(angles)]) * (radius / math.cos(math.pi / CORNERS))
+
+
+def _moved(points: Points, pose: Rigid) -> Points:
+    moved: Points = points @ _axes(pose).T + pose[:3]
+    return moved
+
+
+def _axes(pose: Rigid) -> Points:
+    """Return the (3, 3) matrix of a rotation."""
+    origin = Rigid(qx=pose.qx, qy=pose.qy, qz=pose.qz, qw=pose.qw)
+    return np.array([(origin @ Rigid(*axis))[:3] for axis in np.eye(3)]).T

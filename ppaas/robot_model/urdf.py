@@ -1,0 +1,138 @@
+"""The parts of a URDF that navigation looks at: links with their shapes, and joints. http://wiki.ros.org/urdf/XML"""
+
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element
+
+from ppaas.errors import InvalidUrdf
+from ppaas.robot_model.document import name_of, number, numbers, required, unit
+from ppaas.robot_model.shapes import Placed, read_origin, read_shapes
+from ppaas.spatial import Rigid
+
+JOINT_TYPES = ("fixed", "continuous", "revolute", "prismatic", "floating", "planar")
+TURNING = ("continuous", "revolute")
+
+MAX_LINKS = 1000
+"""As many as frames of one robot are kept by who shows them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """A link: what it collides with, or where nothing is told of that, what it looks like."""
+
+    name: str
+    shapes: tuple[Placed, ...]
+    collides: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Mimic:
+    """A joint that follows another: multiplier · position + offset."""
+
+    joint: str
+    multiplier: float
+    offset: float
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """A joint; ``velocity`` is its greatest [rad/s or m/s], if it is told and more than zero."""
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    origin: Rigid
+    axis: tuple[float, float, float]
+    velocity: float | None
+    mimic: Mimic | None
+
+
+@dataclass(frozen=True, slots=True)
+class Urdf:
+    """A robot: links and joints by name, in the order of the file."""
+
+    name: str
+    links: dict[str, Link]
+    joints: dict[str, Joint]
+
+
+def read_urdf(root: Element) -> Urdf:
+    """Read a URDF.
+
+    Parameters
+    ----------
+    root : Element
+        Of the document.
+
+    Raises
+    ------
+    InvalidUrdf
+        It is none, or something in it cannot be; the text names the link or joint.
+    """
+    if root.tag != "robot":
+        raise InvalidUrdf(f"a URDF is a <robot>, not a <{root.tag[:64]}>")
+    links, joints = root.findall("link"), root.findall("joint")
+    if not links:
+        raise InvalidUrdf("the robot has no <link>")
+    if len(links) > MAX_LINKS or len(joints) > MAX_LINKS:
+        raise InvalidUrdf(f"a robot may have {MAX_LINKS} links and joints, not {max(len(links), len(joints))}")
+    found: dict[str, Link] = {}
+    for each in links:
+        link = _link(each)
+        if found.setdefault(link.name, link) is not link:
+            raise InvalidUrdf(f"two links are named {link.name!a}")
+    return Urdf(root.get("name", "")[:256], found, _joints(joints))
+
+
+def _joints(elements: list[Element]) -> dict[str, Joint]:
+    found: dict[str, Joint] = {}
+    for each in elements:
+        joint = _joint(each)
+        if found.setdefault(joint.name, joint) is not joint:
+            raise InvalidUrdf(f"two joints are named {joint.name!a}")
+    return found
+
+
+def _link(element: Element) -> Link:
+    name = name_of(element)
+    where = f"link {name!a}"
+    collisions = read_shapes(element, "collision", where)
+    return Link(name, collisions or read_shapes(element, "visual", where), bool(collisions))
+
+
+def _joint(element: Element) -> Joint:
+    name = name_of(element)
+    where = f"joint {name!a}"
+    kind = element.get("type", "")
+    if kind not in JOINT_TYPES:
+        raise InvalidUrdf(f"{where} is {', '.join(JOINT_TYPES)}, not {kind[:64]!a}")
+    axis = element.find("axis")
+    turns = (1.0, 0.0, 0.0) if axis is None else numbers(axis, "xyz", 3, where, "1 0 0")
+    return Joint(
+        name=name,
+        type=kind,
+        parent=name_of(required(element, "parent", where), "link"),
+        child=name_of(required(element, "child", where), "link"),
+        origin=read_origin(element, where),
+        axis=(1.0, 0.0, 0.0) if kind in ("fixed", "floating") else unit(turns, where),
+        velocity=_velocity(element, where),
+        mimic=_mimic(element, where),
+    )
+
+
+def _velocity(joint: Element, where: str) -> float | None:
+    limit = joint.find("limit")
+    if limit is None:
+        return None
+    velocity = number(limit, "velocity", where, "0")
+    if velocity < 0.0:
+        raise InvalidUrdf(f"{where}: velocity= of <limit> must not be negative")
+    return velocity or None
+
+
+def _mimic(joint: Element, where: str) -> Mimic | None:
+    mimic = joint.find("mimic")
+    if mimic is None:
+        return None
+    follows = number(mimic, "multiplier", where, "1"), number(mimic, "offset", where, "0")
+    return Mimic(name_of(mimic, "joint"), *follows)
