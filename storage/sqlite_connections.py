@@ -43,9 +43,10 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
     ),
     (
         """CREATE TABLE history (map TEXT NOT NULL, version TEXT NOT NULL, planner TEXT NOT NULL,
-           bucket INTEGER NOT NULL, queries INTEGER NOT NULL, failed INTEGER NOT NULL, computed INTEGER NOT NULL, reused INTEGER NOT NULL,
-           stitched INTEGER NOT NULL, micros INTEGER NOT NULL, logs INTEGER NOT NULL, squares INTEGER NOT NULL,
-           compared INTEGER NOT NULL, millimetres INTEGER NOT NULL, cheapest_millimetres INTEGER NOT NULL,
+           bucket INTEGER NOT NULL, queries INTEGER NOT NULL, failed INTEGER NOT NULL, computed INTEGER NOT NULL,
+           reused INTEGER NOT NULL, stitched INTEGER NOT NULL, micros INTEGER NOT NULL,
+           logs INTEGER NOT NULL, squares INTEGER NOT NULL, compared INTEGER NOT NULL,
+           millimetres INTEGER NOT NULL, cheapest_millimetres INTEGER NOT NULL,
            PRIMARY KEY (map, version, planner, bucket)) STRICT, WITHOUT ROWID""",
         "CREATE TABLE links (link TEXT PRIMARY KEY, record BLOB NOT NULL) STRICT",
     ),
