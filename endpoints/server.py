@@ -68,6 +68,7 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
     return CloudConfig(
         store=arguments.store or f"sqlite:///{data / 'ppaas.sqlite'}",
         map_store=arguments.map_store or f"file:///{data / 'maps'}",
+        outbox=str(data / "outbox.sqlite"),
         cores=arguments.cores,
         linger=arguments.linger,
     )

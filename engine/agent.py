@@ -118,7 +118,7 @@ async def _start(config: AgentConfig, cpus: tuple[int, ...], stack: contextlib.A
     await router.start()
     fabric = await Fabric.open(router.endpoint, router.credentials)
     stack.push_async_callback(fabric.close)
-    store = open_store(config.store)
+    store = open_store(config.store, outbox=Path(config.outbox) if config.outbox else None)
     stack.callback(store.close)
     cache = MapCache.of_instance(config.instance)
     stack.callback(cache.remove_all)

@@ -20,6 +20,8 @@ class AgentConfig(msgspec.Struct, frozen=True):
         Name of the cloud this machine belongs to; its shared memory is found by it.
     store, map_store : str
         URLs of the stores.
+    outbox : str, optional
+        File in which plans wait while a store that is not on this machine is away.
     cores : int, optional
         CPUs it may use; without it, all.
     """
@@ -31,4 +33,5 @@ class AgentConfig(msgspec.Struct, frozen=True):
     instance: str
     store: str
     map_store: str
+    outbox: str | None = None
     cores: int | None = None

@@ -6,6 +6,7 @@ import logging
 import secrets
 import shutil
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from engine.agent_config import AgentConfig
 from engine.agent_process import AgentProcess
@@ -40,6 +41,8 @@ class CloudConfig:
     ----------
     store, map_store : str
         URLs of the stores.
+    outbox : str, optional
+        File in which plans wait while a store that is not on this machine is away.
     machine : str
         Name of this machine.
     cores : int, optional
@@ -52,6 +55,7 @@ class CloudConfig:
 
     store: str
     map_store: str
+    outbox: str | None = None
     machine: str = "local"
     cores: int | None = None
     quota: Quota = field(default_factory=Quota)
@@ -68,7 +72,7 @@ class Cloud:
     """
 
     def __init__(self, config: CloudConfig) -> None:
-        self.store: Store = open_store(config.store)
+        self.store: Store = open_store(config.store, outbox=Path(config.outbox) if config.outbox else None)
         self.map_store: MapStore = open_map_store(config.map_store)
         self._run_dir = make_run_dir()  # after what may be refused, so that it is not left behind
         secret, instance = secrets.token_urlsafe(24), instance_name()
@@ -90,6 +94,7 @@ class Cloud:
                 instance=instance,
                 store=config.store,
                 map_store=config.map_store,
+                outbox=config.outbox,
                 cores=config.cores,
             )
         )

@@ -47,29 +47,39 @@ class Backend:
         Makes its arguments of the URL.
     extra : str, optional
         What must be installed beside the cloud.
+    remote : bool
+        Another program keeps it, which may be away while this one runs.
     """
 
     module: str
     name: str
     arguments: Callable[[str], tuple[Any, ...]]
     extra: str | None = None
+    remote: bool = False
 
 
 STORES = {
     "memory": Backend("storage.memory", "MemoryStore", _nothing),
     "sqlite": Backend("storage.sqlite", "SqliteStore", _local_path),
-    "cassandra": Backend("storage.cassandra", "CassandraStore", _whole, extra="cassandra"),
+    "cassandra": Backend("storage.cassandra", "CassandraStore", _whole, extra="cassandra", remote=True),
 }
 
 MAP_STORES = {
     "memory": Backend("storage.memory", "MemoryMapStore", _nothing),
     "file": Backend("storage.files", "FileMapStore", _local_path),
-    "hdfs": Backend("storage.hdfs", "HdfsMapStore", _whole, extra="hdfs"),
+    "hdfs": Backend("storage.hdfs", "HdfsMapStore", _whole, extra="hdfs", remote=True),
 }
 
 
-def open_store(url: str) -> Store:
+def open_store(url: str, *, outbox: Path | None = None) -> Store:
     """Open what keeps everything but maps.
+
+    Parameters
+    ----------
+    url : str
+        Where it is.
+    outbox : Path, optional
+        File in which plans wait while a store of another program is away.
 
     Raises
     ------
@@ -78,7 +88,13 @@ def open_store(url: str) -> Store:
     Unavailable
         It cannot be opened now; the text says why and what to do.
     """
-    return cast(Store, _open(url, STORES))
+    store = cast(Store, _open(url, STORES))
+    if outbox is None or not STORES[url.partition(":")[0]].remote:
+        return store
+    from storage.outbox import Outbox  # noqa: PLC0415
+    from storage.patient import PatientStore  # noqa: PLC0415 - nobody needs them who keeps all on this machine
+
+    return cast(Store, PatientStore(store, Outbox(outbox)))
 
 
 def open_map_store(url: str) -> MapStore:

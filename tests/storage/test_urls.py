@@ -55,7 +55,11 @@ def test_a_url_that_names_no_path_is_refused(url: str) -> None:
         open_store(url)
 
 
-def test_a_store_for_a_fleet_names_its_extra() -> None:
+def test_a_store_for_a_fleet_names_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    for driver in ("cassandra", "hdfs"):
+        for module in [name for name in sys.modules if name.startswith((driver, f"storage.{driver}"))]:
+            monkeypatch.delitem(sys.modules, module)
+        monkeypatch.setitem(sys.modules, driver, None)  # as if it were not installed
     with pytest.raises(InvalidInput, match=r"ppaas\[cassandra\]"):
         open_store("cassandra://db/ppaas")
     with pytest.raises(InvalidInput, match=r"ppaas\[hdfs\]"):
@@ -65,3 +69,8 @@ def test_a_store_for_a_fleet_names_its_extra() -> None:
 def test_what_is_not_asked_for_is_not_imported() -> None:
     code = "import sys, storage.urls as u; u.open_store('memory:'); assert not {'sqlite3', 'fcntl'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_store_on_this_machine_needs_no_outbox(tmp_path: Path) -> None:
+    assert type(open_store("memory:", outbox=tmp_path / "outbox.sqlite")) is MemoryStore
+    assert not list(tmp_path.iterdir())
