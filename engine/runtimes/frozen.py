@@ -2,10 +2,11 @@
 
 import gc
 
-from engine.runtimes import memory, preload
+from engine.runtimes import gaps, memory, preload
 
 if preload.COMPILED.buffer:
     memory.begin_anew(preload.ENVIRONMENT)
 gc.collect()
 memory.give_back()
+gaps.fill()
 gc.freeze()

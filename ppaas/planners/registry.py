@@ -1,11 +1,12 @@
 """Planners by name."""
 
-from typing import Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from ppaas.planners.base import Planner
-from ppaas.planners.volume.base import VolumePlanner
-from ppaas.planners.volume.registry import VOLUME_PLANNERS
 from ppaas.plugins import PluginRegistry
+
+if TYPE_CHECKING:
+    from ppaas.planners.volume.base import VolumePlanner
 
 PLANNERS: PluginRegistry[Planner] = PluginRegistry(
     "ppaas.planners",
@@ -24,10 +25,10 @@ PLANNERS: PluginRegistry[Planner] = PluginRegistry(
 
 
 @overload
-def create(name: Literal["astar3d", "dijkstra3d"], **parameters: Any) -> VolumePlanner: ...
+def create(name: Literal["astar3d", "dijkstra3d"], **parameters: Any) -> "VolumePlanner": ...
 @overload
 def create(name: str, **parameters: Any) -> Planner: ...
-def create(name: str, **parameters: Any) -> Planner | VolumePlanner:
+def create(name: str, **parameters: Any) -> "Planner | VolumePlanner":
     """Make a planner by its name or its ROS alias; one in space as well, whose maps and requests are others.
 
     Raises
@@ -37,8 +38,12 @@ def create(name: str, **parameters: Any) -> Planner | VolumePlanner:
     InvalidParameter
         It takes no such parameter.
     """
-    registry = VOLUME_PLANNERS if name in VOLUME_PLANNERS.names() else PLANNERS
-    return registry.create(name, parameters)
+    if PLANNERS.own_name(name) not in PLANNERS.names():
+        from ppaas.planners.volume.registry import VOLUME_PLANNERS  # noqa: PLC0415 - heavy, and few robots fly
+
+        if name in VOLUME_PLANNERS.names():
+            return VOLUME_PLANNERS.create(name, parameters)
+    return PLANNERS.create(name, parameters)
 
 
 def planner_names() -> tuple[str, ...]:

@@ -1,0 +1,59 @@
+"""Fills the gaps between the objects of a process, before others are forked from it.
+
+A child puts its new objects where it finds room, first between those that it shares with its parent; each of them costs
+it a copy of the page around. Once the gaps are filled, new objects come to lie side by side on pages of their own. What
+is taken here is never given back; it lies on pages that all share anyway.
+"""
+
+import ctypes
+from collections.abc import Callable
+
+POOL = 1 << 14
+"""Bytes from which the interpreter hands out blocks of one size."""
+
+POOL_HEADER = 48
+SMALL = range(16, 513, 16)
+"""Sizes of such blocks."""
+
+LARGE = (65_536, 32_768, 16_384, 8_192, 4_096, 2_048, 1_024, 512, 256, 128, 64, 24)
+"""Sizes of blocks that the C library is asked for: what of a gap is left goes to the next smaller ones."""
+
+LARGER = 100_000
+"""More than any gap holds: such a block comes from behind all others."""
+
+MOST = 1 << 21
+"""Bytes that are taken of one size at most, if memory is laid out otherwise than is thought here."""
+
+Allocate = Callable[[int], int]
+
+
+def fill() -> int:
+    """Take all room between objects, and between blocks of the C library; return how many bytes that was."""
+    interpreter, library = ctypes.pythonapi, ctypes.CDLL(None)
+    small, large = interpreter.PyObject_Malloc, library.malloc
+    for allocate in (small, large):
+        allocate.restype, allocate.argtypes = ctypes.c_void_p, [ctypes.c_size_t]
+    library.free.restype, library.free.argtypes = None, [ctypes.c_void_p]
+    return sum(_fill_pools(small, size) for size in SMALL) + _fill_heap(large, library.free)
+
+
+def _fill_pools(allocate: Allocate, size: int) -> int:
+    """Take blocks of one size until a whole pool of them had been free."""
+    taken, pool, of_this_pool = 0, -1, 0
+    while of_this_pool < (POOL - POOL_HEADER) // size and taken < MOST:
+        here = allocate(size) // POOL
+        of_this_pool = of_this_pool + 1 if here == pool else 1
+        pool, taken = here, taken + size
+    return taken
+
+
+def _fill_heap(allocate: Allocate, free: Callable[[int], None]) -> int:
+    """Take blocks of each size as long as they come from before the last block of all."""
+    taken, last = 0, allocate(LARGER)
+    for size in LARGE:
+        most = taken + MOST
+        while (address := allocate(size)) < last and taken < most:
+            taken += size
+        free(address)
+    free(last)
+    return taken
