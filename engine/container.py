@@ -57,6 +57,7 @@ def build_graph(graph: Graph, launch: Launch, indexes: Indexes | None = None) ->
             graph,
             layers,
             model=robot.model,
+            urdf=robot.urdf,
             initial_pose=robot.initial_pose,
             base_global_planner=robot.base_global_planner,
             base_local_planner=robot.base_local_planner,

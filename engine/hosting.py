@@ -17,7 +17,7 @@ from engine.mapcache import MapCache
 from engine.model import ContainerSpec, Launch
 from engine.runtimes.base import ContainerProcess, Runtime
 from ppaas.errors import Conflict, PPaaSError, Unavailable
-from ppaas.nodes.models import robot_model
+from ppaas.nodes.bodies import robot_body
 from storage.ports import MapStore
 
 logger = logging.getLogger(__name__)
@@ -128,11 +128,12 @@ class Hosting:
         )
 
     async def _layers(self, spec: ContainerSpec) -> Path:
-        radius = robot_model(spec.robot.model if spec.robot is not None else PLANNING_MODEL).robot_radius
+        robot = spec.robot
+        body = robot_body(PLANNING_MODEL) if robot is None else robot_body(robot.model, robot.urdf, robot.parameters)
         record = await asyncio.to_thread(self._maps.map, spec.map.id)
         if record.version != spec.map.version:
             raise Conflict(f"map {spec.map.id!r} has a newer version than {spec.map.version}; connect again")
-        return await self._cache.ensure(record, radius)
+        return await self._cache.ensure(record, body.robot_radius)
 
     def stop(self, order: control.StopContainer) -> None:
         """End a container: it was told by its link; by force, if it stays."""

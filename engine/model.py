@@ -4,6 +4,8 @@ from typing import Any, Literal
 
 import msgspec
 
+from ppaas.robot_model.description import RobotDescription
+
 ContainerKind = Literal["robot", "planning"]
 
 SESSION_STATE = "session"
@@ -24,7 +26,7 @@ class MapVersion(msgspec.Struct, frozen=True):
 
 
 class RobotConfig(msgspec.Struct, frozen=True):
-    """What a clone must know of its robot."""
+    """What a clone must know of its robot; ``urdf`` is what its URDF tells."""
 
     id: str
     model: str
@@ -32,6 +34,7 @@ class RobotConfig(msgspec.Struct, frozen=True):
     base_global_planner: str
     base_local_planner: str
     parameters: dict[str, Any] = {}
+    urdf: RobotDescription | None = None
 
 
 class ContainerSpec(msgspec.Struct, frozen=True):

@@ -3,12 +3,15 @@
 import asyncio
 import logging
 from collections import Counter
+from functools import lru_cache
 
 from engine.master import PlaceRequest
 from engine.model import MapVersion, RobotConfig
 from engine.place_link import PlaceLink
 from engine.service import CloudService
-from ppaas.errors import Conflict, NotPermitted, PPaaSError, Unavailable
+from ppaas.errors import Conflict, NotFound, NotPermitted, PPaaSError, Unavailable
+from ppaas.robot_model.description import RobotDescription
+from ppaas.robot_model.reading import describe
 from storage.ports import MapStore, Store
 from storage.records import RobotRecord
 
@@ -96,10 +99,17 @@ class RobotSessions:
 
     def _request(self, user: str, robot: str) -> PlaceRequest:
         record = self._store.robot(user, robot)
+        urdf = self._urdf(user, robot)
         version = self._map_store.map_head(record.map)
         if not version.readable_by(user):
             raise NotPermitted(f"map {record.map!r} is not shared with {user!r}")
-        return PlaceRequest(user, MapVersion(version.id, version.version), record.cores, robot_config(record))
+        return PlaceRequest(user, MapVersion(version.id, version.version), record.cores, robot_config(record, urdf))
+
+    def _urdf(self, user: str, robot: str) -> RobotDescription | None:
+        try:
+            return described(self._store.urdf(user, robot))
+        except NotFound:
+            return None
 
     def leave(self, place: PlaceLink, *, as_robot: bool) -> None:
         """Take one client off a place."""
@@ -128,7 +138,13 @@ class RobotSessions:
         await asyncio.gather(*self._closing.values(), return_exceptions=True)
 
 
-def robot_config(record: RobotRecord) -> RobotConfig:
+@lru_cache(maxsize=32)
+def described(urdf: bytes) -> RobotDescription:
+    """Return what a URDF tells, which was read when it was put; raises as ``describe``."""
+    return describe(urdf)
+
+
+def robot_config(record: RobotRecord, urdf: RobotDescription | None = None) -> RobotConfig:
     """Return what a clone must know of its robot."""
     return RobotConfig(
         id=record.id,
@@ -137,4 +153,5 @@ def robot_config(record: RobotRecord) -> RobotConfig:
         base_global_planner=record.base_global_planner,
         base_local_planner=record.base_local_planner,
         parameters=record.parameters,
+        urdf=urdf,
     )

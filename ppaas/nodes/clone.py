@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from ppaas import controllers, planners, recoveries
+from ppaas import controllers, recoveries
 from ppaas.controllers.base import Controller
 from ppaas.controllers.registry import CONTROLLERS
 from ppaas.costmap.inflation import COST_SCALING_FACTOR, INFLATION_RADIUS
@@ -18,10 +18,12 @@ from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.recovery import recovery_behaviors, recovery_defaults
 from ppaas.nodes.amcl import AmclNode
 from ppaas.nodes.base import Context, Parameters
+from ppaas.nodes.bodies import COSTMAP, FootprintParameters, robot_body
+from ppaas.nodes.body_planners import planner_of
 from ppaas.nodes.checks import read_parameters
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.map_server import MapServerNode
-from ppaas.nodes.models import RobotModel, robot_model
+from ppaas.nodes.models import RobotModel
 from ppaas.nodes.move_base import MoveBaseNode
 from ppaas.nodes.parameter_server import ParameterServerNode
 from ppaas.nodes.planner_server import PlannerServerNode
@@ -33,6 +35,7 @@ from ppaas.planners.base import Planner
 from ppaas.planners.registry import PLANNERS
 from ppaas.plugins import parameters_in_use
 from ppaas.recoveries.base import Recovery
+from ppaas.robot_model.description import RobotDescription
 
 P = TypeVar("P", bound=Parameters)
 
@@ -63,6 +66,7 @@ def build_clone(
     layers: MapLayers,
     *,
     model: str,
+    urdf: RobotDescription | None = None,
     initial_pose: tuple[float, float, float],
     base_global_planner: str = DEFAULT_PLANNER,
     base_local_planner: str = DEFAULT_CONTROLLER,
@@ -79,6 +83,8 @@ def build_clone(
         The map, inflated for the robot's radius.
     model : str
         Of the robot.
+    urdf : RobotDescription, optional
+        What its URDF tells.
     initial_pose : tuple of float
         x, y [m], yaw [rad] in the map.
     base_global_planner, base_local_planner : str
@@ -97,14 +103,15 @@ def build_clone(
     InvalidParameter
         A parameter or the name of a node is unknown, or a value cannot be taken.
     """
-    body = robot_model(model)
+    body = robot_body(model, urdf, parameters)
     given = _Given(parameters or {})
+    given.read(FootprintParameters, COSTMAP, {"robot_radius": body.robot_radius, "footprint": body.footprint})
     base = {"base_global_planner": base_global_planner, "base_local_planner": base_local_planner}
     # What the robot's file says of its planners is the default; what it says of Move Base itself goes first.
     driving = given.read(MoveBaseParameters, "move_base", base)
     amcl = given.read(AmclParameters, "amcl")
     state = given.read(StatePublisherParameters, "robot_state_publisher")
-    (planner, path_planners), controller = _planners(driving, given), _controller(driving, given, body)
+    (planner, path_planners), controller = _planners(driving, given, body), _controller(driving, given, body)
     recovering = _recoveries(driving, given)
     local = given.read(LocalCostmapParameters, "local_costmap")
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
@@ -135,16 +142,16 @@ def build_planning(
     graph.add(lambda context: PlannerServerNode(context, layers.costmap, base_global_planner, threads))
 
 
-def _planners(driving: MoveBaseParameters, given: "_Given") -> tuple[Planner, dict[str, Planner]]:
+def _planners(driving: MoveBaseParameters, given: "_Given", body: RobotModel) -> tuple[Planner, dict[str, Planner]]:
     """Return one to drive by, and by name those for who asks for plans: two of one name may be at work at a time."""
     base = PLANNERS.own_name(driving.base_global_planner)
     own = given.take(*PLANNERS.spellings(base))
-    drives, asked = planners.create(driving.base_global_planner, **own), {base: planners.create(base, **own)}
+    drives, asked = planner_of(body, driving.base_global_planner, own), {base: planner_of(body, base, own)}
     given.note(base, drives)
     for name in PLANNERS.names():
         spellings = PLANNERS.spellings(name)
         if given.has(*spellings):
-            asked[name] = planners.create(name, **given.take(*spellings))
+            asked[name] = planner_of(body, name, given.take(*spellings))
             given.note(name, asked[name])
     return drives, asked
 

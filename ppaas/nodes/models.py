@@ -23,6 +23,10 @@ class RobotModel:
         Of the laser in the frame of the base [m, rad].
     laser_frame : str
         What scans call their frame, if not that of the base.
+    footprint : tuple of (x, y)
+        Corners of its outline in the frame of the base [m]; none where its disc says all.
+    height : float, optional
+        From the ground to its top, if it is known [m].
     """
 
     name: str
@@ -30,6 +34,8 @@ class RobotModel:
     limits: VelocityLimits
     laser: Pose2D = Pose2D(0.0, 0.0, 0.0)
     laser_frame: str = "base_scan"
+    footprint: tuple[tuple[float, float], ...] = ()
+    height: float | None = None
 
 
 # Limits as the makers' navigation packages give them; laser poses as their URDF files do.

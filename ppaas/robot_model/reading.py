@@ -9,7 +9,7 @@ from ppaas.geometry import convex_outline
 from ppaas.robot_model.description import Corner, RobotDescription, circumscribed_radius
 from ppaas.robot_model.document import MAX_BYTES, read_document
 from ppaas.robot_model.kinematics import BASE_FRAMES, link_poses
-from ppaas.robot_model.sensors import sensor_frames
+from ppaas.robot_model.sensors import sensor_frames, tilted
 from ppaas.robot_model.shapes import Mesh, Shape, heights, outline_points
 from ppaas.robot_model.urdf import Urdf, read_urdf
 from ppaas.robot_model.wheels import speed_limits
@@ -49,6 +49,7 @@ def describe(data: bytes) -> RobotDescription:
     base, poses = link_poses(urdf)
     body, warnings = _body(urdf, poses)
     speed, turn = speed_limits(urdf, poses)
+    sensors = sensor_frames(root, poses)
     return RobotDescription(
         name=urdf.name,
         base_frame=base,
@@ -57,8 +58,8 @@ def describe(data: bytes) -> RobotDescription:
         height=_height(body, base),
         max_vel_x=speed,
         max_vel_theta=turn,
-        sensors=sensor_frames(root, poses),
-        warnings=warnings,
+        sensors=sensors,
+        warnings=(*warnings, *tilted(sensors))[:MAX_WARNINGS],
     )
 
 
@@ -77,7 +78,7 @@ def _body(urdf: Urdf, poses: Mapping[str, Rigid]) -> tuple[Body, tuple[str, ...]
         "simple shapes; until then footprint and height are not known"
         for name, mesh in unknown
     ]
-    return ([] if unknown else body), tuple(warnings[:MAX_WARNINGS])
+    return ([] if unknown else body), tuple(warnings)
 
 
 def _footprint(body: Body) -> tuple[Corner, ...]:

@@ -2,11 +2,12 @@
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from xml.etree.ElementTree import Element
 
 from ppaas.robot_model.description import SensorFrame
 from ppaas.spatial import Rigid
+from ppaas.transforms import MAX_TILT
 
 MAX_SENSORS = 100
 
@@ -40,6 +41,16 @@ def sensor_frames(root: Element, poses: Mapping[str, Rigid]) -> tuple[SensorFram
     kinds |= {link: kind for link, kind in _by_tag(root) if link in poses}
     found = [SensorFrame(link, kinds[link], _numbers(poses[link])) for link in poses if link in kinds]
     return tuple(found[:MAX_SENSORS])
+
+
+def tilted(sensors: Iterable[SensorFrame]) -> list[str]:
+    """Return a warning for each laser that is not level: its scans are taken as if it were."""
+    lasers = (sensor for sensor in sensors if sensor.kind == LASER)
+    return [
+        f"laser {laser.link!a} is tilted or upside down, and its scans are taken as if it were level"
+        for laser in lasers
+        if max(map(abs, laser.pose[3:5])) > MAX_TILT
+    ]
 
 
 def _by_name(link: str) -> str | None:

@@ -16,12 +16,14 @@ from engine.mapcache import MapCache
 from engine.model import ContainerSpec, MapVersion
 from ppaas.errors import InvalidMap, Unavailable
 from ppaas.nodes.models import robot_model
+from ppaas.robot_model.reading import describe
 from storage.memory import MemoryMapStore, MemoryStore
 from storage.records import MapRecord
 from tests.support import records
 from tests.support.fake_fabric import FakeFabric
 from tests.support.fake_runtime import FakeRuntime
 from tests.support.specs import planning_spec, robot_config, robot_spec
+from tests.support.urdf import example
 from tests.support.waiting import until
 
 HOUSE = MapVersion("house", records.house().version)
@@ -116,6 +118,23 @@ async def test_layers_are_inflated_for_the_robot_or_for_the_usual_one(host: Host
     host.start(planning_spec("p1", version=HOUSE))
     await host.told(launched("p1"))
     assert host.building.radii == [robot_model(model).robot_radius for model in ("turtlebot3_burger", "turtlebot2")]
+
+
+async def test_layers_are_inflated_for_what_the_urdf_or_the_parameters_of_a_robot_say(host: Host) -> None:
+    told = describe(example("turtlebot3_waffle"))
+    described = robot_config(urdf=told)
+    own = robot_config(urdf=told, parameters={"global_costmap": {"robot_radius": 0.3}})
+    for number, config in enumerate((described, own)):
+        host.start(ContainerSpec(f"c{number}", "ann", HOUSE, 1.0, config))
+        await host.told(launched(f"c{number}"))
+    assert host.building.radii == [0.238, 0.3]
+
+
+async def test_a_container_whose_robot_has_a_footprint_that_is_none_is_refused(host: Host) -> None:
+    bad = robot_config(parameters={"global_costmap": {"footprint": [[0, 0]]}})
+    host.start(ContainerSpec("c1", "ann", HOUSE, 1.0, bad))
+    refusal = Refusal("invalid-parameter", "footprint must be a list of three corners x, y [m] or more")
+    await host.told(control.LaunchFailed("c1", refusal))
 
 
 async def test_containers_are_spread_over_the_cpus_and_room_is_given_back(host: Host) -> None:

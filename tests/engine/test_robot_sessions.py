@@ -4,17 +4,21 @@ import asyncio
 from collections.abc import AsyncIterator
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from engine.balancers.first_fit import FirstFit
 from engine.checkpoints import Checkpoints
 from engine.master import Master, Quota
+from engine.model import RobotConfig
 from engine.place_link import PlaceLink
 from engine.robot_sessions import RobotSessions
 from engine.service import CloudService
 from ppaas.errors import Conflict, Idle, NotFound, NotPermitted, QuotaExceeded, Unavailable
+from ppaas.robot_model.reading import describe
 from storage.memory import MemoryMapStore, MemoryStore
 from tests.support import records
+from tests.support.urdf import example
 from tests.support.waiting import until
 
 LONG = 1000.0
@@ -220,3 +224,15 @@ async def test_a_place_that_is_let_go_is_closed_though_clients_are_there(
     await sessions.let_go(place, Idle("nothing was said"))
     assert is_open(service, anew), "what was let go is another place by now"
     sessions.leave(anew, as_robot=True)
+
+
+async def test_a_place_knows_what_the_robots_urdf_tells(
+    service: CloudService, sessions: RobotSessions, store: MemoryStore
+) -> None:
+    store.put_urdf("ann", "tb1", example("turtlebot3_waffle"))
+    for robot, told in (("tb1", describe(example("turtlebot3_waffle"))), ("tb2", None)):
+        place = await sessions.join("ann", robot, as_robot=True)
+        request = service._master.places[place.key].request
+        assert request.robot is not None
+        assert request.robot.urdf == told
+        assert msgspec.msgpack.decode(msgspec.msgpack.encode(request.robot), type=RobotConfig) == request.robot

@@ -132,6 +132,12 @@ def test_sensors_are_found_by_name_and_by_tag_and_the_tag_goes_first():
     assert told.sensors[0].pose == pytest.approx((0.1, 0, 0.2, 0, 0, 1.5))
 
 
+def test_it_is_told_that_a_laser_is_not_level():
+    hanging = joint("laser", "base_link", "fixed", origin((0, 0, 0.2), (math.pi, 0, 0)))
+    told = describe(urdf.urdf(link("base_link", part(sphere(0.1))), link("laser"), hanging))
+    assert ["'laser' is tilted or upside down" in warning for warning in told.warnings] == [True]
+
+
 def test_a_joint_that_follows_another_stands_at_its_offset():
     arm = part(box(1.0, 0.1, 0.1), origin((0.5, 0, 0)))
     follows = '<axis xyz="0 0 1"/><mimic joint="a_joint" multiplier="2" offset="{}"/>'
