@@ -20,6 +20,7 @@ from ppaas.messages.nav_msgs import Path
 from ppaas.messages.std_msgs import Header
 from ppaas.planners.path_text import path_message
 from ppaas.planners.traits import Traits
+from ppaas.plans.stored import Origin
 from ppaas.plugins import parameters_in_use
 
 
@@ -78,6 +79,10 @@ class PlanResult:
         Time taken.
     planner : str
         Who planned it.
+    origin : {"computed", "reused", "stitched"}
+        Whether it was computed, or made of a plan that was kept.
+    reused : str
+        Id of that plan.
     """
 
     cells: NDArray[np.int32]
@@ -88,6 +93,8 @@ class PlanResult:
     seconds: float
     planner: str
     frame_id: str = field(default="map")
+    origin: Origin = "computed"
+    reused: str = ""
 
     def to_message(self, stamp: Header | None = None) -> Path:
         """Return ``nav_msgs/Path``; its poses are JSON already, which the encoder copies as it is."""
