@@ -42,6 +42,11 @@ class Scenario:
         """Return the first so many queries; all for None."""
         return Scenario(self.starts[:count], self.goals[:count], self.optima[:count])
 
+    def spread(self, count: int) -> "Scenario":
+        """Return so many queries from all over the file, which begins with short ones; all if it has no more."""
+        chosen = np.unique(np.linspace(0, len(self) - 1, min(count, len(self))).astype(np.int64))
+        return Scenario(self.starts[chosen], self.goals[chosen], self.optima[chosen])
+
 
 def parse_map(text: bytes) -> GridMap:
     """Read a ``.map`` file.

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from PIL import Image, ImageDraw, ImageFont
@@ -15,6 +16,8 @@ GRID = (228, 231, 235)
 WIDTH, HEIGHT = 900, 560
 LEFT, RIGHT, TOP, BOTTOM = 84, 24, 116, 64
 OVERSAMPLING = 2
+DASH = 10.0
+"""From the beginning of a dash to the next [pixels]."""
 
 Colour = tuple[int, int, int]
 Point = tuple[float, float]
@@ -22,10 +25,22 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A named line through points (x, y)."""
+    """A named line through points (x, y).
+
+    Parameters
+    ----------
+    name : str
+    points : sequence of (float, float)
+    colour : int, optional
+        Number of the colour; lines have different ones where none is told.
+    dashed : bool
+        Whether it is drawn in dashes.
+    """
 
     name: str
     points: Sequence[Point]
+    colour: int | None = None
+    dashed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,9 +118,10 @@ def draw(title: str, lines: Sequence[Line], x: Axis, y: Axis) -> Image.Image:
     _text(pen, (LEFT, 16), title, 19)
     _draw_axes(pen, across, upward, x, y)
     place: Point = LEFT, 52
-    for line, colour in zip(lines, COLOURS * len(lines), strict=False):
-        place = _draw_legend(pen, place, line.name, colour)
-        _draw_line(pen, [_place(across, upward, point) for point in line.points], colour)
+    for number, line in enumerate(lines):
+        colour = COLOURS[(number if line.colour is None else line.colour) % len(COLOURS)]
+        place = _draw_legend(pen, place, line, colour)
+        _draw_line(pen, [_place(across, upward, point) for point in line.points], colour, dashed=line.dashed)
     return sheet.reduce(OVERSAMPLING)
 
 
@@ -124,19 +140,33 @@ def _draw_axes(pen: ImageDraw.ImageDraw, across: _Scale, upward: _Scale, x: Axis
     _text(pen, (14, TOP - 26), y.label, 14)
 
 
-def _draw_line(pen: ImageDraw.ImageDraw, places: Sequence[Point], colour: Colour) -> None:
-    _stroke(pen, places, colour, 2)
+def _draw_line(pen: ImageDraw.ImageDraw, places: Sequence[Point], colour: Colour, *, dashed: bool) -> None:
+    for part in _dashes(places) if dashed else [places]:
+        _stroke(pen, part, colour, 2)
     for x, y in places:
         box = tuple(OVERSAMPLING * edge for edge in (x - 3.5, y - 3.5, x + 3.5, y + 3.5))
         pen.ellipse(box, colour)
 
 
-def _draw_legend(pen: ImageDraw.ImageDraw, place: Point, name: str, colour: Colour) -> Point:
+def _dashes(places: Sequence[Point]) -> list[Sequence[Point]]:
+    """Return the dashes of a line, each straight: they begin anew at each of its points."""
+    dashes: list[Sequence[Point]] = []
+    for (x, y), (to_x, to_y) in pairwise(places):
+        count = max(1, round(math.dist((x, y), (to_x, to_y)) / DASH))
+        across, down = (to_x - x) / count, (to_y - y) / count
+        dashes += [
+            [(x + i * across, y + i * down), (x + (i + 0.6) * across, y + (i + 0.6) * down)] for i in range(count)
+        ]
+    return dashes
+
+
+def _draw_legend(pen: ImageDraw.ImageDraw, place: Point, line: Line, colour: Colour) -> Point:
     """Draw what a line is called, on a new line where it does not fit; return where the next one goes."""
-    width = 26 + pen.textlength(name, _font(13)) / OVERSAMPLING
+    width = 26 + pen.textlength(line.name, _font(13)) / OVERSAMPLING
     left, top = place if place[0] + width <= WIDTH - RIGHT else (LEFT, place[1] + 20)
-    _stroke(pen, [(left, top), (left + 20, top)], colour, 3)
-    _text(pen, (left + 26, top), name, 13, "lm")
+    for part in _dashes([(left, top), (left + 20, top)]) if line.dashed else [[(left, top), (left + 20, top)]]:
+        _stroke(pen, part, colour, 3)
+    _text(pen, (left + 26, top), line.name, 13, "lm")
     return left + width + 22, top
 
 

@@ -140,7 +140,7 @@ async def measure(grid: GridMap, cores: int, progress: Progress, points: int = P
         await target.publish(MAP, grid)
         url = await target.register(ROBOT, MAP, asked[0].start, float(cores))
         socket = await stack.enter_async_context(connect(f"{url}&role=operator", max_size=None, compression=None))
-        ways = local_ways(costmap, (1,))
+        ways = local_ways(costmap, sorted({1, cores}))
         ways[f"{PLANNER}, container of {cores} cores, request to answer"] = remote(socket)
         if BASELINE in planner_names():
             ways[f"{BASELINE}, 1 thread"] = local(costmap, BASELINE, 1)
@@ -176,5 +176,5 @@ def chart(told: dict[str, Any]) -> tuple[str, list[Line], Axis, Axis]:
         Line(name, [(length, 1e3 * one) for length, one in zip(told["length_m"], seconds, strict=True)])
         for name, seconds in told["seconds"].items()
     ]
-    title = f"Time over length of the path, {told['cells']:,} cells"
-    return title, lines, Axis("length of the path, m"), Axis("ms")
+    title = f"Time of a plan over the length of its path, on a map of {told['cells']:,} cells"
+    return title, lines, Axis("length of the path, m"), Axis("ms a plan (logarithmic)", logarithmic=True)

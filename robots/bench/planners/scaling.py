@@ -12,6 +12,8 @@ from robots.bench.planners.grids import KINDS
 from robots.bench.planners.timing import cpus
 
 SMALLEST, LARGEST = 256, 8192
+FROM = 512
+"""Edge from which on the time for a cell is to stay the same; smaller grids fit the processor's caches."""
 RUNS = 3
 
 KINDS_SHOWN = ("empty", "random 20 %", "maze")
@@ -37,7 +39,8 @@ def measure(kinds: Sequence[str], sizes: Sequence[int], threads: Sequence[int], 
     Returns
     -------
     dict
-        ``sizes`` and, by kind of grid and number of threads, ``seconds`` and ``ns_per_cell``, one number a size.
+        ``sizes`` and, by kind of grid and number of threads, ``seconds`` and ``ns_per_cell``, one number a size, and
+        the ``spread``: the most ns a cell over the least, of grids from 512² on where there are any.
 
     Raises
     ------
@@ -50,28 +53,37 @@ def measure(kinds: Sequence[str], sizes: Sequence[int], threads: Sequence[int], 
     told = {
         kind: [field.measure(KINDS[kind](size), None, threads, progress, runs=RUNS) for size in sizes] for kind in kinds
     }
-    return {
-        "sizes": list(sizes),
-        **{
-            key: {
-                kind: {str(n): [one[key][str(n)] for one in fields] for n in threads} for kind, fields in told.items()
-            }
-            for key in ("seconds", "ns_per_cell")
-        },
-        "cpus": cpus(),
+    by = {
+        key: {kind: {str(n): [one[key][str(n)] for one in fields] for n in threads} for kind, fields in told.items()}
+        for key in ("seconds", "ns_per_cell")
     }
+    spread = {
+        kind: {n: _spread(sizes, values) for n, values in by_threads.items()}
+        for kind, by_threads in by["ns_per_cell"].items()
+    }
+    return {"sizes": list(sizes), **by, "spread": spread, "cpus": cpus()}
+
+
+def _spread(sizes: Sequence[int], values: Sequence[float]) -> float:
+    counted = [value for size, value in zip(sizes, values, strict=True) if size >= FROM] or values
+    return max(counted) / min(counted)
 
 
 def chart(told: dict[str, Any]) -> tuple[str, list[Line], Axis, Axis]:
-    """Return what a chart shows of it."""
+    """Return what a chart shows of it: a colour a kind of grid, dashes for one thread."""
     lines = [
-        Line(f"{kind}, {n} thread{'s' * (n != '1')}", list(zip(told["sizes"], values, strict=True)))
-        for kind, by_threads in told["ns_per_cell"].items()
+        Line(
+            f"{kind}, {n} thread{'s' * (n != '1')}",
+            list(zip(told["sizes"], values, strict=True)),
+            colour=number,
+            dashed=n == "1",
+        )
+        for number, (kind, by_threads) in enumerate(told["ns_per_cell"].items())
         for n, values in by_threads.items()
     ]
     return (
-        "Full cost field",
+        "Time of the full field of costs, for each cell that is reached",
         lines,
-        Axis("edge of the grid, cells", True, told["sizes"]),
-        Axis("ns a cell that is reached", True),
+        Axis("edge of the square grid, cells (logarithmic)", True, told["sizes"]),
+        Axis("ns a cell (logarithmic)", True),
     )

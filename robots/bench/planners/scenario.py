@@ -1,7 +1,7 @@
 """Every query of a MovingAI scenario: how long it takes, and whether the path is one and as short as can be."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from ppaas.planners.prepared import PreparedPlanner
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import SQRT2, passable
 from robots.bench.planners import grids
-from robots.bench.planners.timing import cpus, timed
+from robots.bench.planners.timing import announce, cpus, timed
 
 TOLERANCE = 0.01
 """By which a length may differ from the scenario's optimum [cells]."""
@@ -30,6 +30,15 @@ _NO_CELLS = np.empty((0, 2), np.int32)
 _WARM = grids.random(64, 10.0)
 
 Question = Callable[[], PlanResult | NDArray[np.int32]]
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """The queries of a scenario, or some of them, on their map, and what that is called."""
+
+    name: str
+    queries: Scenario
+    costmap: Costmap
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,17 +94,40 @@ def measure(scenario: Path, map_: Path | None, planner: str, limit: int | None, 
     """
     if limit is not None and limit < 1:
         raise InvalidParameter(f"--limit is the most queries to ask, from 1 up, not {limit}")
-    chosen = create(planner)
-    queries = _read(scenario).first(limit)
+    create(planner)  # that there is none is told before files are read
+    scene = read(scenario, map_)
+    return ask(planner, replace(scene, queries=scene.queries.first(limit)), progress)
+
+
+def read(scenario: Path, map_: Path | None = None) -> Scene:
+    """Return what a scenario asks; its map lies beside it if it is not told.
+
+    Raises
+    ------
+    InvalidMap
+        One of the files cannot be read, or they do not belong together.
+    """
+    try:
+        queries = parse_scenario(scenario.read_bytes())
+    except OSError as error:
+        raise InvalidMap(f"cannot read the scenario: {error}") from error
     costmap = grids.from_file(map_ or map_beside(scenario)).costmap
     check_belongs(queries, costmap)
+    return Scene(map_beside(scenario).stem, queries, costmap)
+
+
+def ask(planner: str, scene: Scene, progress: Progress, check: Callable[[], None] = proceed) -> dict[str, Any]:
+    """Time each query by itself, and return what ``measure`` does; ``check`` may end the preparing of the map."""
+    what = f"{scene.name} by {planner}"
+    announce(progress, f"scenario: {what}, {len(scene.queries):,} queries")
+    chosen = create(planner)
     warm(chosen)
-    asked = on_map(chosen, costmap)
-    seconds, wrong = ask_all(asked, queries, costmap, progress)
+    asked = on_map(chosen, scene.costmap, check)
+    seconds, wrong = ask_all(asked, scene, progress, what)
     mean, half, most = 1e6 * np.array((seconds.mean(), *np.percentile(seconds, (50, 99))))
     return {
         "planner": planner,
-        "queries": len(queries),
+        "queries": len(scene.queries),
         "wrong": wrong,
         "mean_us": float(mean),
         "p50_us": float(half),
@@ -140,13 +172,13 @@ def on_map(planner: Planner, costmap: Costmap, check: Callable[[], None] = proce
     return Asked(lambda *ends: partial(planner.plan, costmap, _request(costmap, ends, threads)))
 
 
-def ask_all(asked: Asked, queries: Scenario, costmap: Costmap, progress: Progress) -> tuple[NDArray[np.float64], int]:
+def ask_all(asked: Asked, scene: Scene, progress: Progress, what: str) -> tuple[NDArray[np.float64], int]:
     """Return the seconds of each query, and how many answers are wrong."""
-    free = passable(True)[costmap.data]
+    queries, free = scene.queries, passable(True)[scene.costmap.data]
     ends = np.hstack((queries.starts, queries.goals)).tolist()
     answer(asked.question(*ends[0]))  # the first query after a map was prepared pays for what it leaves cold
     seconds, wrong = np.empty(len(queries)), 0
-    for number, optimum in enumerate(progress.track(queries.optima.tolist(), description="queries")):
+    for number, optimum in enumerate(progress.track(queries.optima.tolist(), description=what)):
         question = asked.question(*ends[number])
         began = monotonic()
         cells = answer(question)
@@ -198,10 +230,3 @@ def walked(free: NDArray[np.bool_], cells: NDArray[np.integer], ends: list[int])
 def _request(costmap: Costmap, ends: tuple[int, ...], threads: int) -> PlanRequest:
     start, goal = (Pose2D(*costmap.info.to_world(cell).tolist()) for cell in (ends[:2], ends[2:]))
     return PlanRequest(start, goal, threads=threads)
-
-
-def _read(scenario: Path) -> Scenario:
-    try:
-        return parse_scenario(scenario.read_bytes())
-    except OSError as error:
-        raise InvalidMap(f"cannot read the scenario: {error}") from error

@@ -2,22 +2,34 @@
 
 import asyncio
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rich.progress import Progress
 
-from ppaas.errors import InvalidInput
+from ppaas.errors import InvalidInput, PlanTimeout
 from ppaas.maps.generate import warehouse
 from ppaas.planners import planner_names
-from robots.bench.planners import compare, field, grids, lengths, scaling, scenario
-from robots.bench.planners.timing import cpus
+from robots.bench.planners import compare, field, grids, lengths, machine, peers, scaling, scenario
+from robots.bench.planners.timing import cpus, within
 
 ROS_MAPS = ("warehouse.yaml", "depot.yaml", "tb3_sandbox.yaml", "willow_costmap.pgm")
 
 COMPARED = ("warehouse.yaml", "willow_costmap.pgm")
 """Of these, on which peers are measured too."""
+
+BESIDE = ("navfn", "tcod", "dijkstra3d")
+"""Whose fields are computed beside ours on every grid."""
+
+PREPARED = ("hub_labels", "jps")
+"""Planners that answer every query of a scenario."""
+SAMPLED = ("dijkstra", "astar", "dstar_lite")
+"""Other planners whose paths are the shortest: they answer `SAMPLE` queries from all over a scenario."""
+PATIENCE = 60.0
+"""Seconds that a planner may take to prepare a map of a scenario."""
+SAMPLE, QUICK_SAMPLE = 100, 10
 
 Told = list[dict[str, Any]]
 
@@ -63,33 +75,43 @@ def measure(options: Options, progress: Progress) -> Iterator[tuple[str, Told]]:
     """
     if options.data is not None and not options.data.is_dir():
         raise InvalidInput(f"--data is a folder with real maps, and {str(options.data)!r} is none")
+    yield "machine", [machine.describe() | {"quick": options.quick}]
     for name, part in PARTS.items():
         if not options.only or name in options.only:
             yield name, part(options, progress)
 
 
 def _fields(options: Options, progress: Progress) -> Told:
-    made = [make(options.size) for make in grids.KINDS.values()] + [grids.maze(options.size, 4)]
-    real = [grids.from_file(path) for path in _ros_maps(options)]
-    return [field.measure(grid, None, options.threads, progress) for grid in made + real]
+    size, others = options.size, peers.beside(BESIDE)
+    made = [*grids.KINDS.values(), lambda size: grids.maze(size, 4)]
+    yet_to_make = [partial(make, size) for make in made] + [partial(grids.random, size // 2, 20.0)]
+    yet_to_make += [partial(grids.from_file, path) for path in _ros_maps(options)]
+    return [field.measure(make(), None, options.threads, progress, others=others) for make in yet_to_make]
 
 
 def _scenarios(options: Options, progress: Progress) -> Told:
     files = sorted((options.data / "movingai").glob("*/*.scen")) if options.data else []
-    limit = 20 if options.quick else None
-    return [
-        {"map": scenario.map_beside(file).stem, **scenario.measure(file, None, planner, limit, progress)}
-        for file in files
-        for planner in compare.OURS
-        if planner in planner_names()
-    ]
+    return [told for file in files for told in _scenario(file, options, progress)]
+
+
+def _scenario(file: Path, options: Options, progress: Progress) -> Iterator[dict[str, Any]]:
+    """Ask planners that prepare the map for all that there is to ask, the others for some of it."""
+    scene = scenario.read(file)
+    for planner in (name for name in (*PREPARED, *SAMPLED) if name in planner_names()):
+        most = QUICK_SAMPLE if options.quick else SAMPLE if planner in SAMPLED else len(scene.queries)
+        asked = replace(scene, queries=scene.queries.spread(most))
+        try:
+            told = scenario.ask(planner, asked, progress, within(PATIENCE)) | {"of": len(scene.queries)}
+        except PlanTimeout:
+            told = {"left_out": {planner: f"its index takes longer than {PATIENCE:g} s"}}
+        yield {"map": scene.name, **told}
 
 
 def _comparisons(options: Options, progress: Progress) -> Told:
     size = options.size
-    made = [grids.empty(size // 2), grids.random(size // 2, 20.0), grids.random(size, 20.0)]
-    real = [grids.from_file(path) for path in _ros_maps(options) if path.name in COMPARED]
-    return [compare.measure(grid, None, options.threads, (), progress) for grid in made + real]
+    made = [partial(grids.random, size // 2, 20.0), partial(grids.random, size, 20.0), partial(grids.empty, size // 2)]
+    made += [partial(grids.from_file, path) for path in _ros_maps(options) if path.name in COMPARED]
+    return [compare.measure(make(), None, options.threads, (), progress) for make in made]
 
 
 def _scaling(options: Options, progress: Progress) -> Told:

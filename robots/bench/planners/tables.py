@@ -1,8 +1,27 @@
 """What people see of each bench of planners: rows of text, by column."""
 
+from collections.abc import Sequence
 from typing import Any
 
 Row = dict[str, str]
+
+AIMS = {
+    "empty": {"navfn": 35.0},
+    "random 10 %": {"navfn": 20.0},
+    "random 20 %": {"navfn": 13.0, "tcod": 60.0},
+    "random 30 %": {"navfn": 8.0},
+    "maze 1 wide": {"navfn": 1.5},
+    "warehouse": {"navfn": 20.0},
+    "depot": {"navfn": 20.0},
+    "willow": {"navfn": 20.0},
+}
+"""By how a grid's name begins: how many times faster than others two threads are meant to be."""
+
+SPREAD_AIM = 1.5
+"""Of the time for a cell, the most that it is meant to be over the least, whatever the size of the grid."""
+
+ONE_THREAD = 0.55
+"""What one thread is meant to reach of that."""
 
 
 def field_rows(told: dict[str, Any]) -> list[Row]:
@@ -15,7 +34,25 @@ def field_rows(told: dict[str, Any]) -> list[Row]:
             "ms": _ms(seconds),
             "ns a cell": f"{told['ns_per_cell'][threads]:.2f}",
             "again, ms": _ms(told["again_seconds"][threads]),
-            **{f"× {name}": f"{other / seconds:.3g}" for name, other in told["beside"].items()},
+            **_times_faster(told, seconds),
+        }
+        for threads, seconds in told["seconds"].items()
+    ]
+
+
+def beside_rows(told: dict[str, Any], others: Sequence[str]) -> list[Row]:
+    """Return a row for each number of threads: how many times faster than others, what was aimed at, and their time."""
+    reached = told["reached"]
+    times = {f"{name}, ns a cell": _ns(told["beside"].get(name), reached) for name in others}
+    aims = next((aim for grid, aim in AIMS.items() if told["grid"].startswith(grid)), {})
+    return [
+        {
+            "grid": told["grid"],
+            "threads": threads,
+            **{f"× {name}": "" for name in others},
+            **_times_faster(told, seconds),
+            "aim": ", ".join(f"{aim * _share(threads):.2g} × {name}" for name, aim in aims.items()),
+            **times,
         }
         for threads, seconds in told["seconds"].items()
     ]
@@ -26,7 +63,7 @@ def scenario_rows(told: dict[str, Any]) -> list[Row]:
     return [
         {
             "planner": told["planner"],
-            "queries": f"{told['queries']:,}",
+            "queries": f"{told['queries']:,}" + (f" of {told['of']:,}" if "of" in told else ""),
             "wrong": str(told["wrong"]),
             **{f"{name}, µs": f"{told[key]:,.1f}" for name, key in _SPREAD.items()},
             "index, s": f"{told['index_seconds']:.3g}",
@@ -45,8 +82,8 @@ def compare_rows(told: dict[str, Any]) -> list[Row]:
                     "problem": problem,
                     "who": one["who"],
                     "ms": _ms(one["seconds"]),
-                    "× ours": f"{one['ratio']:.3g}",
-                    "ns a cell": f"{one['ns_per_cell']:.3g}" if "ns_per_cell" in one else "",
+                    "× ours": _figure(one["ratio"]),
+                    "ns a cell": _figure(one["ns_per_cell"]) if "ns_per_cell" in one else "",
                     "prepared, ms": _ms(one["prepare_seconds"]) if one["prepare_seconds"] else "",
                     "off": f"{round(100.0 * one['off'], 2) + 0.0:.2f} %",
                     "for a robot": _walkable(one),
@@ -61,6 +98,7 @@ def scaling_rows(told: dict[str, Any]) -> list[Row]:
     return [
         {"grid": kind, "threads": threads}
         | {f"{size}²": f"{ns:.2f}" for size, ns in zip(told["sizes"], values, strict=True)}
+        | {"most / least": f"{told['spread'][kind][threads]:.2f}"}
         for kind, by_threads in told["ns_per_cell"].items()
         for threads, values in by_threads.items()
     ]
@@ -75,11 +113,28 @@ def length_rows(told: dict[str, Any]) -> list[Row]:
     ]
 
 
+def _times_faster(told: dict[str, Any], seconds: float) -> Row:
+    return {f"× {name}": _figure(other / seconds) for name, other in told["beside"].items()}
+
+
+def _share(threads: str) -> float:
+    return ONE_THREAD if threads == "1" else 1.0
+
+
+def _ns(seconds: float | None, reached: int) -> str:
+    return "" if seconds is None else _figure(seconds / reached * 1e9)
+
+
 def _walkable(one: dict[str, Any]) -> str:
     """Tell whether a robot could do with it: a field that reaches the same cells, a path that cuts no corner."""
     if "other_cells" in one:
         return "yes" if not one["other_cells"] else f"{one['other_cells']:,} cells differ"
     return "yes" if one["walkable"] else "cuts corners"
+
+
+def _figure(value: float) -> str:
+    """Return three digits, and thousands in full."""
+    return f"{value:,.0f}" if value >= 1000.0 else f"{value:.3g}"
 
 
 def _ms(seconds: float) -> str:

@@ -33,6 +33,14 @@ def test_a_query_is_turned_from_x_and_y_to_row_and_column() -> None:
     assert len(scenario.first(None)) == len(scenario) == 2
 
 
+def test_some_queries_are_from_all_over_the_scenario() -> None:
+    long = parse_scenario(b"version 1\n" + b"".join(b"0 m 5 2 0 0 4 1 %d\n" % number for number in range(10)))
+    assert long.spread(4).optima.tolist() == [0.0, 3.0, 6.0, 9.0]
+    assert long.spread(1).optima.tolist() == [0.0]
+    assert long.spread(99).optima.tolist() == long.optima.tolist()
+    assert len(long.first(0).spread(3)) == 0
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [

@@ -48,6 +48,15 @@ def test_more_lines_than_colours_are_all_drawn() -> None:
     assert set(chart.COLOURS) <= colours(chart.draw("", lines, Axis(""), Axis("")))
 
 
+def test_a_line_may_be_dashed_and_have_the_colour_of_another() -> None:
+    lines = [Line("a", [(0.0, 1.0), (2.0, 1.0)]), Line("b", [(0.0, 2.0), (2.0, 2.0)], colour=0, dashed=True)]
+    picture = chart.draw("", lines, Axis(""), Axis(""))
+    assert chart.COLOURS[1] not in colours(picture)
+    drawn = {at(picture, share, 0.5) == chart.COLOURS[0] for share in np.linspace(0.1, 0.9, 50)}
+    dashes = {at(picture, share, 1.0) == chart.COLOURS[0] for share in np.linspace(0.1, 0.9, 50)}
+    assert (drawn, dashes) == ({True}, {True, False})
+
+
 def test_a_chart_is_a_png_file(tmp_path: Path) -> None:
     chart.write_chart(tmp_path / "chart.png", "a chart", LINES, Axis("m"), Axis("ms"))
     with Image.open(tmp_path / "chart.png") as picture:
