@@ -19,22 +19,30 @@ LARGE = (65_536, 32_768, 16_384, 8_192, 4_096, 2_048, 1_024, 512, 256, 128, 64, 
 """Sizes of blocks that the C library is asked for: what of a gap is left goes to the next smaller ones."""
 
 LARGER = 100_000
-"""More than any gap holds: such a block comes from behind all others."""
+"""Where so much is free it may stay so: it has pages of its own."""
 
 MOST = 1 << 21
 """Bytes that are taken of one size at most, if memory is laid out otherwise than is thought here."""
 
 Allocate = Callable[[int], int]
+Free = Callable[[int], None]
 
 
 def fill() -> int:
-    """Take all room between objects, and between blocks of the C library; return how many bytes that was."""
+    """Take all room between objects, and between blocks of the C library; return how many bytes that was.
+
+    Nothing is done about the latter where the C library has no heap that grows.
+    """
     interpreter, library = ctypes.pythonapi, ctypes.CDLL(None)
     small, large = interpreter.PyObject_Malloc, library.malloc
     for allocate in (small, large):
         allocate.restype, allocate.argtypes = ctypes.c_void_p, [ctypes.c_size_t]
     library.free.restype, library.free.argtypes = None, [ctypes.c_void_p]
-    return sum(_fill_pools(small, size) for size in SMALL) + _fill_heap(large, library.free)
+    taken = sum(_fill_pools(small, size) for size in SMALL)
+    if hasattr(library, "sbrk"):
+        library.sbrk.restype = ctypes.c_void_p
+        taken += _fill_heap(large, library.free, library.sbrk(0))
+    return taken
 
 
 def _fill_pools(allocate: Allocate, size: int) -> int:
@@ -47,13 +55,23 @@ def _fill_pools(allocate: Allocate, size: int) -> int:
     return taken
 
 
-def _fill_heap(allocate: Allocate, free: Callable[[int], None]) -> int:
-    """Take blocks of each size as long as they come from before the last block of all."""
-    taken, last = 0, allocate(LARGER)
+def _fill_heap(allocate: Allocate, free: Free, end: int) -> int:
+    """Take blocks of each size as long as they come from before the end that the heap had."""
+    spared = _spare(allocate, end)
+    taken = 0
     for size in LARGE:
         most = taken + MOST
-        while (address := allocate(size)) < last and taken < most:
+        while (address := allocate(size)) + size < end and taken < most:
             taken += size
         free(address)
-    free(last)
+    for address in spared:
+        free(address)
     return taken
+
+
+def _spare(allocate: Allocate, end: int) -> list[int]:
+    """Take blocks so large that they may stay free, until one comes from behind all others."""
+    blocks = [allocate(LARGER)]
+    while blocks[-1] + LARGER < end and len(blocks) * LARGER < 100 * MOST:
+        blocks.append(allocate(LARGER))
+    return blocks
