@@ -3,7 +3,6 @@
 import asyncio
 import logging
 from collections import Counter
-from functools import lru_cache
 
 from engine.master import PlaceRequest
 from engine.model import MapVersion, RobotConfig
@@ -107,7 +106,7 @@ class RobotSessions:
 
     def _urdf(self, user: str, robot: str) -> RobotDescription | None:
         try:
-            return described(self._store.urdf(user, robot))
+            return describe(self._store.urdf(user, robot))
         except NotFound:
             return None
 
@@ -136,12 +135,6 @@ class RobotSessions:
         for task in self._closing.values():
             task.cancel()
         await asyncio.gather(*self._closing.values(), return_exceptions=True)
-
-
-@lru_cache(maxsize=32)
-def described(urdf: bytes) -> RobotDescription:
-    """Return what a URDF tells, which was read when it was put; raises as ``describe``."""
-    return describe(urdf)
 
 
 def robot_config(record: RobotRecord, urdf: RobotDescription | None = None) -> RobotConfig:

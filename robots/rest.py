@@ -127,6 +127,13 @@ class RestClient:
         """Tell of a robot, or change what is known of it."""
         await self._ask("PUT", path_of("robots", robot_id), _Body("application/json", robot.encode()))
 
+    async def put_urdf(self, robot_id: str, urdf: bytes) -> dict[str, Any]:
+        """Give a robot its URDF, or another in place of its own; return what it tells."""
+        answer: dict[str, Any] = _parse(
+            await self._ask("PUT", path_of("robots", robot_id, "urdf"), _Body("application/xml", urdf))
+        )
+        return answer
+
     async def plan(
         self, map_id: str, start: Sequence[float], goal: Sequence[float], **options: float | str
     ) -> dict[str, Any]:

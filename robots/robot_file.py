@@ -29,6 +29,10 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         Move Base's planners, by our names or those of ROS.
     parameters : dict
         Of the clone's nodes, by node: ``{"move_base": {"controller_frequency": 10.0}}``.
+    description : str
+        For people.
+    properties : dict
+        Whatever else there is to say; the cloud keeps it and does not read it.
     """
 
     map: str
@@ -38,6 +42,8 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     base_global_planner: str = "dijkstra"
     base_local_planner: str = "dwa"
     parameters: dict[str, Any] = {}
+    description: str = ""
+    properties: dict[str, Any] = {}
 
     def __post_init__(self) -> None:
         if not self.map:

@@ -2,6 +2,7 @@
 
 from typing import Annotated, Any
 
+import msgspec
 from fastapi import APIRouter, Body, Response
 from fastapi.exceptions import RequestValidationError
 from pydantic import ValidationError
@@ -12,9 +13,11 @@ from endpoints.rest.merge_patch import merge
 from endpoints.rest.names import RobotId
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.paging import Page
-from endpoints.rest.schemas import RobotAnswer, RobotChange, RobotFile, triple
+from endpoints.rest.schemas import RobotAnswer, RobotChange, RobotDetail, RobotFile, UrdfAnswer, triple
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
-from ppaas.errors import Conflict
+from endpoints.services import Services
+from ppaas.errors import Conflict, NotFound
+from ppaas.robot_model.reading import describe
 from storage.records import RobotRecord, User
 
 router = APIRouter(prefix="/robots", tags=["robots"], route_class=StrictRoute)
@@ -46,10 +49,10 @@ async def list_robots(services: Provided, user: Caller, paging: Paged) -> dict[s
     return paging.page(found, lambda robot: robot.id)
 
 
-@router.get("/{robot_id}", response_model=RobotAnswer, responses=KNOWN | problems(404))
-async def show_robot(robot_id: RobotId, services: Provided, user: Caller) -> RobotRecord:
-    """Show a robot of the caller."""
-    return await run_in_threadpool(services.store.robot, user.id, robot_id)
+@router.get("/{robot_id}", response_model=RobotDetail, responses=KNOWN | problems(404))
+async def show_robot(robot_id: RobotId, services: Provided, user: Caller) -> RobotDetail:
+    """Show a robot of the caller, with what its URDF tells."""
+    return await run_in_threadpool(_detail, services, user, robot_id)
 
 
 @router.patch("/{robot_id}", response_model=RobotAnswer, responses=KNOWN | BODY | problems(404, 409))
@@ -71,10 +74,19 @@ async def change_robot(
 
 @router.delete("/{robot_id}", status_code=204, responses=KNOWN | problems(404, 409))
 async def remove_robot(robot_id: RobotId, services: Provided, user: Caller) -> None:
-    """Forget a robot and what its clone had learned; one that is connected is kept."""
+    """Forget a robot, its URDF and what its clone had learned; one that is connected is kept."""
     if robot_id in robots_in(services, user.id):
         raise Conflict(f"robot {robot_id!r} is connected: let it disconnect first")
     await run_in_threadpool(services.store.remove_robot, user.id, robot_id)
+
+
+def _detail(services: Services, user: User, robot_id: str) -> RobotDetail:
+    record = services.store.robot(user.id, robot_id)
+    try:
+        told = UrdfAnswer.model_validate(describe(services.store.urdf(user.id, robot_id)))
+    except NotFound:
+        told = None
+    return RobotDetail(**msgspec.structs.asdict(record), urdf=told)
 
 
 def _record(robot_id: str, user: User, file: RobotFile) -> RobotRecord:

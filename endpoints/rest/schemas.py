@@ -32,9 +32,9 @@ def _plain(value: dict[str, Any]) -> dict[str, Any]:
     try:
         length = len(json.dumps(value, allow_nan=False))
     except (ValueError, RecursionError) as error:
-        raise ValueError("parameters must be finite and not deeply nested") from error
+        raise ValueError("what is in it must be finite and not deeply nested") from error
     if length > MAX_PARAMETERS:
-        raise ValueError(f"parameters may have {MAX_PARAMETERS} characters of JSON, not {length}")
+        raise ValueError(f"it may have {MAX_PARAMETERS} characters of JSON, not {length}")
     return value
 
 
@@ -168,6 +168,9 @@ class MapAnswer(MapSummary):
 
 
 Cores = Annotated[Number, Field(gt=0.0, le=MAX_CORES, description="Size of its container")]
+Properties = Annotated[
+    dict[str, Any], AfterValidator(_plain), Field(description="Whatever else there is to say, kept as it is")
+]
 Parameters = Annotated[dict[str, Any], AfterValidator(_plain), Field(description="Of the clone's nodes, by node")]
 
 
@@ -181,6 +184,8 @@ class RobotFile(_Body):
     base_global_planner: PluginName = "dijkstra"
     base_local_planner: PluginName = "dwa"
     parameters: Parameters = {}
+    description: Description = ""
+    properties: Properties = {}
 
 
 class RobotChange(_Body):
@@ -193,6 +198,8 @@ class RobotChange(_Body):
     base_global_planner: PluginName | None = None
     base_local_planner: PluginName | None = None
     parameters: Parameters | None = None
+    description: Description | None = None
+    properties: Properties | None = None
 
 
 class RobotAnswer(_Answer):
@@ -207,6 +214,38 @@ class RobotAnswer(_Answer):
     base_global_planner: str
     base_local_planner: str
     parameters: dict[str, Any]
+    description: str
+    properties: dict[str, Any]
+
+
+class SensorAnswer(_Answer):
+    """A link that is a sensor."""
+
+    link: str
+    kind: str = Field(description="laser, camera, depth, or what the URDF calls it")
+    pose: list[float] = Field(description="x, y, z [m], roll, pitch, yaw [rad] in the base frame")
+
+
+class UrdfAnswer(_Answer):
+    """What a URDF tells of a robot; null where it cannot be told."""
+
+    name: str
+    base_frame: str
+    links: int
+    footprint: list[tuple[float, float]] = Field(description="Corners of the convex outline from above, x, y [m]")
+    circumscribed_radius: float | None = Field(description="Of the disc around the base frame that holds it [m]")
+    inscribed_radius: float | None = Field(description="Of the largest disc around the base frame within it [m]")
+    height: float | None = Field(description="From the ground to its top [m]")
+    max_vel_x: float | None = Field(description="What its wheels allow [m/s]")
+    max_vel_theta: float | None = Field(description="What its wheels allow on the spot [rad/s]")
+    sensors: list[SensorAnswer]
+    warnings: list[str] = Field(description="What could not be told, and why")
+
+
+class RobotDetail(RobotAnswer):
+    """A robot, with what its URDF tells."""
+
+    urdf: UrdfAnswer | None
 
 
 # -- machines and containers -------------------------------------------------------------------------------------------

@@ -1,6 +1,7 @@
 """From the bytes of a URDF to what navigation must know of the robot."""
 
 from collections.abc import Mapping
+from functools import lru_cache
 
 import numpy as np
 
@@ -25,6 +26,7 @@ MAX_WARNINGS = 10
 Body = list[tuple[Shape, Rigid]]
 
 
+@lru_cache(maxsize=32)
 def describe(data: bytes) -> RobotDescription:
     """Return what a URDF tells of a robot.
 

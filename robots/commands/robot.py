@@ -1,4 +1,4 @@
-"""``ppaas robot``: tell of robots, list, show, change and delete them."""
+"""``ppaas robot``: tell of robots and their URDF, list, show, change and delete them."""
 
 import argparse
 import asyncio
@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ppaas.errors import InvalidInput
+from robots.commands import robot_urdf
 from robots.commands.resource import Resource
 from robots.commands.session import add_limit_argument, add_session_arguments, logged_in
 from robots.commands.table import show
@@ -31,9 +32,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     one = verbs.add_parser("show", help="show one robot")
     change = verbs.add_parser("change", help="change some of a robot's file")
     delete = verbs.add_parser("delete", help="delete a robot")
+    robot_urdf.configure(verbs.add_parser("urdf", help="put, get and delete the URDF of a robot"))
     for verb in (put, one, change, delete):
         verb.add_argument("id")
     put.add_argument("file", type=Path, help="the robot file")
+    put.add_argument("--urdf", type=Path, metavar="FILE", help="give it this URDF too")
     change.add_argument("changes", nargs="+", metavar="NAME=VALUE", help=CHANGE_HELP)
     add_limit_argument(listing)
     for verb in (put, listing, one, change, delete):
@@ -50,8 +53,18 @@ async def _put(arguments: argparse.Namespace) -> None:
     from robots.robot_file import load_robot_file  # noqa: PLC0415 - ``ppaas --help`` loads this module
 
     client = logged_in(arguments)
+    urdf = None if arguments.urdf is None else robot_urdf.read_urdf(arguments.urdf)
     await client.put_robot(arguments.id, load_robot_file(arguments.file))
-    await ROBOTS.show(arguments)
+    if urdf is not None:
+        await client.put_urdf(arguments.id, urdf)
+    await _show(arguments)
+
+
+async def _show(arguments: argparse.Namespace) -> None:
+    one = await logged_in(arguments).get(path_of("robots", arguments.id))
+    show(one, ROBOTS.columns, as_json=arguments.json)
+    if one.get("urdf") is not None and not arguments.json:
+        robot_urdf.show_told(one["urdf"], as_json=False)
 
 
 async def _change(arguments: argparse.Namespace) -> None:
@@ -94,4 +107,11 @@ def _value(text: str) -> Any:
         return text
 
 
-_VERBS = {"put": _put, "list": ROBOTS.list, "show": ROBOTS.show, "change": _change, "delete": ROBOTS.delete}
+_VERBS = {
+    "put": _put,
+    "list": ROBOTS.list,
+    "show": _show,
+    "change": _change,
+    "delete": ROBOTS.delete,
+    "urdf": robot_urdf.run,
+}

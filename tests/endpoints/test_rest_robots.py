@@ -20,6 +20,8 @@ FILE: dict[str, Any] = {
     "base_global_planner": "dijkstra",
     "base_local_planner": "dwa",
     "parameters": {"DWAPlannerROS": {"max_vel_x": 0.26, "holonomic": False}},
+    "description": "Carries trays on the second floor",
+    "properties": {"serial": "TB-0042", "battery": {"cells": 4, "capacity": 2.2}, "sensors": ["rgbd", None]},
 }
 
 
@@ -28,7 +30,7 @@ async def test_a_robot_is_kept_as_its_file_says(client: httpx.AsyncClient, log_i
     await publish(ann)
     answer = await client.put("/v1/robots/tb1", headers=ann, json=FILE)
     assert (answer.status_code, answer.json()) == (201, FILE | {"id": "tb1", "user": "ann"})
-    assert (await client.get("/v1/robots/tb1", headers=ann)).json() == answer.json()
+    assert (await client.get("/v1/robots/tb1", headers=ann)).json() == answer.json() | {"urdf": None}
     assert (await client.get("/v1/robots", headers=ann)).json() == {"items": [answer.json()], "next": None}
 
 
@@ -37,6 +39,7 @@ async def test_only_the_map_must_be_told(client: httpx.AsyncClient, log_in: LogI
     await publish(ann)
     answer = await client.put("/v1/robots/tb1", headers=ann, json={"map": "house"})
     defaults = {"model": "turtlebot2", "initial_pose": [0.0, 0.0, 0.0], "cores": 1.0, "parameters": {}}
+    defaults |= {"description": "", "properties": {}}
     assert answer.json() == FILE | defaults | {"id": "tb1", "user": "ann"}
 
 
@@ -80,6 +83,11 @@ async def test_a_robot_needs_a_map_that_its_user_may_see(
         {"parameters": {"x": float("nan")}},
         {"parameters": {"x": ["y" * 70_000]}},
         {"paramters": {}},
+        {"description": "x" * 1001},
+        {"description": 5},
+        {"properties": []},
+        {"properties": {"x": float("inf")}},
+        {"properties": {"x": ["y" * 70_000]}},
     ],
 )
 async def test_a_file_that_is_wrong_is_refused_and_the_robot_stays(
@@ -115,14 +123,15 @@ async def test_rubbish_for_a_body_is_a_problem(client: httpx.AsyncClient, log_in
     assert answer.headers["content-type"] == "application/problem+json"
 
 
-@pytest.mark.parametrize("parameters", [{"x": 1 << 70}, {"x": "\ud800"}])
+@pytest.mark.parametrize("name", ["parameters", "properties"])
+@pytest.mark.parametrize("value", [{"x": 1 << 70}, {"x": "\ud800"}])
 async def test_parameters_that_cannot_be_kept_are_told(
-    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, parameters: dict[str, Any]
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, name: str, value: dict[str, Any]
 ) -> None:
     ann = await log_in("ann")
     await publish(ann)
     headers = ann | {"Content-Type": "application/json"}
-    content = json_with_nan(FILE | {"parameters": parameters})
+    content = json_with_nan(FILE | {name: value})
     answer = await client.put("/v1/robots/tb1", headers=headers, content=content)
     assert "cannot be kept" in problem_of(answer, 400, "invalid-input")["detail"]
 

@@ -15,6 +15,8 @@ WHOLE = {
     "base_global_planner": "navfn/NavfnROS",
     "base_local_planner": "dwa",
     "parameters": {"move_base": {"controller_frequency": 10.0}},
+    "description": "Carries pallets",
+    "properties": {"serial": "D-1", "forks": [1.2, 1.4]},
 }
 
 

@@ -7,6 +7,7 @@ import pytest
 from tests.support.command_line import CommandLine
 from tests.support.fake_cloud import container
 from tests.support.records import house
+from tests.support.urdf import EXAMPLES, example, link, part, urdf
 
 
 @pytest.fixture
@@ -26,6 +27,41 @@ async def test_a_robot_is_put_listed_shown_and_deleted(ppaas: CommandLine, file:
     assert (shown["user"], shown["parameters"]) == ("ann", {})
     assert (await ppaas("robot", "delete", "tb1")).status == 0
     assert (await ppaas("robot", "list")).out == "no robots: ppaas robot put ID FILE.json\n"
+
+
+async def test_a_urdf_is_put_with_the_robot_or_alone_shown_fetched_and_deleted(ppaas: CommandLine, file: Path) -> None:
+    burger, waffle = (str(EXAMPLES / f"turtlebot3_{name}.urdf") for name in ("burger", "waffle"))
+    put = await ppaas("robot", "put", "tb1", str(file), "--urdf", burger)
+    assert put.rows[3][:4] == ["base_footprint", "0.124", "0.038", "0.19775"]
+    assert put.rows[3][-2:] == ["base_scan", "(laser)"]
+    assert (await ppaas("robot", "show", "tb1")).out == put.out
+    told = await ppaas("robot", "urdf", "put", "tb1", waffle)
+    assert told.rows[1][1] == "0.238"
+    shown = json.loads((await ppaas("robot", "show", "tb1", "--json")).out)
+    assert shown["urdf"] == json.loads((await ppaas("robot", "urdf", "put", "tb1", waffle, "--json")).out)
+    assert ppaas.services.store.urdf("ann", "tb1") == example("turtlebot3_waffle")
+    assert (await ppaas("robot", "urdf", "delete", "tb1")).status == 0
+    assert (await ppaas("robot", "urdf", "get", "tb1")).err == "ppaas: not-found: unknown URDF of robot 'tb1'\n"
+
+
+async def test_a_urdf_comes_back_byte_for_byte(ppaas: CommandLine, file: Path) -> None:
+    await ppaas("robot", "put", "tb1", str(file), "--urdf", str(EXAMPLES / "turtlebot2.urdf"))
+    assert (await ppaas("robot", "urdf", "get", "tb1")).out.encode() == example("turtlebot2")
+
+
+async def test_what_a_urdf_does_not_tell_is_told(ppaas: CommandLine, file: Path, tmp_path: Path) -> None:
+    (tmp_path / "mesh.urdf").write_bytes(urdf(link("base_link", part('<mesh filename="a.stl"/>'))))
+    told = await ppaas("robot", "put", "tb1", str(file), "--urdf", str(tmp_path / "mesh.urdf"))
+    assert told.rows[3] == ["base_link", "-", "-", "-", "-", "-", "-"]
+    assert told.out.splitlines()[4].startswith("warning: link 'base_link' is the mesh 'a.stl'")
+
+
+async def test_a_file_that_is_no_urdf_is_refused(ppaas: CommandLine, file: Path) -> None:
+    await ppaas("robot", "put", "tb1", str(file))
+    assert "invalid-urdf: this is not XML" in (await ppaas("robot", "urdf", "put", "tb1", str(file))).err
+    missing = await ppaas("robot", "put", "tb2", str(file), "--urdf", "nowhere.urdf")
+    assert missing.err.startswith("ppaas: invalid-input: cannot read the URDF: ")
+    assert "unknown robot 'tb2'" in (await ppaas("robot", "show", "tb2")).err
 
 
 async def test_another_users_robots_are_unknown(ppaas: CommandLine, file: Path) -> None:
