@@ -2,6 +2,7 @@
 
 import weakref
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,8 @@ from ppaas.planners.grid_field import GridField
 from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED
 from ppaas.planners.kernels.propagation import TOO_NARROW
 from ppaas.planners.kernels.threads import at_most
+from ppaas.planners.kernels.tile_growth import OUT_OF_WORK, SHORT_OF_HANDS, grow_tiles, seed_tiles
 from ppaas.planners.kernels.tile_layout import ALL, CELLS, SIDE, TOUCHED, UNREACHED
-from ppaas.planners.kernels.tile_rounds import grow_tiles, seed_tiles
 from ppaas.planners.kernels.tile_setup import lay_sample
 from ppaas.planners.kernels.tile_walk import count_up_to, descend_tiles, read_rows
 from ppaas.planners.watch import proceed
@@ -22,6 +23,8 @@ from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights
 
 SLICE_LINES = 250_000
 """Lines of tiles worked on between two checks: about 3 ms on one thread."""
+SLICE_HELPED = 1 << 62
+"""Of a helper, who is told when to stop."""
 SLICE_WALKED = 50_000
 """Cells walked along between two checks."""
 SLICE_READ = 4_096
@@ -79,7 +82,7 @@ class TileField(GridField):
         cells = self._elements(goals)
         seed_tiles(
             self._source, *self._shape, self._unknown, m.field, m.tables, m.costs,
-            self._across, self._tiles, m.keys, m.marks, m.waiting, m.bare, m.state, cells,
+            self._across, self._tiles, m.marks, m.words, m.hints, m.state, cells,
         )  # fmt: skip
 
     @property
@@ -90,7 +93,7 @@ class TileField(GridField):
             self._source, *self._shape, self._unknown, self._across, self._tiles, -(-self._tiles // SAMPLED),
             m.costs, m.tables, m.marks,
         )  # fmt: skip
-        return wide * NARROW < free
+        return bool(wide * NARROW < free)
 
     @property
     def settled(self) -> int:
@@ -110,17 +113,8 @@ class TileField(GridField):
         PathTooLong
             Values do not fit; a field of another kind is needed.
         """
-        m = self._memory
         wanted = -1 if target is None else int(self._elements(np.array([target]))[0])
-        outcome = PAUSED
-        while outcome == PAUSED:
-            self._check()
-            with at_most(self._threads) as usable:
-                outcome = grow_tiles(
-                    self._source, *self._shape, self._unknown, m.field, m.tables, m.costs,
-                    self._across, self._tiles, m.keys, m.marks, m.waiting, m.chosen, m.reasons,
-                    m.bare, m.reports, m.scratch, m.counter, m.state, wanted, SLICE_LINES, usable,
-                )  # fmt: skip
+        outcome = self._work_off(wanted)
         if outcome == TOO_NARROW:
             raise PathTooLong
         reached = target is None or self._value(wanted) < UNREACHED
@@ -129,6 +123,32 @@ class TileField(GridField):
         elif reached:
             self._bound = max(self._value(wanted), self._bound or 0)
         return reached
+
+    def _work_off(self, wanted: int) -> int:
+        """Work, with helpers, and check now and then, until there is nothing to do; return why."""
+        m, work = self._memory, self._work(wanted)
+        m.open_for_help()
+        try:
+            while True:
+                self._check()
+                outcome = work(0, self._threads - 1, SLICE_LINES)
+                if outcome == SHORT_OF_HANDS:
+                    m.call_help(lambda number: work(number, 0, SLICE_HELPED))
+                elif outcome == OUT_OF_WORK:
+                    m.helpers.rest()
+                elif outcome != PAUSED:
+                    return int(outcome)
+        finally:
+            m.close_for_help()
+
+    def _work(self, wanted: int) -> Callable[[int, int, int], int]:
+        """Return the kernel for this field: without it, so that the field can go before a helper that was held up."""
+        m = self._memory
+        return partial(
+            grow_tiles,
+            self._source, *self._shape, self._unknown, m.field, m.tables, m.costs, self._across, self._tiles,
+            m.marks, m.words, m.hints, m.scratch, m.state, wanted,
+        )  # fmt: skip
 
     def path_from(self, cell: Cell) -> NDArray[np.int32]:
         """Return the (n, 2) cells of a cheapest path from ``cell``, whose value must be final, to a goal."""

@@ -1,16 +1,17 @@
 """The arrays of a field of tiles, which the next field takes over: fresh memory costs as much time as the field."""
 
 import weakref
+from collections.abc import Callable
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.planners.kernels.tile_layout import CELLS, EDGES, FREE, KIND, TABLE, UNREACHED
+from ppaas.planners.kernels.tile_growth import APART, CALLED, STOP, THREADS, state_size
+from ppaas.planners.kernels.tile_layout import CELLS, EDGES, FREE, KIND, LAID, SIDE, TABLE, UNREACHED
 from ppaas.planners.kernels.tile_plane import SCRATCH
-from ppaas.planners.kernels.tile_rounds import BATCH, STATE_SIZE
-from ppaas.planners.kernels.tile_setup import forget
-from ppaas.planners.kernels.tile_visit import REPORT
+from ppaas.planners.kernels.tile_queue import GROUP, IDLE
+from ppaas.planners.workers import Helpers
 
 T = TypeVar("T", bound=np.generic)
 
@@ -34,16 +35,13 @@ class TileMemory:
         self.field = _aligned(tiles * CELLS, np.uint32)
         self.tables = _aligned((tiles + 1) * TABLE, np.uint32)
         self.costs = _aligned(tiles * CELLS, np.uint8)
-        self.keys = np.empty(tiles + 1, np.uint32)
-        self.marks = np.empty(tiles + 1, np.uint16)
-        self.waiting = np.empty(tiles, np.int32)
-        self.chosen = np.empty(BATCH, np.int32)
-        self.reasons = np.empty(BATCH, np.uint16)
-        self.bare = np.empty(25 * BATCH, np.int32)
-        self.reports = np.empty(BATCH * REPORT, np.uint32)
+        groups = -(-tiles // GROUP)
+        self.marks = np.empty(tiles + 1, np.uint8)
+        self.words = _aligned(groups * GROUP, np.uint32)
+        self.hints = _aligned(-(-groups // SIDE) * SIDE, np.uint32)
         self.scratch = _scratch(1)
-        self.counter = np.zeros(1, np.int64)
-        self.state = np.zeros(STATE_SIZE, np.int64)
+        self.state = _aligned(state_size(1), np.int64)
+        self.helpers = Helpers()
         self._map: tuple[weakref.ref[NDArray[np.uint8]], bool] | None = None
 
     @property
@@ -67,18 +65,43 @@ class TileMemory:
         allow_unknown : bool
             Whether unknown cells are free.
         """
+        self.helpers.wait()
         if len(self.scratch) < threads:
             self.scratch = _scratch(threads)
+            self.state = _aligned(state_size(threads), np.int64)
         if self._map is not None and self._map[0]() is data and self._map[1] == allow_unknown:
-            forget(self.tables, self.marks, tiles)
+            self.marks[: tiles + 1] &= LAID
         else:
             self.marks[: tiles + 1] = 0
         self._map = None if data.flags.writeable else (weakref.ref(data), allow_unknown)
-        self.keys[: tiles + 1] = UNREACHED
+        self.words[:] = IDLE
+        self.hints[:] = IDLE
         self.state[:] = 0
         outside = self.tables[tiles * TABLE : (tiles + 1) * TABLE]
         outside[EDGES:FREE] = UNREACHED
         outside[FREE : KIND + 1] = 0
+        self.marks[tiles] = LAID
+
+    def open_for_help(self) -> None:
+        """Let helpers come, after those have left that were called before."""
+        self.helpers.wait()
+        self.state[STOP] = 0
+        self._called[:] = 0
+
+    def call_help(self, work: Callable[[int], object]) -> None:
+        """Call one more helper, who is given its number: the first that is free."""
+        number = int(np.argmin(self._called[1:])) + 1
+        self._called[number] = 1
+        self.helpers.call(lambda: work(number))
+
+    def close_for_help(self) -> None:
+        """Tell all helpers to leave, but do not wait for them: one may have been put aside for a while."""
+        self.state[STOP] = 1
+        self.helpers.send_away()
+
+    @property
+    def _called(self) -> NDArray[np.int64]:
+        return self.state[THREADS + CALLED :: APART]
 
 
 _spare: list[TileMemory] = []

@@ -1,8 +1,10 @@
-"""Threads for many searches at a time, which end before the call does that began them."""
+"""Threads: for many searches at a time, which end before the call does that began them, and to help with one."""
 
+import os
 from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, as_completed, wait
+from functools import cache
 from typing import TypeVar
 
 from ppaas.errors import PlanCancelled
@@ -12,6 +14,9 @@ R = TypeVar("R")
 
 Check = Callable[[], None]
 Worker = Callable[[T, Check], R]
+
+PATIENCE = 0.000_2
+"""How long who is out of work waits for one of the helpers to be done before it looks again [s]."""
 
 
 def work_off(workers: Sequence[Worker[T, R]], jobs: Sequence[T], *, check: Check, done: Callable[[T], None]) -> list[R]:
@@ -67,3 +72,46 @@ def _alone(worker: Worker[T, R], jobs: Sequence[T], check: Check, done: Callable
         results.append(worker(job, check))
         done(job)
     return results
+
+
+class Helpers:
+    """Those who help with one piece of work."""
+
+    def __init__(self) -> None:
+        self._at_work: list[Future[object]] = []
+
+    def call(self, work: Callable[[], object]) -> None:
+        """Let one more help: it calls ``work``, which is to return soon when there is nothing to do."""
+        self._see_who_left()
+        self._at_work.append(_threads().submit(work))
+
+    def rest(self) -> None:
+        """Wait a moment, as long as none leaves."""
+        wait(self._at_work, PATIENCE, FIRST_COMPLETED)
+        self._see_who_left()
+
+    def send_away(self) -> None:
+        """Let nobody begin who has not; all others must have been told."""
+        self._at_work = [future for future in self._at_work if not future.cancel()]
+
+    def wait(self) -> None:
+        """Wait until all have left."""
+        for future in self._at_work:
+            future.result()
+        self._at_work.clear()
+
+    def _see_who_left(self) -> None:
+        left = [future for future in self._at_work if future.done()]
+        for future in left:
+            future.result()
+            self._at_work.remove(future)
+
+
+@cache
+def _threads() -> ThreadPoolExecutor:
+    """Return the threads of all helpers, which are started as they are needed."""
+    return ThreadPoolExecutor(os.cpu_count(), thread_name_prefix="planning")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_threads.cache_clear)  # of the parent's threads a child has none

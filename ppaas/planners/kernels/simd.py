@@ -20,6 +20,7 @@ LANES = 32
 _BIT, _OCTET, _NUMBER, _LONG = (ir.IntType(bits) for bits in (1, 8, 32, 64))
 _ROW = ir.VectorType(_NUMBER, LANES)
 _OCTETS = ir.VectorType(_OCTET, LANES)
+_SHORTS = ir.VectorType(ir.IntType(16), LANES)
 _BLOCK = ir.VectorType(_NUMBER, LANES // 2)
 
 
@@ -32,7 +33,7 @@ class RowType(types.Type):
 
 row = RowType()
 lanes = number = types.int64
-_ARRAY = None
+ARRAY = None
 """Stands for an array of any type among the types of parameters."""
 
 
@@ -42,7 +43,7 @@ class _RowModel(models.PrimitiveModel):
         super().__init__(manager, kind, _ROW)  # type: ignore[no-untyped-call]
 
 
-def _operation(result: Any, *parameters: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+def operation(result: Any, *parameters: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Make a function that emits instructions one that kernels can call.
 
     It is given the builder and what it is called with: values as they are, of an array where its elements begin.
@@ -53,14 +54,14 @@ def _operation(result: Any, *parameters: Any) -> Callable[[Callable[..., Any]], 
             def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
                 for_each = zip(parameters, signature.args, values, strict=True)
                 inputs = (
-                    context.make_array(kind)(context, builder, value).data if parameter is _ARRAY else value
+                    context.make_array(kind)(context, builder, value).data if parameter is ARRAY else value
                     for parameter, kind, value in for_each
                 )
                 emitted = emit(builder, *inputs)
                 return context.get_dummy_value() if result is types.none else emitted
 
             taken = [
-                kind if parameter is _ARRAY else parameter for parameter, kind in zip(parameters, given, strict=True)
+                kind if parameter is ARRAY else parameter for parameter, kind in zip(parameters, given, strict=True)
             ]
             return result(*taken), generate
 
@@ -92,7 +93,7 @@ def _least(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
     return builder.select(builder.icmp_unsigned("<", a, b), a, b)
 
 
-@_operation(row, _ARRAY, types.intp)
+@operation(row, ARRAY, types.intp)
 def load(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Value:
     """Return the 32 numbers of a uint32 array from ``index`` on."""
     loaded = builder.load(_pointer(builder, data, index, _ROW))
@@ -100,7 +101,13 @@ def load(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Value:
     return loaded
 
 
-@_operation(row, _ARRAY, types.intp)
+@operation(number, ARRAY, types.intp)
+def pick(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Value:
+    """Return one number of a uint32 array; unlike numba's own way it does not ask whether the index is negative."""
+    return builder.zext(builder.load(builder.gep(data, [index])), _LONG)
+
+
+@operation(row, ARRAY, types.intp)
 def load_bytes(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Value:
     """Return the 32 numbers of a uint8 array from ``index`` on."""
     loaded = builder.load(_pointer(builder, data, index, _OCTETS))
@@ -108,91 +115,99 @@ def load_bytes(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Val
     return builder.zext(loaded, _ROW)
 
 
-@_operation(types.none, _ARRAY, types.intp, row)
+@operation(row, ARRAY, types.intp)
+def load_shorts(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Value:
+    """Return the 32 numbers of a uint16 array from ``index`` on."""
+    loaded = builder.load(_pointer(builder, data, index, _SHORTS))
+    loaded.align = 2
+    return builder.zext(loaded, _ROW)
+
+
+@operation(types.none, ARRAY, types.intp, row)
 def store(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, values: ir.Value) -> None:
     """Write a row to a uint32 array from ``index`` on."""
     builder.store(values, _pointer(builder, data, index, _ROW)).align = 4
 
 
-@_operation(types.none, _ARRAY, types.intp, row)
+@operation(types.none, ARRAY, types.intp, row)
 def store_bytes(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, values: ir.Value) -> None:
     """Write a row, whose numbers must be below 256, to a uint8 array from ``index`` on."""
     builder.store(builder.trunc(values, _OCTETS), _pointer(builder, data, index, _OCTETS)).align = 1
 
 
-@_operation(row, number)
+@operation(row, number)
 def splat(builder: ir.IRBuilder, scalar: ir.Value) -> ir.Value:
     """Return a row of one number."""
     return _splat(builder, scalar)
 
 
-@_operation(row)
+@operation(row)
 def ramp(_: ir.IRBuilder) -> ir.Value:
     """Return the row 0, 1, … 31."""
     return _constant(list(range(LANES)))
 
 
-@_operation(row, row, row)
+@operation(row, row, row)
 def add(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
     """Return the sums."""
     return builder.add(a, b)
 
 
-@_operation(row, row, row)
+@operation(row, row, row)
 def subtract(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
     """Return the differences."""
     return builder.sub(a, b)
 
 
-@_operation(row, row, row)
+@operation(row, row, row)
 def multiply(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
     """Return the products."""
     return builder.mul(a, b)
 
 
-@_operation(row, row, row)
+@operation(row, row, row)
 def shift_right(builder: ir.IRBuilder, values: ir.Value, by: ir.Value) -> ir.Value:
     """Return each number shifted down, by less than 32 bits."""
     return builder.lshr(values, by)
 
 
-@_operation(row, row, row)
+@operation(row, row, row)
 def shift_left(builder: ir.IRBuilder, values: ir.Value, by: ir.Value) -> ir.Value:
     """Return each number shifted up, by less than 32 bits."""
     return builder.shl(values, by)
 
 
-@_operation(row, row, row)
+@operation(row, row, row)
 def both(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
     """Return the bits that both have."""
     return builder.and_(a, b)
 
 
-@_operation(row, row, row)
+@operation(row, row, row)
 def either(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
     """Return the bits that one or the other has."""
     return builder.or_(a, b)
 
 
-@_operation(row, row, row)
+@operation(row, row, row)
 def least(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
     """Return in each lane the lesser number."""
     return _least(builder, a, b)
 
 
-@_operation(lanes, row, row)
+@operation(lanes, row, row)
 def unlike(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
     """Return the lanes in which two rows differ."""
     return builder.zext(builder.bitcast(builder.icmp_unsigned("!=", a, b), _NUMBER), _LONG)
 
 
-@_operation(lanes, row, row)
+@operation(lanes, row, row)
 def less(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
     """Return the lanes in which the first row is less."""
     return builder.zext(builder.bitcast(builder.icmp_unsigned("<", a, b), _NUMBER), _LONG)
 
 
-@_operation(row, lanes, row, row)
+@operation(row, lanes, row, row)
 def where(builder: ir.IRBuilder, chosen: ir.Value, yes: ir.Value, no: ir.Value) -> ir.Value:
     """Return one row in a set of lanes and the other elsewhere."""
     truths = builder.bitcast(builder.trunc(chosen, _NUMBER), ir.VectorType(_BIT, LANES))
@@ -204,14 +219,14 @@ def _moved_from(sources: list[int]) -> list[int]:
     return [source if 0 <= source < LANES else LANES + source % LANES for source in sources]
 
 
-@_operation(row, row, number)
+@operation(row, row, number)
 def from_left(builder: ir.IRBuilder, values: ir.Value, entering: ir.Value) -> ir.Value:
     """Move a row one lane up; the number given comes in at lane 0."""
     mask = _constant(_moved_from([lane - 1 for lane in range(LANES)]))
     return builder.shuffle_vector(values, _splat(builder, entering), mask)
 
 
-@_operation(row, row, number)
+@operation(row, row, number)
 def from_right(builder: ir.IRBuilder, values: ir.Value, entering: ir.Value) -> ir.Value:
     """Move a row one lane down; the number given comes in at lane 31."""
     mask = _constant(_moved_from([lane + 1 for lane in range(LANES)]))
@@ -226,19 +241,19 @@ def _scanned(builder: ir.IRBuilder, values: ir.Value, sign: int) -> ir.Value:
     return values
 
 
-@_operation(row, row)
+@operation(row, row)
 def least_up_to(builder: ir.IRBuilder, values: ir.Value) -> ir.Value:
     """Return in each lane the least of it and all lanes below."""
     return _scanned(builder, values, 1)
 
 
-@_operation(row, row)
+@operation(row, row)
 def least_from(builder: ir.IRBuilder, values: ir.Value) -> ir.Value:
     """Return in each lane the least of it and all lanes above."""
     return _scanned(builder, values, -1)
 
 
-@_operation(number, row)
+@operation(number, row)
 def least_of(builder: ir.IRBuilder, values: ir.Value) -> ir.Value:
     """Return the least number of a row."""
     for half in (16, 8, 4, 2, 1):
@@ -248,7 +263,7 @@ def least_of(builder: ir.IRBuilder, values: ir.Value) -> ir.Value:
     return builder.zext(builder.extract_element(values, ir.Constant(_NUMBER, 0)), _LONG)
 
 
-@_operation(types.none, _ARRAY, types.intp, _ARRAY, types.intp)
+@operation(types.none, ARRAY, types.intp, ARRAY, types.intp)
 def transpose_block(builder: ir.IRBuilder, source: ir.Value, at: ir.Value, target: ir.Value, to: ir.Value) -> None:
     """Write 16×16 numbers transposed; rows lie 32 apart in both arrays."""
 
@@ -274,25 +289,19 @@ def _of_bits(builder: ir.IRBuilder, name: str, bits: ir.Value, *more: ir.Value) 
     return builder.zext(builder.call(function, [builder.trunc(bits, _NUMBER), *more]), _LONG)
 
 
-@_operation(number, lanes)
+@operation(number, lanes)
 def first_lane(builder: ir.IRBuilder, bits: ir.Value) -> ir.Value:
     """Return the number of the first lane of a set that is not empty."""
     return _of_bits(builder, "llvm.cttz", bits, ir.Constant(_BIT, 1))
 
 
-@_operation(lanes, lanes)
+@operation(lanes, lanes)
 def mirrored(builder: ir.IRBuilder, bits: ir.Value) -> ir.Value:
     """Return a set of lanes with lane 0 in place of lane 31 and so on."""
     return _of_bits(builder, "llvm.bitreverse", bits)
 
 
-@_operation(number, lanes)
+@operation(number, lanes)
 def size(builder: ir.IRBuilder, bits: ir.Value) -> ir.Value:
     """Return how many lanes are in a set."""
     return _of_bits(builder, "llvm.ctpop", bits)
-
-
-@_operation(number, _ARRAY)
-def next_number(builder: ir.IRBuilder, counter: ir.Value) -> ir.Value:
-    """Return the first element of an int64 array and add one to it, in one step for all threads."""
-    return builder.atomic_rmw("add", counter, ir.Constant(_LONG, 1), "monotonic")

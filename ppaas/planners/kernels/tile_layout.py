@@ -9,8 +9,8 @@ Rows are drawn here with the first on top: a tile's neighbour at the top holds t
 
 Each tile has an entry in ``tables``, `TABLE` numbers long:
 
-- `EDGES`: the values of its top row, bottom row, left column and right column, 32 each. Its neighbours read these
-  alone; only the thread that works on the tile writes them.
+- `EDGES`: the values of its top row, bottom row, left column and right column, 32 each, once somebody has been there.
+  Its neighbours read these alone; only the thread that works on the tile writes them.
 - `FREE`: which cells are free, one number a row, and again one a column, the lowest bit for the first.
 - `KIND`: how its cells weigh. `COST`: what its free cells cost, if all the same.
 """
@@ -36,8 +36,8 @@ they are given to once for each."""
 GOAL = 8
 """Bit of a tile that is woken because a goal lies in it."""
 
-TOUCHED, LAID = 1 << 15, 1 << 14
-"""More marks of a tile: somebody has been there; its table is filled."""
+TOUCHED, LAID = 1, 2
+"""Marks of a tile: somebody has been there; its table is filled."""
 
 EDGES = 0
 FREE = 4 * SIDE

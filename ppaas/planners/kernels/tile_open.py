@@ -8,11 +8,11 @@ no value has to be looked at twice. Which sweeps are needed the edges tell.
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.planners.kernels import simd
-from ppaas.planners.kernels.tile_border import beside, edge, free_along, value_at
+from ppaas.planners.kernels.bare import bare, joined
+from ppaas.planners.kernels.tile_border import beside, edge, free_along, seen, value_at
 from ppaas.planners.kernels.tile_layout import (
     ALL,
     BOTTOM,
@@ -30,7 +30,7 @@ from ppaas.planners.kernels.tile_layout import (
     TOP_RIGHT,
     UNREACHED,
 )  # fmt: skip
-from ppaas.planners.kernels.tile_plane import BACK, COLUMNS, FORTH, LINES, slanted, weighed
+from ppaas.planners.kernels.tile_plane import BACK, COLUMNS, FORTH, LINES, SELF, slanted, weighed
 
 Int = int | np.signedinteger[Any]
 Numbers = NDArray[np.uint32]
@@ -44,20 +44,20 @@ FROM_ABOVE = 1 << TOP | 1 << TOP_LEFT | 1 << TOP_RIGHT | 1 << GOAL
 FROM_BELOW = 1 << BOTTOM | 1 << BOTTOM_LEFT | 1 << BOTTOM_RIGHT | 1 << GOAL
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@joined
 def _enters(slanting: Any, straight: Any, edge_values: Any, weights: Any, diagonals: Any) -> bool:
     """Return whether a diagonal move from beside the tile betters what a straight one gives."""
     return bool(simd.less(simd.add(slanting, diagonals), simd.least(simd.add(straight, weights), edge_values)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@joined
 def _stepped(source: Any, before: Any, at_left: Int, at_right: Int, free: Int, weights: Any, diagonals: Any) -> Any:
     slanting = simd.least(simd.from_left(source, at_left), simd.from_right(source, at_right))
     slanting = simd.where(free, slanting, simd.splat(UNREACHED))
     return simd.least(before, simd.least(simd.add(source, weights), simd.add(slanting, diagonals)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _pour(
     field: Numbers, at: Int, step: Int, source: Any, free: Int, weights: Any, diagonals: Any, fresh: bool,
     scratch: Numbers,
@@ -73,7 +73,7 @@ def _pour(
         row += step
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _look_along(field: Numbers, at: Int, weight: Int, scratch: Numbers) -> None:
     """Carry values along each row, both ways; write the tile's left and right edge to scratch memory."""
     weights = simd.splat(weight)
@@ -96,7 +96,7 @@ def _look_along(field: Numbers, at: Int, weight: Int, scratch: Numbers) -> None:
         scratch[COLUMNS + LAST_LINE + row] = field[at + row * SIDE + LAST]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _flow(
     field: Numbers, tables: Numbers, tile: Int, step: Int, woken: Int, fresh: bool, weights: Any, diagonals: Any,
     scratch: Numbers,
@@ -107,45 +107,41 @@ def _flow(
     gives as much in each row, then by way of those rows all that is behind is reached as well.
     """
     down = step > 0
-    behind, aside_left, aside_right = (
-        beside(scratch, TOP if down else BOTTOM),
-        beside(scratch, LEFT),
-        beside(scratch, RIGHT),
-    )
-    left, right = edge(tables, aside_left, RIGHT), edge(tables, aside_right, LEFT)
-    corner = beside(scratch, TOP_LEFT if down else BOTTOM_LEFT)
+    left, right = edge(tables, seen(scratch, LEFT), RIGHT), edge(tables, seen(scratch, RIGHT), LEFT)
+    corner = seen(scratch, TOP_LEFT if down else BOTTOM_LEFT)
     at_left = value_at(tables, corner, BOTTOM_RIGHT if down else TOP_RIGHT)
-    corner = beside(scratch, TOP_RIGHT if down else BOTTOM_RIGHT)
+    corner = seen(scratch, TOP_RIGHT if down else BOTTOM_RIGHT)
     at_right = value_at(tables, corner, BOTTOM_LEFT if down else TOP_LEFT)
     from_left = simd.from_left(left, at_left) if down else simd.from_right(left, at_left)
     from_right = simd.from_left(right, at_right) if down else simd.from_right(right, at_right)
-    from_left = simd.where(free_along(tables, aside_left, RIGHT), from_left, simd.splat(UNREACHED))
-    from_right = simd.where(free_along(tables, aside_right, LEFT), from_right, simd.splat(UNREACHED))
-    enters = _enters(from_left, left, edge(tables, tile, LEFT), weights, diagonals)
-    enters |= _enters(from_right, right, edge(tables, tile, RIGHT), weights, diagonals)
+    from_left = simd.where(free_along(tables, beside(scratch, LEFT), RIGHT), from_left, simd.splat(UNREACHED))
+    from_right = simd.where(free_along(tables, beside(scratch, RIGHT), LEFT), from_right, simd.splat(UNREACHED))
+    enters = _enters(from_left, left, edge(tables, seen(scratch, SELF), LEFT), weights, diagonals)
+    enters |= _enters(from_right, right, edge(tables, seen(scratch, SELF), RIGHT), weights, diagonals)
     if not woken and not enters:
         return 0
     simd.store(scratch, FROM_LEFT, from_left)
     simd.store(scratch, FROM_RIGHT, from_right)
     facing = BOTTOM if down else TOP
-    source, free = edge(tables, behind, facing), free_along(tables, behind, facing)
+    source = edge(tables, seen(scratch, TOP if down else BOTTOM), facing)
+    free = free_along(tables, beside(scratch, TOP if down else BOTTOM), facing)
     _pour(field, tile * CELLS, step, source, free, weights, diagonals, fresh, scratch)
     return SIDE
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def spread(field: Numbers, tables: Numbers, tile: Int, reasons: Int, fresh: bool, scratch: Numbers) -> Int:
     """Settle a tile within and leave its edges in scratch memory, where planes have them; return the lines done."""
     weights = weighed(simd.splat(np.int64(tables[tile * TABLE + COST])))
     diagonals, at = slanted(weights), tile * CELLS
-    work = _flow(field, tables, tile, FORTH, reasons & FROM_ABOVE, fresh, weights, diagonals, scratch)
+    work: Int = _flow(field, tables, tile, FORTH, reasons & FROM_ABOVE, fresh, weights, diagonals, scratch)
     fresh &= work == 0
     work += _flow(field, tables, tile, BACK, reasons & FROM_BELOW, fresh, weights, diagonals, scratch)
     if fresh and work == 0:
         for row in range(SIDE):
             simd.store(field, at + row * SIDE, simd.splat(UNREACHED))
-    simd.store(scratch, BESIDE_LEFT, edge(tables, beside(scratch, LEFT), RIGHT))
-    simd.store(scratch, BESIDE_RIGHT, edge(tables, beside(scratch, RIGHT), LEFT))
+    simd.store(scratch, BESIDE_LEFT, edge(tables, seen(scratch, LEFT), RIGHT))
+    simd.store(scratch, BESIDE_RIGHT, edge(tables, seen(scratch, RIGHT), LEFT))
     _look_along(field, at, np.int64(simd.least_of(weights)), scratch)
     simd.store(scratch, FIRST_LINE, simd.load(field, at))
     simd.store(scratch, LAST_LINE, simd.load(field, at + LAST * SIDE))

@@ -7,16 +7,16 @@ tile itself has lines 1 to 32. A plane is a part of a thread's scratch memory:
 - `LINES`: 34 lines of values.
 - `WEIGHTS`, `DIAGONALS`: what its cells weigh, on cardinal and diagonal moves: 32 lines, or one that holds for all.
 - `FREE`: which cells of each of the 34 lines are free.
-- `LEFT`, `RIGHT`: of which cells of each line the left and the right neighbour is free.
+- `LEFT`, `RIGHT`: which of them have a free neighbour at their left, and at their right.
 """
 
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.planners.kernels import simd
+from ppaas.planners.kernels.bare import bare, joined
 from ppaas.planners.kernels.tile_layout import BASE, FACTOR, HALF, ROOT, ROOT_SHIFT, SIDE, UNKNOWN, UNREACHED
 
 Int = int | np.signedinteger[Any]
@@ -34,14 +34,20 @@ ROWS, COLUMNS = np.int64(0), np.int64(PLANE)
 FORTH, BACK = np.int64(1), np.int64(-1)
 """From a line to the next; see `ppaas.planners.kernels.tile_layout` on why these are no numbers of Python."""
 BESIDE = 2 * PLANE
-"""Behind the planes: the numbers of the tile's eight neighbours."""
+"""Behind the planes: the numbers of the tile's eight neighbours, by move."""
+SEEN = BESIDE + 8
+"""The same, but for those in which nobody has been the number of the outside, which nobody reaches either; last, the
+tile itself."""
+SELF = np.int64(8)
+KEYS = SEEN + 9
+"""With what each neighbour is to be woken."""
 SPARE = BESIDE + SIDE
 """Behind them: one line more."""
 SCRATCH = SPARE + SIDE
 """Numbers in the scratch memory of one thread."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@joined
 def relaxed(source: Any, target: Any, free: Int, left: Int, right: Int, weights: Any, diagonals: Any) -> Any:
     """Return the values of a line after all moves into it from the line beside it.
 
@@ -52,32 +58,32 @@ def relaxed(source: Any, target: Any, free: Int, left: Int, right: Int, weights:
     free : lanes
         Free cells of the target.
     left, right : lanes
-        Where a diagonal move may come from the left, and from the right.
+        Those of them into which a diagonal move may come from the left, and from the right.
     weights, diagonals : row
         What the cells of the target weigh.
     """
     none = simd.splat(UNREACHED)
     from_left = simd.where(left, simd.from_left(source, UNREACHED), none)
     from_right = simd.where(right, simd.from_right(source, UNREACHED), none)
-    best = simd.least(simd.add(source, weights), simd.add(simd.least(from_left, from_right), diagonals))
-    return simd.where(free, simd.least(target, best), target)
+    straight = simd.where(free, simd.add(source, weights), none)
+    return simd.least(simd.least(target, straight), simd.add(simd.least(from_left, from_right), diagonals))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@joined
 def weighed(costs: Any) -> Any:
     """Return what cells of these costs weigh."""
     known = simd.add(simd.multiply(costs, simd.splat(FACTOR)), simd.splat(BASE))
     return simd.where(simd.unlike(costs, simd.splat(255)), known, simd.splat(UNKNOWN))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@joined
 def slanted(weights: Any) -> Any:
     """Return what diagonal moves into cells of these weights weigh."""
     product = simd.add(simd.multiply(weights, simd.splat(ROOT)), simd.splat(HALF))
     return simd.shift_right(product, simd.splat(ROOT_SHIFT))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def sweep(scratch: Numbers, plane: Int, step: Int, stride: Int, pending: Int) -> tuple[Int, Int, Int]:
     """Carry values from line to line in one direction, as far as they change.
 
@@ -104,17 +110,15 @@ def sweep(scratch: Numbers, plane: Int, step: Int, stride: Int, pending: Int) ->
     begin = 0 if step > 0 else SIDE + 1
     order = simd.first_lane(pending)
     changed, lanes, work, line, more = 0, 0, 0, begin + step * order, True
-    source = simd.load(scratch, plane + LINES + line * SIDE)
+    source, free = simd.load(scratch, plane + LINES + line * SIDE), simd.pick(scratch, plane + FREE + line)
     while more:
-        near = np.int64(scratch[plane + FREE + line])
         line += step
+        near, free = free, simd.pick(scratch, plane + FREE + line)
         place, weight = plane + LINES + line * SIDE, plane + WEIGHTS + (line - 1) * stride
+        left, right = simd.pick(scratch, plane + LEFT + line), simd.pick(scratch, plane + RIGHT + line)
+        weights, diagonals = simd.load(scratch, weight), simd.load(scratch, weight + (DIAGONALS - WEIGHTS))
         before = simd.load(scratch, place)
-        source = relaxed(
-            source, before, np.int64(scratch[plane + FREE + line]),
-            near & np.int64(scratch[plane + LEFT + line]), near & np.int64(scratch[plane + RIGHT + line]),
-            simd.load(scratch, weight), simd.load(scratch, weight + (DIAGONALS - WEIGHTS)),
-        )  # fmt: skip
+        source = relaxed(source, before, free, near & left, near & right, weights, diagonals)
         simd.store(scratch, place, source)
         different = simd.unlike(source, before)
         lanes |= different
@@ -126,7 +130,7 @@ def sweep(scratch: Numbers, plane: Int, step: Int, stride: Int, pending: Int) ->
     return changed, lanes, work
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def turn(scratch: Numbers, plane: Int, to: Int, lines: Int, lanes: Int) -> None:
     """Copy what changed in some lines and lanes of one plane to the other, by blocks of 16×16."""
     for line in range(0, SIDE, 16):

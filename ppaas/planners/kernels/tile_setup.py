@@ -3,16 +3,15 @@
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from ppaas.planners.kernels import simd
+from ppaas.planners.kernels import atomics, simd
+from ppaas.planners.kernels.bare import bare
 from ppaas.planners.kernels.tile_layout import (
     ALL,
     BLOCKED,
     CELLS,
     COST,
-    EDGES,
     FREE,
     KIND,
     LAID,
@@ -21,18 +20,15 @@ from ppaas.planners.kernels.tile_layout import (
     OPEN,
     SIDE,
     TABLE,
-    TOUCHED,
-    UNREACHED,
     WALLED,
 )  # fmt: skip
 
 Int = int | np.signedinteger[Any]
 Bytes = NDArray[np.uint8]
 Tables = NDArray[np.uint32]
-Marks = NDArray[np.uint16]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _describe(cells: Bytes, at: Int, stride: Int, unknown: Int, tables: Tables, table: Int) -> None:
     """Fill one table from 32 rows of costs that begin at ``at`` and lie ``stride`` apart."""
     columns = simd.splat(0)
@@ -49,13 +45,12 @@ def _describe(cells: Bytes, at: Int, stride: Int, unknown: Int, tables: Tables, 
         tables[table + FREE + row] = free
         columns = simd.either(columns, simd.where(free, simd.splat(1 << row), simd.splat(0)))
     simd.store(tables, table + FREE + SIDE, columns)
-    _empty_edges(tables, table)
     kind = MIXED if mixed else OPEN if every == ALL else WALLED if some else BLOCKED
     tables[table + KIND] = kind
     tables[table + COST] = max(cost, 0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def lay_tile(
     source: Bytes, height: Int, width: Int, unknown: Int, across: Int, tile: Int, costs: Bytes, tables: Tables
 ) -> None:
@@ -93,10 +88,27 @@ def lay_tile(
     _describe(costs, kept, np.int64(SIDE), unknown, tables, table)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
+def lay_around(
+    source: Bytes, height: Int, width: Int, unknown: Int, across: Int, tiles: Int, tile: Int,
+    costs: Bytes, tables: Tables, marks: Bytes,
+) -> None:  # fmt: skip
+    """Fill the tables of a tile and of those around, as far as nobody has.
+
+    Two threads that come at a time both write the same.
+    """
+    column = tile % across
+    for row in range(tile // across - 1, tile // across + 2):
+        for beside in range(row * across + max(column - 1, 0), row * across + min(column + 1, across - 1) + 1):
+            if 0 <= beside < tiles and not atomics.read(marks, beside) & LAID:
+                lay_tile(source, height, width, unknown, across, beside, costs, tables)
+                atomics.mark(marks, beside, LAID)
+
+
+@bare
 def lay_sample(
     source: Bytes, height: int, width: int, unknown: int, across: int, tiles: int, step: int,
-    costs: Bytes, tables: Tables, marks: Marks,
+    costs: Bytes, tables: Tables, marks: Bytes,
 ) -> tuple[int, int]:  # fmt: skip
     """Fill the table of each ``step``-th tile.
 
@@ -122,25 +134,9 @@ def lay_sample(
     return free, wide
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def forget(tables: Tables, marks: Marks, tiles: int) -> None:
-    """Empty the edges of all tiles in which somebody has been; their tables are kept."""
-    for tile in range(tiles):
-        if marks[tile] & TOUCHED:
-            _empty_edges(tables, tile * TABLE)
-        marks[tile] &= LAID
-
-
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def _empty_edges(tables: Tables, table: Int) -> None:
-    for side in range(4):
-        simd.store(tables, table + EDGES + side * SIDE, simd.splat(UNREACHED))
-
-
 def warm() -> None:
     """Compile and call each kernel once."""
     source = np.zeros(1, np.uint8)
     source.flags.writeable = False
-    tables, marks = np.zeros(2 * TABLE, np.uint32), np.zeros(1, np.uint16)
+    tables, marks = np.zeros(2 * TABLE, np.uint32), np.zeros(1, np.uint8)
     lay_sample(source, 1, 1, ALL, 1, 1, 1, np.zeros(CELLS, np.uint8), tables, marks)
-    forget(tables, marks, 1)

@@ -3,11 +3,11 @@
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from ppaas.planners.kernels import simd
+from ppaas.planners.kernels import atomics, simd
 from ppaas.planners.kernels import tile_plane as plane
+from ppaas.planners.kernels.bare import bare, joined
 from ppaas.planners.kernels.tile_border import (
     LAST,
     beside,
@@ -15,11 +15,13 @@ from ppaas.planners.kernels.tile_border import (
     free_along,
     look_around,
     over_corner,
+    seen,
     too_long,
     wake_side,
 )  # fmt: skip
 from ppaas.planners.kernels.tile_layout import (
     ALL,
+    BASE,
     BOTTOM,
     BOTTOM_LEFT,
     BOTTOM_RIGHT,
@@ -38,20 +40,34 @@ from ppaas.planners.kernels.tile_layout import (
     TOP,
     TOP_LEFT,
     TOP_RIGHT,
+    TOUCHED,
     UNREACHED,
 )  # fmt: skip
 from ppaas.planners.kernels.tile_open import spread
-from ppaas.planners.kernels.tile_plane import BACK, COLUMNS, FORTH, LINES, ROWS, slanted, sweep, turn, weighed
+from ppaas.planners.kernels.tile_plane import (
+    BACK,
+    COLUMNS,
+    FORTH,
+    KEYS,
+    LINES,
+    ROWS,
+    SELF,
+    slanted,
+    sweep,
+    turn,
+    weighed,
+)
+from ppaas.planners.kernels.tile_queue import wake
 
 Int = int | np.signedinteger[Any]
 Numbers = NDArray[np.uint32]
 Bytes = NDArray[np.uint8]
 
-WORK, OVERLONG, REPORT = 8, 9, 10
-"""Of the report of a visit, after the eight keys of the neighbours: lines done, and whether values grow too large."""
+PATIENCE = SIDE * BASE // 2
+"""How much longer a tile waits where nobody has been, so that more of its neighbours are through before it is begun."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _lay_free(
     scratch: Numbers, to: Int, tables: Numbers, at: Int, before: Int, after: Int, left: Int, right: Int
 ) -> None:
@@ -62,12 +78,13 @@ def _lay_free(
     scratch[to + plane.FREE + SIDE + 1] = after
     at_left = simd.both(simd.shift_right(simd.splat(left), simd.ramp()), one)
     at_right = simd.both(simd.shift_right(simd.splat(right), simd.ramp()), one)
-    simd.store(scratch, to + plane.LEFT + 1, simd.either(simd.shift_left(free, one), at_left))
+    left_of = simd.either(simd.shift_left(free, one), at_left)
+    simd.store(scratch, to + plane.LEFT + 1, simd.both(free, left_of))
     right_of = simd.either(simd.shift_right(free, one), simd.shift_left(at_right, simd.splat(LAST)))
-    simd.store(scratch, to + plane.RIGHT + 1, right_of)
+    simd.store(scratch, to + plane.RIGHT + 1, simd.both(free, right_of))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _lay_weights(scratch: Numbers, costs: Bytes, tables: Numbers, tile: Int) -> Int:
     """Tell both planes what their cells weigh; return how far their lines of weights lie apart."""
     table = tile * TABLE
@@ -91,7 +108,7 @@ def _lay_weights(scratch: Numbers, costs: Bytes, tables: Numbers, tile: Int) -> 
     return SIDE
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _lay_values(scratch: Numbers, field: Numbers, tile: Int, fresh: bool) -> None:
     """Copy a tile to both planes."""
     none = simd.splat(UNREACHED)
@@ -106,7 +123,7 @@ def _lay_values(scratch: Numbers, field: Numbers, tile: Int, fresh: bool) -> Non
         turn(scratch, ROWS, COLUMNS, np.int64(ALL), np.int64(ALL))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _enter_corner(scratch: Numbers, tables: Numbers, costs: Bytes, tile: Int, move: Int) -> Int:
     """Take what the neighbour at a corner offers; return whether that is better."""
     value = over_corner(tables, costs, tile, move, True, scratch)
@@ -119,7 +136,7 @@ def _enter_corner(scratch: Numbers, tables: Numbers, costs: Bytes, tile: Int, mo
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _sweep_both(scratch: Numbers, at: Int, stride: Int, onward: Int, back: Int) -> tuple[Int, Int, Int, Int]:
     """Sweep one plane in both directions; return the lines and lanes that changed, what is pending and lines done."""
     moved: Int = 0
@@ -137,13 +154,13 @@ def _sweep_both(scratch: Numbers, at: Int, stride: Int, onward: Int, back: Int) 
     return moved, lanes, onward, work
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@joined
 def _after(lines: Int) -> Int:
     """Return what is pending for a sweep when these lines of the tile changed, in its order."""
     return (lines << 1) & ALL
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _settle(scratch: Numbers, stride: Int, down: Int, up: Int, right: Int, left: Int) -> tuple[Int, Int]:
     """Sweep both planes until nothing changes; return the rows that changed, and the lines done."""
     rows: Int = 0
@@ -165,7 +182,7 @@ def _settle(scratch: Numbers, stride: Int, down: Int, up: Int, right: Int, left:
     return rows, work
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def _work_off(
     field: Numbers, tables: Numbers, costs: Bytes, tile: Int, reasons: Int, fresh: bool, scratch: Numbers
 ) -> Int:
@@ -186,10 +203,10 @@ def _work_off(
     stride = _lay_weights(scratch, costs, tables, tile)
     _lay_values(scratch, field, tile, fresh)
     beyond = LINES + (SIDE + 1) * SIDE
-    simd.store(scratch, LINES, edge(tables, above, BOTTOM))
-    simd.store(scratch, beyond, edge(tables, below, TOP))
-    simd.store(scratch, COLUMNS + LINES, edge(tables, before, RIGHT))
-    simd.store(scratch, COLUMNS + beyond, edge(tables, after, LEFT))
+    simd.store(scratch, LINES, edge(tables, seen(scratch, TOP), BOTTOM))
+    simd.store(scratch, beyond, edge(tables, seen(scratch, BOTTOM), TOP))
+    simd.store(scratch, COLUMNS + LINES, edge(tables, seen(scratch, LEFT), RIGHT))
+    simd.store(scratch, COLUMNS + beyond, edge(tables, seen(scratch, RIGHT), LEFT))
     down, up, right, left = reasons & 1, (reasons >> 1) & 1, (reasons >> 2) & 1, (reasons >> 3) & 1
     rows: Int = 0
     if (reasons >> GOAL) & 1:
@@ -201,6 +218,8 @@ def _work_off(
             up |= 2 if move in (BOTTOM_LEFT, BOTTOM_RIGHT) else 0
             right |= 2 if move in (TOP_LEFT, BOTTOM_LEFT) else 0
             left |= 2 if move in (TOP_RIGHT, BOTTOM_RIGHT) else 0
+    changed: Int
+    work: Int
     changed, work = _settle(scratch, stride, down, up, right, left)
     rows = ALL if fresh else rows | changed
     while rows != 0:
@@ -210,51 +229,64 @@ def _work_off(
     return work
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@bare
 def visit(
-    field: Numbers, tables: Numbers, costs: Bytes, across: Int, tiles: Int, tile: Int, reasons: Int, fresh: bool,
-    scratch: Numbers, reports: NDArray[np.uint32], at: Int,
-) -> None:  # fmt: skip
-    """Work on one tile.
-
-    Parameters
-    ----------
-    field, tables, costs
-        As in `ppaas.planners.kernels.tile_layout`.
-    across, tiles : int
-        Tiles side by side, and in all.
-    tile : int
-        Which.
-    reasons : int
-        Bits of those that woke it.
-    fresh : bool
-        Whether nobody has been there, so that its values are not yet set.
-    scratch : (SCRATCH,) uint32 array
-        This thread's.
-    reports : uint32 array
-        Out, from ``at`` on: the least value that it would give to each of its neighbours, `WORK` and `OVERLONG`.
-    """
-    look_around(tile, across, tiles, scratch)
+    field: Numbers, tables: Numbers, costs: Bytes, across: Int, tiles: Int, tile: Int, reasons: Int,
+    marks: Bytes, words: Numbers, hints: Numbers, scratch: Numbers,
+) -> tuple[Int, Int, bool]:  # fmt: skip
+    """Work on one tile, and wake its neighbours."""
+    look_around(tile, across, tiles, marks, scratch)
+    fresh = seen(scratch, SELF) == tiles
     if tables[tile * TABLE + KIND] == OPEN:
         work = spread(field, tables, tile, reasons, fresh, scratch)
     else:
         work = _work_off(field, tables, costs, tile, reasons, fresh, scratch)
-    edges, overlong, turned = tile * TABLE + EDGES, False, 0
+    lines, overlong = _show(tables, tile, scratch)
+    if fresh:
+        atomics.mark(marks, tile, TOUCHED)
+    look_around(tile, across, tiles, marks, scratch)
+    turned: Int = 0
     for side in range(4):
-        reports[at + side] = UNREACHED
-        line = SIDE if side in (BOTTOM, RIGHT) else 1
-        values = simd.load(scratch, (COLUMNS if side in (LEFT, RIGHT) else ROWS) + LINES + line * SIDE)
-        changed = simd.unlike(values, simd.load(tables, edges + side * SIDE))
-        simd.store(tables, edges + side * SIDE, values)
+        scratch[KEYS + side] = UNREACHED
+        changed = lines[side]
         if changed:
-            overlong |= too_long(values)
-            reports[at + side] = wake_side(tables, costs, tile, side, values, scratch)
+            values = edge(tables, tile, side)
+            scratch[KEYS + side] = wake_side(tables, costs, tile, side, values, scratch)
             if side == TOP:
                 turned |= (changed & 1) << TOP_LEFT | (changed >> LAST) << TOP_RIGHT
             if side == BOTTOM:
                 turned |= (changed & 1) << BOTTOM_LEFT | (changed >> LAST) << BOTTOM_RIGHT
     for move in range(TOP_LEFT, BOTTOM_RIGHT + 1):
-        reports[at + move] = UNREACHED
+        scratch[KEYS + move] = UNREACHED
         if turned >> move & 1:
-            reports[at + move] = over_corner(tables, costs, tile, move, False, scratch)
-    reports[at + WORK], reports[at + OVERLONG] = work, overlong
+            scratch[KEYS + move] = over_corner(tables, costs, tile, move, False, scratch)
+    woken: Int = 0
+    for move in range(8):
+        value = np.int64(scratch[KEYS + move])
+        if value != UNREACHED:
+            other = beside(scratch, move)
+            value += PATIENCE if seen(scratch, move) == tiles else 0
+            woken += wake(words, hints, other, value, move ^ 1 if move < 4 else move ^ 3)
+    return woken, work, overlong
+
+
+@bare
+def _show(tables: Numbers, tile: Int, scratch: Numbers) -> tuple[Any, bool]:
+    """Let the neighbours see the tile's edges; return the lanes that changed on each side."""
+    edges, overlong = tile * TABLE + EDGES, False
+    lines = (
+        _show_side(tables, edges, TOP, scratch), _show_side(tables, edges, BOTTOM, scratch),
+        _show_side(tables, edges, LEFT, scratch), _show_side(tables, edges, RIGHT, scratch),
+    )  # fmt: skip
+    for side in range(4):
+        overlong |= too_long(simd.load(tables, edges + side * SIDE))
+    return lines, overlong
+
+
+@bare
+def _show_side(tables: Numbers, edges: Int, side: Int, scratch: Numbers) -> Int:
+    line = SIDE if side in (BOTTOM, RIGHT) else 1
+    values = simd.load(scratch, (COLUMNS if side in (LEFT, RIGHT) else ROWS) + LINES + line * SIDE)
+    changed: Int = simd.unlike(values, edge(tables, seen(scratch, SELF), side))
+    simd.store(tables, edges + side * SIDE, values)
+    return changed

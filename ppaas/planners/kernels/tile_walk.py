@@ -12,7 +12,7 @@ from ppaas.planners.kernels.tile_layout import CELLS, FREE, SIDE, TABLE, TOUCHED
 Int = int | np.signedinteger[Any]
 Ints = NDArray[np.int64]
 Numbers = NDArray[np.uint32]
-Marks = NDArray[np.uint16]
+Marks = NDArray[np.uint8]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
@@ -131,7 +131,7 @@ def read_rows(
 
 def warm() -> None:
     """Compile and call each kernel once."""
-    field, tables, marks = np.zeros(CELLS, np.uint32), np.zeros(TABLE, np.uint32), np.full(1, TOUCHED, np.uint16)
+    field, tables, marks = np.zeros(CELLS, np.uint32), np.zeros(TABLE, np.uint32), np.full(1, TOUCHED, np.uint8)
     source, cells = np.zeros(1, np.uint8), np.zeros((1, 2), np.int32)
     source.flags.writeable = False
     descend_tiles(field, tables, marks, source, 1, 1, 1, np.ones((2, 256), np.int64), cells, 1, 1)

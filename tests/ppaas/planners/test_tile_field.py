@@ -2,23 +2,29 @@ import os
 import subprocess
 import sys
 import weakref
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from ppaas.errors import PlanCancelled
 from ppaas.planners import tile_field, tile_memory
-from ppaas.planners.kernels import tile_layout, tile_rounds, tile_setup, tile_walk
+from ppaas.planners.kernels import tile_growth, tile_layout, tile_setup, tile_walk
+from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED
+from ppaas.planners.kernels.tile_growth import OUT_OF_WORK
 from ppaas.planners.queue_field import QueueField
 from ppaas.planners.tile_field import PathTooLong, TileField, suits_tiles
 from ppaas.planners.weights import fixed_weights
+from ppaas.planners.workers import Helpers
 from tests.reference import dijkstra as twin
 from tests.support import grids
 
 ROOT = Path(__file__).resolve().parents[3]
 
+MANY = 8
 KINDS = ["empty", "graded", "cluttered", "patches"]
 
 
@@ -170,6 +176,57 @@ def test_only_what_is_near_the_way_is_laid_out():
     assert 0 < laid(field) < 100
 
 
+@given(grids.scenes(most=100), st.integers(1, 60))
+@settings(deadline=None, max_examples=40)
+def test_many_threads_that_come_and_go_on_a_tiny_map_give_the_same_field(scene, budget):
+    costs, goals, allow_unknown = scene
+    tiled, queued = fields(costs, goals, allow_unknown, threads=MANY)
+    work = tiled._work(-1)
+
+    def help_along(number):
+        while (outcome := work(number, 0, budget)) in (PAUSED, OUT_OF_WORK):
+            pass
+        return outcome
+
+    with ThreadPoolExecutor(MANY) as threads:
+        outcomes = set(threads.map(help_along, range(MANY)))
+    queued.grow()
+    assert outcomes == {EXHAUSTED}
+    assert np.array_equal(tiled.values(), queued.values())
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_threads_that_are_stopped_anywhere_leave_a_field_that_grows_on(seed):
+    costs = drawn(KINDS[seed % 4], (200, 200), seed)
+    goals = grids.free_cells(costs, True)[:1]
+    tiled, queued = fields(costs, goals, threads=MANY)
+    work = tiled._work(-1)
+    for stop in (10, 100, 1_000):
+        with ThreadPoolExecutor(MANY) as threads:
+            list(threads.map(work, range(MANY), [0] * MANY, [stop] * MANY))
+    tiled.grow()
+    queued.grow()
+    assert np.array_equal(tiled.values(), queued.values())
+
+
+def test_helpers_are_called_and_the_next_field_waits_until_they_have_left(monkeypatch):
+    called = []
+    call = Helpers.call
+    monkeypatch.setattr(Helpers, "call", lambda self, work: (called.append(1), call(self, work)))
+    costs = drawn("cluttered", (600, 600), 3)
+    costs.flags.writeable = False
+    goals = grids.free_cells(costs, True)[:1]
+    queued = QueueField(grids.of(costs), np.array(goals))
+    queued.grow()
+    expected = queued.values()
+    for _ in range(10):
+        tiled = TileField(grids.of(costs), np.array(goals), threads=3)
+        tiled.grow()
+        assert np.array_equal(tiled.values(), expected)
+        del tiled
+    assert called
+
+
 def laid(field):
     return np.count_nonzero(field._memory.marks[: field._tiles] & tile_layout.LAID)
 
@@ -203,7 +260,7 @@ def test_memory_that_is_far_too_large_is_let_go():
 
 def test_at_most_six_bytes_a_cell_are_used():
     memory = tile_memory.TileMemory(64 * 64)
-    arrays = (memory.field, memory.tables, memory.costs, memory.keys, memory.marks, memory.waiting)
+    arrays = (memory.field, memory.tables, memory.costs, memory.marks, memory.words, memory.hints)
     assert sum(array.nbytes for array in arrays) <= 6 * 2_048**2
 
 
@@ -269,7 +326,7 @@ def printed(**environment):
 
 
 def test_kernels_in_the_cache_are_loaded_without_the_compiler_and_any_cpu_gives_the_same_field():
-    for module in (tile_setup, tile_rounds, tile_walk):
+    for module in (tile_setup, tile_growth, tile_walk):
         module.warm()
     here, compiler_loaded = printed()
     assert compiler_loaded == "False"

@@ -1,0 +1,210 @@
+"""Kernel: grow a field of costs from its goals outward, tile by tile, on as many threads as call it.
+
+Tiles wait with the least value that a neighbour would better in them. Each thread takes the one with the least, works
+on it until nothing changes within it, and wakes the neighbours in which it would better something. As values are whole
+numbers that only fall, and nobody stops before none can fall, the field is the same whoever comes first.
+
+No thread waits for another as long as there is work. One that is put aside in the middle of a tile holds up that tile.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.planners.kernels import atomics
+from ppaas.planners.kernels.bare import bare
+from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED, SETTLED
+from ppaas.planners.kernels.propagation import TOO_NARROW
+from ppaas.planners.kernels.tile_layout import CELL_SHIFT, CELLS, FREE, GOAL, SIDE, TABLE, TOUCHED, UNREACHED
+from ppaas.planners.kernels.tile_plane import SCRATCH
+from ppaas.planners.kernels.tile_queue import (
+    GROUP,
+    IDLE,
+    KEY_SHIFT,
+    NONE,
+    REASONS,
+    UNIT_SHIFT,
+    let_go,
+    take,
+    waits,
+    wake,
+)
+from ppaas.planners.kernels.tile_setup import lay_around
+from ppaas.planners.kernels.tile_visit import PATIENCE, visit
+
+Int = int | np.signedinteger[Any]
+Ints = NDArray[np.int64]
+Numbers = NDArray[np.uint32]
+Bytes = NDArray[np.uint8]
+
+OUT_OF_WORK = 5
+"""Others may find some, but for a while they did not."""
+SHORT_OF_HANDS = 6
+"""More tiles wait than the threads that work will soon come to."""
+
+PER_VISIT = 40
+"""Lines that the work around a visit is worth."""
+POLLS = 500
+"""Looks for work before a thread gives up: some 20 µs."""
+ALONE = 2_000
+"""Lines that one thread does before it asks for others: a short way is found sooner than they come."""
+EACH = 3
+"""So many tiles must wait for each thread before one more is asked for."""
+
+APART = 8
+"""Numbers of a cache line: what one thread often writes lies as far from what others read."""
+STOP, ACTIVE, OVERLONG, THREADS = (APART * place for place in range(4))
+"""Of the state: whether all are to leave, how many threads may still wake a tile, whether values grow too large; from
+`THREADS` on `APART` numbers for each thread."""
+WAITING, LINES, CALLED = range(3)
+"""Of a thread: how many tiles it woke less those it took, lines that it did, and whether it was called and has not
+left."""
+
+
+def state_size(threads: int) -> int:
+    """Return how many numbers the state has for so many threads."""
+    return THREADS + threads * APART
+
+
+@bare
+def seed_tiles(
+    source: Bytes, height: int, width: int, unknown: int, field: Numbers, tables: Numbers, costs: Bytes,
+    across: int, tiles: int, marks: Bytes, words: Numbers, hints: Numbers, state: Ints, cells: Ints,
+) -> None:  # fmt: skip
+    """Put the goals into a field in which nobody has been.
+
+    Parameters
+    ----------
+    source, height, width, unknown, field, tables, costs, across, tiles, marks, words, hints, state
+        As in `grow_tiles`.
+    cells : (n,) int64 array
+        Elements of the field; one may be named twice.
+    """
+    for cell in cells:
+        tile = cell >> CELL_SHIFT
+        if not marks[tile] & TOUCHED:
+            lay_around(source, height, width, unknown, across, tiles, tile, costs, tables, marks)
+            for inner in range(CELLS):
+                field[tile * CELLS + inner] = UNREACHED
+            for place in range(FREE):
+                tables[tile * TABLE + place] = UNREACHED
+            marks[tile] |= TOUCHED
+            state[THREADS + WAITING] += wake(words, hints, tile, np.int64(0), np.int64(GOAL))
+        field[cell] = 0
+
+
+@bare
+def _bound_of(target: Int, field: Numbers, marks: Bytes) -> Int:
+    """Return the least word with which a tile that waits can no longer better the target."""
+    if target < 0 or not atomics.read(marks, target >> CELL_SHIFT) & TOUCHED:
+        return IDLE
+    value: Int = atomics.read(field, target) + PATIENCE
+    return min(((value >> UNIT_SHIFT) + 1) << KEY_SHIFT, IDLE)
+
+
+@bare
+def _find_work(hints: Numbers, state: Ints, bound: Int) -> Int:
+    """Look for a tile that waits, as one that will wake none; return PAUSED if one does, else why there is none."""
+    atomics.add(state, ACTIVE, -1)
+    outcome: Int = OUT_OF_WORK
+    for _ in range(POLLS):
+        # All that wake tiles are through: what they woke can be seen, and will not become more.
+        last = atomics.read(state, ACTIVE) == 0
+        if waits(hints, bound):
+            outcome = PAUSED
+        elif last:
+            outcome = SETTLED if waits(hints, np.int64(IDLE)) else EXHAUSTED
+        if outcome != OUT_OF_WORK or atomics.read(state, STOP):
+            break
+    atomics.add(state, ACTIVE, 1)
+    return outcome
+
+
+@bare
+def _is_short_of_hands(state: Ints, helpers: Int) -> bool:
+    """Return whether not all helpers are called, and so many tiles wait that one more is worth it."""
+    waiting, called = state[THREADS + WAITING], 0
+    for helper in range(1, helpers + 1):
+        waiting += state[THREADS + helper * APART + WAITING]
+        called += state[THREADS + helper * APART + CALLED]
+    return bool((called < helpers) & (waiting >= EACH * (called + 1)) & (state[THREADS + LINES] >= ALONE))
+
+
+@bare
+def grow_tiles(
+    source: Bytes, height: int, width: int, unknown: int, field: Numbers, tables: Numbers, costs: Bytes,
+    across: int, tiles: int, marks: Bytes, words: Numbers, hints: Numbers, scratch: Numbers, state: Ints,
+    target: int, thread: int, helpers: int, budget: int,
+) -> int:  # fmt: skip
+    """Work until ``budget`` lines of tiles are done, and tell why it stopped.
+
+    Parameters
+    ----------
+    source, height, width, unknown
+        As in `ppaas.planners.kernels.tile_setup`.
+    field, tables, costs
+        As in `ppaas.planners.kernels.tile_layout`.
+    across, tiles : int
+        Tiles side by side, and in all.
+    marks : (tiles + 1,) uint8 array
+        For each tile whether somebody has been there, and whether its table is filled.
+    words, hints : uint32 arrays
+        As in `ppaas.planners.kernels.tile_queue`.
+    scratch : (threads, SCRATCH) uint32 array
+        Each thread's own.
+    state : int64 array
+    target : int
+        Element of the field whose value is wanted; −1 to go on until all are reached.
+    thread : int
+        Which of the threads this is.
+    helpers : int
+        How many other threads this one may ask for.
+    budget : int
+        Lines to do before it pauses, give or take a tile.
+
+    Returns
+    -------
+    int
+        EXHAUSTED, SETTLED, PAUSED or TOO_NARROW, as in `ppaas.planners.kernels.propagation`, OUT_OF_WORK or
+        SHORT_OF_HANDS.
+    """
+    me = THREADS + thread * APART
+    end = state[me + LINES] + budget
+    outcome = PAUSED
+    atomics.add(state, ACTIVE, 1)
+    while outcome == PAUSED and state[me + LINES] < end and not atomics.read(state, STOP):
+        bound = _bound_of(target, field, marks)
+        tile, word = take(words, hints, bound)
+        if tile == NONE:
+            outcome = _find_work(hints, state, bound)
+            continue
+        if not marks[tile] & TOUCHED:
+            lay_around(source, height, width, unknown, across, tiles, tile, costs, tables, marks)
+        woken, work, overlong = visit(
+            field, tables, costs, across, tiles, tile, word & REASONS, marks, words, hints, scratch[thread]
+        )  # fmt: skip
+        woken += let_go(words, hints, tile)
+        state[me + WAITING] += woken - 1
+        state[me + LINES] += work + PER_VISIT
+        if overlong:
+            atomics.write(state, OVERLONG, 1)
+        if atomics.read(state, OVERLONG):
+            outcome = TOO_NARROW
+        elif helpers and _is_short_of_hands(state, helpers):
+            outcome = SHORT_OF_HANDS
+    atomics.add(state, ACTIVE, -1)
+    atomics.write(state, me + CALLED, 0)
+    return outcome
+
+
+def warm() -> None:
+    """Compile and call each kernel once."""
+    source, costs = np.zeros(1, np.uint8), np.zeros(CELLS, np.uint8)
+    source.flags.writeable = False
+    field, tables = np.zeros(CELLS, np.uint32), np.zeros(2 * TABLE, np.uint32)
+    marks, state = np.zeros(2, np.uint8), np.zeros(state_size(1), np.int64)
+    words, hints = np.full(GROUP, IDLE, np.uint32), np.full(SIDE, IDLE, np.uint32)
+    arrays = (source, 1, 1, 0, field, tables, costs, 1, 1, marks, words, hints)
+    seed_tiles(*arrays, state, np.zeros(1, np.int64))
+    grow_tiles(*arrays, np.zeros((1, SCRATCH), np.uint32), state, -1, 0, 0, 1)
