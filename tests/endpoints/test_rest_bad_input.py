@@ -16,6 +16,7 @@ from tests.endpoints.conftest import PASSWORD, LogIn, Publish
 from tests.support.fake_cloud import FakeCloud
 from tests.support.problems import problem_of
 from tests.support.records import YAML, pgm, plan
+from tests.support.urdf import example
 
 JSON = {"Content-Type": "application/json"}
 FILE = b'{"map": "house", "cores": 0.25}'
@@ -190,6 +191,8 @@ async def test_a_store_that_is_dead_is_unavailable_and_never_an_internal_error(
     given: dict[str, Any] = {"json": BODIES[path]} if method in ("POST", "PUT", "PATCH") and path in BODIES else {}
     if (method, path) == ("POST", "/v1/maps"):
         given = {"data": {"id": "house"}, "files": {"yaml": ("m.yaml", YAML), "image": ("house.pgm", pgm())}}
+    if (method, path) == ("PUT", "/v1/robots/tb1/urdf"):
+        given, admin = {"content": example("turtlebot2")}, admin | {"Content-Type": "application/xml"}
     answer = await client.request(method, path, headers=admin, **given)
     assert "free space" in problem_of(answer, 503, "unavailable")["detail"]
     assert answer.headers["retry-after"]
