@@ -65,7 +65,7 @@ class AimedSearch(Prepared):
                 ring.heads, ring.marks, ring.pool, ring.state, base, base + self._field.span, goal, target, SLICE_CELLS,
             )  # fmt: skip
             if outcome == POOL_EMPTY:
-                ring.grow()
+                ring.grow(check)
             elif outcome != PAUSED:
                 return bool(outcome == SETTLED)
 

@@ -1,9 +1,12 @@
 """The bucket queue of the propagation kernel: its arrays, and how they grow."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ppaas.planners.kernels.layout import CHUNK, MOST_CHUNKS, RING
 from ppaas.planners.kernels.propagation import FREE, SPARE, STATE_SIZE
+from ppaas.planners.room import doubled
 
 
 class BucketQueue:
@@ -25,10 +28,10 @@ class BucketQueue:
         self.state = np.zeros(STATE_SIZE, np.int64)
         self.state[SPARE] = chunks
 
-    def grow(self) -> None:
+    def grow(self, check: Callable[[], None]) -> None:
         """Double the pool; the cells in the queue stay in it."""
         chunks = len(self.pool)
-        self.pool = np.concatenate((self.pool, np.empty_like(self.pool)))
+        self.pool = doubled(self.pool, check)
         added = np.arange(chunks + 1, 2 * chunks + 1, dtype=np.int32)
         added[-1] = self.state[FREE]
         self.links = np.concatenate((self.links, added))

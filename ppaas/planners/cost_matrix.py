@@ -22,7 +22,7 @@ Cells = NDArray[np.int64]
 Values = NDArray[np.float64]
 
 START_FIELD_TAKES = 8
-"""Times as long as the field of a goal takes that of a start."""
+"""Times as long as the field of a goal takes that of a start, one thread each: 7 to 10 where costs are graded."""
 
 SLICE_COUNTED = 1 << 20
 """Cells counted between two checks."""

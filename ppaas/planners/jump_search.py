@@ -13,8 +13,8 @@ from ppaas.planners.prepared import Prepared
 from ppaas.planners.ring import KeyRing
 from ppaas.planners.watch import proceed
 
-SLICE_WORK = 100_000
-"""Looks at words between two checks: some 2 ms."""
+SLICE_WORK = 20_000
+"""Looks at words between two checks: half a millisecond, or some where all that they touch is new memory."""
 
 SLICE_UNWOUND = 1 << 17
 """Cells of a path that are written between two checks: about 1 ms."""
@@ -74,7 +74,7 @@ class JumpSearch(Prepared):
                 ring.heads, ring.marks, ring.pool, ring.state, query, goal, self._room, SLICE_WORK,
             )  # fmt: skip
             if outcome == POOL_EMPTY:
-                ring.grow()
+                ring.grow(check)
             elif outcome != PAUSED:
                 return bool(outcome == SETTLED)
 

@@ -29,7 +29,7 @@ from ppaas.planners.weights import exact_weights, passable
 
 SLICE_CELLS = 50_000
 """Cells worked off between two checks: about 2 ms."""
-SLICE_LAID = 1 << 20
+SLICE_LAID = 1 << 19
 """Cells set up between two checks."""
 SLICE_STEPS = 20_000
 """Steps walked between two checks."""
@@ -67,7 +67,6 @@ class NavigationFunction:
         self._check = check
         height, width = costmap.info.shape
         self._shape, self._goal = (height + 2, width + 2), goal
-        weights, blocked = byte_weights(), ~passable(allow_unknown)
         weights, blocked = byte_weights(), ~passable(allow_unknown)
         crossing, waiting = np.empty(self._shape, np.uint8), np.ones(self._shape, np.bool_)
         potentials = np.empty(self._shape, np.float32)

@@ -21,6 +21,8 @@ SLICE_CELLS = 50_000
 """Cells settled between two checks: about 3 ms."""
 SLICE_WALKED = 50_000
 """Cells walked along between two checks."""
+SLICE_READ = 1 << 18
+"""Cells whose values are given out between two checks: about 3 ms."""
 SLICE_LAID = 1 << 20
 """Cells set up between two checks."""
 
@@ -97,7 +99,7 @@ class QueueField(GridField):
                 q.pool, q.links, q.heads, q.fills, q.state, wanted, self._limit, SLICE_CELLS,
             )  # fmt: skip
             if outcome == POOL_EMPTY:
-                q.grow()
+                q.grow(self._check)
             elif outcome == TOO_NARROW:
                 self._widen()
             elif outcome == SETTLED:
@@ -124,7 +126,12 @@ class QueueField(GridField):
 
     def values(self) -> NDArray[np.float64]:
         """Return the (height, width) costs-to-go; infinite where blocked or not reached."""
-        return self._costs_to_go(self._field.reshape(self._shape)[1:-1, 1:-1])
+        values, inner = np.empty((self._shape[0] - 2, self._shape[1] - 2)), self._field.reshape(self._shape)[1:-1, 1:-1]
+        rows = max(1, SLICE_READ // self._shape[1])
+        for first in range(0, len(values), rows):
+            self._check()
+            values[first : first + rows] = self._costs_to_go(inner[first : first + rows])
+        return values
 
     def values_at(self, cells: NDArray[np.integer]) -> NDArray[np.float64]:
         """Return the (n,) costs-to-go of (n, 2) cells, row and column; infinite where blocked or not reached."""

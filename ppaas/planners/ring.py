@@ -1,8 +1,11 @@
 """The queue of searches from cell to cell: its arrays, and how they grow."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ppaas.planners.kernels.ring import MARKS, RING_STATE, SHIFT, SLOT_BITS, SLOTS
+from ppaas.planners.room import doubled
 
 FIRST_ROOM = 1 << 12
 """Entries that there is room for to begin with."""
@@ -35,6 +38,6 @@ class KeyRing:
         """Bytes that it takes."""
         return self.heads.nbytes + self.marks.nbytes + self.pool.nbytes + self.state.nbytes
 
-    def grow(self) -> None:
+    def grow(self, check: Callable[[], None]) -> None:
         """Double the room; what is in the queue stays in it."""
-        self.pool = np.concatenate((self.pool, np.empty_like(self.pool)))
+        self.pool = doubled(self.pool, check)

@@ -9,6 +9,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.planners.ends import Cell
 from ppaas.planners.kernels.leaving import BLOCKED, FULL, PAUSED, STATE_SIZE, WAITING, leave
 from ppaas.planners.padding import padded
+from ppaas.planners.room import doubled
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import exact_weights, passable
 
@@ -71,6 +72,6 @@ class StartField:
                 self._waiting, self._state, wanted, SLICE_CELLS,
             )  # fmt: skip
             if outcome == FULL:
-                self._waiting = np.concatenate((self._waiting, np.empty_like(self._waiting)))
+                self._waiting = doubled(self._waiting, self._check)
         values: NDArray[np.float64] = self._values[wanted]
         return values

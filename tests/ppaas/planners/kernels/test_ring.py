@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from ppaas.planners.kernels.bare import bare
 from ppaas.planners.kernels.ring import BUCKET, FREE, SIZE, SLOTS, USED, empty, pop, push
 from ppaas.planners.ring import KeyRing
+from ppaas.planners.watch import proceed
 
 # Near ones, and such as leave whole words of marks empty, up to the furthest that is allowed.
 STEPS = st.one_of(st.integers(0, 3), st.integers(0, 5_000), st.integers(0, SLOTS // 2))
@@ -70,7 +71,7 @@ def test_room_that_was_made_keeps_what_is_inside():
     room = len(ring.pool) - 1
     for cell in range(room):
         put(*arrays(ring), cell, 5)
-    ring.grow()
+    ring.grow(proceed)
     assert len(ring.pool) == 2 * (room + 1)
     put(*arrays(ring), room, 4)
     assert [take(*arrays(ring)) for _ in range(room + 2)] == [room, *range(room - 1, -1, -1), -1]
