@@ -86,11 +86,12 @@ class GridInfo:
 
     def cell_of(self, x: float, y: float) -> tuple[int, int] | None:
         """Return (row, column) of one point, or None outside the grid or where it is not finite."""
-        if not (math.isfinite(x) and math.isfinite(y)):
-            return None
-        row, column = (int(v) for v in self.to_cells((x, y)))
-        inside = 0 <= row < self.height and 0 <= column < self.width
-        return (row, column) if inside else None
+        # As `to_cells`, but for one point numpy takes ten times as long.
+        x, y = x - self.origin.x, y - self.origin.y
+        c, s = math.cos(self.origin.theta), math.sin(self.origin.theta)
+        row, column = (c * y - s * x) / self.resolution, (c * x + s * y) / self.resolution
+        inside = 0.0 <= row < self.height and 0.0 <= column < self.width
+        return (int(row), int(column)) if inside else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,43 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ppaas.errors import InvalidMap
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridInfo
+
+COORDINATES = st.floats(-100.0, 100.0)
+INFOS = st.builds(
+    GridInfo,
+    st.floats(0.01, 2.0),
+    st.integers(1, 60),
+    st.integers(1, 60),
+    st.builds(Pose2D, COORDINATES, COORDINATES, st.floats(-math.pi, math.pi)),
+)
+
+
+@given(INFOS, COORDINATES, COORDINATES)
+def test_one_point_lies_in_the_cell_that_it_lies_in_among_others(info, x, y):
+    row, column = info.to_cells([(x, y)])[0].tolist()
+    inside = 0 <= row < info.height and 0 <= column < info.width
+    assert info.cell_of(x, y) == ((row, column) if inside else None)
+
+
+@given(INFOS, st.data())
+def test_the_centre_of_a_cell_lies_in_it(info, data):
+    cell = data.draw(st.integers(0, info.height - 1)), data.draw(st.integers(0, info.width - 1))
+    assert info.cell_of(*info.to_world(np.array(cell)).tolist()) == cell
+
+
+@pytest.mark.parametrize("point", [(math.nan, 0.0), (0.0, math.inf), (-math.inf, 0.0), (1e308, -1e308), (-1e-9, 0.0)])
+def test_no_cell_is_found_for_a_point_that_lies_nowhere_on_the_grid(point):
+    assert GridInfo(0.05, 10, 10).cell_of(*point) is None
+
+
+@pytest.mark.parametrize("wrong", [{"resolution": 0.0}, {"resolution": math.nan}, {"width": 0}, {"height": 1 << 40}])
+def test_a_grid_that_cannot_be_is_refused(wrong):
+    with pytest.raises(InvalidMap):
+        GridInfo(**({"resolution": 0.05, "width": 10, "height": 10} | wrong))
