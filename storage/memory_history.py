@@ -31,6 +31,11 @@ class MemoryHistory:
             rows = sorted(self._history.items())
         return [row for _, row in rows if row.map == map_id and version in (None, row.version)]
 
+    def history_maps(self) -> list[str]:
+        """Return the ids of the maps that have rows, sorted."""
+        with self._history_lock:
+            return sorted({row.map for row in self._history.values()})
+
     def put_link(self, row: LinkHistory) -> None:
         """Keep what was measured of a link in place of what was before."""
         checked = check_link(row)

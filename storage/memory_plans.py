@@ -57,6 +57,10 @@ class MemoryPlans(ScannedPlans):
         newest = sorted(older, key=lambda plan: (plan.created, plan.id), reverse=True)[:limit]
         return [without_poses(plan) for plan in newest]
 
+    def plan_maps(self) -> list[str]:
+        """Return the ids of the maps that have plans, sorted."""
+        return sorted({plan.map for plan in self._of(None)})
+
     def remove_plan(self, plan_id: str) -> None:
         """Forget a plan; ``NotFound`` if there is none."""
         check_name("plan", plan_id)

@@ -205,6 +205,10 @@ class PlanStore(Protocol):
         """Return the heads of the plans of a map, newest first; the key is when one was made, and its id."""
         ...
 
+    def plan_maps(self) -> list[str]:
+        """Return the ids of the maps that have plans, sorted; the maps themselves may be gone."""
+        ...
+
     def find_plans(
         self,
         map_id: str,
@@ -293,6 +297,10 @@ class HistoryStore(Protocol):
 
     def history(self, map_id: str, version: str | None = None) -> list[PlannerHistory]:
         """Return the rows of a map, or of one of its versions, by key."""
+        ...
+
+    def history_maps(self) -> list[str]:
+        """Return the ids of the maps that have rows, sorted."""
         ...
 
     def put_link(self, row: LinkHistory) -> None:

@@ -39,6 +39,11 @@ class SqliteHistory:
         with self._history_connections.reading() as connection:
             return [PlannerHistory(*row) for row in connection.execute(query, (map_id, version))]
 
+    def history_maps(self) -> list[str]:
+        """Return the ids of the maps that have rows, sorted."""
+        with self._history_connections.reading() as connection:
+            return [map_id for (map_id,) in connection.execute("SELECT DISTINCT map FROM history ORDER BY map")]
+
     def put_link(self, row: LinkHistory) -> None:
         """Keep what was measured of a link in place of what was before."""
         values = check_link(row).link, encode(row)

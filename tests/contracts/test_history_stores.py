@@ -83,3 +83,9 @@ def test_names_that_are_none_are_refused(store: Store, name: str) -> None:
     for call in calls:
         with pytest.raises(InvalidInput):
             call()
+
+
+def test_maps_with_history_are_listed_once(store: Store) -> None:
+    assert store.history_maps() == []
+    store.add_history([PlannerHistory(name, version, "dijkstra", 3) for name in ("yard", "house") for version in "ab"])
+    assert store.history_maps() == ["house", "yard"]

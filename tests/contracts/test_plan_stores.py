@@ -216,3 +216,13 @@ def test_unknown_plans_have_no_parts(store: Store) -> None:
         store.plan_parts("p1")
     with pytest.raises(InvalidInput):
         store.plan_parts("../p1")
+
+
+def test_maps_with_plans_are_listed_and_no_others(store: Store) -> None:
+    assert store.plan_maps() == []
+    for number, map_id in enumerate(("yard", "House", "house", "house")):
+        store.add_plan(plan(f"p{number}", map=map_id))
+    assert store.plan_maps() == ["House", "house", "yard"]
+    store.remove_plan("p0")
+    store.remove_plan("p2")
+    assert store.plan_maps() == ["House", "house"]
