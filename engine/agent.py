@@ -122,7 +122,7 @@ async def _start(config: AgentConfig, cpus: tuple[int, ...], stack: contextlib.A
     stack.callback(store.close)
     cache = MapCache.of_instance(config.instance)
     stack.callback(cache.remove_all)
-    gate = Gate(run_dir / f"gate-{config.machine}.sock", store, fabric, config.instance)
+    gate = Gate(run_dir / f"gate-{config.machine}.sock", store, fabric, config.instance, link=config.machine)
     stack.push_async_callback(gate.close)
     await gate.start()
     stream = await _dial(config)

@@ -15,6 +15,7 @@ from typing import Any
 import uvloop
 
 from engine import link
+from engine.background import Background
 from engine.framing import FrameStream
 from engine.heartbeats import BEAT_PERIOD
 from engine.home import CloudHome
@@ -24,6 +25,7 @@ from engine.model import LINK_STATE, Launch
 from engine.outside import Outside
 from engine.runtimes.threads import use_threads
 from engine.shared_indexes import SharedIndexes
+from engine.shared_plans import PlanningNotes, SharedPlans
 from ppaas.costmap.costmap import Indexes
 from ppaas.errors import PPaaSError
 from ppaas.messages import decode, encode, service_type, type_name
@@ -31,6 +33,7 @@ from ppaas.messages.message import Message
 from ppaas.nodes.base import Checkpoint, Node, Payload, Topic
 from ppaas.nodes.clone import build_clone, build_planning
 from ppaas.nodes.graph import Graph
+from ppaas.plans.processor import Keeping, Times
 
 logger = logging.getLogger(__name__)
 
@@ -45,13 +48,16 @@ def payload_bytes(payload: Payload) -> bytes:
     return encode(payload if isinstance(payload, Message) else payload.to_message())
 
 
-def build_graph(graph: Graph, launch: Launch, indexes: Indexes | None = None) -> None:
-    """Put the nodes in that this container is for; ``indexes`` gives what is prepared of its map."""
+def build_graph(graph: Graph, launch: Launch, indexes: Indexes | None = None, keeping: Keeping | None = None) -> None:
+    """Put the nodes in that this container is for.
+
+    ``indexes`` gives what is prepared of its map, ``keeping`` the plans that were made there before.
+    """
     layers = open_layers(Path(launch.layers))
     layers = replace(layers, costmap=replace(layers.costmap, indexes=indexes))
     robot = launch.spec.robot
     if robot is None:
-        build_planning(graph, layers, threads=launch.threads)
+        build_planning(graph, layers, threads=launch.threads, keeping=keeping)
     else:
         build_clone(
             graph,
@@ -63,6 +69,7 @@ def build_graph(graph: Graph, launch: Launch, indexes: Indexes | None = None) ->
             base_local_planner=robot.base_local_planner,
             parameters=robot.parameters,
             threads=launch.threads,
+            keeping=keeping,
         )
 
 
@@ -90,11 +97,19 @@ class Container:
         The robot link.
     machine : MachineClient
         The machine link.
+    notes : PlanningNotes
+        What is to be told of planning.
     """
 
     def __init__(
-        self, launch: Launch, home: CloudHome, stream: FrameStream[link.ToContainer], machine: MachineClient
+        self,
+        launch: Launch,
+        home: CloudHome,
+        stream: FrameStream[link.ToContainer],
+        machine: MachineClient,
+        notes: PlanningNotes,
     ) -> None:
+        self._notes = notes
         self._launch = launch
         self._home = home
         self._graph = home.graph
@@ -124,6 +139,7 @@ class Container:
     async def serve(self) -> None:
         """Take frames until the endpoint goes or says stop."""
         await self._stream.each(self._take)
+        self._notes.tell(self._machine)
         await self._save()
 
     def _take(self, frame: link.ToContainer) -> bool:
@@ -210,9 +226,10 @@ class Container:
             reply(PPaaSError(f"internal error: {type(error).__name__}"))
 
     async def beat(self) -> None:
-        """Show that this process is not frozen."""
+        """Show that this process is not frozen, and tell the machine what was planned meanwhile."""
         while True:
             self._stream.write(link.Beat(self._graph.busy))
+            self._notes.tell(self._machine)
             await asyncio.sleep(BEAT_PERIOD)
 
     # -- checkpoints ---------------------------------------------------------------------------------------------------
@@ -247,9 +264,11 @@ async def run(launch: Launch) -> None:
     reader, writer = await asyncio.open_unix_connection(launch.link)
     stream: FrameStream[link.ToContainer] = FrameStream(reader, writer, link.ToContainer)
     home = CloudHome(lambda: use_threads(launch.threads))
-    indexes = SharedIndexes(Path(launch.layers))
+    indexes, times = SharedIndexes(Path(launch.layers)), Times()
+    plans, notes = SharedPlans(times, home.elsewhere), PlanningNotes(times)
+    keeping = Keeping(launch.spec.map.id, launch.spec.map.version, plans, times, notes)
     try:
-        build_graph(home.graph, launch, indexes)
+        build_graph(home.graph, launch, indexes, keeping)
         home.graph.restore([Checkpoint(name, state) for name, state in launch.spec.checkpoint.items()])
     except PPaaSError as error:
         refusal = link.Refusal(error.slug, str(error))
@@ -259,15 +278,19 @@ async def run(launch: Launch) -> None:
         return
     machine = await MachineClient.connect(launch)
     indexes.ask(machine, asyncio.get_running_loop())
-    container = Container(launch, home, stream, machine)
+    plans.ask(machine)
+    container = Container(launch, home, stream, machine, notes)
     outside = Outside(launch, home.graph, machine)
     stream.write(container.hello(os.getpid()))
     home.attend()
+    background = Background()
+    background.run(notes.begin(machine))
     try:
         await _until_first(
             container.serve(), container.keep_checkpoints(), container.beat(), machine.serve(outside.shared)
         )
     finally:
+        await background.cancel()
         home.close()
         await stream.close()
         await machine.close()

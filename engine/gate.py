@@ -10,6 +10,8 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
+import msgspec
+
 from engine import machine_link
 from engine.awaited import Awaited
 from engine.background import Background
@@ -18,10 +20,11 @@ from engine.framing import FrameStream
 from engine.keys import Scope, parse_shared
 from engine.link import Refusal
 from engine.model import ContainerSpec
+from engine.plan_desk import PlanDesk
 from ppaas.clock import epoch
 from ppaas.errors import MessageTooLarge, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
 from storage.ports import Store
-from storage.records import CloneCheckpoint, PlanRecord
+from storage.records import CloneCheckpoint
 
 logger = logging.getLogger(__name__)
 
@@ -101,6 +104,8 @@ class Gate:
         Where positions are shared.
     instance : str
         Name of the cloud process whose machine this is.
+    link : str
+        What the way from this machine to the store is called in the history.
     attach_timeout : float
         Seconds that whoever dials has to say who it is.
     """
@@ -112,10 +117,12 @@ class Gate:
         fabric: Shares,
         instance: str = "",
         *,
+        link: str = "machine",
         attach_timeout: float = ATTACH_TIMEOUT,
     ) -> None:
         self.path = path
         self._store = store
+        self._plans = PlanDesk(store, link)
         self._fabric = fabric
         self._instance = instance
         self._attach_timeout = attach_timeout
@@ -184,7 +191,13 @@ class Gate:
             case machine_link.SaveClone():
                 self._ask(frame.request, guest, _in_turn(guest, lambda: self._save_clone(guest.spec, frame.nodes)))
             case machine_link.KeepPlan():
-                self._ask(frame.request, guest, _in_turn(guest, lambda: self._keep_plan(guest.spec, frame.plan)))
+                self._ask(frame.request, guest, _in_turn(guest, lambda: self._plans.keep(guest.spec, frame.plan)))
+            case machine_link.FindPlans():
+                self._ask(frame.request, guest, lambda: asyncio.to_thread(self._find_plans, guest.spec, frame))
+            case machine_link.AskHistory():
+                self._ask(frame.request, guest, lambda: asyncio.to_thread(self._plans.history, guest.spec))
+            case machine_link.NoteHistory():
+                self._note_history(frame, guest)
             case machine_link.PrepareIndex():
                 self._ask(frame.request, guest, lambda: guest.prepare(frame.planner))
             case machine_link.Share():
@@ -194,7 +207,7 @@ class Gate:
 
     # -- the stores ----------------------------------------------------------------------------------------------------
 
-    def _ask(self, request: int, guest: _Guest, work: Callable[[], Awaitable[None]]) -> None:
+    def _ask(self, request: int, guest: _Guest, work: Callable[[], Awaitable[machine_link.Answer | None]]) -> None:
         if guest.requests >= MAX_REQUESTS:
             error = QuotaExceeded(f"{MAX_REQUESTS} requests of this container are under way: wait for their answers")
             guest.stream.write(machine_link.Done(request, Refusal(error.slug, str(error))))
@@ -202,10 +215,12 @@ class Gate:
         guest.requests += 1
         self._background.run(self._answer(request, guest, work))
 
-    async def _answer(self, request: int, guest: _Guest, work: Callable[[], Awaitable[None]]) -> None:
-        refusal = None
+    async def _answer(
+        self, request: int, guest: _Guest, work: Callable[[], Awaitable[machine_link.Answer | None]]
+    ) -> None:
+        refusal = answer = None
         try:
-            await work()
+            answer = await work()
         except PPaaSError as error:
             refusal = Refusal(error.slug, str(error))
         except Exception as error:
@@ -213,7 +228,9 @@ class Gate:
             refusal = Refusal(PPaaSError.slug, f"internal error: {type(error).__name__}")
         finally:
             guest.requests -= 1
-        guest.stream.write(machine_link.Done(request, refusal))
+        guest.stream.write(
+            machine_link.Done(request, refusal) if answer is None else msgspec.structs.replace(answer, request=request)
+        )
 
     def _save_clone(self, spec: ContainerSpec, nodes: dict[str, bytes]) -> None:
         if spec.robot is None:
@@ -221,11 +238,19 @@ class Gate:
         marked = nodes | marks(spec, self._instance)
         self._store.save_clone(CloneCheckpoint(spec.user, spec.robot.id, marked, epoch()))
 
-    def _keep_plan(self, spec: ContainerSpec, plan: PlanRecord) -> None:
-        robot = spec.robot.id if spec.robot is not None else None
-        if (plan.user, plan.robot, plan.map, plan.version) != (spec.user, robot, spec.map.id, spec.map.version):
-            raise NotPermitted("a plan is kept under the user, robot and map version of its container")
-        self._store.add_plan(plan)
+    def _find_plans(self, spec: ContainerSpec, asked: machine_link.FindPlans) -> machine_link.FoundPlans:
+        return machine_link.FoundPlans(asked.request, self._plans.find(spec, asked))
+
+    def _note_history(self, frame: machine_link.NoteHistory, guest: _Guest) -> None:
+        self._background.run(self._noted(frame, guest))
+
+    async def _noted(self, frame: machine_link.NoteHistory, guest: _Guest) -> None:
+        """Nobody waits for an answer to a note: one that is lost is told in the log."""
+        try:
+            async with guest.turn:
+                await asyncio.to_thread(self._plans.note, guest.spec, frame.rows, frame.link)
+        except PPaaSError as error:
+            logger.warning("container %s: what it planned is not in the history: %s", guest.spec.id, error)
 
     # -- the fabric ----------------------------------------------------------------------------------------------------
 

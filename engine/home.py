@@ -69,6 +69,10 @@ class CloudHome:
         finally:
             self.attend()
 
+    def elsewhere(self) -> None:
+        """Have the job that runs on the loop's thread begun again in another: it would have to wait."""
+        self._short_jobs.decline()
+
     def attend(self) -> None:
         """See to the timers in the next turn of the loop; call it after anything that may set one.
 

@@ -18,12 +18,10 @@ from engine.model import ContainerSpec, Launch
 from engine.runtimes.base import ContainerProcess, Runtime
 from ppaas.errors import Conflict, PPaaSError, Unavailable
 from ppaas.nodes.bodies import robot_body
+from ppaas.nodes.models import PLANNING_MODEL
 from storage.ports import MapStore
 
 logger = logging.getLogger(__name__)
-
-PLANNING_MODEL = "turtlebot2"
-"""The robot for which paths are planned when a program names none."""
 
 
 @dataclass(slots=True)

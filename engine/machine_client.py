@@ -11,6 +11,8 @@ from engine import machine_link
 from engine.framing import FrameStream
 from engine.model import Launch
 from ppaas.errors import Unavailable, rebuild
+from ppaas.plans.history import LinkHistory, PlannerHistory
+from ppaas.plans.stored import Question
 from storage.records import PlanRecord
 
 logger = logging.getLogger(__name__)
@@ -26,7 +28,7 @@ class MachineClient:
 
     def __init__(self, stream: FrameStream[machine_link.ToContainer]) -> None:
         self._stream = stream
-        self._requests: dict[int, asyncio.Future[None]] = {}
+        self._requests: dict[int, asyncio.Future[machine_link.Answer]] = {}
         self._numbers = itertools.count(1)
 
     @classmethod
@@ -45,23 +47,24 @@ class MachineClient:
             else:
                 self._finish(frame)
 
-    def _finish(self, done: machine_link.Done) -> None:
-        future = self._requests.pop(done.request, None)
+    def _finish(self, answer: machine_link.Answer) -> None:
+        future = self._requests.pop(answer.request, None)
         if future is None or future.done():
             return
-        if done.refusal is None:
-            future.set_result(None)
+        if isinstance(answer, machine_link.Done) and answer.refusal is not None:
+            future.set_exception(rebuild(answer.refusal.slug, answer.refusal.text))
         else:
-            future.set_exception(rebuild(done.refusal.slug, done.refusal.text))
+            future.set_result(answer)
 
-    async def _request(self, make: Callable[[int], msgspec.Struct], within: float | None = None) -> None:
+    async def _request(self, make: Callable[[int], msgspec.Struct], within: float | None = None) -> machine_link.Answer:
         within = REQUEST_TIMEOUT if within is None else within
         number = next(self._numbers)
-        future = self._requests[number] = asyncio.get_running_loop().create_future()
+        future: asyncio.Future[machine_link.Answer] = asyncio.get_running_loop().create_future()
+        self._requests[number] = future
         self._stream.write(make(number))
         try:
             async with asyncio.timeout(within):
-                await future
+                return await future
         except TimeoutError as error:
             raise Unavailable(f"the machine did not answer within {within:.0f} s") from error
         finally:
@@ -86,6 +89,38 @@ class MachineClient:
             The machine or its store does not answer.
         """
         await self._request(lambda number: machine_link.KeepPlan(number, plan))
+
+    async def find_plans(self, question: Question) -> list[machine_link.Candidate]:
+        """Return plans on the container's map that are worth a look, the best first.
+
+        Raises
+        ------
+        Unavailable
+            The machine or its store does not answer.
+        """
+        asked = machine_link.FindPlans(
+            0, question.start[:2], question.goal[:2], question.planner, question.parameters, question.robot_radius,
+            question.tolerance, question.kinematic,
+        )  # fmt: skip
+        answer = await self._request(lambda number: msgspec.structs.replace(asked, request=number))
+        return answer.plans if isinstance(answer, machine_link.FoundPlans) else []
+
+    async def history(self) -> machine_link.History:
+        """Return what is known of planning on the container's map.
+
+        Raises
+        ------
+        Unavailable
+            The machine or its store does not answer.
+        """
+        answer = await self._request(machine_link.AskHistory)
+        if not isinstance(answer, machine_link.History):
+            raise Unavailable("the machine answered something else")
+        return answer
+
+    def note_history(self, rows: list[PlannerHistory], link: LinkHistory | None) -> None:
+        """Add to the history; it may be lost."""
+        self._stream.write(machine_link.NoteHistory(rows, link))
 
     async def prepare_index(self, planner: str) -> None:
         """Have the machine put what a planner prepares of the map beside its layers, and wait until it is there.

@@ -3,9 +3,12 @@
 A container holds no keys of any store and opens no session on the fabric. It asks its agent, which knows whose it is.
 """
 
+from typing import Any
+
 import msgspec
 
 from engine.link import Refusal
+from ppaas.plans.history import LinkHistory, PlannerHistory
 from storage.records import PlanRecord
 
 
@@ -30,6 +33,32 @@ class KeepPlan(msgspec.Struct, tag="keep_plan"):
     plan: PlanRecord
 
 
+class FindPlans(msgspec.Struct, tag="find_plans"):
+    """Find plans on the container's map version, for who would compute with this planner (``Question``)."""
+
+    request: int
+    start: tuple[float, float]
+    goal: tuple[float, float]
+    planner: str
+    parameters: dict[str, Any]
+    robot_radius: float
+    tolerance: float
+    kinematic: bool
+
+
+class AskHistory(msgspec.Struct, tag="ask_history"):
+    """Tell what is known of planning on the container's map."""
+
+    request: int
+
+
+class NoteHistory(msgspec.Struct, tag="note_history"):
+    """Add to the history; it may be lost."""
+
+    rows: list[PlannerHistory]
+    link: LinkHistory | None = None
+
+
 class PrepareIndex(msgspec.Struct, tag="prepare_index"):
     """Put what a planner prepares of the container's map beside its layers, for all containers there."""
 
@@ -44,7 +73,7 @@ class Share(msgspec.Struct, tag="share"):
     payload: bytes
 
 
-FromContainer = Attach | SaveClone | KeepPlan | PrepareIndex | Share
+FromContainer = Attach | SaveClone | KeepPlan | FindPlans | AskHistory | NoteHistory | PrepareIndex | Share
 
 
 class Done(msgspec.Struct, tag="done"):
@@ -52,6 +81,29 @@ class Done(msgspec.Struct, tag="done"):
 
     request: int
     refusal: Refusal | None = None
+
+
+class Candidate(msgspec.Struct):
+    """A plan that was found: all of it, or the stretch between both ends."""
+
+    plan: PlanRecord
+    whole: bool = True
+
+
+class FoundPlans(msgspec.Struct, tag="found_plans"):
+    """Plans worth a look, the best first."""
+
+    request: int
+    plans: list[Candidate]
+
+
+class History(msgspec.Struct, tag="history"):
+    """What is known of planning on a map, and of the link to the store."""
+
+    request: int
+    rows: list[PlannerHistory]
+    link: str
+    measured: LinkHistory | None
 
 
 class Shared(msgspec.Struct, tag="shared"):
@@ -63,4 +115,6 @@ class Shared(msgspec.Struct, tag="shared"):
     payload: bytes
 
 
-ToContainer = Done | Shared
+Answer = Done | FoundPlans | History
+
+ToContainer = Answer | Shared

@@ -1,6 +1,5 @@
 """What a clone gives to the world outside its robot: its position for the robots of the same map, its plans for all."""
 
-import hashlib
 import logging
 
 from engine import machine_link
@@ -36,11 +35,9 @@ FRESH = 1.0
 def plan_record(launch: Launch, plan: PlanResult, created: float) -> PlanRecord:
     """Return the record of a plan; the same plan on the same version has the same id, so it is kept once."""
     spec = launch.spec
-    poses = plan.poses.astype("<f8").tobytes()
-    key = f"{spec.map.id}\0{spec.map.version}\0{plan.planner}\0".encode()
     first, last = (pose_message(row).planar() for row in plan.poses[[0, -1]].tolist())
     return PlanRecord(
-        id=hashlib.blake2b(key + poses, digest_size=16).hexdigest(),
+        id=plan.id,
         user=spec.user,
         map=spec.map.id,
         version=spec.map.version,
@@ -50,9 +47,11 @@ def plan_record(launch: Launch, plan: PlanResult, created: float) -> PlanRecord:
         length=plan.length,
         cost=plan.cost,
         seconds=plan.seconds,
-        poses=poses,
+        poses=plan.poses.astype("<f8").tobytes(),
         created=created,
         robot=spec.robot.id if spec.robot else None,
+        parameters=plan.conditions,
+        origin=plan.origin,
     )
 
 
@@ -107,7 +106,7 @@ class Outside:
         self._graph.inject(ROBOTS, PoseArray(Header(stamp=Time.of(now), frame_id="map"), poses))
 
     def _keep_plan(self, _topic: str, plan: Payload) -> None:
-        if isinstance(plan, PlanResult) and len(plan.poses) and self._is_news(plan):
+        if isinstance(plan, PlanResult) and len(plan.poses) and self._is_news(plan) and plan.id != plan.reused:
             self._background.run(self._keep(plan_record(self._launch, plan, self._graph.now())))
 
     def _is_news(self, plan: PlanResult) -> bool:

@@ -4,6 +4,8 @@ import asyncio
 import logging
 from dataclasses import dataclass
 
+import msgspec
+
 from engine.background import Background
 from engine.master import PlaceRequest
 from engine.model import MapVersion
@@ -20,6 +22,7 @@ from ppaas.messages.ppaas_msgs import (
     ComputePathRequest,
     ComputePathResponse,
 )
+from ppaas.plans.stored import Origin
 
 logger = logging.getLogger(__name__)
 
@@ -62,7 +65,7 @@ class Planning:
             No machine has room, or the container was lost.
         """
         start, goal = (Pose.of(Pose2D(*pose)) for pose in (request.start, request.goal))
-        question = ComputePathRequest(start, goal, request.planner, request.tolerance, request.timeout)
+        question = ComputePathRequest(start, goal, request.planner, request.tolerance, request.timeout, request.reuse)
         asked = await self._ask(user, version, "compute_path", question, request.timeout)
         response = decode(ComputePathResponse, asked.answer)
         return PathAnswer(
@@ -72,6 +75,10 @@ class Planning:
             expanded=response.expanded,
             seconds=response.seconds,
             planner=response.planner,
+            plan_id=response.plan_id,
+            origin=msgspec.convert(response.origin, Origin),
+            reused=response.reused,
+            conditions=response.conditions,
             container=asked.container,
             pid=asked.pid,
         )

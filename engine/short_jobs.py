@@ -33,6 +33,11 @@ class ShortJobs:
         self._clock = clock
         self._short = False
         self._free = True
+        self._declined = False
+
+    def decline(self) -> None:
+        """Learn from the job that is being attempted that it would wait: it is to be begun again in a thread."""
+        self._declined = True
 
     def timed(self, work: Work[T], cancelled: Callable[[], bool]) -> T:
         """Run a job to its end, in whatever thread, and note how long it took."""
@@ -46,7 +51,7 @@ class ShortJobs:
         """Run a job here and return its outcome; None if it is not to be run here, or took too long."""
         if not (self._short and self._free):
             return None
-        self._free = False
+        self._free = self._declined = False
         asyncio.get_running_loop().call_soon(self._turned)
         until, late = self._clock() + SHORT, False
 
@@ -60,7 +65,7 @@ class ShortJobs:
             outcome.set_result(self.timed(work, stop))
         except Exception as error:  # noqa: BLE001  # what it is, is told with the outcome
             outcome.set_exception(error)
-        return None if late else outcome
+        return None if late or self._declined else outcome
 
     def _turned(self) -> None:
         self._free = True

@@ -5,6 +5,7 @@ from typing import Literal
 import msgspec
 
 from engine.model import ContainerKind, MapVersion
+from ppaas.plans.stored import Origin
 
 ContainerState = Literal["starting", "ready"]
 
@@ -85,6 +86,8 @@ class PathRequest(msgspec.Struct, frozen=True):
         If the goal is blocked, the free cell nearest to it within this distance will do [m].
     timeout : float
         Time allowed to the planner [s].
+    reuse : bool
+        Whether a plan that is kept will do where it comes sooner than one that is computed.
     """
 
     start: tuple[float, float, float]
@@ -92,6 +95,7 @@ class PathRequest(msgspec.Struct, frozen=True):
     planner: str = "dijkstra"
     tolerance: float = 0.0
     timeout: float = 10.0
+    reuse: bool = True
 
 
 class CostRequest(msgspec.Struct, frozen=True):
@@ -148,6 +152,14 @@ class PathAnswer(msgspec.Struct, frozen=True):
         Time the planner took.
     planner : str
         Who planned it.
+    plan_id : str
+        Of the same plan the same.
+    origin : str
+        Whether it was computed, reused or stitched.
+    reused : str
+        Id of the kept plan it was made of; empty if it was computed.
+    conditions : str
+        Under which it was made, as JSON.
     container : str
         Id of the container that planned it.
     pid : int
@@ -160,5 +172,9 @@ class PathAnswer(msgspec.Struct, frozen=True):
     expanded: int
     seconds: float
     planner: str
+    plan_id: str
+    origin: Origin
+    reused: str
+    conditions: str
     container: str
     pid: int

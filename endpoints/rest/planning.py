@@ -1,7 +1,6 @@
 """Paths asked for: the request that is asked most often, and waited for by robots."""
 
 import re
-import uuid
 from collections import deque
 from typing import Any
 
@@ -130,13 +129,13 @@ async def make_plan(map_id: MapId, file: PlanFile, services: Provided, user: Cal
         planner=file.planner,
         tolerance=file.tolerance,
         timeout=allowed_timeout(file.timeout, services.settings),
+        reuse=file.reuse,
     )
     answer = await services.cloud.compute_path(user, MapVersion(head.id, head.version), request)
-    plan_id = uuid.uuid4().hex
-    response = json_response(_told(plan_id, head, answer), status=201)
+    response = json_response(_told(head, answer), status=201)
     # Run as soon as the answer is on its way, and before the next request is read.
     response.background = BackgroundTask(
-        services.plan_keeper.keep, services.store, lambda: _record(plan_id, user, head, request, answer)
+        services.plan_keeper.keep, services.store, lambda: _record(user, head, request, answer)
     )
     return response
 
@@ -156,14 +155,15 @@ def allowed_timeout(asked: float | None, settings: Settings) -> float:
     return asked
 
 
-def _told(plan_id: str, head: MapRecord, answer: PathAnswer) -> dict[str, Any]:
+def _told(head: MapRecord, answer: PathAnswer) -> dict[str, Any]:
     fields = {name: getattr(answer, name) for name in PathAnswer.__struct_fields__}
-    return fields | {"plan_id": plan_id, "poses": Raw(answer.poses), "map": head.id, "version": head.version}
+    raw = {"poses": Raw(answer.poses), "conditions": Raw(answer.conditions), "reused": answer.reused or None}
+    return fields | raw | {"map": head.id, "version": head.version}
 
 
-def _record(plan_id: str, user: User, head: MapRecord, request: PathRequest, answer: PathAnswer) -> PlanRecord:
+def _record(user: User, head: MapRecord, request: PathRequest, answer: PathAnswer) -> PlanRecord:
     return PlanRecord(
-        id=plan_id,
+        id=answer.plan_id,
         user=user.id,
         map=head.id,
         version=head.version,
@@ -175,4 +175,6 @@ def _record(plan_id: str, user: User, head: MapRecord, request: PathRequest, ans
         seconds=answer.seconds,
         poses=np.array(msgspec.json.decode(answer.poses), "<f8").tobytes(),
         created=epoch(),
+        parameters=msgspec.json.decode(answer.conditions),
+        origin=answer.origin,
     )

@@ -300,6 +300,7 @@ class PlanFile(_Body):
     planner: PluginName = "dijkstra"
     tolerance: Annotated[Number, Field(ge=0.0, description="How far off the goal will do, if it is blocked [m]")] = 0.0
     timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time allowed to the planner [s]")
+    reuse: bool = Field(True, description="Whether a path that is kept will do where it comes sooner than a new one")
 
 
 class CostFile(_Body):
@@ -353,6 +354,11 @@ class NewPlanAnswer(_Path):
     """A path that was just found, and where."""
 
     expanded: int = Field(description="Cells whose value was settled")
+    origin: Literal["computed", "reused", "stitched"] = Field(
+        description="Whether it was computed, or a kept path was reused, or stitched to start and goal"
+    )
+    reused: str | None = Field(description="Id of that kept path")
+    conditions: dict[str, Any] = Field(description="Under which it was made: the parameters of the planner, and others")
     container: str
     pid: int
 

@@ -17,6 +17,8 @@ class ComputePathRequest(Message):
         If the goal is blocked, a free place within this distance will do [m].
     timeout : float
         Longest time to plan [s].
+    reuse : bool
+        Whether a plan that is kept will do where it comes sooner than one that is computed.
     """
 
     start: Pose
@@ -24,6 +26,7 @@ class ComputePathRequest(Message):
     planner: str = ""
     tolerance: float = 0.0
     timeout: float = 5.0
+    reuse: bool = True
 
 
 class ComputePathResponse(Message):
@@ -44,6 +47,14 @@ class ComputePathResponse(Message):
         Time it took.
     planner : str
         Who planned.
+    plan_id : str
+        By which the plan may be kept: of the same plan the same.
+    origin : str
+        Whether it was ``computed``, or a plan that is kept was ``reused``, or ``stitched`` to the ends.
+    reused : str
+        Id of that plan.
+    conditions : str
+        Under which it was made: JSON, the parameters of the planner and what else a plan is kept with.
     """
 
     poses: str
@@ -52,6 +63,10 @@ class ComputePathResponse(Message):
     expanded: int
     seconds: float
     planner: str
+    plan_id: str = ""
+    origin: str = "computed"
+    reused: str = ""
+    conditions: str = "{}"
 
 
 ComputePath = ServiceType("ppaas_msgs/ComputePath", ComputePathRequest, ComputePathResponse)

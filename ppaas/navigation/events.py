@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from ppaas.controllers.base import Velocity
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D, Poses
+from ppaas.plans.stored import Origin
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,11 +46,12 @@ class CancelReceived:
 
 @dataclass(frozen=True, slots=True)
 class PlanSucceeded:
-    """The answer to the ``RequestPlan`` of that number."""
+    """The answer to the ``RequestPlan`` of that number, and where it came from."""
 
     now: float
     number: int
     poses: Poses
+    origin: Origin = "computed"
 
 
 @dataclass(frozen=True, slots=True)

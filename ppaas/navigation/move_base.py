@@ -15,6 +15,7 @@ is blocked, and move_base would creep up to what blocks it. And while the robot'
 says why in the status of the goal, and counts no patience.
 """
 
+from collections import Counter
 from collections.abc import Sequence
 from enum import Enum
 
@@ -51,6 +52,7 @@ from ppaas.navigation.orders import (
 )
 from ppaas.navigation.oscillation import Oscillation
 from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.plans.stored import Origin
 
 GOAL_REACHED = "Goal reached."
 CANCELLED = "The goal was cancelled."
@@ -96,6 +98,8 @@ class MoveBase:
         self._last_valid_plan = 0.0
         self._last_valid_control = 0.0
         self._retries = 0
+        self._origin: Origin = "computed"
+        self._origins: Counter[Origin] = Counter()
         self._oscillation = Oscillation(parameters.oscillation_distance, parameters.oscillation_timeout)
         self._recoveries = tuple(recoveries)
         self._recovery_index = 0
@@ -141,6 +145,7 @@ class MoveBase:
         if self.goals.active is not None:
             self._finish(now, Status.PREEMPTED, f"Another goal took its place: {goal.id}")
         self.goals.accept(goal)
+        self._origins.clear()
         self._recovery_index = 0
         self._last_valid_control = now
         self._oscillation.reset(now)
@@ -196,7 +201,7 @@ class MoveBase:
             self._stop()
 
     def _control(self, now: float, pose: Pose2D) -> None:
-        self._say("controlling")
+        self._say(f"controlling: the plan was {self._origin}")
         if self._oscillation.timed_out(now):
             self._recover(now, Trigger.OSCILLATION)
             return
@@ -206,12 +211,16 @@ class MoveBase:
 
     def _on_velocity(self, event: VelocityComputed) -> None:
         if event.goal_reached:
-            self._end(event.now, Status.SUCCEEDED, GOAL_REACHED)
+            self._end(event.now, Status.SUCCEEDED, f"{GOAL_REACHED} {self._told_origins()}")
             return
         self._last_valid_control = event.now
         if self._trigger is Trigger.CONTROLLING:
             self._recovery_index = 0
         self._send(event.velocity)
+
+    def _told_origins(self) -> str:
+        """Say where the plans to the goal came from."""
+        return f"Plans: {', '.join(f'{count} {origin}' for origin, count in sorted(self._origins.items()))}."
 
     def _on_no_velocity(self, event: ControlFailed) -> None:
         if event.now > self._last_valid_control + self.parameters.controller_patience:
@@ -261,6 +270,8 @@ class MoveBase:
         if self._trigger is Trigger.PLANNING:
             self._recovery_index = 0
         self.state = State.CONTROLLING
+        self._origin = event.origin
+        self._origins[event.origin] += 1
         self._orders.append(FollowPlan(event.poses))
 
     def _on_no_plan(self, event: PlanFailed) -> None:

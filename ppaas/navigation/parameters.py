@@ -4,6 +4,7 @@ import math
 
 from ppaas.errors import InvalidParameter
 from ppaas.nodes.base import Parameters
+from ppaas.plans.buckets import LARGEST_TOLERANCE
 
 MAX_RECOVERIES = 32
 """Most recovery behaviours in a row."""
@@ -57,6 +58,12 @@ class MoveBaseParameters(Parameters, frozen=True):
         If the goal is blocked, a free place within this distance will do [m].
     planner_timeout : float
         Longest time for one plan [s].
+    reuse_plans : bool
+        Whether a plan that is kept will do where it comes sooner than one that is computed.
+    reuse_tolerance : float
+        How far the ends of such a plan may be from the robot and the goal [m]; they are joined.
+    reuse_bound : float
+        By how much of the cheapest cost such a plan may be dearer.
     """
 
     base_global_planner: str = "dijkstra"
@@ -75,6 +82,9 @@ class MoveBaseParameters(Parameters, frozen=True):
     transform_tolerance: float = 1.0
     default_tolerance: float = 0.0
     planner_timeout: float = 5.0
+    reuse_plans: bool = True
+    reuse_tolerance: float = 0.25
+    reuse_bound: float = 0.05
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -83,11 +93,13 @@ class MoveBaseParameters(Parameters, frozen=True):
                 raise InvalidParameter(f"{name} must be above 0, not {getattr(self, name)}")
         from_zero = (
             "planner_frequency", "planner_patience", "controller_patience", "oscillation_timeout",
-            "oscillation_distance", "conservative_reset_dist", "default_tolerance",
+            "oscillation_distance", "conservative_reset_dist", "default_tolerance", "reuse_tolerance", "reuse_bound",
         )  # fmt: skip
         for name in from_zero:
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
                 raise InvalidParameter(f"{name} must be finite and not negative, not {getattr(self, name)}")
+        if self.reuse_tolerance > LARGEST_TOLERANCE:
+            raise InvalidParameter(f"reuse_tolerance must be at most {LARGEST_TOLERANCE} m, not {self.reuse_tolerance}")
         check_behaviors(self.recovery_behaviors or ())
 
 

@@ -23,7 +23,7 @@ from ppaas.nodes.body_planners import planner_of
 from ppaas.nodes.checks import read_parameters
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.map_server import MapServerNode
-from ppaas.nodes.models import RobotModel
+from ppaas.nodes.models import PLANNING_MODEL, RobotModel, robot_model
 from ppaas.nodes.move_base import MoveBaseNode
 from ppaas.nodes.parameter_server import ParameterServerNode
 from ppaas.nodes.planner_server import PlannerServerNode
@@ -33,6 +33,7 @@ from ppaas.nodes.tf_republisher import TfRepublisherNode
 from ppaas.nodes.waypoint_follower import WaypointFollowerNode, WaypointFollowerParameters
 from ppaas.planners.base import Planner
 from ppaas.planners.registry import PLANNERS
+from ppaas.plans.processor import Keeping, ReuseParameters
 from ppaas.plugins import parameters_in_use
 from ppaas.recoveries.base import Recovery
 from ppaas.robot_model.description import RobotDescription
@@ -72,6 +73,7 @@ def build_clone(
     base_local_planner: str = DEFAULT_CONTROLLER,
     parameters: Mapping[str, Any] | None = None,
     threads: int = 1,
+    keeping: Keeping | None = None,
 ) -> None:
     """Add the nodes of a robot's clone to a graph: map server, state publisher, localization, Move Base, waypoints.
 
@@ -95,6 +97,8 @@ def build_clone(
         drives have theirs for requests that name them.
     threads : int
         Most threads that kernels may use.
+    keeping : Keeping, optional
+        What is known of plans that were made before.
 
     Raises
     ------
@@ -116,6 +120,8 @@ def build_clone(
     local = given.read(LocalCostmapParameters, "local_costmap")
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
     given.refuse_rest()
+    reuse = ReuseParameters(driving.reuse_tolerance, driving.reuse_bound)
+    processor = (keeping or Keeping()).processor(layers.costmap, body.robot_radius, reuse)
 
     def move_base(context: Context) -> MoveBaseNode:
         surroundings = _surroundings(layers, body, local, driving.transform_tolerance)
@@ -123,23 +129,38 @@ def build_clone(
             context,
             layers=layers, surroundings=surroundings, planner=planner, path_planners=path_planners,
             controller=controller, recoveries=recovering, parameters=driving, threads=threads,
+            processor=processor,
         )  # fmt: skip
 
     graph.add(lambda context: MapServerNode(context, layers.grid))
     graph.add(lambda context: StatePublisherNode(context, body, state))
     graph.add(lambda context: AmclNode(context, layers, Pose2D(*initial_pose), amcl))
     graph.add(move_base)
+    _add_for_operators(graph, touring, given)
+
+
+def _add_for_operators(graph: Graph, touring: WaypointFollowerParameters, given: "_Given") -> None:
     graph.add(lambda context: WaypointFollowerNode(context, touring))
     graph.add(lambda context: ParameterServerNode(context, given.in_use))
     graph.add(TfRepublisherNode)
 
 
 def build_planning(
-    graph: Graph, layers: MapLayers, *, threads: int = 1, base_global_planner: str = DEFAULT_PLANNER
+    graph: Graph,
+    layers: MapLayers,
+    *,
+    threads: int = 1,
+    base_global_planner: str = DEFAULT_PLANNER,
+    keeping: Keeping | None = None,
 ) -> None:
-    """Add the nodes of a container that only plans: map server and planner server."""
+    """Add the nodes of a container that only plans, for a robot of `PLANNING_MODEL`: map server and planner server."""
+    processor = (keeping or Keeping()).processor(layers.costmap, robot_model(PLANNING_MODEL).robot_radius)
+
+    def planner_server(context: Context) -> PlannerServerNode:
+        return PlannerServerNode(context, layers.costmap, base_global_planner, threads, processor=processor)
+
     graph.add(lambda context: MapServerNode(context, layers.grid))
-    graph.add(lambda context: PlannerServerNode(context, layers.costmap, base_global_planner, threads))
+    graph.add(planner_server)
 
 
 def _planners(driving: MoveBaseParameters, given: "_Given", body: RobotModel) -> tuple[Planner, dict[str, Planner]]:

@@ -38,6 +38,9 @@ class RobotModel:
     height: float | None = None
 
 
+PLANNING_MODEL = "turtlebot2"
+"""The robot for which paths are planned when a program names none."""
+
 # Limits as the makers' navigation packages give them; laser poses as their URDF files do.
 _MODELS = {
     model.name: model

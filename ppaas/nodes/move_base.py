@@ -36,6 +36,7 @@ from ppaas.nodes.robot_plan import NoPlan, RobotPlanner
 from ppaas.nodes.state_publisher import ODOM_TOPIC
 from ppaas.nodes.surroundings import Surroundings
 from ppaas.planners.base import Planner, PlanResult
+from ppaas.plans.processor import PlanProcessor
 from ppaas.recoveries.base import Recovery, RecoveryRequest
 
 logger = logging.getLogger(__name__)
@@ -76,6 +77,8 @@ class MoveBaseNode(Node):
         With the names of move_base.
     threads : int
         Most threads that kernels may use.
+    processor : PlanProcessor
+        By which plans that are kept are found.
     """
 
     name: ClassVar[str] = "move_base"
@@ -105,18 +108,21 @@ class MoveBaseNode(Node):
         recoveries: Sequence[tuple[str, Recovery]],
         parameters: MoveBaseParameters,
         threads: int,
+        processor: PlanProcessor,
     ) -> None:
         super().__init__(context)
         self._layers = layers
         self._surroundings = surroundings
-        self._planner = RobotPlanner(context, planner, layers.costmap, parameters, threads)
+        self._planner = RobotPlanner(context, planner, layers.costmap, parameters, threads=threads, processor=processor)
         self._controller = controller
         self._parameters = parameters
         self._threads = threads
         self._machine = MoveBase(parameters, [name for name, _ in recoveries])
         self._recoveries = [recovery for _, recovery in recoveries]
         self._topics = ActionTopics(context)
-        self._paths = PathServices(context, layers.costmap, parameters.base_global_planner, threads, path_planners)
+        self._paths = PathServices(
+            context, layers.costmap, parameters.base_global_planner, threads, processor=processor, tuned=path_planners
+        )
         self._cycle: Timer | None = None
         self._counter = 0
         self._events: deque[events.Event] = deque()
@@ -324,7 +330,7 @@ class MoveBaseNode(Node):
         now = self.context.now()
         match result:
             case PlanResult():
-                self._feed(events.PlanSucceeded(now, number, result.poses))
+                self._feed(events.PlanSucceeded(now, number, result.poses, result.origin))
                 self.context.publish("plan", result)
             case NoPlan():
                 self._feed(events.PlanFailed(now, number, result.error, result.final))

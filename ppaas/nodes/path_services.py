@@ -3,6 +3,8 @@
 import math
 from collections.abc import Callable, Mapping
 
+import msgspec
+
 from ppaas import planners
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput, InvalidPlanner, NotFound, PPaaSError
@@ -15,6 +17,7 @@ from ppaas.nodes.planner_queue import PlannerQueue
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.planners.path_text import rows_text
 from ppaas.planners.registry import PLANNERS
+from ppaas.plans.processor import PlanProcessor
 
 MAX_TIMEOUT = 60.0
 """Longest time for one plan [s]."""
@@ -36,6 +39,10 @@ def compute_path_response(result: PlanResult) -> ComputePathResponse:
         expanded=result.expanded,
         seconds=result.seconds,
         planner=result.planner,
+        plan_id=result.id,
+        origin=result.origin,
+        reused=result.reused,
+        conditions=msgspec.json.encode(result.conditions).decode(),
     )
 
 
@@ -52,13 +59,23 @@ class PathServices:
         The planner of requests that name none.
     threads : int
         Most threads that kernels may use.
+    processor : PlanProcessor
+        By which plans that are kept are found.
     tuned : dict of str to Planner, optional
         Those with parameters of their own, by their own names; nobody else may use them.
     """
 
     def __init__(
-        self, context: Context, costmap: Costmap, default: str, threads: int, tuned: Mapping[str, Planner] | None = None
+        self,
+        context: Context,
+        costmap: Costmap,
+        default: str,
+        threads: int,
+        *,
+        processor: PlanProcessor,
+        tuned: Mapping[str, Planner] | None = None,
     ) -> None:
+        self._processor = processor
         self._costmap = costmap
         self._default = default
         self._threads = threads
@@ -76,15 +93,17 @@ class PathServices:
             tolerance=request.tolerance,
             timeout=request.timeout,
             costmap=costmap,
+            reuse=request.reuse,
         )
 
     def plan(
         self, start: Pose2D, goal: Pose2D, reply: Reply, respond: ToResponse,
         *, planner: str = "", tolerance: float = 0.0, timeout: float = 5.0, costmap: Costmap | None = None,
+        reuse: bool = True,
     ) -> Job:  # fmt: skip
         """Plan, and reply with what ``respond`` makes of the path, or with the error.
 
-        ``costmap`` takes the place of that of the bare map.
+        ``costmap`` takes the place of that of the bare map; ``reuse`` says whether a plan that is kept will do.
 
         Returns
         -------
@@ -108,7 +127,7 @@ class PathServices:
 
         def work(cancelled: Callable[[], bool]) -> GetPlanResponse | ComputePathResponse:
             request = PlanRequest(start, goal, tolerance, timeout, cancelled, self._threads)
-            return respond(chosen.plan(where, request))
+            return respond(self._processor.plan(chosen, where, request, reuse=reuse))
 
         def done(result: GetPlanResponse | ComputePathResponse | PPaaSError) -> None:
             reply(result)

@@ -14,6 +14,7 @@ from ppaas.nodes.checks import finite_pose
 from ppaas.nodes.cost_service import CostService
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.path_services import PathServices, get_plan_response
+from ppaas.plans.processor import PlanProcessor
 
 
 class PlannerServerNode(Node):
@@ -31,6 +32,8 @@ class PlannerServerNode(Node):
         The planner of requests that name none.
     threads : int
         Most threads that kernels may use.
+    processor : PlanProcessor
+        By which plans that are kept are found.
     """
 
     name: ClassVar[str] = "planner_server"
@@ -40,9 +43,17 @@ class PlannerServerNode(Node):
         Service("compute_costs", ComputeCosts),
     )
 
-    def __init__(self, context: Context, costmap: Costmap, base_global_planner: str, threads: int) -> None:
+    def __init__(
+        self,
+        context: Context,
+        costmap: Costmap,
+        base_global_planner: str,
+        threads: int,
+        *,
+        processor: PlanProcessor,
+    ) -> None:
         super().__init__(context)
-        self._paths = PathServices(context, costmap, base_global_planner, threads)
+        self._paths = PathServices(context, costmap, base_global_planner, threads, processor=processor)
         self._costs = CostService(context, costmap, threads)
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:

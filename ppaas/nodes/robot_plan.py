@@ -19,6 +19,7 @@ from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.nodes.base import Context, Job
 from ppaas.nodes.planner_queue import PlannerQueue
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
+from ppaas.plans.processor import PlanProcessor
 
 FINAL = (GoalOutsideMap, StartOutsideMap, InvalidPlanner, InvalidInput)
 """Errors that neither clearing obstacles nor turning on the spot can change."""
@@ -35,18 +36,22 @@ class NoPlan:
     final: bool
 
 
-def plan_for_robot(planner: Planner, static: Costmap, current: Costmap, request: PlanRequest) -> PlanResult | NoPlan:
+def plan_for_robot(
+    processor: PlanProcessor, planner: Planner, static: Costmap, current: Costmap, request: PlanRequest, *, reuse: bool
+) -> PlanResult | NoPlan:
     """Plan around the obstacles seen; if they block the way, ask the bare map whether it is theirs to block.
 
     Parameters
     ----------
+    processor : PlanProcessor
+        Looks first for a plan that is kept, where that pays and ``reuse`` says so.
     planner : Planner
         Asked once, or twice if the way is blocked.
     static, current : Costmap
         The map alone, and with what the robot has seen; the same object if it has seen nothing new.
     """
     try:
-        return planner.plan(current, request)
+        return processor.plan(planner, current, request, reuse=reuse)
     except BLOCKED as error:
         return NoPlan(error, final=current is static or _is_blocked(planner, static, request))
     except FINAL as error:
@@ -80,11 +85,21 @@ class RobotPlanner:
         How long to plan, and how near to the goal will do.
     threads : int
         Most threads that kernels may use.
+    processor : PlanProcessor
+        By which plans that are kept are found.
     """
 
     def __init__(
-        self, context: Context, planner: Planner, static: Costmap, parameters: MoveBaseParameters, threads: int
+        self,
+        context: Context,
+        planner: Planner,
+        static: Costmap,
+        parameters: MoveBaseParameters,
+        *,
+        threads: int,
+        processor: PlanProcessor,
     ) -> None:
+        self._processor = processor
         self._planner = planner
         self._static = static
         self._parameters = parameters
@@ -100,7 +115,7 @@ class RobotPlanner:
 
         def work(cancelled: Callable[[], bool]) -> PlanResult | NoPlan:
             request = PlanRequest(start, goal, p.default_tolerance, p.planner_timeout, cancelled, self._threads)
-            return plan_for_robot(self._planner, self._static, current, request)
+            return plan_for_robot(self._processor, self._planner, self._static, current, request, reuse=p.reuse_plans)
 
         self._job = self._queue.submit(work, done)
 

@@ -20,7 +20,7 @@ from ppaas.messages.nav_msgs import Path
 from ppaas.messages.std_msgs import Header
 from ppaas.planners.path_text import path_message
 from ppaas.planners.traits import Traits
-from ppaas.plans.stored import Origin
+from ppaas.plans.stored import Conditions, Origin
 from ppaas.plugins import parameters_in_use
 
 
@@ -83,6 +83,10 @@ class PlanResult:
         Whether it was computed, or made of a plan that was kept.
     reused : str
         Id of that plan.
+    id : str
+        By which it is kept (``ppaas.plans.identity``); none where nobody keeps it.
+    conditions : dict
+        Under which it was made: the parameters of the planner, and what ``ppaas.plans.stored`` names.
     """
 
     cells: NDArray[np.int32]
@@ -95,6 +99,8 @@ class PlanResult:
     frame_id: str = field(default="map")
     origin: Origin = "computed"
     reused: str = ""
+    id: str = ""
+    conditions: Conditions = field(default_factory=dict)
 
     def to_message(self, stamp: Header | None = None) -> Path:
         """Return ``nav_msgs/Path``; its poses are JSON already, which the encoder copies as it is."""

@@ -180,6 +180,11 @@ class LinkTimes:
         self._sums = _plus(self._sums, _plus(empty, full))
         self._answers += history.answers
 
+    @property
+    def answers(self) -> int:
+        """How many answers were measured, those before this began too."""
+        return self._answers
+
     def _age(self) -> float:
         return float(0.5 ** (max(self._clock() - self._at, 0.0) / HALF_LIFE))
 

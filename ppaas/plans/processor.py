@@ -1,7 +1,9 @@
 """The Path Plan Processor of a container: a plan that is kept where that is sooner, else one that is computed."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+import msgspec
 
 from ppaas.clock import Clock, monotonic
 from ppaas.costmap.costmap import Costmap
@@ -17,8 +19,9 @@ from ppaas.plans.history import (
     failed_row,
     found_row,
 )
+from ppaas.plans.identity import plan_id
 from ppaas.plans.stitching import BOUND, Ground, Offer, offer
-from ppaas.plans.stored import PlanLibrary, Question
+from ppaas.plans.stored import BARE_MAP, ROBOT_RADIUS, Conditions, EmptyLibrary, PlanLibrary, Question, own_parameters
 from ppaas.plugins import parameters_in_use
 
 BYTES_PER_CELL = 64.0
@@ -29,6 +32,10 @@ CHECKED_PER_SECOND = 1e9
 """What is believed of checking a plan before it was measured: how long any takes [s], and bytes of poses [1/s]."""
 
 Note = Callable[[PlannerHistory], None]
+
+
+def unnoted(row: PlannerHistory) -> None:
+    """Be the note of a home that keeps no history."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +93,36 @@ class Times:
         return Estimate(link.mean + checking.mean, lower, upper, link.samples)
 
 
+@dataclass(frozen=True, slots=True)
+class Keeping:
+    """What a home has of the plans that were made before, and whom it tells what became of requests.
+
+    Parameters
+    ----------
+    map, version : str
+        Of the map that it stands in.
+    library : PlanLibrary
+        Where plans are kept.
+    times : Times
+        What was measured.
+    note : callable
+        Told what became of each request.
+    """
+
+    map: str = ""
+    version: str = ""
+    library: PlanLibrary = field(default_factory=EmptyLibrary)
+    times: Times = field(default_factory=Times)
+    note: Note = unnoted
+
+    def processor(
+        self, bare: Costmap, robot_radius: float, parameters: ReuseParameters = ReuseParameters()
+    ) -> "PlanProcessor":
+        """Return a processor on the costmap of the map alone, for a robot of this radius [m]."""
+        standing = Standing(self.map, self.version, bare, robot_radius)
+        return PlanProcessor(standing, self.library, self.times, self.note, parameters=parameters)
+
+
 class PlanProcessor:
     """Plans with any planner, and looks first for a plan that is kept where that is expected to be sooner.
 
@@ -124,6 +161,7 @@ class PlanProcessor:
         self._parameters = parameters
         self._clock = clock
         self.verdict = Verdict(False, "kept")
+        self._conditions: dict[Planner, tuple[Conditions, Conditions]] = {}
 
     def plan(self, planner: Planner, costmap: Costmap, request: PlanRequest, *, reuse: bool = True) -> PlanResult:
         """Return a plan that is kept, if it is expected to be there sooner, or compute one; raises as a planner does.
@@ -133,7 +171,7 @@ class PlanProcessor:
         planner : Planner
             Who computes it, and whose like a kept one must be.
         costmap : Costmap
-            As it is now.
+            As it is now; that of the map alone is known by being the same object.
         request : PlanRequest
             What to plan.
         reuse : bool
@@ -153,7 +191,22 @@ class PlanProcessor:
             raise
         self._times.computation.note(planner.name, cells, result.seconds)
         self._note(computed_row(key, result.seconds))
-        return result
+        return self._named(result, planner, bare=costmap is self._standing.bare)
+
+    def _named(self, result: PlanResult, planner: Planner, *, bare: bool) -> PlanResult:
+        """Return a plan with its conditions and id."""
+        made = replace(result, conditions=self._made_under(planner)[bare])
+        return replace(made, id=plan_id(self._standing.map, self._standing.version, made))
+
+    def _made_under(self, planner: Planner) -> tuple[Conditions, Conditions]:
+        """Return the conditions of plans that a planner makes around what is seen, and on the bare map."""
+        known = self._conditions.get(planner)
+        if known is None:
+            # As they come back from JSON, so that they can be compared with those that are kept.
+            own = msgspec.json.decode(msgspec.json.encode(parameters_in_use(planner)))
+            own[ROBOT_RADIUS] = self._standing.robot_radius
+            known = self._conditions[planner] = own | {BARE_MAP: False}, own | {BARE_MAP: True}
+        return known
 
     def _found(self, planner: Planner, costmap: Costmap, request: PlanRequest, cells: float) -> PlanResult | None:
         """Return a kept plan, if it pays to look for one and there is one that will do."""
@@ -167,15 +220,17 @@ class PlanProcessor:
         made = self._look(planner, costmap, request, computation.lower / self._parameters.margin)
         if made is None:
             return None
-        return PlanResult(
+        result = PlanResult(
             cells=made.cells, poses=made.poses, cost=made.cost, length=made.length, expanded=0,
             seconds=self._clock() - began, planner=planner.name, origin=made.origin, reused=made.source,
         )  # fmt: skip
+        named = self._named(result, planner, bare=False)
+        return replace(named, id=made.source) if made.as_kept else named
 
     def _look(self, planner: Planner, costmap: Costmap, request: PlanRequest, within: float) -> Offer | None:
         standing, p = self._standing, self._parameters
         question = Question(
-            request.start, request.goal, standing.version, planner.name, parameters_in_use(planner),
+            request.start, request.goal, standing.version, planner.name, own_parameters(self._made_under(planner)[0]),
             standing.robot_radius, p.tolerance, kinematic=planner.traits.kinematic,
         )  # fmt: skip
         found = self._library.find(question, within)

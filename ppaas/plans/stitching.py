@@ -73,6 +73,8 @@ class Offer:
         In the weights of moves on the live costmap, and in metres.
     proof : Proof
         What the cheapest path costs at least.
+    as_kept : bool
+        Whether it is the whole plan as it was kept.
     """
 
     source: str
@@ -82,6 +84,7 @@ class Offer:
     cost: float
     length: float
     proof: Proof
+    as_kept: bool
 
     @property
     def over_cheapest(self) -> float:
@@ -129,7 +132,7 @@ def offer(
     proof = _proof(ground.bare, crossed, poses[:, :2], kept if proves else None)
     cells, origin = crossed.cells.astype(np.int32), _origin(stored, question)
     cost, length = path_cost(ground.live, cells), path_length(poses)
-    made = Offer(stored.id, origin, poses, cells, cost, length, proof)
+    made = Offer(stored.id, origin, poses, cells, cost, length, proof, stored.whole and poses is stored.poses)
     return _judged(made, path_cost(ground.bare, cells), bound, as_made=_is_as_made(stored, question, traits))
 
 
@@ -148,8 +151,8 @@ def _is_as_made(stored: StoredPlan, question: Question, traits: Traits) -> bool:
 
     A planner of cheapest paths does not get off like that: its plans can be proved, or have become detours.
     """
-    provable = traits.optimal is Optimal.ALWAYS and not stored.parameters.get("smooth", False)
-    return stored.parameters.get(BARE_MAP) is True and same_planner(stored, question) and not provable
+    provable = traits.optimal is Optimal.ALWAYS and not stored.conditions.get("smooth", False)
+    return stored.conditions.get(BARE_MAP) is True and same_planner(stored, question) and not provable
 
 
 def _origin(stored: StoredPlan, question: Question) -> Origin:
@@ -230,6 +233,6 @@ def _cost(costmap: Costmap, points: NDArray[np.float64]) -> float:
 
 def _was_cheapest(stored: StoredPlan, question: Question, traits: Traits) -> bool:
     """Tell whether the kept plan was a cheapest one on the bare map as this robot has it."""
-    on_same_costs = stored.parameters.get(BARE_MAP) is True and same_robot(stored, question)
-    own_cells = traits.optimal is Optimal.ALWAYS and not stored.parameters.get("smooth", False)
+    on_same_costs = stored.conditions.get(BARE_MAP) is True and same_robot(stored, question)
+    own_cells = traits.optimal is Optimal.ALWAYS and not stored.conditions.get("smooth", False)
     return on_same_costs and own_cells and same_planner(stored, question)

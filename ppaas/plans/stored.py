@@ -9,11 +9,14 @@ from ppaas.geometry import Pose2D, Poses
 
 Origin = Literal["computed", "reused", "stitched"]
 
+Conditions = dict[str, Any]
+"""Under which a plan was made: the parameters of its planner, `BARE_MAP` and `ROBOT_RADIUS`."""
+
 BARE_MAP = "bare_map"
-"""Parameter of a kept plan: whether it was made on the map alone, without anything that a robot saw."""
+"""Whether a plan is what a planner made of the map alone, without anything that a robot saw."""
 
 ROBOT_RADIUS = "robot_radius"
-"""Parameter of a kept plan: of the robot that it was made for [m]."""
+"""Of the robot that a plan was made for [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,8 +39,8 @@ class StoredPlan:
         Of the stretch; none where only the head is at hand.
     whole : bool
         Whether the stretch is all of it.
-    parameters : dict
-        Of the planner, and `BARE_MAP` and `ROBOT_RADIUS`.
+    conditions : dict
+        Under which it was made.
     """
 
     id: str
@@ -48,7 +51,7 @@ class StoredPlan:
     length: float
     poses: Poses
     whole: bool = True
-    parameters: dict[str, Any] = field(default_factory=dict)
+    conditions: Conditions = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,13 +98,29 @@ class PlanLibrary(Protocol):
         ...
 
 
+class EmptyLibrary:
+    """A library of nothing, for homes that keep no plans."""
+
+    def may_wait(self) -> bool:
+        """Let anybody wait: the answer is here."""
+        return True
+
+    def find(self, question: Question, within: float) -> Sequence[StoredPlan]:
+        """Return none."""
+        return ()
+
+
+def own_parameters(conditions: Conditions) -> dict[str, Any]:
+    """Return those conditions that are parameters of the planner."""
+    return {name: value for name, value in conditions.items() if name not in (BARE_MAP, ROBOT_RADIUS)}
+
+
 def same_planner(stored: StoredPlan, question: Question) -> bool:
     """Tell whether a plan was made by the planner that is asked, with the same parameters."""
-    own = {name: value for name, value in stored.parameters.items() if name not in (BARE_MAP, ROBOT_RADIUS)}
-    return stored.planner == question.planner and own == question.parameters
+    return stored.planner == question.planner and own_parameters(stored.conditions) == question.parameters
 
 
 def same_robot(stored: StoredPlan, question: Question) -> bool:
     """Tell whether a plan was made for a robot of the same radius, so that its costs were the same."""
-    radius = stored.parameters.get(ROBOT_RADIUS)
+    radius = stored.conditions.get(ROBOT_RADIUS)
     return isinstance(radius, int | float) and math.isclose(radius, question.robot_radius, abs_tol=1e-9)

@@ -36,6 +36,9 @@ async def test_a_path_is_found_told_and_kept(
         "expanded": 2,
         "seconds": 0.001,
         "planner": "dijkstra",
+        "origin": "computed",
+        "reused": None,
+        "conditions": {"smooth": False, "bare_map": True, "robot_radius": 0.18},
         "map": "house",
         "version": version,
         "container": "c9",
@@ -54,8 +57,9 @@ async def test_all_that_may_be_asked_for_reaches_the_planner(
     ann = await log_in("ann")
     await publish(ann)
     body = {"start": [1, 2], "goal": [3, 4, 0.5], "planner": "theta_star", "tolerance": 0.3, "timeout": 2}
+    body["reuse"] = False
     assert (await client.post("/v1/maps/house/plans", headers=ann, json=body)).status_code == 201
-    assert cloud.asked[0][2] == PathRequest((1.0, 2.0, 0.0), (3.0, 4.0, 0.5), "theta_star", 0.3, 2.0)
+    assert cloud.asked[0][2] == PathRequest((1.0, 2.0, 0.0), (3.0, 4.0, 0.5), "theta_star", 0.3, 2.0, reuse=False)
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from engine.home import CloudHome
 from engine.layer_files import write_layers
 from engine.machine_client import MachineClient
 from engine.model import LINK_STATE, ContainerSpec, Launch
+from engine.shared_plans import PlanningNotes
 from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
@@ -24,6 +25,7 @@ from ppaas.messages import decode
 from ppaas.messages.std_msgs import String
 from ppaas.messages.std_srvs import TriggerResponse
 from ppaas.nodes.base import Checkpoint, Topic
+from ppaas.plans.processor import Times
 from tests.support.echo_node import EchoNode
 from tests.support.engine_links import pair, receive
 from tests.support.specs import HOUSE, planning_spec, robot_config, robot_spec
@@ -47,7 +49,7 @@ class Outer:
         self.home.graph.restore([Checkpoint(name, state) for name, state in self.spec.checkpoint.items()])
         self._client = MachineClient(machine)
         self._near = near
-        self.container = Container(launch_of(self.spec), self.home, near, self._client)
+        self.container = Container(launch_of(self.spec), self.home, near, self._client, PlanningNotes(Times()))
         self.serving = asyncio.create_task(self.container.serve())
         self._answers = asyncio.create_task(self._client.serve(lambda _: None))
         return self

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import AsyncIterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from ppaas.messages.geometry_msgs import Point, Pose, PoseWithCovariance, PoseWi
 from ppaas.messages.std_msgs import Header
 from ppaas.nodes.graph import Graph
 from ppaas.planners.base import PlanResult
+from ppaas.plans.identity import plan_id
 from tests.support.echo_node import EchoNode
 from tests.support.engine_links import pair, receive
 from tests.support.specs import robot_spec
@@ -33,7 +35,8 @@ def shared(who: str, payload: bytes, topic: str = "amcl_pose") -> machine_link.S
 
 def plan(*points: tuple[float, float], planner: str = "dijkstra") -> PlanResult:
     poses = np.array([[x, y, 0.0, 0.0, 0.0, 0.0, 1.0] for x, y in points]).reshape(-1, 7)
-    return PlanResult(np.zeros((len(points), 2), np.int32), poses, 50.0, 1.0, 9, 0.01, planner)
+    found = PlanResult(np.zeros((len(points), 2), np.int32), poses, 50.0, 1.0, 9, 0.01, planner)
+    return replace(found, id=plan_id("house", "v1", found)) if points else found
 
 
 LAUNCH = Launch(robot_spec("c1", "ann", "tb1"), "", "", "", "secret", (0,), 1)
@@ -122,11 +125,13 @@ async def test_other_topics_are_not_taken_for_positions(clone: Clone) -> None:
 
 
 async def test_a_plan_is_kept_in_the_name_of_its_robot(clone: Clone) -> None:
-    clone.graph.publish("plan", plan((0.0, 0.0), (1.0, 2.0)))
+    made = replace(plan((0.0, 0.0), (1.0, 2.0)), conditions={"smooth": True})
+    clone.graph.publish("plan", made)
     keep = await receive(clone.machine)
     assert isinstance(keep, machine_link.KeepPlan)
     kept = keep.plan
     assert (kept.user, kept.robot, kept.map, kept.version) == ("ann", "tb1", "house", "v1")
+    assert (kept.id, kept.parameters, kept.origin) == (made.id, {"smooth": True}, "computed")
     assert (kept.start, kept.goal, kept.created) == ((0.0, 0.0, 0.0), (1.0, 2.0, 0.0), 1000.0)
     np.testing.assert_array_equal(np.frombuffer(kept.poses).reshape(-1, 7)[:, :2], [(0.0, 0.0), (1.0, 2.0)])
 
@@ -137,6 +142,14 @@ async def test_an_empty_plan_is_not_kept(clone: Clone) -> None:
     keep = await receive(clone.machine)
     assert isinstance(keep, machine_link.KeepPlan)
     assert keep.plan.goal == (3.0, 0.0, 0.0)
+
+
+async def test_a_plan_that_is_kept_already_is_not_kept_anew(clone: Clone) -> None:
+    clone.graph.publish("plan", replace(plan((0.0, 0.0), (1.0, 2.0)), id="p1", origin="reused", reused="p1"))
+    clone.graph.publish("plan", replace(plan((0.0, 0.0), (3.0, 0.0)), id="p2", origin="stitched", reused="p1"))
+    keep = await receive(clone.machine)
+    assert isinstance(keep, machine_link.KeepPlan)
+    assert (keep.plan.id, keep.plan.origin) == ("p2", "stitched")
 
 
 def test_the_same_plan_has_the_same_id_and_another_has_not() -> None:

@@ -1,5 +1,6 @@
 """A cloud without machines: it answers what the test tells it to."""
 
+import hashlib
 import json
 
 import numpy as np
@@ -46,7 +47,12 @@ class FakeCloud:
         points = np.array([request.start[:2], request.goal[:2]])
         poses = poses_along(points, request.goal[2]).tolist()
         length = float(np.linalg.norm(points[1] - points[0]))
-        return PathAnswer(json.dumps(poses), 50.0, length, 2, 0.001, request.planner, "c9", 4711)
+        conditions = {"smooth": False, "bare_map": True, "robot_radius": 0.18}
+        plan_id = hashlib.blake2b(repr((map, request)).encode(), digest_size=16).hexdigest()
+        return PathAnswer(
+            json.dumps(poses), 50.0, length, 2, 0.001, request.planner,
+            plan_id, "computed", "", json.dumps(conditions), "c9", 4711,
+        )  # fmt: skip
 
     async def compute_costs(self, user: User, map: MapVersion, request: CostRequest) -> CostAnswer:  # noqa: A002
         """Answer with 50 for each goal but the first, which no way leads to."""

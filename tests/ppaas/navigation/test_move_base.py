@@ -79,7 +79,7 @@ def test_reaching_the_goal_stops_and_succeeds_with_the_text_of_ros():
     driver.to_controlling()
     driver.feed(VelocityComputed(driver.now, Velocity(), goal_reached=True))
     result = driver.one(PublishResult)
-    assert (result.goal.id, result.status, result.text) == ("a", Status.SUCCEEDED, "Goal reached.")
+    assert (result.goal.id, result.status, result.text) == ("a", Status.SUCCEEDED, "Goal reached. Plans: 1 computed.")
     assert driver.of(Stop)
     assert driver.machine.goals.active is None
     assert driver.tick() == []

@@ -259,4 +259,4 @@ def test_when_the_pose_is_known_again_it_drives_on():
     driver.tick(None, reason="no odometry for 1.2 s")
     driver.tick()
     assert driver.of(ComputeVelocity)
-    assert driver.text == "controlling"
+    assert driver.text == "controlling: the plan was computed"

@@ -12,7 +12,7 @@ from ppaas.plans.stored import Question, StoredPlan
 QUESTION = Question(Pose2D(0, 0), Pose2D(10, 0), "v1", "dijkstra", {"smooth": False}, 0.18, 0.25)
 HEAD = StoredPlan(
     "p1", "v1", "dijkstra", (0, 0, 0), (10, 0, 0), 12.0, np.empty((0, 7)),
-    parameters={"smooth": False, "bare_map": True, "robot_radius": 0.18},
+    conditions={"smooth": False, "bare_map": True, "robot_radius": 0.18},
 )  # fmt: skip
 
 

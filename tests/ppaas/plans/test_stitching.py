@@ -34,7 +34,7 @@ def stored(bare: Costmap, result: PlanResult, first: int = 0, last: int | None =
     return StoredPlan(
         "p1", "v1", "dijkstra", ends[0], ends[1], result.length, result.poses[first:stop],
         whole=(first, stop) == (0, len(result.poses)),
-        parameters={**PARAMETERS, "bare_map": True, "robot_radius": 0.2},
+        conditions={**PARAMETERS, "bare_map": True, "robot_radius": 0.2},
     )  # fmt: skip
 
 
@@ -179,7 +179,7 @@ def test_a_plan_around_what_another_robot_saw_is_no_plan_for_who_does_not_see_it
     walled = bare.data.copy()
     walled[:18, 15] = 254
     detour = DIJKSTRA.plan(of(walled), PlanRequest(centre(bare, 2, 0), centre(bare, 2, 29)))
-    seen = replace(stored(bare, detour), parameters={**PARAMETERS, "bare_map": False, "robot_radius": 0.2})
+    seen = replace(stored(bare, detour), conditions={**PARAMETERS, "bare_map": False, "robot_radius": 0.2})
     ends = question(centre(bare, 2, 0), centre(bare, 2, 29))
     for traits in (CHEAPEST, SOME):
         assert offer(seen, ends, Ground(bare, bare, False), traits)[0] is None
