@@ -8,12 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidInput
+from robots.commands.robot_urdf import read_urdf
 from robots.commands.session import add_limit_argument, add_session_arguments, logged_in
 from robots.commands.table import show
 from robots.rest_paths import path_of
 
 if TYPE_CHECKING:
     from ppaas.costmap.costmap import Costmap
+    from robots.plans.offline import Robot
     from robots.rest import RestClient
 
 NAME = "plan"
@@ -79,6 +81,7 @@ def _add_robot_arguments(parser: argparse.ArgumentParser) -> None:
     size = robot.add_mutually_exclusive_group()
     size.add_argument("--radius", type=float, metavar="M", help="of the robot, in metres")
     size.add_argument("--model", help="of the robot (turtlebot2)")
+    size.add_argument("--urdf", type=Path, metavar="FILE", help="of the robot: its footprint, and in space its height")
     robot.add_argument("--rules", choices=("map_server", "nav2"), help="what is free (as the file says, or map_server)")
 
 
@@ -102,10 +105,11 @@ def _is_file(name: str) -> bool:
     return path.is_file() or path.suffix.lower() in FILES
 
 
-def _radius(arguments: argparse.Namespace) -> float:
+def _robot(arguments: argparse.Namespace) -> "Robot":
     from robots.plans import offline  # noqa: PLC0415
 
-    return offline.Robot(arguments.model or offline.MODEL, arguments.radius).radius_of()
+    urdf = None if arguments.urdf is None else read_urdf(arguments.urdf)
+    return offline.Robot(arguments.model or offline.MODEL, arguments.radius, urdf)
 
 
 def _costmap(arguments: argparse.Namespace) -> "Costmap":
@@ -113,7 +117,7 @@ def _costmap(arguments: argparse.Namespace) -> "Costmap":
     from robots.plans import offline  # noqa: PLC0415
 
     rules = None if arguments.rules is None else Rules(arguments.rules)
-    return offline.costmap_of_file(Path(arguments.map), _radius(arguments), rules)
+    return offline.costmap_of_file(Path(arguments.map), _robot(arguments).radius_of(), rules)
 
 
 def _matrix(arguments: argparse.Namespace) -> None:
@@ -128,28 +132,30 @@ def _plan_here(arguments: argparse.Namespace) -> None:
     from ppaas.geometry import Pose2D  # noqa: PLC0415
     from robots.plans import offline  # noqa: PLC0415
 
-    path, radius = Path(arguments.map), _radius(arguments)
+    path, robot = Path(arguments.map), _robot(arguments)
     if path.suffix.lower() in OCTOMAPS:
-        _plan_in_space(arguments, path, radius)
+        _plan_in_space(arguments, path, robot)
         return
     _refuse_in_plane(arguments)
     start, goal = (Pose2D(*pose) for pose in _ends(arguments))
     costmap = _costmap(arguments)
-    answer = offline.answer_of(offline.plan(costmap, start, goal, arguments.planner or PLANNER, arguments.tolerance))
+    planner = arguments.planner or PLANNER
+    answer = offline.answer_of(offline.plan(costmap, start, goal, planner, arguments.tolerance, robot=robot))
     if arguments.plot is not None:
-        _draw(arguments.plot, costmap, answer, radius, path.name)
+        _draw(arguments.plot, costmap, answer, robot.radius_of(), path.name)
     show(answer, HERE, as_json=arguments.json)
 
 
-def _plan_in_space(arguments: argparse.Namespace, path: Path, radius: float) -> None:
+def _plan_in_space(arguments: argparse.Namespace, path: Path, robot: "Robot") -> None:
     from ppaas.planners.volume import Pose3D  # noqa: PLC0415
     from robots.plans import offline, space  # noqa: PLC0415
 
     if (arguments.plot, arguments.rules) != (None, None):
         raise InvalidInput("--plot and --rules go with a map of the plane, and an octomap is none")
     start, goal = (Pose3D(*pose) for pose in _ends(arguments, "x y z"))
-    height = space.HEIGHT if arguments.height is None else arguments.height
-    body = space.Body(radius, height, arguments.step, arguments.fly)
+    told = robot.body()
+    height = (told.height or space.HEIGHT) if arguments.height is None else arguments.height
+    body = space.Body(told.robot_radius, height, arguments.step, arguments.fly)
     costmap = space.costmap_of_file(path, body, 16 if arguments.depth is None else arguments.depth)
     result = space.plan(costmap, start, goal, arguments.planner or space.PLANNER, arguments.tolerance)
     show(offline.answer_of(result), HERE, as_json=arguments.json)
@@ -162,8 +168,10 @@ def _refuse_in_plane(arguments: argparse.Namespace) -> None:
 
 async def _create(arguments: argparse.Namespace) -> None:
     start, goal = _ends(arguments)
-    if (arguments.radius, arguments.model, arguments.rules) != (None, None, None):
-        raise InvalidInput(f"--radius, --model and --rules go with a map file, and there is no file {arguments.map!r}")
+    if (arguments.radius, arguments.model, arguments.urdf, arguments.rules) != (None, None, None, None):
+        raise InvalidInput(
+            f"--radius, --model, --urdf and --rules go with a map file, and there is no file {arguments.map!r}"
+        )
     _refuse_in_plane(arguments)
     client = logged_in(arguments)
     options = {"planner": arguments.planner or PLANNER, "tolerance": arguments.tolerance}

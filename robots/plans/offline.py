@@ -8,22 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from ppaas import planners
 from ppaas.costmap.build import build_layers
 from ppaas.costmap.costmap import Costmap
-from ppaas.errors import InvalidParameter
+from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.maps.files import load_map
 from ppaas.maps.grid import GridInfo
 from ppaas.maps.record import Rules
-from ppaas.nodes.models import robot_model
+from ppaas.nodes.bodies import COSTMAP, robot_body
+from ppaas.nodes.body_planners import planner_of
+from ppaas.nodes.models import RobotModel
 from ppaas.planners.base import PlanRequest, PlanResult
+from ppaas.robot_model.reading import describe
 from robots.sim.map_file import read_map_files
 
 MODEL = "turtlebot2"
 """The cloud as well plans for it where no robot is named."""
-
-MAX_RADIUS = 100.0
 
 IMAGES = (".pgm", ".png")
 
@@ -32,13 +32,14 @@ _TWO_CELLS = Costmap(np.zeros((1, 2), np.uint8), GridInfo(1.0, 2, 1))
 
 @dataclass(frozen=True, slots=True)
 class Robot:
-    """What the map is inflated for: a model by name, or a radius [m] that goes before it."""
+    """For whom a path is: a model by name, a URDF that goes before it, and a radius [m] that goes before both."""
 
     model: str = MODEL
     radius: float | None = None
+    urdf: bytes | None = None
 
-    def radius_of(self) -> float:
-        """Return the radius [m].
+    def body(self) -> RobotModel:
+        """Return the body that the map is inflated for, as a clone has it.
 
         Raises
         ------
@@ -46,12 +47,18 @@ class Robot:
             No such model; the text lists those there are.
         InvalidParameter
             The radius is none.
+        InvalidInput
+            The URDF is none, or tells no footprint.
         """
-        if self.radius is None:
-            return robot_model(self.model).robot_radius
-        if not 0.0 <= self.radius < MAX_RADIUS:
-            raise InvalidParameter(f"the radius of a robot is from 0 to {MAX_RADIUS:g} m, not {self.radius}")
-        return self.radius
+        told = None if self.urdf is None else describe(self.urdf)
+        if told is not None and not told.footprint and self.radius is None:
+            raise InvalidInput(f"the URDF tells no footprint: {'; '.join(told.warnings) or 'its shapes have no size'}")
+        said = {} if self.radius is None else {COSTMAP: {"robot_radius": self.radius}}
+        return robot_body(self.model, told, said)
+
+    def radius_of(self) -> float:
+        """Return the radius [m]; raises as ``body``."""
+        return self.body().robot_radius
 
 
 def yaml_of(path: Path) -> Path:
@@ -81,8 +88,10 @@ def costmap_of_file(path: Path, radius: float, rules: Rules | None = None) -> Co
     return inflated(*read_map_files(yaml_of(path)), radius, rules)
 
 
-def plan(costmap: Costmap, start: Pose2D, goal: Pose2D, planner: str, tolerance: float) -> PlanResult:
-    """Plan on as many threads as there are CPUs, for as long as it takes.
+def plan(
+    costmap: Costmap, start: Pose2D, goal: Pose2D, planner: str, tolerance: float, *, robot: Robot | None = None
+) -> PlanResult:
+    """Plan on as many threads as there are CPUs, for as long as it takes; a robot's outline counts where a planner can.
 
     Raises
     ------
@@ -93,7 +102,7 @@ def plan(costmap: Costmap, start: Pose2D, goal: Pose2D, planner: str, tolerance:
     PlanningError
         There is no path; one of its subclasses.
     """
-    chosen = planners.create(planner)
+    chosen = planner_of((robot or Robot()).body(), planner, {})
     # A first plan loads the kernels, so that the time told of the second is the planner's alone.
     threads = len(os.sched_getaffinity(0))
     chosen.plan(_TWO_CELLS, PlanRequest(Pose2D(0.5, 0.5), Pose2D(1.5, 0.5), threads=threads))

@@ -10,8 +10,10 @@ from ppaas.errors import GoalOccupied
 from tests.support.command_line import CommandLine
 from tests.support.records import house
 from tests.support.sources import ROOT
+from tests.support.urdf import EXAMPLES
 
 OFFICE = str(ROOT / "docs" / "examples" / "office.yaml")
+WAFFLE = str(EXAMPLES / "turtlebot3_waffle.urdf")
 IN_OFFICE = (OFFICE, "--start", "2", "2", "--goal", "10", "8")
 IN_HOUSE = ("house", "--start", "0", "0", "--goal", "3", "4")
 
@@ -95,7 +97,7 @@ async def test_json_has_the_poses_of_a_map_file_too(ppaas: CommandLine) -> None:
 
 async def test_a_large_robot_keeps_further_away(ppaas: CommandLine) -> None:
     costs = []
-    for robot in ((), ("--model", "turtlebot3_waffle"), ("--radius", "0.35")):
+    for robot in ((), ("--model", "turtlebot3_waffle"), ("--urdf", WAFFLE), ("--radius", "0.35")):
         ended = await ppaas("plan", *IN_OFFICE, *robot, "--json", user=None)
         costs.append(json.loads(ended.out)["cost"])
     assert costs == sorted(costs)
@@ -116,6 +118,8 @@ async def test_the_path_is_drawn(ppaas: CommandLine, tmp_path: Path) -> None:
         ((*IN_OFFICE, "--planner", "teleport"), "not-found: unknown planner 'teleport'; known: astar, dijkstra"),
         ((*IN_OFFICE, "--model", "r2d2"), "not-found: unknown robot model 'r2d2'; known: turtlebot2, "),
         ((*IN_OFFICE, "--radius", "-1"), "invalid-parameter: the radius of a robot is from 0 to 100 m, not -1.0"),
+        ((*IN_OFFICE, "--urdf", "no.urdf"), "invalid-input: cannot read the URDF: "),
+        ((*IN_OFFICE, "--urdf", OFFICE), "invalid-urdf: this is not XML: "),
         ((*IN_OFFICE, "--tolerance", "nan"), "invalid-input: the tolerance must be zero or more metres, not nan"),
         ((*IN_OFFICE, "--plot", "a.jpg"), "invalid-input: a picture is a PNG file: call it a.png, not 'a.jpg'"),
         (("no.yaml", *IN_OFFICE[1:]), "invalid-map: cannot read the map: "),
@@ -126,7 +130,7 @@ async def test_the_path_is_drawn(ppaas: CommandLine, tmp_path: Path) -> None:
             (OFFICE, "--start", "2", "2", "--goal", "99", "2"),
             "goal-outside-map: the goal x=99.000 y=2.000 lies",
         ),
-        ((*IN_HOUSE, "--radius", "1"), "invalid-input: --radius, --model and --rules go with a map file"),
+        ((*IN_HOUSE, "--radius", "1"), "invalid-input: --radius, --model, --urdf and --rules go with a map file"),
     ],
 )
 async def test_what_cannot_be_planned_here_says_why(ppaas: CommandLine, arguments: tuple[str, ...], error: str) -> None:

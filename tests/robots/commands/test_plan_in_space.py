@@ -1,11 +1,13 @@
 """``ppaas plan`` on a file of OctoMap."""
 
 import json
+from pathlib import Path
 
 import pytest
 
 from tests.support.command_line import CommandLine
 from tests.support.sources import ROOT
+from tests.support.urdf import box, link, origin, part, urdf
 
 TABLE = str(ROOT / "docs" / "examples" / "table.bt")
 IN_ROOM = (TABLE, "--start", "0.5", "1.5", "0", "--goal", "3.5", "1.5", "0")
@@ -26,6 +28,16 @@ async def test_the_body_and_the_planner_may_be_chosen(ppaas: CommandLine) -> Non
     assert {pose[2] for pose in answer["poses"]} == {0.0}
     high = await ppaas("plan", *IN_ROOM, "--fly", "--height", "1.0", "--depth", "16", "--json", user=None)
     assert max(pose[2] for pose in json.loads(high.out)["poses"]) > 0.5
+
+
+async def test_a_urdf_tells_the_height(ppaas: CommandLine, tmp_path: Path) -> None:
+    mast = part(box(0.2, 0.2, 1.2), origin((0, 0, 0.6)))
+    (tmp_path / "mast.urdf").write_bytes(urdf(link("base_footprint", mast)))
+    lengths = []
+    for options in ((), ("--height", "0.3")):
+        ended = await ppaas("plan", *IN_ROOM, "--urdf", str(tmp_path / "mast.urdf"), *options, "--json", user=None)
+        lengths.append(json.loads(ended.out)["length"])
+    assert lengths[0] > lengths[1] + 0.1
 
 
 @pytest.mark.parametrize(

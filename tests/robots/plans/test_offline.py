@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from ppaas.costmap.build import build_layers
-from ppaas.errors import InvalidMap, InvalidParameter, NotFound
+from ppaas.errors import InvalidInput, InvalidMap, InvalidParameter, NotFound, PlanningError
 from ppaas.geometry import Pose2D
 from ppaas.maps.files import load_map
 from ppaas.maps.record import Rules
 from ppaas.nodes.models import robot_model
 from robots.plans import offline
 from tests.support.sources import ROOT
+from tests.support.urdf import box, example, link, part, urdf
 
 OFFICE = ROOT / "docs" / "examples" / "office.yaml"
 
@@ -64,3 +65,26 @@ def test_an_answer_is_named_as_the_clouds_are(planner):
 def test_an_unknown_planner_is_told_with_those_there_are():
     with pytest.raises(NotFound, match=r"unknown planner 'teleport'; known: astar.*dijkstra"):
         offline.plan(offline.costmap_of_file(OFFICE, 0.18), Pose2D(2, 2), Pose2D(10, 8), "teleport", 0.0)
+
+
+def test_a_urdf_goes_before_the_model_and_a_radius_before_it():
+    robot = offline.Robot(urdf=example("turtlebot3_waffle"))
+    assert (robot.radius_of(), robot.body().height) == (0.238, pytest.approx(0.148, abs=1e-3))
+    assert offline.Robot(radius=0.1, urdf=example("turtlebot3_waffle")).radius_of() == 0.1
+
+
+def test_a_urdf_that_tells_no_footprint_is_refused_rather_than_guessed():
+    mesh = urdf(link("base_link", part('<mesh filename="arm.stl"/>')))
+    with pytest.raises(InvalidInput, match=r"no footprint: link 'base_link' is the mesh 'arm\.stl'"):
+        offline.Robot(urdf=mesh).radius_of()
+    assert offline.Robot(radius=0.1, urdf=mesh).radius_of() == 0.1
+
+
+def test_the_outline_of_a_urdf_counts_where_a_planner_minds_one():
+    slim = urdf(link("base_link", part(box(2.0, 0.2, 0.2))))
+    costmap = offline.costmap_of_file(OFFICE, 0.18)
+    ends = Pose2D(2, 2), Pose2D(10, 8)
+    assert offline.plan(costmap, *ends, "dijkstra", 0.0, robot=offline.Robot(urdf=slim)).length > 12.0
+    standing = offline.Robot(radius=0.18, urdf=urdf(link("base_link", part(box(12.0, 0.2, 0.2)))))
+    with pytest.raises(PlanningError):
+        offline.plan(costmap, *ends, "lattice", 0.0, robot=standing)
