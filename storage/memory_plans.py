@@ -1,23 +1,63 @@
-"""Plans in memory."""
+"""The Path Plan Database in memory."""
 
+import itertools
+import math
 import threading
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from ppaas.errors import NotFound
-from storage.encoding import decode, encode
+from ppaas.plans.body import read_body
+from ppaas.plans.buckets import (
+    Place,
+    bucket_in,
+    length_in,
+    place_of,
+    scope_of,
+    spots_near,
+    squares_near,
+    squares_touched,
+)
+from ppaas.plans.chunks import ENDS_BEFORE, GRANULARITY, inner_granularity
+from ppaas.plans.codes import entry_id, poses_of, waypoints_in
+from ppaas.plans.passages import check_search, joins, length_between, passage
 from storage.names import check_name
-from storage.plan_checks import check_plan, check_replacement
-from storage.plan_scan import ScannedPlans
-from storage.records import PlanRecord
+from storage.plan_checks import check_replacement
+from storage.plan_entry import PlanEntry, entries_of, head_of, record_of
+from storage.records import PlanPart, PlanPassage, PlanRecord, PlanStatistics
 from storage.versions import without_poses
 
+MOST_PLANS = 32
+"""Plans that share an entry near each of two places, which are looked at for plans that pass them."""
 
-class MemoryPlans(ScannedPlans):
-    """A ``PlanStore`` of a dictionary."""
 
-    def __init__(self) -> None:
+@dataclass(slots=True)
+class _Shared:
+    """An entry: its code, and the plans that refer to it, each as often as it does."""
+
+    code: bytes
+    plans: Counter[str] = field(default_factory=Counter)
+
+
+class MemoryPlans:
+    """A ``PlanStore`` of dictionaries.
+
+    Parameters
+    ----------
+    granularity : int
+        The paper's: a stretch that plans share is kept once from about as many waypoints on.
+    """
+
+    def __init__(self, granularity: int = GRANULARITY) -> None:
+        self._granularity = inner_granularity(granularity)
         self._plans_lock = threading.Lock()
-        self._plans: dict[str, bytes] = {}
+        self._plans: dict[str, PlanEntry] = {}
+        self._shared: dict[bytes, _Shared] = {}
+        self._by_bucket: dict[int, dict[str, int]] = {}
+        self._by_place: dict[int, set[bytes]] = {}
 
     def add_plan(self, record: PlanRecord) -> None:
         """Keep a plan; keeping the same id twice changes nothing."""
@@ -25,53 +65,179 @@ class MemoryPlans(ScannedPlans):
 
     def add_plans(self, records: Iterable[PlanRecord]) -> int:
         """Keep plans, all or none; return how many were not there before."""
-        encoded = [(record.id, encode(check_plan(record))) for record in records]
+        entries = list(entries_of(records, self._granularity))
         with self._plans_lock:
-            before = len(self._plans)
-            for plan_id, data in encoded:
-                self._plans.setdefault(plan_id, data)
-            return len(self._plans) - before
+            return sum(self._add(entry) for entry in entries)
 
     def replace_plan(self, record: PlanRecord, *, instead_of: PlanRecord) -> None:
         """Keep a plan in place of the one of the same id; ``Conflict`` if that was changed meanwhile."""
-        data = encode(check_plan(record))
+        [entry] = entries_of([record], self._granularity)
         with self._plans_lock:
             kept = self._plans.get(record.id)
-            check_replacement(record, None if kept is None else decode(kept, PlanRecord), instead_of)
-            self._plans[record.id] = data
+            check_replacement(record, None if kept is None else self._whole(kept), instead_of)
+            self._remove(record.id)
+            self._add(entry)
+
+    def remove_plan(self, plan_id: str) -> None:
+        """Forget a plan; ``NotFound`` if there is none."""
+        check_name("plan", plan_id)
+        with self._plans_lock:
+            self._known(plan_id)
+            self._remove(plan_id)
 
     def plan(self, plan_id: str) -> PlanRecord:
         """Return a plan; ``NotFound`` if there is none."""
         check_name("plan", plan_id)
         with self._plans_lock:
-            if plan_id not in self._plans:
-                raise NotFound("plan", plan_id)
-            return decode(self._plans[plan_id], PlanRecord)
+            return self._whole(self._known(plan_id))
 
     def plans(
         self, map_id: str, *, before: tuple[float, str] | None = None, limit: int | None = None
     ) -> list[PlanRecord]:
         """Return the heads of the plans of a map, newest first."""
         check_name("map", map_id)
-        older = [plan for plan in self._of(map_id) if before is None or (plan.created, plan.id) < before]
-        newest = sorted(older, key=lambda plan: (plan.created, plan.id), reverse=True)[:limit]
-        return [without_poses(plan) for plan in newest]
+        key = before or (math.inf, "")
+        with self._plans_lock:
+            older = [entry for entry in self._plans.values() if entry.map == map_id and (entry.created, entry.id) < key]
+        newest = sorted(older, key=lambda entry: (entry.created, entry.id), reverse=True)[:limit]
+        return [head_of(entry.context, entry.body) for entry in newest]
 
     def plan_maps(self) -> list[str]:
         """Return the ids of the maps that have plans, sorted."""
-        return sorted({plan.map for plan in self._of(None)})
+        with self._plans_lock:
+            return sorted({entry.map for entry in self._plans.values()})
 
-    def remove_plan(self, plan_id: str) -> None:
-        """Forget a plan; ``NotFound`` if there is none."""
+    def find_plans(
+        self,
+        map_id: str,
+        version: str,
+        start: Place,
+        goal: Place,
+        tolerance: float,
+        *,
+        planner: str | None = None,
+        limit: int = 16,
+    ) -> list[PlanRecord]:
+        """Return the heads of plans whose ends lie near two places, shortest first."""
+        check_name("map", map_id)
+        check_search(start, goal, tolerance)
+        with self._plans_lock:
+            near = [
+                (length_in(spot), self._plans[plan_id])
+                for spots in spots_near(scope_of(map_id, version), start, goal, tolerance)
+                for plan_id, spot in self._by_bucket.get(bucket_in(spots.first), {}).items()
+                if spots.holds(spot)
+            ]
+        found: list[PlanRecord] = []
+        for _, entry in sorted(near, key=lambda each: each[0]):
+            if len(found) >= limit:
+                break
+            head = head_of(entry.context, entry.body)
+            if (head.map, head.version) == (map_id, version) and planner in (None, head.planner):
+                found += [head] * joins(*read_body(entry.body).ends(), start, goal, tolerance)
+        return sorted(found, key=lambda head: (head.length, head.id))
+
+    def plans_through(
+        self,
+        map_id: str,
+        version: str,
+        start: Place,
+        goal: Place,
+        tolerance: float,
+        *,
+        planner: str | None = None,
+        limit: int = 8,
+    ) -> list[PlanPassage]:
+        """Return plans that pass near one place and later near another, the shortest passage first."""
+        check_name("map", map_id)
+        check_search(start, goal, tolerance)
+        scope = scope_of(map_id, version)
+        with self._plans_lock:
+            near = [self._passing(scope, place, tolerance) for place in (start, goal)]
+            both = itertools.islice(sorted(near[0] & near[1]), MOST_PLANS)
+            records = [self._whole(self._plans[plan_id]) for plan_id in both]
+        found = []
+        for record in records:
+            points = np.frombuffer(record.poses, "<f8").reshape(-1, 7)[:, :2]
+            ends = passage(points, start, goal, tolerance)
+            if ends is not None and planner in (None, record.planner):
+                found.append((length_between(points, *ends), PlanPassage(without_poses(record), *ends)))
+        return [passes for _, passes in sorted(found, key=lambda each: (each[0], each[1].head.id))[:limit]]
+
+    def plan_parts(self, plan_id: str) -> list[PlanPart]:
+        """Return the stretches of a plan that are entries of their own, in order."""
         check_name("plan", plan_id)
+        parts, first = [], ENDS_BEFORE
         with self._plans_lock:
-            if self._plans.pop(plan_id, None) is None:
-                raise NotFound("plan", plan_id)
+            for key in _keys(self._known(plan_id)):
+                shared = self._shared[key]
+                count = waypoints_in(shared.code)
+                parts.append(PlanPart(key.hex(), first, count, shared.plans.total()))
+                first += count
+        return parts
 
-    def _of(self, map_id: str | None, version: str | None = None, planner: str | None = None) -> list[PlanRecord]:
+    def plan_statistics(self, map_id: str | None = None) -> PlanStatistics:
+        """Return what the plans of a map take, or all."""
+        if map_id is not None:
+            check_name("map", map_id)
         with self._plans_lock:
-            plans = [decode(data, PlanRecord) for data in self._plans.values()]
-        wanted = (map_id, version, planner)
-        return [
-            p for p in plans if all(a in (None, b) for a, b in zip(wanted, (p.map, p.version, p.planner), strict=True))
-        ]
+            mine = [entry for entry in self._plans.values() if map_id in (None, entry.map)]
+            codes = [self._shared[key].code for key in {key for entry in mine for key in _keys(entry)}]
+        return PlanStatistics(
+            plans=len(mine),
+            waypoints=sum(entry.waypoints for entry in mine),
+            kept=sum(entry.loose for entry in mine) + sum(map(waypoints_in, codes)),
+            entries=len(codes),
+            bytes=sum(len(entry.context) + len(entry.body) for entry in mine) + sum(map(len, codes)),
+        )
+
+    # -- inside, with the lock held ------------------------------------------------------------------------------------
+
+    def _known(self, plan_id: str) -> PlanEntry:
+        if plan_id not in self._plans:
+            raise NotFound("plan", plan_id)
+        return self._plans[plan_id]
+
+    def _whole(self, entry: PlanEntry) -> PlanRecord:
+        shared = [poses_of(self._shared[key].code) for key in _keys(entry)]
+        return record_of(entry.context, entry.body, shared)
+
+    def _add(self, entry: PlanEntry) -> bool:
+        if entry.id in self._plans:
+            return False
+        for key, code in zip(_keys(entry), entry.codes, strict=True):
+            if key not in self._shared:
+                self._shared[key] = _Shared(code)
+                for square in squares_touched(poses_of(code)[:, :2]):
+                    self._by_place.setdefault(place_of(entry.scope, square), set()).add(key)
+            self._shared[key].plans[entry.id] += 1
+        self._plans[entry.id] = entry
+        self._by_bucket.setdefault(bucket_in(entry.spot), {})[entry.id] = entry.spot
+        return True
+
+    def _remove(self, plan_id: str) -> None:
+        entry = self._plans.pop(plan_id)
+        del self._by_bucket[bucket_in(entry.spot)][plan_id]
+        for key in set(_keys(entry)):
+            shared = self._shared[key]
+            del shared.plans[plan_id]
+            if not shared.plans:
+                del self._shared[key]
+                for square in squares_touched(poses_of(shared.code)[:, :2]):
+                    self._by_place[place_of(entry.scope, square)].discard(key)
+
+    def _passing(self, scope: bytes, place: Place, tolerance: float) -> set[str]:
+        """Return the plans that share an entry near a place."""
+        found: set[str] = set()
+        for square in squares_near(place, tolerance):
+            for key in self._by_place.get(place_of(scope, square), ()):
+                points = poses_of(self._shared[key].code)[:, :2]
+                if (np.hypot(*(points - place).T) <= tolerance).any():
+                    found.update(self._shared[key].plans)
+        return found
+
+
+def _keys(entry: PlanEntry) -> Iterator[bytes]:
+    """Yield the ids of the entries that a plan shares."""
+    for code in entry.codes:
+        yield entry_id(entry.scope, code)

@@ -233,7 +233,8 @@ class PlanStore(Protocol):
         planner : str, optional
             Only plans of this planner.
         limit : int
-            The most that are returned; of equally long ones those of the lower ids.
+            The most that are returned. Where there are more, lengths count to a 64th of a metre, and which of equally
+            long ones are returned is not said.
         """
         ...
 

@@ -1,24 +1,34 @@
 """Connections to one SQLite file: opened as threads need them, kept for the next, closed together.
 
-The file is in WAL mode, so that readers and the one writer do not wait for each other, and every commit is synced:
-what was acknowledged is on the disk.
+The file is in WAL mode, so that readers and the one writer do not wait for each other, and every commit is synced,
+unless its caller says that it need not be: what was acknowledged is on the disk.
 """
 
 import fcntl
 import os
 import sqlite3
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from ppaas.errors import Unavailable
 from storage.failures import disk_errors
+from storage.sqlite_plan_schema import PLAN_TABLES
+from storage.sqlite_plan_writing import move_plans
 
 APPLICATION_ID = 0x50506153  # "PPaS": tells our files from other programs'
 
-MIGRATIONS: tuple[tuple[str, ...], ...] = (
+CHECKPOINT_PAGES = 8192
+"""Pages of 4 KiB in the WAL from which they are brought to the file: many plans change the same ones."""
+
+CACHE_KIB = 16384
+"""What a connection may hold of the file in memory."""
+
+Migration = str | Callable[[sqlite3.Connection], None]
+
+MIGRATIONS: tuple[tuple[Migration, ...], ...] = (
     (
         "CREATE TABLE users (id TEXT PRIMARY KEY, record BLOB NOT NULL) STRICT",
         """CREATE TABLE tokens (hash TEXT PRIMARY KEY, user TEXT NOT NULL REFERENCES users ON DELETE CASCADE,
@@ -50,8 +60,10 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
            PRIMARY KEY (map, version, planner, bucket)) STRICT, WITHOUT ROWID""",
         "CREATE TABLE links (link TEXT PRIMARY KEY, record BLOB NOT NULL) STRICT",
     ),
+    (*PLAN_TABLES, move_plans),
 )
-"""The schema, a version an entry: entry *n* brings a file from version *n* to *n* + 1, and is never changed again."""
+"""The schema, a version an entry, of statements and functions: entry *n* brings a file from version *n* to *n* + 1, and
+is never changed again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +79,7 @@ class Schema:
     """
 
     application_id: int
-    migrations: tuple[tuple[str, ...], ...]
+    migrations: tuple[tuple[Migration, ...], ...]
 
 
 STORE = Schema(APPLICATION_ID, MIGRATIONS)
@@ -127,9 +139,24 @@ class SqliteConnections:
                 self._give_back(connection)
 
     @contextmanager
-    def writing(self) -> Iterator[sqlite3.Connection]:
-        """Lend a connection in a transaction that no other can write beside; an error undoes all of it."""
+    def reading_at_once(self) -> Iterator[sqlite3.Connection]:
+        """Lend a connection for statements that all read the same, whatever is written meanwhile."""
         with self.reading() as connection:
+            connection.execute("BEGIN")
+            try:
+                yield connection
+            finally:
+                connection.execute("ROLLBACK")
+
+    @contextmanager
+    def writing(self, *, synced: bool = True) -> Iterator[sqlite3.Connection]:
+        """Lend a connection in a transaction that no other can write beside; an error undoes all of it.
+
+        A commit outlives the process; that it outlives a power cut too, which takes a disk milliseconds, is what
+        ``synced`` asks for. Otherwise such may cost the latest commits, though never half of one.
+        """
+        with self.reading() as connection:
+            connection.execute("PRAGMA synchronous = FULL" if synced else "PRAGMA synchronous = NORMAL")
             connection.execute("BEGIN IMMEDIATE")
             try:
                 yield connection
@@ -166,8 +193,9 @@ class SqliteConnections:
             self._path, timeout=self._busy_timeout, isolation_level=None, check_same_thread=False
         )
         try:
-            connection.execute("PRAGMA synchronous = FULL")
             connection.execute("PRAGMA foreign_keys = ON")
+            connection.execute(f"PRAGMA wal_autocheckpoint = {CHECKPOINT_PAGES}")
+            connection.execute(f"PRAGMA cache_size = -{CACHE_KIB}")
         except BaseException:
             connection.close()
             raise
@@ -188,7 +216,10 @@ class SqliteConnections:
         version = self._schema_version(connection)
         for statements in self._schema.migrations[version:]:
             for statement in statements:
-                connection.execute(statement)
+                if isinstance(statement, str):
+                    connection.execute(statement)
+                else:
+                    statement(connection)
         connection.execute(f"PRAGMA application_id = {self._schema.application_id}")
         connection.execute(f"PRAGMA user_version = {len(self._schema.migrations)}")
 

@@ -1,29 +1,56 @@
-"""Plans in an SQLite file."""
+"""The Path Plan Database in an SQLite file; ``storage.sqlite_plan_schema`` tells of its tables."""
 
+import heapq
+import itertools
 import math
-from collections.abc import Iterable
+import sqlite3
+import struct
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ppaas.errors import NotFound
-from storage.encoding import decode, encode
+from ppaas.geometry import Poses
+from ppaas.plans.body import read_body
+from ppaas.plans.buckets import Place, Spots, length_in, place_of, scope_of, spots_near, squares_near
+from ppaas.plans.chunks import ENDS_BEFORE, GRANULARITY, inner_granularity
+from ppaas.plans.codes import entry_id, poses_of, unpack
+from ppaas.plans.passages import check_search, joins, length_between, passage
+from ppaas.plans.recipes import read_recipe
 from storage.names import check_name
-from storage.plan_checks import check_plan, check_replacement
-from storage.plan_scan import ScannedPlans
-from storage.records import PlanRecord
+from storage.plan_checks import check_replacement
+from storage.plan_entry import context_of, entries_of, head_of, record_of
+from storage.records import PlanPart, PlanPassage, PlanRecord, PlanStatistics
 from storage.sqlite_connections import SqliteConnections
+from storage.sqlite_plan_schema import SPAN
+from storage.sqlite_plan_writing import PlanTransaction, RememberedChunks, sequence_of
 from storage.versions import without_poses
 
+MOST_CHUNKS, MOST_PLANS = 256, 32
+"""Entries near a place, and plans that share them, which are looked at for plans that pass it."""
 
-class SqlitePlans(ScannedPlans):
+_PLAN = "SELECT record, body FROM plans JOIN contexts ON contexts.id = context WHERE sequence = ?"
+
+
+class SqlitePlans:
     """A ``PlanStore`` in an SQLite file.
+
+    A plan that was acknowledged outlives the process; a power cut may cost those of the last seconds, which can be
+    computed again.
 
     Parameters
     ----------
     connections : SqliteConnections
         To the file.
+    granularity : int
+        The paper's: a stretch that plans share is kept once from about as many waypoints on.
     """
 
-    def __init__(self, connections: SqliteConnections) -> None:
+    def __init__(self, connections: SqliteConnections, granularity: int = GRANULARITY) -> None:
         self._plan_connections = connections
+        self._granularity = inner_granularity(granularity)
+        self._remembered = RememberedChunks()
 
     def add_plan(self, record: PlanRecord) -> None:
         """Keep a plan; keeping the same id twice changes nothing."""
@@ -31,50 +58,217 @@ class SqlitePlans(ScannedPlans):
 
     def add_plans(self, records: Iterable[PlanRecord]) -> int:
         """Keep plans, all or none; return how many were not there before."""
-        rows = [(record.id, record.map, record.created, encode(check_plan(record))) for record in records]
-        insert = "INSERT INTO plans (id, map, created, record) VALUES (?, ?, ?, ?) ON CONFLICT DO NOTHING"
-        with self._plan_connections.writing() as connection:
-            return connection.executemany(insert, rows).rowcount
+        entries = list(entries_of(records, self._granularity))
+        with self._plan_connections.writing(synced=False) as connection:
+            transaction = PlanTransaction(connection, self._remembered)
+            added = transaction.add(entries)
+        self._remembered.learn(transaction.learned)
+        return added
 
     def replace_plan(self, record: PlanRecord, *, instead_of: PlanRecord) -> None:
         """Keep a plan in place of the one of the same id; ``Conflict`` if that was changed meanwhile."""
-        data = encode(check_plan(record))
-        with self._plan_connections.writing() as connection:
-            row = connection.execute("SELECT record FROM plans WHERE id = ?", (record.id,)).fetchone()
-            check_replacement(record, None if row is None else decode(row[0], PlanRecord), instead_of)
-            change = "UPDATE plans SET map = ?, created = ?, record = ? WHERE id = ?"
-            connection.execute(change, (record.map, record.created, data, record.id))
+        entries = list(entries_of([record], self._granularity))
+        with self._plan_connections.writing(synced=False) as connection:
+            sequence = sequence_of(connection, record.id)
+            check_replacement(record, None if sequence is None else _whole(connection, sequence), instead_of)
+            transaction = PlanTransaction(connection, self._remembered)
+            if sequence is not None:
+                transaction.remove(sequence)
+            transaction.add(entries)
+        self._remembered.learn(transaction.learned)
+
+    def remove_plan(self, plan_id: str) -> None:
+        """Forget a plan; ``NotFound`` if there is none."""
+        check_name("plan", plan_id)
+        with self._plan_connections.writing(synced=False) as connection:
+            PlanTransaction(connection, self._remembered).remove(_known(connection, plan_id))
 
     def plan(self, plan_id: str) -> PlanRecord:
         """Return a plan; ``NotFound`` if there is none."""
         check_name("plan", plan_id)
-        with self._plan_connections.reading() as connection:
-            row = connection.execute("SELECT record FROM plans WHERE id = ?", (plan_id,)).fetchone()
-        if row is None:
-            raise NotFound("plan", plan_id)
-        return decode(row[0], PlanRecord)
+        with self._plan_connections.reading_at_once() as connection:
+            return _whole(connection, _known(connection, plan_id))
 
     def plans(
         self, map_id: str, *, before: tuple[float, str] | None = None, limit: int | None = None
     ) -> list[PlanRecord]:
         """Return the heads of the plans of a map, newest first."""
         check_name("map", map_id)
-        query = """SELECT record FROM plans WHERE map = ? AND (created, id) < (?, ?)
-                   ORDER BY created DESC, id DESC LIMIT ?"""
-        with self._plan_connections.reading() as connection:
-            # One after the other, so that never more than one has its poses in memory.
-            rows = connection.execute(query, (map_id, *(before or (math.inf, "")), -1 if limit is None else limit))
-            return [without_poses(decode(row[0], PlanRecord)) for row in rows]
+        with self._plan_connections.reading_at_once() as connection:
+            return list(itertools.islice(_newest(connection, map_id, before or (math.inf, "")), limit))
 
-    def remove_plan(self, plan_id: str) -> None:
-        """Forget a plan; ``NotFound`` if there is none."""
+    def plan_maps(self) -> list[str]:
+        """Return the ids of the maps that have plans, sorted."""
+        query = "SELECT DISTINCT map FROM contexts JOIN scopes ON scopes.id = scope ORDER BY map"
+        with self._plan_connections.reading() as connection:
+            return [map_id for (map_id,) in connection.execute(query)]
+
+    def find_plans(
+        self,
+        map_id: str,
+        version: str,
+        start: Place,
+        goal: Place,
+        tolerance: float,
+        *,
+        planner: str | None = None,
+        limit: int = 16,
+    ) -> list[PlanRecord]:
+        """Return the heads of plans whose ends lie near two places, shortest first."""
+        check_name("map", map_id)
+        check_search(start, goal, tolerance)
+        found: list[PlanRecord] = []
+        with self._plan_connections.reading_at_once() as connection:
+            buckets = spots_near(scope_of(map_id, version), start, goal, tolerance)
+            spots = [_spots(connection, bucket) for bucket in buckets]
+            for _, sequence in heapq.merge(*spots, key=lambda each: length_in(each[0])):
+                if len(found) >= limit:
+                    break
+                record, body = connection.execute(_PLAN, (sequence,)).fetchone()
+                if not joins(*read_body(body).ends(), start, goal, tolerance):
+                    continue
+                head = head_of(record, body)
+                if (head.map, head.version) == (map_id, version) and planner in (None, head.planner):
+                    found.append(head)
+        return sorted(found, key=lambda head: (head.length, head.id))
+
+    def plans_through(
+        self,
+        map_id: str,
+        version: str,
+        start: Place,
+        goal: Place,
+        tolerance: float,
+        *,
+        planner: str | None = None,
+        limit: int = 8,
+    ) -> list[PlanPassage]:
+        """Return plans that pass near one place and later near another, the shortest passage first."""
+        check_name("map", map_id)
+        check_search(start, goal, tolerance)
+        scope, found = scope_of(map_id, version), []
+        with self._plan_connections.reading_at_once() as connection:
+            for sequence in _passing(connection, scope, start, goal, tolerance):
+                record = _whole(connection, sequence)
+                if (record.map, record.version) != (map_id, version) or planner not in (None, record.planner):
+                    continue
+                points = np.frombuffer(record.poses, "<f8").reshape(-1, 7)[:, :2]
+                ends = passage(points, start, goal, tolerance)
+                if ends is not None:
+                    found.append((length_between(points, *ends), PlanPassage(without_poses(record), *ends)))
+        return [passes for _, passes in sorted(found, key=lambda each: (each[0], each[1].head.id))[:limit]]
+
+    def plan_parts(self, plan_id: str) -> list[PlanPart]:
+        """Return the stretches of a plan that are entries of their own, in order."""
         check_name("plan", plan_id)
-        with self._plan_connections.writing() as connection:
-            if not connection.execute("DELETE FROM plans WHERE id = ?", (plan_id,)).rowcount:
-                raise NotFound("plan", plan_id)
+        query = "SELECT waypoints, data, refs FROM chunks JOIN chunk_refs ON chunk = id WHERE id = ?"
+        parts, first = [], ENDS_BEFORE
+        with self._plan_connections.reading_at_once() as connection:
+            sequence = _known(connection, plan_id)
+            scope = _scope(connection, sequence)
+            for chunk in _recipe(connection, sequence):
+                count, data, refs = connection.execute(query, (chunk,)).fetchone()
+                parts.append(PlanPart(entry_id(scope, unpack(data)).hex(), first, count, refs))
+                first += count
+        return parts
 
-    def _of(self, map_id: str | None, version: str | None = None, planner: str | None = None) -> list[PlanRecord]:
-        with self._plan_connections.reading() as connection:
-            rows = connection.execute("SELECT record FROM plans WHERE map = coalesce(?, map)", (map_id,))
-            plans = (decode(row[0], PlanRecord) for row in rows)
-            return [p for p in plans if version in (None, p.version) and planner in (None, p.planner)]
+    def plan_statistics(self, map_id: str | None = None) -> PlanStatistics:
+        """Return what the plans of a map take, or all."""
+        if map_id is not None:
+            check_name("map", map_id)
+        of_map = "(SELECT id FROM scopes WHERE map = coalesce(?, map))"
+        plans = f"SELECT sum(plans), sum(waypoints), sum(loose), sum(bytes) FROM contexts WHERE scope IN {of_map}"
+        chunks = f"SELECT count(*), sum(waypoints), sum(length(data)) FROM chunks WHERE scope IN {of_map}"
+        with self._plan_connections.reading_at_once() as connection:
+            count, waypoints, loose, size = (total or 0 for total in connection.execute(plans, (map_id,)).fetchone())
+            entries, shared, data = (total or 0 for total in connection.execute(chunks, (map_id,)).fetchone())
+        return PlanStatistics(count, waypoints, loose + shared, entries, size + data)
+
+
+def _known(connection: sqlite3.Connection, plan_id: str) -> int:
+    sequence = sequence_of(connection, plan_id)
+    if sequence is None:
+        raise NotFound("plan", plan_id)
+    return sequence
+
+
+def _whole(connection: sqlite3.Connection, sequence: int) -> PlanRecord:
+    record, body = connection.execute(_PLAN, (sequence,)).fetchone()
+    return record_of(record, body, _shared(connection, _recipe(connection, sequence)))
+
+
+def _recipe(connection: sqlite3.Connection, sequence: int) -> list[int]:
+    return read_recipe(connection.execute("SELECT recipe FROM plans WHERE sequence = ?", (sequence,)).fetchone()[0])
+
+
+def _shared(connection: sqlite3.Connection, chunks: list[int]) -> list[Poses]:
+    query = "SELECT data FROM chunks WHERE id = ?"
+    return [poses_of(unpack(connection.execute(query, (chunk,)).fetchone()[0])) for chunk in chunks]
+
+
+def _scope(connection: sqlite3.Connection, sequence: int) -> bytes:
+    common = context_of(connection.execute(_PLAN, (sequence,)).fetchone()[0])
+    return scope_of(common.map, common.version)
+
+
+def _spots(connection: sqlite3.Connection, spots: Spots) -> Iterator[tuple[int, int]]:
+    """Return the spots of a bucket, the shortest plans first, and the plans there, which are read as they are asked."""
+    query = """SELECT spot, plan FROM plan_spots WHERE spot BETWEEN ? AND ?
+               AND spot >> 12 & 15 BETWEEN ? AND ? AND spot >> 8 & 15 BETWEEN ? AND ?
+               AND spot >> 4 & 15 BETWEEN ? AND ? AND spot & 15 BETWEEN ? AND ? ORDER BY spot"""
+    parts = itertools.chain(*zip(spots.least, spots.most, strict=True))
+    return connection.execute(query, (spots.first, spots.last, *parts))
+
+
+def _newest(connection: sqlite3.Connection, map_id: str, before: tuple[float, str]) -> Iterator[PlanRecord]:
+    """Yield the heads of the plans of a map that were made before a time and id, newest first."""
+    spans = connection.execute(
+        """SELECT span, max(newest) AS latest FROM plan_spans JOIN scopes ON id = scope
+           WHERE map = ? AND oldest <= ? GROUP BY span ORDER BY latest DESC""",
+        (map_id, before[0]),
+    ).fetchall()
+    waiting: list[tuple[float, str, PlanRecord]] = []
+    latest = [latest for _, latest in spans[1:]]
+    for (span, _), next_latest in zip(spans, [*latest, -math.inf], strict=False):
+        heads = [head for head in _heads(connection, map_id, span) if (head.created, head.id) < before]
+        waiting = sorted([*waiting, *((head.created, head.id, head) for head in heads)], key=lambda each: each[:2])
+        while waiting and waiting[-1][0] > next_latest:
+            yield waiting.pop()[2]
+
+
+def _heads(connection: sqlite3.Connection, map_id: str, span: int) -> Iterator[PlanRecord]:
+    query = """SELECT record, body FROM plans JOIN contexts ON contexts.id = context JOIN scopes ON scopes.id = scope
+               WHERE sequence BETWEEN ? AND ? AND map = ?"""
+    for record, body in connection.execute(query, (span * SPAN, span * SPAN + SPAN - 1, map_id)):
+        yield head_of(record, body)
+
+
+def _passing(
+    connection: sqlite3.Connection, scope: bytes, start: Place, goal: Place, tolerance: float
+) -> Iterator[int]:
+    """Yield a few plans that share an entry near each of two places."""
+    near_start, near_goal = (_near(connection, scope, place, tolerance) for place in (start, goal))
+    sampled = [set(itertools.chain(*near.values())) for near in (near_start, near_goal)]
+    # Those first that are told of at both places; of one place's the other is found in their recipe.
+    likely = itertools.chain(sorted(sampled[0] & sampled[1]), sorted(sampled[0] ^ sampled[1]))
+    passing = 0
+    for sequence in itertools.islice(likely, MOST_CHUNKS):
+        row = connection.execute("SELECT recipe FROM plans WHERE sequence = ?", (sequence,)).fetchone()
+        parts = set(read_recipe(row[0])) if row is not None else set()
+        if parts & near_start.keys() and parts & near_goal.keys():
+            passing += 1
+            yield sequence
+        if passing == MOST_PLANS:
+            return
+
+
+def _near(connection: sqlite3.Connection, scope: bytes, place: Place, tolerance: float) -> dict[int, tuple[int, ...]]:
+    """Return entries with a waypoint near a place, and some plans that refer to each."""
+    found: dict[int, tuple[int, ...]] = {}
+    query = """SELECT id, data, plans FROM chunk_places JOIN chunks ON id = chunk WHERE place = ? ORDER BY id LIMIT ?"""
+    for square in squares_near(place, tolerance):
+        for chunk, data, plans in connection.execute(query, (place_of(scope, square), MOST_CHUNKS)):
+            points: NDArray[np.float64] = poses_of(unpack(data))[:, :2]
+            if (np.hypot(*(points - place).T) <= tolerance).any():
+                found[chunk] = struct.unpack(f"<{len(plans) // 4}I", plans)
+    return found

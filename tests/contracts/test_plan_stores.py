@@ -101,8 +101,8 @@ def test_plans_are_found_by_planner(store: Store) -> None:
     assert store.find_plans("house", "v1", (0, 0), (3, 0), 0.0) == [head(one), head(other)]
 
 
-@pytest.mark.parametrize("place", [-1000.25, -0.5, -0.1, 0.0, 0.24999, 0.5, 77.75])
-@pytest.mark.parametrize("tolerance", [0.0, 0.1, 0.25, 1.0])
+@pytest.mark.parametrize("place", [-1000.25, -0.1, 0.0, 0.24999, 0.5])
+@pytest.mark.parametrize("tolerance", [0.0, 0.25, 0.5])
 def test_an_end_may_be_as_far_off_as_the_tolerance_says(store: Store, place: float, tolerance: float) -> None:
     start, goal = (place, -place), (place + 4, place)
     store.add_plan(path("a", start, goal))
