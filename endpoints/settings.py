@@ -24,7 +24,7 @@ class Settings:
     """
 
     max_body: int = 1 * MIB
-    max_upload: int = 64 * MIB
+    max_upload: int = 256 * MIB
     max_body_seconds: float = 30.0
     max_upload_seconds: float = 300.0
     max_plan_seconds: float = 60.0

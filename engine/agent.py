@@ -25,6 +25,7 @@ from engine.framing import FrameStream
 from engine.gate import Gate
 from engine.heartbeats import BEAT_PERIOD
 from engine.hosting import Hosting
+from engine.layer_building import LayerBuilder
 from engine.mapcache import MapCache
 from engine.router import RouterProcess
 from engine.runtimes.process import ProcessRuntime
@@ -120,15 +121,14 @@ async def _start(config: AgentConfig, cpus: tuple[int, ...], stack: contextlib.A
     stack.push_async_callback(fabric.close)
     store = open_store(config.store, outbox=Path(config.outbox) if config.outbox else None)
     stack.callback(store.close)
-    cache = MapCache.of_instance(config.instance)
+    cache = MapCache.of_instance(config.instance, LayerBuilder(open_map_store(config.map_store)))
     stack.callback(cache.remove_all)
     gate = Gate(run_dir / f"gate-{config.machine}.sock", store, fabric, config.instance, link=config.machine)
     stack.push_async_callback(gate.close)
     await gate.start()
     stream = await _dial(config)
     stack.push_async_callback(stream.close)
-    maps = open_map_store(config.map_store)
-    hosting = Hosting(runtime=runtime, gate=gate, maps=maps, cache=cache, cpus=cpus, tell=stream.write)
+    hosting = Hosting(runtime=runtime, gate=gate, cache=cache, cpus=cpus, tell=stream.write)
     stack.push_async_callback(hosting.close)
     await stack.enter_async_context(compiling_the_rest())
     return Agent(config, stream, hosting)

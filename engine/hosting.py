@@ -16,10 +16,9 @@ from engine.link import Refusal
 from engine.mapcache import MapCache
 from engine.model import ContainerSpec, Launch
 from engine.runtimes.base import ContainerProcess, Runtime
-from ppaas.errors import Conflict, PPaaSError, Unavailable
+from ppaas.errors import PPaaSError, Unavailable
 from ppaas.nodes.bodies import robot_body
 from ppaas.nodes.models import PLANNING_MODEL
-from storage.ports import MapStore
 
 logger = logging.getLogger(__name__)
 
@@ -42,8 +41,8 @@ class Hosting:
         Starts processes.
     gate : Gate
         Awaits them.
-    maps, cache
-        Where their maps come from, and where their layers are shared.
+    cache : MapCache
+        Where the layers of their maps are made and shared.
     cpus : tuple of int
         CPUs they may use.
     tell : callable
@@ -55,14 +54,12 @@ class Hosting:
         *,
         runtime: Runtime,
         gate: Gate,
-        maps: MapStore,
         cache: MapCache,
         cpus: tuple[int, ...],
         tell: Callable[[msgspec.Struct], None],
     ) -> None:
         self._runtime = runtime
         self._gate = gate
-        self._maps = maps
         self._cache = cache
         self._cpus = cpus
         self._tell = tell
@@ -128,10 +125,7 @@ class Hosting:
     async def _layers(self, spec: ContainerSpec) -> Path:
         robot = spec.robot
         body = robot_body(PLANNING_MODEL) if robot is None else robot_body(robot.model, robot.urdf, robot.parameters)
-        record = await asyncio.to_thread(self._maps.map, spec.map.id)
-        if record.version != spec.map.version:
-            raise Conflict(f"map {spec.map.id!r} has a newer version than {spec.map.version}; connect again")
-        return await self._cache.ensure(record, body.robot_radius)
+        return await self._cache.ensure(spec.map, body.robot_radius)
 
     def stop(self, order: control.StopContainer) -> None:
         """End a container: it was told by its link; by force, if it stays."""

@@ -4,22 +4,70 @@ import asyncio
 import multiprocessing
 import os
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+import msgspec
+
 from engine.layer_files import open_layers, write_index, write_layers
 from engine.link import Refusal
+from engine.model import MapVersion
 from engine.runtimes.child import die_with_parent
 from engine.runtimes.fork_server import UNHEARD, start_process
 from ppaas.errors import NotFound, PPaaSError, Unavailable, rebuild
-from storage.records import MapRecord
+from storage.drafts import mapped
+from storage.failures import disk_errors
+from storage.opened import no_grid
+from storage.ports import MapStore
+from storage.versions import IMAGE, YAML
 
 INDEX_NICENESS = 10
 """How much an index gives way: robots drive meanwhile."""
 
 
-def build_here(record: MapRecord, robot_radius: float, folder: Path) -> None:
+class GridFiles(msgspec.Struct, frozen=True):
+    """The files of a grid on this machine, and when it was published [s since the epoch]."""
+
+    yaml: str
+    image: str
+    created: float
+
+
+class LayerBuilder:
+    """Makes the layers of maps that a store keeps.
+
+    Parameters
+    ----------
+    maps : MapStore
+        Which one.
+    """
+
+    def __init__(self, maps: MapStore) -> None:
+        self._maps = maps
+
+    async def __call__(self, version: MapVersion, robot_radius: float, folder: Path) -> None:
+        """Make the layers of a map in a process forked from the fork server.
+
+        Raises
+        ------
+        NotFound
+            The map is gone.
+        InvalidMap
+            It is no grid.
+        Unavailable
+            Its store is away, there is no room, or the process was killed.
+        """
+        with ExitStack() as stack:
+            opening = self._maps.open_map(version.id, version.version, only=(YAML, IMAGE))
+            opened = await asyncio.to_thread(stack.enter_context, opening)
+            if YAML not in opened.paths:
+                raise no_grid(opened.record)
+            paths = str(opened.paths[YAML]), str(opened.paths[IMAGE])
+            await build_in_fork(version.id, GridFiles(*paths, opened.record.created), robot_radius, folder)
+
+
+def build_here(files: GridFiles, robot_radius: float, folder: Path) -> None:
     """Make the layers of a map and write them into a folder.
 
     Raises
@@ -27,14 +75,16 @@ def build_here(record: MapRecord, robot_radius: float, folder: Path) -> None:
     InvalidMap
         The files are no map.
     Unavailable
-        There is no room.
+        There is no room, or the files are gone.
     """
     # Loaded in the process that builds: numba is not for the agent.
     from ppaas.costmap.build import build_layers  # noqa: PLC0415
     from ppaas.maps.files import load_map  # noqa: PLC0415
 
-    grid = load_map(record.yaml, record.image)
-    write_layers(folder, build_layers(grid, robot_radius=robot_radius), record.created)
+    yaml, image = Path(files.yaml), Path(files.image)
+    with disk_errors(image):
+        grid = load_map(yaml.read_bytes(), mapped(image))
+    write_layers(folder, build_layers(grid, robot_radius=robot_radius), files.created)
 
 
 def index_here(folder: Path, planner: str) -> None:
@@ -71,17 +121,16 @@ async def index_in_fork(folder: Path, planner: str) -> None:
     await _in_fork(f"the index of {planner}", index_here, folder, planner)
 
 
-async def build_in_fork(record: MapRecord, robot_radius: float, folder: Path) -> None:
-    """Make the layers of a map in a process forked from the fork server.
+async def build_in_fork(map_id: str, files: GridFiles, robot_radius: float, folder: Path) -> None:
+    """Make the layers of a map, as ``build_here`` does, in a process forked from the fork server.
 
     Raises
     ------
     InvalidMap
-        The files are no map.
     Unavailable
-        There is no room, or the process was killed.
+        There is no room, the files are gone, or the process was killed.
     """
-    await _in_fork(f"the layers of map {record.id!r}", build_here, record, robot_radius, folder)
+    await _in_fork(f"the layers of map {map_id!r}", build_here, files, robot_radius, folder)
 
 
 async def _in_fork(what: str, make: Callable[..., None], *arguments: object) -> None:

@@ -10,15 +10,15 @@ from pathlib import Path
 from urllib.parse import quote
 
 from engine.instances import folder_of, instance_name, sweep_stale
-from engine.layer_building import build_in_fork, index_in_fork
+from engine.layer_building import index_in_fork
 from engine.layer_files import INDEX, open_layers
+from engine.model import MapVersion
 from ppaas.errors import InvalidParameter, InvalidPlanner, Unavailable
-from storage.records import MapRecord
 
 __all__ = ["Builder", "MapCache", "instance_name", "open_layers", "sweep_stale"]
 
-Builder = Callable[[MapRecord, float, Path], Awaitable[None]]
-"""Writes the layers of a map for a robot radius [m] into an empty folder."""
+Builder = Callable[[MapVersion, float, Path], Awaitable[None]]
+"""Writes the layers of a version of a map for a robot radius [m] into an empty folder."""
 
 Indexer = Callable[[Path, str], Awaitable[None]]
 """Puts what a planner, by its name, prepares of a map beside its layers."""
@@ -34,17 +34,15 @@ class MapCache:
     ----------
     root : Path
         Folder of its own, in shared memory; made if it is not there.
-    build : callable, optional
-        Makes layers; without it, in a process forked from the warm fork server.
+    build : callable
+        Makes layers. It is not asked for those that are here: a map that was used can be used while its store is away.
     index : callable, optional
         Makes indexes; without it, in such a process as well.
     spare : int
         Layers that are kept though nobody uses them.
     """
 
-    def __init__(
-        self, root: Path, *, build: Builder = build_in_fork, index: Indexer = index_in_fork, spare: int = SPARE
-    ) -> None:
+    def __init__(self, root: Path, *, build: Builder, index: Indexer = index_in_fork, spare: int = SPARE) -> None:
         self._root = root
         self._build = build
         self._index = index
@@ -57,20 +55,20 @@ class MapCache:
         root.mkdir(mode=0o700, parents=True, exist_ok=True)
 
     @classmethod
-    def of_instance(cls, instance: str) -> "MapCache":
+    def of_instance(cls, instance: str, build: Builder) -> "MapCache":
         """Return the cache of a running cloud on this machine, after those of dead ones were removed."""
         sweep_stale()
-        return cls(folder_of(instance))
+        return cls(folder_of(instance), build=build)
 
-    async def ensure(self, record: MapRecord, robot_radius: float) -> Path:
+    async def ensure(self, version: MapVersion, robot_radius: float) -> Path:
         """Return the folder with the layers of a map, made now if need be; ``release`` it when it is not used any more.
 
         However many ask at once, the layers are made once.
 
         Parameters
         ----------
-        record : MapRecord
-            With its files.
+        version : MapVersion
+            Of which map.
         robot_radius : float
             [m].
 
@@ -78,15 +76,17 @@ class MapCache:
         ------
         InvalidMap
             The files are no map.
+        NotFound
+            The map is gone.
         Unavailable
-            There is no room in shared memory, even without the layers that nobody uses.
+            Its store is away, or there is no room in shared memory, even without the layers that nobody uses.
         """
-        folder = self._root / _name(record, robot_radius)
+        folder = self._root / _name(version, robot_radius)
         self._users[folder] += 1
         self._unused.pop(folder, None)
         try:
             if not folder.exists():
-                await asyncio.shield(self._making(folder, record, robot_radius))
+                await asyncio.shield(self._making(folder, version, robot_radius))
         except BaseException:
             self.release(folder)
             raise
@@ -158,9 +158,9 @@ class MapCache:
             self._refused = {path: error for path, error in self._refused.items() if path.parent != oldest}
             shutil.rmtree(oldest, ignore_errors=True)
 
-    def _making(self, folder: Path, record: MapRecord, robot_radius: float) -> asyncio.Task[None]:
+    def _making(self, folder: Path, version: MapVersion, robot_radius: float) -> asyncio.Task[None]:
         if folder not in self._building:
-            task = asyncio.create_task(self._make(folder, record, robot_radius))
+            task = asyncio.create_task(self._make(folder, version, robot_radius))
             self._building[folder] = task
             task.add_done_callback(lambda _: self._made(folder))
         return self._building[folder]
@@ -171,26 +171,26 @@ class MapCache:
             self._unused[folder] = None
             self._drop_unused(keep=self._spare)
 
-    async def _make(self, folder: Path, record: MapRecord, robot_radius: float) -> None:
+    async def _make(self, folder: Path, version: MapVersion, robot_radius: float) -> None:
         try:
-            await self._make_aside(folder, record, robot_radius)
+            await self._make_aside(folder, version, robot_radius)
         except Unavailable:
             if not self._unused:
                 raise
             self._drop_unused(keep=0)
-            await self._make_aside(folder, record, robot_radius)
+            await self._make_aside(folder, version, robot_radius)
 
-    async def _make_aside(self, folder: Path, record: MapRecord, robot_radius: float) -> None:
+    async def _make_aside(self, folder: Path, version: MapVersion, robot_radius: float) -> None:
         aside = self._root / f".making-{os.getpid()}-{secrets.token_hex(4)}"
         aside.mkdir()
         try:
-            await self._build(record, robot_radius, aside)
+            await self._build(version, robot_radius, aside)
             aside.rename(folder)
         finally:
             shutil.rmtree(aside, ignore_errors=True)
 
 
-def _name(record: MapRecord, robot_radius: float) -> str:
+def _name(version: MapVersion, robot_radius: float) -> str:
     if not 0.0 <= robot_radius < 100.0:
         raise InvalidParameter(f"the radius of a robot is from 0 to 100 m, not {robot_radius}")
-    return f"map-{quote(record.id, safe='')}@{quote(record.version, safe='')}@{robot_radius:.4f}m"
+    return f"map-{quote(version.id, safe='')}@{quote(version.version, safe='')}@{robot_radius:.4f}m"

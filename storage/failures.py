@@ -22,10 +22,12 @@ _ADVICE = {
 
 
 @contextmanager
-def disk_errors(path: Path) -> Iterator[None]:
-    """Turn an ``OSError`` from inside the block into ``Unavailable``."""
+def disk_errors(path: Path, *, but: type[OSError] | tuple[()] = ()) -> Iterator[None]:
+    """Turn an ``OSError`` from inside the block into ``Unavailable``, but for those of one type."""
     try:
         yield
+    except but:
+        raise
     except OSError as error:
         advice = _ADVICE.get(error.errno or 0, error.strerror or str(error))
         raise Unavailable(f"{path}: {advice}") from error

@@ -1,17 +1,13 @@
 """Stores in memory, for tests and for trying things out: gone with the process."""
 
-import itertools
 import threading
-
-import msgspec
 
 from ppaas.errors import Conflict, NotFound
 from storage.encoding import decode, encode
 from storage.memory_history import MemoryHistory
 from storage.memory_plans import MemoryPlans
 from storage.names import check_name
-from storage.records import CloneCheckpoint, MapRecord, MapVersionRecord, RobotRecord, Token, User
-from storage.versions import changed_head, check_map, check_owner, no_such_version, without_files
+from storage.records import CloneCheckpoint, RobotRecord, Token, User
 
 
 class MemoryStore(MemoryPlans, MemoryHistory):
@@ -208,76 +204,3 @@ class MemoryStore(MemoryPlans, MemoryHistory):
 
 def _robot_key(user: str, robot: str) -> tuple[str, str]:
     return check_name("user", user), check_name("robot", robot)
-
-
-class MemoryMapStore:
-    """A ``MapStore`` of dictionaries."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._maps: dict[str, MapRecord] = {}
-        self._versions: dict[str, dict[str, MapRecord]] = {}
-
-    def put_map(self, record: MapRecord) -> None:
-        """Publish a map or its new version; ``Conflict`` if it is another owner's."""
-        check_map(record)
-        with self._lock:
-            check_owner(self._maps.get(record.id, record), record)
-            self._maps[record.id] = record
-            self._versions.setdefault(record.id, {}).setdefault(record.version, record)
-
-    def map(self, map_id: str, version: str | None = None) -> MapRecord:
-        """Return the present version or another; ``NotFound`` if there is no such map or version."""
-        check_name("map", map_id)
-        with self._lock:
-            present = self._known(map_id)
-            if version is None:
-                return present
-            check_name("version", version)
-            first = self._versions[map_id].get(version)
-        if first is None:
-            raise no_such_version(map_id, version)
-        said = {"readers": present.readers, "description": present.description}
-        return msgspec.structs.replace(first, **said)
-
-    def map_head(self, map_id: str) -> MapRecord:
-        """Return the present version without its files; ``NotFound`` if there is no such map."""
-        return without_files(self.map(map_id))
-
-    def maps(self, visible_to: str | None = None, *, after: str = "", limit: int | None = None) -> list[MapRecord]:
-        """Return the heads of the maps that a user may read, or of all, by id."""
-        with self._lock:
-            found = [self._maps[key] for key in sorted(self._maps) if key > after]
-        seen = (record for record in found if visible_to is None or record.readable_by(visible_to))
-        return [without_files(record) for record in itertools.islice(seen, limit)]
-
-    def versions(
-        self, map_id: str, *, before: MapVersionRecord | None = None, limit: int | None = None
-    ) -> list[MapVersionRecord]:
-        """Return the versions that a map ever had, newest first; ``NotFound`` if there is no such map."""
-        check_name("map", map_id)
-        with self._lock:
-            self._known(map_id)
-            found = [MapVersionRecord(one.created, one.version) for one in self._versions[map_id].values()]
-        return sorted((one for one in found if before is None or one < before), reverse=True)[:limit]
-
-    def change_map(
-        self, map_id: str, *, readers: tuple[str, ...] | None = None, description: str | None = None
-    ) -> MapRecord:
-        """Change what is said of a map; return its head."""
-        check_name("map", map_id)
-        with self._lock:
-            self._maps[map_id] = changed_head(self._known(map_id), readers, description)
-            return without_files(self._maps[map_id])
-
-    def remove_map(self, map_id: str) -> None:
-        """Forget a map; ``NotFound`` if there is none."""
-        check_name("map", map_id)
-        with self._lock:
-            self._known(map_id)
-            del self._maps[map_id], self._versions[map_id]
-
-    def _known(self, map_id: str) -> MapRecord:
-        if map_id not in self._maps:
-            raise NotFound("map", map_id)
-        return self._maps[map_id]

@@ -9,10 +9,13 @@ Lists come in pages. A page begins behind a *key*, the last one of the page befo
 any more, so what is added or removed meanwhile neither repeats nor hides the rest.
 """
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
+from contextlib import AbstractContextManager
 from typing import Protocol
 
 from ppaas.plans.history import LinkHistory, PlannerHistory
+from storage.drafts import MapDraft
+from storage.opened import OpenMap
 from storage.records import (
     CloneCheckpoint,
     MapRecord,
@@ -21,10 +24,12 @@ from storage.records import (
     PlanPassage,
     PlanRecord,
     PlanStatistics,
+    Publication,
     RobotRecord,
     Token,
     User,
 )
+from storage.versions import PARTS
 
 
 class UserStore(Protocol):
@@ -78,39 +83,67 @@ class UserStore(Protocol):
 
 
 class MapStore(Protocol):
-    """Maps and their versions."""
+    """Maps and their versions. As maps may be large, files are written to drafts and read from open maps in blocks."""
 
-    def put_map(self, record: MapRecord) -> None:
-        """Publish a map or its new version, at once and whole.
+    def drafting(self) -> AbstractContextManager[MapDraft]:
+        """Write the files of a version, which are gone at the end of the block unless they were published in it."""
+        ...
+
+    def publish(self, draft: MapDraft, said: Publication) -> MapRecord:
+        """Make files the present version of a map, at once and whole; return its head.
+
+        Nobody sees a part of it, and what was said of the map stays where nothing else is said. Files that are those of
+        the present version publish nothing, so that whoever is not sure may publish again.
 
         Raises
         ------
         Conflict
-            The map is another owner's; two who take an id at the same time can't both have it.
+            The map is another owner's (two who take an id at the same time can't both have it), or its present version
+            is not the one that was expected.
         InvalidInput
-            The version is not that of the files.
+            A name is none, or the files are not those of a map.
         """
         ...
 
-    def map(self, map_id: str, version: str | None = None) -> MapRecord:
-        """Return the present version or another; ``NotFound`` if there is no such map, or it never had that version.
+    def roll_back(self, version: str, said: Publication) -> MapRecord:
+        """Make a version that a map had the present one again; return its head.
 
-        Of another version ``created`` is when that one was published first; all else is that of the map.
+        Raises
+        ------
+        NotFound
+            There is no such map, or it never had that version.
+        Conflict
+            As ``publish``.
+        """
+        ...
+
+    def open_map(
+        self, map_id: str, version: str | None = None, *, only: Collection[str] = PARTS
+    ) -> AbstractContextManager[OpenMap]:
+        """Read the files of a version, or only some of them: the present one, or as another was published.
+
+        Raises
+        ------
+        NotFound
+            There is no such map, or it never had that version.
+        Unavailable
+            They are not what was published.
         """
         ...
 
     def map_head(self, map_id: str) -> MapRecord:
-        """Return the present version without its files (empty bytes); ``NotFound`` if there is no such map."""
+        """Return a map in its present version; ``NotFound`` if there is none."""
         ...
 
     def maps(self, visible_to: str | None = None, *, after: str = "", limit: int | None = None) -> list[MapRecord]:
-        """Return the heads of the maps that a user may read, or of all, by id."""
+        """Return the maps that a user may read, or all, by id, in their present versions."""
         ...
 
-    def versions(
-        self, map_id: str, *, before: MapVersionRecord | None = None, limit: int | None = None
-    ) -> list[MapVersionRecord]:
-        """Return the versions that a map ever had, newest first; ``NotFound`` if there is no such map."""
+    def versions(self, map_id: str, *, before: int | None = None, limit: int | None = None) -> list[MapVersionRecord]:
+        """Return what was published under an id, newest first, the key being a number; ``NotFound`` if there is none.
+
+        What was restored comes twice: as it was published, and as it was restored.
+        """
         ...
 
     def change_map(

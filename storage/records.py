@@ -26,33 +26,83 @@ class Token(msgspec.Struct, frozen=True):
     created: float = 0.0
 
 
-class MapRecord(msgspec.Struct, frozen=True):
-    """A map and its present version.
+class MapFile(msgspec.Struct, frozen=True):
+    """A file of a map, told by what is in it; ``size`` is in bytes."""
 
-    ``yaml`` and ``image`` are the files as they were published (the image's name is in the YAML); ``version`` is the
-    hash of both. A map is seen by its owner and its readers; ``"*"`` among the readers makes it public. ``created``
-    is when the present version was published last [s since the epoch].
+    sha256: str
+    size: int
+
+
+class MapVersionRecord(msgspec.Struct, frozen=True):
+    """A version of a map as it became the present one: who published it, when [s since the epoch] and why.
+
+    ``number`` goes up from publication to publication, with gaps. ``files`` are those that there are of ``yaml``,
+    ``image`` and ``octomap``; ``version`` is the hash of all of them. ``restored`` is one that had been there before.
+    """
+
+    number: int
+    version: str
+    created: float
+    author: str
+    message: str = ""
+    restored: bool = False
+    files: dict[str, MapFile] = {}
+
+
+class MapRecord(msgspec.Struct, frozen=True):
+    """A map and one of its versions, the present one unless another was asked for; its files are read elsewhere.
+
+    A map is seen by its owner and its readers; ``"*"`` among the readers makes it public.
     """
 
     id: str
     owner: str
-    version: str
-    yaml: bytes
-    image: bytes
+    present: MapVersionRecord
     readers: tuple[str, ...] = ()
-    created: float = 0.0
     description: str = ""
+
+    @property
+    def version(self) -> str:
+        """The hash of its files."""
+        return self.present.version
+
+    @property
+    def created(self) -> float:
+        """When this version was published [s since the epoch]."""
+        return self.present.created
 
     def readable_by(self, user: str) -> bool:
         """Tell whether a user may see the map and plan on it."""
         return user == self.owner or user in self.readers or "*" in self.readers
 
 
-class MapVersionRecord(msgspec.Struct, frozen=True, order=True):
-    """One version of a map, and when it was published first [s since the epoch]; older ones are less."""
+class Publication(msgspec.Struct, frozen=True):
+    """What is said when a version of a map is made the present one.
 
+    Parameters
+    ----------
+    map, author : str
+        Which map, and who says so.
+    created : float
+        When [s since the epoch].
+    message : str
+        Why.
+    owner : str, optional
+        Whose map it is; its author's, if nothing is said.
+    readers, description : optional
+        None is what was before.
+    if_match : str, optional
+        The version that must be the present one, if the publication is to take place.
+    """
+
+    map: str
+    author: str
     created: float
-    version: str
+    message: str = ""
+    owner: str | None = None
+    readers: tuple[str, ...] | None = None
+    description: str | None = None
+    if_match: str | None = None
 
 
 class RobotRecord(msgspec.Struct, frozen=True):

@@ -65,7 +65,7 @@ STORES = {
 }
 
 MAP_STORES = {
-    "memory": Backend("storage.memory", "MemoryMapStore", _nothing),
+    "memory": Backend("storage.memory_maps", "MemoryMapStore", _nothing),
     "file": Backend("storage.files", "FileMapStore", _local_path),
     "hdfs": Backend("storage.hdfs", "HdfsMapStore", _whole, extra="hdfs", remote=True),
 }

@@ -129,41 +129,6 @@ Reader = Annotated[Literal["*"] | Name, Field(union_mode="left_to_right")]
 Description = Annotated[str, Field(max_length=MAX_DESCRIPTION)]
 
 
-class MapSummary(_Answer):
-    """A map, without what only its files tell."""
-
-    id: str
-    owner: str
-    version: str = Field(description="SHA-256 of its files")
-    readers: list[str] = Field(description="Who else may see it and plan on it; `*` is everybody")
-    created: float = Field(description="When this version was published [s since the epoch]")
-    description: str
-
-
-class MapChange(_Body):
-    """What is to be said of a map; what is left out stays, and null stands for none."""
-
-    readers: Annotated[list[Reader], Field(max_length=MAX_READERS)] | None = None
-    description: Description | None = None
-
-
-class MapVersionAnswer(_Answer):
-    """One of the versions that a map ever had."""
-
-    version: str = Field(description="SHA-256 of its files")
-    created: float = Field(description="When it was published first [s since the epoch]")
-    present: bool = Field(description="Whether it is the one that robots drive and plan on now")
-
-
-class MapAnswer(MapSummary):
-    """A map."""
-
-    resolution: float = Field(description="Edge of a cell [m]")
-    width: int = Field(description="Cells along x")
-    height: int = Field(description="Cells along y")
-    origin: Triple
-
-
 # -- robots ------------------------------------------------------------------------------------------------------------
 
 

@@ -1,15 +1,19 @@
 """Pixels of a map's image, whichever format the file has."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
 from ppaas.maps.pgm import MAGIC as PGM
-from ppaas.maps.pgm import parse_pgm
+from ppaas.maps.pgm import PgmRows, open_pgm
 from ppaas.maps.png import MAGIC as PNG
-from ppaas.maps.png import parse_png
+from ppaas.maps.png import PngRows, open_png
+
+if TYPE_CHECKING:
+    from ppaas.maps.pgm import Buffer
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,21 +34,53 @@ class Image:
         return self.channels[..., 3] if self.channels.shape[2] == 4 else None
 
 
-def parse_image(image: bytes) -> Image:
-    """Read a PGM or PNG file, told apart by how it begins, as map_server does; its name does not count.
+class ImageRows:
+    """An image of which rows are read as they are asked for, whichever format the file has.
+
+    Parameters
+    ----------
+    source : PgmRows or PngRows
+        The file.
+    """
+
+    def __init__(self, source: PgmRows | PngRows) -> None:
+        self._source = source
+        self.shape = source.shape
+
+    def rows(self, first: int, last: int) -> Image:
+        """Return rows from the top, ``last`` excluded; ``InvalidMap`` if a pixel of them cannot be."""
+        pixels = self._source.rows(first, last)
+        return Image(pixels if pixels.ndim == 3 else pixels[..., np.newaxis])
+
+    def check(self) -> None:
+        """Raise ``InvalidMap`` if any pixel cannot be."""
+        self._source.check()
+
+
+def open_image(image: "Buffer") -> ImageRows:
+    """Read what a PGM or PNG file says of itself; the two are told apart by how it begins, as map_server does.
+
+    A PNG, or a PGM in text, is decoded; of a binary PGM nothing is read before it is asked for.
 
     Raises
     ------
     InvalidMap
         Neither of the two, or broken.
     """
-    if image.startswith(PNG):
-        return Image(parse_png(image))
-    if image.startswith(PGM):
-        return Image(parse_pgm(image)[..., np.newaxis])
+    begin = image[: len(PNG)]
+    if begin == PNG:
+        return ImageRows(open_png(image))
+    if begin.startswith(PGM):
+        return ImageRows(open_pgm(image))
     raise InvalidMap(f"the map's image is neither PGM (P2, P5) nor PNG: it begins with {image[:12]!r}; convert it")
 
 
-def media_type(image: bytes) -> str:
+def parse_image(image: "Buffer") -> Image:
+    """Return all rows of an image; raises as ``open_image`` does."""
+    opened = open_image(image)
+    return opened.rows(0, opened.shape[0])
+
+
+def media_type(image: "Buffer") -> str:
     """Return what HTTP calls such a file."""
-    return "image/png" if image.startswith(PNG) else "image/x-portable-graymap"
+    return "image/png" if image[: len(PNG)] == PNG else "image/x-portable-graymap"

@@ -6,6 +6,7 @@ them comments, and ``data``; the nodes follow at once.
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,9 @@ from numpy.typing import NDArray
 from ppaas.errors import InvalidMap
 from ppaas.maps.kernels import octree as kernels
 from ppaas.maps.octree import OcTree, shared_depths
+
+if TYPE_CHECKING:
+    from ppaas.maps.pgm import Buffer
 
 BINARY = b"# Octomap OcTree binary file"
 FULL = b"# Octomap OcTree file"
@@ -38,8 +42,8 @@ class _Header:
     resolution: float
 
 
-def parse_octomap(data: bytes) -> OcTree:
-    """Read a file.
+def parse_octomap(data: "Buffer") -> OcTree:
+    """Read a file, given as bytes or mapped into memory.
 
     Raises
     ------
@@ -86,7 +90,7 @@ def binary_octomap(tree: OcTree) -> bytes:
     return b"%b\nid OcTree\nsize %d\nres %b\ndata\n%b" % (BINARY, nodes, repr(tree.resolution).encode(), body.tobytes())
 
 
-def _parse_header(data: bytes) -> tuple[_Header, bytes]:
+def _parse_header(data: "Buffer") -> tuple[_Header, memoryview]:
     first, *lines = data[: 1 << 16].split(b"\n", _HEADER_LINES)
     if first.rstrip() not in (BINARY, FULL):
         raise InvalidMap(f"an OctoMap file begins with the line {BINARY.decode()!r} or {FULL.decode()!r}")
@@ -96,7 +100,7 @@ def _parse_header(data: bytes) -> tuple[_Header, bytes]:
         length += len(line) + 1
         key, _, value = line.strip().partition(b" ")
         if key == b"data":
-            return _checked(first.rstrip() == BINARY, words), data[length:]
+            return _checked(first.rstrip() == BINARY, words), memoryview(data)[length:]
         if not key.startswith(b"#"):
             words[key] = value.strip()
     raise InvalidMap("the header of the OctoMap file does not end: there is no line 'data'")

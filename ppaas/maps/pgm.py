@@ -1,12 +1,20 @@
 """PGM (netpbm's ``P5``, binary, and ``P2``, text) from bytes to pixels and back."""
 
 import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
 from ppaas.maps.grid import MAX_CELLS
+
+if TYPE_CHECKING:
+    from mmap import mmap
+
+    Buffer = bytes | mmap
 
 Pixels = NDArray[np.uint8]
 """(height, width) grey values, 0 black to 255 white; row 0 is the top."""
@@ -19,19 +27,55 @@ _HEADER = re.compile(rb"(P[25])" + _GAP + rb"(\d{1,10})" + _GAP + rb"(\d{1,10})"
 _COMMENT = re.compile(rb"#[^\r\n]*")
 _NO_NUMBER = re.compile(rb"[^\d\s]|\d{6}")
 
+_LONGEST = 5
+"""Digits of a number."""
 
-def parse_pgm(image: bytes) -> Pixels:
-    """Read one image of up to sixteen bits a pixel.
+_BLOCK = 1 << 20
+"""Bytes of text, or pixels, that are read at a time."""
+
+
+@dataclass(frozen=True, slots=True)
+class PgmRows:
+    """An image of which rows are read as they are asked for.
 
     Parameters
     ----------
-    image : bytes
-        The whole file.
+    stored : (height, width) array
+        As the file has them; of a binary one, a view of the file itself. Row 0 is the top.
+    maximum : int
+        What is white.
+    """
 
-    Returns
-    -------
-    (height, width) uint8 array
-        Scaled to 0–255 where the file's maximum is another (rounded down, as SDL_image does for map_server).
+    stored: NDArray[np.unsignedinteger]
+    maximum: int
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(height, width)."""
+        height, width = self.stored.shape
+        return height, width
+
+    def rows(self, first: int, last: int) -> Pixels:
+        """Return rows scaled to 0–255, ``last`` excluded; ``InvalidMap`` if a pixel is above the maximum."""
+        return _to_bytes(self.stored[first:last], self.maximum)
+
+    def check(self) -> None:
+        """Raise ``InvalidMap`` if any pixel is above the maximum."""
+        height, width = self.shape
+        if self.maximum == np.iinfo(self.stored.dtype).max:
+            return
+        step = max(1, _BLOCK // width)
+        for first in range(0, height, step):
+            _check_most(self.stored[first : first + step], self.maximum)
+
+
+def open_pgm(image: "Buffer") -> PgmRows:
+    """Read the header of an image of up to sixteen bits a pixel; of one in text all of it.
+
+    Parameters
+    ----------
+    image : bytes or mmap
+        The whole file.
 
     Raises
     ------
@@ -46,12 +90,36 @@ def parse_pgm(image: bytes) -> Pixels:
         raise InvalidMap(f"the PGM's maximum grey is {maximum}; it is from 1 to 65535")
     if not 1 <= width * height <= MAX_CELLS:
         raise InvalidMap(f"the PGM is {width}×{height}; a map has from 1 to {MAX_CELLS} cells")
-    numbers = _binary if header[1] == b"P5" else _text
-    pixels = numbers(image, header.end(), width, height, maximum).reshape(height, width)
-    return _to_bytes(pixels, maximum)
+    if header[1] == b"P5":
+        stored = _binary(image, header.end(), width, height, maximum)
+    else:
+        stored = _text(image, header.end(), width, height, maximum)
+    return PgmRows(stored.reshape(height, width), maximum)
 
 
-def _binary(image: bytes, start: int, width: int, height: int, maximum: int) -> NDArray[np.unsignedinteger]:
+def parse_pgm(image: "Buffer") -> Pixels:
+    """Read one image of up to sixteen bits a pixel.
+
+    Parameters
+    ----------
+    image : bytes or mmap
+        The whole file.
+
+    Returns
+    -------
+    (height, width) uint8 array
+        Scaled to 0–255 where the file's maximum is another (rounded down, as SDL_image does for map_server).
+
+    Raises
+    ------
+    InvalidMap
+        As ``open_pgm``; or a pixel is above the maximum.
+    """
+    opened = open_pgm(image)
+    return opened.rows(0, opened.shape[0])
+
+
+def _binary(image: "Buffer", start: int, width: int, height: int, maximum: int) -> NDArray[np.unsignedinteger]:
     """Return the pixels behind the header: a byte each, or two with the higher one first."""
     kind = np.dtype(np.uint8 if maximum < 256 else ">u2")
     size = width * height * kind.itemsize
@@ -59,30 +127,62 @@ def _binary(image: bytes, start: int, width: int, height: int, maximum: int) -> 
     if left < 0:
         missing = -(left // kind.itemsize)
         raise InvalidMap(f"the PGM is cut short: {missing} of its {width}×{height} pixels are missing")
-    if image[start + size :].strip():
+    if left > _BLOCK or image[start + size :].strip():
         raise InvalidMap(f"{left} bytes follow the {width}×{height} pixels of the PGM; send one image alone")
     return np.frombuffer(image, kind, width * height, start)
 
 
-def _text(image: bytes, start: int, width: int, height: int, _maximum: int) -> NDArray[np.unsignedinteger]:
+def _text(image: "Buffer", start: int, width: int, height: int, maximum: int) -> NDArray[np.unsignedinteger]:
     """Return the pixels behind the header: decimal numbers with white space and comments between."""
-    body = _COMMENT.sub(b"", image[start:])
-    wrong = _NO_NUMBER.search(body)
+    count = width * height
+    if 2 * count - 1 > len(image) - start:  # a digit each and a space between, before memory is taken for them
+        missing = count - (len(image) - start + 1) // 2
+        raise InvalidMap(f"the PGM is cut short: at least {missing} of its {width}×{height} pixels are missing")
+    pixels, found = np.empty(count, np.uint16), 0
+    for text in _texts(image, start):
+        numbers = _numbers(text)
+        _check_most(numbers, maximum)
+        pixels[found : found + numbers.size] = numbers[: max(0, count - found)]
+        found += numbers.size
+    if found < count:
+        raise InvalidMap(f"the PGM is cut short: {count - found} of its {width}×{height} pixels are missing")
+    if found > count:
+        raise InvalidMap(f"{found - count} numbers follow the {width}×{height} pixels of the PGM; send one image alone")
+    return pixels
+
+
+def _texts(image: "Buffer", start: int) -> Iterator[bytes]:
+    """Yield the text without its comments, cut where neither a number nor a comment is under way."""
+    carried = b""
+    for at in range(start, len(image), _BLOCK):
+        text = carried + image[at : at + _BLOCK]
+        line = max(text.rfind(b"\n"), text.rfind(b"\r")) + 1
+        comment = text.find(b"#", line)
+        if comment >= 0:
+            text, carried = text[:comment], b"#"
+        elif text[-1:].isspace() or len(last := text.rsplit(None, 1)[-1]) > _LONGEST:
+            carried = b""
+        else:
+            text, carried = text[: -len(last)], last
+        yield _COMMENT.sub(b"", text)
+    yield _COMMENT.sub(b"", carried)
+
+
+def _numbers(text: bytes) -> NDArray[np.uint32]:
+    wrong = _NO_NUMBER.search(text)
     if wrong is not None:
         raise InvalidMap(f"{wrong[0]!r} among the pixels of the PGM: they are whole numbers of five digits at most")
-    numbers = np.fromstring(body, np.uint32, sep=" ") if body.strip() else np.empty(0, np.uint32)
-    left = numbers.size - width * height
-    if left < 0:
-        raise InvalidMap(f"the PGM is cut short: {-left} of its {width}×{height} pixels are missing")
-    if left > 0:
-        raise InvalidMap(f"{left} numbers follow the {width}×{height} pixels of the PGM; send one image alone")
-    return numbers
+    return np.fromstring(text, np.uint32, sep=" ") if text.strip() else np.empty(0, np.uint32)
+
+
+def _check_most(pixels: NDArray[np.unsignedinteger], maximum: int) -> None:
+    most = int(pixels.max(initial=0))
+    if most > maximum:
+        raise InvalidMap(f"a pixel of the PGM is {most}, above its maximum grey of {maximum}")
 
 
 def _to_bytes(pixels: NDArray[np.unsignedinteger], maximum: int) -> Pixels:
-    most = int(pixels.max())
-    if most > maximum:
-        raise InvalidMap(f"a pixel of the PGM is {most}, above its maximum grey of {maximum}")
+    _check_most(pixels, maximum)
     if maximum == 255:
         return pixels.astype(np.uint8, copy=False)
     return (pixels.astype(np.uint32) * 255 // maximum).astype(np.uint8)

@@ -6,6 +6,8 @@ Deeper images are taken at eight bits, the higher ones, as SDL_image hands them 
 import io
 import struct
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +16,10 @@ from numpy.typing import NDArray
 from ppaas.errors import InvalidMap
 
 if TYPE_CHECKING:
+    from PIL.Image import Image
     from PIL.PngImagePlugin import PngImageFile
+
+    from ppaas.maps.pgm import Buffer
 
 MAGIC = b"\x89PNG\r\n\x1a\n"
 
@@ -27,18 +32,49 @@ _BROKEN = (OSError, SyntaxError, ValueError, KeyError, IndexError, TypeError, EO
 _GREY, _DEEP_GREY = ("1", "L"), "I;16"
 
 
-def parse_png(image: bytes) -> NDArray[np.uint8]:
+class PngRows:
+    """An image that was decoded, of which rows are read as they are asked for.
+
+    Parameters
+    ----------
+    file : PngImageFile
+        By Pillow.
+
+    Raises
+    ------
+    InvalidMap
+        It cannot be decoded.
+    """
+
+    def __init__(self, file: "PngImageFile") -> None:
+        self._file = file
+        with _told():
+            file.load()
+            if file.mode == "P" and file.palette is None:
+                raise ValueError("its colours are numbers of a palette that it lacks")
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(height, width)."""
+        width, height = self._file.size
+        return height, width
+
+    def rows(self, first: int, last: int) -> NDArray[np.uint8]:
+        """Return rows, (last − first, width, n): grey (n = 1), red, green, blue (3), or these and alpha (4)."""
+        with _told():
+            return _pixels(self._file.crop((0, first, self._file.width, last)), self._file.info.get("transparency"))
+
+    def check(self) -> None:
+        """Do nothing: all of it was decoded."""
+
+
+def open_png(image: "Buffer") -> PngRows:
     """Read one image of any kind of PNG: grey, RGB or palette, 1 to 16 bits deep, with alpha or without.
 
     Parameters
     ----------
-    image : bytes
+    image : bytes or mmap
         The whole file.
-
-    Returns
-    -------
-    (height, width, n) uint8 array
-        Grey (n = 1); red, green, blue (3); or these and alpha (4), which grey with alpha becomes as well.
 
     Raises
     ------
@@ -48,11 +84,23 @@ def parse_png(image: bytes) -> NDArray[np.uint8]:
     # Only maps in PNG need Pillow.
     from PIL.PngImagePlugin import PngImageFile  # noqa: PLC0415
 
-    try:
+    with _told():
         checked = PngImageFile(io.BytesIO(image))
         _check_size(*checked.size)
         checked.verify()  # the checksums, which decoding would not look at
-        return _pixels(PngImageFile(io.BytesIO(image)))
+        return PngRows(PngImageFile(io.BytesIO(image)))
+
+
+def parse_png(image: "Buffer") -> NDArray[np.uint8]:
+    """Return all rows of an image; raises as ``open_png`` does."""
+    opened = open_png(image)
+    return opened.rows(0, opened.shape[0])
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    try:
+        yield
     except _BROKEN as error:
         raise InvalidMap(f"the PNG cannot be read: {error}; save the map's image again") from error
 
@@ -62,18 +110,15 @@ def _check_size(width: int, height: int) -> None:
         raise InvalidMap(f"the PNG is {width}×{height}; a map's PNG has from 1 to {MAX_PIXELS} pixels")
 
 
-def _pixels(file: "PngImageFile") -> NDArray[np.uint8]:
-    if file.mode == "P" and file.palette is None:
-        raise ValueError("its colours are numbers of a palette that it lacks")
-    transparent = file.info.get("transparency")
-    if file.mode == _DEEP_GREY:
-        grey = np.asarray(file)
+def _pixels(image: "Image", transparent: object) -> NDArray[np.uint8]:
+    if image.mode == _DEEP_GREY:
+        grey = np.asarray(image)
         high = (grey >> 8).astype(np.uint8)
         if transparent is None:
             return high[..., np.newaxis]
         alpha = np.where(grey == transparent, 0, 255).astype(np.uint8)
         return np.stack((high, high, high, alpha), axis=-1)
-    if transparent is None and file.mode in _GREY:
-        return np.asarray(file.convert("L"))[..., np.newaxis]
-    opaque = transparent is None and file.mode in ("RGB", "P")
-    return np.asarray(file.convert("RGB" if opaque else "RGBA"))
+    if transparent is None and image.mode in _GREY:
+        return np.asarray(image.convert("L"))[..., np.newaxis]
+    opaque = transparent is None and image.mode in ("RGB", "P")
+    return np.asarray(image.convert("RGB" if opaque else "RGBA"))

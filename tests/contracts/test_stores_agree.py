@@ -11,13 +11,19 @@ from hypothesis.stateful import RuleBasedStateMachine, rule
 
 from ppaas.errors import PPaaSError
 from storage.files import FileMapStore
-from storage.memory import MemoryMapStore, MemoryStore
+from storage.memory import MemoryStore
+from storage.memory_maps import MemoryMapStore
+from storage.ports import MapStore
+from storage.records import MapRecord, MapVersionRecord, Publication
 from storage.sqlite import SqliteStore
-from tests.support.records import clone, house, pgm, plan, robot, token, user
+from tests.reference.map_store import PlainMaps
+from tests.support.records import GivenMap, clone, found_map, house, pgm, plan, put_map, robot, token, user
 
 names = st.sampled_from(["ann", "bob", "x.y-z_1", "../etc"])
 hashes = st.sampled_from(["a" * 64, "b" * 64])
 numbers = st.floats(allow_nan=False, allow_infinity=False)
+shades = st.integers(0, 2)
+expected = st.none() | shades
 values = st.recursive(
     st.none() | st.booleans() | numbers | st.integers(-(2**63), 2**63) | st.text(max_size=5),
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=3), inner, max_size=3),
@@ -126,39 +132,87 @@ class StoresAgree(RuleBasedStateMachine):
         self.same(lambda store: store.clone(owner, name))
 
 
+class KeptMaps:
+    """What ``PlainMaps`` can be asked, asked of a store."""
+
+    def __init__(self, store: MapStore) -> None:
+        self.store = store
+
+    def put(self, given: GivenMap, if_match: str | None) -> dict[str, Any]:
+        return told(put_map(self.store, given, if_match=if_match))
+
+    def roll_back(self, map_id: str, version: str, owner: str, created: float) -> dict[str, Any]:
+        return told(self.store.roll_back(version, Publication(map_id, owner, created)))
+
+    def change(self, map_id: str, readers: tuple[str, ...] | None, description: str | None) -> dict[str, Any]:
+        return told(self.store.change_map(map_id, readers=readers, description=description))
+
+    def remove(self, map_id: str) -> None:
+        self.store.remove_map(map_id)
+
+    def head(self, map_id: str) -> dict[str, Any]:
+        return told(self.store.map_head(map_id))
+
+    def versions(self, map_id: str, limit: int | None) -> list[tuple[Any, ...]]:
+        return [published(one) for one in self.store.versions(map_id, limit=limit)]
+
+    def ids(self, reader: str | None, after: str, limit: int | None) -> list[str]:
+        return [head.id for head in self.store.maps(reader, after=after, limit=limit)]
+
+    def files(self, map_id: str) -> dict[str, bytes]:
+        return found_map(self.store, map_id).files
+
+
+def told(record: MapRecord) -> dict[str, Any]:
+    said = {"owner": record.owner, "readers": record.readers, "description": record.description}
+    return said | {"present": published(record.present)}
+
+
+def published(one: MapVersionRecord) -> tuple[Any, ...]:
+    return one.version, one.created, one.author, one.restored
+
+
 class MapStoresAgree(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.folder = tempfile.TemporaryDirectory()
-        self.stores = (MemoryMapStore(), FileMapStore(Path(self.folder.name)))
+        kept = FileMapStore(Path(self.folder.name)), MemoryMapStore()
+        self.stores = (PlainMaps(), *map(KeptMaps, kept))
 
     def same(self, call: Callable[[Any], Any]) -> None:
-        expected, other = (outcome(call, store) for store in self.stores)
-        assert other == expected
+        expected, *others = (outcome(call, store) for store in self.stores)
+        assert others == [expected] * 2
 
     def teardown(self) -> None:
         self.folder.cleanup()
 
-    @rule(name=names, owner=names, shade=st.integers(0, 2), readers=st.lists(names, max_size=2), created=numbers)
-    def put_map(self, name: str, owner: str, shade: int, readers: list[str], created: float) -> None:
-        record = house(name, owner, pgm(value=shade), readers=readers, created=created)
-        self.same(lambda store: store.put_map(record))
+    @rule(
+        name=names, owner=names, shade=shades, readers=st.lists(names, max_size=2), created=numbers, expected=expected
+    )
+    def put(self, name: str, owner: str, shade: int, readers: list[str], created: float, expected: int | None) -> None:
+        given = house(name, owner, pgm(value=shade), readers=tuple(readers), created=created)
+        if_match = None if expected is None else house(image=pgm(value=expected)).version
+        self.same(lambda store: store.put(given, if_match))
+
+    @rule(name=names, owner=names, shade=shades, created=numbers)
+    def roll_back(self, name: str, owner: str, shade: int, created: float) -> None:
+        version = house(image=pgm(value=shade)).version
+        self.same(lambda store: store.roll_back(name, version, owner, created))
 
     @rule(name=names, readers=st.none() | st.lists(names, max_size=2).map(tuple), text=st.none() | st.text(max_size=3))
-    def change_map(self, name: str, readers: tuple[str, ...] | None, text: str | None) -> None:
-        self.same(lambda store: store.change_map(name, readers=readers, description=text))
+    def change(self, name: str, readers: tuple[str, ...] | None, text: str | None) -> None:
+        self.same(lambda store: store.change(name, readers, text))
 
     @rule(name=names)
-    def remove_map(self, name: str) -> None:
-        self.same(lambda store: store.remove_map(name))
+    def remove(self, name: str) -> None:
+        self.same(lambda store: store.remove(name))
 
-    @rule(name=names, reader=st.none() | names, limit=st.none() | st.integers(0, 3), shade=st.integers(0, 2))
-    def look(self, name: str, reader: str | None, limit: int | None, shade: int) -> None:
-        self.same(lambda store: store.maps(reader, after=name, limit=limit))
-        self.same(lambda store: store.map(name))
-        self.same(lambda store: store.map(name, house(image=pgm(value=shade)).version))
-        self.same(lambda store: store.versions(name, limit=limit))
-        self.same(lambda store: store.map_head(name))
+    @rule(name=names, reader=st.none() | names, limit=st.none() | st.integers(0, 3))
+    def look(self, name: str, reader: str | None, limit: int | None) -> None:
+        self.same(lambda store: store.ids(reader, name, limit))
+        self.same(lambda store: store.versions(name, limit))
+        self.same(lambda store: store.head(name))
+        self.same(lambda store: store.files(name))
 
 
 # Every commit of the file stores is synced, which a loaded disk may take long over.

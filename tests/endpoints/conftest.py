@@ -13,7 +13,8 @@ from endpoints.passwords import Passwords
 from endpoints.services import Services
 from endpoints.settings import Settings
 from ppaas.clock import ManualClock
-from storage.memory import MemoryMapStore, MemoryStore
+from storage.memory import MemoryStore
+from storage.memory_maps import MemoryMapStore
 from tests.support.fake_cloud import FakeCloud
 from tests.support.records import YAML, pgm
 from tests.support.robot_world import World, robot_world

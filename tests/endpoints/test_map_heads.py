@@ -7,9 +7,9 @@ import pytest
 
 from endpoints.map_heads import MapHeads
 from ppaas.errors import NotFound
-from storage.memory import MemoryMapStore
+from storage.memory_maps import MemoryMapStore
 from storage.records import MapRecord
-from storage.versions import new_map
+from tests.support.records import house, put_map
 
 
 class Counting(MemoryMapStore):
@@ -35,7 +35,7 @@ def store() -> Counting:
 
 
 def publish(store: Counting, map_id: str = "house", description: str = "") -> None:
-    store.put_map(new_map(map_id, "ann", b"yaml", b"image", created=1.0, description=description))
+    put_map(store, house(map_id, description=description))
 
 
 async def test_a_map_is_looked_up_once(store: Counting) -> None:

@@ -1,7 +1,7 @@
 """What is wrong with a request is told as a problem, and nothing is lost by it."""
 
 import asyncio
-import tempfile
+import errno
 from typing import Any
 
 import httpx
@@ -12,6 +12,7 @@ from endpoints.rest.strict_json import parse
 from endpoints.services import Services
 from endpoints.settings import Settings
 from ppaas.errors import MalformedMessage, Unavailable
+from storage import drafts
 from tests.endpoints.conftest import PASSWORD, LogIn, Publish
 from tests.support.fake_cloud import FakeCloud
 from tests.support.problems import problem_of
@@ -154,6 +155,9 @@ class DeadStore:
         return fail
 
 
+QUERIES = {"/v1/maps/house/difference": {"old": "0" * 64}}
+
+
 def operations() -> list[tuple[str, str]]:
     """Return the method and path of every operation that a store is asked in."""
     asks_no_store = ("machines", "containers", "models", "planners")
@@ -174,6 +178,7 @@ BODIES: dict[str, object] = {
     "/v1/maps/house": {"readers": ["bob"]},
     "/v1/robots/tb1": {"map": "house"},
     "/v1/maps/house/plans": {"start": [0, 0], "goal": [1, 1]},
+    "/v1/maps/house/roll_back": {"version": "0" * 64},
     "/v1/maps/house/cost_matrix": {"starts": [[0, 0]], "goals": [[1, 1]]},
 }
 
@@ -193,7 +198,7 @@ async def test_a_store_that_is_dead_is_unavailable_and_never_an_internal_error(
         given = {"data": {"id": "house"}, "files": {"yaml": ("m.yaml", YAML), "image": ("house.pgm", pgm())}}
     if (method, path) == ("PUT", "/v1/robots/tb1/urdf"):
         given, admin = {"content": example("turtlebot2")}, admin | {"Content-Type": "application/xml"}
-    answer = await client.request(method, path, headers=admin, **given)
+    answer = await client.request(method, path, headers=admin, params=QUERIES.get(path), **given)
     assert "free space" in problem_of(answer, 503, "unavailable")["detail"]
     assert answer.headers["retry-after"]
 
@@ -201,10 +206,10 @@ async def test_a_store_that_is_dead_is_unavailable_and_never_an_internal_error(
 async def test_a_disk_without_room_for_an_upload_is_unavailable(
     publish: Publish, log_in: LogIn, services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def on_a_full_disk(*_arguments: object, **_options: object) -> Any:
-        return open("/dev/full", "r+b", 0)  # noqa: PTH123 - what asks for it closes it
+    def on_a_full_disk(_handle: int) -> None:
+        raise OSError(errno.ENOSPC, "no space left")
 
-    monkeypatch.setattr(tempfile, "TemporaryFile", on_a_full_disk)
+    monkeypatch.setattr(drafts.os, "fsync", on_a_full_disk)
     large = Settings(max_upload=8 << 20)
     object.__setattr__(services, "settings", large)
     transport = httpx.ASGITransport(create_app(services))

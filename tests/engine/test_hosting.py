@@ -14,11 +14,10 @@ from engine.hosting import Hosting
 from engine.link import Refusal
 from engine.mapcache import MapCache
 from engine.model import ContainerSpec, MapVersion
-from ppaas.errors import InvalidMap, Unavailable
+from ppaas.errors import InvalidMap, NotFound, Unavailable
 from ppaas.nodes.models import robot_model
 from ppaas.robot_model.reading import describe
-from storage.memory import MemoryMapStore, MemoryStore
-from storage.records import MapRecord
+from storage.memory import MemoryStore
 from tests.support import records
 from tests.support.fake_fabric import FakeFabric
 from tests.support.fake_runtime import FakeRuntime
@@ -38,7 +37,7 @@ class Building:
         self.go = asyncio.Event()
         self.go.set()
 
-    async def __call__(self, record: MapRecord, robot_radius: float, folder: Path) -> None:
+    async def __call__(self, record: MapVersion, robot_radius: float, folder: Path) -> None:
         self.radii.append(robot_radius)
         await self.go.wait()
         if self.error is not None:
@@ -54,13 +53,10 @@ class Host:
         self.building = Building()
         self.gate = Gate(folder / "gate.sock", MemoryStore(), FakeFabric())
         self.cache = MapCache(folder / "maps", build=self.building, spare=0)
-        self.maps = MemoryMapStore()
-        self.maps.put_map(records.house())
         self.news: list[msgspec.Struct] = []
         self.hosting = Hosting(
             runtime=self.runtime,
             gate=self.gate,
-            maps=self.maps,
             cache=self.cache,
             cpus=(0, 1, 2, 3),
             tell=self.news.append,
@@ -185,16 +181,11 @@ async def test_a_map_that_cannot_be_built_is_told(host: Host) -> None:
     host.assert_forgotten()
 
 
-@pytest.mark.parametrize(
-    ("version", "slug"),
-    [(MapVersion("house", "older"), "conflict"), (MapVersion("nowhere", "v1"), "not-found")],
-)
-async def test_a_map_that_is_not_there_any_more_is_told(host: Host, version: MapVersion, slug: str) -> None:
-    host.start(robot_spec("c1", version=version))
-    await until(lambda: host.news)
-    (failed,) = host.news
-    assert isinstance(failed, control.LaunchFailed)
-    assert failed.refusal.slug == slug
+async def test_a_map_that_is_not_there_any_more_is_told(host: Host) -> None:
+    host.building.error = NotFound("map", "house")
+    host.start(spec())
+    await host.told(control.LaunchFailed("c1", Refusal("not-found", "unknown map 'house'")))
+    host.assert_forgotten()
     assert host.runtime.launches == []
 
 

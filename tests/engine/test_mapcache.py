@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine.layer_building import build_here
+from engine.layer_building import GridFiles, LayerBuilder, build_here
 from engine.layer_files import open_layers
-from engine.mapcache import MapCache
+from engine.mapcache import Builder, MapCache
+from engine.model import MapVersion
 from engine.shared_indexes import SharedIndexes
 from ppaas.errors import InvalidMap, InvalidParameter, InvalidPlanner, NotFound, Unavailable
 from ppaas.planners.hub_labels.planner import HubLabels
-from storage.records import MapRecord
-from tests.support.records import house, pgm
+from tests.support.records import GivenMap, house, kept, pgm, put_map
 
 
 class Building:
@@ -26,7 +26,7 @@ class Building:
         self.go = asyncio.Event()
         self.go.set()
 
-    async def __call__(self, record: MapRecord, robot_radius: float, folder: Path) -> None:
+    async def __call__(self, record: MapVersion, robot_radius: float, folder: Path) -> None:
         await self.go.wait()
         if self.failures:
             raise self.failures.pop()
@@ -75,13 +75,22 @@ def folders(cache: MapCache) -> list[str]:
     return sorted(folder.name.partition("@")[0] for folder in cache._root.iterdir())
 
 
-async def build_in_thread(record: MapRecord, robot_radius: float, folder: Path) -> None:
-    await asyncio.to_thread(build_here, record, robot_radius, folder)
+def build_in_thread(folder: Path, given: GivenMap) -> Builder:
+    """Build a map, whose files are put into a folder, in this process."""
+    for name, data in given.files.items():
+        (folder / name).write_bytes(data)
+
+    async def build(_version: MapVersion, robot_radius: float, layers: Path) -> None:
+        files = GridFiles(str(folder / "yaml"), str(folder / "image"), given.created)
+        await asyncio.to_thread(build_here, files, robot_radius, layers)
+
+    return build
 
 
 async def test_real_layers_are_made_and_opened(tmp_path):
-    cache = MapCache(tmp_path / "shm", build=build_in_thread)
-    folder = await cache.ensure(house(image=pgm(40, 30)), 0.18)
+    record = house(image=pgm(40, 30))
+    cache = MapCache(tmp_path / "shm", build=build_in_thread(tmp_path, record))
+    folder = await cache.ensure(record, 0.18)
     layers = open_layers(folder)
     assert layers.grid.data.shape == (30, 40)
     assert layers.costmap.data.max() == 0  # an empty house
@@ -89,18 +98,51 @@ async def test_real_layers_are_made_and_opened(tmp_path):
 
 async def test_a_process_forked_for_it_makes_the_same_layers(tmp_path):
     record = house(image=b"P5\n40 30\n255\n" + bytes([254] * 600 + [0] * 5 + [205] * 595))
-    here = await MapCache(tmp_path / "a", build=build_in_thread).ensure(record, 0.18)
-    forked = await MapCache(tmp_path / "b").ensure(record, 0.18)
+    here = await MapCache(tmp_path / "a", build=build_in_thread(tmp_path, record)).ensure(record, 0.18)
+    forked = await MapCache(tmp_path / "b", build=LayerBuilder(kept(record))).ensure(record, 0.18)
     names = {file.name for file in here.iterdir()}
     assert len(names) == 5
     assert {file.name: file.read_bytes() for file in forked.iterdir()} == {n: (here / n).read_bytes() for n in names}
 
 
 async def test_an_error_of_the_forked_process_is_told_as_it_was(tmp_path):
-    cache = MapCache(tmp_path / "shm")
+    record = house(image=b"no image")
+    cache = MapCache(tmp_path / "shm", build=LayerBuilder(kept(record)))
     with pytest.raises(InvalidMap):
-        await cache.ensure(house(image=b"no image"), 0.18)
+        await cache.ensure(record, 0.18)
     assert list((tmp_path / "shm").iterdir()) == []
+
+
+async def test_a_version_that_is_not_present_any_more_is_still_made(tmp_path):
+    old, new = (house(image=pgm(width, 4)) for width in (5, 6))
+    store = kept(old)
+    put_map(store, new)
+    folder = await MapCache(tmp_path / "shm", build=LayerBuilder(store)).ensure(old, 0.18)
+    assert open_layers(folder).grid.info.width == 5
+
+
+async def test_a_map_that_is_gone_or_has_no_grid_is_told(tmp_path):
+    cave = house("cave", image=None, octomap=b"...")
+    cache = MapCache(tmp_path / "shm", build=LayerBuilder(kept(cave)))
+    with pytest.raises(InvalidMap, match="no grid"):
+        await cache.ensure(cave, 0.18)
+    with pytest.raises(NotFound, match="house"):
+        await cache.ensure(house(), 0.18)
+
+
+async def test_layers_that_are_here_are_used_while_the_store_is_away(tmp_path, monkeypatch):
+    store = kept(house())
+    cache = MapCache(tmp_path / "shm", build=LayerBuilder(store))
+    folder = await cache.ensure(house(), 0.18)
+    cache.release(folder)
+
+    def away(*_arguments, **_options):
+        raise Unavailable("the store is away")
+
+    monkeypatch.setattr(store, "open_map", away)
+    assert await cache.ensure(house(), 0.18) == folder
+    with pytest.raises(Unavailable, match="away"):
+        await cache.ensure(house(), 0.35)
 
 
 async def test_layers_asked_for_at_once_are_made_once(cache, building):
@@ -181,12 +223,13 @@ async def test_when_there_is_still_no_room_it_says_so(cache, building):
 
 
 async def test_a_full_disk_is_told_with_size_and_place(tmp_path):
-    cache = MapCache(tmp_path / "shm", build=build_in_thread)
+    record = house(image=pgm(200, 200))
+    cache = MapCache(tmp_path / "shm", build=build_in_thread(tmp_path, record))
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (4096, before[1]))
     try:
         with pytest.raises(Unavailable, match=r"MB of map layers cannot be written to .*shm"):
-            await cache.ensure(house(image=pgm(200, 200)), 0.18)
+            await cache.ensure(record, 0.18)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert list((tmp_path / "shm").iterdir()) == []
@@ -199,7 +242,7 @@ async def test_a_radius_that_no_robot_has_is_refused(cache, radius):
 
 
 async def test_no_name_of_a_map_leads_out_of_the_folder(cache):
-    record = MapRecord("../../etc", "ann", "../v", b"", b"")
+    record = MapVersion("../../etc", "../v")
     folder = await cache.ensure(record, 0.18)
     assert folder.resolve().parent == cache._root.resolve()
 
@@ -269,8 +312,9 @@ async def test_no_name_of_a_planner_leads_out_of_the_folder(indexed, indexing):
 
 async def test_a_process_forked_for_it_makes_the_index_that_the_planner_makes(tmp_path):
     image = b"P5\n60 50\n255\n" + bytes(0 if (i // 60) % 7 == 3 and i % 60 % 11 else 254 for i in range(3000))
-    cache = MapCache(tmp_path / "shm", build=build_in_thread)
-    folder = await cache.ensure(house(image=image), 0.05)
+    record = house(image=image)
+    cache = MapCache(tmp_path / "shm", build=build_in_thread(tmp_path, record))
+    folder = await cache.ensure(record, 0.05)
     await cache.prepare(folder, "hub_labels")
     costmap = open_layers(folder).costmap
     made = HubLabels().prepare(costmap)

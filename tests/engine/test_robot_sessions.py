@@ -16,7 +16,8 @@ from engine.robot_sessions import RobotSessions
 from engine.service import CloudService
 from ppaas.errors import Conflict, Idle, NotFound, NotPermitted, QuotaExceeded, Unavailable
 from ppaas.robot_model.reading import describe
-from storage.memory import MemoryMapStore, MemoryStore
+from storage.memory import MemoryStore
+from storage.memory_maps import MemoryMapStore
 from tests.support import records
 from tests.support.urdf import example
 from tests.support.waiting import until
@@ -37,7 +38,7 @@ async def service(tmp_path: Path) -> AsyncIterator[CloudService]:
 @pytest.fixture
 def map_store() -> MemoryMapStore:
     store = MemoryMapStore()
-    store.put_map(records.house())
+    records.put_map(store, records.house())
     return store
 
 
@@ -135,7 +136,7 @@ async def test_a_robot_whose_map_was_changed_while_it_was_away_gets_a_new_place(
     service: CloudService, sessions: RobotSessions, map_store: MemoryMapStore
 ) -> None:
     place = await sessions.join("ann", "tb1", as_robot=True)
-    map_store.put_map(records.house(image=records.pgm(value=205)))
+    records.put_map(map_store, records.house(image=records.pgm(value=205)))
     with pytest.raises(Conflict, match="disconnect"):  # the robot drives on the map that it began with
         await sessions.join("ann", "tb1", as_robot=False)
     sessions.leave(place, as_robot=True)
@@ -148,7 +149,7 @@ async def test_a_robot_whose_map_was_changed_while_it_was_away_gets_a_new_place(
 async def test_what_is_refused_leaves_no_trace(
     service: CloudService, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
-    map_store.put_map(records.house("vault", "bob", readers=("eve",)))
+    records.put_map(map_store, records.house("vault", "bob", readers=("eve",)))
     store.put_robot(records.robot("thief", user="ann", map="vault"))
     store.put_robot(records.robot("lost", user="ann", map="nowhere"))
     for name, error in (("thief", NotPermitted), ("lost", NotFound), ("nobody", NotFound)):

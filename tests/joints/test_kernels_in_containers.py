@@ -7,13 +7,13 @@ import msgspec
 import pytest
 
 from engine.fabric import Fabric
+from engine.layer_building import LayerBuilder
 from engine.mapcache import MapCache
 from engine.router import RouterProcess
 from engine.runtimes.process import ProcessRuntime
-from storage.versions import new_map
 from tests.support.joint_containers import Strain
 from tests.support.launches import Reports
-from tests.support.records import YAML
+from tests.support.records import YAML, house, kept
 
 pytestmark = [pytest.mark.joint, pytest.mark.usefixtures("no_fork_server")]
 
@@ -69,9 +69,9 @@ async def test_a_container_plans_on_shared_layers_without_compiling_anything(thr
     runtime = ProcessRuntime("tests.support.joint_containers:plan_once")
     await runtime.start()
     cells = bytearray([254]) * (220 * 220)
-    house = new_map("house", "ann", YAML.replace(b"-1.0, -2.0", b"0.0, 0.0"), b"P5\n220 220\n255\n" + bytes(cells))
-    cache = MapCache(tmp_path / "shm")
-    layers = await cache.ensure(house, 0.18)
+    given = house(yaml=YAML.replace(b"-1.0, -2.0", b"0.0, 0.0"), image=b"P5\n220 220\n255\n" + bytes(cells))
+    cache = MapCache(tmp_path / "shm", build=LayerBuilder(kept(given)))
+    layers = await cache.ensure(given, 0.18)
     container = await runtime.launch(reports.launch(cpus=CPUS, threads=threads, layers=str(layers)))
     assert await container.wait() == 0
     milliseconds, length, compiled = (await reports.next()).text.split(" ", 2)

@@ -1,5 +1,6 @@
 """What a folder of maps adds to the promises of a map store: it lasts, it is shared, and a kill leaves no half map."""
 
+import hashlib
 import os
 import signal
 import subprocess
@@ -15,7 +16,7 @@ import pytest
 from ppaas.errors import Conflict, NotFound, Unavailable
 from storage import files
 from storage.files import FileMapStore
-from tests.support.records import house, pgm
+from tests.support.records import found_map, house, pgm, put_map
 
 OLD, NEW = house(image=pgm(value=0)), house(image=pgm(value=254))
 
@@ -25,35 +26,43 @@ def names(folder: Path) -> set[str]:
 
 
 def test_a_reopened_folder_keeps_everything(tmp_path: Path) -> None:
-    FileMapStore(tmp_path / "maps").put_map(house(readers=("bob",)))
-    assert FileMapStore(tmp_path / "maps").map("house") == house(readers=("bob",))
+    put_map(FileMapStore(tmp_path / "maps"), house(readers=("bob",)))
+    assert found_map(FileMapStore(tmp_path / "maps")) == house(readers=("bob",))
 
 
-def test_versions_stand_beside_each_other_under_their_names(tmp_path: Path) -> None:
+def test_files_stand_beside_each_other_and_what_versions_share_is_there_once(tmp_path: Path) -> None:
     store = FileMapStore(tmp_path)
-    store.put_map(OLD)
-    store.put_map(NEW)
-    assert names(tmp_path / "house" / "versions") == {OLD.version, NEW.version}
+    put_map(store, OLD)
+    put_map(store, NEW)
+    expected = {hashlib.sha256(data).hexdigest() for data in (*OLD.files.values(), *NEW.files.values())}
+    assert names(tmp_path / "house" / "files-1") == expected
+    assert len(expected) == 3
+    assert names(tmp_path / "house" / "log") == {"00000001", "00000002"}
 
 
 def test_nothing_is_left_aside(tmp_path: Path) -> None:
     store = FileMapStore(tmp_path)
-    store.put_map(OLD)
-    store.put_map(NEW)
+    put_map(store, OLD)
+    put_map(store, NEW)
     store.remove_map("house")
-    assert names(tmp_path) == {".incoming", ".removed", ".lock"}
-    assert names(tmp_path / ".incoming") == names(tmp_path / ".removed") == set()
+    assert names(tmp_path) == {".incoming", ".lock", "house"}
+    assert names(tmp_path / ".incoming") == set()
+    assert names(tmp_path / "house") == {"log"}
+    assert names(tmp_path / "house" / "log") == {"00000003"}  # it says that the map was removed
+    put_map(store, OLD)
+    assert names(tmp_path / "house") == {"log", "files-4"}
+    assert names(tmp_path / "house" / "log") == {"00000004"}
 
 
 KILLED = """
 import os, signal, sys
 from pathlib import Path
 from storage.files import FileMapStore
-from tests.support.records import house, pgm
+from tests.support.records import house, pgm, put_map
 calls = 0
 def count(event, args):
     global calls
-    if event in ("open", "os.rename", "os.mkdir", "os.rmdir", "os.remove", "shutil.rmtree") and ready:
+    if event in ("open", "os.link", "os.rename", "os.mkdir", "os.rmdir", "os.remove", "shutil.rmtree") and ready:
         calls += 1
         if calls == int(sys.argv[2]):
             os.kill(os.getpid(), signal.SIGKILL)
@@ -62,7 +71,7 @@ sys.addaudithook(count)
 store = FileMapStore(Path(sys.argv[1]))
 ready = True
 if sys.argv[3] == "put":
-    store.put_map(house(image=pgm(value=254)))
+    put_map(store, house(image=pgm(value=254)))
 else:
     store.remove_map("house")
 """
@@ -72,15 +81,15 @@ else:
 def test_a_kill_at_any_step_leaves_the_map_before_or_after(tmp_path: Path, action: str) -> None:
     after: Any = NEW if action == "put" else None
     seen = []
-    for step in range(1, 100):
+    for step in range(1, 200):
         store = FileMapStore(tmp_path / str(step))
-        store.put_map(OLD)
+        put_map(store, OLD)
         command = [sys.executable, "-c", KILLED, str(tmp_path / str(step)), str(step), action]
         status = subprocess.run(command, check=False).returncode
         seen.append(present(store))
-        store.put_map(NEW)
-        assert store.map("house") == NEW
-        assert names(tmp_path / str(step) / ".incoming") == names(tmp_path / str(step) / ".removed") == set()
+        put_map(store, NEW)
+        assert found_map(store) == NEW
+        assert names(tmp_path / str(step) / ".incoming") == set()
         if status != -signal.SIGKILL:
             break
     assert status == 0
@@ -92,7 +101,7 @@ def test_a_kill_at_any_step_leaves_the_map_before_or_after(tmp_path: Path, actio
 
 def present(store: FileMapStore) -> object:
     try:
-        return store.map("house")
+        return found_map(store)
     except NotFound:
         return None
 
@@ -100,14 +109,14 @@ def present(store: FileMapStore) -> object:
 def test_a_first_publication_that_was_killed_leaves_no_map(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     store = FileMapStore(tmp_path)
     with monkeypatch.context() as patch:
-        patch.setattr(FileMapStore, "_place_head", raising(KeyboardInterrupt()))
+        patch.setattr(FileMapStore, "_append", raising(KeyboardInterrupt()))
         with pytest.raises(KeyboardInterrupt):
-            store.put_map(OLD)
+            put_map(store, OLD)
     assert store.maps() == []
     with pytest.raises(NotFound):
         store.remove_map("house")
-    store.put_map(house(owner="bob"))
-    assert store.map("house").owner == "bob"
+    put_map(store, house(owner="bob"))
+    assert found_map(store).owner == "bob"
 
 
 def raising(error: BaseException) -> Callable[..., None]:
@@ -124,26 +133,26 @@ def test_a_disk_that_fails_is_unavailable_and_the_map_stays(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int, text: str
 ) -> None:
     store = FileMapStore(tmp_path)
-    store.put_map(OLD)
+    put_map(store, OLD)
     with monkeypatch.context() as patch:
         patch.setattr(files.os, "fsync", raising(OSError(number, os.strerror(number))))
         with pytest.raises(Unavailable, match=text):
-            store.put_map(NEW)
-    assert store.map("house") == OLD
+            put_map(store, NEW)
+    assert found_map(store) == OLD
     assert names(tmp_path / ".incoming") == set()
 
 
 def test_readers_beside_writers_see_whole_maps_alone(tmp_path: Path) -> None:
     store = FileMapStore(tmp_path)
-    store.put_map(OLD)
+    put_map(store, OLD)
     done = threading.Event()
 
     def write() -> None:
         try:
             for _ in range(15):
-                store.put_map(NEW)
+                put_map(store, NEW)
                 store.remove_map("house")
-                store.put_map(OLD)
+                put_map(store, OLD)
         finally:
             done.set()
 
@@ -158,7 +167,7 @@ def test_readers_beside_writers_see_whole_maps_alone(tmp_path: Path) -> None:
         readers = [threads.submit(read) for _ in range(2)]
         threads.submit(write).result()
     assert set().union(*(reader.result() for reader in readers)) <= {"old", "new", "gone"}
-    assert store.map("house") == OLD
+    assert found_map(store) == OLD
 
 
 PUBLISHER = """
@@ -166,9 +175,9 @@ import sys
 from pathlib import Path
 from ppaas.errors import Conflict
 from storage.files import FileMapStore
-from tests.support.records import house
+from tests.support.records import house, put_map
 try:
-    FileMapStore(Path(sys.argv[1])).put_map(house(owner=sys.argv[2]))
+    put_map(FileMapStore(Path(sys.argv[1])), house(owner=sys.argv[2]))
 except Conflict:
     sys.exit(3)
 """
@@ -179,28 +188,28 @@ def test_one_of_the_processes_that_take_an_id_at_once_gets_it(tmp_path: Path) ->
     publishers = [subprocess.Popen([sys.executable, "-c", PUBLISHER, str(tmp_path), owner]) for owner in owners]
     statuses = [publisher.wait() for publisher in publishers]
     assert sorted(statuses) == [0, 3, 3]
-    assert FileMapStore(tmp_path).map("house").owner == owners[statuses.index(0)]
+    assert FileMapStore(tmp_path).map_head("house").owner == owners[statuses.index(0)]
 
 
 def test_damaged_files_are_told_and_mended_by_publishing_again(tmp_path: Path) -> None:
     store = FileMapStore(tmp_path)
-    store.put_map(OLD)
-    image = tmp_path / "house" / "versions" / OLD.version / "image"
+    put_map(store, OLD)
+    image = tmp_path / "house" / "files-1" / hashlib.sha256(OLD.image or b"").hexdigest()
     for damage in (lambda: image.write_bytes(b"P5"), image.unlink):
         damage()
         with pytest.raises(Unavailable, match="publish it again"):
-            store.map("house")
-        store.put_map(OLD)
-        assert store.map("house") == OLD
+            found_map(store)
+        put_map(store, OLD)
+        assert found_map(store) == OLD
 
 
-@pytest.mark.parametrize("head", [b"{", b'{"owner": "ann", "version": "../../x", "readers": [], "created": 0}'])
+@pytest.mark.parametrize("head", [b"{", b"", b'{"era": "one"}'])
 def test_a_damaged_head_is_told(tmp_path: Path, head: bytes) -> None:
     store = FileMapStore(tmp_path)
-    store.put_map(OLD)
-    (tmp_path / "house" / "head.json").write_bytes(head)
-    with pytest.raises(Unavailable, match=r"head\.json.*backup"):
-        store.map("house")
+    put_map(store, OLD)
+    (tmp_path / "house" / "log" / "00000001").write_bytes(head)
+    with pytest.raises(Unavailable, match=r"house/log/00000001.*backup"):
+        found_map(store)
 
 
 def test_a_stray_file_in_the_folder_is_no_map(tmp_path: Path) -> None:
@@ -208,9 +217,9 @@ def test_a_stray_file_in_the_folder_is_no_map(tmp_path: Path) -> None:
     (tmp_path / "README").write_text("maps of the building")
     assert store.maps() == []
     with pytest.raises(NotFound):
-        store.map("README")
+        store.map_head("README")
     with pytest.raises(Unavailable, match="file is where a folder should be"):
-        store.put_map(house("README"))
+        put_map(store, house("README"))
 
 
 def test_a_file_in_place_of_the_folder_is_unavailable(tmp_path: Path) -> None:
@@ -221,7 +230,8 @@ def test_a_file_in_place_of_the_folder_is_unavailable(tmp_path: Path) -> None:
 
 def test_an_owner_keeps_the_map_after_a_conflict(tmp_path: Path) -> None:
     store = FileMapStore(tmp_path)
-    store.put_map(OLD)
+    put_map(store, OLD)
     with pytest.raises(Conflict):
-        store.put_map(house(owner="bob", image=pgm(value=9)))
-    assert names(tmp_path / "house" / "versions") == {OLD.version}
+        put_map(store, house(owner="bob", image=pgm(value=9)))
+    assert names(tmp_path / "house" / "log") == {"00000001"}
+    assert names(tmp_path / "house" / "files-1") == {hashlib.sha256(data).hexdigest() for data in OLD.files.values()}

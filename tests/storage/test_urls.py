@@ -8,10 +8,11 @@ import pytest
 
 from ppaas.errors import InvalidInput
 from storage.files import FileMapStore
-from storage.memory import MemoryMapStore, MemoryStore
+from storage.memory import MemoryStore
+from storage.memory_maps import MemoryMapStore
 from storage.sqlite import SqliteStore
 from storage.urls import open_map_store, open_store
-from tests.support.records import house, user
+from tests.support.records import house, put_map, user
 
 
 def test_the_scheme_chooses_the_store(tmp_path: Path) -> None:
@@ -24,8 +25,8 @@ def test_the_scheme_chooses_the_store(tmp_path: Path) -> None:
 def test_the_path_is_where_the_store_is(tmp_path: Path) -> None:
     open_store(f"sqlite://{tmp_path}/a%20b/store.db").add_user(user("ann"))
     assert (tmp_path / "a b" / "store.db").is_file()
-    open_map_store(f"file://{tmp_path}/maps").put_map(house())
-    assert (tmp_path / "maps" / "house" / "head.json").is_file()
+    put_map(open_map_store(f"file://{tmp_path}/maps"), house())
+    assert (tmp_path / "maps" / "house" / "log" / "00000001").is_file()
 
 
 def test_a_path_without_slashes_is_relative(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,10 +14,11 @@ from endpoints.accounts import Accounts, token_id
 from endpoints.app import create_app
 from endpoints.passwords import Passwords
 from endpoints.services import Services
-from storage.memory import MemoryMapStore, MemoryStore
+from storage.memory import MemoryStore
+from storage.memory_maps import MemoryMapStore
 from storage.records import Token, User
 from tests.support.fake_cloud import FakeCloud, container
-from tests.support.records import house, pgm, plan, robot
+from tests.support.records import house, pgm, plan, put_map, robot
 from tests.support.serving import serve
 
 TOKEN = "of an administrator"
@@ -55,7 +56,7 @@ class FuzzedService:
         store.add_token(Token(token_id(TOKEN), "root", 1e12))
         store.put_robot(robot(ROBOT, user="root", map=MAP))
         store.add_plan(plan(PLAN, user="root", map=MAP))
-        self.services.map_store.put_map(house(MAP, owner="root", image=pgm()))
+        put_map(self.services.map_store, house(MAP, owner="root", image=pgm()))
         self.cloud.running = [container("c1", user="root", robot="tb2")]
 
     def summary(self) -> str:

@@ -10,11 +10,12 @@ from pathlib import Path
 
 from engine.fabric import Fabric
 from engine.instances import folder_of, instance_name
+from engine.layer_building import LayerBuilder
 from engine.mapcache import MapCache
 from engine.router import RouterProcess
 from engine.runtimes.process import ProcessRuntime
 from tests.support.launches import Reports
-from tests.support.records import house, pgm
+from tests.support.records import house, kept, pgm
 
 
 async def run(folder: Path) -> None:
@@ -28,7 +29,8 @@ async def run(folder: Path) -> None:
     fabric = await Fabric.open(router.endpoint, router.credentials)
     fabric.subscribe("ppaas/**", lambda key, payload: None)
     shared = folder_of(instance_name())
-    await MapCache(shared).ensure(house(image=pgm(20, 20)), 0.18)
+    given = house(image=pgm(20, 20))
+    await MapCache(shared, build=LayerBuilder(kept(given))).ensure(given, 0.18)
     async with Reports(folder) as reports:
         containers = []
         for runtime in (*runtimes, runtimes[0], runtimes[0], runtimes[0]):

@@ -1,11 +1,24 @@
 """Records to put into stores."""
 
+import hashlib
 from typing import Any
 
+import msgspec
 import numpy as np
 
-from storage.records import CloneCheckpoint, MapRecord, PlanRecord, RobotRecord, Token, User
-from storage.versions import new_map
+from storage.memory_maps import MemoryMapStore
+from storage.ports import MapStore
+from storage.records import (
+    CloneCheckpoint,
+    MapFile,
+    MapRecord,
+    PlanRecord,
+    Publication,
+    RobotRecord,
+    Token,
+    User,
+)
+from storage.versions import PARTS, map_version
 
 NOT_NAMES = ["", ".", "..", "../x", "/etc", "a/b", "a\n", "a b", "-a", "_a", "ä", "a\0", "x" * 65, "\ud800"]
 
@@ -48,5 +61,56 @@ def clone(robot_id: str = "tb1", **fields: Any) -> CloneCheckpoint:
     )
 
 
-def house(map_id: str = "house", owner: str = "ann", image: bytes = pgm(), **fields: Any) -> MapRecord:
-    return new_map(map_id, owner, YAML, image, **({"created": 3.0} | fields))
+class GivenMap(msgspec.Struct, frozen=True):
+    """A map as it is given to a store; a file that is None is not there."""
+
+    id: str
+    owner: str
+    yaml: bytes | None
+    image: bytes | None
+    octomap: bytes | None = None
+    readers: tuple[str, ...] = ()
+    created: float = 3.0
+    description: str = ""
+
+    @property
+    def files(self) -> dict[str, bytes]:
+        given = {"yaml": self.yaml, "image": self.image, "octomap": self.octomap}
+        return {part: data for part, data in given.items() if data is not None}
+
+    @property
+    def version(self) -> str:
+        files = self.files.items()
+        return map_version({part: MapFile(hashlib.sha256(data).hexdigest(), len(data)) for part, data in files})
+
+    def readable_by(self, user: str) -> bool:
+        return user == self.owner or user in self.readers or "*" in self.readers
+
+
+def house(map_id: str = "house", owner: str = "ann", image: bytes | None = pgm(), **fields: Any) -> GivenMap:
+    return GivenMap(map_id, owner, **({"yaml": None if image is None else YAML, "image": image} | fields))
+
+
+def put_map(store: MapStore, given: GivenMap, **said: Any) -> MapRecord:
+    """Publish a map, all of which is as it is given."""
+    told = {"readers": tuple(given.readers), "description": given.description, "author": given.owner} | said
+    with store.drafting() as draft:
+        for part, data in given.files.items():
+            draft.add(part, [data])
+        return store.publish(draft, Publication(given.id, created=given.created, owner=given.owner, **told))
+
+
+def found_map(store: MapStore, map_id: str = "house", version: str | None = None) -> GivenMap:
+    """Return a map as a store gives it back."""
+    with store.open_map(map_id, version) as opened:
+        files = {part: bytes(opened.buffers[part]) if part in opened.buffers else None for part in PARTS}
+        record = opened.record
+        said = {"readers": record.readers, "created": record.created, "description": record.description}
+        return GivenMap(record.id, record.owner, **files, **said)
+
+
+def kept(given: GivenMap) -> MemoryMapStore:
+    """Return a store that has a map."""
+    store = MemoryMapStore()
+    put_map(store, given)
+    return store

@@ -73,7 +73,7 @@ class World:
 async def robot_world(folder: Path, services: Services) -> AsyncIterator[World]:
     """Run a cloud in which ann has the robot tb1."""
     await services.accounts.register("ann", PASSWORD)
-    services.map_store.put_map(records.house())
+    records.put_map(services.map_store, records.house())
     services.store.put_robot(records.robot("tb1", user="ann", map="house"))
     service = CloudService(Master(FirstFit()), Checkpoints(services.store), folder, "secret")
     await service.start()

@@ -10,7 +10,8 @@ from endpoints.accounts import Accounts
 from endpoints.app import create_app
 from endpoints.passwords import Passwords
 from endpoints.services import Services
-from storage.memory import MemoryMapStore, MemoryStore
+from storage.memory import MemoryStore
+from storage.memory_maps import MemoryMapStore
 from tests.support.command_line import PASSWORD, CommandLine
 from tests.support.fake_cloud import FakeCloud
 from tests.support.records import YAML, pgm

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from robots.sim.map_file import read_map_files
-from storage.versions import new_map
 from tests.support.command_line import CommandLine
-from tests.support.records import YAML, pgm
+from tests.support.records import YAML, put_map
+from tests.support.records import house as house_map
 
 
 @pytest.fixture
@@ -128,7 +128,7 @@ async def test_every_version_is_listed_shown_and_fetched(
 
 async def test_files_are_not_fetched_to_where_a_map_wants_them(ppaas: CommandLine, tmp_path: Path) -> None:
     for name in (b"../house.pgm", b"/etc/house.pgm", b"..", b"evil.yaml"):
-        ppaas.services.map_store.put_map(new_map("evil", "ann", YAML.replace(b"house.pgm", name), pgm()))
+        put_map(ppaas.services.map_store, house_map("evil", yaml=YAML.replace(b"house.pgm", name)))
         ended = await ppaas("map", "fetch", "evil", "--to", str(tmp_path / "to"))
         assert (ended.status, ended.out) == (1, "")
         assert ended.err.startswith("ppaas: invalid-map: ")

@@ -8,7 +8,7 @@ from PIL import Image
 
 from ppaas.errors import GoalOccupied
 from tests.support.command_line import CommandLine
-from tests.support.records import house
+from tests.support.records import house, put_map
 from tests.support.sources import ROOT
 from tests.support.urdf import EXAMPLES
 
@@ -20,7 +20,7 @@ IN_HOUSE = ("house", "--start", "0", "0", "--goal", "3", "4")
 
 @pytest.fixture(autouse=True)
 def published(ppaas: CommandLine) -> None:
-    ppaas.services.map_store.put_map(house())
+    put_map(ppaas.services.map_store, house())
 
 
 async def test_a_plan_is_told_in_one_row(ppaas: CommandLine) -> None:

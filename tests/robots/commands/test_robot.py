@@ -6,14 +6,14 @@ import pytest
 
 from tests.support.command_line import CommandLine
 from tests.support.fake_cloud import container
-from tests.support.records import house
+from tests.support.records import house, put_map
 from tests.support.urdf import EXAMPLES, example, link, part, urdf
 
 
 @pytest.fixture
 def file(tmp_path: Path, ppaas: CommandLine) -> Path:
     """Return the file of a robot that stands in a map which ann has published."""
-    ppaas.services.map_store.put_map(house())
+    put_map(ppaas.services.map_store, house())
     (tmp_path / "tb1.json").write_text('{"map": "house", "initial_pose": [0.5, -0.5, 1.5], "cores": 0.25}')
     return tmp_path / "tb1.json"
 

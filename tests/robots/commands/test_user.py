@@ -2,7 +2,7 @@ import json
 from pathlib import Path
 
 from tests.support.command_line import PASSWORD, CommandLine
-from tests.support.records import house
+from tests.support.records import house, put_map
 
 
 async def test_a_user_is_added_logs_in_and_is_deleted(ppaas: CommandLine) -> None:
@@ -37,7 +37,7 @@ async def test_a_user_who_is_there_is_not_added_again(ppaas: CommandLine) -> Non
 
 
 async def test_a_user_with_maps_is_kept_and_told_which(ppaas: CommandLine) -> None:
-    ppaas.services.map_store.put_map(house())
+    put_map(ppaas.services.map_store, house())
     ended = await ppaas("user", "delete", "ann", user="admin")
     assert ended.err.startswith("ppaas: conflict: ")
     assert "house" in ended.err

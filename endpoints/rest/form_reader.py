@@ -1,0 +1,142 @@
+"""Forms (RFC 7578) taken apart as they come: what is text is kept, files go where they are told to."""
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack
+from types import TracebackType
+from typing import Protocol
+
+from python_multipart.exceptions import FormParserError
+from python_multipart.multipart import MultipartParser, parse_options_header
+
+from ppaas.errors import InvalidParameter, MalformedMessage
+
+MAX_TEXT = 1 << 14
+"""Longest text of a field [bytes]."""
+
+
+class Writer(Protocol):
+    """What takes a file."""
+
+    def write(self, data: memoryview) -> None:
+        """Take some bytes."""
+
+
+class FormReader:
+    """Reads a form.
+
+    Parameters
+    ----------
+    content_type : str
+        Of the request.
+    open_file : callable
+        Returns what takes the file of a name; the context ends with the file.
+    max_fields : int
+        Most fields that are text.
+
+    Raises
+    ------
+    MalformedMessage
+        It is no form.
+    """
+
+    def __init__(
+        self, content_type: str, open_file: Callable[[str], AbstractContextManager[Writer]], max_fields: int
+    ) -> None:
+        boundary = parse_options_header(content_type)[1].get(b"boundary", b"")
+        if not boundary:
+            raise MalformedMessage("the form has no boundary: 'Content-Type: multipart/form-data; boundary=…'")
+        self.texts: dict[str, list[str]] = {}
+        self.files: set[str] = set()
+        self._open_file = open_file
+        self._left = max_fields
+        self._header = (bytearray(), bytearray())
+        self._disposition = b""
+        self._text: tuple[str, bytearray] | None = None
+        self._file: Writer | None = None
+        self._open = ExitStack()
+        self._whole = False
+        names = ("header_field", "header_value", "header_end", "headers_finished", "part_data", "part_end", "end")
+        self._parser = _parser(boundary, {f"on_{name}": getattr(self, f"_{name}") for name in names})
+
+    def __enter__(self) -> "FormReader":
+        """Read no further than the block."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Let go of the file that is being written, if there is one."""
+        self._open.__exit__(kind, error, trace)
+
+    def write(self, data: bytes) -> None:
+        """Read more of the form.
+
+        Raises
+        ------
+        MalformedMessage
+            It is no form.
+        InvalidParameter
+            It has too many fields, or one that is too long; or what ``open_file`` raises.
+        """
+        try:
+            self._parser.write(data)
+        except FormParserError as error:
+            raise MalformedMessage(f"the form cannot be read: {error}") from error
+
+    def end(self) -> None:
+        """Raise ``MalformedMessage`` unless the form is whole."""
+        if not self._whole:
+            raise MalformedMessage("the form is cut short: send it again")
+
+    # -- called by the parser ------------------------------------------------------------------------------------------
+
+    def _header_field(self, data: bytes, start: int, end: int) -> None:
+        self._header[0].extend(data[start:end])
+
+    def _header_value(self, data: bytes, start: int, end: int) -> None:
+        self._header[1].extend(data[start:end])
+
+    def _header_end(self) -> None:
+        name, value = (bytes(part) for part in self._header)
+        if name.lower() == b"content-disposition":
+            self._disposition = value
+        self._header = (bytearray(), bytearray())
+
+    def _headers_finished(self) -> None:
+        options = parse_options_header(self._disposition)[1]
+        self._disposition = b""
+        name = options.get(b"name", b"").decode(errors="replace")
+        if b"filename" in options:
+            self.files.add(name)
+            self._file = self._open.enter_context(self._open_file(name))
+            return
+        self._left -= 1
+        if self._left < 0:
+            raise InvalidParameter("the form has too many fields")
+        self._text = (name, bytearray())
+
+    def _part_data(self, data: bytes, start: int, end: int) -> None:
+        if self._file is not None:
+            self._file.write(memoryview(data)[start:end])
+        elif self._text is not None:
+            name, text = self._text
+            if len(text) + end - start > MAX_TEXT:
+                raise InvalidParameter(f"the form's field {name[:64]!r} is too long: {MAX_TEXT} bytes at most")
+            text += data[start:end]
+
+    def _part_end(self) -> None:
+        if self._text is not None:
+            name, text = self._text
+            self.texts.setdefault(name, []).append(text.decode(errors="replace"))
+        self._text = self._file = None
+        self._open.close()
+
+    def _end(self) -> None:
+        self._whole = True
+
+
+def _parser(boundary: bytes, callbacks: dict[str, Callable[..., None]]) -> MultipartParser:
+    try:
+        return MultipartParser(boundary, callbacks)  # type: ignore[arg-type]
+    except FormParserError as error:
+        raise MalformedMessage(f"the form cannot be read: {error}") from error

@@ -1,0 +1,106 @@
+"""Files of a map on their way into a store: on a disk, hashed as they are written, and seen by nobody."""
+
+import hashlib
+import mmap
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+from ppaas.errors import InvalidInput
+from storage.failures import disk_errors
+from storage.records import MapFile
+from storage.versions import PARTS, map_version
+
+Buffer = bytes | mmap.mmap
+"""What is in a file, read as it is asked for."""
+
+BLOCK = 1 << 20
+"""Bytes that are read or written at a time."""
+
+
+class DraftFile:
+    """A file that is being written."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self._digest = hashlib.sha256()
+        self._size = 0
+
+    def write(self, data: bytes | memoryview) -> None:
+        """Add bytes."""
+        self._file.write(data)
+        self._digest.update(data)
+        self._size += len(data)
+
+    def end(self) -> MapFile:
+        """Bring it to the disk; return what it is."""
+        self._file.flush()
+        os.fsync(self._file.fileno())
+        return MapFile(self._digest.hexdigest(), self._size)
+
+
+class MapDraft:
+    """What is to become a version of a map.
+
+    Parameters
+    ----------
+    folder : Path
+        Of its own.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self.files: dict[str, MapFile] = {}
+
+    @property
+    def version(self) -> str:
+        """The hash of its files."""
+        return map_version(self.files)
+
+    def path(self, part: str) -> Path:
+        """Return where a file is."""
+        return self._folder / part
+
+    @contextmanager
+    def writing(self, part: str) -> Iterator[DraftFile]:
+        """Write a file, which counts once the block has ended well.
+
+        Raises
+        ------
+        InvalidInput
+            A map has no such file, or the draft has it already.
+        Unavailable
+            The disk is full, or the like.
+        """
+        if part not in PARTS or part in self.files:
+            raise InvalidInput(f"a map has one each of {', '.join(PARTS)}, not {part!r} (again)")
+        with disk_errors(self.path(part)), self.path(part).open("wb", buffering=0) as file:
+            draft = DraftFile(file)
+            yield draft
+            self.files[part] = draft.end()
+
+    def add(self, part: str, data: Iterable[bytes | memoryview]) -> None:
+        """Write a whole file, block by block."""
+        with self.writing(part) as file:
+            for block in data:
+                file.write(block)
+
+    def buffer(self, part: str) -> Buffer:
+        """Return what is in a file that was written."""
+        with disk_errors(self.path(part)):
+            return mapped(self.path(part))
+
+
+def mapped(path: Path) -> Buffer:
+    """Return what is in a file, mapped into memory: it takes room in it only while it is looked at."""
+    with path.open("rb") as file:
+        if not os.fstat(file.fileno()).st_size:
+            return b""
+        return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+
+
+def blocks(data: Buffer) -> Iterator[bytes]:
+    """Return what is in a file, a mebibyte at a time."""
+    return (data[start : start + BLOCK] for start in range(0, len(data), BLOCK))
