@@ -12,6 +12,8 @@ from endpoints.problems import add_problem_handlers
 from endpoints.rest import (
     containers,
     cost_matrix,
+    evaluation,
+    health,
     kept_plans,
     machines,
     map_cells,
@@ -49,6 +51,7 @@ RESOURCES = (
     maps,
     map_versions,
     map_cells,
+    evaluation,
     models,
     planners,
     robots,
@@ -57,6 +60,7 @@ RESOURCES = (
     kept_plans,
     machines,
     containers,
+    health,
 )
 
 

@@ -13,6 +13,7 @@ from ppaas.messages.nav_msgs import GetPlanResponse
 from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
 from ppaas.nodes.base import Context, Job, Reply
 from ppaas.nodes.checks import finite_pose
+from ppaas.nodes.comparison import Comparison
 from ppaas.nodes.planner_queue import PlannerQueue
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.planners.path_text import rows_text
@@ -76,6 +77,7 @@ class PathServices:
         tuned: Mapping[str, Planner] | None = None,
     ) -> None:
         self._processor = processor
+        self._comparison = Comparison(context, processor)
         self._costmap = costmap
         self._default = default
         self._threads = threads
@@ -124,13 +126,19 @@ class PathServices:
         if not 0.0 < timeout <= MAX_TIMEOUT:
             raise InvalidInput(f"timeout must be above 0 and at most {MAX_TIMEOUT:g} s, not {timeout}")
         chosen, where = self._planner(planner or self._default), costmap or self._costmap
+        planned: tuple[PlanRequest, PlanResult] | None = None
 
         def work(cancelled: Callable[[], bool]) -> GetPlanResponse | ComputePathResponse:
+            nonlocal planned
             request = PlanRequest(start, goal, tolerance, timeout, cancelled, self._threads)
-            return respond(self._processor.plan(chosen, where, request, reuse=reuse))
+            result = self._processor.plan(chosen, where, request, reuse=reuse)
+            planned = request, result
+            return respond(result)
 
         def done(result: GetPlanResponse | ComputePathResponse | PPaaSError) -> None:
             reply(result)
+            if planned is not None:
+                self._comparison.see(chosen, where, *planned)
 
         return self._queue.submit(work, done)
 

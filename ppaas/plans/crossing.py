@@ -41,17 +41,25 @@ def crossed_by(info: GridInfo, points: NDArray[np.float64]) -> Crossed:
         x, y [m], at least one.
     """
     cells = info.to_cells(points)
-    furthest = np.abs(np.diff(cells, axis=0)).max(axis=1, initial=0)
-    if furthest.size and furthest.max() > 1:
+    furthest = _furthest(cells)
+    if furthest.max(initial=0) > 1:
         cells = info.to_cells(_closer(points, furthest))
-    moved = np.ones(len(cells), np.bool_)
-    np.any(np.diff(cells, axis=0), axis=1, out=moved[1:])
-    cells = cells[moved]
-    before, after = cells[:-1], cells[1:]
-    diagonal = np.all(before != after, axis=1)
-    before, after = before[diagonal], after[diagonal]
-    beside = (np.stack((before[:, 0], after[:, 1]), axis=1), np.stack((after[:, 0], before[:, 1]), axis=1))
-    return Crossed(cells, np.concatenate(beside))
+    moved = _furthest(cells) > 0
+    if not moved.all():
+        cells = cells[np.concatenate(([True], moved))]
+    rows, columns = cells[:, 0], cells[:, 1]
+    diagonal = np.flatnonzero((rows[1:] != rows[:-1]) & (columns[1:] != columns[:-1]))
+    corners = np.empty((2, len(diagonal), 2), np.int64)
+    corners[0, :, 0], corners[0, :, 1] = rows[diagonal], columns[diagonal + 1]
+    corners[1, :, 0], corners[1, :, 1] = rows[diagonal + 1], columns[diagonal]
+    return Crossed(cells, corners.reshape(-1, 2))
+
+
+def _furthest(cells: Cells) -> NDArray[np.int64]:
+    """Return how many rows or columns each step goes, whichever is more."""
+    rows, columns = cells[:, 0], cells[:, 1]
+    furthest: NDArray[np.int64] = np.maximum(np.abs(rows[1:] - rows[:-1]), np.abs(columns[1:] - columns[:-1]))
+    return furthest
 
 
 def _closer(points: NDArray[np.float64], furthest: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -76,13 +84,15 @@ def first_blocked(costmap: Costmap, crossed: Crossed, open_costs: NDArray[np.boo
     open_costs : (256,) bool array
         Which costs may be crossed (``ppaas.planners.weights.passable``).
     """
+    height, width = costmap.info.shape
     for cells in (crossed.cells, crossed.corners):
-        if not len(cells):
-            continue
-        outside = np.any((cells < 0) | (cells >= costmap.info.shape), axis=1)
-        blocked = outside.copy()
-        blocked[~outside] = ~open_costs[costmap.data[tuple(cells[~outside].T)]]
-        if blocked.any():
-            row, column = cells[int(np.argmax(blocked))].tolist()
-            return row, column
+        rows, columns = cells[:, 0], cells[:, 1]
+        inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+        if not inside.all():
+            rows, columns = rows[~inside], columns[~inside]
+            return int(rows[0]), int(columns[0])
+        free = open_costs[costmap.data[rows, columns]]
+        if not free.all():
+            at = int(np.argmin(free))
+            return int(rows[at]), int(columns[at])
     return None

@@ -65,7 +65,7 @@ class PlannerHistory(msgspec.Struct, frozen=True):
         return tuple(getattr(self, name) for name in COUNTS)
 
     def plus(self, other: "PlannerHistory") -> "PlannerHistory":
-        """Return both together; they must be about the same."""
+        """Return the sums of both, under the key of this."""
         sums = map(sum, zip(self.counts(), other.counts(), strict=True))
         return PlannerHistory(*self.key, *sums)
 
@@ -109,6 +109,11 @@ def bucket_of(cells: float) -> int:
     if not cells > 1.0:
         return 0
     return min(1 + int(2.0 * math.log2(cells)), MOST_BUCKETS - 1)
+
+
+def bucket_range(bucket: int) -> tuple[float, float]:
+    """Return the complexities of a bucket, in cells: from the first up to the second."""
+    return 0.0 if bucket == 0 else 2.0 ** ((bucket - 1) / 2.0), 2.0 ** (bucket / 2.0)
 
 
 def computed_row(key: tuple[str, str, str, int], seconds: float) -> PlannerHistory:

@@ -14,6 +14,7 @@ from ppaas.plans.estimates import ComputationTimes, Estimate, LinkTimes
 from ppaas.plans.history import (
     PlannerHistory,
     bucket_of,
+    compared_row,
     complexity,
     computed_row,
     failed_row,
@@ -177,8 +178,7 @@ class PlanProcessor:
         reuse : bool
             Whether a kept plan will do.
         """
-        cells = complexity(request.start, request.goal, costmap.info.resolution)
-        key = self._standing.map, self._standing.version, planner.name, bucket_of(cells)
+        cells, key = self._key(planner, request)
         if reuse and (found := self._found(planner, costmap, request, cells)) is not None:
             self._note(found_row(key, found.origin))
             return found
@@ -192,6 +192,16 @@ class PlanProcessor:
         self._times.computation.note(planner.name, cells, result.seconds)
         self._note(computed_row(key, result.seconds))
         return self._named(result, planner, bare=costmap is self._standing.bare)
+
+    def compared(self, planner: Planner, request: PlanRequest, length: float, cheapest: float) -> None:
+        """Take note of how long a computed plan is, and how long the cheapest one for the same request [m]."""
+        self._note(compared_row(self._key(planner, request)[1], length, cheapest))
+
+    def _key(self, planner: Planner, request: PlanRequest) -> tuple[float, tuple[str, str, str, int]]:
+        """Return the complexity of a request, and what it is counted under."""
+        standing = self._standing
+        cells = complexity(request.start, request.goal, standing.bare.info.resolution)
+        return cells, (standing.map, standing.version, planner.name, bucket_of(cells))
 
     def _named(self, result: PlanResult, planner: Planner, *, bare: bool) -> PlanResult:
         """Return a plan with its conditions and id."""

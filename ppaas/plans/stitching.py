@@ -12,7 +12,7 @@ from ppaas.planners.path import path_cost, path_length
 from ppaas.planners.traits import Optimal, Traits
 from ppaas.planners.weights import NEUTRAL, RELATIVE_ERROR, SQRT2, passable
 from ppaas.plans.criteria import SAME_END, Verdict
-from ppaas.plans.crossing import Crossed, crossed_by, first_blocked
+from ppaas.plans.crossing import crossed_by, first_blocked
 from ppaas.plans.stored import BARE_MAP, Origin, Question, StoredPlan, same_planner, same_robot
 
 BOUND = 0.05
@@ -129,11 +129,12 @@ def offer(
     if blocked is not None:
         return None, Verdict(False, "costmap", {"row": blocked[0], "column": blocked[1]})
     proves = _was_cheapest(stored, question, traits)
-    proof = _proof(ground.bare, crossed, poses[:, :2], kept if proves else None)
     cells, origin = crossed.cells.astype(np.int32), _origin(stored, question)
     cost, length = path_cost(ground.live, cells), path_length(poses)
+    bare_cost = cost if ground.live is ground.bare else path_cost(ground.bare, cells)
+    proof = _proof(ground.bare, poses[:, :2], cells, kept if proves else None, bare_cost)
     made = Offer(stored.id, origin, poses, cells, cost, length, proof, stored.whole and poses is stored.poses)
-    return _judged(made, path_cost(ground.bare, cells), bound, as_made=_is_as_made(stored, question, traits))
+    return _judged(made, bare_cost, bound, as_made=_is_as_made(stored, question, traits))
 
 
 def _judged(made: Offer, bare_cost: float, bound: float, *, as_made: bool) -> tuple[Offer | None, Verdict]:
@@ -215,16 +216,28 @@ def _attach(points: NDArray[np.float64], end: Pose2D, tolerance: float) -> int:
 # -- the bound ---------------------------------------------------------------------------------------------------------
 
 
-def _proof(bare: Costmap, crossed: Crossed, points: NDArray[np.float64], kept: slice | None) -> Proof:
-    """Return the better of what can be proved; ``kept`` are the points of a stretch that is a cheapest path itself."""
-    rows, columns = np.abs(crossed.cells[-1] - crossed.cells[0]).tolist()
+def _proof(
+    bare: Costmap, points: NDArray[np.float64], cells: NDArray[np.int32], kept: slice | None, whole: float
+) -> Proof:
+    """Return the better of what can be proved.
+
+    ``kept`` are the points of a stretch that is a cheapest path itself, ``whole`` is what all cells cost on the bare
+    map.
+    """
+    rows, columns = np.abs(cells[-1] - cells[0]).tolist()
     distance = NEUTRAL * (max(rows, columns) + (SQRT2 - 1.0) * min(rows, columns))
-    if kept is None or np.abs(np.diff(bare.info.to_cells(points[kept]), axis=0)).max(initial=0) > 1:
+    if kept is None:
         return Proof(distance, "distance")
-    stretch = _cost(bare, points[kept]) * (1.0 - 2.0 * RELATIVE_ERROR)
-    # Whoever went from the stretch back to the start, and from the goal back to it, would have gone no cheaper.
-    back = _cost(bare, points[: kept.start + 1][::-1]) + _cost(bare, points[kept.stop - 1 :][::-1])
-    return Proof(stretch - back, "stretch") if stretch - back > distance else Proof(distance, "distance")
+    if kept == slice(0, len(points)) and len(cells) == len(points):
+        stretch, back = whole, 0.0
+    elif np.abs(np.diff(bare.info.to_cells(points[kept]), axis=0)).max(initial=0) > 1:
+        return Proof(distance, "distance")
+    else:
+        stretch = _cost(bare, points[kept])
+        # Whoever went from the stretch back to the start, and from the goal back to it, would have gone no cheaper.
+        back = _cost(bare, points[: kept.start + 1][::-1]) + _cost(bare, points[kept.stop - 1 :][::-1])
+    cheapest = stretch * (1.0 - 2.0 * RELATIVE_ERROR) - back
+    return Proof(cheapest, "stretch") if cheapest > distance else Proof(distance, "distance")
 
 
 def _cost(costmap: Costmap, points: NDArray[np.float64]) -> float:

@@ -127,17 +127,19 @@ def make_plan_call(start: tuple[float, float, float], goal: tuple[float, float, 
     return _call("/move_base/make_plan", *ends)
 
 
-def compute_path_call(start: tuple[float, float, float], goal: tuple[float, float, float]) -> str:
+def compute_path_call(
+    start: tuple[float, float, float], goal: tuple[float, float, float], **more: str | float | bool
+) -> str:
     """Return the frame of a call of ``ppaas_msgs/ComputePath``, which tells the planner's time too."""
-    return _call("/move_base/compute_path", _pose(start), _pose(goal))
+    return _call("/move_base/compute_path", _pose(start), _pose(goal), **more)
 
 
 def _pose(end: tuple[float, float, float]) -> dict[str, object]:
     return {"position": {"x": end[0], "y": end[1]}, "orientation": {"z": 0.0, "w": 1.0}}
 
 
-def _call(service: str, start: dict[str, object], goal: dict[str, object]) -> str:
-    arguments = {"start": start, "goal": goal}
+def _call(service: str, start: dict[str, object], goal: dict[str, object], **more: str | float | bool) -> str:
+    arguments = {"start": start, "goal": goal, **more}
     return json.dumps({"op": "call_service", "id": "1", "service": service, "args": arguments})
 
 

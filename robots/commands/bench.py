@@ -26,7 +26,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     service.add_argument("--only", choices=PARTS, metavar="NAME", action="append", help=f"of {', '.join(PARTS)}")
     planning = kinds.add_parser("planning", help="preparing maps and planning paths, without a cloud")
     planning.set_defaults(what="planning")
-    for kind in (service, planning):
+    reuse = kinds.add_parser("reuse", help="how much sooner a kept path arrives than a computed one")
+    reuse.set_defaults(what="reuse")
+    for kind in (service, planning, reuse):
         kind.add_argument("--quick", action="store_true", help="few samples: to see that it runs, not to compare")
         kind.add_argument("--json", action="store_true", help="print the result as one JSON object")
     bench_planners.configure(kinds)
@@ -51,11 +53,13 @@ def _measure_figures(arguments: argparse.Namespace, progress: "Progress") -> Cal
     import uvloop  # noqa: PLC0415 - what is measured is the cloud, not our own loop
     from rich.console import Console  # noqa: PLC0415
 
-    from robots.bench import planning, service  # noqa: PLC0415
+    from robots.bench import planning, reuse, service  # noqa: PLC0415
     from robots.bench.figures import show, to_json  # noqa: PLC0415
 
     if arguments.what == "planning":
         figures = planning.measure(progress, arguments.quick)
+    elif arguments.what == "reuse":
+        figures = uvloop.run(reuse.measure(progress, arguments.quick))
     else:
         token = token_of(arguments) if arguments.url else None
         only = tuple(arguments.only or ())
