@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import Costmap
-from ppaas.errors import GoalOccupied, NoValidPath, StartOccupied
+from ppaas.errors import GoalOccupied, NoValidPath, PlanTimeout, StartOccupied
 from ppaas.geometry import Pose2D, Poses, wrap_angle
 from ppaas.maps.grid import GridInfo
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
@@ -18,6 +18,7 @@ from ppaas.planners.ends import Ends, place_ends
 from ppaas.planners.field import CostField
 from ppaas.planners.kernels import driving, dubins, heap, hybrid_astar, pose_tree, reeds_shepp, shortcuts, steering
 from ppaas.planners.kernels.driving import Ground, fits, looks
+from ppaas.planners.kernels.hybrid_astar import EXHAUSTED, PAUSED
 from ppaas.planners.kernels.shortcuts import trace
 from ppaas.planners.lattice_ground import lay_ground
 from ppaas.planners.lattice_parameters import DUBIN, LatticeParameters
@@ -31,6 +32,9 @@ Floats = NDArray[np.float64]
 
 NONE = 1e-9
 """A leg that is shorter is none [cells]."""
+
+DOUBTFUL = 5_000
+"""Nodes after which it is asked whether the goal can be arrived at at all: what a hard plan takes."""
 
 
 class Lattice(Planner):
@@ -102,13 +106,30 @@ class Lattice(Planner):
         car = car_of(parameters, costmap.info.resolution)
         motions = motions_of(car, interpolated=parameters.allow_primitive_interpolation)
         search = PoseSearch(ground, car, values, motions=motions, leaving=leaving, start=start, goal=goal)
-        most = parameters.max_iterations if parameters.max_iterations > 0 else 1 << 62
-        if not search.run(check, most):
+        if not self._found(search, check):
             raise NoValidPath(_unconnected(request, ends, parameters))
         legs = search.legs()
         if parameters.smooth_path:
             legs = smooth(ground, car, legs, check)
         return legs, ground, search.expanded
+
+    def _found(self, search: PoseSearch, check: Callable[[], None]) -> bool:
+        """Return whether there is a way.
+
+        Raises
+        ------
+        PlanTimeout
+            No way was known after the most nodes that may be worked off.
+        """
+        most = self.parameters.max_iterations if self.parameters.max_iterations > 0 else 1 << 62
+        outcome = search.run(check, min(DOUBTFUL, most))
+        if outcome == PAUSED and not (search.has_way or search.can_arrive(check, DOUBTFUL)):
+            return False
+        if outcome == PAUSED:
+            outcome = search.run(check, most)
+        if outcome == PAUSED and not search.has_way:
+            raise PlanTimeout(f"no path after {most} nodes; raise max_iterations or plan to a goal that is nearer")
+        return outcome != EXHAUSTED
 
 
 @cache
@@ -185,5 +206,5 @@ def _unconnected(request: PlanRequest, ends: Ends, parameters: LatticeParameters
     )
     return (
         f"no free way from {_spot(request.start)} to {_spot(ends.goal_pose)} that a robot with a turning radius of "
-        f"{parameters.minimum_turning_radius} m can drive{hint} clear the costmap, or choose another goal"
+        f"{parameters.minimum_turning_radius} m can drive{hint} clear the costmap, or choose another goal or heading"
     )

@@ -6,7 +6,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.errors import PlanTimeout
 from ppaas.geometry import Pose2D
 from ppaas.planners.kernels.driving import Ground
 from ppaas.planners.kernels.heap import put
@@ -17,6 +16,7 @@ from ppaas.planners.kernels.hybrid_astar import (
     FOUND,
     LAST,
     LENGTH,
+    PAUSED,
     POOL_EMPTY,
     SIZE,
     STATE_SIZE,
@@ -108,15 +108,20 @@ class PoseSearch:
         """How many nodes were worked off."""
         return int(self._state[COUNT])
 
-    def run(self, check: Callable[[], None], most: int) -> bool:
-        """Search until the goal is reached, or nothing is left; return which.
+    @property
+    def has_way(self) -> bool:
+        """Whether a way to the goal is known, if perhaps not the cheapest."""
+        return bool(self._best[0] < math.inf)
 
-        Raises
-        ------
-        PlanTimeout
-            After ``most`` nodes, if none reached the goal until then.
+    def run(self, check: Callable[[], None], most: int) -> int:
+        """Search until it is over, or ``most`` nodes were worked off in all.
+
+        Returns
+        -------
+        int
+            `FOUND`: the cheapest way is known. `EXHAUSTED`: there is none. `PAUSED`: there is more to work off.
         """
-        while True:
+        while self.expanded < most:
             check()
             outcome = expand(
                 self._ground, self._car, self._field, self._outside, self._goal, self._motions, self._tree,
@@ -125,11 +130,21 @@ class PoseSearch:
             if outcome == POOL_EMPTY:
                 self._grow(check)
             elif outcome in (EXHAUSTED, FOUND):
-                return bool(outcome == FOUND)
-            elif self.expanded >= most:
-                if self._best[0] < math.inf:
-                    return True
-                raise PlanTimeout(f"no path after {most} nodes; raise max_iterations or plan to a goal that is nearer")
+                return int(outcome)
+        return PAUSED
+
+    def can_arrive(self, check: Callable[[], None], most: int) -> bool:
+        """Tell whether the goal may be driven to from afar: from there backward, ``most`` nodes do not end it all.
+
+        Where the robot cannot come to stand as it is to stand at the goal, in a dead end that it is to face out of,
+        this ends soon, while the search from the start goes on over all the rest of the map.
+        """
+        ends = Pose2D(*self._goal.tolist()), Pose2D(*self._tree.spots[0].tolist())
+        backward = PoseSearch(
+            self._ground, self._car._replace(longest=-1.0), self._field,  # so that it tries no curve
+            motions=self._motions * np.array((1.0, -1.0, -1.0)), leaving=math.nan, start=ends[0], goal=ends[1],
+        )  # fmt: skip
+        return backward.run(check, most) == PAUSED
 
     def legs(self) -> Floats:
         """Return the (n, LEG) legs of the best way: x, y, theta where each begins, its curvature, length and cost."""

@@ -21,7 +21,7 @@ from ppaas.errors import (
     StartOutsideMap,
 )
 from ppaas.geometry import Pose2D, yaw_of
-from ppaas.planners import PlanRequest, create
+from ppaas.planners import PlanRequest, create, lattice, lattice_search
 from ppaas.planners.lattice import Lattice
 from robots.sim.map_file import read_map_file
 from tests.support import grids
@@ -264,7 +264,27 @@ def test_the_deadline_is_that_of_the_request_or_of_the_planner(asked, allowed):
 
 def test_no_more_nodes_are_worked_off_than_allowed():
     with pytest.raises(PlanTimeout, match="max_iterations"):
-        Lattice(max_iterations=300).plan(HARD, PlanRequest(*HARD_ENDS))
+        Lattice(max_iterations=30).plan(HARD, PlanRequest(HARD_ENDS[0], Pose2D(15.0, 15.0, NORTH)))
+
+
+YARD = walled(600, 600, (50, 599, 1, 599), (20, 50, 80, 92))
+"""Much open ground with a dead end to its side, 0.6 m wide and 1.5 m deep."""
+
+
+def test_a_heading_that_nobody_can_arrive_with_is_told_before_all_the_map_is_searched():
+    asked = 0
+
+    def cancelled():
+        nonlocal asked
+        asked += 1
+        return False
+
+    request = PlanRequest(Pose2D(20.0, 20.0, EAST), Pose2D(*IN_BAY, NORTH), cancelled=cancelled)
+    with pytest.raises(NoValidPath, match="another goal or heading"):
+        Lattice(tolerance=0.0, max_planning_time=1e9).plan(YARD, request)
+    assert asked < 2 * lattice.DOUBTFUL / lattice_search.SLICE_NODES + 100
+    planned(YARD, Pose2D(20.0, 20.0, EAST), Pose2D(*IN_BAY, SOUTH))
+    planned(YARD, Pose2D(20.0, 20.0, EAST), Pose2D(*IN_BAY, NORTH), **BOTH)
 
 
 def test_nothing_counts_that_was_in_memory_before(monkeypatch):
