@@ -1,9 +1,10 @@
 """Builds an index: ground, graph, contraction, labels, and all of it laid into one array."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from ppaas.errors import InvalidPlanner
 from ppaas.planners.hub_labels.graph import (
@@ -22,13 +23,22 @@ from ppaas.planners.hub_labels.head import fingerprint, seal
 from ppaas.planners.hub_labels.importance import Edges, grow_trees, inherit
 from ppaas.planners.hub_labels.kernels import layout
 from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.contraction import RUNS
+from ppaas.planners.hub_labels.kernels.joining import UNREACHED
 from ppaas.planners.hub_labels.kernels.laying import lay_labels, lay_table, lay_ways
+from ppaas.planners.hub_labels.kernels.layout import Shorts
 from ppaas.planners.hub_labels.kernels.scan import DIAGONAL, Integers, most_seen
 from ppaas.planners.hub_labels.kernels.terrain import COLUMNS, ROWS
 from ppaas.planners.hub_labels.kernels.trees import FAR
 from ppaas.planners.hub_labels.labels import Pool, label
 
 ENTRIES_A_SLICE = 1 << 17
+
+MOST_BYTES, CELLS_OF_MOST_BYTES = 38e6, 1 << 20
+"""How large an index may be, and up to how many cells that holds; that of a larger map may be larger in proportion."""
+
+BYTES_AN_ENTRY, BYTES_A_CORNER = 14, 100
+"""What an entry of a label takes, and a corner besides: its numbers, landmarks or edges in the fringe."""
 
 
 def build_index(free: NDArray[np.bool_], *, threads: int, check: Callable[[], None]) -> Words:
@@ -94,8 +104,18 @@ def _index(
     contracted = contract_graph(graph, prices, check=check)
     # A hub and an end of a path are so far apart at most, or the length of the path to the corner before would not fit.
     longest = int(FAR - DIAGONAL * (ground.terrain[ROWS] + ground.terrain[COLUMNS]))
-    pool = label(contracted, inherited, longest=longest, threads=threads, check=check)
+    room = label_room(ground, contracted)
+    pool = label(contracted, inherited, room=room, longest=longest, threads=threads, check=check)
     return _Assembly(ground, graph, contracted, pool).assemble(check)
+
+
+def label_room(ground: Ground, contracted: Contracted) -> int:
+    """Return how many entries labels may have, for an index that is not too large."""
+    rows, columns, corners = int(ground.terrain[ROWS]), int(ground.terrain[COLUMNS]), len(ground.places)
+    ways = 2 * (layout.WAY_HEAD * len(contracted.edges) + int(contracted.edges[:, RUNS].sum(dtype=np.int64)))
+    others = ground.terrain.nbytes + BYTES_A_CORNER * corners + ways
+    most = MOST_BYTES * max(1.0, rows * columns / CELLS_OF_MOST_BYTES)
+    return max(0, int(most) - others) // BYTES_AN_ENTRY
 
 
 class _Assembly:
@@ -110,53 +130,57 @@ class _Assembly:
         """Lay all of it into one array."""
         offsets = np.empty(len(self._contracted.after), np.int32)
         check()
-        table = self._table(offsets)
-        landmarks = self._landmarks(check)
-        sizes = {
-            layout.TERRAIN: 2 * len(self._ground.terrain), layout.TABLE: len(table),
-            layout.LANDMARKS: landmarks.size, layout.LABELS: int(table[-layout.CORNER_SIZE + layout.LABEL]),
-            layout.WAYS: int(table[-layout.CORNER_SIZE + layout.WAY]), layout.RANKS: self._corners + 1,
-        }  # fmt: skip
-        index = _room(sizes)
-        self._tell_sizes(index, landmarks)
+        table, (labels, ways) = self._table(offsets)
+        shift, landmarks = self._landmarks(check)
+        index = _room({
+            layout.TERRAIN: self._ground.terrain.nbytes, layout.TABLE: table.nbytes,
+            layout.LANDMARKS: landmarks.nbytes, layout.LABELS: 4 * labels, layout.WAYS: 2 * ways,
+            layout.RANKS: 4 * (self._corners + 1),
+        })  # fmt: skip
+        self._tell_sizes(index, landmarks, shift)
         for section, content in (
-            (layout.TERRAIN, self._ground.terrain.view(np.int32)), (layout.TABLE, table),
-            (layout.LANDMARKS, landmarks.ravel()), (layout.RANKS, self._pool.ranks),
+            (layout.TERRAIN, self._ground.terrain), (layout.TABLE, table), (layout.LANDMARKS, landmarks),
+            (layout.RANKS, self._pool.ranks),
         ):  # fmt: skip
             check()
-            _integers(index, section)[: len(content)] = content
-        _integers(index, layout.RANKS)[self._corners] = len(self._contracted.order)
-        self._lay_ways(index, table, check)
-        self._lay_labels(index, table, offsets, check)
+            _part(index, section, content.dtype)[: content.size] = content.ravel()
+        _part(index, layout.RANKS, np.int32)[self._corners] = len(self._contracted.order)
+        self._lay_ways(_part(index, layout.WAYS, np.uint16), offsets, check)
+        self._lay_labels(_part(index, layout.LABELS, np.int32), table, offsets, check)
         return index
 
-    def _table(self, offsets: Integers) -> Integers:
+    def _table(self, offsets: Integers) -> tuple[Integers, tuple[int, int]]:
         contracted, pool = self._contracted, self._pool
-        table = np.zeros((self._corners + 1) * layout.CORNER_SIZE, np.int32)
-        most_ways = lay_table(
-            self._ground.places, pool.ranks, pool.begins, pool.ends,
-            contracted.head, contracted.after, contracted.edges, table, offsets,
+        table, sizes = np.empty((self._corners, layout.CORNER_SIZE), np.int32), np.zeros(2, np.int64)
+        lay_table(
+            self._ground.places, pool.ranks, pool.begins, pool.ends, pool.labelled,
+            contracted.head, contracted.after, contracted.edges, table, offsets, sizes,
         )  # fmt: skip
-        entries = pool.ends - pool.begins
-        too_many = 3 * int(entries.sum()) > np.iinfo(np.int32).max
-        if too_many or most_ways > layout.MOST_WAYS or int(entries.max(initial=0)) > layout.PLACE_BITS:
+        if int(sizes.max()) > np.iinfo(np.int32).max:
             raise InvalidPlanner("the map is too cluttered for an index of hub labels; choose another planner")
-        return table
+        return table, (int(sizes[0]), int(sizes[1]))
 
-    def _tell_sizes(self, index: Words, landmarks: Integers) -> None:
+    def _tell_sizes(self, index: Words, landmarks: Shorts, shift: int) -> None:
         terrain = self._ground.terrain
-        index[layout.CORNERS] = self._corners
-        index[layout.MOST_SEEN] = most_seen(int(terrain[ROWS]), int(terrain[COLUMNS]), self._corners)
+        labelled = self._pool.labelled
+        seen = most_seen(int(terrain[ROWS]), int(terrain[COLUMNS]), self._corners)
+        index[layout.CORNERS], index[layout.LABELLED] = self._corners, labelled
+        # Over the fringe, every corner that has a label may be reached.
+        index[layout.MOST_SEEN] = seen if labelled == self._corners else max(seen, labelled)
         index[layout.LANDMARK_COUNT] = landmarks.shape[1]
+        index[layout.LANDMARK_SHIFT] = shift
 
-    def _landmarks(self, check: Callable[[], None]) -> Integers:
-        """Return how far each corner is from the landmarks: each is the corner farthest from those before it."""
-        corners, graph = self._corners, self._graph
-        if graph.is_cluttered or corners == 0:  # it takes no landmarks to tell few corners apart
-            return np.empty((corners, 0), np.int32)
+    def _landmarks(self, check: Callable[[], None]) -> tuple[int, Shorts]:
+        """Return how far each corner is from the landmarks, and by how many bits those lengths are cut.
+
+        Each landmark is the corner farthest from those before it.
+        """
+        corners, graph, labelled = self._corners, self._graph, self._pool.labelled
+        if corners == 0 or (graph.is_cluttered and labelled == corners):
+            return 0, np.empty((labelled, 0), np.uint16)  # it takes no landmarks to tell few corners apart
         edges = Edges(graph.starts, graph.to, graph.lengths, graph.to)
         landmarks = np.empty((corners, layout.MARKS), np.int32)
-        nearest = np.full(corners, FAR, np.int32)
+        nearest = np.where(self._pool.ranks < labelled, FAR, -1)
         landmark = int(self._pool.ranks.argmin())
         for mark in range(-1, layout.MARKS):
             root = np.array([landmark], np.int32)
@@ -168,35 +192,39 @@ class _Assembly:
             landmarks[:, mark] = lengths[0]
             nearest = np.minimum(nearest, lengths[0])
             landmark = int(nearest.argmax())
-        return landmarks
+        landmarks = landmarks[np.argsort(self._pool.ranks)[:labelled]]
+        reached = landmarks < FAR
+        farthest = int(landmarks.max(initial=0, where=reached))
+        shift = (farthest // UNREACHED).bit_length()
+        return shift, np.where(reached, landmarks >> shift, UNREACHED).astype(np.uint16)
 
-    def _lay_ways(self, index: Words, table: Integers, check: Callable[[], None]) -> None:
-        contracted, ways = self._contracted, _integers(index, layout.WAYS)
+    def _lay_ways(self, ways: Shorts, offsets: Integers, check: Callable[[], None]) -> None:
+        contracted, places = self._contracted, self._ground.places
         for first in range(0, self._corners, CORNERS_A_SLICE):
             check()
             last = min(first + CORNERS_A_SLICE, self._corners)
-            lay_ways(table, first, last, contracted.head, contracted.after, contracted.edges, ways)
+            lay_ways(places, first, last, contracted.head, contracted.after, contracted.edges, offsets, ways)
 
-    def _lay_labels(self, index: Words, table: Integers, offsets: Integers, check: Callable[[], None]) -> None:
-        pool, labels = self._pool, _integers(index, layout.LABELS)
+    def _lay_labels(self, labels: Integers, table: Integers, offsets: Integers, check: Callable[[], None]) -> None:
+        pool, graph, short = self._pool, self._contracted, labels.view(np.uint16)
         corners = max(1, ENTRIES_A_SLICE * self._corners // max(1, len(labels)))
         for first in range(0, self._corners, corners):
             check()
             last = min(first + corners, self._corners)
             lay_labels(
-                table, first, last, pool.ranks, self._contracted.edges, offsets,
-                pool.hubs, pool.lengths, pool.towards, pool.begins, pool.ends, labels,
+                table, first, last, pool.ranks, graph.head, graph.after, graph.edges, offsets,
+                pool.hubs, pool.lengths, pool.towards, pool.begins, pool.ends, labels, short,
             )  # fmt: skip
 
 
 def _room(sizes: dict[int, int]) -> Words:
-    """Return an index with room for sections of so many int32 each."""
-    words = [(sizes[section] + 1) // 2 for section in range(layout.TERRAIN, layout.END)]
+    """Return an index with room for sections of so many bytes each."""
+    words = [(sizes[section] + 7) // 8 for section in range(layout.TERRAIN, layout.END)]
     begins = layout.HEAD + np.cumsum([0, *words])
     index = np.zeros(begins[-1], np.int64)
     index[layout.TERRAIN : layout.END + 1] = begins
     return index
 
 
-def _integers(index: Words, section: int) -> Integers:
-    return index.view(np.int32)[2 * index[section] : 2 * index[section + 1]]
+def _part(index: Words, section: int, kind: DTypeLike) -> NDArray[Any]:
+    return index[index[section] : index[section + 1]].view(kind)

@@ -60,6 +60,7 @@ Rectangle = tuple[slice, slice]
 class Graph:
     """Which corners see each other: those that corner i sees are ``to[starts[i]:starts[i + 1]]``, so far away."""
 
+    places: Integers
     starts: Words
     to: Integers
     lengths: Integers
@@ -130,7 +131,7 @@ def link_corners(ground: Ground, *, threads: int, check: Callable[[], None]) -> 
     to, lengths = np.empty(starts[-1], np.int32), np.empty(starts[-1], np.int32)
     if len(to):
         scan_all(to, lengths)
-    return Graph(starts, to, lengths)
+    return Graph(ground.places, starts, to, lengths)
 
 
 def contract_graph(graph: Graph, prices: Integers = ANY_PRICE, *, check: Callable[[], None]) -> Contracted:
@@ -141,7 +142,7 @@ def contract_graph(graph: Graph, prices: Integers = ANY_PRICE, *, check: Callabl
     after, edges = np.empty(room, np.int32), np.empty((room, 5), np.int32)
     counts = np.zeros(5, np.int64)
     check()
-    link_edges(graph.starts, graph.to, graph.lengths, head, after, edges, degrees, counts)
+    link_edges(graph.places, graph.starts, graph.to, graph.lengths, head, after, edges, degrees, counts)
     queue, lengths = np.arange(nodes), np.zeros(nodes, np.int64)
     if len(prices):
         queue = np.sort((prices.astype(np.int64) << 32) | queue)

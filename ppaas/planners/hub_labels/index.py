@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from ppaas.planners.hub_labels.assembly import repair_index
 from ppaas.planners.hub_labels.graph import Rectangle
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.layout import CORNERS, FINGERPRINT, MOST_SEEN, TERRAIN
-from ppaas.planners.hub_labels.kernels.query import EXPANDED, find_path, scratch_size
+from ppaas.planners.hub_labels.kernels.layout import FINGERPRINT, TERRAIN
+from ppaas.planners.hub_labels.kernels.query import entry
+from ppaas.planners.hub_labels.kernels.scratch import EXPANDED, new_scratch
 from ppaas.planners.hub_labels.kernels.terrain import COLUMNS, ROWS, free_cells
-from ppaas.planners.hub_labels.kernels.trees import FAR
 from ppaas.planners.prepared import Prepared
 from ppaas.planners.watch import proceed
 
@@ -27,8 +27,8 @@ class HubIndex(Prepared):
 
     def __init__(self, words: Words) -> None:
         self.words = words
-        self._scratch = np.full(scratch_size(int(words[CORNERS]), int(words[MOST_SEEN])), FAR, np.int32)
-        self._scratch[EXPANDED] = 0
+        self._scratch = new_scratch(words)
+        self._find = entry()
 
     @property
     def nbytes(self) -> int:
@@ -44,7 +44,7 @@ class HubIndex(Prepared):
         self, start_row: int, start_column: int, goal_row: int, goal_column: int, check: Callable[[], None] = proceed
     ) -> NDArray[np.int32]:
         """Return the (n, 2) cells of a shortest path; none without a way, or with an end that is not free."""
-        return find_path(self.words, self._scratch, start_row, start_column, goal_row, goal_column)
+        return self._find(self.words, self._scratch, start_row, start_column, goal_row, goal_column)
 
     def free(self) -> NDArray[np.bool_]:
         """Return which cells of its map are free, (height, width)."""

@@ -10,6 +10,7 @@ from ppaas.planners.hub_labels.graph import WORK_A_SLICE, Contracted
 from ppaas.planners.hub_labels.importance import Edges, edges_of, order_core
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.core_labels import POOL, QUEUED, TOO_LONG, label_core
+from ppaas.planners.hub_labels.kernels.layout import MOST_HUBS
 from ppaas.planners.hub_labels.kernels.merging import merge
 from ppaas.planners.hub_labels.kernels.scan import STRAIGHT, Integers
 from ppaas.planners.hub_labels.kernels.trees import FAR
@@ -21,6 +22,9 @@ USUAL = 128
 """Entries of a label for which there is room from the first; memory is taken only as it is used."""
 
 COPIED_A_SLICE = 1 << 20
+
+MOST_OVER = 4
+"""How many times the room for labels the core may take while it is labelled, with what its labels leave unused."""
 
 FEW = 256
 """Nodes of a level, below which it takes longer to wake threads than to label them."""
@@ -37,6 +41,8 @@ class Pool:
         The entries: hub, how far it is, and the edge towards it.
     begins, ends : (n,) int64 array
         Where the label of a rank lies.
+    labelled : int
+        How many of the most important corners have labels.
     """
 
     def __init__(self, ranks: Integers) -> None:
@@ -45,7 +51,7 @@ class Pool:
         self.ranks = ranks
         self.hubs, self.lengths, self.towards = (np.empty(room, np.int32) for _ in range(3))
         self.begins, self.ends = np.zeros((2, nodes), np.int64)
-        self.used = 0
+        self.used = self.labelled = 0
 
     @property
     def room(self) -> int:
@@ -75,27 +81,33 @@ class _Ranked:
 
 
 def label(
-    contracted: Contracted, inherited: Integers | None, *, longest: int, threads: int, check: Callable[[], None]
-) -> Pool:
+    contracted: Contracted, inherited: Integers | None, *, room: int, longest: int, threads: int,
+    check: Callable[[], None],
+) -> Pool:  # fmt: skip
     """Order the nodes of a contracted graph, those of the core by inherited ranks if there are any, and label them.
+
+    The most important ones are labelled, as many as there is room for, and always the core.
 
     Raises
     ------
     InvalidPlanner
-        A way between two corners is longer than ``longest``.
+        A way between two corners is longer than ``longest``, or the core is too large.
     """
     ranked = _rank(contracted, inherited, threads=threads, check=check)
     edges = edges_of(contracted, ranked.nodes, ranked.ranks)
     pool = Pool(ranked.ranks)
-    _label_core(pool, edges, ranked.core, longest, check)
+    _label_core(pool, edges, ranked.core, room=room, longest=longest, check=check)
     levels = contracted.levels[ranked.nodes]
-    _label_rest(pool, edges, levels, ranked.core, longest=longest, threads=threads, check=check)
+    _label_rest(pool, edges, levels, ranked.core, room=room, longest=longest, threads=threads, check=check)
     return pool
 
 
 def _rank(contracted: Contracted, inherited: Integers | None, *, threads: int, check: Callable[[], None]) -> _Ranked:
     ranks = np.full(len(contracted.head), -1, np.int32)
-    ranks[contracted.order] = np.arange(len(ranks) - 1, len(ranks) - 1 - len(contracted.order), -1)
+    # By levels, so that the most important ones are those on which all others' labels depend.
+    last = contracted.order[::-1]
+    last = last[np.argsort(-contracted.levels[last], kind="stable")]
+    ranks[last] = np.arange(len(ranks) - len(last), len(ranks))
     core = np.flatnonzero(ranks < 0).astype(np.int32)
     ranks[core] = np.arange(len(core))
     if inherited is None:
@@ -103,12 +115,12 @@ def _rank(contracted: Contracted, inherited: Integers | None, *, threads: int, c
     else:
         # Those without a rank, −1, come last.
         order = np.argsort(inherited[core].view(np.uint32), kind="stable").astype(np.int32)
-    nodes = np.concatenate((core[order], contracted.order[::-1]))
+    nodes = np.concatenate((core[order], last))
     ranks[nodes] = np.arange(len(nodes))
     return _Ranked(nodes, ranks, len(core))
 
 
-def _label_core(pool: Pool, edges: Edges, core: int, longest: int, check: Callable[[], None]) -> None:
+def _label_core(pool: Pool, edges: Edges, core: int, *, room: int, longest: int, check: Callable[[], None]) -> None:
     reach, of_root = np.full((2, core), FAR, np.int32)
     rooms, came, touched = np.zeros((3, core), np.int32)
     heap = np.empty(edges.starts[core] + 1, np.int64)
@@ -125,23 +137,29 @@ def _label_core(pool: Pool, edges: Edges, core: int, longest: int, check: Callab
         )  # fmt: skip
         if state[TOO_LONG]:
             raise _too_long(longest)
+        if state[POOL] > MOST_OVER * room:
+            raise InvalidPlanner("the map is too cluttered for an index of hub labels; choose another planner")
         if done:
             break
         if (state == before).all():
             pool.extend(pool.room, check)
     pool.used = int(state[POOL])
+    pool.labelled = core
 
 
 def _label_rest(
-    pool: Pool, edges: Edges, levels: Integers, core: int, *, longest: int, threads: int,
+    pool: Pool, edges: Edges, levels: Integers, core: int, *, room: int, longest: int, threads: int,
     check: Callable[[], None],
 ) -> None:  # fmt: skip
     nodes, slots = len(pool.ranks), max(1, threads)
     reach, came = np.full((2, slots, nodes), FAR, np.int32)
     marks = np.zeros((slots, (nodes + 63) // 64), np.int64)
-    rest = np.arange(core, nodes, dtype=np.int32)[np.argsort(-levels[core:], kind="stable")]
+    rest = np.arange(core, nodes, dtype=np.int32)
     windows = np.zeros((slots, 4), np.int64)
-    for level in np.split(rest, np.flatnonzero(np.diff(levels[rest])) + 1):
+    for whole in np.split(rest, np.flatnonzero(np.diff(levels[rest])) + 1):
+        level = whole[: _most_labels(pool, room)]
+        if not len(level):
+            break
         usable = threads if len(level) >= FEW else 1
         windows[:, 0] = np.arange(slots)
         while (windows[:, 0] < len(level)).any():
@@ -156,6 +174,17 @@ def _label_rest(
                 raise _too_long(longest)
             for slot in np.flatnonzero((windows[:, 0] == before) & (before < len(level))):
                 _open_window(pool, windows[slot], _most_entries(pool, edges, int(level[windows[slot, 0]])), check)
+        pool.labelled += len(level)
+
+
+def _most_labels(pool: Pool, room: int) -> int:
+    """Return how many more labels there is room for, if they are as long as those before in the mean."""
+    labelled = pool.labelled
+    if labelled == len(pool.ranks):
+        return 0
+    used = int((pool.ends[:labelled] - pool.begins[:labelled]).sum())
+    mean = max(1, used // max(1, labelled))
+    return max(0, min(MOST_HUBS - labelled, (room - used) // mean))
 
 
 def _most_entries(pool: Pool, edges: Edges, node: int) -> int:

@@ -7,8 +7,8 @@ called the core.
 
 Edges lie in pairs: e leads from a to b, e ^ 1 from b to a. The edges of a node are a linked list, from ``head`` on by
 ``after``. A shortcut knows the two edges that it stands for, both from the node that was contracted: ``left`` to its
-own beginning, ``right`` to its end; −1 and −1 in an edge of the graph itself. ``hops`` is how many edges of the graph
-it stands for.
+own beginning, ``right`` to its end; −1 and −1 in an edge of the graph itself. ``runs`` is of how many runs it is when
+it is spelt out.
 """
 
 import numpy as np
@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
+from ppaas.planners.hub_labels.kernels.layout import MOST_MOVES
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.kernels.bare import bare
+from ppaas.planners.hub_labels.kernels.trees import Rows
+from ppaas.planners.kernels.bare import bare, joined
 
 MOST = 16
 """Neighbours that a node may have to be contracted."""
@@ -26,7 +28,7 @@ MOST = 16
 ROOM = 2 * MOST * MOST
 """Edges for which there must be room before a node is contracted."""
 
-TO, LENGTH, LEFT, RIGHT, HOPS = range(5)
+TO, LENGTH, LEFT, RIGHT, RUNS = range(5)
 
 BIAS = np.int64(1) << 20
 """Added to prices, so that none is negative."""
@@ -37,13 +39,15 @@ EDGES, CONTRACTED, QUEUED, SEARCHES, WORK = range(5)
 
 @bare
 def link_edges(
-    starts: Words, to: Integers, lengths: Integers,
+    places: Rows, starts: Words, to: Integers, lengths: Integers,
     head: Integers, after: Integers, edges: Integers, degrees: Integers, counts: Words,
 ) -> None:  # fmt: skip
     """Make the linked lists of a graph.
 
     Parameters
     ----------
+    places : (n, 2) int32 array
+        Row and column of each node.
     starts, to, lengths
         For each node where its edges begin, and for each edge where it leads and how long it is: both directions.
     head, degrees : (n,) int32 arrays
@@ -51,39 +55,47 @@ def link_edges(
     after : (m,) int32 array
         Out.
     edges : (m, 5) int32 array
-        Out: of each edge `TO` which node it leads, its `LENGTH`, `LEFT`, `RIGHT` and `HOPS`.
+        Out: of each edge `TO` which node it leads, its `LENGTH`, `LEFT`, `RIGHT` and `RUNS`.
     counts : int64 array
     """
     edge = 0
     for node in range(len(head)):
         for i in range(starts[node], starts[node + 1]):
             if to[i] > node:
-                edge = _link(node, to[i], lengths[i], -1, -1, edge, head, after, edges)
+                rows, columns = abs(places[node, 0] - places[to[i], 0]), abs(places[node, 1] - places[to[i], 1])
+                runs = _runs_of(min(rows, columns)) + _runs_of(abs(rows - columns))
+                edge = _link(node, to[i], lengths[i], -1, -1, runs, edge, head, after, edges)
                 degrees[node] += 1
                 degrees[to[i]] += 1
     counts[EDGES] = edge
 
 
+@joined
+def _runs_of(moves: int) -> int:
+    return (moves + MOST_MOVES - 1) // MOST_MOVES
+
+
 @bare
 def _link(
-    a: int, b: int, length: int, left: int, right: int, edge: int, head: Integers, after: Integers, edges: Integers
-) -> int:
-    _set(edges, edge, b, length, left, right)
+    a: int, b: int, length: int, left: int, right: int, runs: int, edge: int,
+    head: Integers, after: Integers, edges: Integers,
+) -> int:  # fmt: skip
+    _set(edges, edge, b, length, left, right, runs)
     after[edge] = head[a]
     head[a] = edge
-    _set(edges, edge + 1, a, length, right, left)
+    _set(edges, edge + 1, a, length, right, left, runs)
     after[edge + 1] = head[b]
     head[b] = edge + 1
     return edge + 2
 
 
 @bare
-def _set(edges: Integers, edge: int, to: int, length: int, left: int, right: int) -> None:
+def _set(edges: Integers, edge: int, to: int, length: int, left: int, right: int, runs: int) -> None:
     edges[edge, TO] = to
     edges[edge, LENGTH] = length
     edges[edge, LEFT] = left
     edges[edge, RIGHT] = right
-    edges[edge, HOPS] = 1 if left < 0 else edges[left, HOPS] + edges[right, HOPS]
+    edges[edge, RUNS] = runs
 
 
 @bare
@@ -164,17 +176,17 @@ def _take_out(
     for pair in range(found):
         left, right = near[pairs[pair] // MOST], near[pairs[pair] % MOST]
         a, b = edges[left, TO], edges[right, TO]
-        length = edges[left, LENGTH] + edges[right, LENGTH]
+        length, runs = edges[left, LENGTH] + edges[right, LENGTH], edges[left, RUNS] + edges[right, RUNS]
         edge = head[a]
         while edge >= 0 and edges[edge, TO] != b:
             edge = after[edge]
         if edge < 0:
-            counts[EDGES] = _link(a, b, length, left, right, counts[EDGES], head, after, edges)
+            counts[EDGES] = _link(a, b, length, left, right, runs, counts[EDGES], head, after, edges)
             degrees[a] += 1
             degrees[b] += 1
         elif length < edges[edge, LENGTH]:
-            _set(edges, edge, b, length, left, right)
-            _set(edges, edge ^ 1, a, length, right, left)
+            _set(edges, edge, b, length, left, right, runs)
+            _set(edges, edge ^ 1, a, length, right, left, runs)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -240,7 +252,7 @@ def warm() -> None:
     numbers = np.zeros((3, 2), np.int32)
     head, after, edges = np.full(2, -1, np.int32), np.empty(2, np.int32), np.empty((2, 5), np.int32)
     counts = np.zeros(5, np.int64)
-    link_edges(starts, to, lengths, head, after, edges, numbers[0], counts)
+    link_edges(np.zeros((2, 2), np.int32), starts, to, lengths, head, after, edges, numbers[0], counts)
     far = np.zeros(2, np.int64)
     contract(
         head,

@@ -4,29 +4,39 @@ import numpy as np
 from numba import njit
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.contraction import HOPS, LEFT, RIGHT, TO
+from ppaas.planners.hub_labels.kernels.contraction import LEFT, LENGTH, RIGHT, RUNS, TO
 from ppaas.planners.hub_labels.kernels.layout import (
     COLUMN,
     CORNER_SIZE,
+    DIRECTIONS,
+    ENTRIES,
     LABEL,
-    LINK_SHIFT,
+    LINK_NEXT,
+    LINK_SIZE,
+    LINK_WAY,
+    MOST_MOVES,
     ROW,
-    WAY,
-    WAY_CORNERS,
     WAY_HEAD,
     WAY_MOVES,
+    WAY_RUNS,
+    Shorts,
+    fringe_size,
+    label_size,
+    lengths_after,
+    links_after,
 )
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import Rows
-from ppaas.planners.kernels.bare import bare
+from ppaas.planners.hub_labels.kernels.writing import direction_of
+from ppaas.planners.kernels.bare import bare, joined
 
 
 @bare
 def lay_table(
-    places: Rows, ranks: Integers, begins: Words, ends: Words,
-    head: Integers, after: Integers, edges: Rows, table: Integers, offsets: Integers,
-) -> int:  # fmt: skip
-    """Lay the table of the corners, and return the most numbers that the ways of one corner take.
+    places: Rows, ranks: Integers, begins: Words, ends: Words, labelled: int,
+    head: Integers, after: Integers, edges: Rows, table: Rows, offsets: Integers, sizes: Words,
+) -> None:  # fmt: skip
+    """Lay the table of the corners, and tell how much room labels and ways take.
 
     Parameters
     ----------
@@ -35,32 +45,33 @@ def lay_table(
         How important a corner is: its number among the labels.
     begins, ends : (n,) int64 arrays
         Where the label of each rank lies.
+    labelled : int
+        How many have labels; the rest is the fringe.
     head, after, edges
         The contracted graph.
-    table : (4 n + 4,) int32 array
+    table : (n, 4) int32 array
         Out.
     offsets : (m,) int32 array
-        Out: where each edge lies after the first of its corner.
+        Out: where each edge lies among the ways.
+    sizes : (2,) int64 array
+        Out: numbers of all labels, and of all ways; what is laid is of no use where one is more than an int32 tells.
     """
-    label, way, most = 0, 0, 0
+    label, way = np.int64(0), np.int64(0)
     for corner in range(len(ranks)):
-        row = corner * CORNER_SIZE
-        table[row + ROW] = places[corner, 0]
-        table[row + COLUMN] = places[corner, 1]
-        table[row + LABEL] = label
-        table[row + WAY] = way
-        label += 3 * (ends[ranks[corner]] - begins[ranks[corner]])
-        offset = 0
-        edge = head[corner]
+        table[corner, ROW] = places[corner, 0]
+        table[corner, COLUMN] = places[corner, 1]
+        table[corner, LABEL] = label
+        edge, count = head[corner], 0
         while edge >= 0:
-            offsets[edge] = offset
-            offset += WAY_HEAD + edges[edge, HOPS]
+            offsets[edge] = way
+            way += WAY_HEAD + edges[edge, RUNS]
             edge = after[edge]
-        way += offset
-        most = max(most, offset)
-    table[len(ranks) * CORNER_SIZE + LABEL] = label
-    table[len(ranks) * CORNER_SIZE + WAY] = way
-    return most
+            count += 1
+        entries = ends[ranks[corner]] - begins[ranks[corner]] if ranks[corner] < labelled else -1 - count
+        table[corner, ENTRIES] = entries
+        label += label_size(entries) if entries >= 0 else fringe_size(count)
+    sizes[0] = label
+    sizes[1] = way
 
 
 @bare
@@ -76,76 +87,92 @@ def _place_of(hub: int, hubs: Integers, begin: int, end: int) -> int:
 
 
 @bare
+def _lay_edges(
+    at: int, count: int, edge: int, after: Integers, edges: Rows, offsets: Integers, labels: Integers
+) -> None:
+    for i in range(at, at + count):
+        labels[i] = edges[edge, TO]
+        labels[i + count] = edges[edge, LENGTH]
+        labels[i + 2 * count] = offsets[edge]
+        edge = after[edge]
+
+
+@bare
 def lay_labels(
-    table: Integers, first: int, last: int, ranks: Integers, edges: Rows, offsets: Integers,
-    hubs: Integers, lengths: Integers, towards: Integers, begins: Words, ends: Words, labels: Integers,
+    table: Rows, first: int, last: int, ranks: Integers,
+    head: Integers, after: Integers, edges: Rows, offsets: Integers,
+    hubs: Integers, lengths: Integers, towards: Integers, begins: Words, ends: Words, labels: Integers, short: Shorts,
 ) -> None:  # fmt: skip
-    """Lay the labels of the corners ``first`` to ``last``.
+    """Lay the labels of the corners ``first`` to ``last``, or their edges where they have none.
 
     Parameters
     ----------
-    table, ranks, edges, offsets
+    table, ranks, head, after, edges, offsets
         As for `lay_table`.
     first, last : int
     hubs, lengths, towards, begins, ends
         The labels by their ranks; ``towards`` is the edge towards the hub, −1 in the hub's own.
     labels : int32 array
         Out.
+    short : uint16 array
+        The same memory.
     """
     for corner in range(first, last):
-        at, rank = table[corner * CORNER_SIZE + LABEL], ranks[corner]
-        size = ends[rank] - begins[rank]
+        at, size, own = table[corner, LABEL], table[corner, ENTRIES], begins[ranks[corner]]
+        if size < 0:
+            _lay_edges(at, -1 - size, head[corner], after, edges, offsets, labels)
+            continue
+        if size & 1:
+            short[2 * at + size] = 0
         for i in range(size):
-            entry = begins[rank] + i
-            labels[at + i] = hubs[entry]
-            labels[at + size + i] = lengths[entry]
-            edge = towards[entry]
-            if edge < 0:
-                labels[at + 2 * size + i] = -1
-            else:
-                above = ranks[edges[edge, TO]]
-                place = _place_of(hubs[entry], hubs, begins[above], ends[above])
-                labels[at + 2 * size + i] = (offsets[edge] << LINK_SHIFT) | place
+            hub, edge = hubs[own + i], towards[own + i]
+            link = at + links_after(size) + LINK_SIZE * i
+            short[2 * at + i] = hub
+            labels[at + lengths_after(size) + i] = lengths[own + i]
+            labels[link + LINK_NEXT] = -1
+            labels[link + LINK_WAY] = -1 if edge < 0 else offsets[edge]
+            if edge >= 0 and ranks[edges[edge, TO]] != hub:
+                above = edges[edge, TO]
+                place = _place_of(hub, hubs, begins[ranks[above]], ends[ranks[above]])
+                labels[link + LINK_NEXT] = table[above, LABEL] + links_after(table[above, ENTRIES]) + LINK_SIZE * place
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def lay_ways(
-    table: Integers, first: int, last: int, head: Integers, after: Integers, edges: Rows, ways: Integers
+    places: Rows, first: int, last: int, head: Integers, after: Integers, edges: Rows, offsets: Integers, ways: Shorts
 ) -> None:
     """Lay the ways of the corners ``first`` to ``last``.
 
     Parameters
     ----------
-    table : int32 array
+    places : (n, 2) int32 array
     first, last : int
     head, after, edges
         The contracted graph.
-    ways : int32 array
+    offsets : (m,) int32 array
+        Where each edge lies among the ways.
+    ways : uint16 array
         Out.
     """
     longest = 1
     for corner in range(first, last):
         edge = head[corner]
         while edge >= 0:
-            longest = max(longest, edges[edge, HOPS])
+            longest = max(longest, edges[edge, RUNS])
             edge = after[edge]
     stack = np.empty(longest + 1, np.int32)
     for corner in range(first, last):
-        at = table[corner * CORNER_SIZE + WAY]
         edge = head[corner]
         while edge >= 0:
-            at = _spell(edge, corner, edges, table, at, ways, stack)
+            _spell(edge, corner, edges, places, offsets[edge], ways, stack)
             edge = after[edge]
 
 
 @bare
-def _spell(edge: int, corner: int, edges: Rows, table: Integers, at: int, ways: Integers, stack: Integers) -> int:
-    begin = at
-    at += WAY_HEAD
+def _spell(edge: int, corner: int, edges: Rows, places: Rows, begin: int, ways: Shorts, stack: Integers) -> None:
+    at, moves = begin + WAY_HEAD, 0
     stack[0] = edge
     depth = 1
-    moves = 0
-    row, column = table[corner * CORNER_SIZE + ROW], table[corner * CORNER_SIZE + COLUMN]
     while depth > 0:
         depth -= 1
         part = stack[depth]
@@ -154,21 +181,45 @@ def _spell(edge: int, corner: int, edges: Rows, table: Integers, at: int, ways: 
             stack[depth + 1] = edges[part, LEFT] ^ 1
             depth += 2
             continue
-        corner = edges[part, TO]
-        next_row, next_column = table[corner * CORNER_SIZE + ROW], table[corner * CORNER_SIZE + COLUMN]
-        moves += max(abs(next_row - row), abs(next_column - column))
-        row, column = next_row, next_column
-        ways[at] = corner
+        to = edges[part, TO]
+        rows, columns = places[to, 0] - places[corner, 0], places[to, 1] - places[corner, 1]
+        down, right = (rows > 0) - (rows < 0), (columns > 0) - (columns < 0)
+        rows, columns = abs(rows), abs(columns)
+        diagonal = min(rows, columns)
+        at = _put(ways, at, direction_of(down, right), diagonal)
+        if rows > columns:
+            at = _put(ways, at, direction_of(down, 0), rows - diagonal)
+        else:
+            at = _put(ways, at, direction_of(0, right), columns - diagonal)
+        moves += max(rows, columns)
+        corner = to
+    _put_long(ways, begin + WAY_RUNS, at - begin - WAY_HEAD)
+    _put_long(ways, begin + WAY_MOVES, moves)
+
+
+@joined
+def _put(ways: Shorts, at: int, direction: int, moves: int) -> int:
+    while moves > 0:
+        run = min(moves, MOST_MOVES)
+        ways[at] = (run << DIRECTIONS) | direction
+        moves -= run
         at += 1
-    ways[begin + WAY_CORNERS] = at - begin - WAY_HEAD
-    ways[begin + WAY_MOVES] = moves
     return at
+
+
+@joined
+def _put_long(ways: Shorts, at: int, number: int) -> None:
+    ways[at] = number & 0xFFFF
+    ways[at + 1] = number >> 16
 
 
 def warm() -> None:
     """Compile and call each kernel once."""
-    nothing, starts = np.empty(0, np.int32), np.zeros(1, np.int64)
-    places, edges, table = np.empty((0, 2), np.int32), np.empty((0, 5), np.int32), np.zeros(4, np.int32)
-    lay_table(places, nothing, starts, starts, nothing, nothing, edges, table, nothing)
-    lay_labels(table, 0, 0, nothing, edges, nothing, nothing, nothing, nothing, starts, starts, nothing)
-    lay_ways(table, 0, 0, nothing, nothing, edges, nothing)
+    nothing, starts = np.empty(0, np.int32), np.zeros(2, np.int64)
+    places, edges = np.empty((0, 2), np.int32), np.empty((0, 5), np.int32)
+    table, ways = np.empty((0, CORNER_SIZE), np.int32), np.empty(0, np.uint16)
+    lay_table(places, nothing, starts, starts, 0, nothing, nothing, edges, table, nothing, starts)
+    lay_labels(
+        table, 0, 0, nothing, nothing, nothing, edges, nothing, nothing, nothing, nothing, starts, starts, nothing, ways
+    )
+    lay_ways(places, 0, 0, nothing, nothing, edges, nothing, ways)

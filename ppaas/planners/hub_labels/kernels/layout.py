@@ -1,42 +1,59 @@
 """How an index lies in one array of int64: a head of `HEAD` numbers, then its sections, each from a whole word on.
 
-All sections but the first are int32, two to a word. Of each corner there are `CORNER_SIZE` numbers: its row and its
-column, with the margin; where its label begins among the labels; and where its ways begin among the ways. The label of
-a corner is the hubs of all its entries, then all their lengths, then all their links. A way is how many corners it has,
-how many moves, and the corners, up to its end.
+Of each corner there are `CORNER_SIZE` int32 numbers: its row and its column, with the margin; where its label begins
+among the labels; and how many entries it has.
 
-An entry of a label *links* to the entry of the same hub in the label one way nearer to the hub: a link is where that
-way lies after the first way of the corner, shifted by `LINK_SHIFT`, and the place of the entry in that label; −1 in the
-label of the hub itself.
+The most important corners are *labelled*; where all labels would take too much room, the rest is the *fringe*. Of a
+corner of the fringe, the number of entries is −1 − how many edges lead from it to more important corners, and in place
+of its label are these: all corners they lead to, then all their lengths, then all their ways.
+
+Labels are int32. The label of a corner is the hubs of all its entries, two to a number, then all their lengths, then
+all their links. A link is two numbers: where the link of the same hub lies in the label one way nearer to the hub, −1
+if the way leads to the hub itself; and where that way lies among the ways, −1 in the hub's own label.
+
+Ways are uint16. A way is how many runs it has and how many moves, each as a lower and an upper half, and the runs: a
+*run* is a direction, and above it how many moves it goes that way. So whoever follows links looks at one place a way,
+and whoever writes cells looks at the ways one number after the other.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.kernels.bare import inlined
+from ppaas.planners.kernels.bare import inlined, joined
 from ppaas.planners.kernels.simd import LANES
+
+Shorts = NDArray[np.uint16]
 
 HEAD = 32
 
 MAGIC, VERSION, SIZE, CHECK, FINGERPRINT = range(5)
 """Of the head: what this is, its version, how many words it has, a check sum of the head, and what map it is of."""
 
-CORNERS, MOST_SEEN, LANDMARK_COUNT = 8, 9, 10
-"""How many corners there are, how many of them a cell sees at most, and how many are landmarks: none, or `MARKS`."""
+CORNERS, LABELLED, MOST_SEEN, LANDMARK_COUNT, LANDMARK_SHIFT = range(8, 13)
+"""How many corners there are, how many of them have labels, how many a cell sees at most, how many are landmarks: none,
+or `MARKS`; and by how many bits lengths to them are cut."""
 
-TERRAIN, TABLE, LANDMARKS, LABELS, WAYS, RANKS, END = range(11, 18)
-"""Where the sections begin: the lines of the map (int64); the numbers of the corners, and those of their end; how far
-each is from the landmarks; the labels; the ways; how important each corner is, and how many were contracted."""
+TERRAIN, TABLE, LANDMARKS, LABELS, WAYS, RANKS, END = range(13, 20)
+"""Where the sections begin: the lines of the map (int64); the numbers of the corners; how far those with labels are
+from the landmarks, by their ranks (uint16); the labels; the ways; the rank of each corner, 0 the most important, and
+how many were contracted (int32)."""
 
-ROW, COLUMN, LABEL, WAY, CORNER_SIZE = range(5)
-WAY_CORNERS, WAY_MOVES, WAY_HEAD = range(3)
+ROW, COLUMN, LABEL, ENTRIES, CORNER_SIZE = range(5)
+WAY_RUNS, WAY_MOVES, WAY_HEAD = 0, 2, 4
+LINK_NEXT, LINK_WAY, LINK_SIZE = range(3)
+
 MARKS = LANES
 
-LINK_SHIFT = 16
-PLACE_BITS = (1 << LINK_SHIFT) - 1
-MOST_WAYS = (1 << (31 - LINK_SHIFT)) - 1
-"""Numbers after the first way of a corner, and entries of its label, that links can tell: the latter `PLACE_BITS`."""
+MOST_HUBS = 1 << 16
+"""Corners that can have labels: hubs are told by their ranks."""
+
+DIRECTIONS = 3
+"""Bits of a run that tell its direction."""
+
+MOST_MOVES = (1 << (16 - DIRECTIONS)) - 1
+"""Moves that a run can tell."""
 
 
 @inlined
@@ -49,3 +66,39 @@ def words_of(index: Words, section: int) -> Words:
 def integers_of(index: Words, section: int) -> Integers:
     """Return a section of int32; it may have one number more at its end than were put in."""
     return index.view(np.int32)[2 * index[section] : 2 * index[section + 1]]
+
+
+@inlined
+def shorts_of(index: Words, section: int) -> Shorts:
+    """Return a section of uint16; it may have up to three numbers more at its end than were put in."""
+    return index.view(np.uint16)[4 * index[section] : 4 * index[section + 1]]
+
+
+@joined
+def label_size(entries: int) -> int:
+    """Return how many int32 a label takes."""
+    return (entries + 1) // 2 + (1 + LINK_SIZE) * entries
+
+
+@joined
+def fringe_size(edges: int) -> int:
+    """Return how many int32 the edges of a corner of the fringe take."""
+    return 3 * edges
+
+
+@joined
+def lengths_after(entries: int) -> int:
+    """Return how many int32 after the begin of a label its lengths lie."""
+    return (entries + 1) // 2
+
+
+@joined
+def links_after(entries: int) -> int:
+    """Return how many int32 after the begin of a label its links lie."""
+    return (entries + 1) // 2 + entries
+
+
+@joined
+def long_at(ways: Shorts, at: int) -> int:
+    """Return a number that lies as a lower and an upper half."""
+    return int(ways[np.uint64(at)]) | (int(ways[np.uint64(at + 1)]) << 16)

@@ -15,10 +15,12 @@ from ppaas.planners.hub_labels.kernels.terrain import (
     COLUMNS,
     ROWS,
     column_line,
+    column_stride,
     diagonal_line,
     empty_terrain,
     number_of,
     row_line,
+    row_stride,
 )
 from ppaas.planners.kernels.bare import bare, joined
 from ppaas.planners.kernels.bits import leading_zeros, trailing_zeros
@@ -97,18 +99,19 @@ def _sector(
         seen[found] = number_of(terrain, row + (steps + 1) * below, column + (steps + 1) * right)
         lengths[found] = (steps + 1) * DIAGONAL
         found += 1
+    in_rows, in_columns = row_stride(terrain), column_stride(terrain)
     for step in range(1, steps + 1):
         if most_across == 0 and most_along == 0:
             break
         r, c = row + step * below, column + step * right
-        free = _ray(terrain, row_line(terrain, r), 3, c, right, most_across)
+        free = _ray(terrain, row_line(terrain, r), in_rows, c, right, most_across)
         if free < 0:
             seen[found] = number_of(terrain, r, c - free * right)
             lengths[found] = step * DIAGONAL - free * STRAIGHT
             found += 1
             free = -free - 1
         most_across = free
-        free = _ray(terrain, column_line(terrain, c), 2, r, below, most_along)
+        free = _ray(terrain, column_line(terrain, c), in_columns, r, below, most_along)
         if free < 0:
             seen[found] = number_of(terrain, r - free * below, c)
             lengths[found] = step * DIAGONAL - free * STRAIGHT
@@ -132,8 +135,10 @@ def scan(terrain: Words, row: int, column: int, seen: Integers, lengths: Integer
     """
     rows, columns = terrain[ROWS], terrain[COLUMNS]
     in_row, in_column = row_line(terrain, row), column_line(terrain, column)
-    right, left = _ray(terrain, in_row, 3, column, 1, columns), _ray(terrain, in_row, 3, column, -1, columns)
-    below, above = _ray(terrain, in_column, 2, row, 1, rows), _ray(terrain, in_column, 2, row, -1, rows)
+    right = _ray(terrain, in_row, row_stride(terrain), column, 1, columns)
+    left = _ray(terrain, in_row, row_stride(terrain), column, -1, columns)
+    below = _ray(terrain, in_column, column_stride(terrain), row, 1, rows)
+    above = _ray(terrain, in_column, column_stride(terrain), row, -1, rows)
     found = 0
     for side in range(4):
         free, way = (right, left, below, above)[side], 1 - 2 * (side & 1)

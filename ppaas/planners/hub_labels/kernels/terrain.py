@@ -4,7 +4,9 @@ The map has a margin of one blocked cell, so no ray leaves it. All of it is one 
 `HEAD` numbers: rows and columns with the margin, words of a row, words of a column (and of a diagonal, whose bits are
 counted by rows too), and where the lines begin: those of the rows (per word: stops, corners, and how many corners come
 before this word), of the columns (stops, corners), of the diagonals down and right, and down and left (per word: steps
-that are not allowed, corners).
+that are not allowed, corners). Words of the same columns in neighbouring rows lie side by side, and so do those of the
+same rows in neighbouring columns: who looks along one line looks along the next ones, too. Before the lines of rows and
+behind those of columns there is room for a word beyond each line.
 
 A *corner* is a free cell that a shortest path may have to touch as it bends: diagonal to a wall, with the two cells
 between free (the simple subgoals of Uras, Koenig and Hernández, "Subgoal Graphs for Optimal Pathfinding in
@@ -34,14 +36,26 @@ BLOCK = 64
 
 @joined
 def row_line(terrain: Words, row: int) -> int:
-    """Return where the line of a row begins; its stride is 3."""
-    return int(terrain[ROW_LINES] + row * terrain[ROW_WORDS] * 3)
+    """Return where the line of a row begins."""
+    return int(terrain[ROW_LINES] + row * 3)
+
+
+@joined
+def row_stride(terrain: Words) -> int:
+    """Return the stride of the lines of rows."""
+    return int(terrain[ROWS] * 3)
 
 
 @joined
 def column_line(terrain: Words, column: int) -> int:
-    """Return where the line of a column begins; its stride is 2."""
-    return int(terrain[COLUMN_LINES] + column * terrain[COLUMN_WORDS] * 2)
+    """Return where the line of a column begins."""
+    return int(terrain[COLUMN_LINES] + column * 2)
+
+
+@joined
+def column_stride(terrain: Words) -> int:
+    """Return the stride of the lines of columns."""
+    return int(terrain[COLUMNS] * 2)
 
 
 @joined
@@ -60,20 +74,20 @@ def diagonal_line(terrain: Words, row: int, column: int, right: int) -> int:
 @joined
 def is_wall(terrain: Words, row: int, column: int) -> bool:
     """Tell whether a cell is blocked."""
-    line = row_line(terrain, row)
-    return bool(is_set(terrain, line, 3, column) and not is_set(terrain, line + 1, 3, column))
+    line, stride = row_line(terrain, row), row_stride(terrain)
+    return bool(is_set(terrain, line, stride, column) and not is_set(terrain, line + 1, stride, column))
 
 
 @joined
 def is_corner(terrain: Words, row: int, column: int) -> bool:
     """Tell whether a cell is a corner."""
-    return bool(is_set(terrain, row_line(terrain, row) + 1, 3, column))
+    return bool(is_set(terrain, row_line(terrain, row) + 1, row_stride(terrain), column))
 
 
 @joined
 def number_of(terrain: Words, row: int, column: int) -> int:
     """Return the number of the corner at a cell: corners are numbered row by row."""
-    word = row_line(terrain, row) + (column >> 6) * 3
+    word = row_line(terrain, row) + (column >> 6) * row_stride(terrain)
     below = (np.uint64(1) << np.uint64(column & 63)) - np.uint64(1)
     place = np.uint64(word)
     return int(terrain[place + np.uint64(2)]) + count(np.uint64(terrain[place + np.uint64(1)]) & below)
@@ -93,13 +107,13 @@ def _bends(free: Cells, row: int, column: int) -> bool:
 def _lay_row(free: Cells, terrain: Words, row: int, first: int, last: int) -> None:
     last_row = row == terrain[ROWS] - 1
     bit = np.int64(1) << (row & 63)
-    down = (row >> 6) * 2
-    line = row_line(terrain, row)
+    down, below = (row >> 6) * 2, (row >> 6) * column_stride(terrain)
+    line, stride = row_line(terrain, row), row_stride(terrain)
     for column in range(first, last):
         wall = not free[row, column]
         corner = not wall and _bends(free, row, column)
-        word = line + (column >> 6) * 3
-        upright = column_line(terrain, column) + down
+        word = line + (column >> 6) * stride
+        upright = column_line(terrain, column) + below
         falling = diagonal_line(terrain, row, column, 1) + down
         rising = diagonal_line(terrain, row, column, -1) + down
         if wall or corner:
@@ -157,11 +171,11 @@ def mend(free: Cells, terrain: Words, first_row: int, last_row: int, first_colum
     """
     for row in range(first_row, last_row):
         bit = ~(np.int64(1) << (row & 63))
-        down = (row >> 6) * 2
+        down, below = (row >> 6) * 2, (row >> 6) * column_stride(terrain)
         for column in range(first_column, last_column):
             own = ~(np.int64(1) << (column & 63))
-            word = row_line(terrain, row) + (column >> 6) * 3
-            upright = column_line(terrain, column) + down
+            word = row_line(terrain, row) + (column >> 6) * row_stride(terrain)
+            upright = column_line(terrain, column) + below
             falling = diagonal_line(terrain, row, column, 1) + down
             rising = diagonal_line(terrain, row, column, -1) + down
             for kind in range(2):
@@ -192,10 +206,10 @@ def number_corners(terrain: Words, places: NDArray[np.int32]) -> int:
     """
     corners = 0
     for row in range(terrain[ROWS]):
-        line = row_line(terrain, row)
+        line, stride = row_line(terrain, row), row_stride(terrain)
         for word in range(terrain[ROW_WORDS]):
-            terrain[line + word * 3 + 2] = corners
-            bits = np.uint64(terrain[line + word * 3 + 1])
+            terrain[line + word * stride + 2] = corners
+            bits = np.uint64(terrain[line + word * stride + 1])
             for bit in range(64):
                 if bits == 0:
                     break
@@ -224,7 +238,8 @@ def empty_terrain(rows: int, columns: int) -> Words:
     """Return the array for a map of so many rows and columns, margin included, with its head and without a bit set."""
     row_words, column_words = (columns + 63) // 64, (rows + 63) // 64
     along = columns * column_words * 2
-    begins = HEAD + np.cumsum((0, rows * row_words * 3, along, along, along + SPARE))
+    room = max(rows * 3, columns * 2)
+    begins = HEAD + room + np.cumsum((0, rows * row_words * 3, along + room, along, along + SPARE))
     terrain = np.zeros(begins[-1], np.int64)
     terrain[: SIZE + 1] = rows, columns, row_words, column_words, *begins
     return terrain

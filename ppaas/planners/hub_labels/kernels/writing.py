@@ -1,7 +1,7 @@
-"""Kernel: write the cells of a path, each as one number of 64 bits.
+"""Kernel: write the cells of a path, each as one number of 64 bits, run by run.
 
-Ways between corners are short where a map is cluttered, so four cells are written at a time, whether they are wanted or
-not: what is too much is written over by the next way, and room for it is left at the end.
+Runs are short where a map is cluttered, so eight cells are written at a time, whether they are wanted or not: what is
+too much is written over by the next run, and room for it is left at the end.
 """
 
 import sys
@@ -11,14 +11,33 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.kernels.bare import joined
+from ppaas.planners.hub_labels.kernels.layout import DIRECTIONS, WAY_HEAD, WAY_RUNS, Shorts, long_at
+from ppaas.planners.kernels.bare import bare, joined
 
 Cells = NDArray[np.int32]
 
 ROW_UNIT, COLUMN_UNIT = (1, 1 << 32) if sys.byteorder == "little" else (1 << 32, 1)
 """A cell is written as one int64, which lies in memory as its row and its column do."""
 
-AT_ONCE = 4
+AT_ONCE = 8
+
+COMPASS = 1 << DIRECTIONS
+OPPOSITE = COMPASS // 2
+"""Directions go round: that which is so many further leads back."""
+
+_ROUND = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
+STEPS = np.array([n * (row * ROW_UNIT + column * COLUMN_UNIT) for row, column in _ROUND for n in range(1, AT_ONCE + 1)])
+"""By how much the next eight cells in each direction differ from the one before."""
+
+
+@joined
+def direction_of(down: int, right: int) -> int:
+    """Return the direction of a step by −1, 0 or 1 rows and columns; they may not both be 0."""
+    if right == 0:
+        return 2 - 2 * down
+    if right > 0:
+        return 2 - down
+    return 6 + down
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -36,23 +55,49 @@ def write_first(flat: Words, row: int, column: int) -> int:
 
 
 @joined
-def write_cells(flat: Words, at: int, row: int, column: int, to_row: int, to_column: int) -> int:
-    """Write the cells between two that see each other from ``at`` on, without the first; return where they end."""
-    rows, columns = to_row - row, to_column - column
-    down = ROW_UNIT if rows > 0 else -ROW_UNIT
-    right = COLUMN_UNIT if columns > 0 else -COLUMN_UNIT
-    rows, columns = abs(rows), abs(columns)
-    diagonal, count = min(rows, columns), max(rows, columns)
-    straight, both = down if rows > columns else right, down + right
-    cell = (row - 1) * ROW_UNIT + (column - 1) * COLUMN_UNIT
+def write_run(flat: Words, at: int, direction: int, moves: int) -> int:
+    """Write so many cells after the one before ``at``, and return where the next begin."""
+    steps, cell = direction * AT_ONCE, flat[np.uint64(at - 1)]
     for i in range(AT_ONCE):
-        cell += both if i < diagonal else straight
-        flat[np.uint64(at + i)] = cell
-    if count > AT_ONCE:
-        for i in range(AT_ONCE, diagonal):
-            flat[np.uint64(at + i)] = cell + (i + 1 - AT_ONCE) * both
-        cell += max(0, diagonal - AT_ONCE) * both
-        begin = max(AT_ONCE, diagonal)
-        for i in range(begin, count):
-            flat[np.uint64(at + i)] = cell + (i + 1 - begin) * straight
-    return int(at + count)
+        flat[np.uint64(at + i)] = cell + STEPS[np.uint64(steps + i)]
+    for begin in range(AT_ONCE, moves, AT_ONCE):
+        cell += STEPS[np.uint64(steps + AT_ONCE - 1)]
+        for i in range(AT_ONCE):
+            flat[np.uint64(at + begin + i)] = cell + STEPS[np.uint64(steps + i)]
+    return int(at + moves)
+
+
+@bare
+def write_straight(flat: Words, at: int, row: int, column: int, to_row: int, to_column: int) -> int:
+    """Write the cells between two that see each other, without the first, along the diagonal first."""
+    rows, columns = to_row - row, to_column - column
+    down, right = (rows > 0) - (rows < 0), (columns > 0) - (columns < 0)
+    rows, columns = abs(rows), abs(columns)
+    diagonal = min(rows, columns)
+    if diagonal > 0:
+        at = write_run(flat, at, direction_of(down, right), diagonal)
+    if rows > columns:
+        at = write_run(flat, at, direction_of(down, 0), rows - diagonal)
+    elif columns > rows:
+        at = write_run(flat, at, direction_of(0, right), columns - diagonal)
+    return at
+
+
+@bare
+def write_way(flat: Words, at: int, ways: Shorts, way: int) -> int:
+    """Write the cells of a way."""
+    first = way + WAY_HEAD
+    for place in range(first, first + long_at(ways, way + WAY_RUNS)):
+        run = int(ways[np.uint64(place)])
+        at = write_run(flat, at, run & (COMPASS - 1), run >> DIRECTIONS)
+    return at
+
+
+@bare
+def write_back(flat: Words, at: int, ways: Shorts, way: int) -> int:
+    """Write the cells of a way from its end to its begin."""
+    first = way + WAY_HEAD
+    for place in range(first + long_at(ways, way + WAY_RUNS) - 1, first - 1, -1):
+        run = int(ways[np.uint64(place)])
+        at = write_run(flat, at, (run & (COMPASS - 1)) ^ OPPOSITE, run >> DIRECTIONS)
+    return at

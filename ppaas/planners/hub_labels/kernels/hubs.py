@@ -1,0 +1,145 @@
+"""Kernel: find the hub over which the way between two ends is shortest, and the ways that lead to it."""
+
+import numpy as np
+
+from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.climbing import lead
+from ppaas.planners.hub_labels.kernels.layout import (
+    CORNER_SIZE,
+    CORNERS,
+    ENTRIES,
+    LABEL,
+    LABELLED,
+    LABELS,
+    LINK_NEXT,
+    LINK_SIZE,
+    LINK_WAY,
+    TABLE,
+    WAY_MOVES,
+    WAYS,
+    Shorts,
+    integers_of,
+    lengths_after,
+    links_after,
+    long_at,
+    shorts_of,
+)
+from ppaas.planners.hub_labels.kernels.scan import Integers
+from ppaas.planners.hub_labels.kernels.scratch import CORNER, COUNT, MOVES, end_of, reach_of, route_of
+from ppaas.planners.hub_labels.kernels.trees import FAR
+from ppaas.planners.kernels.bare import bare, joined
+
+
+@joined
+def entries_of(table: Integers, corner: int) -> int:
+    """Return how many entries a label has."""
+    return int(table[np.uint64(corner * CORNER_SIZE + ENTRIES)])
+
+
+@joined
+def label_of(table: Integers, corner: int) -> int:
+    """Return where a label lies."""
+    return int(table[np.uint64(corner * CORNER_SIZE + LABEL)])
+
+
+@joined
+def _lay_entries(reach: Integers, labels: Integers, hubs: Shorts, begin: int, size: int, length: int) -> None:
+    """Lay a label out by its hubs."""
+    far = begin + lengths_after(size)
+    for i in range(size):
+        hub = np.uint64(hubs[np.uint64(2 * begin + i)])
+        reach[hub] = min(reach[hub], np.int32(labels[np.uint64(far + i)] + length))
+
+
+@joined
+def _least(reach: Integers, labels: Integers, hubs: Shorts, begin: int, size: int) -> int:
+    """Return how long the way over the best hub of a label is."""
+    far, best = begin + lengths_after(size), np.int32(0x7FFFFFFF)
+    for i in range(size):
+        best = min(best, np.int32(reach[np.uint64(hubs[np.uint64(2 * begin + i)])] + labels[np.uint64(far + i)]))
+    return int(best)
+
+
+@joined
+def _clear(reach: Integers, hubs: Shorts, begin: int, size: int) -> None:
+    for i in range(size):
+        reach[np.uint64(hubs[np.uint64(2 * begin + i)])] = FAR
+
+
+@bare
+def lay_out(index: Words, scratch: Integers, corner: int, length: int) -> None:
+    """Lay the label of a corner of the start out, which is so far from it."""
+    table, labels, hubs = integers_of(index, TABLE), integers_of(index, LABELS), shorts_of(index, LABELS)
+    _lay_entries(reach_of(index, scratch), labels, hubs, label_of(table, corner), entries_of(table, corner), length)
+
+
+@bare
+def look_up(index: Words, scratch: Integers, corner: int) -> int:
+    """Return how long the way from the start to a corner is, over what was laid out; `FAR` or more without one."""
+    table, labels, hubs = integers_of(index, TABLE), integers_of(index, LABELS), shorts_of(index, LABELS)
+    return int(_least(reach_of(index, scratch), labels, hubs, label_of(table, corner), entries_of(table, corner)))
+
+
+@bare
+def take_back(index: Words, scratch: Integers, kept: int) -> int:
+    """Forget what was laid out of the first so many corners of the start; return how many entries they have."""
+    table, hubs = integers_of(index, TABLE), shorts_of(index, LABELS)
+    reach, looked = reach_of(index, scratch), 0
+    for corner in end_of(index, scratch, 0, 0)[:kept]:
+        looked += entries_of(table, corner)
+        _clear(reach, hubs, label_of(table, corner), entries_of(table, corner))
+    return looked
+
+
+@joined
+def _place_of(hubs: Shorts, hub: int) -> int:
+    """Return where a hub is in a label; any place if it is not in it."""
+    low, high = 0, len(hubs) - 1
+    while low < high:
+        middle = (low + high) >> 1
+        if hubs[middle] < hub:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@bare
+def _follow(index: Words, scratch: Integers, end: int, corner: int, link: int) -> None:
+    """Write the ways from an end over a corner of its own to a hub to the route, given the corner's link to the hub."""
+    labels, ways, route = integers_of(index, LABELS), shorts_of(index, WAYS), route_of(index, scratch)
+    at, step = (len(route) - 1, -1) if end else (0, 1)
+    count = 0
+    if index[LABELLED] < index[CORNERS]:
+        count = lead(index, scratch, end, corner, at, step)
+    else:
+        scratch[CORNER + end] = corner
+    while link >= 0:
+        way = labels[np.uint64(link + LINK_WAY)]
+        if way < 0:
+            break
+        route[np.uint64(at + step * count)] = way
+        count += 1
+        scratch[MOVES] += long_at(ways, way + WAY_MOVES)
+        link = labels[np.uint64(link + LINK_NEXT)]
+    scratch[COUNT + end] = count
+
+
+@bare
+def walk(index: Words, scratch: Integers, kept: int, to_corner: int, length: int) -> None:
+    """Write the route of that length from one of the corners laid out to a corner of the goal."""
+    table, labels, hubs = integers_of(index, TABLE), integers_of(index, LABELS), shorts_of(index, LABELS)
+    reach, seen, lengths = reach_of(index, scratch), end_of(index, scratch, 0, 0), end_of(index, scratch, 0, 1)
+    begin, size = label_of(table, to_corner), entries_of(table, to_corner)
+    far, place = begin + lengths_after(size), 0
+    while reach[hubs[2 * begin + place]] + labels[far + place] != length:
+        place += 1
+    hub = hubs[2 * begin + place]
+    _follow(index, scratch, 1, to_corner, begin + links_after(size) + LINK_SIZE * place)
+    for i in range(kept):
+        begin, size = label_of(table, seen[i]), entries_of(table, seen[i])
+        place = _place_of(hubs[2 * begin : 2 * begin + size], hub)
+        found = hubs[2 * begin + place] == hub
+        if found and labels[begin + lengths_after(size) + place] + lengths[i] == reach[hub]:
+            _follow(index, scratch, 0, seen[i], begin + links_after(size) + LINK_SIZE * place)
+            return
