@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import cast
 
 import pytest
 
@@ -9,13 +10,18 @@ from storage.ports import MapStore, Store
 from storage.urls import open_map_store, open_store
 
 
-@pytest.fixture(params=["memory:", "sqlite://{folder}/store.db"])
+@pytest.fixture(params=["memory:", "sqlite://{folder}/store.db", pytest.param("cassandra", marks=pytest.mark.servers)])
 def store(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Store]:
+    if request.param == "cassandra":
+        yield request.getfixturevalue("cassandra_store")
+        return
     opened = open_store(request.param.format(folder=tmp_path))
     yield opened
     opened.close()
 
 
-@pytest.fixture(params=["memory:", "file://{folder}/maps"])
+@pytest.fixture(params=["memory:", "file://{folder}/maps", pytest.param("hdfs", marks=pytest.mark.servers)])
 def map_store(request: pytest.FixtureRequest, tmp_path: Path) -> MapStore:
+    if request.param == "hdfs":
+        return cast(MapStore, request.getfixturevalue("hdfs_store"))
     return open_map_store(request.param.format(folder=tmp_path))

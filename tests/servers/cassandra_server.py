@@ -5,7 +5,8 @@ from typing import Any
 
 import yaml
 from cassandra.auth import PlainTextAuthProvider
-from cassandra.cluster import Cluster
+from cassandra.cluster import EXEC_PROFILE_DEFAULT, Cluster, ExecutionProfile
+from cassandra.policies import RoundRobinPolicy
 
 from tests.servers.jars import jars_of, java
 from tests.servers.java_server import JavaServer, free_ports
@@ -63,10 +64,31 @@ class CassandraServer(JavaServer):
         """Return the URL of a store in it."""
         return f"cassandra://cassandra:{PASSWORD}@127.0.0.1:{self.port}/{keyspace}{query}"
 
+    def empty(self, keyspace: str) -> None:
+        """Empty the tables of a keyspace in which there is anything."""
+        with self._cluster() as cluster:
+            session = cluster.connect(keyspace)
+            tables = [name for name in cluster.metadata.keyspaces[keyspace].tables if name != "schema_version"]
+            looks = [session.execute_async(f"SELECT * FROM {name} LIMIT 1") for name in tables]
+            used = [name for name, look in zip(tables, looks, strict=True) if look.result().one()]
+            for emptied in [session.execute_async(f"TRUNCATE {name}") for name in used]:
+                emptied.result()
+
     def _answers(self) -> bool:
-        login = PlainTextAuthProvider("cassandra", PASSWORD)
-        with Cluster(["127.0.0.1"], port=self.port, auth_provider=login, connect_timeout=2) as cluster:
+        with self._cluster() as cluster:
             return cluster.connect().execute("SELECT release_version FROM system.local").one() is not None
+
+    def _cluster(self) -> Cluster:
+        login = PlainTextAuthProvider("cassandra", PASSWORD)
+        profile = ExecutionProfile(load_balancing_policy=RoundRobinPolicy())
+        return Cluster(
+            ["127.0.0.1"],
+            port=self.port,
+            protocol_version=5,
+            auth_provider=login,
+            execution_profiles={EXEC_PROFILE_DEFAULT: profile},
+            connect_timeout=2,
+        )
 
 
 def configuration(port: int, storage_port: int) -> dict[str, Any]:

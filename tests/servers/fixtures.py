@@ -1,5 +1,6 @@
 """The real servers, each started when the first test asks for it, and shared by all of a run."""
 
+import uuid
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -8,7 +9,10 @@ import pytest
 from tests.servers.jars import Missing
 
 if TYPE_CHECKING:
+    from storage.cassandra import CassandraStore
+    from storage.hdfs import HdfsMapStore
     from tests.servers.cassandra_server import CassandraServer
+    from tests.servers.hdfs_server import HdfsServer
 
 
 @pytest.fixture(scope="session")
@@ -25,3 +29,38 @@ def cassandra_server(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[Cass
         yield server
     finally:
         server.stop()
+
+
+@pytest.fixture
+def cassandra_store(cassandra_server: "CassandraServer") -> "Iterator[CassandraStore]":
+    """Return an empty store in Cassandra."""
+    from storage.cassandra import CassandraStore
+
+    store = CassandraStore(cassandra_server.url("contracts"))
+    yield store
+    store.close()
+    cassandra_server.empty("contracts")
+
+
+@pytest.fixture(scope="session")
+def hdfs_server(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[HdfsServer]":
+    """Return a running HDFS, or skip where it cannot be had; whoever kills it starts it again."""
+    from tests.servers.hdfs_server import HdfsServer
+
+    try:
+        server = HdfsServer(tmp_path_factory.mktemp("hdfs"))
+    except Missing as error:
+        pytest.skip(f"no HDFS: {error}")
+    try:
+        server.start()
+        yield server
+    finally:
+        server.stop()
+
+
+@pytest.fixture
+def hdfs_store(hdfs_server: "HdfsServer") -> "HdfsMapStore":
+    """Return an empty store of maps in HDFS."""
+    from storage.hdfs import HdfsMapStore
+
+    return HdfsMapStore(hdfs_server.url(f"maps/{uuid.uuid4().hex}"))

@@ -1,0 +1,40 @@
+"""Everything but maps in Cassandra: for more than one machine, and for data that outlives any of them."""
+
+from storage.cassandra_accounts import CassandraAccounts
+from storage.cassandra_address import parse_address
+from storage.cassandra_history import CassandraHistory
+from storage.cassandra_plan_search import CassandraPlanSearch
+from storage.cassandra_robots import CassandraRobots
+from storage.cassandra_session import CassandraSession
+
+
+class CassandraStore(CassandraAccounts, CassandraRobots, CassandraHistory, CassandraPlanSearch):
+    """A ``Store`` in a keyspace of a Cassandra, which any number of processes may have open.
+
+    It is connected to when it is asked for the first time, so that it may be away when the cloud starts.
+
+    Parameters
+    ----------
+    url : str
+        Where it is (``storage.cassandra_address``). The keyspace and its tables are made if they are not there.
+
+    Raises
+    ------
+    InvalidInput
+        The URL says something else.
+    """
+
+    def __init__(self, url: str) -> None:
+        address = parse_address(url)
+        self._session = CassandraSession(address)
+        self._granularity = address.granularity
+
+    def close(self) -> None:
+        """Let go of the connections."""
+        self._session.close()
+
+    def remove_user(self, user_id: str) -> None:
+        """Forget a user with all tokens, robots and checkpoints; ``NotFound`` if there is none."""
+        generation = self._end_generation(user_id)
+        self._sweep_tokens(user_id)
+        self._sweep_robots(user_id, generation)

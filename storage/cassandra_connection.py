@@ -1,0 +1,79 @@
+"""Connecting to Cassandra: the keyspace and its tables are made if they are not there."""
+
+from cassandra import ConsistencyLevel
+from cassandra.auth import PlainTextAuthProvider
+from cassandra.cluster import EXEC_PROFILE_DEFAULT, Cluster, ExecutionProfile, Session
+from cassandra.policies import ConstantReconnectionPolicy, DCAwareRoundRobinPolicy, TokenAwarePolicy
+
+from ppaas.errors import Unavailable
+from storage.cassandra_address import CassandraAddress
+from storage.cassandra_schema import VERSION, statements
+
+RECONNECT = 0.5
+"""Seconds between two tries to reach a node that is away."""
+
+PROTOCOL = 5
+"""Of Cassandra 4.0 and later."""
+
+
+def connect(address: CassandraAddress) -> Session:
+    """Return a session with the keyspace of an address, whose tables are there.
+
+    Raises
+    ------
+    Unavailable
+        The keyspace was made by a newer release.
+    Exception
+        As the driver raises.
+    """
+    cluster = _cluster(address)
+    try:
+        session = cluster.connect()
+        session.use_client_timestamp = False  # those that ask what was there get the server's: one clock for all
+        _make_keyspace(cluster, session, address)
+        _check_version(session, address)
+    except BaseException:
+        cluster.shutdown()
+        raise
+    return session
+
+
+def _cluster(address: CassandraAddress) -> Cluster:
+    login = None if address.user is None else PlainTextAuthProvider(address.user, address.password)
+    profile = ExecutionProfile(
+        load_balancing_policy=TokenAwarePolicy(DCAwareRoundRobinPolicy()),
+        consistency_level=getattr(ConsistencyLevel, address.consistency.upper()),
+        serial_consistency_level=ConsistencyLevel.LOCAL_SERIAL,
+        request_timeout=address.timeout,
+    )
+    return Cluster(
+        address.hosts,
+        port=address.port,
+        protocol_version=PROTOCOL,
+        auth_provider=login,
+        execution_profiles={EXEC_PROFILE_DEFAULT: profile},
+        reconnection_policy=ConstantReconnectionPolicy(RECONNECT, max_attempts=None),
+        connect_timeout=address.timeout,
+        control_connection_timeout=address.timeout,
+    )
+
+
+def _make_keyspace(cluster: Cluster, session: Session, address: CassandraAddress) -> None:
+    """Make the keyspace and its tables, those that are not there."""
+    known = cluster.metadata.keyspaces.get(address.keyspace)
+    if known is None:
+        copies = dict(address.replication)
+        session.execute(f"CREATE KEYSPACE IF NOT EXISTS {address.keyspace} WITH replication = {copies}")
+    session.set_keyspace(address.keyspace)
+    for table, statement in statements().items():
+        if known is None or table not in known.tables:
+            session.execute(statement)
+
+
+def _check_version(session: Session, address: CassandraAddress) -> None:
+    first = session.execute("INSERT INTO schema_version (id, version) VALUES (0, %s) IF NOT EXISTS", (VERSION,))
+    if first.was_applied:
+        return
+    version = session.execute("SELECT version FROM schema_version WHERE id = 0").one().version
+    if version > VERSION:
+        raise Unavailable(f"{address}: written by a newer release (schema {version}): upgrade this one")

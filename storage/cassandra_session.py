@@ -1,0 +1,151 @@
+"""A session with Cassandra: statements prepared once, errors told as ours."""
+
+import threading
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+from cassandra.cluster import ResultSet, Session
+from cassandra.concurrent import execute_concurrent, execute_concurrent_with_args
+from cassandra.query import BatchStatement, PreparedStatement
+
+from ppaas.clock import monotonic
+from ppaas.errors import Unavailable
+from storage.cassandra_address import CassandraAddress
+from storage.cassandra_connection import RECONNECT, connect
+from storage.cassandra_failures import driver_errors
+
+AT_ONCE = 128
+"""Requests that are under way at a time where many are sent."""
+
+NO_LIMIT = 2**31 - 1
+
+Write = tuple[str, Sequence[Any]]
+"""A statement and its values."""
+
+
+def most(limit: int | None) -> int:
+    """Return a limit of 1 or more as CQL takes it."""
+    return NO_LIMIT if limit is None else limit
+
+
+class CassandraSession:
+    """A session with the keyspace of an address, safe to use from several threads.
+
+    It connects when something is asked for the first time, and outlives its nodes: what is asked while they are away
+    fails, and once one is back it is found again.
+    """
+
+    def __init__(self, address: CassandraAddress) -> None:
+        self._address = address
+        self._opening = threading.Lock()
+        self._opened: Session | None = None
+        self._closed = False
+        self._failed: tuple[float, Unavailable] | None = None
+        self._preparing = threading.Lock()
+        self._prepared: dict[str, PreparedStatement] = {}
+
+    def close(self) -> None:
+        """Let go of the connections."""
+        self._closed = True
+        with self._opening:
+            if self._opened is not None:
+                self._opened.cluster.shutdown()
+
+    def rows(self, cql: str, *values: Any) -> Iterator[Any]:
+        """Yield the rows of a query, fetched page by page."""
+        with driver_errors(self._address):
+            yield from self._execute(cql, values)
+
+    def row(self, cql: str, *values: Any) -> Any:
+        """Return the first row of a query, or None."""
+        with driver_errors(self._address):
+            return self._execute(cql, values).one()
+
+    def write(self, cql: str, *values: Any) -> None:
+        """Write, whatever was there."""
+        with driver_errors(self._address):
+            self._execute(cql, values)
+
+    def write_if(self, cql: str, *values: Any) -> bool:
+        """Write if the statement's condition holds; tell whether it did. No other can come in between."""
+        with driver_errors(self._address):
+            return bool(self._execute(cql, values).was_applied)
+
+    def write_together(self, writes: Iterable[Write]) -> None:
+        """Write all or, in the end, nothing; others may see a part of it for a moment."""
+        with driver_errors(self._address):
+            self._execute_batch(writes)
+
+    def write_together_if(self, writes: Iterable[Write]) -> bool:
+        """Write all to one partition if the conditions of all hold, else nothing; tell whether they did."""
+        with driver_errors(self._address):
+            return bool(self._execute_batch(writes).was_applied)
+
+    def write_each(self, cql: str, rows: Iterable[Sequence[Any]]) -> None:
+        """Write many rows at once, each for itself; the first error ends it."""
+        with driver_errors(self._address):
+            session, statement = self._session(), self._statement(cql)
+            execute_concurrent_with_args(session, statement, list(rows), AT_ONCE, raise_on_first_error=True)
+
+    def write_together_each(self, groups: Iterable[Sequence[Write]]) -> None:
+        """Write many groups at once, each as ``write_together`` does; the first error ends it."""
+        with driver_errors(self._address):
+            batches = [(self._batch(writes), None) for writes in groups]
+            execute_concurrent(self._session(), batches, AT_ONCE, raise_on_first_error=True)
+
+    def rows_each(self, cql: str, keys: Iterable[Sequence[Any]]) -> list[list[Any]]:
+        """Return the rows of a query for each of many keys, asked for at once."""
+        with driver_errors(self._address):
+            session, statement = self._session(), self._statement(cql)
+            results = execute_concurrent_with_args(session, statement, list(keys), AT_ONCE, raise_on_first_error=True)
+            return [list(result.result_or_exc) for result in results]
+
+    def partitions(self, table: str, key: str) -> list[str]:
+        """Return the keys of the partitions of a table in which there is anything, sorted."""
+        keys = sorted(row[0] for row in self.rows(f"SELECT DISTINCT {key} FROM {table}"))
+        found = self.rows_each(f"SELECT {key} FROM {table} WHERE {key} = ? LIMIT 1", [(one,) for one in keys])
+        return [one for one, rows in zip(keys, found, strict=True) if rows]
+
+    # -- inside --------------------------------------------------------------------------------------------------------
+
+    def _execute(self, cql: str, values: Sequence[Any]) -> ResultSet:
+        return self._session().execute(self._statement(cql), values)
+
+    def _execute_batch(self, writes: Iterable[Write]) -> ResultSet:
+        return self._session().execute(self._batch(writes))
+
+    def _batch(self, writes: Iterable[Write]) -> BatchStatement:
+        batch = BatchStatement()
+        for cql, values in writes:
+            batch.add(self._statement(cql), values)
+        return batch
+
+    def _statement(self, cql: str) -> PreparedStatement:
+        session = self._session()
+        if cql not in self._prepared:
+            with self._preparing:
+                statement = session.prepare(cql)
+                # What is written twice is as if written once, but for what asks what was there before.
+                statement.is_idempotent = " IF " not in cql
+                self._prepared[cql] = statement
+        return self._prepared[cql]
+
+    def _session(self) -> Session:
+        if self._closed:
+            raise Unavailable(f"{self._address}: the store is closed")
+        if self._opened is None:
+            with self._opening:
+                if self._opened is None:
+                    self._opened = self._open()
+        return self._opened
+
+    def _open(self) -> Session:
+        """Connect; who asks right after that failed is told so at once, and does not wait for the same again."""
+        if self._failed is not None and monotonic() < self._failed[0]:
+            raise self._failed[1]
+        try:
+            with driver_errors(self._address):
+                return connect(self._address)
+        except Unavailable as error:
+            self._failed = monotonic() + RECONNECT, error
+            raise
