@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from endpoints.accounts import Accounts
+from endpoints.health import Health
 from endpoints.installed_planners import InstalledPlanners
 from endpoints.map_heads import MapHeads
 from endpoints.plan_keeper import PlanKeeper
@@ -75,6 +76,7 @@ class Services:
     accounts: Accounts
     cloud: Cloud
     settings: Settings = field(default_factory=Settings)
+    health: Health = field(default_factory=Health)
     plan_keeper: PlanKeeper = field(default_factory=PlanKeeper)
     map_heads: MapHeads = field(default_factory=MapHeads)
     planners: InstalledPlanners = field(default_factory=InstalledPlanners)

@@ -22,6 +22,7 @@ TAGS = [
     {"name": "models", "description": "Models of robots that robot files may name."},
     {"name": "planners", "description": "Planners that robot files and requests for paths may name."},
     {"name": "machines", "description": "Machines of the cloud, for administrators."},
+    {"name": "health", "description": "Whether the cloud can do all it is there for."},
     {"name": "containers", "description": "What runs: the caller's own, or all for an administrator."},
 ]
 

@@ -213,6 +213,25 @@ class RobotDetail(RobotAnswer):
     urdf: UrdfAnswer | None
 
 
+# -- health ------------------------------------------------------------------------------------------------------------
+
+
+class StoreHealth(_Answer):
+    """Whether a store answers."""
+
+    state: Literal["ok", "away"]
+    reason: str | None = Field(description="Why it does not, for administrators")
+
+
+class HealthAnswer(_Answer):
+    """How the cloud does."""
+
+    status: Literal["ok", "degraded"]
+    store: StoreHealth = Field(description="Of all but maps")
+    map_store: StoreHealth
+    plans_waiting: int = Field(description="Paths that wait on the disk for the store to come back")
+
+
 # -- machines and containers -------------------------------------------------------------------------------------------
 
 
