@@ -1,5 +1,6 @@
 """On what planners are measured."""
 
+import os
 import platform
 from importlib.metadata import version
 from typing import Any
@@ -8,7 +9,7 @@ from robots.bench.planners.timing import cpus
 
 
 def describe() -> dict[str, Any]:
-    """Return the kind of processor, how many of them this process may use, and versions of what planners stand on."""
+    """Return the kind of processor, how many of them this process may use, what else keeps them busy, and versions."""
     from llvmlite import binding  # noqa: PLC0415 - only here, and not at the start of every command
 
     features = binding.get_host_cpu_features()
@@ -16,6 +17,7 @@ def describe() -> dict[str, Any]:
         "processor": f"{platform.machine()} ({binding.get_host_cpu_name()})",
         "avx512": bool(features.get("avx512f")),
         "cpus": cpus(),
+        "load": os.getloadavg()[0],
         "system": platform.system(),
         "python": platform.python_version(),
         "numba": version("numba"),

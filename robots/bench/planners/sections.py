@@ -7,6 +7,9 @@ from robots.bench.planners import peers, tables
 
 IMAGES = "images"
 
+IDLE = 0.5
+"""CPUs that may have been busy in the minute before, on average."""
+
 Measured = Mapping[str, list[dict[str, Any]]]
 """By part of the suite what was told."""
 
@@ -39,6 +42,8 @@ def _machine(told: dict[str, Any]) -> str:
         f"Measured on {told['cpus']} CPUs, {told['processor']} {vectors} AVX-512, under {told['system']}, by ppaas "
         f"{told['ppaas']} on Python {told['python']}, numba {told['numba']} and numpy {told['numpy']}."
     )
+    if told["load"] > IDLE:
+        text += f" **Other work kept {told['load']:.1f} of them busy when it began: not to compare by.**"
     return f"{text} **A quick run on small grids, not to compare by.**" if told["quick"] else text
 
 

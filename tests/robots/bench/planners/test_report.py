@@ -6,7 +6,7 @@ import pytest
 from rich.progress import Progress
 
 from ppaas.errors import InvalidInput
-from robots.bench.planners import report, scaling, suite
+from robots.bench.planners import machine, report, scaling, suite
 from robots.commands import bench_report
 
 PAGE = f"# Page\n\n{report.BEGIN}\nold\n{report.END}\n\nafter\n"
@@ -103,6 +103,15 @@ def test_a_map_whose_index_takes_too_long_is_left_out_of_the_scenarios(
     assert {tuple(told["left_out"]) for told in scenarios} == {("jps",)}
     assert "arena2" in report.render({"scenarios": scenarios})
     assert "arena2" in report.render({"scenarios": [{**SCENARIO, "of": 130}, *scenarios]})
+
+
+@pytest.mark.parametrize(("load", "warned"), [(0.2, False), (1.5, True)])
+def test_what_was_measured_on_a_busy_machine_says_so(
+    load: float, warned: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(machine.os, "getloadavg", lambda: (load, 0.0, 0.0))
+    text = report.render({"machine": [machine.describe() | {"quick": False}]})
+    assert text.startswith("Measured on ") and ("not to compare by" in text) == warned
 
 
 def test_the_spread_is_the_most_over_the_least_of_what_is_large() -> None:
