@@ -3,6 +3,7 @@
 import hashlib
 import mmap
 import os
+import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -104,3 +105,12 @@ def mapped(path: Path) -> Buffer:
 def blocks(data: Buffer) -> Iterator[bytes]:
     """Return what is in a file, a mebibyte at a time."""
     return (data[start : start + BLOCK] for start in range(0, len(data), BLOCK))
+
+
+@contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """Make a folder for as long as the block lasts, where this machine keeps what is temporary."""
+    with disk_errors(Path(tempfile.gettempdir())):
+        folder = tempfile.TemporaryDirectory(prefix="ppaas-map-")
+    with folder as name:
+        yield Path(name)

@@ -1,11 +1,11 @@
 """Maps in memory, for tests and for trying things out: gone with the process."""
 
-import tempfile
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
+from storage.drafts import temporary_folder
 from storage.failures import disk_errors
 from storage.map_log import LoggedMapStore
 
@@ -68,10 +68,6 @@ class MemoryDisk:
             kept = self._files.items()
             self._files = {name: data for name, data in kept if name != path and not name.startswith(f"{path}/")}
 
-    @contextmanager
-    def drafting(self) -> Iterator[Path]:
+    def drafting(self) -> AbstractContextManager[Path]:
         """Make a folder for temporary files."""
-        with disk_errors(Path(tempfile.gettempdir())):
-            folder = tempfile.TemporaryDirectory(prefix="ppaas-map-")
-        with folder as name:
-            yield Path(name)
+        return temporary_folder()

@@ -48,6 +48,11 @@ class JavaServer:
         assert self._process is not None
         return self._process.pid
 
+    @property
+    def running(self) -> bool:
+        """Tell whether it was started and neither stopped nor killed since."""
+        return self._process is not None
+
     def start(self) -> None:
         """Start it and wait until it serves."""
         self.launch()

@@ -1,0 +1,112 @@
+"""A real HDFS of one NameNode and one DataNode on 127.0.0.1."""
+
+import getpass
+import shutil
+import subprocess
+from pathlib import Path
+from xml.sax.saxutils import escape
+
+from hdfs import InsecureClient
+
+from tests.servers.jars import jars_of, java
+from tests.servers.java_server import JavaServer, free_ports
+
+HERE = Path(__file__).parent / "hdfs"
+PACKAGE = "org.apache.hadoop.hdfs.server"
+JVM = [
+    *("-Xmx128m", "-Xss256k", "-XX:+UseSerialGC", "-XX:TieredStopAtLevel=1", "-XX:ReservedCodeCacheSize=32m"),
+    *("-XX:-UsePerfData", "-Djava.net.preferIPv4Stack=true"),
+    "--add-opens=java.base/java.lang=ALL-UNNAMED",  # without it WebHDFS answers 500 to everything
+]
+
+
+class HdfsServer:
+    """HDFS with its data in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        For its data, its settings and its logs.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        rpc, self.port, *of_datanode = free_ports(6)
+        folder.mkdir(parents=True, exist_ok=True)
+        settings = _settings(folder, rpc, self.port, of_datanode)
+        (folder / "hdfs-site.xml").write_text(_xml(settings))
+        (folder / "core-site.xml").write_text(_xml({"fs.defaultFS": f"hdfs://127.0.0.1:{rpc}"}))
+        shutil.copy(HERE / "log4j.properties", folder)
+        for daemon in ("hdfs", "datanode"):
+            (folder / "webapps" / daemon).mkdir(parents=True)  # they look for it, and serve nothing from it
+        self._java = [java(), *JVM, f"-Djava.io.tmpdir={folder}", "-cp", f"{folder}:{jars_of(HERE / 'pom.xml')}/*"]
+        name_node = [*self._java, f"{PACKAGE}.namenode.NameNode"]
+        data_node = [*self._java, f"{PACKAGE}.datanode.DataNode"]
+        self.name_node = JavaServer(name_node, folder, "namenode", self._lists)
+        self.data_node = JavaServer(data_node, folder, "datanode", self._writes)
+
+    def start(self) -> None:
+        """Start what does not run, the first time with an empty file system, and wait until files can be written."""
+        if not (self._folder / "name").exists():
+            command = [*self._java, f"{PACKAGE}.namenode.NameNode", "-format", "-nonInteractive"]
+            subprocess.run(command, cwd=self._folder, check=True, capture_output=True)
+        for daemon in (self.name_node, self.data_node):
+            if not daemon.running:
+                daemon.launch()
+        self.name_node.wait_ready()
+        self.data_node.wait_ready()
+
+    def stop(self) -> None:
+        """End both."""
+        self.data_node.stop()
+        self.name_node.stop()
+
+    def kill(self) -> None:
+        """Kill both with SIGKILL."""
+        self.data_node.kill()
+        self.name_node.kill()
+
+    def url(self, path: str) -> str:
+        """Return the URL of a store in it."""
+        return f"hdfs://127.0.0.1:{self.port}/{path}?user={getpass.getuser()}"
+
+    def client(self) -> InsecureClient:
+        """Return a client that may do everything: HDFS belongs to who started it."""
+        return InsecureClient(f"http://127.0.0.1:{self.port}", user=getpass.getuser(), timeout=(2, 10))
+
+    def _lists(self) -> bool:
+        return self.client().list("/") is not None
+
+    def _writes(self) -> bool:
+        self.client().write("/.ready", data=b"ok", overwrite=True)
+        with self.client().read("/.ready") as file:
+            return bool(file.read() == b"ok")
+
+
+def _settings(folder: Path, rpc: int, http: int, of_datanode: list[int]) -> dict[str, object]:
+    address, web, ipc, proxy = of_datanode
+    return {
+        "dfs.namenode.name.dir": f"file://{folder}/name",
+        "dfs.datanode.data.dir": f"file://{folder}/data",
+        "dfs.replication": 1,
+        "dfs.namenode.rpc-address": f"127.0.0.1:{rpc}",
+        "dfs.namenode.http-address": f"127.0.0.1:{http}",
+        "dfs.datanode.hostname": "127.0.0.1",
+        "dfs.datanode.address": f"127.0.0.1:{address}",
+        "dfs.datanode.http.address": f"127.0.0.1:{web}",
+        "dfs.datanode.ipc.address": f"127.0.0.1:{ipc}",
+        "dfs.datanode.http.internal-proxy.port": proxy,
+        # Safe mode ends when the blocks are reported, and a dead DataNode is noticed in 12 s.
+        "dfs.namenode.safemode.extension": 0,
+        "dfs.heartbeat.interval": 1,
+        "dfs.namenode.heartbeat.recheck-interval": 1000,
+        # Whoever closes a file asks whether it is whole: first after 20 ms, not 400.
+        "dfs.client.block.write.locateFollowingBlock.initial.delay.ms": 20,
+        "dfs.client.block.write.locateFollowingBlock.retries": 9,
+    }
+
+
+def _xml(settings: dict[str, object]) -> str:
+    one = "<property><name>{}</name><value>{}</value></property>"
+    entries = (one.format(name, escape(str(value))) for name, value in settings.items())
+    return f"<configuration>{''.join(entries)}</configuration>"
