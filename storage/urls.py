@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, cast
 from urllib.parse import unquote, urlsplit
 
-from ppaas.errors import InvalidInput
+from ppaas.errors import InvalidInput, NotFound
 from storage.ports import MapStore, Store
 
 
@@ -100,6 +100,14 @@ def open_store(url: str, *, outbox: Path | None = None) -> Store:
 def open_map_store(url: str) -> MapStore:
     """Open what keeps maps; raises as ``open_store`` does."""
     return cast(MapStore, _open(url, MAP_STORES))
+
+
+def check_exists(url: str) -> None:
+    """Raise ``NotFound`` if a URL is a path where nothing is: who opened it would make an empty store."""
+    scheme = url.partition(":")[0]
+    backend = STORES.get(scheme, MAP_STORES.get(scheme))
+    if backend is not None and backend.arguments is _local_path and not _local_path(url)[0].exists():
+        raise NotFound("store", url)
 
 
 def _open(url: str, backends: dict[str, Backend]) -> Any:
