@@ -70,10 +70,10 @@ def _fields(fields: Sequence[dict[str, Any]]) -> Iterator[str]:
 def _comparisons(comparisons: Sequence[dict[str, Any]]) -> Iterator[str]:
     yield "### Beside the peers on PyPI"
     yield (
-        "*× ours* is how many times longer than the fastest of ours it took. *Off* is by how much the values of a "
-        "field differ from the exact ones in the mean, or by how much a path is dearer than the cheapest; one that "
-        "cuts corners may be cheaper. *Prepared* is what goes before and is not timed: an index, or what a library "
-        "wants a map to be like."
+        "*× ours* is how many times longer than the fastest of ours with the right answer it took. *Off* is by how "
+        "much the values of a field differ from the exact ones in the mean, or by how much a path is dearer than the "
+        "cheapest; one that cuts corners may be cheaper. *Prepared* is what goes before and is not timed: an index, or "
+        "what a library wants a map to be like."
     )
     for told in comparisons:
         yield f"{told['grid']}, {told['reached']:,} cells reached, and the longest path to the goal:"
