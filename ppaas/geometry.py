@@ -56,9 +56,7 @@ def quaternion_of(yaw: float) -> tuple[float, float, float, float]:
     return 0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)
 
 
-def poses_along(
-    points: NDArray[np.float64], goal_theta: float | None = None, steps: NDArray[np.float64] | None = None
-) -> Poses:
+def poses_along(points: NDArray[np.float64], goal_theta: float | None = None) -> Poses:
     """Make poses of points: each heads for the next one.
 
     Parameters
@@ -67,8 +65,6 @@ def poses_along(
         x, y [m].
     goal_theta : float, optional
         Heading of the last pose [rad]; without it the last heads as the one before.
-    steps : (n − 1, 2) array, optional
-        x, y along which all but the last head, where that is known better than from how the points differ.
 
     Returns
     -------
@@ -79,7 +75,7 @@ def poses_along(
     poses[:, :2] = points
     yaw = np.zeros(n)
     if n > 1:
-        steps = np.diff(points, axis=0) if steps is None else steps
+        steps = np.diff(points, axis=0)
         yaw[:-1] = np.arctan2(steps[:, 1], steps[:, 0])
         yaw[-1] = yaw[-2]
     if n and goal_theta is not None:

@@ -11,7 +11,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.errors import NoValidPath
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.planners.ends import Ends, place_ends
-from ppaas.planners.path import path_cost, path_length, path_poses
+from ppaas.planners.path import path_cost, path_length, path_poses, poses_through
 from ppaas.planners.smoothing import smooth_path
 from ppaas.planners.watch import Watch
 
@@ -74,8 +74,11 @@ class GridPlanner(Planner):
         if not len(found.cells):
             raise NoValidPath(_unconnected(request, ends))
         cells = np.concatenate((ends.escape, found.cells)) if len(ends.escape) else found.cells
-        points = cells if found.points is None else np.concatenate((ends.escape.astype(np.float64), found.points))
-        poses = path_poses(costmap, points, request.start, ends.goal_pose)
+        if found.points is None:
+            poses = path_poses(costmap, cells, request.start, ends.goal_pose, threads=request.threads)
+        else:
+            points = np.concatenate((ends.escape.astype(np.float64), found.points))
+            poses = poses_through(costmap, points, request.start, ends.goal_pose)
         if self.smooth:
             poses = smooth_path(costmap, poses, allow_unknown=self.allow_unknown, check=watch.check)
         return PlanResult(

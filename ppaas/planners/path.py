@@ -1,5 +1,6 @@
 """From the cells of a path to its poses, cost and length."""
 
+import functools
 import math
 
 import numpy as np
@@ -7,10 +8,16 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D, Poses, poses_along, quaternion_of
-from ppaas.planners.weights import SQRT2, exact_weights
+from ppaas.planners.kernels.construction import BLOCK, add_costs, lay_poses
+from ppaas.planners.kernels.threads import at_most
+from ppaas.planners.weights import exact_weights
+
+Cells = NDArray[np.int32]
+
+_WEIGHTS = exact_weights()
 
 
-def path_cost(costmap: Costmap, cells: NDArray[np.int32]) -> float:
+def path_cost(costmap: Costmap, cells: Cells) -> float:
     """Recount what a path costs, in float64.
 
     The field of costs grows from the goal, so a move weighs what the cell nearer to the start weighs: all cells
@@ -19,46 +26,83 @@ def path_cost(costmap: Costmap, cells: NDArray[np.int32]) -> float:
     Parameters
     ----------
     costmap : Costmap
-    cells : (n, 2) array
-        Row, column from start to goal.
+    cells : (n, 2) int32 array
+        Row, column from start to goal, each a neighbour of the one before.
     """
-    weights = exact_weights()[costmap.data[cells[:-1, 0], cells[:-1, 1]]]
-    diagonal = (cells[1:, 0] != cells[:-1, 0]) & (cells[1:, 1] != cells[:-1, 1])
-    return float(np.sum(weights * np.where(diagonal, SQRT2, 1.0)))
+    cells = np.ascontiguousarray(cells, np.int32)
+    return float(add_costs(cells, costmap.data[cells[:, 0], cells[:, 1]], _WEIGHTS))
 
 
-def path_poses(costmap: Costmap, cells: NDArray[np.int32] | NDArray[np.float64], start: Pose2D, goal: Pose2D) -> Poses:
+def path_poses(costmap: Costmap, cells: Cells, start: Pose2D, goal: Pose2D, *, threads: int = 1) -> Poses:
     """Return the (n, 7) poses of a path: the centres of its cells, with ``start`` and ``goal`` themselves at its ends.
 
-    Where both lie in one cell, the only pose is the goal. A path that does not run through centres is given by rows
-    and columns with fractions.
+    Where both lie in one cell, the only pose is the goal. Equal moves have equal headings, wherever they are made: they
+    are told by the cells, since centres are rounded.
+
+    Parameters
+    ----------
+    costmap : Costmap
+    cells : (n, 2) int32 array
+        Row, column from start to goal, each a neighbour of the one before.
+    start, goal : Pose2D
+        In the first and in the last cell.
+    threads : int
+        Most threads to use.
     """
-    points = costmap.info.to_world(cells)
-    points[0] = start.x, start.y
-    points[-1] = goal.x, goal.y
-    poses = poses_along(points, goal.theta, _steps(costmap, cells, points))
-    if len(points) > 1:
-        poses[0, 3:] = quaternion_of(start.theta)
+    info = costmap.info
+    cells = np.ascontiguousarray(cells, np.int32)
+    poses = np.empty((len(cells), 7))
+    frame = np.array((info.resolution, *info.origin[:2], math.cos(info.origin.theta), math.sin(info.origin.theta)))
+    headings = _headings(info.origin.theta)
+    if len(cells) > BLOCK:
+        with at_most(threads) as usable:
+            lay_poses(cells, frame, headings, poses, usable)
+    else:
+        lay_poses(cells, frame, headings, poses, 1)
+    if len(cells) > 2:
+        ahead = math.atan2(goal.y - poses[-2, 1], goal.x - poses[-2, 0])
+        poses[-2, 3:] = quaternion_of(ahead)
+    _put(poses[0], start)
+    _put(poses[-1], goal)
     return poses
 
 
-def _steps(
-    costmap: Costmap, cells: NDArray[np.int32] | NDArray[np.float64], points: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the steps between points; those from cell to cell as the cells tell, so that equal moves are equal.
+def poses_through(costmap: Costmap, points: NDArray[np.float64], start: Pose2D, goal: Pose2D) -> Poses:
+    """Return the (n, 7) poses of a path that does not run through centres.
 
-    Points are rounded, so that no two diagonal steps head for quite the same; equal stretches of paths are to have
-    equal poses, wherever they are asked for.
+    Parameters
+    ----------
+    costmap : Costmap
+    points : (n, 2) array
+        Row, column from start to goal, with fractions; whole numbers are centres.
+    start, goal : Pose2D
+        What the first and the last pose are.
     """
-    steps: NDArray[np.float64] = np.diff(points, axis=0)
-    if np.issubdtype(cells.dtype, np.integer):
-        y, x = np.diff(cells, axis=0)[1:-1].T.astype(np.float64)
-        c, s = math.cos(costmap.info.origin.theta), math.sin(costmap.info.origin.theta)
-        steps[1:-1, 0], steps[1:-1, 1] = c * x - s * y, s * x + c * y
-    return steps
+    places = costmap.info.to_world(points)
+    places[0] = start.x, start.y
+    places[-1] = goal.x, goal.y
+    poses = poses_along(places, goal.theta)
+    if len(places) > 1:
+        poses[0, 3:] = quaternion_of(start.theta)
+    return poses
 
 
 def path_length(poses: Poses) -> float:
     """Return the length along the poses [m]."""
     steps = np.diff(poses[:, :2], axis=0)
     return float(np.sum(np.hypot(steps[:, 0], steps[:, 1])))
+
+
+@functools.lru_cache(maxsize=64)
+def _headings(turned: float) -> NDArray[np.float64]:
+    """Return the (3, 3, 2) qz, qw of the moves on a map that is turned [rad], by rows and columns from −1 on."""
+    rows, columns = np.meshgrid((-1.0, 0.0, 1.0), (-1.0, 0.0, 1.0), indexing="ij")
+    c, s = math.cos(turned), math.sin(turned)
+    yaw = np.arctan2(s * columns + c * rows, c * columns - s * rows)
+    headings = np.stack((np.sin(yaw / 2.0), np.cos(yaw / 2.0)), axis=-1)
+    headings.setflags(write=False)
+    return headings
+
+
+def _put(pose: NDArray[np.float64], place: Pose2D) -> None:
+    pose[:2], pose[3:] = place[:2], quaternion_of(place.theta)
