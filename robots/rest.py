@@ -5,13 +5,15 @@ import http.client
 import secrets
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, BinaryIO
 from urllib.parse import urlencode, urlsplit
 
 import msgspec
 
 from ppaas.errors import InvalidInput, NotAuthenticated, PPaaSError, Unavailable
 from ppaas.wire.refusals import error_of_status
+from robots.form import BLOCK, Content, Form
 from robots.rest_paths import path_of
 from robots.robot_file import RobotFile
 
@@ -29,7 +31,11 @@ class Login(msgspec.Struct, frozen=True):
 @dataclass(frozen=True, slots=True)
 class _Body:
     content_type: str
-    data: bytes
+    data: bytes | Form
+
+    @property
+    def length(self) -> int:
+        return self.data.length if isinstance(self.data, Form) else len(self.data)
 
 
 _NOTHING = _Body("application/json", b"")
@@ -47,18 +53,6 @@ def _json(value: Any, content_type: str = "application/json") -> _Body:
         return _Body(content_type, msgspec.json.encode(value))
     except UnicodeEncodeError as error:
         raise InvalidInput(f"there is something in it that is no text: {error.object!a}") from error
-
-
-def _multipart(fields: list[tuple[str, str]], files: list[tuple[str, str, bytes]]) -> _Body:
-    """Return a form (RFC 7578) of (name, value) fields and (name, file name, content) files."""
-    boundary = secrets.token_hex(16)
-    parts = [(f'form-data; name="{name}"', value.encode()) for name, value in fields]
-    parts += [(f'form-data; name="{name}"; filename="{file_name}"', data) for name, file_name, data in files]
-    lines = [
-        f"--{boundary}\r\nContent-Disposition: {disposition}\r\n\r\n".encode() + data + b"\r\n"
-        for disposition, data in parts
-    ]
-    return _Body(f"multipart/form-data; boundary={boundary}", b"".join(lines) + f"--{boundary}--\r\n".encode())
 
 
 class RestClient:
@@ -110,18 +104,54 @@ class RestClient:
         return login
 
     async def upload_map(
-        self, map_id: str, yaml: bytes, image: bytes, readers: tuple[str, ...] = (), **fields: str | None
-    ) -> None:
-        """Publish a map, or its new version: the bytes of its YAML and image files. Reader ``*`` is everybody.
+        self,
+        map_id: str,
+        yaml: bytes | None = None,
+        image: Content | None = None,
+        readers: tuple[str, ...] = (),
+        *,
+        octomap: Content | None = None,
+        if_match: str | None = None,
+        **fields: str | None,
+    ) -> dict[str, Any]:
+        """Publish a map, or its new version; return what the cloud says of it.
 
-        Fields are ``description`` and ``rules``, whose tell free from occupied: ``map_server`` or ``nav2``.
+        Parameters
+        ----------
+        map_id : str
+            Of the map.
+        yaml, image, octomap : bytes or Path, optional
+            Its files: the first two, the last, or all.
+        readers : tuple of str
+            Who else may see it; ``*`` is everybody.
+        if_match : str, optional
+            The version that must be the present one; ``Conflict`` if another is.
+        **fields : str, optional
+            ``message``, why it is published; ``description``; ``rules``, whose tell free from occupied: ``map_server``
+            or ``nav2``.
         """
+        given = [("yaml", "map.yaml", yaml), ("image", "map.pgm", image), ("octomap", "map.bt", octomap)]
         said = [(name, value) for name, value in fields.items() if value is not None]
-        body = _multipart(
-            [("id", map_id), *(("readers", reader) for reader in readers), *said],
-            [("yaml", "map.yaml", yaml), ("image", "map.pgm", image)],
+        try:
+            form = Form(
+                [("id", map_id), *(("readers", reader) for reader in readers), *said],
+                [(name, file_name, data) for name, file_name, data in given if data is not None],
+            )
+        except OSError as error:
+            raise InvalidInput(f"cannot read the map: {error}") from error
+        answer: dict[str, Any] = _parse(
+            await self._ask("POST", "/v1/maps", _Body(form.content_type, form), _expecting(if_match))
         )
-        await self._ask("POST", "/v1/maps", body)
+        return answer
+
+    async def roll_back_map(
+        self, map_id: str, version: str, message: str = "", if_match: str | None = None
+    ) -> dict[str, Any]:
+        """Make a version that a map had the present one again; return what the cloud says of it."""
+        body = _json({"version": version, "message": message})
+        path = path_of("maps", map_id, "roll_back")
+        answer: dict[str, Any] = _parse(await self._ask("POST", path, body, _expecting(if_match)))
+        return answer
 
     async def put_robot(self, robot_id: str, robot: RobotFile) -> None:
         """Tell of a robot, or change what is known of it."""
@@ -150,6 +180,25 @@ class RestClient:
         """Return the file at a path."""
         return await self._ask("GET", path)
 
+    async def fetch_to(self, path: str, file: Path) -> None:
+        """Write the file at a path to the disk, block by block, in a folder that is made; it is there when it is whole.
+
+        Raises
+        ------
+        InvalidInput
+            It cannot be written.
+        """
+        aside = file.with_name(f".{file.name}.{secrets.token_hex(4)}")
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            with aside.open("xb") as kept:
+                await self._ask("GET", path, into=kept)
+            aside.replace(file)
+        except OSError as error:
+            raise InvalidInput(f"cannot write {file}: {error}") from error
+        finally:
+            aside.unlink(missing_ok=True)
+
     async def items(self, path: str, limit: int | None = None) -> list[Any]:
         """Return what is in the list at a path, page by page: all of it, or as many as the limit says."""
         found: list[Any] = []
@@ -177,21 +226,27 @@ class RestClient:
         """Delete what is at a path."""
         await self._ask("DELETE", path)
 
-    async def _ask(self, method: str, path: str, body: _Body = _NOTHING) -> bytes:
-        return await asyncio.to_thread(self._exchange, method, path, body)
+    async def _ask(
+        self,
+        method: str,
+        path: str,
+        body: _Body = _NOTHING,
+        headers: dict[str, str] | None = None,
+        into: BinaryIO | None = None,
+    ) -> bytes:
+        return await asyncio.to_thread(self._exchange, method, path, body, headers or {}, into)
 
-    def _exchange(self, method: str, path: str, body: _Body) -> bytes:
+    def _exchange(self, method: str, path: str, body: _Body, headers: dict[str, str], into: BinaryIO | None) -> bytes:
         kind = http.client.HTTPSConnection if self._https else http.client.HTTPConnection
         connection = kind(self._netloc, timeout=self._timeout)
-        headers = {"Content-Type": body.content_type, "Accept": "application/json"}
-        if self.token is not None:
-            if not (self.token.isascii() and self.token.isprintable()):
-                raise NotAuthenticated("the token is none that a cloud gave: log in again")
-            headers["Authorization"] = f"Bearer {self.token}"
         try:
-            connection.request(method, path, body.data, headers)
+            connection.request(method, path, body.data, self._headers(body) | headers)
             response = connection.getresponse()
-            data = response.read()
+            if into is None or response.status >= 300:
+                data = response.read()
+            else:
+                data = b""
+                _pour(response, into)
         except (OSError, http.client.HTTPException) as error:
             why = error or type(error).__name__
             raise Unavailable(f"cannot reach {self._netloc}: {why}; is the cloud up at {self._url}?") from error
@@ -200,3 +255,23 @@ class RestClient:
         if response.status >= 300:
             raise error_of_status(response.status, data)
         return data
+
+    def _headers(self, body: _Body) -> dict[str, str]:
+        headers = {"Content-Type": body.content_type, "Accept": "application/json", "Content-Length": str(body.length)}
+        if self.token is None:
+            return headers
+        if not (self.token.isascii() and self.token.isprintable()):
+            raise NotAuthenticated("the token is none that a cloud gave: log in again")
+        return headers | {"Authorization": f"Bearer {self.token}"}
+
+
+def _expecting(version: str | None) -> dict[str, str]:
+    return {} if version is None else {"If-Match": f'"{version}"'}
+
+
+def _pour(response: http.client.HTTPResponse, into: BinaryIO) -> None:
+    while block := response.read(BLOCK):
+        try:
+            into.write(block)
+        except OSError as error:
+            raise InvalidInput(f"cannot write {into.name}: {error}") from error

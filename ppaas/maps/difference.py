@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.errors import InvalidMap
 from ppaas.maps.files import GridRows
 from ppaas.maps.grid import UNKNOWN, GridInfo
 
@@ -66,6 +67,21 @@ def difference(old: GridRows, new: GridRows) -> Difference:
     rectangle = found.rectangle()
     corners = None if rectangle is None else _corners(new.info, rectangle)
     return Difference(found.changed, rectangle, corners, aligned=True)
+
+
+def old_rows(old: GridRows, new: GridInfo, first: int, last: int) -> NDArray[np.int8]:
+    """Return what a grid had where another has some of its rows, ``last`` excluded; unknown outside of it.
+
+    Raises
+    ------
+    InvalidMap
+        A pixel of them cannot be, or the cells of the two do not lie on each other.
+    """
+    offset = _offset(old.info, new)
+    if offset is None:
+        raise InvalidMap("the two grids differ in resolution or origin: their cells cannot be compared")
+    column, row = offset
+    return _part(old, (-column, -row), first, (last - first, new.width))
 
 
 def _offset(old: GridInfo, new: GridInfo) -> tuple[int, int] | None:

@@ -2,11 +2,16 @@ import json
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
+from ppaas.maps.octomap import binary_octomap
+from ppaas.maps.octree import octree_of
+from ppaas.maps.voxels import VoxelGrid, VoxelInfo
 from robots.sim.map_file import read_map_files
 from tests.support.command_line import CommandLine
-from tests.support.records import YAML, put_map
+from tests.support.records import YAML, pgm, put_map
 from tests.support.records import house as house_map
 
 
@@ -138,3 +143,79 @@ async def test_files_are_not_fetched_to_where_a_map_wants_them(ppaas: CommandLin
 async def test_what_others_say_of_a_map_gives_a_terminal_no_orders(ppaas: CommandLine, house: Path) -> None:
     await ppaas("map", "publish", str(house), "--description", "\x1b]0;owned\x07 \u202e")
     assert not {"\x1b", "\x07", "\u202e"} & set((await ppaas("map", "list")).out)
+
+
+async def test_versions_tell_who_published_them_when_and_why(ppaas: CommandLine, house: Path, coarse: Path) -> None:
+    await ppaas("map", "publish", str(house), "--message", "as built")
+    await ppaas("map", "publish", str(coarse), "--id", "house", "--message", "a wall came down", user="admin")
+    newest, oldest = json.loads((await ppaas("map", "versions", "house", "--json")).out)
+    assert (oldest["author"], oldest["message"]) == ("ann", "as built")
+    assert (newest["author"], newest["message"], newest["restored"]) == ("admin", "a wall came down", False)
+    assert newest["created"] > oldest["created"] > 1.7e9
+    heading = (await ppaas("map", "versions", "house")).rows[0]
+    assert heading == ["version", "created", "author", "message", "restored", "parts", "present"]
+
+
+async def test_a_map_goes_back_to_a_version_that_is_named_by_its_beginning(
+    ppaas: CommandLine, house: Path, coarse: Path
+) -> None:
+    first = json.loads((await ppaas("map", "publish", str(house), "--json")).out)["version"]
+    await ppaas("map", "publish", str(coarse), "--id", "house")
+    ended = await ppaas("map", "roll-back", "house", first[:12], "--message", "the wall is up again", "--json")
+    assert ended.status == 0, ended.err
+    assert json.loads(ended.out)["version"] == first
+    listed = json.loads((await ppaas("map", "versions", "house", "--json")).out)
+    assert [(one["restored"], one["message"]) for one in listed] == [
+        (True, "the wall is up again"),
+        (False, ""),
+        (False, ""),
+    ]
+    unknown = await ppaas("map", "roll-back", "house", "zzz")
+    assert unknown.err.startswith("ppaas: not-found: unknown version of map 'house': 'zzz'; known: ")
+    assert (await ppaas("map", "roll-back", "house", first, user="bob")).err.startswith("ppaas: not-found: ")
+
+
+async def test_a_map_is_published_only_in_place_of_the_version_that_is_expected(
+    ppaas: CommandLine, house: Path, coarse: Path
+) -> None:
+    first = json.loads((await ppaas("map", "publish", str(house), "--json")).out)["version"]
+    again = ("map", "publish", str(coarse), "--id", "house", "--if-match", first)
+    assert (await ppaas(*again)).status == 0
+    assert "not of version" in (await ppaas("map", "publish", str(house), "--if-match", first)).err
+
+
+async def test_what_changed_is_told_and_drawn(ppaas: CommandLine, house: Path, tmp_path: Path) -> None:
+    first = json.loads((await ppaas("map", "publish", str(house), "--json")).out)["version"]
+    cells = bytearray(pgm())
+    cells[-2:] = b"\x00\x00"  # the two in the lower right corner
+    house.with_suffix(".pgm").write_bytes(cells)
+    await ppaas("map", "publish", str(house))
+    picture = tmp_path / "change.png"
+    told = await ppaas("map", "diff", "house", first[:8], "--plot", str(picture))
+    assert told.status == 0, told.err
+    shown = dict(zip(told.out.split("\n")[0].split(), told.out.split("\n")[1].split("  "), strict=False))
+    assert shown["changed"].strip() == "2"
+    found = json.loads((await ppaas("map", "diff", "house", first, "--json")).out)
+    assert found["rectangle"] == {"column": 2, "row": 0, "width": 2, "height": 1}
+    assert np.allclose(found["corners"], [[-0.9, -2.0], [-0.8, -2.0], [-0.8, -1.95], [-0.9, -1.95]])
+    with Image.open(picture) as drawn:
+        assert drawn.size == (4, 3)
+        assert len(drawn.getcolors() or ()) > 1
+
+
+async def test_an_octomap_is_published_beside_a_grid_or_alone_and_fetched(
+    ppaas: CommandLine, house: Path, tmp_path: Path
+) -> None:
+    octree = tmp_path / "cave.bt"
+    octree.write_bytes(binary_octomap(octree_of(VoxelGrid(np.full((1, 1, 1), 100, np.uint8), VoxelInfo(0.1, 1, 1, 1)))))
+    ended = await ppaas("map", "publish", str(octree), "--json")
+    assert ended.status == 0, ended.err
+    assert (json.loads(ended.out)["parts"], json.loads(ended.out)["width"]) == (["octomap"], None)
+    await ppaas("map", "publish", str(house), "--octomap", str(octree))
+    for map_id, names in (("cave", ["cave.bt"]), ("house", ["house.yaml", "house.pgm", "house.bt"])):
+        fetched = await ppaas("map", "fetch", map_id, "--to", str(tmp_path / "got"))
+        assert fetched.out.split() == [str(tmp_path / "got" / name) for name in names]
+        assert (tmp_path / "got" / f"{map_id}.bt").read_bytes() == octree.read_bytes()
+    octree.write_bytes(octree.read_bytes()[:-1])
+    broken = await ppaas("map", "publish", str(octree))
+    assert broken.err.startswith("ppaas: invalid-map: the octree cannot be read")

@@ -1,0 +1,49 @@
+"""Forms with files (RFC 7578), sent a piece at a time: a large file is never whole in memory."""
+
+import secrets
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+Content = bytes | Path
+"""A file: what is in it, or where it is."""
+
+BLOCK = 1 << 20
+
+
+class Form:
+    """A form of fields and files.
+
+    Parameters
+    ----------
+    fields : sequence of (name, value)
+    files : sequence of (name, file name, content)
+
+    Raises
+    ------
+    OSError
+        A file is not there.
+    """
+
+    def __init__(self, fields: Sequence[tuple[str, str]], files: Sequence[tuple[str, str, Content]]) -> None:
+        boundary = secrets.token_hex(16)
+        self.content_type = f"multipart/form-data; boundary={boundary}"
+        self._pieces: list[Content] = []
+        for name, value in fields:
+            self._add(boundary, f'form-data; name="{name}"', value.encode())
+        for name, file_name, content in files:
+            self._add(boundary, f'form-data; name="{name}"; filename="{file_name}"', content)
+        self._pieces.append(f"--{boundary}--\r\n".encode())
+        self.length = sum(len(piece) if isinstance(piece, bytes) else piece.stat().st_size for piece in self._pieces)
+
+    def _add(self, boundary: str, disposition: str, content: Content) -> None:
+        self._pieces += [f"--{boundary}\r\nContent-Disposition: {disposition}\r\n\r\n".encode(), content, b"\r\n"]
+
+    def __iter__(self) -> Iterator[bytes]:
+        """Yield all of it."""
+        for piece in self._pieces:
+            if isinstance(piece, bytes):
+                yield piece
+            else:
+                with piece.open("rb") as file:
+                    while block := file.read(BLOCK):
+                        yield block
