@@ -22,6 +22,22 @@ def test_what_is_compiled_is_told_and_not_counted() -> None:
     assert first.seconds > 0.0 == again.seconds
 
 
+def test_a_run_that_compiled_does_not_count() -> None:
+    runs: list[float] = []
+
+    @numba.njit
+    def kernel(x: float) -> float:
+        return x + 2.0
+
+    def work() -> int:
+        runs.append(kernel(1.0))
+        return len(runs)
+
+    seconds, result = timing.timed(work)
+    assert result == 2 and 0.0 < seconds < 60.0
+    assert timing.timed(work)[1] == 3
+
+
 def test_the_least_of_several_runs_counts_and_slow_work_is_not_repeated() -> None:
     runs: list[int] = []
     seconds, result = timing.least(lambda: runs.append(1) or len(runs), budget=60.0)
