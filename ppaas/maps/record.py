@@ -13,6 +13,8 @@ from ppaas.errors import InvalidMap
 MAX_YAML = 1 << 16
 """Longest record that is read [bytes]."""
 
+_MAX_BRACKETS = 100
+
 _Threshold = Annotated[float, Meta(ge=0.0, le=1.0)]
 
 
@@ -125,6 +127,8 @@ def dump_yaml(keys: dict[str, Any]) -> bytes:
 def _load(record: bytes) -> Any:
     if len(record) > MAX_YAML:
         raise InvalidMap(f"the map's YAML has {len(record)} bytes; at most {MAX_YAML} are read")
+    if record.count(b"[") + record.count(b"{") > _MAX_BRACKETS:  # the parser takes seconds where they are nested
+        raise InvalidMap(f"the map's YAML has more than {_MAX_BRACKETS} brackets: it is none that map_server reads")
     try:
         return yaml.safe_load(record)
     except _YAML_ERRORS as error:

@@ -1,6 +1,7 @@
 """What a folder of maps adds to the promises of a map store: it lasts, it is shared, and a kill leaves no half map."""
 
 import hashlib
+import itertools
 import os
 import signal
 import subprocess
@@ -16,9 +17,10 @@ import pytest
 from ppaas.errors import Conflict, NotFound, Unavailable
 from storage import files
 from storage.files import FileMapStore
+from storage.records import Publication
 from tests.support.records import found_map, house, pgm, put_map
 
-OLD, NEW = house(image=pgm(value=0)), house(image=pgm(value=254))
+OLDER, OLD, NEW, LAST = (house(image=pgm(value=value)) for value in (100, 0, 254, 205))
 
 
 def names(folder: Path) -> set[str]:
@@ -54,41 +56,48 @@ def test_nothing_is_left_aside(tmp_path: Path) -> None:
     assert names(tmp_path / "house" / "log") == {"00000004"}
 
 
-KILLED = """
-import os, signal, sys
-from pathlib import Path
-from storage.files import FileMapStore
-from tests.support.records import house, pgm, put_map
-calls = 0
-def count(event, args):
-    global calls
-    if event in ("open", "os.link", "os.rename", "os.mkdir", "os.rmdir", "os.remove", "shutil.rmtree") and ready:
-        calls += 1
-        if calls == int(sys.argv[2]):
+KILLED_AT = ("open", "os.link", "os.rename", "os.mkdir", "os.rmdir", "os.remove", "shutil.rmtree")
+
+
+def killed_at(step: int, act: Callable[[], object]) -> int:
+    """Do something in a process of its own, which is killed when it is about to touch the disk for the nth time."""
+    child = os.fork()
+    if child:
+        return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    calls = itertools.count(1)
+
+    def watch(event: str, _arguments: object) -> None:
+        if event in KILLED_AT and next(calls) == step:
             os.kill(os.getpid(), signal.SIGKILL)
-ready = False
-sys.addaudithook(count)
-store = FileMapStore(Path(sys.argv[1]))
-ready = True
-if sys.argv[3] == "put":
-    put_map(store, house(image=pgm(value=254)))
-else:
-    store.remove_map("house")
-"""
+
+    status = 1
+    try:
+        sys.addaudithook(watch)
+        act()
+        status = 0
+    finally:
+        os._exit(status)
 
 
-@pytest.mark.parametrize("action", ["put", "remove"])
+ACTIONS: dict[str, tuple[Callable[[FileMapStore], object], Any]] = {
+    "publish": (lambda store: put_map(store, NEW), NEW),
+    "roll back": (lambda store: store.roll_back(OLDER.version, Publication("house", "ann", 3.0)), OLDER),
+    "remove": (lambda store: store.remove_map("house"), None),
+}
+
+
+@pytest.mark.parametrize("action", ACTIONS)
 def test_a_kill_at_any_step_leaves_the_map_before_or_after(tmp_path: Path, action: str) -> None:
-    after: Any = NEW if action == "put" else None
+    act, after = ACTIONS[action]
     seen = []
     for step in range(1, 200):
         store = FileMapStore(tmp_path / str(step))
+        put_map(store, OLDER)
         put_map(store, OLD)
-        command = [sys.executable, "-c", KILLED, str(tmp_path / str(step)), str(step), action]
-        status = subprocess.run(command, check=False).returncode
+        status = killed_at(step, lambda store=store: act(store))
         seen.append(present(store))
-        put_map(store, NEW)
-        assert found_map(store) == NEW
+        put_map(store, LAST)
+        assert found_map(store) == LAST
         assert names(tmp_path / str(step) / ".incoming") == set()
         if status != -signal.SIGKILL:
             break
