@@ -10,7 +10,7 @@ from starlette.concurrency import run_in_threadpool
 from endpoints.passwords import Passwords
 from endpoints.token_cache import TokenCache
 from ppaas.clock import Clock, epoch
-from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound, NotPermitted
+from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound, NotPermitted, Unavailable
 from storage.names import check_name, is_name
 from storage.ports import UserStore
 from storage.records import Role, Token, User
@@ -138,7 +138,10 @@ class Accounts:
         return (await self.sign_in(user_id, password)).token
 
     async def authenticate(self, token: str) -> User:
-        """Return the user of a token; ``NotAuthenticated`` if it is not one of ours, or expired."""
+        """Return the user of a token; ``NotAuthenticated`` if it is not one of ours, or expired.
+
+        While the store is away, those it knew of late are known.
+        """
         if not 0 < len(token) <= MAX_TOKEN:
             raise _unknown_token()
         token_hash, now = token_id(token), self._clock()
@@ -146,7 +149,13 @@ class Accounts:
         if known is not None:
             return known
         forgotten = self._cache.forgotten
-        kept, user = await run_in_threadpool(self._token_and_user, token_hash)
+        try:
+            kept, user = await run_in_threadpool(self._token_and_user, token_hash)
+        except Unavailable:
+            known = self._cache.last_known(token_hash, now)
+            if known is None:
+                raise
+            return known
         if kept.expires <= now:
             raise _unknown_token()
         if self._cache.forgotten == forgotten:  # else what was read may have been removed meanwhile

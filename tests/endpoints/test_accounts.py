@@ -242,3 +242,33 @@ async def test_who_goes_away_while_waiting_makes_room() -> None:
     hasher.go_on.set()
     assert await asyncio.gather(first, third) == [True, True]
     passwords.close()
+
+
+async def test_who_was_known_of_late_is_known_while_the_store_is_away_and_nobody_else(
+    accounts: Accounts, store: CountingStore, clock: ManualClock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ann = await accounts.register("ann", PASSWORD)
+    known, unused = await accounts.login("ann", PASSWORD), await accounts.login("ann", PASSWORD)
+    await accounts.authenticate(known)
+    asked = 0
+
+    def away(_hash: str) -> Token:
+        nonlocal asked
+        asked += 1
+        raise Unavailable("no node answers")
+
+    monkeypatch.setattr(store, "token", away)
+    clock.now += 31.0
+    for _ in range(3):
+        assert await accounts.authenticate(known) == ann
+    assert asked == 1, "it is not waited for each time"
+    with pytest.raises(Unavailable):
+        await accounts.authenticate(unused)
+    clock.now += 25 * 3600.0
+    with pytest.raises(Unavailable):
+        await accounts.authenticate(known)
+    monkeypatch.undo()
+    await accounts.remove("ann")
+    monkeypatch.setattr(store, "token", away)
+    with pytest.raises(Unavailable):
+        await accounts.authenticate(known)

@@ -6,7 +6,7 @@ import threading
 import pytest
 
 from endpoints.map_heads import MapHeads
-from ppaas.errors import NotFound
+from ppaas.errors import NotFound, Unavailable
 from storage.memory_maps import MemoryMapStore
 from storage.records import MapRecord
 from tests.support.records import house, put_map
@@ -95,3 +95,34 @@ async def test_the_map_that_was_unused_for_longest_is_forgotten_first(store: Cou
             publish(store, map_id)
         await heads.head(store, map_id)
     assert store.asked == 4, "b had to go for c, and was looked up again"
+
+
+async def test_while_the_store_is_away_a_map_is_as_it_was_of_late(store: Counting) -> None:
+    now = 0.0
+    publish(store)
+    heads = MapHeads(clock=lambda: now, lifetime=30.0, patience=100.0)
+    head = await heads.head(store, "house")
+    away = Away()
+    for now in (31.0, 35.0):
+        assert await heads.head(away, "house") == head
+    assert away.asked == 1, "it is not waited for each time"
+    now = 37.0
+    assert await heads.head(away, "house") == head
+    assert away.asked == 2
+    now = 101.0
+    with pytest.raises(Unavailable):
+        await heads.head(away, "house")
+    with pytest.raises(Unavailable):
+        await heads.head(away, "depot")
+
+
+class Away(MemoryMapStore):
+    """Does not answer."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.asked = 0
+
+    def map_head(self, map_id: str) -> MapRecord:
+        self.asked += 1
+        raise Unavailable("no node answers")
