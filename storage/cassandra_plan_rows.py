@@ -6,6 +6,7 @@ import math
 import struct
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import msgspec
@@ -36,7 +37,7 @@ class Part(NamedTuple):
     size: int
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class PlanRow:
     """What is kept of a plan.
 
@@ -66,7 +67,7 @@ class PlanRow:
     depth: int
     entries: dict[bytes, bytes]
 
-    @property
+    @cached_property
     def head(self) -> bytes:
         """The plan without its poses."""
         return encode(without_poses(self.record))
@@ -76,6 +77,9 @@ class PlanRow:
         """x, y of the first and the last pose [m]."""
         poses = array_of(self.record.poses)
         return (float(poses[0, 0]), float(poses[0, 1])), (float(poses[-1, 0]), float(poses[-1, 1]))
+
+
+_packed = lru_cache(1 << 14)(pack)  # most stretches of a plan were met before
 
 
 def array_of(poses: bytes) -> Poses:
@@ -105,7 +109,7 @@ def _row(record: PlanRecord, cuts: list[int], first: int, stop: int, codes: Iter
     for begin, end in itertools.pairwise(cuts):
         code = next(codes)
         number = entry_id(scope, code)
-        entries[number] = pack(code)
+        entries[number] = _packed(code)
         parts.append(Part(number, end - begin, len(entries[number])))
     before = (cuts[0] if cuts else stop) - first
     behind = stop - cuts[-1] if cuts else 0

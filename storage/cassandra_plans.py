@@ -17,6 +17,9 @@ from storage.records import PlanRecord
 
 PAGE = 128
 
+BATCH = 4 << 10
+"""Bytes that are written together, about; of 5 KiB and more Cassandra warns."""
+
 _PLAN = "SELECT head, scope, before, ends, recipe, depth FROM plans WHERE id = ?"
 _COLUMNS = "head = ?, scope = ?, before = ?, ends = ?, recipe = ?, depth = ?, count = ?"
 _INSERT = "INSERT INTO plans (head, scope, before, ends, recipe, depth, count, id) VALUES (?, ?, ?, ?, ?, ?, ?, ?)"
@@ -52,7 +55,7 @@ class CassandraPlans:
         known = self._known_ids(list(given))
         rows = list(plan_rows([record for record in given.values() if record.id not in known], self._granularity))
         self._keep_beside(rows)
-        self._session.write_together_each([[(_INSERT, (*_values(row), row.record.id)), *_index(row)] for row in rows])
+        self._session.write_together_each(_together(rows))
         return len(rows)
 
     def replace_plan(self, record: PlanRecord, *, instead_of: PlanRecord) -> None:
@@ -152,6 +155,21 @@ class CassandraPlans:
 def _values(row: PlanRow) -> tuple[Any, ...]:
     count = len(array_of(row.record.poses))
     return row.head, row.scope, row.before, row.ends, row.recipe, row.depth, count
+
+
+def _together(rows: Sequence[PlanRow]) -> Iterator[list[Write]]:
+    """Yield what keeps plans, some at a time: as many as Cassandra takes without a warning."""
+    writes: list[Write] = []
+    size = 0
+    for row in rows:
+        mine = 2 * len(row.head) + len(row.ends) + len(row.recipe)
+        if writes and size + mine > BATCH:
+            yield writes
+            writes, size = [], 0
+        writes += [(_INSERT, (*_values(row), row.record.id)), *_index(row)]
+        size += mine
+    if writes:
+        yield writes
 
 
 def _index(row: PlanRow) -> list[Write]:

@@ -10,7 +10,7 @@ from ppaas.plans.passages import Place
 from storage.cassandra_plan_rows import PlanRow, array_of
 from storage.cassandra_session import CassandraSession
 
-PLANS_OF_SQUARE = 16
+PLANS_OF_SQUARE = 8
 """Plans that one process names in a square within ``WINDOW``: where many pass, they pass alike."""
 
 WINDOW = 3600.0

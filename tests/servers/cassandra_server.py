@@ -74,6 +74,11 @@ class CassandraServer(JavaServer):
             for emptied in [session.execute_async(f"TRUNCATE {name}") for name in used]:
                 emptied.result()
 
+    def execute(self, keyspace: str, statement: str) -> None:
+        """Do something that no store does."""
+        with self._cluster() as cluster:
+            cluster.connect(keyspace).execute(statement)
+
     def _answers(self) -> bool:
         with self._cluster() as cluster:
             return cluster.connect().execute("SELECT release_version FROM system.local").one() is not None

@@ -1,0 +1,203 @@
+"""What only a real Cassandra shows: that it agrees with all other stores, and what two who write at once do."""
+
+import itertools
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from hypothesis import settings
+
+from ppaas.errors import Conflict, InvalidInput, NotFound, Unavailable
+from ppaas.geometry import poses_along
+from storage.cassandra import CassandraStore
+from storage.memory import MemoryStore
+from storage.records import PlanRecord
+from tests.contracts.test_stores_agree import StoresAgree
+from tests.servers.cassandra_server import CassandraServer
+from tests.support.records import plan, robot, token, user
+
+pytestmark = pytest.mark.servers
+
+
+@pytest.fixture(autouse=True)
+def server(cassandra_server: CassandraServer) -> CassandraServer:
+    CassandraAgrees.server = cassandra_server
+    return cassandra_server
+
+
+@pytest.fixture
+def stores(server: CassandraServer) -> Iterator[list[CassandraStore]]:
+    """Return two stores of one keyspace, as two processes have them."""
+    opened = [CassandraStore(server.url("contracts")) for _ in range(2)]
+    yield opened
+    for store in opened:
+        store.close()
+    server.empty("contracts")
+
+
+class CassandraAgrees(StoresAgree):
+    """Cassandra beside the store of dictionaries."""
+
+    server: CassandraServer
+
+    def __init__(self) -> None:
+        super().__init__()
+        for store in self.stores:
+            store.close()
+        self.stores = (MemoryStore(), CassandraStore(self.server.url("agree")))  # type: ignore[assignment]
+
+    def teardown(self) -> None:
+        super().teardown()
+        self.server.empty("agree")
+
+
+TestCassandraAgrees = CassandraAgrees.TestCase
+TestCassandraAgrees.settings = settings(max_examples=8, stateful_step_count=30, deadline=None)
+
+
+# -- two who write at once ---------------------------------------------------------------------------------------------
+
+
+def test_no_change_of_a_robot_is_lost_between_two_writers(stores: list[CassandraStore]) -> None:
+    stores[0].put_robot(robot("tb1", parameters={"count": 0}))
+
+    def count_up(store: CassandraStore) -> None:
+        for _ in range(20):
+            while True:
+                seen = store.robot("ann", "tb1")
+                changed = robot("tb1", parameters={"count": seen.parameters["count"] + 1})
+                try:
+                    store.put_robot(changed, instead_of=seen)
+                    break
+                except Conflict:
+                    continue
+
+    with ThreadPoolExecutor(2) as threads:
+        list(threads.map(count_up, stores))
+    assert stores[0].robot("ann", "tb1").parameters == {"count": 40}
+
+
+def test_one_of_two_who_replace_a_plan_at_once_does(stores: list[CassandraStore]) -> None:
+    before = plan("p1", cost=0.0)
+    stores[0].add_plan(before)
+    for number in range(1, 11):
+
+        def replace(index: int, number: int = number, before: PlanRecord = before) -> bool:
+            try:
+                stores[index].replace_plan(plan("p1", cost=number + index / 2.0), instead_of=before)
+            except Conflict:
+                return False
+            return True
+
+        with ThreadPoolExecutor(2) as threads:
+            won = list(threads.map(replace, range(2)))
+        assert won.count(True) == 1
+        before = plan("p1", cost=number + won.index(True) / 2.0)
+        assert stores[1].plan("p1") == before
+        assert [one.cost for one in stores[0].plans("house")] == [before.cost]
+
+
+def test_tokens_of_a_removed_user_are_nobodys_though_given_meanwhile(stores: list[CassandraStore]) -> None:
+    one, other = stores
+    one.add_user(user("ann"))
+    numbers = itertools.count()
+
+    def log_in(_: int) -> None:
+        for _ in range(30):
+            try:
+                one.add_token(token(f"{next(numbers):064}"))
+            except NotFound:
+                return
+
+    with ThreadPoolExecutor(2) as threads:
+        giving = [threads.submit(log_in, number) for number in range(2)]
+        other.remove_user("ann")
+        for done in giving:
+            done.result()
+    other.add_user(user("ann"))
+    assert other.tokens("ann") == []
+    for number in range(next(numbers)):
+        with pytest.raises(NotFound):
+            one.token(f"{number:064}")
+
+
+# -- entries -----------------------------------------------------------------------------------------------------------
+
+
+def path(plan_id: str, seed: int, count: int = 400) -> PlanRecord:
+    """Return a plan that wanders."""
+    steps = np.random.default_rng(seed).integers(-1, 2, (count, 2))
+    return plan(plan_id, poses=poses_along(np.cumsum(steps, axis=0) * 0.05, 0.0).tobytes(), version="v1")
+
+
+def test_equal_stretches_are_kept_once_and_stay_while_a_plan_refers_to_them(stores: list[CassandraStore]) -> None:
+    one, other = stores
+    one.add_plan(path("a", seed=1))
+    alone = one.plan_statistics()
+    other.add_plan(path("b", seed=1))
+    both = one.plan_statistics()
+    assert (both.plans, both.waypoints, both.entries) == (2, 2 * alone.waypoints, alone.entries)
+    assert {part.plans for part in one.plan_parts("a")} == {2}
+    one.remove_plan("a")
+    assert one.sweep_entries(grace=0.0) == 0
+    assert other.plan("b") == path("b", seed=1)
+
+
+def test_what_no_plan_refers_to_is_swept_away_after_a_while(stores: list[CassandraStore]) -> None:
+    one, other = stores
+    one.add_plans([path("a", seed=1), path("b", seed=2)])
+    parts = {part.entry for part in one.plan_parts("a")} - {part.entry for part in one.plan_parts("b")}
+    one.remove_plan("a")
+    assert other.sweep_entries() == 0, "all were written a moment ago"
+    assert other.sweep_entries(grace=0.0) == len(parts)
+    assert other.plan("b") == path("b", seed=2)
+    with pytest.raises(NotFound):
+        other.plan("a")
+
+
+def test_a_recipe_too_long_for_a_row_is_cut_into_entries(stores: list[CassandraStore]) -> None:
+    one, other = stores
+    long = path("long", seed=3, count=20_000)
+    one.add_plan(long)
+    assert other.plan("long") == long
+    assert len(other.plan_parts("long")) > 256
+    assert other.sweep_entries(grace=0.0) == 0
+    assert other.plan_statistics().waypoints == 20_000
+
+
+# -- what cannot be reached --------------------------------------------------------------------------------------------
+
+
+def test_a_wrong_password_is_told_and_no_password(server: CassandraServer) -> None:
+    store = CassandraStore(server.url("contracts").replace("cassandra:cassandra@", "cassandra:wrong-secret@"))
+    with pytest.raises(Unavailable, match="password are refused") as caught:
+        store.users()
+    assert "secret" not in str(caught.value)
+    store.close()
+
+
+def test_nobody_at_the_port_is_told_and_told_again_at_once(server: CassandraServer) -> None:
+    store = CassandraStore(f"cassandra://127.0.0.1:{server.port + 1}/ppaas?timeout=1")
+    for _ in range(3):
+        with pytest.raises(Unavailable, match="start Cassandra"):
+            store.users()
+    store.close()
+    with pytest.raises(Unavailable, match="closed"):
+        store.users()
+
+
+def test_a_keyspace_of_a_newer_release_is_left_alone(stores: list[CassandraStore], server: CassandraServer) -> None:
+    stores[0].users()
+    server.execute("contracts", "UPDATE schema_version SET version = 99 WHERE id = 0")
+    newer = CassandraStore(server.url("contracts"))
+    with pytest.raises(Unavailable, match="newer release"):
+        newer.users()
+    newer.close()
+    server.execute("contracts", "UPDATE schema_version SET version = 1 WHERE id = 0")
+
+
+@pytest.mark.parametrize("name", ["x'; DROP TABLE users; --", "Upper", "", "a-b", "x" * 49])
+def test_a_keyspace_is_a_name(name: str) -> None:
+    with pytest.raises(InvalidInput, match="keyspace"):
+        CassandraStore(f"cassandra://db/{name}")

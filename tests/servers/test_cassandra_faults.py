@@ -1,0 +1,159 @@
+"""A real Cassandra is killed, frozen and started again while it is written to: what was acknowledged is there."""
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ppaas.errors import PPaaSError, Unavailable
+from ppaas.geometry import poses_along
+from storage.cassandra import CassandraStore
+from storage.outbox import Outbox
+from storage.patient import PatientStore
+from storage.records import PlanRecord
+from tests.servers.cassandra_server import CassandraServer
+from tests.support.records import plan, robot, user
+
+pytestmark = pytest.mark.servers
+
+KILLS = 2
+WRITING = 1.5
+"""Seconds of writing before each kill."""
+
+
+@pytest.fixture
+def store(cassandra_server: CassandraServer) -> Iterator[CassandraStore]:
+    opened = CassandraStore(cassandra_server.url("faults", "?timeout=2"))
+    yield opened
+    opened.close()
+    cassandra_server.empty("faults")
+
+
+def wandering(name: str) -> PlanRecord:
+    """Return a plan of 60 poses, another for each name."""
+    seed = int.from_bytes(name.encode(), "little") % 2**63
+    steps = np.random.default_rng(seed).integers(-1, 2, (60, 2))
+    return plan(name, poses=poses_along(np.cumsum(steps, axis=0) * 0.05, 0.0).tobytes())
+
+
+class Writer(threading.Thread):
+    """Writes one thing after another, and knows what was acknowledged."""
+
+    def __init__(self, write: Callable[[int], None]) -> None:
+        super().__init__()
+        self.acknowledged: list[int] = []
+        self.failed = 0
+        self.stopped = threading.Event()
+        self._write = write
+
+    def run(self) -> None:
+        number = 0
+        while not self.stopped.is_set():
+            try:
+                self._write(number)
+                self.acknowledged.append(number)
+            except Unavailable:
+                self.failed += 1
+                time.sleep(0.02)
+            number += 1
+
+
+@contextlib.contextmanager
+def writing(*writes: Callable[[int], None]) -> Iterator[list[Writer]]:
+    writers = [Writer(write) for write in writes]
+    for writer in writers:
+        writer.start()
+    try:
+        yield writers
+    finally:
+        for writer in writers:
+            writer.stopped.set()
+            writer.join()
+
+
+def test_what_was_acknowledged_outlives_kill_9_and_the_store_goes_on(
+    store: CassandraStore, cassandra_server: CassandraServer
+) -> None:
+    store.users()
+    with writing(
+        lambda number: store.add_user(user(f"u{number}")),
+        lambda number: store.add_plan(wandering(f"p{number}")),
+        lambda number: store.add_plans([wandering(f"q{number}-{n}") for n in range(8)]) and None,
+        lambda number: store.put_robot(robot("tb1", parameters={"number": number})) and None,
+    ) as (users, plans, many, robots):
+        for _ in range(KILLS):
+            time.sleep(WRITING)
+            cassandra_server.kill()
+            cassandra_server.start()
+        time.sleep(WRITING)
+    assert all(writer.acknowledged and writer.failed for writer in (users, plans, many, robots))
+    assert {f"u{number}" for number in users.acknowledged} <= {one.id for one in store.users()}
+    assert store.robot("ann", "tb1").parameters["number"] >= robots.acknowledged[-1]
+    names = [f"p{n}" for n in plans.acknowledged] + [f"q{n}-{k}" for n in many.acknowledged for k in range(8)]
+    assert set(names) <= {one.id for one in store.plans("house")}, "acknowledged, and not listed"
+    for name in names:
+        assert store.plan(name) == wandering(name)
+
+
+def test_whatever_is_listed_is_whole(store: CassandraStore, cassandra_server: CassandraServer) -> None:
+    with writing(lambda number: store.add_plans([wandering(f"p{number}-{n}") for n in range(8)]) and None):
+        time.sleep(WRITING)
+        cassandra_server.kill()
+        cassandra_server.start()
+    for head in store.plans("house"):
+        assert store.plan(head.id) == wandering(head.id)
+
+
+def test_plans_wait_while_cassandra_is_away_and_arrive_in_order_once(
+    store: CassandraStore, cassandra_server: CassandraServer, tmp_path: Path
+) -> None:
+    arrived: list[str] = []
+    add_plans = store.add_plans
+
+    def noted(records: list[PlanRecord]) -> int:
+        count = add_plans(records)
+        arrived.extend(record.id for record in records)
+        return count
+
+    store.add_plans = noted  # type: ignore[method-assign, assignment]
+    patient = PatientStore(store, Outbox(tmp_path / "outbox.sqlite"), retry=0.1)  # type: ignore[arg-type]
+    store.users()
+    cassandra_server.kill()
+    names = [f"p{number}" for number in range(150)]
+    for name in names:
+        patient.add_plan(wandering(name))
+    assert patient.waiting() == 150
+    assert patient.plan("p7") == wandering("p7")
+    with pytest.raises(Unavailable):
+        store.users()
+    cassandra_server.start()
+    deadline = time.monotonic() + 30.0
+    while patient.waiting():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    assert list(dict.fromkeys(arrived)) == names
+    assert sorted(one.id for one in store.plans("house")) == sorted(names)
+    patient.close()
+
+
+def test_a_frozen_cassandra_is_given_up_in_time(store: CassandraStore, cassandra_server: CassandraServer) -> None:
+    store.add_plan(wandering("p0"))
+    cassandra_server.freeze()
+    try:
+        began = time.monotonic()
+        with pytest.raises(Unavailable, match="no answer in time"):
+            store.add_plan(wandering("p1"))
+        assert time.monotonic() - began < 10.0
+    finally:
+        cassandra_server.thaw()
+    deadline = time.monotonic() + 30.0
+    while True:
+        with contextlib.suppress(PPaaSError):
+            store.add_plan(wandering("p1"))
+            break
+        assert time.monotonic() < deadline
+    assert store.plan("p1") == wandering("p1")
