@@ -15,7 +15,6 @@ from typing import Any
 import uvloop
 
 from engine import link
-from engine.background import Background
 from engine.framing import FrameStream
 from engine.heartbeats import BEAT_PERIOD
 from engine.home import CloudHome
@@ -281,19 +280,20 @@ async def run(launch: Launch) -> None:
     plans.ask(machine)
     container = Container(launch, home, stream, machine, notes)
     outside = Outside(launch, home.graph, machine)
+    listening = asyncio.create_task(machine.serve(outside.shared))
+    await notes.begin(machine)
     stream.write(container.hello(os.getpid()))
     home.attend()
-    background = Background()
-    background.run(notes.begin(machine))
     try:
-        await _until_first(
-            container.serve(), container.keep_checkpoints(), container.beat(), machine.serve(outside.shared)
-        )
+        await _until_first(container.serve(), container.keep_checkpoints(), container.beat(), _end_of(listening))
     finally:
-        await background.cancel()
         home.close()
         await stream.close()
         await machine.close()
+
+
+async def _end_of(task: asyncio.Task[None]) -> None:
+    await task
 
 
 async def _until_first(*works: Coroutine[Any, Any, None]) -> None:

@@ -19,6 +19,9 @@ logger = logging.getLogger(__name__)
 
 REQUEST_TIMEOUT = 5.0
 
+HISTORY_TIMEOUT = 0.5
+"""Seconds that a container that is otherwise ready waits for the history of planning."""
+
 INDEX_TIMEOUT = 600.0
 """Seconds in which an index must have been made; who waits for it gives up when it has no more time itself."""
 
@@ -66,7 +69,7 @@ class MachineClient:
             async with asyncio.timeout(within):
                 return await future
         except TimeoutError as error:
-            raise Unavailable(f"the machine did not answer within {within:.0f} s") from error
+            raise Unavailable(f"the machine did not answer within {within:g} s") from error
         finally:
             self._requests.pop(number, None)
 
@@ -113,7 +116,7 @@ class MachineClient:
         Unavailable
             The machine or its store does not answer.
         """
-        answer = await self._request(machine_link.AskHistory)
+        answer = await self._request(machine_link.AskHistory, HISTORY_TIMEOUT)
         if not isinstance(answer, machine_link.History):
             raise Unavailable("the machine answered something else")
         return answer

@@ -64,7 +64,8 @@ def _furthest(cells: Cells) -> NDArray[np.int64]:
 
 def _closer(points: NDArray[np.float64], furthest: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return the points with others between them, so that two after one another are in cells that touch."""
-    pieces = furthest + 1  # a cell more than lies between, so that no piece is longer than an edge
+    # A line over so many cells is shorter than one more; by another, no piece is as long as an edge but for rounding.
+    pieces = furthest + 2
     owner = np.repeat(np.arange(len(pieces)), pieces)
     first = np.cumsum(pieces) - pieces
     part = (np.arange(len(owner)) - first[owner]) / pieces[owner]

@@ -28,6 +28,9 @@ from ppaas.plugins import parameters_in_use
 BYTES_PER_CELL = 64.0
 """Of an answer, for each cell between start and goal: a pose has 56 bytes, and no path is straight."""
 
+TEXT_PER_CELL = 110.0
+"""Of what goes on to whoever asked, as JSON. That way is not measured here: it is taken to be as fast as the link."""
+
 CHECKING = 2e-4
 CHECKED_PER_SECOND = 1e9
 """What is believed of checking a plan before it was measured: how long any takes [s], and bytes of poses [1/s]."""
@@ -89,7 +92,7 @@ class Times:
     def transmission(self, cells: float) -> Estimate:
         """Return how long it will take until a kept plan of this complexity is there and was checked."""
         size = cells * BYTES_PER_CELL
-        link, checking = self.link.expect(size), self.checking.expect(size)
+        link, checking = self.link.expect(size + cells * TEXT_PER_CELL), self.checking.expect(size)
         lower, upper = link.lower + checking.lower, link.upper + checking.upper
         return Estimate(link.mean + checking.mean, lower, upper, link.samples)
 

@@ -198,9 +198,10 @@ def _turned(poses: Poses, start: Pose2D, goal: Pose2D, *, kinematic: bool) -> tu
     if len(led) > 1:
         led[0, 3:] = quaternion_of(start.theta)
     led[-1, 3:] = quaternion_of(goal.theta)
+    ends, kept = led[[0, -1], 3:], poses[[0, -1], 3:]
     # A quaternion and its negative are the same heading.
-    turned = 1.0 - np.abs(np.sum(led[[0, -1], 3:] * poses[[0, -1], 3:], axis=1))
-    if np.all(turned <= SAME_END**2):
+    off = np.minimum(np.abs(ends - kept).max(axis=1), np.abs(ends + kept).max(axis=1))
+    if np.all(off <= SAME_END):
         return poses, slice(0, len(poses))
     return None if kinematic else (led, slice(0, len(led)))
 

@@ -74,17 +74,18 @@ async def _ways(target: Target, grid: GridMap, stack: contextlib.AsyncExitStack)
     await target.publish(MAP, grid)
     url = await target.register(ROBOT, MAP, start, CORES)
     socket = await stack.enter_async_context(connect(f"{url}&role=operator", max_size=None, compression=None))
-    rest = stack.enter_context(contextlib.closing(RestAsker(target.url, target.token, f"/v1/maps/{MAP}/plans")))
     ways: dict[str, Ask] = {}
     for planner in PLANNERS:
-        ways[f"{planner}, REST"] = _by_rest(rest, {"start": start, "goal": goal, "planner": planner, "timeout": 60})
+        ways[f"{planner}, REST"] = _by_rest(target, {"start": start, "goal": goal, "planner": planner, "timeout": 60})
         ways[f"{planner}, WebSocket"] = _by_socket(socket, compute_path_call(start, goal, planner=planner, timeout=60))
     return ways
 
 
-def _by_rest(rest: RestAsker, body: dict[str, object]) -> Ask:
+def _by_rest(target: Target, body: dict[str, object]) -> Ask:
     async def ask(reuse: bool) -> str:
-        answer = rest.exchange(json.dumps(body | {"reuse": reuse}).encode())
+        # A connection of its own: one that waits while another way is measured is hung up on.
+        with contextlib.closing(RestAsker(target.url, target.token, f"/v1/maps/{MAP}/plans")) as rest:
+            answer = rest.exchange(json.dumps(body | {"reuse": reuse}).encode())
         return msgspec.json.decode(answer, type=_Origin).origin
 
     return ask

@@ -2,14 +2,17 @@
 
 import argparse
 import asyncio
+from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from robots.commands.resource import Resource
-from robots.commands.session import add_limit_argument, add_session_arguments
+from robots.commands.session import add_limit_argument, add_session_arguments, logged_in
 from robots.commands.table import show
+from robots.rest_paths import path_of
 
 NAME = "planner"
-HELP = "list and show the planners there are"
+HELP = "list and show the planners there are, and how they did on a map"
 
 PLANNERS = Resource(
     "planners",
@@ -24,11 +27,45 @@ def configure(parser: argparse.ArgumentParser) -> None:
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     listing = verbs.add_parser("list", help="list the planners")
     one = verbs.add_parser("show", help="show one planner")
+    _configure_evaluate(verbs.add_parser("evaluate", help="tell how planners did on a map of the cloud"))
     add_limit_argument(listing)
     one.add_argument("id", metavar="NAME", help="its own name")
     for verb in (listing, one):
         verb.add_argument("--here", action="store_true", help="those installed here, instead of the cloud's")
         add_session_arguments(verb)
+
+
+def _configure_evaluate(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("map", help="id of the map")
+    parser.add_argument("--version", metavar="SHA", help="only requests on this version of it")
+    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the times over the distance")
+    add_session_arguments(parser)
+    parser.set_defaults(here=False)
+
+
+async def _evaluate(arguments: argparse.Namespace) -> None:
+    if arguments.plot is not None:
+        from robots.plans.plot import check_picture  # noqa: PLC0415
+
+        check_picture(arguments.plot)
+    query = f"?version={quote(arguments.version, safe='')}" if arguments.version else ""
+    found = await logged_in(arguments).get(path_of("maps", arguments.map, "evaluation") + query)
+    if arguments.plot is not None:
+        from robots.plans.evaluation_plot import write_evaluation  # noqa: PLC0415
+
+        write_evaluation(arguments.plot, found)
+    show(
+        found if arguments.json else found["planners"],
+        EVALUATED,
+        as_json=arguments.json,
+        if_none="no path was asked for on this map",
+    )
+
+
+EVALUATED = (
+    "planner", "queries", "success", "over_cheapest", "typical_seconds", "seconds",
+    "computed", "reused", "stitched", "reuse_rate",
+)  # fmt: skip
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -47,5 +84,5 @@ def _show_here(arguments: argparse.Namespace) -> None:
     show(found, PLANNERS.columns if arguments.verb == "show" else PLANNERS.list_columns, as_json=arguments.json)
 
 
-_VERBS = {"list": PLANNERS.list, "show": PLANNERS.show}
+_VERBS = {"list": PLANNERS.list, "show": PLANNERS.show, "evaluate": _evaluate}
 """What is asked of the cloud."""

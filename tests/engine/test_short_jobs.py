@@ -105,3 +105,23 @@ async def test_a_home_runs_what_turns_out_long_again_in_a_thread() -> None:
     await until(lambda: ends == ["short", "long"])
     assert threads[0] == threading.get_ident() != threads[1]
     home.close()
+
+
+async def test_a_job_that_would_wait_is_begun_again_in_a_thread() -> None:
+    home = CloudHome(lambda: None)
+    here, threads = threading.get_ident(), list[int]()
+
+    def work(cancelled: Cancelled) -> int:
+        threads.append(threading.get_ident())
+        if threads[-1] == here:
+            home.elsewhere()
+        return len(threads)
+
+    results: list[object] = []
+    home.graph.start(lambda cancelled: None, results.append)
+    await until(lambda: results == [None])
+    home.graph.start(work, results.append)
+    await until(lambda: len(results) == 2)
+    assert (threads[0], results[1]) == (here, 2)
+    assert threads[1] != here
+    home.close()
