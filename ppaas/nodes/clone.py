@@ -107,12 +107,9 @@ def build_clone(
     InvalidParameter
         A parameter or the name of a node is unknown, or a value cannot be taken.
     """
-    body = robot_body(model, urdf, parameters)
     given = _Given(parameters or {})
-    given.read(FootprintParameters, COSTMAP, {"robot_radius": body.robot_radius, "footprint": body.footprint})
-    base = {"base_global_planner": base_global_planner, "base_local_planner": base_local_planner}
-    # What the robot's file says of its planners is the default; what it says of Move Base itself goes first.
-    driving = given.read(MoveBaseParameters, "move_base", base)
+    body = _body(given, robot_body(model, urdf, parameters))
+    driving = _driving(given, base_global_planner, base_local_planner)
     amcl = given.read(AmclParameters, "amcl")
     state = given.read(StatePublisherParameters, "robot_state_publisher")
     (planner, path_planners), controller = _planners(driving, given, body), _controller(driving, given, body)
@@ -120,8 +117,7 @@ def build_clone(
     local = given.read(LocalCostmapParameters, "local_costmap")
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
     given.refuse_rest()
-    reuse = ReuseParameters(driving.reuse_tolerance, driving.reuse_bound)
-    processor = (keeping or Keeping()).processor(layers.costmap, body.robot_radius, reuse)
+    processor = (keeping or Keeping()).processor(layers.costmap, body.robot_radius, _reuse(driving))
 
     def move_base(context: Context) -> MoveBaseNode:
         surroundings = _surroundings(layers, body, local, driving.transform_tolerance)
@@ -137,6 +133,22 @@ def build_clone(
     graph.add(lambda context: AmclNode(context, layers, Pose2D(*initial_pose), amcl))
     graph.add(move_base)
     _add_for_operators(graph, touring, given)
+
+
+def _body(given: "_Given", body: RobotModel) -> RobotModel:
+    """Tell of the body where parameters are told of."""
+    given.read(FootprintParameters, COSTMAP, {"robot_radius": body.robot_radius, "footprint": body.footprint})
+    return body
+
+
+def _driving(given: "_Given", planner: str, controller: str) -> MoveBaseParameters:
+    """What the robot's file says of its planners is the default; what it says of Move Base itself goes first."""
+    base = {"base_global_planner": planner, "base_local_planner": controller}
+    return given.read(MoveBaseParameters, "move_base", base)
+
+
+def _reuse(driving: MoveBaseParameters) -> ReuseParameters:
+    return ReuseParameters(driving.reuse_tolerance, driving.reuse_bound)
 
 
 def _add_for_operators(graph: Graph, touring: WaypointFollowerParameters, given: "_Given") -> None:
