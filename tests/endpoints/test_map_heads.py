@@ -6,6 +6,7 @@ import threading
 import pytest
 
 from endpoints.map_heads import MapHeads
+from ppaas.clock import ManualClock
 from ppaas.errors import NotFound, Unavailable
 from storage.memory_maps import MemoryMapStore
 from storage.records import MapRecord
@@ -98,18 +99,15 @@ async def test_the_map_that_was_unused_for_longest_is_forgotten_first(store: Cou
 
 
 async def test_while_the_store_is_away_a_map_is_as_it_was_of_late(store: Counting) -> None:
-    now = 0.0
+    clock, away = ManualClock(0.0), Away()
     publish(store)
-    heads = MapHeads(clock=lambda: now, lifetime=30.0, patience=100.0)
+    heads = MapHeads(clock=clock, lifetime=30.0, patience=100.0)
     head = await heads.head(store, "house")
-    away = Away()
-    for now in (31.0, 35.0):
+    for now, asked in ((31.0, 1), (35.0, 1), (37.0, 2)):
+        clock.now = now
         assert await heads.head(away, "house") == head
-    assert away.asked == 1, "it is not waited for each time"
-    now = 37.0
-    assert await heads.head(away, "house") == head
-    assert away.asked == 2
-    now = 101.0
+        assert away.asked == asked, "it is not waited for each time"
+    clock.now = 101.0
     with pytest.raises(Unavailable):
         await heads.head(away, "house")
     with pytest.raises(Unavailable):
