@@ -102,17 +102,30 @@ async def received(request: Request, store: MapStore) -> AsyncIterator[tuple[Map
         draft = await run_in_threadpool(stack.enter_context, store.drafting())
         files = _Files(draft)
         with FormReader(content_type, files.open, MAX_READERS + 8) as reader:
-            waiting = bytearray()
-            async for block in request.stream():
-                waiting += block
-                if len(waiting) >= BLOCK:
-                    await run_in_threadpool(reader.write, bytes(waiting))
-                    waiting.clear()
-            await run_in_threadpool(reader.write, bytes(waiting))
+            async for blocks in _gathered(request.stream()):
+                await run_in_threadpool(_write, reader, blocks)
             reader.end()
         form = _form(reader)
         await run_in_threadpool(files.complete, _rules(reader))
         yield form, draft
+
+
+def _write(reader: FormReader, blocks: list[bytes]) -> None:
+    for block in blocks:
+        reader.write(block)
+
+
+async def _gathered(stream: AsyncIterator[bytes]) -> AsyncIterator[list[bytes]]:
+    """Yield what came in the meantime, a mebibyte or so at a time: a thread is not asked for less."""
+    blocks: list[bytes] = []
+    size = 0
+    async for block in stream:
+        blocks.append(block)
+        size += len(block)
+        if size >= BLOCK:
+            yield blocks
+            blocks, size = [], 0
+    yield blocks
 
 
 class _Files:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from rich.progress import Progress
 
-from robots.bench import containers, dashboard, fleet, plan_requests, startup
+from robots.bench import containers, dashboard, fleet, maps, plan_requests, startup
 from robots.bench.figures import Figure
 from robots.bench.target import Target, own_cloud, running_cloud
 
@@ -14,6 +14,7 @@ Measure = Callable[[Target, Progress, bool], Awaitable[list[Figure]]]
 
 PARTS: dict[str, Measure] = {
     plan_requests.PART: plan_requests.measure,
+    maps.PART: maps.measure,
     containers.PART: containers.measure,
     dashboard.PART: dashboard.measure,
     fleet.PART: fleet.measure,

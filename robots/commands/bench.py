@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 NAME = "bench"
 HELP = "measure planners, or a cloud on this machine, beside yardsticks"
 
-PARTS = ("startup", "plans", "containers", "fleet", "dashboard")
+PARTS = ("startup", "plans", "maps", "containers", "fleet", "dashboard")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
