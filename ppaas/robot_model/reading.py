@@ -1,9 +1,11 @@
 """From the bytes of a URDF to what navigation must know of the robot."""
 
+import math
 from collections.abc import Mapping
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ppaas.errors import InvalidUrdf
 from ppaas.geometry import convex_outline
@@ -87,11 +89,24 @@ def _footprint(body: Body) -> tuple[Corner, ...]:
     if not body:
         return ()
     points = np.concatenate([outline_points(shape, pose) for shape, pose in body])
-    outline = convex_outline(np.round(points, 6))
+    outline = convex_outline(_outer(np.round(points, 6)))
     footprint = tuple((x + 0.0, y + 0.0) for x, y in outline.tolist())
     if circumscribed_radius(footprint) >= MAX_RADIUS:
         raise InvalidUrdf(f"the robot reaches {MAX_RADIUS:g} m or more: lengths are metres, and scale= is for meshes")
     return footprint if len(footprint) > 2 else ()
+
+
+def _outer(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Leave out points that lie within the outline of some that reach farthest (Akl and Toussaint, 1978)."""
+    angles = np.arange(16) * (math.pi / 8.0)
+    farthest = points[(points @ np.array([np.cos(angles), np.sin(angles)])).argmax(axis=0)]
+    corners = convex_outline(farthest)
+    if len(corners) < 3:
+        return points
+    inside = np.ones(len(points), np.bool_)
+    for (ax, ay), (bx, by) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        inside &= (bx - ax) * (points[:, 1] - ay) - (by - ay) * (points[:, 0] - ax) > 0.0
+    return points[~inside]
 
 
 def _height(body: Body, base: str) -> float | None:

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from itertools import product
 from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
@@ -16,6 +17,9 @@ CORNERS = 32
 """Corners of the polygon around a disc: it lies outside by 0.5 % of the radius at most."""
 
 Points = NDArray[np.float64]
+
+_ANGLES = (np.arange(CORNERS) + 0.5) * (2.0 * math.pi / CORNERS)
+_UNIT_RING = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)]) / math.cos(math.pi / CORNERS)
 
 
 class Box(NamedTuple):
@@ -161,7 +165,7 @@ def heights(shape: Shape, pose: Rigid) -> tuple[float, float]:
             z = _moved(_corners(least, greatest), pose)[:, 2]
             return float(z.min()), float(z.max())
         case Cylinder(radius, length):
-            up = _axes(pose)[2, 2]
+            up = 1.0 - 2.0 * (pose.qx * pose.qx + pose.qy * pose.qy)
             reach = abs(up) * length / 2.0 + radius * math.sqrt(max(0.0, 1.0 - up * up))
             return pose.z - reach, pose.z + reach
         case Sphere(radius):
@@ -170,12 +174,12 @@ def heights(shape: Shape, pose: Rigid) -> tuple[float, float]:
 
 
 def _corners(least: tuple[float, ...], greatest: tuple[float, ...]) -> Points:
-    return np.stack(np.meshgrid(*zip(least, greatest, strict=True)), axis=-1).reshape(-1, 3)
+    return np.array(list(product(*zip(least, greatest, strict=True))))
 
 
 def _ring(radius: float) -> Points:
-    angles = (np.arange(CORNERS) + 0.5) * (2.0 * math.pi / CORNERS)
-    return np.column_stack([np.cos(angles), np.sin(angles)]) * (radius / math.cos(math.pi / CORNERS))
+    around: Points = radius * _UNIT_RING
+    return around
 
 
 def _moved(points: Points, pose: Rigid) -> Points:
@@ -185,5 +189,11 @@ def _moved(points: Points, pose: Rigid) -> Points:
 
 def _axes(pose: Rigid) -> Points:
     """Return the (3, 3) matrix of a rotation."""
-    origin = Rigid(qx=pose.qx, qy=pose.qy, qz=pose.qz, qw=pose.qw)
-    return np.array([(origin @ Rigid(*axis))[:3] for axis in np.eye(3)]).T
+    x, y, z, w = pose[3:]
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )

@@ -14,6 +14,8 @@ TURNING = ("continuous", "revolute")
 MAX_LINKS = 1000
 """As many as frames of one robot are kept by who shows them."""
 
+MAX_SHAPES = 2000
+
 
 @dataclass(frozen=True, slots=True)
 class Link:
@@ -81,6 +83,8 @@ def read_urdf(root: Element) -> Urdf:
         link = _link(each)
         if found.setdefault(link.name, link) is not link:
             raise InvalidUrdf(f"two links are named {link.name!a}")
+    if (count := sum(len(link.shapes) for link in found.values())) > MAX_SHAPES:
+        raise InvalidUrdf(f"a robot may have {MAX_SHAPES} shapes, not {count}")
     return Urdf(root.get("name", "")[:256], found, _joints(joints))
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from ppaas.errors import InvalidUrdf, MessageTooLarge, PPaaSError
 from ppaas.robot_model.document import MAX_BYTES
 from ppaas.robot_model.reading import describe
-from ppaas.robot_model.urdf import MAX_LINKS
+from ppaas.robot_model.urdf import MAX_LINKS, MAX_SHAPES
 from tests.support.urdf import box, cylinder, example, joint, link, origin, part, sphere, urdf
 
 BASE = link("base_link", part(box(1.0, 1.0, 1.0)))
@@ -77,6 +77,7 @@ MIMICS = "".join(
         (urdf(link("l", part('<mesh filename="m" scale="1"/>'))), "scale"),
         (urdf(link("l", part(box(0.4, 0.4, 0.4), origin((400.0, 0, 0))))), "reaches 100 m"),
         (urdf(*(link(f"l{n}") for n in range(MAX_LINKS + 1))), "1000 links"),
+        (urdf(link("l", part(sphere(0.1)) * (MAX_SHAPES + 1))), "2000 shapes"),
     ],
 )  # fmt: skip
 def test_it_is_refused_by_name(data, said):
