@@ -100,7 +100,7 @@ class MemoryPlans:
         with self._plans_lock:
             older = [entry for entry in self._plans.values() if entry.map == map_id and (entry.created, entry.id) < key]
         newest = sorted(older, key=lambda entry: (entry.created, entry.id), reverse=True)[:limit]
-        return [head_of(entry.context, entry.body) for entry in newest]
+        return [head_of(entry.context, read_body(entry.body)) for entry in newest]
 
     def plan_maps(self) -> list[str]:
         """Return the ids of the maps that have plans, sorted."""
@@ -132,9 +132,10 @@ class MemoryPlans:
         for _, entry in sorted(near, key=lambda each: each[0]):
             if len(found) >= limit:
                 break
-            head = head_of(entry.context, entry.body)
+            own = read_body(entry.body)
+            head = head_of(entry.context, own)
             if (head.map, head.version) == (map_id, version) and planner in (None, head.planner):
-                found += [head] * joins(*read_body(entry.body).ends(), start, goal, tolerance)
+                found += [head] * joins(*own.ends(), start, goal, tolerance)
         return sorted(found, key=lambda head: (head.length, head.id))
 
     def plans_through(

@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 
 from ppaas.geometry import Poses
-from ppaas.plans.body import places_of_ends, read_body, write_body
+from ppaas.plans.body import Body, places_of_ends, read_body, write_body
 from ppaas.plans.buckets import scope_of, spot_of
 from ppaas.plans.chunks import ENDS_AFTER, ENDS_BEFORE, chunk_bounds
 from ppaas.plans.codes import codes_of
@@ -91,14 +91,15 @@ def context_of(data: bytes) -> PlanContext:
     return decode(data, PlanContext)
 
 
-def head_of(context: bytes, body: bytes) -> PlanRecord:
+def head_of(context: bytes, own: Body) -> PlanRecord:
     """Return the head of a plan."""
-    return _record(context, body, b"")
+    return _record(context_of(context), own, b"")
 
 
 def record_of(context: bytes, body: bytes, shared: list[Poses]) -> PlanRecord:
     """Return a plan, of the stretches that it shares."""
-    return _record(context, body, read_body(body).poses(shared).astype("<f8", copy=False).tobytes())
+    own = read_body(body)
+    return _record(context_of(context), own, own.poses(shared).astype("<f8", copy=False).tobytes())
 
 
 def _entries(records: list[PlanRecord], granularity: int) -> Iterator[PlanEntry]:
@@ -145,8 +146,7 @@ def _ranges(bounds: Any, begin: int, stop: int) -> tuple[Any, Any]:
     return ([first], [last]) if last > first else ([], [])
 
 
-def _record(context: bytes, body: bytes, poses: bytes) -> PlanRecord:
-    common, own = context_of(context), read_body(body)
+def _record(common: PlanContext, own: Body, poses: bytes) -> PlanRecord:
     created, length, cost, seconds, *ends = own.numbers()
     return PlanRecord(
         id=own.plan_id, user=common.user, map=common.map, version=common.version, planner=common.planner,

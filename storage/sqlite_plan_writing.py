@@ -41,7 +41,7 @@ class RememberedChunks:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._ids: dict[bytes, int] = {}
-        self._seen: Counter[int] = Counter()
+        self._seen: dict[int, int] = {}
 
     def get(self, code: bytes) -> int | None:
         """Return the id of an entry by its scope and code, or None."""
@@ -54,17 +54,21 @@ class RememberedChunks:
             for oldest in list(itertools.islice(self._ids, max(0, len(self._ids) - MOST_REMEMBERED))):
                 del self._ids[oldest]
 
-    def is_sample(self, chunk: int) -> int | None:
-        """Count that a plan refers to an entry; return at which of its samples the plan is kept, if at any.
+    def samples(self, chunks: Iterable[int]) -> list[tuple[int, int]]:
+        """Count that a plan refers to entries; return those of which it becomes a sample, and at which place.
 
         It is at the first, second, fourth, eighth … so that samples are of all times.
         """
+        found = []
         with self._lock:
             if len(self._seen) > MOST_REMEMBERED:
                 self._seen.clear()
-            self._seen[chunk] += 1
-            count = self._seen[chunk]
-        return (count.bit_length() - 1) % SAMPLES if count & count - 1 == 0 else None
+            seen = self._seen
+            for chunk in chunks:
+                seen[chunk] = count = seen.get(chunk, 0) + 1
+                if not count & count - 1:
+                    found.append((chunk, (count.bit_length() - 1) % SAMPLES))
+        return found
 
 
 class PlanTransaction:
@@ -233,13 +237,11 @@ class PlanTransaction:
         return int(waypoints) * count
 
     def _sample(self, sequence: int, chunks: list[int]) -> None:
-        for chunk in chunks:
-            slot = self._remembered.is_sample(chunk)
-            if slot is not None:
-                before = self._connection.execute("SELECT plans FROM chunks WHERE id = ?", (chunk,)).fetchone()[0]
-                plans = bytearray(before.ljust(4 * slot + 4, b"\0"))
-                struct.pack_into("<I", plans, 4 * slot, sequence)
-                self._connection.execute("UPDATE chunks SET plans = ? WHERE id = ?", (bytes(plans), chunk))
+        for chunk, slot in self._remembered.samples(chunks):
+            before = self._connection.execute("SELECT plans FROM chunks WHERE id = ?", (chunk,)).fetchone()[0]
+            plans = bytearray(before.ljust(4 * slot + 4, b"\0"))
+            struct.pack_into("<I", plans, 4 * slot, sequence)
+            self._connection.execute("UPDATE chunks SET plans = ? WHERE id = ?", (bytes(plans), chunk))
 
     def _one(self, query: str, *values: object) -> int:
         [(value,)] = self._connection.execute(query, values).fetchall()

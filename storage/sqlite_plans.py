@@ -1,10 +1,10 @@
 """The Path Plan Database in an SQLite file; ``storage.sqlite_plan_schema`` tells of its tables."""
 
-import heapq
 import itertools
 import math
 import sqlite3
 import struct
+from collections import Counter
 from collections.abc import Iterable, Iterator
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ppaas.errors import NotFound
 from ppaas.geometry import Poses
 from ppaas.plans.body import read_body
-from ppaas.plans.buckets import Place, Spots, length_in, place_of, scope_of, spots_near, squares_near
+from ppaas.plans.buckets import Place, bucket_in, length_in, place_of, scope_of, spots_near, squares_near
 from ppaas.plans.chunks import ENDS_BEFORE, GRANULARITY, inner_granularity
 from ppaas.plans.codes import entry_id, poses_of, unpack
 from ppaas.plans.passages import check_search, joins, length_between, passage
@@ -30,6 +30,9 @@ from storage.versions import without_poses
 MOST_CHUNKS, MOST_PLANS = 256, 32
 """Entries near a place, and plans that share them, which are looked at for plans that pass it."""
 
+_BUCKET = """SELECT * FROM (SELECT spot, plan FROM plan_spots WHERE spot BETWEEN ? AND ?
+    AND spot >> 12 & 15 BETWEEN ? AND ? AND spot >> 8 & 15 BETWEEN ? AND ? AND spot >> 4 & 15 BETWEEN ? AND ?
+    AND spot & 15 BETWEEN ? AND ? ORDER BY spot LIMIT ?)"""
 _PLAN = "SELECT record, body FROM plans JOIN contexts ON contexts.id = context WHERE sequence = ?"
 
 
@@ -119,17 +122,15 @@ class SqlitePlans:
         check_search(start, goal, tolerance)
         found: list[PlanRecord] = []
         with self._plan_connections.reading_at_once() as connection:
-            buckets = spots_near(scope_of(map_id, version), start, goal, tolerance)
-            spots = [_spots(connection, bucket) for bucket in buckets]
-            for _, sequence in heapq.merge(*spots, key=lambda each: length_in(each[0])):
+            for sequence in _near_both(connection, scope_of(map_id, version), start, goal, tolerance, 2 * limit):
                 if len(found) >= limit:
                     break
                 record, body = connection.execute(_PLAN, (sequence,)).fetchone()
-                if not joins(*read_body(body).ends(), start, goal, tolerance):
-                    continue
-                head = head_of(record, body)
-                if (head.map, head.version) == (map_id, version) and planner in (None, head.planner):
-                    found.append(head)
+                own = read_body(body)
+                if joins(*own.ends(), start, goal, tolerance):
+                    head = head_of(record, own)
+                    if (head.map, head.version) == (map_id, version) and planner in (None, head.planner):
+                        found.append(head)
         return sorted(found, key=lambda head: (head.length, head.id))
 
     def plans_through(
@@ -211,13 +212,33 @@ def _scope(connection: sqlite3.Connection, sequence: int) -> bytes:
     return scope_of(common.map, common.version)
 
 
-def _spots(connection: sqlite3.Connection, spots: Spots) -> Iterator[tuple[int, int]]:
-    """Return the spots of a bucket, the shortest plans first, and the plans there, which are read as they are asked."""
-    query = """SELECT spot, plan FROM plan_spots WHERE spot BETWEEN ? AND ?
-               AND spot >> 12 & 15 BETWEEN ? AND ? AND spot >> 8 & 15 BETWEEN ? AND ?
-               AND spot >> 4 & 15 BETWEEN ? AND ? AND spot & 15 BETWEEN ? AND ? ORDER BY spot"""
-    parts = itertools.chain(*zip(spots.least, spots.most, strict=True))
-    return connection.execute(query, (spots.first, spots.last, *parts))
+def _near_both(
+    connection: sqlite3.Connection, scope: bytes, start: Place, goal: Place, tolerance: float, most: int
+) -> Iterator[int]:
+    """Yield the plans that may begin and end near two places, the shortest first.
+
+    So many are read of each bucket at first; all of it, if that is not enough.
+    """
+    buckets = list(spots_near(scope, start, goal, tolerance))
+    query = " UNION ALL ".join([_BUCKET] * len(buckets))
+    told: set[int] = set()
+    for limit in (most, -1):
+        values: list[int] = []
+        for spots in buckets:
+            values += spots.first, spots.last, *itertools.chain(*zip(spots.least, spots.most, strict=True)), limit
+        rows = connection.execute(query, values).fetchall()
+        read, last = Counter[int](), dict[int, int]()
+        for spot, _ in rows:
+            read[bucket_in(spot)] += 1
+            last[bucket_in(spot)] = length_in(spot)
+        # Beyond what was read of a bucket there may be shorter ones than the next of another.
+        known_to = min((last[bucket] for bucket, count in read.items() if count == limit), default=math.inf)
+        for spot, sequence in sorted(rows, key=lambda row: (length_in(row[0]), row[1])):
+            if length_in(spot) <= known_to and sequence not in told:
+                told.add(sequence)
+                yield sequence
+        if known_to == math.inf:
+            return
 
 
 def _newest(connection: sqlite3.Connection, map_id: str, before: tuple[float, str]) -> Iterator[PlanRecord]:
@@ -240,7 +261,7 @@ def _heads(connection: sqlite3.Connection, map_id: str, span: int) -> Iterator[P
     query = """SELECT record, body FROM plans JOIN contexts ON contexts.id = context JOIN scopes ON scopes.id = scope
                WHERE sequence BETWEEN ? AND ? AND map = ?"""
     for record, body in connection.execute(query, (span * SPAN, span * SPAN + SPAN - 1, map_id)):
-        yield head_of(record, body)
+        yield head_of(record, read_body(body))
 
 
 def _passing(

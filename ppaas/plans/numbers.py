@@ -48,14 +48,15 @@ def read_tokens(data: bytes, count: int, at: int) -> tuple[list[Token], int]:
     Unavailable
         The bytes end before.
     """
-    tags = [tag for byte in data[at : at + (count + 1) // 2] for tag in (byte & 15, byte >> 4)][:count]
+    heads = at
     at += (count + 1) // 2
     tokens = []
-    for tag in tags:
+    for number in range(count):
+        tag = data[heads + number // 2] >> 4 * (number & 1) & 15 if heads + number // 2 < len(data) else 0
         size = _SIZES[tag]
-        tokens.append((tag, int.from_bytes(data[at : at + size], "little")))
+        tokens.append((tag, int.from_bytes(data[at : at + size], "little") if size else 0))
         at += size
-    if at > len(data) or len(tags) < count:
+    if at > len(data):
         raise Unavailable("a stored plan is damaged: restore it from a backup")
     return tokens, at
 

@@ -1,0 +1,63 @@
+"""No plan whose ends are near two places is missed by its bucket."""
+
+import math
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ppaas.plans.buckets import (
+    bucket_in,
+    length_in,
+    place_of,
+    rough_length,
+    scope_of,
+    spot_of,
+    spots_near,
+    squares_near,
+    squares_touched,
+)
+from tests.reference import plan_chunks
+
+SCOPE = scope_of("house", "v1")
+places = st.tuples(*[st.floats(-1e6, 1e6) | st.integers(-40, 40).map(lambda eighth: eighth / 8)] * 2)
+offsets = st.tuples(*[st.floats(-0.5, 0.5)] * 4)
+tolerances = st.sampled_from([0.0, 0.1, 0.25, 0.5])
+
+
+@settings(max_examples=40, deadline=None)
+@given(places, places, offsets, tolerances, st.floats(0.0, 1e7))
+def test_what_is_near_is_found(start, goal, off, tolerance, length) -> None:
+    first, last = (start[0] + off[0], start[1] + off[1]), (goal[0] + off[2], goal[1] + off[3])
+    spot = spot_of(SCOPE, first, last, length)
+    assert 0 <= spot < 2**63
+    assert length_in(spot) == rough_length(length)
+    buckets = [near for near in spots_near(SCOPE, start, goal, tolerance) if near.first <= spot <= near.last]
+    assert len(list(spots_near(SCOPE, start, goal, tolerance))) <= (81 if tolerance <= 0.25 else 256)
+    if plan_chunks.near(first, last, start, goal, tolerance):
+        assert any(near.holds(spot) for near in buckets)
+        assert bucket_in(spot) in {bucket_in(near.first) for near in buckets}
+
+
+def test_most_of_what_is_too_far_off_is_passed_over() -> None:
+    [*near] = spots_near(SCOPE, (0.25, 0.25), (3.25, 0.25), 0.1)
+    spots = [
+        spot_of(SCOPE, (0.25 + dx / 40, 0.25), (3.25, 0.25 + dy / 40), 3.0) for dx in range(10) for dy in range(10)
+    ]
+    held = sum(any(each.first <= spot <= each.last and each.holds(spot) for each in near) for spot in spots)
+    assert 25 <= held <= 36
+
+
+def test_versions_of_maps_share_nothing() -> None:
+    others = [scope_of("house", "v2"), scope_of("housev", "1"), scope_of("depot", "v1")]
+    spots = {bucket_in(spot_of(scope, (0, 0), (1, 1), 2.0)) for scope in (SCOPE, *others)}
+    assert len(spots) == 4
+
+
+@settings(max_examples=40, deadline=None)
+@given(places, st.floats(0, 2 * math.pi), st.floats(0, 0.5))
+def test_squares_near_a_place_are_those_that_points_there_touch(place, angle, reach) -> None:
+    point = place[0] + reach * math.cos(angle), place[1] + reach * math.sin(angle)
+    [square] = squares_touched(np.array([point]))
+    assert square in squares_near(place, 0.5 + 1e-9)
+    assert 0 <= place_of(SCOPE, square) < 2**31
