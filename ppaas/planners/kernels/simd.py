@@ -107,6 +107,12 @@ def pick(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Value:
     return builder.zext(builder.load(builder.gep(data, [index])), _LONG)
 
 
+@operation(types.none, ARRAY, types.intp, number)
+def put(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, value: ir.Value) -> None:
+    """Write one number to a uint32 array, without asking either."""
+    builder.store(builder.trunc(value, _NUMBER), builder.gep(data, [index]))
+
+
 @operation(row, ARRAY, types.intp)
 def load_bytes(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Value:
     """Return the 32 numbers of a uint8 array from ``index`` on."""

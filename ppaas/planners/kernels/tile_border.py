@@ -70,13 +70,15 @@ def _note(move: Int, is_outside: bool, other: Int, tiles: Int, marks: Bytes, scr
 @joined
 def beside(scratch: Numbers, move: Int) -> Int:
     """Return the tile on one side, or at one corner, of the one worked on."""
-    return np.int64(scratch[BESIDE + move])
+    number: Int = simd.pick(scratch, BESIDE + move)
+    return number
 
 
 @joined
 def seen(scratch: Numbers, move: Int) -> Int:
     """Return the same for its values, or with `SELF` the tile worked on: the outside where nobody has been."""
-    return np.int64(scratch[SEEN + move])
+    number: Int = simd.pick(scratch, SEEN + move)
+    return number
 
 
 @joined
@@ -89,7 +91,8 @@ def edge(tables: Numbers, tile: Int, side: Int) -> Any:
 def free_along(tables: Numbers, tile: Int, side: Int) -> Int:
     """Return which cells of a tile along one of its sides are free."""
     line = side // 2 * SIDE + (LAST if side in (BOTTOM, RIGHT) else 0)
-    return np.int64(tables[tile * TABLE + FREE + line])
+    number: Int = simd.pick(tables, tile * TABLE + FREE + line)
+    return number
 
 
 @bare
@@ -101,7 +104,7 @@ def _weights_along(tables: Numbers, costs: Bytes, tile: Int, side: Int, scratch:
     if side in (TOP, BOTTOM):
         return weighed(simd.load_bytes(costs, first))
     for row in range(SIDE):
-        scratch[SPARE + row] = costs[first + row * SIDE]
+        simd.put(scratch, SPARE + row, np.int64(costs[first + row * SIDE]))
     return weighed(simd.load(scratch, SPARE))
 
 
@@ -169,7 +172,8 @@ def value_at(tables: Numbers, tile: Int, move: Int) -> Int:
     """Return the value of the cell of a tile at a corner."""
     side = BOTTOM if move in (BOTTOM_LEFT, BOTTOM_RIGHT) else TOP
     lane = LAST if move in (TOP_RIGHT, BOTTOM_RIGHT) else 0
-    return np.int64(tables[tile * TABLE + EDGES + side * SIDE + lane])
+    number: Int = simd.pick(tables, tile * TABLE + EDGES + side * SIDE + lane)
+    return number
 
 
 @joined

@@ -31,7 +31,7 @@ from ppaas.planners.kernels.tile_queue import (
     wake,
 )
 from ppaas.planners.kernels.tile_setup import lay_around
-from ppaas.planners.kernels.tile_visit import PATIENCE, visit
+from ppaas.planners.kernels.tile_visit import visit
 
 Int = int | np.signedinteger[Any]
 Ints = NDArray[np.int64]
@@ -99,7 +99,7 @@ def _bound_of(target: Int, field: Numbers, marks: Bytes) -> Int:
     """Return the least word with which a tile that waits can no longer better the target."""
     if target < 0 or not atomics.read(marks, target >> CELL_SHIFT) & TOUCHED:
         return IDLE
-    value: Int = atomics.read(field, target) + PATIENCE
+    value: Int = atomics.read(field, target)
     return min(((value >> UNIT_SHIFT) + 1) << KEY_SHIFT, IDLE)
 
 

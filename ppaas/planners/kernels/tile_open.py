@@ -66,7 +66,7 @@ def _pour(
     row: Int = 0 if step > 0 else LAST
     for _ in range(SIDE):
         before = simd.splat(UNREACHED) if fresh else simd.load(field, at + row * SIDE)
-        at_left, at_right = np.int64(scratch[FROM_LEFT + row]), np.int64(scratch[FROM_RIGHT + row])
+        at_left, at_right = simd.pick(scratch, FROM_LEFT + row), simd.pick(scratch, FROM_RIGHT + row)
         source = _stepped(source, before, at_left, at_right, free, weights, diagonals)
         simd.store(field, at + row * SIDE, source)
         free = ALL
@@ -82,8 +82,8 @@ def _look_along(field: Numbers, at: Int, weight: Int, scratch: Numbers) -> None:
     for row in range(SIDE):
         values = simd.load(field, at + row * SIDE)
         moved = simd.least(
-            simd.from_left(values, np.int64(scratch[BESIDE_LEFT + row])),
-            simd.from_right(values, np.int64(scratch[BESIDE_RIGHT + row])),
+            simd.from_left(values, simd.pick(scratch, BESIDE_LEFT + row)),
+            simd.from_right(values, simd.pick(scratch, BESIDE_RIGHT + row)),
         )
         moved = simd.add(moved, weights)
         if simd.less(moved, values):
@@ -92,8 +92,8 @@ def _look_along(field: Numbers, at: Int, weight: Int, scratch: Numbers) -> None:
             leftward = simd.subtract(simd.least_from(simd.add(values, rising)), rising)
             simd.store(field, at + row * SIDE, simd.least(rightward, leftward))
     for row in range(SIDE):
-        scratch[COLUMNS + FIRST_LINE + row] = field[at + row * SIDE]
-        scratch[COLUMNS + LAST_LINE + row] = field[at + row * SIDE + LAST]
+        simd.put(scratch, COLUMNS + FIRST_LINE + row, simd.pick(field, at + row * SIDE))
+        simd.put(scratch, COLUMNS + LAST_LINE + row, simd.pick(field, at + row * SIDE + LAST))
 
 
 @bare

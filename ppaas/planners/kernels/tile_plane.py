@@ -83,6 +83,19 @@ def slanted(weights: Any) -> Any:
     return simd.shift_right(product, simd.splat(ROOT_SHIFT))
 
 
+@joined
+def _step(scratch: Numbers, plane: Int, line: Int, stride: Int, source: Any, near: Int) -> tuple[Any, Int, Int]:
+    """Carry values to a line from the one beside it; return its values, which cells are free and which changed."""
+    place, weight = plane + LINES + line * SIDE, plane + WEIGHTS + (line - 1) * stride
+    free = simd.pick(scratch, plane + FREE + line)
+    left, right = simd.pick(scratch, plane + LEFT + line), simd.pick(scratch, plane + RIGHT + line)
+    weights, diagonals = simd.load(scratch, weight), simd.load(scratch, weight + (DIAGONALS - WEIGHTS))
+    before = simd.load(scratch, place)
+    values = relaxed(source, before, free, near & left, near & right, weights, diagonals)
+    simd.store(scratch, place, values)
+    return values, free, simd.unlike(values, before)
+
+
 @bare
 def sweep(scratch: Numbers, plane: Int, step: Int, stride: Int, pending: Int) -> tuple[Int, Int, Int]:
     """Carry values from line to line in one direction, as far as they change.
@@ -113,14 +126,7 @@ def sweep(scratch: Numbers, plane: Int, step: Int, stride: Int, pending: Int) ->
     source, free = simd.load(scratch, plane + LINES + line * SIDE), simd.pick(scratch, plane + FREE + line)
     while more:
         line += step
-        near, free = free, simd.pick(scratch, plane + FREE + line)
-        place, weight = plane + LINES + line * SIDE, plane + WEIGHTS + (line - 1) * stride
-        left, right = simd.pick(scratch, plane + LEFT + line), simd.pick(scratch, plane + RIGHT + line)
-        weights, diagonals = simd.load(scratch, weight), simd.load(scratch, weight + (DIAGONALS - WEIGHTS))
-        before = simd.load(scratch, place)
-        source = relaxed(source, before, free, near & left, near & right, weights, diagonals)
-        simd.store(scratch, place, source)
-        different = simd.unlike(source, before)
+        source, free, different = _step(scratch, plane, line, stride, source, free)
         lanes |= different
         changed |= np.int64(different != 0) << order
         order += 1
@@ -128,6 +134,39 @@ def sweep(scratch: Numbers, plane: Int, step: Int, stride: Int, pending: Int) ->
         # Lines between two that changed are done too: a branch foretold wrongly costs more than they do.
         more = order < SIDE and (pending >> order | different) != 0
     return changed, lanes, work
+
+
+@bare
+def sweep_through(scratch: Numbers, plane: Int, stride: Int) -> tuple[Int, Int, Int]:
+    """Carry values from line to line all the way through, in both directions at once.
+
+    That takes three quarters of the time of one after the other: each step of one way waits for the step before.
+
+    Parameters
+    ----------
+    scratch, plane, stride
+        As in `sweep`.
+
+    Returns
+    -------
+    forth, back : int
+        The lines that changed in each direction, the lowest bit for the first that it came to.
+    lanes : lanes
+        The cells in which any of them changed.
+    """
+    forth: Int = 0
+    back: Int = 0
+    lanes: Int = 0
+    down, free_down = simd.load(scratch, plane + LINES), simd.pick(scratch, plane + FREE)
+    up, free_up = simd.load(scratch, plane + LINES + (SIDE + 1) * SIDE), simd.pick(scratch, plane + FREE + SIDE + 1)
+    for order in range(SIDE):
+        down, free_down, moved = _step(scratch, plane, order + 1, stride, down, free_down)
+        lanes |= moved
+        forth |= np.int64(moved != 0) << order
+        up, free_up, moved = _step(scratch, plane, SIDE - order, stride, up, free_up)
+        lanes |= moved
+        back |= np.int64(moved != 0) << order
+    return forth, back, lanes
 
 
 @bare

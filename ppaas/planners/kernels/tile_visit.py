@@ -21,7 +21,6 @@ from ppaas.planners.kernels.tile_border import (
 )  # fmt: skip
 from ppaas.planners.kernels.tile_layout import (
     ALL,
-    BASE,
     BOTTOM,
     BOTTOM_LEFT,
     BOTTOM_RIGHT,
@@ -54,6 +53,7 @@ from ppaas.planners.kernels.tile_plane import (
     SELF,
     slanted,
     sweep,
+    sweep_through,
     turn,
     weighed,
 )
@@ -63,8 +63,12 @@ Int = int | np.signedinteger[Any]
 Numbers = NDArray[np.uint32]
 Bytes = NDArray[np.uint8]
 
-PATIENCE = SIDE * BASE // 2
-"""How much longer a tile waits where nobody has been, so that more of its neighbours are through before it is begun."""
+MANY = 16
+"""If so many lines are pending in both directions, a plane is swept in both at once."""
+THROUGH = 50
+"""Lines of a sweep in one direction that take as long as a sweep through all in both."""
+LATER = 0xFFFF0000
+"""Of the lines that one direction changed: those that the other had come to before."""
 
 
 @bare
@@ -137,11 +141,15 @@ def _enter_corner(scratch: Numbers, tables: Numbers, costs: Bytes, tile: Int, mo
 
 
 @bare
-def _sweep_both(scratch: Numbers, at: Int, stride: Int, onward: Int, back: Int) -> tuple[Int, Int, Int, Int]:
+def _sweep_both(scratch: Numbers, at: Int, stride: Int, onward: Int, back: Int) -> tuple[Int, Int, Int, Int, Int]:
     """Sweep one plane in both directions; return the lines and lanes that changed, what is pending and lines done."""
     moved: Int = 0
     lanes: Int = 0
     work: Int = 0
+    if simd.size(onward) >= MANY and simd.size(back) >= MANY:
+        forth, against, lanes = sweep_through(scratch, at, stride)
+        onward, back = _after(simd.mirrored(against & LATER)), _after(simd.mirrored(forth & LATER))
+        return forth | simd.mirrored(against), lanes, onward, back, THROUGH
     if onward:
         moved, lanes, work = sweep(scratch, at, FORTH, stride, onward)
         back |= _after(simd.mirrored(moved))
@@ -151,7 +159,7 @@ def _sweep_both(scratch: Numbers, at: Int, stride: Int, onward: Int, back: Int) 
         changed = simd.mirrored(changed)
         onward = _after(changed)
         moved, lanes, work = moved | changed, lanes | where, work + done
-    return moved, lanes, onward, work
+    return moved, lanes, onward, 0, work
 
 
 @joined
@@ -166,17 +174,16 @@ def _settle(scratch: Numbers, stride: Int, down: Int, up: Int, right: Int, left:
     rows: Int = 0
     work: Int = 0
     while down | up | right | left:
-        moved, lanes, down, done = _sweep_both(scratch, ROWS, stride, down, up)
+        moved, lanes, down, up, done = _sweep_both(scratch, ROWS, stride, down, up)
         turn(scratch, ROWS, COLUMNS, moved, lanes)
         right |= _after(lanes)
         left |= _after(simd.mirrored(lanes))
         rows |= moved
         work += done
-        moved, lanes, right, done = _sweep_both(scratch, COLUMNS, stride, right, left)
+        moved, lanes, right, left, done = _sweep_both(scratch, COLUMNS, stride, right, left)
         turn(scratch, COLUMNS, ROWS, moved, lanes)
         down |= _after(lanes)
-        up = _after(simd.mirrored(lanes))
-        left = 0
+        up |= _after(simd.mirrored(lanes))
         rows |= lanes
         work += done
     return rows, work
@@ -265,7 +272,6 @@ def visit(
         value = np.int64(scratch[KEYS + move])
         if value != UNREACHED:
             other = beside(scratch, move)
-            value += PATIENCE if seen(scratch, move) == tiles else 0
             woken += wake(words, hints, other, value, move ^ 1 if move < 4 else move ^ 3)
     return woken, work, overlong
 
