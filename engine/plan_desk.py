@@ -9,6 +9,7 @@ import numpy as np
 
 from engine import machine_link
 from engine.model import ContainerSpec
+from engine.recent_plans import RecentPlans
 from ppaas.errors import NotFound, NotPermitted
 from ppaas.geometry import Pose2D
 from ppaas.plans.criteria import worth_a_look
@@ -34,6 +35,7 @@ class PlanDesk:
 
     def __init__(self, store: Store, link: str) -> None:
         self._store = store
+        self._recent = RecentPlans(store)
         self._link = link
 
     def keep(self, spec: ContainerSpec, plan: PlanRecord) -> None:
@@ -69,7 +71,7 @@ class PlanDesk:
 
     def _whole(self, head: PlanRecord) -> list[machine_link.Candidate]:
         try:
-            return [machine_link.Candidate(self._store.plan(head.id))]
+            return [machine_link.Candidate(self._recent.plan(head))]
         except NotFound:
             return []  # it was removed a moment ago
 

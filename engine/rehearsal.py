@@ -157,6 +157,8 @@ async def _grant(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> 
     while (frame := await stream.receive()) is not None:
         if isinstance(frame, machine_link.SaveClone | machine_link.KeepPlan):
             stream.write(machine_link.Done(frame.request))
+        elif isinstance(frame, machine_link.AskHistory):
+            stream.write(machine_link.History(frame.request, [], "rehearsal", None))
         elif isinstance(frame, machine_link.Share):
             stream.write(machine_link.Shared("rehearsal", "another", frame.topic, encode(_ANOTHER)))
     await stream.close()

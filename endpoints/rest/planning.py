@@ -133,10 +133,11 @@ async def make_plan(map_id: MapId, file: PlanFile, services: Provided, user: Cal
     )
     answer = await services.cloud.compute_path(user, MapVersion(head.id, head.version), request)
     response = json_response(_told(head, answer), status=201)
-    # Run as soon as the answer is on its way, and before the next request is read.
-    response.background = BackgroundTask(
-        services.plan_keeper.keep, services.store, lambda: _record(user, head, request, answer)
-    )
+    if answer.plan_id != answer.reused:  # else it is kept already
+        # Run as soon as the answer is on its way, and before the next request is read.
+        response.background = BackgroundTask(
+            services.plan_keeper.keep, services.store, lambda: _record(user, head, request, answer)
+        )
     return response
 
 
