@@ -22,18 +22,22 @@ async def list_plans(map_id: MapId, services: Provided, user: Caller, paging: Pa
     before = paging.key(tuple[float, str], None)
     await services.plan_keeper.settled()
     found = await run_in_threadpool(services.store.plans, map_id, before=before, limit=paging.most)
-    return paging.page([_summary(record) for record in found], lambda plan: (plan.created, plan.plan_id))
+    return paging.page([summary_of(record) for record in found], lambda plan: (plan.created, plan.plan_id))
 
 
 @router.delete("/plans/{plan_id}", status_code=204, responses=KNOWN | problems(403, 404))
 async def remove_plan(plan_id: PlanId, services: Provided, user: Caller) -> None:
     """Remove a path: who asked for it may, the owner of its map, and an administrator."""
-    record = await visible_plan(services, user, plan_id)
+    await check_may_change(services, user, await visible_plan(services, user, plan_id))
+    await run_in_threadpool(services.store.remove_plan, plan_id)
+
+
+async def check_may_change(services: Services, user: User, record: PlanRecord) -> None:
+    """Raise ``NotPermitted`` unless a user asked for a path, owns its map, or is an administrator."""
     if user.role != "admin" and user.id != record.user:
         head = await readable_head(services, user, record.map)
         if user.id != head.owner:
-            raise NotPermitted(f"only who asked for plan {plan_id!r} or owns its map may remove it")
-    await run_in_threadpool(services.store.remove_plan, plan_id)
+            raise NotPermitted(f"only who asked for plan {record.id!r} or owns its map may change or remove it")
 
 
 async def visible_plan(services: Services, user: User, plan_id: str) -> PlanRecord:
@@ -48,6 +52,7 @@ async def visible_plan(services: Services, user: User, plan_id: str) -> PlanReco
     return record
 
 
-def _summary(record: PlanRecord) -> PlanSummary:
+def summary_of(record: PlanRecord) -> PlanSummary:
+    """Return what is told of a path but its poses."""
     fields = {name: getattr(record, name) for name in PlanSummary.model_fields if name != "plan_id"}
     return PlanSummary(plan_id=record.id, **fields)
