@@ -138,6 +138,7 @@ KINDS: tuple[Kind[Store], ...] = (
         each(lambda store, key: store.plan(key)),
         lambda _source, target, plans: target.add_plans(plans),
         lambda _source, target, plan, before: target.replace_plan(plan, instead_of=before),
+        count=lambda store: store.plan_statistics().plans,
     ),
     Kind(
         "history",

@@ -45,6 +45,8 @@ class Kind(Generic[S]):
         Tells of a record and of that in the target whether that is what is left of a copy that was cut off.
     prove : callable, optional
         Reads what belongs to some keys to its last byte, and raises what the store finds wrong.
+    count : callable, optional
+        Returns how many a store has, where it knows without a walk.
     exact : bool
         Whether a record that differs is a fault: sums go on while a cloud runs.
     """
@@ -56,6 +58,7 @@ class Kind(Generic[S]):
     replace: Callable[[S, S, Any, Any], object] | None = None
     is_begun: Callable[[Any, Any], bool] | None = None
     prove: Callable[[S, Sequence[Key]], object] | None = None
+    count: Callable[[S], int] | None = None
     exact: bool = True
 
 

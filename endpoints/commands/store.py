@@ -44,14 +44,14 @@ def run(arguments: argparse.Namespace) -> int:
 
     kinds, source, target = _open(arguments.source, arguments.target)
     rows = []
-    with _closing(source), _closing(target), _progress(arguments) as progress:
+    with _closing(source), _closing(target), _progress(arguments, source) as progress:
         copied = {}
         if arguments.verb == "migrate":
             for kind in kinds:
                 steps = copy(kind, source, target, overwrite=arguments.overwrite)
-                copied[kind.name] = progress(f"copying {kind.name}", steps)
+                copied[kind.name] = progress(f"copying {kind.name}", kind, steps)
         for kind in kinds:
-            found = progress(f"comparing {kind.name}", compare(kind, source, target))
+            found = progress(f"comparing {kind.name}", kind, compare(kind, source, target))
             rows.append(_row(found, copied.get(kind.name)))
     _show(rows, as_json=arguments.json)
     return 0 if all(row["good"] for row in rows) else 1
@@ -81,20 +81,24 @@ def _closing(store: Any) -> Any:
 
 
 @contextmanager
-def _progress(arguments: argparse.Namespace) -> Iterator[Any]:
+def _progress(arguments: argparse.Namespace, source: Any) -> Iterator[Any]:
     """Lend what works through the steps of a kind, shows how far they are, and returns the last one."""
     from rich.console import Console  # noqa: PLC0415
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn  # noqa: PLC0415
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: PLC0415
 
     console = Console(stderr=True)
-    columns = SpinnerColumn(), TextColumn("{task.description}"), TextColumn("{task.completed}"), TimeElapsedColumn()
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     with Progress(*columns, console=console, disable=arguments.json or not console.is_terminal) as shown:
 
-        def work_through(what: str, steps: "Iterator[Copied] | Iterator[Compared]") -> "Copied | Compared | None":
-            task, last = shown.add_task(what, total=None), None
+        def work_through(
+            what: str, kind: "Kind[Any]", steps: "Iterator[Copied] | Iterator[Compared]"
+        ) -> "Copied | Compared | None":
+            total = kind.count(source) if kind.count is not None else None
+            task, last = shown.add_task(what, total=total), None
             for last in steps:
                 shown.update(task, completed=last.records)
-            shown.update(task, total=last.records if last else 0)
+            done = last.records if last is not None else 0
+            shown.update(task, completed=done, total=done)
             return last
 
         yield work_through
