@@ -222,6 +222,10 @@ class RestClient:
         """Send JSON to a path and return the answer's."""
         return _parse(await self._ask("POST", path, _json(value)))
 
+    async def put(self, path: str, value: Any) -> Any:
+        """Put JSON at a path and return the answer's."""
+        return _parse(await self._ask("PUT", path, _json(value)))
+
     async def delete(self, path: str) -> None:
         """Delete what is at a path."""
         await self._ask("DELETE", path)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidInput
+from robots.commands import plan_database
 from robots.commands.robot_urdf import read_urdf
 from robots.commands.session import add_limit_argument, add_session_arguments, logged_in
 from robots.commands.table import show
@@ -59,6 +60,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     matrix.add_argument("--json", action="store_true", help="print JSON")
     for verb in (create, listing, one, delete):
         add_session_arguments(verb)
+    plan_database.configure(verbs)
 
 
 def _configure_create(parser: argparse.ArgumentParser) -> None:
@@ -234,4 +236,4 @@ def _draw(picture: Path, costmap: Any, answer: Mapping[str, Any], radius: float,
     write_picture(picture, costmap, np.array(answer["poses"]), radius=radius, title=title, facts=facts)
 
 
-_VERBS = {"create": _create, "list": _list, "show": _show, "delete": _delete}
+_VERBS = {"create": _create, "list": _list, "show": _show, "delete": _delete, **plan_database.VERBS}
