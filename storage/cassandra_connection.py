@@ -1,5 +1,7 @@
 """Connecting to Cassandra: the keyspace and its tables are made if they are not there."""
 
+import logging
+
 from cassandra import ConsistencyLevel
 from cassandra.auth import PlainTextAuthProvider
 from cassandra.cluster import EXEC_PROFILE_DEFAULT, Cluster, ExecutionProfile, Session
@@ -8,6 +10,8 @@ from cassandra.policies import ConstantReconnectionPolicy, DCAwareRoundRobinPoli
 from ppaas.errors import Unavailable
 from storage.cassandra_address import CassandraAddress
 from storage.cassandra_schema import VERSION, statements
+
+logging.getLogger("cassandra").setLevel(logging.CRITICAL)  # what it would tell, we raise
 
 RECONNECT = 0.5
 """Seconds between two tries to reach a node that is away."""

@@ -1,5 +1,6 @@
 """A real Cassandra of one node on 127.0.0.1, with passwords, small and quick to start."""
 
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,8 @@ from cassandra.policies import RoundRobinPolicy
 
 from tests.servers.jars import jars_of, java
 from tests.servers.java_server import JavaServer, free_ports
+
+logging.getLogger("cassandra").setLevel(logging.CRITICAL)  # of a server that is starting it has much to tell
 
 HERE = Path(__file__).parent / "cassandra"
 PASSWORD = "cassandra"  # of the user of the same name, whom a new server makes

@@ -53,6 +53,11 @@ class JavaServer:
         """Tell whether it was started and neither stopped nor killed since."""
         return self._process is not None
 
+    @property
+    def runs(self) -> bool:
+        """Whether it was started, and neither stopped nor killed since."""
+        return self._process is not None
+
     def start(self) -> None:
         """Start it and wait until it serves."""
         self.launch()
