@@ -32,7 +32,8 @@ from ppaas.messages.message import Message
 from ppaas.nodes.base import Checkpoint, Node, Payload, Topic
 from ppaas.nodes.clone import build_clone, build_planning
 from ppaas.nodes.graph import Graph
-from ppaas.plans.processor import Keeping, Times
+from ppaas.plans.processor import Keeping
+from ppaas.plans.times import Times
 
 logger = logging.getLogger(__name__)
 

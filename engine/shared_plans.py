@@ -10,8 +10,8 @@ from engine.plan_desk import stored_plan
 from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import PPaaSError
 from ppaas.plans.history import PlannerHistory
-from ppaas.plans.processor import Times
 from ppaas.plans.stored import Question, StoredPlan
+from ppaas.plans.times import Times
 
 logger = logging.getLogger(__name__)
 

@@ -108,7 +108,7 @@ def bucket_of(cells: float) -> int:
     """Return the bucket of a complexity: 0 up to one cell, then one for each half octave."""
     if not cells > 1.0:
         return 0
-    return min(1 + int(2.0 * math.log2(cells)), MOST_BUCKETS - 1)
+    return 1 + int(min(2.0 * math.log2(cells), MOST_BUCKETS - 2.0))
 
 
 def bucket_range(bucket: int) -> tuple[float, float]:

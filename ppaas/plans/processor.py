@@ -10,7 +10,6 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.errors import PlanCancelled, PlanningError
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.plans.criteria import MARGIN, Verdict, by_time
-from ppaas.plans.estimates import ComputationTimes, Estimate, LinkTimes
 from ppaas.plans.history import (
     PlannerHistory,
     bucket_of,
@@ -20,25 +19,15 @@ from ppaas.plans.history import (
     failed_row,
     found_row,
 )
-from ppaas.plans.identity import plan_id
+from ppaas.plans.identity import Identity
 from ppaas.plans.stitching import BOUND, Ground, Offer, offer
 from ppaas.plans.stored import BARE_MAP, ROBOT_RADIUS, Conditions, EmptyLibrary, PlanLibrary, Question, own_parameters
+from ppaas.plans.times import LEAST, Times
 from ppaas.plugins import parameters_in_use
 
-BYTES_PER_CELL = 64.0
-"""Of an answer, for each cell between start and goal: a pose has 56 bytes, and no path is straight."""
-
-TOLD_PER_CELL = 1.4e-6
-"""Seconds, for each cell between start and goal, until a plan is told to whoever asked, as JSON: some 110 bytes a pose.
-
-That way is not measured here. Computed plans go it as well, so what is saved is less than what planning takes.
-"""
-
-CHECKING = 2e-4
-CHECKED_PER_SECOND = 1e9
-"""What is believed of checking a plan before it was measured: how long any takes [s], and bytes of poses [1/s]."""
-
 Note = Callable[[PlannerHistory], None]
+
+_Made = tuple[Conditions, Identity]
 
 
 def unnoted(row: PlannerHistory) -> None:
@@ -82,23 +71,6 @@ class ReuseParameters:
     tolerance: float = 0.25
     bound: float = BOUND
     margin: float = MARGIN
-
-
-@dataclass(slots=True)
-class Times:
-    """What was measured, for the estimates of criterion (a)."""
-
-    computation: ComputationTimes = field(default_factory=ComputationTimes)
-    link: LinkTimes = field(default_factory=LinkTimes)
-    checking: LinkTimes = field(default_factory=lambda: LinkTimes(monotonic, CHECKING, CHECKED_PER_SECOND))
-
-    def transmission(self, cells: float) -> Estimate:
-        """Return how long it will take until a kept plan of this complexity is there, was checked and is told."""
-        size = cells * BYTES_PER_CELL
-        link, checking = self.link.expect(size), self.checking.expect(size)
-        told = cells * TOLD_PER_CELL
-        lower, upper = link.lower + checking.lower + told, link.upper + checking.upper + told
-        return Estimate(link.mean + checking.mean + told, lower, upper, link.samples)
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +141,7 @@ class PlanProcessor:
         self._parameters = parameters
         self._clock = clock
         self.verdict = Verdict(False, "kept")
-        self._conditions: dict[Planner, tuple[Conditions, Conditions]] = {}
+        self._made: dict[Planner, tuple[_Made, _Made]] = {}
 
     def plan(self, planner: Planner, costmap: Costmap, request: PlanRequest, *, reuse: bool = True) -> PlanResult:
         """Return a plan that is kept, if it is expected to be there sooner, or compute one; raises as a planner does.
@@ -211,43 +183,58 @@ class PlanProcessor:
         return cells, (standing.map, standing.version, planner.name, bucket_of(cells))
 
     def _named(self, result: PlanResult, planner: Planner, *, bare: bool) -> PlanResult:
-        """Return a plan with its conditions and id."""
-        made = replace(result, conditions=self._made_under(planner)[bare])
-        return replace(made, id=plan_id(self._standing.map, self._standing.version, made))
+        """Return a computed plan with its conditions and id."""
+        conditions, identity = self._made_under(planner)[bare]
+        return replace(result, conditions=conditions, id=identity.of(result))
 
-    def _made_under(self, planner: Planner) -> tuple[Conditions, Conditions]:
-        """Return the conditions of plans that a planner makes around what is seen, and on the bare map."""
-        known = self._conditions.get(planner)
+    def _made_under(self, planner: Planner) -> tuple[_Made, _Made]:
+        """Return what plans have in common that a planner makes around what is seen, and on the bare map."""
+        known = self._made.get(planner)
         if known is None:
+            standing = self._standing
             # As they come back from JSON, so that they can be compared with those that are kept.
             own = msgspec.json.decode(msgspec.json.encode(parameters_in_use(planner)))
-            own[ROBOT_RADIUS] = self._standing.robot_radius
-            known = self._conditions[planner] = own | {BARE_MAP: False}, own | {BARE_MAP: True}
+            own[ROBOT_RADIUS] = standing.robot_radius
+            seen, bare = own | {BARE_MAP: False}, own | {BARE_MAP: True}
+            place = standing.map, standing.version, planner.name
+            known = (seen, Identity(*place, seen)), (bare, Identity(*place, bare))
+            self._made[planner] = known
         return known
 
     def _found(self, planner: Planner, costmap: Costmap, request: PlanRequest, cells: float) -> PlanResult | None:
         """Return a kept plan, if it pays to look for one and there is one that will do."""
         computation = self._times.computation.expect(planner.name, cells)
-        verdict = self.verdict = by_time(self._times.transmission(cells), computation, self._parameters.margin)
+        margin = self._parameters.margin
+        quick = computation is not None and computation.lower < margin * LEAST.upper
+        verdict = self.verdict = by_time(LEAST if quick else self._times.transmission(cells), computation, margin)
         if computation is None or not verdict.taken or not (request.start.is_finite() and request.goal.is_finite()):
             return None
         if not self._library.may_wait():
             raise PlanCancelled("this is begun again where it may wait for plans that are kept")
         began = self._clock()
-        made = self._look(planner, costmap, request, computation.lower / self._parameters.margin)
+        made = self._look(planner, costmap, request, computation.lower / margin)
         if made is None:
             return None
+        conditions = self._made_under(planner)[False][0]
         result = PlanResult(
             cells=made.cells, poses=made.poses, cost=made.cost, length=made.length, expanded=0,
             seconds=self._clock() - began, planner=planner.name, origin=made.origin, reused=made.source,
+            conditions=conditions,
         )  # fmt: skip
-        named = self._named(result, planner, bare=False)
-        return replace(named, id=made.source) if made.as_kept else named
+        own = made.source if made.as_kept else self._identity_of(made, planner).of(result)
+        return replace(result, id=own)
+
+    def _identity_of(self, made: Offer, planner: Planner) -> Identity:
+        conditions, standing = self._made_under(planner)[False][0], self._standing
+        return Identity(
+            standing.map, standing.version, planner.name, conditions, origin=made.origin, reused=made.source
+        )
 
     def _look(self, planner: Planner, costmap: Costmap, request: PlanRequest, within: float) -> Offer | None:
         standing, p = self._standing, self._parameters
         question = Question(
-            request.start, request.goal, standing.version, planner.name, own_parameters(self._made_under(planner)[0]),
+            request.start, request.goal, standing.version, planner.name,
+            own_parameters(self._made_under(planner)[False][0]),
             standing.robot_radius, p.tolerance, kinematic=planner.traits.kinematic,
         )  # fmt: skip
         found = self._library.find(question, within)

@@ -8,6 +8,7 @@ import httpx
 import pytest
 
 from endpoints.rest.schemas import NewPlanAnswer, PlanAnswer
+from endpoints.services import Services
 from engine.model import MapVersion
 from engine.views import PathRequest
 from ppaas import errors
@@ -180,3 +181,16 @@ async def test_a_request_that_comes_in_pieces_is_answered_as_one_that_comes_whol
     pieces = await client.post("/v1/maps/house/plans", headers=headers, content=_in_pieces(body))
     assert (whole.status_code, pieces.status_code) == (status, status)
     assert status == 201 or pieces.json() == whole.json()
+
+
+async def test_a_path_that_is_kept_already_is_not_kept_anew(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud, services: Services
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    first = (await client.post("/v1/maps/house/plans", headers=ann, json=ASKED)).json()
+    cloud.reused = first["plan_id"]
+    again = (await client.post("/v1/maps/house/plans", headers=ann, json=ASKED | {"tolerance": 1.0})).json()
+    assert (again["origin"], again["reused"], again["plan_id"]) == ("reused", first["plan_id"], first["plan_id"])
+    await services.plan_keeper.settled()
+    assert [plan.id for plan in services.store.plans("house")] == [first["plan_id"]]

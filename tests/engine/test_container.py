@@ -25,7 +25,7 @@ from ppaas.messages import decode
 from ppaas.messages.std_msgs import String
 from ppaas.messages.std_srvs import TriggerResponse
 from ppaas.nodes.base import Checkpoint, Topic
-from ppaas.plans.processor import Times
+from ppaas.plans.times import Times
 from tests.support.echo_node import EchoNode
 from tests.support.engine_links import pair, receive
 from tests.support.specs import HOUSE, planning_spec, robot_config, robot_spec

@@ -18,7 +18,7 @@ from ppaas.messages.geometry_msgs import Point, Pose, PoseWithCovariance, PoseWi
 from ppaas.messages.std_msgs import Header
 from ppaas.nodes.graph import Graph
 from ppaas.planners.base import PlanResult
-from ppaas.plans.identity import plan_id
+from ppaas.plans.identity import Identity
 from tests.support.echo_node import EchoNode
 from tests.support.engine_links import pair, receive
 from tests.support.specs import robot_spec
@@ -36,7 +36,7 @@ def shared(who: str, payload: bytes, topic: str = "amcl_pose") -> machine_link.S
 def plan(*points: tuple[float, float], planner: str = "dijkstra") -> PlanResult:
     poses = np.array([[x, y, 0.0, 0.0, 0.0, 0.0, 1.0] for x, y in points]).reshape(-1, 7)
     found = PlanResult(np.zeros((len(points), 2), np.int32), poses, 50.0, 1.0, 9, 0.01, planner)
-    return replace(found, id=plan_id("house", "v1", found)) if points else found
+    return replace(found, id=Identity("house", "v1", planner, {}).of(found))
 
 
 LAUNCH = Launch(robot_spec("c1", "ann", "tb1"), "", "", "", "secret", (0,), 1)

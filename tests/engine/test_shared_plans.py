@@ -13,8 +13,8 @@ from engine.machine_client import MachineClient
 from engine.shared_plans import PlanningNotes, SharedPlans
 from ppaas.geometry import Pose2D
 from ppaas.plans.history import LinkHistory, bucket_of, computed_row, failed_row
-from ppaas.plans.processor import Times
 from ppaas.plans.stored import Question
+from ppaas.plans.times import Times
 from tests.support.engine_links import pair, receive
 from tests.support.records import plan
 

@@ -28,6 +28,8 @@ class FakeCloud:
         self.error: Exception | None = None
         self.running: list[ContainerView] = []
         self.given_up: list[str] = []
+        self.reused = ""
+        """Id of the plan that every request is answered with, if there is one."""
 
     def machines(self) -> list[MachineView]:
         return [MACHINE]
@@ -51,7 +53,8 @@ class FakeCloud:
         plan_id = hashlib.blake2b(repr((map, request)).encode(), digest_size=16).hexdigest()
         return PathAnswer(
             json.dumps(poses), 50.0, length, 2, 0.001, request.planner,
-            plan_id, "computed", "", json.dumps(conditions), "c9", 4711,
+            self.reused or plan_id, "reused" if self.reused else "computed", self.reused, json.dumps(conditions),
+            "c9", 4711,
         )  # fmt: skip
 
     async def compute_costs(self, user: User, map: MapVersion, request: CostRequest) -> CostAnswer:  # noqa: A002
