@@ -1,20 +1,17 @@
 """Map files of ROS's map_server and of Nav2: a YAML record and an image, from bytes to a grid and back."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
+from ppaas.maps.buffer import Buffer
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
 from ppaas.maps.image import ImageRows, open_image
 from ppaas.maps.pgm import write_pgm
 from ppaas.maps.record import MapYaml, Mode, Rules, dump_yaml, parse_yaml
 from ppaas.maps.thresholds import occupancy
-
-if TYPE_CHECKING:
-    from ppaas.maps.pgm import Buffer
 
 _BLOCK = 1 << 20
 """Cells that are read at a time."""
@@ -61,7 +58,7 @@ class GridRows:
         self._image.check()
 
 
-def open_grid(record: bytes, image: "Buffer", rules: Rules | None = None) -> GridRows:
+def open_grid(record: bytes, image: Buffer, rules: Rules | None = None) -> GridRows:
     """Read what the two files of a map say of themselves.
 
     Parameters
@@ -82,7 +79,7 @@ def open_grid(record: bytes, image: "Buffer", rules: Rules | None = None) -> Gri
     return GridRows(open_image(image), keys)
 
 
-def load_map(record: bytes, image: "Buffer", rules: Rules | None = None) -> GridMap:
+def load_map(record: bytes, image: Buffer, rules: Rules | None = None) -> GridMap:
     """Read a map from its two files, as ``open_grid`` does, and all cells of it."""
     opened = open_grid(record, image, rules)
     data = np.empty(opened.info.shape, np.int8)

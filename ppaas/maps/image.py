@@ -1,19 +1,16 @@
 """Pixels of a map's image, whichever format the file has."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
+from ppaas.maps.buffer import Buffer
 from ppaas.maps.pgm import MAGIC as PGM
 from ppaas.maps.pgm import PgmRows, open_pgm
 from ppaas.maps.png import MAGIC as PNG
 from ppaas.maps.png import PngRows, open_png
-
-if TYPE_CHECKING:
-    from ppaas.maps.pgm import Buffer
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +54,7 @@ class ImageRows:
         self._source.check()
 
 
-def open_image(image: "Buffer") -> ImageRows:
+def open_image(image: Buffer) -> ImageRows:
     """Read what a PGM or PNG file says of itself; the two are told apart by how it begins, as map_server does.
 
     A PNG, or a PGM in text, is decoded; of a binary PGM nothing is read before it is asked for.
@@ -75,12 +72,12 @@ def open_image(image: "Buffer") -> ImageRows:
     raise InvalidMap(f"the map's image is neither PGM (P2, P5) nor PNG: it begins with {image[:12]!r}; convert it")
 
 
-def parse_image(image: "Buffer") -> Image:
+def parse_image(image: Buffer) -> Image:
     """Return all rows of an image; raises as ``open_image`` does."""
     opened = open_image(image)
     return opened.rows(0, opened.shape[0])
 
 
-def media_type(image: "Buffer") -> str:
+def media_type(image: Buffer) -> str:
     """Return what HTTP calls such a file."""
     return "image/png" if image[: len(PNG)] == PNG else "image/x-portable-graymap"

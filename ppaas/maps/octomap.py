@@ -6,17 +6,14 @@ them comments, and ``data``; the nodes follow at once.
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
+from ppaas.maps.buffer import Buffer
 from ppaas.maps.kernels import octree as kernels
 from ppaas.maps.octree import OcTree, shared_depths
-
-if TYPE_CHECKING:
-    from ppaas.maps.pgm import Buffer
 
 BINARY = b"# Octomap OcTree binary file"
 FULL = b"# Octomap OcTree file"
@@ -42,7 +39,7 @@ class _Header:
     resolution: float
 
 
-def parse_octomap(data: "Buffer") -> OcTree:
+def parse_octomap(data: Buffer) -> OcTree:
     """Read a file, given as bytes or mapped into memory.
 
     Raises
@@ -90,7 +87,7 @@ def binary_octomap(tree: OcTree) -> bytes:
     return b"%b\nid OcTree\nsize %d\nres %b\ndata\n%b" % (BINARY, nodes, repr(tree.resolution).encode(), body.tobytes())
 
 
-def _parse_header(data: "Buffer") -> tuple[_Header, memoryview]:
+def _parse_header(data: Buffer) -> tuple[_Header, memoryview]:
     first, *lines = data[: 1 << 16].split(b"\n", _HEADER_LINES)
     if first.rstrip() not in (BINARY, FULL):
         raise InvalidMap(f"an OctoMap file begins with the line {BINARY.decode()!r} or {FULL.decode()!r}")

@@ -3,18 +3,13 @@
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
+from ppaas.maps.buffer import Buffer
 from ppaas.maps.grid import MAX_CELLS
-
-if TYPE_CHECKING:
-    from mmap import mmap
-
-    Buffer = bytes | mmap
 
 Pixels = NDArray[np.uint8]
 """(height, width) grey values, 0 black to 255 white; row 0 is the top."""
@@ -69,7 +64,7 @@ class PgmRows:
             _check_most(self.stored[first : first + step], self.maximum)
 
 
-def open_pgm(image: "Buffer") -> PgmRows:
+def open_pgm(image: Buffer) -> PgmRows:
     """Read the header of an image of up to sixteen bits a pixel; of one in text all of it.
 
     Parameters
@@ -97,7 +92,7 @@ def open_pgm(image: "Buffer") -> PgmRows:
     return PgmRows(stored.reshape(height, width), maximum)
 
 
-def parse_pgm(image: "Buffer") -> Pixels:
+def parse_pgm(image: Buffer) -> Pixels:
     """Read one image of up to sixteen bits a pixel.
 
     Parameters
@@ -119,7 +114,7 @@ def parse_pgm(image: "Buffer") -> Pixels:
     return opened.rows(0, opened.shape[0])
 
 
-def _binary(image: "Buffer", start: int, width: int, height: int, maximum: int) -> NDArray[np.unsignedinteger]:
+def _binary(image: Buffer, start: int, width: int, height: int, maximum: int) -> NDArray[np.unsignedinteger]:
     """Return the pixels behind the header: a byte each, or two with the higher one first."""
     kind = np.dtype(np.uint8 if maximum < 256 else ">u2")
     size = width * height * kind.itemsize
@@ -129,10 +124,10 @@ def _binary(image: "Buffer", start: int, width: int, height: int, maximum: int) 
         raise InvalidMap(f"the PGM is cut short: {missing} of its {width}×{height} pixels are missing")
     if left > _BLOCK or image[start + size :].strip():
         raise InvalidMap(f"{left} bytes follow the {width}×{height} pixels of the PGM; send one image alone")
-    return np.frombuffer(image, kind, width * height, start)
+    return np.frombuffer(memoryview(image), kind, width * height, start)
 
 
-def _text(image: "Buffer", start: int, width: int, height: int, maximum: int) -> NDArray[np.unsignedinteger]:
+def _text(image: Buffer, start: int, width: int, height: int, maximum: int) -> NDArray[np.unsignedinteger]:
     """Return the pixels behind the header: decimal numbers with white space and comments between."""
     count = width * height
     if 2 * count - 1 > len(image) - start:  # a digit each and a space between, before memory is taken for them
@@ -151,7 +146,7 @@ def _text(image: "Buffer", start: int, width: int, height: int, maximum: int) ->
     return pixels
 
 
-def _texts(image: "Buffer", start: int) -> Iterator[bytes]:
+def _texts(image: Buffer, start: int) -> Iterator[bytes]:
     """Yield the text without its comments, cut where neither a number nor a comment is under way."""
     carried = b""
     for at in range(start, len(image), _BLOCK):

@@ -14,12 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
+from ppaas.maps.buffer import Buffer
 
 if TYPE_CHECKING:
     from PIL.Image import Image
     from PIL.PngImagePlugin import PngImageFile
-
-    from ppaas.maps.pgm import Buffer
 
 MAGIC = b"\x89PNG\r\n\x1a\n"
 
@@ -68,7 +67,7 @@ class PngRows:
         """Do nothing: all of it was decoded."""
 
 
-def open_png(image: "Buffer") -> PngRows:
+def open_png(image: Buffer) -> PngRows:
     """Read one image of any kind of PNG: grey, RGB or palette, 1 to 16 bits deep, with alpha or without.
 
     Parameters
@@ -91,7 +90,7 @@ def open_png(image: "Buffer") -> PngRows:
         return PngRows(PngImageFile(io.BytesIO(image)))
 
 
-def parse_png(image: "Buffer") -> NDArray[np.uint8]:
+def parse_png(image: Buffer) -> NDArray[np.uint8]:
     """Return all rows of an image; raises as ``open_png`` does."""
     opened = open_png(image)
     return opened.rows(0, opened.shape[0])
