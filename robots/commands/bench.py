@@ -2,17 +2,22 @@
 
 import argparse
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from importlib.metadata import EntryPoint, entry_points
+from typing import TYPE_CHECKING, Any
 
 from robots.commands import bench_planners, bench_report
 from robots.commands.session import add_cloud_arguments, token_of
 from robots.commands.table import print_line
+from robots.commands.table import show as show_rows
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
 NAME = "bench"
 HELP = "measure planners, or a cloud on this machine, beside yardsticks"
+
+OTHERS = "ppaas.benchmarks"
+"""Entry points of what packages that robots do not know can measure."""
 
 PARTS = ("startup", "plans", "maps", "containers", "fleet", "dashboard")
 
@@ -33,6 +38,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         kind.add_argument("--json", action="store_true", help="print the result as one JSON object")
     bench_planners.configure(kinds)
     bench_report.configure(kinds)
+    for entry in entry_points(group=OTHERS):
+        _configure_other(kinds, entry)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -41,12 +48,28 @@ def run(arguments: argparse.Namespace) -> int:
     from rich.progress import Progress  # noqa: PLC0415
 
     verbs = {name: module.measure for module in (bench_planners, bench_report) for name in module.HELP}
-    measure = verbs.get(arguments.what, _measure_figures)
+    measure = getattr(arguments, "measure", None) or verbs.get(arguments.what, _measure_figures)
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         print_told = measure(arguments, progress)
     print_told()  # not before the progress is gone: while it is shown, whatever is printed goes where it goes
     return 0
+
+
+def _configure_other(kinds: Any, entry: EntryPoint) -> None:
+    """Add a bench that another package brings: HELP, configure(parser) and measure(arguments, progress)."""
+    module = entry.load()
+    parser = kinds.add_parser(entry.name, help=module.HELP, description=module.HELP)
+    module.configure(parser)
+    parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
+
+    def measure(arguments: argparse.Namespace, progress: "Progress") -> Callable[[], None]:
+        told, rows = module.measure(arguments, progress)
+        if arguments.json:
+            return lambda: show_rows(told, (), as_json=True)
+        return lambda: show_rows(rows, tuple(rows[0]), as_json=False)
+
+    parser.set_defaults(what=entry.name, measure=measure)
 
 
 def _measure_figures(arguments: argparse.Namespace, progress: "Progress") -> Callable[[], None]:

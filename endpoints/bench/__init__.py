@@ -1,0 +1,1 @@
+"""What stores do, measured beside yardsticks."""

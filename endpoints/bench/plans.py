@@ -1,0 +1,180 @@
+"""How a store of plans does as it fills: how fast it takes and finds them, and what they take, beside yardsticks."""
+
+import sqlite3
+import tempfile
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from endpoints.bench.greedy_split import GreedySplit
+from endpoints.bench.routes import MAP, VERSION, Routes, routes
+from ppaas.clock import monotonic
+from ppaas.errors import Conflict
+from ppaas.plans.chunks import GRANULARITY, waypoint_hashes
+from storage.ports import Store
+from storage.records import PlanRecord
+from storage.urls import open_store
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+AT_ONCE = 1000
+ONE_BY_ONE, LOOKUPS, READS = 1000, 2000, 500
+TOLERANCE = 0.25
+SIZES = (1_000, 10_000, 100_000, 1_000_000)
+COMPARED = 2_000
+"""Plans that are laid over each other as the paper has it, and kept raw, beside which the store is measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What is asked for: how many plans, of what kind, where they are kept; ``folder`` keeps planned routes."""
+
+    plans: int
+    folder: Path
+    store: str | None = None
+    smooth: bool = False
+    seed: int = 1
+
+
+def measure(options: Options, progress: "Progress") -> dict[str, Any]:
+    """Fill a store, and tell at each of ``SIZES`` how it does.
+
+    Raises
+    ------
+    Conflict
+        The store has plans of an earlier run, which would be counted too.
+    """
+    driven = routes(options.plans, options.seed, options.folder, progress)
+    told: dict[str, Any] = {"store": options.store or "sqlite", "smooth": options.smooth, "sizes": []}
+    told["yardsticks"] = _yardsticks(driven, options, progress)
+    with tempfile.TemporaryDirectory(prefix="ppaas-bench-", dir=options.folder) as name:
+        file = Path(name) / "plans.db"
+        store = open_store(options.store or f"sqlite://{file}")
+        try:
+            if store.plan_statistics(MAP).plans:
+                raise Conflict(f"the store has plans of the map {MAP!r} already: give another, or remove them")
+            sizes = [size for size in SIZES if size < options.plans]
+            for row in _fill(store, driven, [*sizes, options.plans], options.smooth, progress):
+                told["sizes"].append(row | _bytes_a_plan(file, row["plans"]))
+        finally:
+            store.close()
+    return told
+
+
+def _fill(
+    store: Store, driven: Routes, sizes: list[int], smooth: bool, progress: "Progress"
+) -> Iterator[dict[str, Any]]:
+    task, kept = progress.add_task("keeping plans", total=sizes[-1]), 0
+    for size in sizes:
+        alone = min(ONE_BY_ONE, size // 10)
+        in_bulk = bulk_seconds = 0.0
+        while kept < size - alone:
+            batch = list(driven.records(kept, min(kept + AT_ONCE, size - alone), smooth=smooth))
+            bulk_seconds += _seconds(lambda batch=batch: store.add_plans(batch))  # type: ignore[misc]
+            in_bulk += len(batch)
+            kept += len(batch)
+            progress.update(task, completed=kept)
+        singles = list(driven.records(kept, size, smooth=smooth))
+        single_seconds = sum(_seconds(lambda each=each: store.add_plan(each)) for each in singles)  # type: ignore[misc]
+        kept = size
+        yield _state(store, driven, size, smooth) | {
+            "bulk_per_second": in_bulk / bulk_seconds,
+            "single_per_second": len(singles) / single_seconds,
+        }
+    progress.remove_task(task)
+
+
+def _state(store: Store, driven: Routes, size: int, smooth: bool) -> dict[str, Any]:
+    random = np.random.default_rng(size)
+    sought = [driven.record(int(number)) for number in random.integers(0, size, LOOKUPS)]
+    offsets = random.uniform(-0.6 * TOLERANCE, 0.6 * TOLERANCE, (LOOKUPS, 4)).tolist()
+    lookups = [
+        _seconds(lambda record=record, off=off: _find(store, record, off))  # type: ignore[misc]
+        for record, off in zip(sought, offsets, strict=True)
+    ]
+    reads = [_seconds(lambda record=record: store.plan(record.id)) for record in sought[:READS]]  # type: ignore[misc]
+    for record in driven.records(0, 3, smooth=smooth):
+        if store.plan(record.id) != record:
+            raise Conflict(f"the store gives another plan {record.id!r} than it was given")
+    counts = store.plan_statistics(MAP)
+    return {
+        "plans": size,
+        "lookup_ms": _percentiles(lookups),
+        "read_ms": _percentiles(reads),
+        "waypoints_a_plan": counts.waypoints / counts.plans,
+        "kept_once": counts.waypoints / counts.kept,
+        "entries": counts.entries,
+        "data_bytes_a_plan": counts.bytes / counts.plans,
+    }
+
+
+def _find(store: Store, record: PlanRecord, off: list[float]) -> None:
+    start = record.start[0] + off[0], record.start[1] + off[1]
+    goal = record.goal[0] + off[2], record.goal[1] + off[3]
+    if not store.find_plans(MAP, VERSION, start, goal, TOLERANCE):
+        raise Conflict(f"the store does not find plan {record.id!r}")
+
+
+def _bytes_a_plan(file: Path, plans: int) -> dict[str, float]:
+    """Return what the file takes for each plan, if there is one: tables, indexes and all."""
+    if not file.exists():
+        return {}
+    with sqlite3.connect(file) as connection:
+        connection.execute("PRAGMA wal_checkpoint")
+        pages, free, size = (
+            connection.execute(f"PRAGMA {name}").fetchone()[0] for name in ("page_count", "freelist_count", "page_size")
+        )
+    connection.close()
+    return {"file_bytes_a_plan": (pages - free) * size / plans}
+
+
+def _yardsticks(driven: Routes, options: Options, progress: "Progress") -> dict[str, float]:
+    """Tell what others would make of some of the plans."""
+    count = min(COMPARED, options.plans)
+    greedy = GreedySplit(GRANULARITY)
+    raw = zipped = seconds = 0.0
+    task = progress.add_task("comparing", total=count)
+    with tempfile.TemporaryDirectory(dir=options.folder) as name, sqlite3.connect(Path(name) / "raw.db") as connection:
+        connection.execute("PRAGMA journal_mode = WAL")
+        connection.execute("CREATE TABLE plans (id TEXT PRIMARY KEY, poses BLOB)")
+        records = driven.records(0, count, smooth=options.smooth)
+        while batch := list(islice(records, AT_ONCE)):
+            rows = [(record.id, record.poses) for record in batch]
+            seconds += _seconds(lambda rows=rows: _insert(connection, rows))  # type: ignore[misc]
+            for record in batch:
+                greedy.add(waypoint_hashes(np.frombuffer(record.poses).reshape(-1, 7)).tolist())
+                raw += len(record.poses)
+                zipped += len(zlib.compress(record.poses))
+            progress.advance(task, len(batch))
+    connection.close()
+    progress.remove_task(task)
+    return {
+        "plans": count,
+        "raw_sqlite_per_second": count / seconds,
+        "raw_bytes_a_plan": raw / count,
+        "zlib_bytes_a_plan": zipped / count,
+        "greedy_kept_once": greedy.waypoints / greedy.kept,
+        "greedy_ids_a_plan": greedy.ids_per_plan(),
+    }
+
+
+def _insert(connection: sqlite3.Connection, rows: list[tuple[str, bytes]]) -> None:
+    with connection:
+        connection.executemany("INSERT INTO plans VALUES (?, ?)", rows)
+
+
+def _percentiles(seconds: list[float]) -> dict[str, float]:
+    middle, late = np.percentile(seconds, (50, 99)) * 1e3
+    return {"p50": float(middle), "p99": float(late)}
+
+
+def _seconds(work: Callable[[], object]) -> float:
+    began = monotonic()
+    work()
+    return monotonic() - began
