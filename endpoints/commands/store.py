@@ -1,4 +1,4 @@
-"""``ppaas store``: copy what a store has to another, and compare two."""
+"""``ppaas store``: copy what a store has to another, compare two, and sweep one."""
 
 import argparse
 import json
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from storage.migration import Compared, Copied, Kind
 
 NAME = "store"
-HELP = "copy a store to another, and compare two"
+HELP = "copy a store to another, compare two, or sweep one"
 
 COLUMNS = ("records", "copied", "same", "different", "missing", "beyond")
 DIGITS = 12
@@ -34,6 +34,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         verb.add_argument("source", metavar="FROM", help="URL of a store that is there")
         verb.add_argument("target", metavar="TO", help="URL of another of the same sort")
         verb.add_argument("--json", action="store_true", help="print JSON")
+    sweep = verbs.add_parser("sweep", help="remove from a Cassandra the stretches that no plan has any more")
+    sweep.add_argument("store", metavar="URL", help="of the store")
     migrate.add_argument("--overwrite", action="store_true", help="what differs in the target gives way")
 
 
@@ -42,6 +44,8 @@ def run(arguments: argparse.Namespace) -> int:
     # So here and below: ``ppaas --help`` loads this module.
     from storage.migration import compare, copy  # noqa: PLC0415
 
+    if arguments.verb == "sweep":
+        return _sweep(arguments.store)
     kinds, source, target = _open(arguments.source, arguments.target)
     rows = []
     with _closing(source), _closing(target), _progress(arguments, source) as progress:
@@ -55,6 +59,17 @@ def run(arguments: argparse.Namespace) -> int:
             rows.append(_row(found, copied.get(kind.name)))
     _show(rows, as_json=arguments.json)
     return 0 if all(row["good"] for row in rows) else 1
+
+
+def _sweep(url: str) -> int:
+    from storage.urls import open_store  # noqa: PLC0415
+
+    with closing(open_store(url)) as store:
+        sweep = getattr(store, "sweep_entries", None)
+        if sweep is None:
+            raise InvalidInput(f"{url.partition(':')[0]}: stores remove at once what no plan has any more")
+        sys.stdout.write(f"{sweep()} stretches removed\n")
+    return 0
 
 
 def _open(source: str, target: str) -> "tuple[Sequence[Kind[Any]], Any, Any]":

@@ -127,4 +127,4 @@ def test_the_makefile_installs_from_the_locks():
 def test_every_target_of_the_makefile_has_a_rule_and_a_line_of_help():
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     (phony,) = re.findall(r"^\.PHONY: (.*)$", makefile, re.MULTILINE)
-    assert sorted(phony.split()) == sorted(re.findall(r"^(\w+):.*## \S", makefile, re.MULTILINE))
+    assert sorted(phony.split()) == sorted(re.findall(r"^([\w-]+):.*## \S", makefile, re.MULTILINE))

@@ -1,6 +1,8 @@
 """What only a real Cassandra shows: that it agrees with all other stores, and what two who write at once do."""
 
 import itertools
+import subprocess
+import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 
@@ -201,3 +203,14 @@ def test_a_keyspace_of_a_newer_release_is_left_alone(stores: list[CassandraStore
 def test_a_keyspace_is_a_name(name: str) -> None:
     with pytest.raises(InvalidInput, match="keyspace"):
         CassandraStore(f"cassandra://db/{name}")
+
+
+def test_a_store_is_swept_by_command(stores: list[CassandraStore], server: CassandraServer) -> None:
+    stores[0].add_plan(path("a", seed=1))
+    done = subprocess.run(
+        [sys.executable, "-m", "endpoints.cli", "store", "sweep", server.url("contracts")],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (0, "0 stretches removed\n"), done.stderr

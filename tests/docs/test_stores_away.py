@@ -1,0 +1,41 @@
+"""What stores.md says of a Cassandra, and of a cloud whose store is away, is what the code does."""
+
+import argparse
+import re
+
+from endpoints.commands import store as command
+from endpoints.map_heads import MapHeads
+from endpoints.token_cache import TokenCache
+from storage.cassandra_address import CONSISTENCIES, PORT, SETTINGS, parse_address
+from storage.cassandra_entries import GRACE
+from storage.cassandra_squares import PLANS_OF_SQUARE
+from storage.outbox import MOST_BYTES
+from tests.support.documents import text_of
+
+PAGE = text_of("docs/stores.md")
+
+
+def test_the_url_says_all_that_can_be_said() -> None:
+    [url] = re.findall(r"^cassandra://\S+$", PAGE, re.MULTILINE)
+    address = parse_address(url)
+    assert (address.user, address.password, address.hosts) == ("user", "password", ("host1", "host2"))
+    assert all(f"{name}=" in url for name in SETTINGS)
+    assert all(f"`{name}`" in PAGE for name in CONSISTENCIES)
+    assert f"{PORT} unless told" in PAGE
+
+
+def test_the_numbers_are_those_of_the_code() -> None:
+    assert f"written for {GRACE / 3600:g} h" in PAGE
+    assert f"{MOST_BYTES >> 20} MiB" in PAGE
+    for kept in (TokenCache(), MapHeads()):
+        assert f"within {kept._patience / 3600:g} h" in PAGE
+    decision = text_of("docs/adr/0020-cassandra-without-transactions.md")
+    assert f"at most {PLANS_OF_SQUARE} plans" in decision
+    assert f"for {GRACE / 2 / 3600:g} h anew" in decision
+
+
+def test_a_store_is_swept_as_it_says() -> None:
+    parser = argparse.ArgumentParser()
+    command.configure(parser)
+    assert "`ppaas store sweep URL`" in PAGE
+    assert parser.parse_args(["sweep", "cassandra://db/ppaas"]).store == "cassandra://db/ppaas"
