@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ppaas.errors import Conflict, NotFound
+from ppaas.plans.chunks import GRANULARITY
 from storage.encoding import R, decode, encode
 from storage.names import check_name
 from storage.records import CloneCheckpoint, RobotRecord, Token, User
@@ -23,6 +24,8 @@ class SqliteStore(SqlitePlans, SqliteHistory):
     ----------
     path : Path
         The file; it and its folder are made if they are not there.
+    granularity : int
+        Of plans: a stretch that they share is kept once from about as many waypoints on.
     busy_timeout : float
         How long a write waits for another process's [s].
 
@@ -32,9 +35,9 @@ class SqliteStore(SqlitePlans, SqliteHistory):
         The file cannot be used; the text says why and what to do.
     """
 
-    def __init__(self, path: Path, busy_timeout: float = 5.0) -> None:
+    def __init__(self, path: Path, granularity: int = GRANULARITY, busy_timeout: float = 5.0) -> None:
         self._connections = SqliteConnections(path, busy_timeout)
-        SqlitePlans.__init__(self, self._connections)
+        SqlitePlans.__init__(self, self._connections, granularity)
         SqliteHistory.__init__(self, self._connections)
 
     def close(self) -> None:

@@ -1,7 +1,8 @@
 """Stores by URL. What keeps them is imported when it is asked for: nobody needs a driver that they don't use.
 
 ``memory:``, ``sqlite:///path/to/file``, ``file:///path/to/folder``, ``cassandra://host/keyspace``, ``hdfs://host/path``;
-``sqlite:file`` and ``file:folder`` are relative to the working directory.
+``sqlite:file`` and ``file:folder`` are relative to the working directory. ``?granularity=N`` behind an SQLite file says
+from about how many waypoints on a stretch that plans share is kept once.
 """
 
 from collections.abc import Callable
@@ -29,6 +30,16 @@ def _local_path(url: str) -> tuple[Path]:
     if parts.query or parts.fragment:
         raise InvalidInput(f"{url!r}: write '?' as %3F and '#' as %23 in a path")
     return (Path(unquote(parts.path)),)
+
+
+def _sqlite(url: str) -> tuple[Path] | tuple[Path, int]:
+    path, question, query = url.partition("?")
+    name, _, value = query.partition("=")
+    if not question:
+        return _local_path(path)
+    if name != "granularity" or not value.isdecimal():
+        raise InvalidInput(f"{url!r}: behind '?' comes granularity=N, a number of waypoints; write '?' in a path as %3F")
+    return (*_local_path(path), int(value))
 
 
 def _whole(url: str) -> tuple[str]:
@@ -60,7 +71,7 @@ class Backend:
 
 STORES = {
     "memory": Backend("storage.memory", "MemoryStore", _nothing),
-    "sqlite": Backend("storage.sqlite", "SqliteStore", _local_path),
+    "sqlite": Backend("storage.sqlite", "SqliteStore", _sqlite),
     "cassandra": Backend("storage.cassandra", "CassandraStore", _whole, extra="cassandra", remote=True),
 }
 

@@ -75,3 +75,12 @@ def test_what_is_not_asked_for_is_not_imported() -> None:
 def test_a_store_on_this_machine_needs_no_outbox(tmp_path: Path) -> None:
     assert type(open_store("memory:", outbox=tmp_path / "outbox.sqlite")) is MemoryStore
     assert not list(tmp_path.iterdir())
+
+
+def test_the_granularity_of_plans_is_said_in_the_url(tmp_path: Path) -> None:
+    store = open_store(f"sqlite://{tmp_path}/store.db?granularity=64")
+    assert store._granularity == 32  # type: ignore[attr-defined]
+    store.close()
+    for wrong in ("granularity=1", "granularity=-8", "granularity=", "size=3", "granularity=8&x=1"):
+        with pytest.raises(InvalidInput, match="granularity"):
+            open_store(f"sqlite://{tmp_path}/other.db?{wrong}")

@@ -1,0 +1,173 @@
+"""The Path Plan Database in an SQLite file, beside others that write to it, and when it is killed."""
+
+import sqlite3
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import ExitStack, closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ppaas.errors import Unavailable
+from ppaas.geometry import poses_along
+from ppaas.plans.recipes import read_recipe
+from storage.encoding import encode
+from storage.records import PlanRecord
+from storage.sqlite import SqliteStore
+from storage.sqlite_connections import APPLICATION_ID, MIGRATIONS, Schema, SqliteConnections
+from storage.sqlite_plan_writing import MOST_REMEMBERED, RememberedChunks, move_plans
+from tests.support.records import plan
+
+
+def path(plan_id: str, lane: float = 0.0, count: int = 200) -> PlanRecord:
+    points = np.stack((np.arange(count) * 0.05, np.full(count, lane)), axis=1)
+    return plan(plan_id, version="v1", poses=poses_along(points, 0.0).tobytes(), length=count * 0.05)
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "store.db"
+
+
+def open_one(file: Path, opened: ExitStack) -> SqliteStore:
+    return opened.enter_context(closing(SqliteStore(file, busy_timeout=60.0)))
+
+
+@pytest.fixture
+def two(file: Path) -> Iterator[tuple[SqliteStore, SqliteStore]]:
+    with ExitStack() as opened:
+        yield open_one(file, opened), open_one(file, opened)
+
+
+def assert_sound(file: Path) -> None:
+    """Expect each entry to be referred to as often as it says, and nothing to point to what is not there."""
+    with closing(sqlite3.connect(file)) as connection:
+        assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+        refs = Counter[int]()
+        for (recipe,) in connection.execute("SELECT recipe FROM plans"):
+            refs.update(read_recipe(recipe))
+        assert dict(connection.execute("SELECT chunk, refs FROM chunk_refs")) == refs
+        ids = {row[0] for row in connection.execute("SELECT id FROM chunks")}
+        assert ids == set(refs) == {row[0] for row in connection.execute("SELECT chunk FROM chunk_ids")}
+        assert {row[0] for row in connection.execute("SELECT chunk FROM chunk_places")} == ids
+        plans = {row[0] for row in connection.execute("SELECT sequence FROM plans")}
+        for table in ("plan_ids", "plan_spots"):
+            assert sorted(row[0] for row in connection.execute(f"SELECT plan FROM {table}")) == sorted(plans)
+        assert connection.execute("SELECT coalesce(sum(plans), 0) FROM contexts").fetchone() == (len(plans),)
+
+
+def test_plans_of_an_earlier_release_are_there_and_share_stretches(file: Path) -> None:
+    earlier = next(number for number, steps in enumerate(MIGRATIONS) if move_plans in steps)
+    kept = [path("a"), path("b"), path("c", 1.0)]
+    connections = SqliteConnections(file, schema=Schema(APPLICATION_ID, MIGRATIONS[:earlier]))
+    with connections.writing() as connection:
+        for record in (*kept, plan("empty", poses=b"")):
+            row = (record.id, record.map, record.created, encode(record))
+            connection.execute("INSERT INTO plans (id, map, created, record) VALUES (?, ?, ?, ?)", row)
+    connections.close()
+    with closing(SqliteStore(file)) as store:
+        assert [store.plan(record.id) for record in kept] == kept
+        told = store.plan_statistics()
+        assert (told.plans, told.waypoints) == (3, 600)
+        assert told.kept < 420
+    assert_sound(file)
+
+
+KILLED = """
+import sys
+from pathlib import Path
+from storage.sqlite import SqliteStore
+from tests.storage.test_sqlite_plans import path
+store = SqliteStore(Path(sys.argv[1]))
+for number in range(10**6):
+    store.add_plan(path(f"p{number}", number % 7, 200 + number % 5))
+    if number % 3 == 2:
+        store.remove_plan(f"p{number - 2}")
+    print(number, flush=True)
+"""
+
+
+@pytest.mark.parametrize("acknowledged", [1, 20, 77])
+def test_what_was_acknowledged_outlives_a_kill_at_any_time(file: Path, acknowledged: int) -> None:
+    command = [sys.executable, "-c", KILLED, str(file)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as writer:
+        assert writer.stdout is not None
+        for _ in range(acknowledged):
+            last = int(writer.stdout.readline())
+        writer.kill()
+        last = max([last, *map(int, writer.stdout.read().split())])
+    with closing(SqliteStore(file)) as store:
+        removed = set(range(0, last, 3)) if last > 1 else set[int]()
+        for number in range(last + 1):
+            if number not in removed:
+                assert store.plan(f"p{number}") == path(f"p{number}", number % 7, 200 + number % 5)
+        for number in removed - {last - last % 3}:
+            assert f"p{number}" not in {record.id for record in store.plans("house")}
+    assert_sound(file)
+
+
+WRITER = """
+import sys
+from pathlib import Path
+from storage.sqlite import SqliteStore
+from tests.storage.test_sqlite_plans import path
+store = SqliteStore(Path(sys.argv[1]), busy_timeout=60.0)
+for number in range(40):
+    store.add_plan(path(f"{sys.argv[2]}-{number}", number % 3))
+    if number % 4 == 3:
+        store.remove_plan(f"{sys.argv[2]}-{number - 1}")
+"""
+
+
+def test_processes_that_write_the_same_stretches_at_once_lose_nothing(file: Path) -> None:
+    SqliteStore(file).close()
+    writers = [subprocess.Popen([sys.executable, "-c", WRITER, str(file), f"w{number}"]) for number in range(3)]
+    assert [writer.wait() for writer in writers] == [0, 0, 0]
+    with closing(SqliteStore(file)) as store:
+        assert len(store.plans("house")) == 90
+        assert store.plan("w1-5") == path("w1-5", 2)
+    assert_sound(file)
+
+
+def test_what_another_removed_meanwhile_is_kept_anew(two: tuple[SqliteStore, SqliteStore], file: Path) -> None:
+    one, other = two
+    one.add_plan(path("a"))
+    other.remove_plan("a")
+    other.add_plan(path("b", 3.0))
+    one.add_plan(path("c"))
+    assert one.plan("c") == other.plan("c") == path("c")
+    assert_sound(file)
+
+
+def test_entries_that_were_taken_back_are_not_remembered(file: Path) -> None:
+    with closing(SqliteStore(file)) as store:
+        store.add_plan(path("small"))
+        with store._plan_connections.reading() as connection:
+            pages = connection.execute("PRAGMA page_count").fetchone()[0]
+            connection.execute(f"PRAGMA max_page_count = {pages + 1}")
+        noise = np.random.default_rng(1).random((4000, 7)).tobytes()
+        with pytest.raises(Unavailable, match="free space"):
+            store.add_plans([path("lane", 9.0), plan("noise", poses=noise)])
+        with store._plan_connections.reading() as connection:
+            connection.execute("PRAGMA max_page_count = 100000")
+        store.add_plan(path("other", 5.0))
+        store.add_plan(path("lane", 9.0))
+        assert (store.plan("lane"), store.plan("other")) == (path("lane", 9.0), path("other", 5.0))
+    assert_sound(file)
+
+
+def test_a_store_remembers_a_bounded_number_of_entries() -> None:
+    remembered = RememberedChunks()
+    remembered.learn({str(number).encode(): number for number in range(MOST_REMEMBERED + 10)})
+    assert remembered.get(b"9") is None
+    assert remembered.get(b"10") == 10
+
+
+def test_a_granularity_of_its_own_makes_longer_entries(file: Path) -> None:
+    with closing(SqliteStore(file, granularity=64)) as store:
+        store.add_plan(path("a", count=400))
+        assert min(part.count for part in store.plan_parts("a")) >= 32
+        assert store.plan("a") == path("a", count=400)
