@@ -5,6 +5,7 @@ is expected to be sooner. All is measured where the path arrives: at the end of 
 connection. Where criterion (a) refuses, because computing takes no longer, nothing may have become slower by it.
 """
 
+import asyncio
 import contextlib
 import json
 import statistics
@@ -82,11 +83,14 @@ async def _ways(target: Target, grid: GridMap, stack: contextlib.AsyncExitStack)
 
 
 def _by_rest(target: Target, body: dict[str, object]) -> Ask:
-    async def ask(reuse: bool) -> str:
+    def exchange(reuse: bool) -> bytes:
         # A connection of its own: one that waits while another way is measured is hung up on.
         with contextlib.closing(RestAsker(target.url, target.token, f"/v1/maps/{MAP}/plans")) as rest:
-            answer = rest.exchange(json.dumps(body | {"reuse": reuse}).encode())
-        return msgspec.json.decode(answer, type=_Origin).origin
+            return rest.exchange(json.dumps(body | {"reuse": reuse}).encode())
+
+    async def ask(reuse: bool) -> str:
+        # In a thread, so that the WebSocket beside it is kept alive.
+        return msgspec.json.decode(await asyncio.to_thread(exchange, reuse), type=_Origin).origin
 
     return ask
 

@@ -81,6 +81,10 @@ async def test_what_a_program_found_a_robot_of_another_user_is_given(cloud: Runn
     third = await bob.plan("shared-office", beside, goal)
     assert (third["origin"], third["reused"]) == ("reused", first["plan_id"])
     assert third["poses"][0][:2] == pytest.approx(beside[:2])
+    along = [(x, y, 0.0) for x, y, *_ in (first["poses"][len(first["poses"]) * part // 8] for part in (1, 7))]
+    fourth = await bob.plan("shared-office", *along)
+    assert fourth["origin"] == "stitched"
+    assert fourth["cost"] < first["cost"]
     async with robot_of(cloud, bob, "shared-office", start) as url, connect(url, max_size=None) as socket:
         await socket.send(compute_path_call(tuple(start), tuple(goal)))
         answer = json.loads(await socket.recv())["values"]
