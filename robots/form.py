@@ -7,7 +7,7 @@ from pathlib import Path
 Content = bytes | Path
 """A file: what is in it, or where it is."""
 
-BLOCK = 1 << 20
+BLOCK = 1 << 17
 
 
 class Form:

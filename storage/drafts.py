@@ -17,8 +17,8 @@ from storage.versions import PARTS, map_version
 Buffer = bytes | mmap.mmap
 """What is in a file, read as it is asked for."""
 
-BLOCK = 1 << 20
-"""Bytes that are read or written at a time."""
+BLOCK = 1 << 17
+"""Bytes that are read or written at a time: they stay in the cache of a core until they are hashed and written."""
 
 
 class DraftFile:
@@ -103,7 +103,7 @@ def mapped(path: Path) -> Buffer:
 
 
 def blocks(data: Buffer) -> Iterator[bytes]:
-    """Return what is in a file, a mebibyte at a time."""
+    """Return what is in a file, block by block."""
     return (data[start : start + BLOCK] for start in range(0, len(data), BLOCK))
 
 

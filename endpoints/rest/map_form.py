@@ -15,10 +15,13 @@ from endpoints.rest.form_reader import FormReader, Writer
 from endpoints.rest.schemas import MAX_DESCRIPTION, MAX_READERS
 from ppaas.errors import InvalidMap, InvalidParameter
 from ppaas.maps.record import MAX_YAML, Rules, with_rules
-from storage.drafts import BLOCK, MapDraft
+from storage.drafts import MapDraft
 from storage.names import PATTERN, check_name
 from storage.ports import MapStore
 from storage.versions import IMAGE, OCTOMAP, YAML
+
+_AT_ONCE = 1 << 20
+"""Bytes that must have come before a thread is asked to take them."""
 
 MULTIPART = "multipart/form-data"
 
@@ -122,7 +125,7 @@ async def _gathered(stream: AsyncIterator[bytes]) -> AsyncIterator[list[bytes]]:
     async for block in stream:
         blocks.append(block)
         size += len(block)
-        if size >= BLOCK:
+        if size >= _AT_ONCE:
             yield blocks
             blocks, size = [], 0
     yield blocks

@@ -72,12 +72,6 @@ def open_image(image: Buffer) -> ImageRows:
     raise InvalidMap(f"the map's image is neither PGM (P2, P5) nor PNG: it begins with {image[:12]!r}; convert it")
 
 
-def parse_image(image: Buffer) -> Image:
-    """Return all rows of an image; raises as ``open_image`` does."""
-    opened = open_image(image)
-    return opened.rows(0, opened.shape[0])
-
-
 def media_type(image: Buffer) -> str:
     """Return what HTTP calls such a file."""
     return "image/png" if image[: len(PNG)] == PNG else "image/x-portable-graymap"

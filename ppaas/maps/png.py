@@ -90,12 +90,6 @@ def open_png(image: Buffer) -> PngRows:
         return PngRows(PngImageFile(io.BytesIO(image)))
 
 
-def parse_png(image: Buffer) -> NDArray[np.uint8]:
-    """Return all rows of an image; raises as ``open_png`` does."""
-    opened = open_png(image)
-    return opened.rows(0, opened.shape[0])
-
-
 @contextmanager
 def _told() -> Iterator[None]:
     try:

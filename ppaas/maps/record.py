@@ -128,7 +128,7 @@ def _load(record: bytes) -> Any:
     if len(record) > MAX_YAML:
         raise InvalidMap(f"the map's YAML has {len(record)} bytes; at most {MAX_YAML} are read")
     if record.count(b"[") + record.count(b"{") > _MAX_BRACKETS:  # the parser takes seconds where they are nested
-        raise InvalidMap(f"the map's YAML has more than {_MAX_BRACKETS} brackets: it is none that map_server reads")
+        raise InvalidMap(f"the map's YAML cannot be read: it has more than {_MAX_BRACKETS} brackets")
     try:
         return yaml.safe_load(record)
     except _YAML_ERRORS as error:

@@ -5,6 +5,7 @@ import http.client
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -145,3 +146,13 @@ def test_who_may_not_write_is_told_as_whom(hdfs_server: HdfsServer) -> None:
     url = hdfs_server.url("closed").partition("?")[0] + "?user=mallory"
     with pytest.raises(Unavailable, match="let the user 'mallory' read and write"):
         put_map(HdfsMapStore(url), NEW)
+
+
+def test_what_a_killed_writer_left_is_removed_a_day_later(hdfs_server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
+    put_map(hdfs_store, OLD)
+    client, folder = hdfs_server.client(), f"{hdfs_store._disk._address.path}/.incoming"  # type: ignore[attr-defined]
+    for name, age in (("old", 2 * 86400), ("new", 3600)):
+        client.write(f"{folder}/{name}", data=b"half")
+        client.set_times(f"{folder}/{name}", modification_time=int(1e3 * (time.time() - age)))
+    put_map(hdfs_store, NEW)
+    assert client.list(folder) == ["new"]

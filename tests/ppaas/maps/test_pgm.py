@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from ppaas.errors import InvalidMap
-from ppaas.maps.pgm import parse_pgm, write_pgm
+from ppaas.maps import pgm
+from ppaas.maps.pgm import open_pgm, parse_pgm, write_pgm
 from tests.support.maps import sides
 
 
@@ -128,3 +129,16 @@ def test_every_real_image_is_read(data):
     images = sorted((data / "ros").glob("*.pgm"))
     assert images
     assert all(parse_pgm(image.read_bytes()).size > 100_000 for image in images)
+
+
+gaps = st.sampled_from([b" ", b"\n", b"\r\n", b"\t ", b" # 7 8\n", b"#9\r", b"\n#\n#5\n"])
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 65535), gaps), min_size=1, max_size=30), st.integers(1, 40))
+def test_text_is_read_the_same_wherever_it_is_cut(numbers, block):
+    text = b"".join(b"%d%b" % pair for pair in numbers)
+    image = b"P2 %d 1 65535\n" % len(numbers) + text
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pgm, "_BLOCK", block)
+        assert open_pgm(image).stored.tolist() == [[number for number, _ in numbers]]

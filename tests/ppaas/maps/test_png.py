@@ -10,9 +10,15 @@ from hypothesis.extra import numpy as hnp
 from PIL import Image
 
 from ppaas.errors import InvalidMap
-from ppaas.maps.png import MAX_PIXELS, parse_png
+from ppaas.maps.png import MAX_PIXELS, open_png
 from tests.support.maps import sides
 from tests.support.png import GREY_ALPHA, PALETTE, RGB, RGBA, SIGNATURE, chunk, header, png
+
+
+def parse_png(image):
+    opened = open_png(image)
+    return opened.rows(0, opened.shape[0])
+
 
 GOOD = png([b"\x00\xfe"], 2)
 
@@ -52,6 +58,20 @@ def grey(*values: int) -> list[list[int]]:
 )
 def test_every_kind_is_read_at_eight_bits(image, pixels):
     assert parse_png(image).tolist() == pixels
+
+
+@pytest.mark.parametrize(
+    "image",
+    [
+        png([b"\x00\xff\x12", b"\x00\x01\x02"], 3),
+        png([b"\x12\x34", b"\x12\x35"], 1, 16, before=chunk(b"tRNS", b"\x12\x34")),
+        png([b"\x01\x00", b"\x00\x00"], 2, 8, PALETTE, chunk(b"PLTE", bytes(range(6))) + chunk(b"tRNS", b"\x09")),
+    ],
+)
+def test_rows_alone_are_those_of_the_whole(image):
+    opened = open_png(image)
+    assert opened.shape[0] == 2
+    assert np.array_equal(np.concatenate([opened.rows(0, 1), opened.rows(1, 2)]), parse_png(image))
 
 
 @settings(deadline=None, max_examples=40)
