@@ -38,7 +38,7 @@ def _sqlite(url: str) -> tuple[Path] | tuple[Path, int]:
     if not question:
         return _local_path(path)
     if name != "granularity" or not value.isdecimal():
-        raise InvalidInput(f"{url!r}: behind '?' comes granularity=N, a number of waypoints; write '?' in a path as %3F")
+        raise InvalidInput(f"{url!r}: behind '?' comes granularity=N, in waypoints; write '?' in a path as %3F")
     return (*_local_path(path), int(value))
 
 

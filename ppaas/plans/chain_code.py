@@ -17,7 +17,9 @@ _FARTHEST = 1e6
 
 _HEADER = np.dtype([("count", "<u4"), ("step", "<u4"), ("x", "<i8"), ("y", "<i8")])
 _WORDS = np.ascontiguousarray(QUATERNIONS).view(np.uint64)
-_MOVES_X, _MOVES_Y = np.ascontiguousarray(MOVES.T)
+_SINES, _COSINES = np.ascontiguousarray(_WORDS.T)
+_MOVES = np.ascontiguousarray(MOVES.T)
+_NONE = np.uint64(4)
 
 _TO_WAY, _SIXTEENTH = np.uint64(0xC0C6848050B0787), np.uint64(60)
 """By which the eight sines have different products, seen by their highest four bits."""
@@ -41,24 +43,31 @@ def chain_codes(poses: Poses, begins: NDArray[np.int64], ends: NDArray[np.int64]
     """
     if not len(begins):
         return []
-    way, known = _ways(poses)
-    x, beside_x = _units(poses[:, 0])
-    y, beside_y = _units(poses[:, 1])
-    known &= (beside_x | beside_y) < 4
-    moved_x, moved_y = np.diff(x), np.diff(y)
-    steps = np.maximum(np.abs(moved_x), np.abs(moved_y))
-    follows = (moved_x == _MOVES_X[way[:-1]] * steps) & (moved_y == _MOVES_Y[way[:-1]] * steps)
-    alike = np.ones(len(poses), np.bool_)
-    alike[1:-1] = steps[1:] == steps[:-1]
-    fits = _all_between(known, begins, ends) & _all_between(follows, begins, ends - 1)
-    fits &= _all_between(alike, begins + 1, ends - 1)
+    way, wrong = _ways(poses)
+    places = np.ascontiguousarray(poses[:, :2].T)
+    units, beside = _units(places)
+    x, y = units
+    wrong |= (beside[0] | beside[1]) >= 4
+    moved = units[:, 1:] - units[:, :-1]
+    steps = np.zeros(len(poses), np.int64)
+    np.abs(moved).max(axis=0, out=steps[:-1])
+    strays = np.zeros(len(poses), np.bool_)
+    strays[:-1] = (moved != _MOVES[:, way[:-1]] * steps[:-1]).any(axis=0)
+    strays[ends - 1] = False
+    changes = np.zeros(len(poses), np.bool_)
+    changes[1:] = steps[1:] != steps[:-1]
+    changes[begins] = changes[ends - 1] = False
+    wrong |= strays
+    wrong |= changes
+    wrongs = np.zeros(len(poses) + 1, np.int64)
+    np.cumsum(wrong, out=wrongs[1:])
+    step = steps[begins]
+    fits = (wrongs[ends] == wrongs[begins]) & (step < 1 << 32)
     headers = np.zeros(len(begins), _HEADER)
-    step = np.append(steps, 0)[begins]
-    fits &= step < 1 << 32
     headers["count"], headers["step"] = ends - begins, np.where(fits & (ends - begins > 1), step, 0)
     headers["x"], headers["y"] = x[begins], y[begins]
     heads, size = headers.tobytes(), _HEADER.itemsize
-    ways = (way | beside_x << 3 | beside_y << 5).astype(np.uint8).tobytes()
+    ways = (way | beside[0] << 3 | beside[1] << 5).astype(np.uint8).tobytes()
     return [
         heads[number * size : number * size + size] + ways[begin:end] if fit else None
         for number, (fit, begin, end) in enumerate(zip(fits.tolist(), begins.tolist(), ends.tolist(), strict=True))
@@ -112,24 +121,17 @@ _EXACT = np.uint8(2 | 2 << 2)
 
 def _units(metres: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the nanometres of coordinates, and how far beside them they lie: 2 is not at all, 0 to 3 can be told."""
-    units = np.rint(np.clip(metres, -_FARTHEST, _FARTHEST) * PER_METRE).astype(np.int64)
-    beside = np.ascontiguousarray(metres).view(np.int64) - (units / PER_METRE).view(np.int64)
+    units = np.rint(np.minimum(np.maximum(metres, -_FARTHEST), _FARTHEST) * PER_METRE).astype(np.int64)
+    beside = metres.view(np.int64) - (units / PER_METRE).view(np.int64)
     beside += 2
     # A negative one is large without its sign, and so no number from 0 to 3.
-    return units, np.minimum(beside.view(np.uint64), np.uint64(4)).view(np.int64)
+    return units, np.minimum(beside.view(np.uint64), _NONE).view(np.int64)
 
 
 def _ways(poses: Poses) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Return for each pose the number of the way it heads, and whether it is one of the eight in the plane."""
+    """Return for each pose the number of the way it heads, and whether it is none of the eight in the plane."""
     words = np.ascontiguousarray(poses).view(np.uint64)
     sine = np.ascontiguousarray(words[:, 5])
     way = _WAYS[(sine * _TO_WAY) >> _SIXTEENTH]
-    flat = (words[:, 2] | words[:, 3] | words[:, 4]) == 0
-    return way, flat & (sine == _WORDS[way, 0]) & (words[:, 6] == _WORDS[way, 1])
-
-
-def _all_between(true: NDArray[np.bool_], begins: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Tell of each stretch whether all in it is true; in an empty one it is."""
-    wrong = np.concatenate(([0], np.cumsum(~true)))
-    result: NDArray[np.bool_] = wrong[np.maximum(begins, ends)] == wrong[np.minimum(begins, len(true))]
-    return result
+    wrong = (words[:, 2] | words[:, 3] | words[:, 4]) != 0
+    return way, wrong | (sine != _SINES[way]) | (words[:, 6] != _COSINES[way])
