@@ -48,7 +48,7 @@ def write_body(
     for pose, foreseen in (
         (first, (numbers[4], numbers[5], *quaternion_near(numbers[6]))),
         (last, (numbers[7], numbers[8], *quaternion_near(numbers[9]))),
-        (before, (0.0, 0.0, *heading)),
+        (before, (last[0], last[1], *heading)),  # on a grid one of both is often the same
     ):
         values += pose[0], pose[1], pose[5], pose[6]
         expected += foreseen
@@ -109,7 +109,7 @@ class Body:
         """Return (3, 7): the first pose, the last but one and the last."""
         at, poses = self._tokens[_COUNT:], np.zeros((3, 7))
         first, last = self.ends()
-        before = value_of(at[8]), value_of(at[9])
+        before = value_of(at[8], last[0]), value_of(at[9], last[1])
         heading = quaternion_towards(last[0] - before[0], last[1] - before[1])
         start, goal = (quaternion_near(value_of(self._tokens[i])) for i in (6, 9))
         ends = (first, at[2:4], start), (before, at[10:12], heading), (last, at[6:8], goal)
