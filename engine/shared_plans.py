@@ -34,6 +34,7 @@ class SharedPlans:
         self._elsewhere = elsewhere
         self._clock = clock
         self._machine: tuple[MachineClient, asyncio.AbstractEventLoop, int] | None = None
+        self._refused = False
 
     def ask(self, machine: MachineClient) -> None:
         """Ask this machine from now on, on the loop that runs here."""
@@ -64,10 +65,13 @@ class SharedPlans:
             found = await machine.find_plans(question)
             size = sum(len(candidate.plan.poses) for candidate in found)
         except PPaaSError as error:
-            logger.warning("no plans that are kept can be found: %s", error)
+            # Told once: who plans on without them would say so with every plan.
+            logger.log(logging.DEBUG if self._refused else logging.WARNING, "no kept plans can be found: %s", error)
+            self._refused = True
             return []
         finally:
             self._times.link.note(size, self._clock() - began)
+        self._refused = False
         return [stored_plan(candidate) for candidate in found]
 
 
