@@ -1,5 +1,6 @@
 """Everything but maps in Cassandra: for more than one machine, and for data that outlives any of them."""
 
+from ppaas.plans.chunks import inner_granularity
 from storage.cassandra_accounts import CassandraAccounts
 from storage.cassandra_address import parse_address
 from storage.cassandra_history import CassandraHistory
@@ -27,7 +28,7 @@ class CassandraStore(CassandraAccounts, CassandraRobots, CassandraHistory, Cassa
     def __init__(self, url: str) -> None:
         address = parse_address(url)
         self._session = CassandraSession(address)
-        self._granularity = address.granularity
+        self._granularity = inner_granularity(address.granularity)
 
     def close(self) -> None:
         """Let go of the connections."""
