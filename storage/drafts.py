@@ -102,9 +102,9 @@ def mapped(path: Path) -> Buffer:
         return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
 
 
-def blocks(data: Buffer) -> Iterator[bytes]:
-    """Return what is in a file, block by block."""
-    return (data[start : start + BLOCK] for start in range(0, len(data), BLOCK))
+def blocks(data: Buffer, size: int = BLOCK) -> Iterator[bytes]:
+    """Return what is in a file, so many bytes at a time."""
+    return (data[start : start + size] for start in range(0, len(data), size))
 
 
 @contextmanager

@@ -29,6 +29,9 @@ def _files(content: dict[str, Any]) -> Responses:
     return {200: {"description": "The file, byte for byte", "content": content}} | KNOWN | problems(404)
 
 
+_AT_ONCE = 1 << 20
+"""Bytes that a thread is asked for: each time costs as much as to send some ten thousand of them."""
+
 YAML_TYPE = "application/yaml"
 OCTOMAP_TYPE = "application/octet-stream"
 _BYTES = {"schema": {"type": "string", "format": "binary"}}
@@ -120,7 +123,7 @@ def _file(services: Services, user: User, map_id: str, part: str, version: str |
     kinds = {YAML: YAML_TYPE, OCTOMAP: OCTOMAP_TYPE}
     kind = kinds[part] if part in kinds else media_type(data)
     headers = {"X-Content-Type-Options": "nosniff", "Content-Length": str(len(data))}
-    return StreamingResponse(blocks(data), media_type=kind, headers=headers)
+    return StreamingResponse(blocks(data, _AT_ONCE), media_type=kind, headers=headers)
 
 
 def _difference(services: Services, user: User, map_id: str, old: str, new: str | None) -> MapDifference:
