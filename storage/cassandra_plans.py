@@ -8,7 +8,7 @@ from typing import Any
 from ppaas.errors import Conflict, NotFound
 from storage.cassandra_entries import GRACE, CassandraEntries
 from storage.cassandra_plan_rows import PlanRow, array_of, bucket_of, plan_rows, with_poses
-from storage.cassandra_session import CassandraSession, Write
+from storage.cassandra_session import BYTES_TOGETHER, CassandraSession, Write
 from storage.cassandra_squares import Squares
 from storage.encoding import decode
 from storage.names import check_name
@@ -17,8 +17,8 @@ from storage.records import PlanRecord
 
 PAGE = 128
 
-BATCH = 4 << 10
-"""Bytes that are written together, about; of 5 KiB and more Cassandra warns."""
+LARGE = 32 << 10
+"""Bytes of a plan that are too many to be written in one step: Cassandra takes 50 KiB."""
 
 _PLAN = "SELECT head, scope, before, ends, recipe, depth FROM plans WHERE id = ?"
 _COLUMNS = "head = ?, scope = ?, before = ?, ends = ?, recipe = ?, depth = ?, count = ?"
@@ -163,10 +163,14 @@ def _together(rows: Sequence[PlanRow]) -> Iterator[list[Write]]:
     size = 0
     for row in rows:
         mine = 2 * len(row.head) + len(row.ends) + len(row.recipe)
-        if writes and size + mine > BATCH:
+        parts = [(_INSERT, (*_values(row), row.record.id)), *_index(row)]
+        if mine > LARGE:
+            yield from ([part] for part in parts)
+            continue
+        if writes and size + mine > BYTES_TOGETHER:
             yield writes
             writes, size = [], 0
-        writes += [(_INSERT, (*_values(row), row.record.id)), *_index(row)]
+        writes += parts
         size += mine
     if writes:
         yield writes

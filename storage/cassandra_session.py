@@ -6,7 +6,7 @@ from typing import Any
 
 from cassandra.cluster import ResultSet, Session
 from cassandra.concurrent import execute_concurrent, execute_concurrent_with_args
-from cassandra.query import BatchStatement, PreparedStatement
+from cassandra.query import BatchStatement, BatchType, PreparedStatement
 
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
@@ -18,6 +18,9 @@ AT_ONCE = 128
 """Requests that are under way at a time where many are sent."""
 
 NO_LIMIT = 2**31 - 1
+
+MOST_TOGETHER, BYTES_TOGETHER = 10, 4 << 10
+"""Rows, and bytes of them, that are sent together, about; of more partitions, and of 5 KiB, Cassandra warns."""
 
 Write = tuple[str, Sequence[Any]]
 """A statement and its values."""
@@ -82,10 +85,11 @@ class CassandraSession:
             return bool(self._execute_batch(writes).was_applied)
 
     def write_each(self, cql: str, rows: Iterable[Sequence[Any]]) -> None:
-        """Write many rows at once, each for itself; the first error ends it."""
+        """Write many rows, each for itself; the first error ends it."""
         with driver_errors(self._address):
-            session, statement = self._session(), self._statement(cql)
-            execute_concurrent_with_args(session, statement, list(rows), AT_ONCE, raise_on_first_error=True)
+            groups = ([(cql, row) for row in group] for group in _small_groups(rows))
+            batches = [(self._batch(group, BatchType.UNLOGGED), None) for group in groups]
+            execute_concurrent(self._session(), batches, AT_ONCE, raise_on_first_error=True)
 
     def write_together_each(self, groups: Iterable[Sequence[Write]]) -> None:
         """Write many groups at once, each as ``write_together`` does; the first error ends it."""
@@ -114,8 +118,8 @@ class CassandraSession:
     def _execute_batch(self, writes: Iterable[Write]) -> ResultSet:
         return self._session().execute(self._batch(writes))
 
-    def _batch(self, writes: Iterable[Write]) -> BatchStatement:
-        batch = BatchStatement()
+    def _batch(self, writes: Iterable[Write], kind: BatchType = BatchType.LOGGED) -> BatchStatement:
+        batch = BatchStatement(kind)
         for cql, values in writes:
             batch.add(self._statement(cql), values)
         return batch
@@ -149,3 +153,18 @@ class CassandraSession:
         except Unavailable as error:
             self._failed = monotonic() + RECONNECT, error
             raise
+
+
+def _small_groups(rows: Iterable[Sequence[Any]]) -> Iterator[list[Sequence[Any]]]:
+    """Yield rows, some at a time: as many as Cassandra takes without a warning."""
+    group: list[Sequence[Any]] = []
+    size = 0
+    for row in rows:
+        mine = sum(len(value) for value in row if isinstance(value, bytes))
+        if group and (len(group) == MOST_TOGETHER or size + mine > BYTES_TOGETHER):
+            yield group
+            group, size = [], 0
+        group.append(row)
+        size += mine
+    if group:
+        yield group

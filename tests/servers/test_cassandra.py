@@ -214,3 +214,11 @@ def test_a_store_is_swept_by_command(stores: list[CassandraStore], server: Cassa
         check=False,
     )
     assert (done.returncode, done.stdout) == (0, "0 stretches removed\n"), done.stderr
+
+
+def test_a_plan_with_much_to_tell_is_kept(stores: list[CassandraStore]) -> None:
+    long = path("long", seed=1)
+    told = plan("told", poses=long.poses, version="v1", parameters={"much": "x" * 60_000})
+    stores[0].add_plans([long, told, path("other", seed=2)])
+    assert stores[1].plan("told") == told
+    assert len(stores[1].plans("house")) == 3
