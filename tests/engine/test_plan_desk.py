@@ -1,19 +1,16 @@
 """What the machine finds among kept plans for a container, and what it lets it note."""
 
-import numpy as np
 import pytest
 
 from engine import machine_link
 from engine.plan_desk import PlanDesk, stored_plan
 from ppaas.errors import NotPermitted
-from ppaas.geometry import poses_along
 from ppaas.plans.history import LinkHistory, failed_row
 from storage.memory import MemoryStore
-from storage.records import PlanRecord
+from tests.support.kept_plans import PARAMETERS, record
 from tests.support.specs import planning_spec
 
 SPEC = planning_spec()
-PARAMETERS = {"smooth": False}
 
 
 @pytest.fixture
@@ -24,17 +21,6 @@ def store() -> MemoryStore:
 @pytest.fixture
 def desk(store: MemoryStore) -> PlanDesk:
     return PlanDesk(store, "m1")
-
-
-def record(plan_id: str, first: float, last: float, **changes: object) -> PlanRecord:
-    """Return a plan along the x axis, as another user's robot may have made it."""
-    poses = poses_along(np.stack((np.arange(first, last + 0.5), np.zeros(int(last - first) + 1)), axis=1))
-    fields = {
-        "id": plan_id, "user": "bob", "map": SPEC.map.id, "version": SPEC.map.version, "planner": "dijkstra",
-        "start": (first, 0.0, 0.0), "goal": (last, 0.0, 0.0), "length": last - first, "cost": 1.0, "seconds": 0.1,
-        "poses": poses.astype("<f8").tobytes(), "created": 1.0, "parameters": PARAMETERS | {"bare_map": True},
-    }  # fmt: skip
-    return PlanRecord(**(fields | changes))
 
 
 def find(desk: PlanDesk, start: float, goal: float, *, kinematic: bool = False) -> list[machine_link.Candidate]:
