@@ -42,6 +42,10 @@ def test_every_entry_point_loads(group, name, value):
         assert loaded.HELP
         assert callable(loaded.configure)
         assert callable(loaded.run)
+    elif group == "ppaas.benchmarks":
+        assert loaded.HELP
+        assert callable(loaded.configure)
+        assert callable(loaded.measure)
     else:
         assert callable(loaded)
 
