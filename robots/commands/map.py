@@ -4,15 +4,17 @@ import argparse
 import asyncio
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidInput
 from robots.commands.map_versions import diff, list_versions, roll_back, whole_version
 from robots.commands.resource import Resource
 from robots.commands.session import add_limit_argument, add_session_arguments, logged_in
 from robots.commands.table import show
-from robots.rest import RestClient
 from robots.rest_paths import path_of
+
+if TYPE_CHECKING:
+    from robots.rest import RestClient
 
 NAME = "map"
 HELP = "publish, list, show, change, compare, roll back, fetch and delete maps"
@@ -121,7 +123,7 @@ async def _fetch(arguments: argparse.Namespace) -> None:
         sys.stdout.writelines(f"{file}\n" for file in written)
 
 
-async def _fetch_grid(client: RestClient, arguments: argparse.Namespace, path: tuple[str, ...]) -> list[Path]:
+async def _fetch_grid(client: "RestClient", arguments: argparse.Namespace, path: tuple[str, ...]) -> list[Path]:
     from robots.sim.map_file import beside  # noqa: PLC0415 - reading YAML takes more than the base install
 
     yaml, image = beside(arguments.to, arguments.id, await client.fetch(path_of(*path, "yaml")))
@@ -130,7 +132,7 @@ async def _fetch_grid(client: RestClient, arguments: argparse.Namespace, path: t
     return [yaml, image]
 
 
-async def _fetch_octomap(client: RestClient, arguments: argparse.Namespace, path: tuple[str, ...]) -> Path:
+async def _fetch_octomap(client: "RestClient", arguments: argparse.Namespace, path: tuple[str, ...]) -> Path:
     file: Path = arguments.to / f"{arguments.id}.bt"
     await client.fetch_to(path_of(*path, "octomap"), file)
     return _rightly_named(file)

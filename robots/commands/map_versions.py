@@ -3,13 +3,15 @@
 import argparse
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import NotFound
 from robots.commands.session import logged_in
 from robots.commands.table import SHORT_HASH, show
-from robots.rest import RestClient
 from robots.rest_paths import path_of
+
+if TYPE_CHECKING:
+    from robots.rest import RestClient
 
 WHOLE = 64
 """Characters of a version; fewer name it too, where they begin no other."""
@@ -46,7 +48,7 @@ async def roll_back(arguments: argparse.Namespace) -> None:
     show(said, ROLLED_BACK, as_json=arguments.json)
 
 
-async def whole_version(client: RestClient, map_id: str, begin: str | None) -> str | None:
+async def whole_version(client: "RestClient", map_id: str, begin: str | None) -> str | None:
     """Return the version that begins so, as a table shows it; None stays.
 
     Raises
@@ -72,7 +74,7 @@ def _for_people(found: dict[str, Any]) -> dict[str, Any]:
     return found | shown
 
 
-async def _draw(client: RestClient, map_id: str, found: dict[str, Any], picture: Path) -> None:
+async def _draw(client: "RestClient", map_id: str, found: dict[str, Any], picture: Path) -> None:
     from robots.plans.change import write_change  # noqa: PLC0415 - pictures and maps take more than the base install
     from robots.plans.plot import check_picture  # noqa: PLC0415
 

@@ -1,11 +1,10 @@
 """``ppaas plan find|set|put|parts|statistics``: the Path Plan Database of a cloud."""
 
 import argparse
+import json
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
-
-import msgspec
 
 from ppaas.errors import InvalidInput
 from robots.commands.robot import merge_patch
@@ -73,10 +72,10 @@ async def _statistics(arguments: argparse.Namespace) -> None:
 
 def _read(file: Path) -> Any:
     try:
-        return msgspec.json.decode(file.read_bytes())
+        return json.loads(file.read_bytes())
     except OSError as error:
         raise InvalidInput(f"{file}: {error.strerror}") from error
-    except msgspec.DecodeError as error:
+    except ValueError as error:
         raise InvalidInput(f"{file} is no JSON: {error}") from error
 
 
