@@ -11,10 +11,10 @@ from ppaas.planners.hub_labels.graph import (
     ANY_PRICE,
     CORNERS_A_SLICE,
     Contracted,
+    Contraction,
     Graph,
     Ground,
     Rectangle,
-    contract_graph,
     lay_ground,
     link_corners,
     mend_ground,
@@ -34,11 +34,14 @@ from ppaas.planners.hub_labels.labels import Pool, label
 
 ENTRIES_A_SLICE = 1 << 17
 
-MOST_BYTES, CELLS_OF_MOST_BYTES = 38e6, 1 << 20
+MOST_BYTES, CELLS_OF_MOST_BYTES = 39e6, 1 << 20
 """How large an index may be, and up to how many cells that holds; that of a larger map may be larger in proportion."""
 
-BYTES_AN_ENTRY, BYTES_A_CORNER = 14, 100
-"""What an entry of a label takes, and a corner besides: its numbers, landmarks or edges in the fringe."""
+BYTES_AN_ENTRY, BYTES_AN_EDGE, BYTES_A_RUN, BYTES_A_CORNER = 14, 12, 2, 20
+"""What is taken by an entry of a label, an edge of the fringe, a run of a way, and the numbers of a corner."""
+
+CORE_IN_CLUTTER = 6000
+"""Corners that a core may have where corners see few others: labels grow with it."""
 
 
 def build_index(free: NDArray[np.bool_], *, threads: int, check: Callable[[], None]) -> Words:
@@ -101,21 +104,30 @@ def _index(
     ground: Ground, prices: Integers, inherited: Integers | None, threads: int, check: Callable[[], None]
 ) -> Words:
     graph = link_corners(ground, threads=threads, check=check)
-    contracted = contract_graph(graph, prices, check=check)
+    contraction = Contraction(graph, prices)
+    contracted = contraction.run(check=check)
+    if graph.is_cluttered and contraction.core > CORE_IN_CLUTTER:
+        contracted = contraction.run(CORE_IN_CLUTTER, check=check)
     # A hub and an end of a path are so far apart at most, or the length of the path to the corner before would not fit.
     longest = int(FAR - DIAGONAL * (ground.terrain[ROWS] + ground.terrain[COLUMNS]))
-    room = label_room(ground, contracted)
-    pool = label(contracted, inherited, room=room, longest=longest, threads=threads, check=check)
-    return _Assembly(ground, graph, contracted, pool).assemble(check)
+    while True:
+        check()
+        room = label_room(ground, contracted)
+        pool = label(contracted, inherited, room=room, longest=longest, threads=threads, check=check)
+        if pool is not None:
+            return _Assembly(ground, graph, contracted, pool).assemble(check)
+        contracted = contraction.run(contraction.core * 3 // 4, check=check)
 
 
 def label_room(ground: Ground, contracted: Contracted) -> int:
     """Return how many entries labels may have, for an index that is not too large."""
     rows, columns, corners = int(ground.terrain[ROWS]), int(ground.terrain[COLUMNS]), len(ground.places)
-    ways = 2 * (layout.WAY_HEAD * len(contracted.edges) + int(contracted.edges[:, RUNS].sum(dtype=np.int64)))
-    others = ground.terrain.nbytes + BYTES_A_CORNER * corners + ways
+    listed, upwards = contracted.listed()
+    runs = layout.WAY_HEAD * int(np.count_nonzero(listed)) + int(contracted.edges[listed, RUNS].sum(dtype=np.int64))
+    edges = BYTES_AN_EDGE * int(np.count_nonzero(upwards))
+    others = ground.terrain.nbytes + BYTES_A_CORNER * corners + edges + BYTES_A_RUN * runs
     most = MOST_BYTES * max(1.0, rows * columns / CELLS_OF_MOST_BYTES)
-    return max(0, int(most) - others) // BYTES_AN_ENTRY
+    return int(max(0.0, most - others)) // BYTES_AN_ENTRY
 
 
 class _Assembly:

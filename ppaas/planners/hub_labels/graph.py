@@ -11,7 +11,7 @@ from ppaas.planners.hub_labels.kernels.contraction import (
     CONTRACTED,
     EDGES,
     QUEUED,
-    ROOM,
+    TO,
     contract,
     link_edges,
 )
@@ -29,6 +29,9 @@ FEW_SEEN = 8
 SETTLED_IN_THE_OPEN, SETTLED_IN_CLUTTER = 12, 40
 """Nodes that a search for another way settles before a shortcut is made. To look further leaves a smaller core: that is
 ordered better than what is contracted, so it is worth it only where the core would be too large."""
+
+MOST_NEIGHBOURS = 16
+"""Neighbours that a node may have to be contracted, unless the core has to be smaller."""
 
 HEAP = 1 << 12
 """Nodes that may wait in such a search; further ones are not looked at."""
@@ -73,13 +76,25 @@ class Graph:
 
 @dataclass(frozen=True, slots=True)
 class Contracted:
-    """A contracted graph: linked lists of edges, as `kernels.contraction` has them, and the nodes in their order."""
+    """A contracted graph: linked lists of edges, as `kernels.contraction` has them, and the nodes in their order.
+
+    An edge is in the list of the node from which it leads, unless that was contracted after the other one.
+    """
 
     head: Integers
     after: Integers
     edges: Integers
     levels: Integers
     order: Integers
+
+    def listed(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return which edges are in a list, and which of them in that of a node that was contracted."""
+        last = len(self.head)
+        turns = np.full(last, last, np.int32)
+        turns[self.order] = np.arange(len(self.order))
+        to = turns[self.edges[:, TO]].reshape(-1, 2)
+        origin = to[:, ::-1]
+        return (to >= origin).ravel(), (to > origin).ravel()
 
 
 def lay_ground(free: NDArray[np.bool_], *, threads: int, check: Callable[[], None]) -> Ground:
@@ -134,31 +149,72 @@ def link_corners(ground: Ground, *, threads: int, check: Callable[[], None]) -> 
     return Graph(ground.places, starts, to, lengths)
 
 
-def contract_graph(graph: Graph, prices: Integers = ANY_PRICE, *, check: Callable[[], None]) -> Contracted:
-    """Contract all nodes but those of the core; in the order of their ``prices``, where these are given."""
-    nodes = len(graph.starts) - 1
-    room = len(graph.to) + len(graph.to) // 2 + 2 * ROOM
-    head, (degrees, levels, order) = np.full(nodes, -1, np.int32), np.zeros((3, nodes), np.int32)
-    after, edges = np.empty(room, np.int32), np.empty((room, 5), np.int32)
-    counts = np.zeros(5, np.int64)
-    check()
-    link_edges(graph.places, graph.starts, graph.to, graph.lengths, head, after, edges, degrees, counts)
-    queue, lengths = np.arange(nodes), np.zeros(nodes, np.int64)
-    if len(prices):
-        queue = np.sort((prices.astype(np.int64) << 32) | queue)
-    queued, heap = np.ones(nodes, np.bool_), np.empty(HEAP, np.int64)
-    settle = SETTLED_IN_CLUTTER if graph.is_cluttered else SETTLED_IN_THE_OPEN
-    counts[QUEUED] = nodes
-    while True:
-        check()
-        done = contract(
-            head, after, edges, degrees, levels, order, queued, queue, prices, lengths, heap, counts,
-            settle, WORK_A_SLICE,
+class Contraction:
+    """A graph that is contracted further and further.
+
+    Parameters
+    ----------
+    graph : Graph
+    prices : int32 array
+        The nodes are contracted in the order of these, where they are given.
+    """
+
+    def __init__(self, graph: Graph, prices: Integers = ANY_PRICE) -> None:
+        nodes, edges = len(graph.starts) - 1, len(graph.to)
+        self._graph, self._prices = graph, prices
+        self._head = np.full(nodes, -1, np.int32)
+        self._degrees, self._levels, self._order = np.zeros((3, nodes), np.int32)
+        self._after, self._edges = np.empty(edges, np.int32), np.empty((edges, 5), np.int32)
+        self._lengths, self._limits = np.zeros((2, nodes), np.int64)
+        self._counts = np.zeros(5, np.int64)
+        link_edges(
+            graph.places, graph.starts, graph.to, graph.lengths,
+            self._head, self._after, self._edges, self._degrees, self._counts,
         )  # fmt: skip
-        if done:
-            break
-        if counts[EDGES] + ROOM > len(after):
-            after = np.resize(after, 2 * len(after))
-            edges = np.resize(edges, (2 * len(edges), 5))
-    used = counts[EDGES]
-    return Contracted(head, after[:used], edges[:used], levels, order[: counts[CONTRACTED]])
+        self._most = MOST_NEIGHBOURS
+
+    @property
+    def core(self) -> int:
+        """Return how many nodes are not contracted."""
+        return len(self._order) - int(self._counts[CONTRACTED])
+
+    def run(self, core: int | None = None, *, check: Callable[[], None]) -> Contracted:
+        """Contract nodes with few neighbours, and return what there is then.
+
+        If ``core`` is given, nodes with more and more neighbours are contracted until no more than so many are left.
+        """
+        self._contract(core or 0, check)
+        while core is not None and self.core > core:
+            self._most *= 2
+            self._contract(core, check)
+        used = self._counts[EDGES]
+        order = self._order[: self._counts[CONTRACTED]]
+        return Contracted(self._head, self._after[:used], self._edges[:used], self._levels, order)
+
+    def _contract(self, core: int, check: Callable[[], None]) -> None:
+        nodes, most, counts = len(self._head), self._most, self._counts
+        queued = np.ones(nodes, np.bool_)
+        queued[self._order[: counts[CONTRACTED]]] = False
+        queue = np.zeros(nodes, np.int64)
+        counts[QUEUED] = queued.sum()
+        queue[: counts[QUEUED]] = np.flatnonzero(queued)
+        if len(self._prices):
+            queue[: counts[QUEUED]] |= self._prices[queued].astype(np.int64) << 32
+            queue[: counts[QUEUED]].sort()
+        settle = SETTLED_IN_CLUTTER if self._graph.is_cluttered else SETTLED_IN_THE_OPEN
+        heap = np.empty(HEAP, np.int64)
+        done = False
+        while not done:
+            check()
+            self._make_room(most * most)
+            done = contract(
+                self._head, self._after, self._edges, self._degrees, self._levels, self._order, queued, queue,
+                self._prices, self._lengths, self._limits, heap, counts,
+                most, core, settle * most // MOST_NEIGHBOURS, WORK_A_SLICE,
+            )  # fmt: skip
+
+    def _make_room(self, edges: int) -> None:
+        if self._counts[EDGES] + edges > len(self._after):
+            room = edges + len(self._after) * 3 // 2
+            self._after = np.resize(self._after, room)
+            self._edges = np.resize(self._edges, (room, 5))

@@ -83,20 +83,21 @@ class _Ranked:
 def label(
     contracted: Contracted, inherited: Integers | None, *, room: int, longest: int, threads: int,
     check: Callable[[], None],
-) -> Pool:  # fmt: skip
+) -> Pool | None:  # fmt: skip
     """Order the nodes of a contracted graph, those of the core by inherited ranks if there are any, and label them.
 
-    The most important ones are labelled, as many as there is room for, and always the core.
+    The most important ones are labelled, as many as there is room for; there is no pool if that is less than the core.
 
     Raises
     ------
     InvalidPlanner
-        A way between two corners is longer than ``longest``, or the core is too large.
+        A way between two corners is longer than ``longest``.
     """
     ranked = _rank(contracted, inherited, threads=threads, check=check)
     edges = edges_of(contracted, ranked.nodes, ranked.ranks)
     pool = Pool(ranked.ranks)
-    _label_core(pool, edges, ranked.core, room=room, longest=longest, check=check)
+    if not _label_core(pool, edges, ranked.core, room=room, longest=longest, check=check):
+        return None
     levels = contracted.levels[ranked.nodes]
     _label_rest(pool, edges, levels, ranked.core, room=room, longest=longest, threads=threads, check=check)
     return pool
@@ -120,7 +121,7 @@ def _rank(contracted: Contracted, inherited: Integers | None, *, threads: int, c
     return _Ranked(nodes, ranks, len(core))
 
 
-def _label_core(pool: Pool, edges: Edges, core: int, *, room: int, longest: int, check: Callable[[], None]) -> None:
+def _label_core(pool: Pool, edges: Edges, core: int, *, room: int, longest: int, check: Callable[[], None]) -> bool:
     reach, of_root = np.full((2, core), FAR, np.int32)
     rooms, came, touched = np.zeros((3, core), np.int32)
     heap = np.empty(edges.starts[core] + 1, np.int64)
@@ -138,13 +139,14 @@ def _label_core(pool: Pool, edges: Edges, core: int, *, room: int, longest: int,
         if state[TOO_LONG]:
             raise _too_long(longest)
         if state[POOL] > MOST_OVER * room:
-            raise InvalidPlanner("the map is too cluttered for an index of hub labels; choose another planner")
+            return False
         if done:
             break
         if (state == before).all():
             pool.extend(pool.room, check)
     pool.used = int(state[POOL])
     pool.labelled = core
+    return int((pool.ends - pool.begins)[:core].sum()) <= room
 
 
 def _label_rest(

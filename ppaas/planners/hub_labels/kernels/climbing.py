@@ -15,10 +15,9 @@ from ppaas.planners.hub_labels.kernels.layout import (
     LABELS,
     RANKS,
     TABLE,
-    WAY_MOVES,
     WAYS,
     integers_of,
-    long_at,
+    moves_of,
     shorts_of,
 )
 from ppaas.planners.hub_labels.kernels.scan import Integers
@@ -108,7 +107,7 @@ def lead(index: Words, scratch: Integers, end: int, corner: int, first: int, ste
     scratch[CORNER + end] = below
     for i in range(count - 1, -1, -1):
         route[first + step * i] = came[corner]
-        scratch[MOVES] += long_at(ways, came[corner] + WAY_MOVES)
+        scratch[MOVES] += moves_of(ways, came[corner])
         corner = before[corner]
     return count
 

@@ -2,7 +2,7 @@
 
 To contract a node is to take it out and to put a shortcut in for each pair of its neighbours that have no other way as
 short (Geisberger, Sanders, Schultes and Delling, "Contraction Hierarchies", WEA 2008). The node with the fewest
-shortcuts goes first; its price is told again when its turn comes. What is left has more neighbours than `MOST` and is
+shortcuts goes first; its price is told again when its turn comes. What is left, nodes with many neighbours each, is
 called the core.
 
 Edges lie in pairs: e leads from a to b, e ^ 1 from b to a. The edges of a node are a linked list, from ``head`` on by
@@ -22,13 +22,13 @@ from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import Rows
 from ppaas.planners.kernels.bare import bare, joined
 
-MOST = 16
-"""Neighbours that a node may have to be contracted."""
-
-ROOM = 2 * MOST * MOST
-"""Edges for which there must be room before a node is contracted."""
+SATISFIED = np.iinfo(np.int64).max
+"""Stands for the length that another way to a neighbour may have at most, once one is found."""
 
 TO, LENGTH, LEFT, RIGHT, RUNS = range(5)
+
+ERA = 1 << 32
+"""What is written by one search lies so far from that of the next."""
 
 BIAS = np.int64(1) << 20
 """Added to prices, so that none is negative."""
@@ -112,7 +112,7 @@ def _unlink(edge: int, node: int, head: Integers, after: Integers) -> None:
 @bare
 def _find_shortcuts(
     node: int, settle: int, head: Integers, after: Integers, edges: Integers,
-    lengths: Words, heap: Words, near: Integers, pairs: Integers, counts: Words,
+    lengths: Words, limits: Words, heap: Words, near: Integers, pairs: Integers, counts: Words,
 ) -> int:  # fmt: skip
     """Write the edges of a node to ``near`` and pairs of them that need a shortcut to ``pairs``; return how many."""
     degree = 0
@@ -128,20 +128,23 @@ def _find_shortcuts(
         for j in range(i + 1, degree):
             most = max(most, int(own + edges[near[j], LENGTH]))
         counts[SEARCHES] += 1
-        era = -(int(counts[SEARCHES]) << 32)  # what an earlier search wrote is larger than all of this one
+        era = -(int(counts[SEARCHES]) * ERA)  # what an earlier search wrote is larger than all of this one
         lengths[node] = era
-        _search(edges[near[i], TO], settle, most, era, head, after, edges, lengths, heap, counts)
         for j in range(i + 1, degree):
-            if lengths[edges[near[j], TO]] > era + own + edges[near[j], LENGTH]:
-                pairs[found] = i * MOST + j
+            limits[edges[near[j], TO]] = era + own + edges[near[j], LENGTH]
+        wanted = degree - 1 - i
+        _search(edges[near[i], TO], settle, most, wanted, era, head, after, edges, lengths, limits, heap, counts)
+        for j in range(i + 1, degree):
+            if limits[edges[near[j], TO]] != SATISFIED:
+                pairs[found] = i * len(near) + j
                 found += 1
     return found
 
 
 @bare
 def _search(
-    source: int, settle: int, most: int, era: int, head: Integers, after: Integers, edges: Integers,
-    lengths: Words, heap: Words, counts: Words,
+    source: int, settle: int, most: int, wanted: int, era: int, head: Integers, after: Integers, edges: Integers,
+    lengths: Words, limits: Words, heap: Words, counts: Words,
 ) -> None:  # fmt: skip
     lengths[source] = era
     size = push(heap, 0, 0, source)
@@ -159,6 +162,11 @@ def _search(
             if further <= most and era + further < lengths[to] and size < len(heap):
                 lengths[to] = era + further
                 size = push(heap, size, further, to)
+                if limits[to] < era + ERA and era + further <= limits[to]:
+                    limits[to] = SATISFIED
+                    wanted -= 1
+                    if wanted == 0:
+                        return
             edge = after[edge]
 
 
@@ -174,7 +182,7 @@ def _take_out(
         degrees[neighbour] -= 1
         levels[neighbour] = max(levels[neighbour], levels[node] + 1)
     for pair in range(found):
-        left, right = near[pairs[pair] // MOST], near[pairs[pair] % MOST]
+        left, right = near[pairs[pair] // len(near)], near[pairs[pair] % len(near)]
         a, b = edges[left, TO], edges[right, TO]
         length, runs = edges[left, LENGTH] + edges[right, LENGTH], edges[left, RUNS] + edges[right, RUNS]
         edge = head[a]
@@ -192,8 +200,8 @@ def _take_out(
 @njit(cache=True, nogil=True, error_model="numpy")
 def contract(
     head: Integers, after: Integers, edges: Integers, degrees: Integers, levels: Integers, order: Integers,
-    queued: NDArray[np.bool_], queue: Words, prices: Integers, lengths: Words, heap: Words, counts: Words,
-    settle: int, budget: int,
+    queued: NDArray[np.bool_], queue: Words, prices: Integers, lengths: Words, limits: Words, heap: Words,
+    counts: Words, most: int, core: int, settle: int, budget: int,
 ) -> bool:  # fmt: skip
     """Contract nodes until so many edges were looked at, or there is no room for more; return whether all is done.
 
@@ -211,25 +219,31 @@ def contract(
         A heap of nodes by the price of contracting them, ``counts[QUEUED]`` long; at first all, at 0 or their own.
     prices : (n,) int32 array
         What it costs to contract each, where that is known before; else empty.
-    lengths : (n,) int64 array
-        Larger than nothing at first.
+    lengths, limits : (n,) int64 arrays
+        Scratch; 0 at first.
     heap : int64 array
         Scratch; the longer, the further searches go.
     counts : (5,) int64 array
+    most : int
+        Neighbours that a node may have to be contracted.
+    core : int
+        How many nodes are left at least.
     settle : int
         Nodes that a search for another way may settle.
     budget : int
     """
-    near, pairs = np.empty(MOST, np.int32), np.empty(MOST * MOST, np.int32)
+    near, pairs = np.empty(most, np.int32), np.empty(most * most, np.int32)
     counts[WORK] = 0
-    while counts[QUEUED] > 0 and counts[WORK] < budget and counts[EDGES] + ROOM <= len(after):
+    while counts[QUEUED] > 0 and counts[WORK] < budget and counts[EDGES] + most * most <= len(after):
+        if len(head) - counts[CONTRACTED] <= core:
+            return True
         node = queue[0] & NODE
         counts[QUEUED] = pop(queue, counts[QUEUED])
         queued[node] = False
         counts[WORK] += 1
-        if degrees[node] > MOST:
+        if degrees[node] > most:
             continue
-        found = _find_shortcuts(node, settle, head, after, edges, lengths, heap, near, pairs, counts)
+        found = _find_shortcuts(node, settle, head, after, edges, lengths, limits, heap, near, pairs, counts)
         price = 2 * (found - degrees[node]) + levels[node] + BIAS
         if len(prices) == 0 and counts[QUEUED] > 0 and ((price << 32) | node) > queue[0]:
             counts[QUEUED] = push(queue, counts[QUEUED], price, node)
@@ -240,7 +254,7 @@ def contract(
         counts[CONTRACTED] += 1
         for i in range(degrees[node]):
             neighbour = edges[near[i], TO]
-            if not queued[neighbour] and degrees[neighbour] <= MOST:
+            if not queued[neighbour] and degrees[neighbour] <= most:
                 counts[QUEUED] = push(queue, counts[QUEUED], prices[neighbour] if len(prices) else 0, neighbour)
                 queued[neighbour] = True
     return bool(counts[QUEUED] == 0)
@@ -266,7 +280,10 @@ def warm() -> None:
         numbers[0],
         far.copy(),
         far.copy(),
+        far.copy(),
         counts,
+        1,
+        0,
         1,
         1,
     )

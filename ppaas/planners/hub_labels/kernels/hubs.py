@@ -15,13 +15,12 @@ from ppaas.planners.hub_labels.kernels.layout import (
     LINK_SIZE,
     LINK_WAY,
     TABLE,
-    WAY_MOVES,
     WAYS,
     Shorts,
     integers_of,
     lengths_after,
     links_after,
-    long_at,
+    moves_of,
     shorts_of,
 )
 from ppaas.planners.hub_labels.kernels.scan import Integers
@@ -120,7 +119,7 @@ def _follow(index: Words, scratch: Integers, end: int, corner: int, link: int) -
             break
         route[np.uint64(at + step * count)] = way
         count += 1
-        scratch[MOVES] += long_at(ways, way + WAY_MOVES)
+        scratch[MOVES] += moves_of(ways, way)
         link = labels[np.uint64(link + LINK_NEXT)]
     scratch[COUNT + end] = count
 

@@ -17,8 +17,6 @@ from ppaas.planners.hub_labels.kernels.layout import (
     MOST_MOVES,
     ROW,
     WAY_HEAD,
-    WAY_MOVES,
-    WAY_RUNS,
     Shorts,
     fringe_size,
     label_size,
@@ -170,7 +168,7 @@ def lay_ways(
 
 @bare
 def _spell(edge: int, corner: int, edges: Rows, places: Rows, begin: int, ways: Shorts, stack: Integers) -> None:
-    at, moves = begin + WAY_HEAD, 0
+    at = begin + WAY_HEAD
     stack[0] = edge
     depth = 1
     while depth > 0:
@@ -191,10 +189,10 @@ def _spell(edge: int, corner: int, edges: Rows, places: Rows, begin: int, ways: 
             at = _put(ways, at, direction_of(down, 0), rows - diagonal)
         else:
             at = _put(ways, at, direction_of(0, right), columns - diagonal)
-        moves += max(rows, columns)
         corner = to
-    _put_long(ways, begin + WAY_RUNS, at - begin - WAY_HEAD)
-    _put_long(ways, begin + WAY_MOVES, moves)
+    runs = at - begin - WAY_HEAD
+    ways[begin] = runs & 0xFFFF
+    ways[begin + 1] = runs >> 16
 
 
 @joined
@@ -205,12 +203,6 @@ def _put(ways: Shorts, at: int, direction: int, moves: int) -> int:
         moves -= run
         at += 1
     return at
-
-
-@joined
-def _put_long(ways: Shorts, at: int, number: int) -> None:
-    ways[at] = number & 0xFFFF
-    ways[at + 1] = number >> 16
 
 
 def warm() -> None:

@@ -11,8 +11,8 @@ Labels are int32. The label of a corner is the hubs of all its entries, two to a
 all their links. A link is two numbers: where the link of the same hub lies in the label one way nearer to the hub, −1
 if the way leads to the hub itself; and where that way lies among the ways, −1 in the hub's own label.
 
-Ways are uint16. A way is how many runs it has and how many moves, each as a lower and an upper half, and the runs: a
-*run* is a direction, and above it how many moves it goes that way. So whoever follows links looks at one place a way,
+Ways are uint16. A way is how many runs it has, as a lower and an upper half, and the runs: a *run* is a direction, and
+above it how many moves it goes that way. So whoever follows links looks at one place a way,
 and whoever writes cells looks at the ways one number after the other.
 """
 
@@ -41,7 +41,7 @@ from the landmarks, by their ranks (uint16); the labels; the ways; the rank of e
 how many were contracted (int32)."""
 
 ROW, COLUMN, LABEL, ENTRIES, CORNER_SIZE = range(5)
-WAY_RUNS, WAY_MOVES, WAY_HEAD = 0, 2, 4
+WAY_HEAD = 2
 LINK_NEXT, LINK_WAY, LINK_SIZE = range(3)
 
 MARKS = LANES
@@ -99,6 +99,15 @@ def links_after(entries: int) -> int:
 
 
 @joined
-def long_at(ways: Shorts, at: int) -> int:
-    """Return a number that lies as a lower and an upper half."""
-    return int(ways[np.uint64(at)]) | (int(ways[np.uint64(at + 1)]) << 16)
+def runs_of(ways: Shorts, way: int) -> int:
+    """Return how many runs a way has."""
+    return int(ways[np.uint64(way)]) | (int(ways[np.uint64(way + 1)]) << 16)
+
+
+@joined
+def moves_of(ways: Shorts, way: int) -> int:
+    """Return how many moves a way has."""
+    moves = np.int64(0)
+    for place in range(way + WAY_HEAD, way + WAY_HEAD + runs_of(ways, way)):
+        moves += ways[np.uint64(place)] >> np.uint16(DIRECTIONS)
+    return int(moves)

@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.layout import DIRECTIONS, WAY_HEAD, WAY_RUNS, Shorts, long_at
+from ppaas.planners.hub_labels.kernels.layout import DIRECTIONS, WAY_HEAD, Shorts, runs_of
 from ppaas.planners.kernels.bare import bare, joined
 
 Cells = NDArray[np.int32]
@@ -87,7 +87,7 @@ def write_straight(flat: Words, at: int, row: int, column: int, to_row: int, to_
 def write_way(flat: Words, at: int, ways: Shorts, way: int) -> int:
     """Write the cells of a way."""
     first = way + WAY_HEAD
-    for place in range(first, first + long_at(ways, way + WAY_RUNS)):
+    for place in range(first, first + runs_of(ways, way)):
         run = int(ways[np.uint64(place)])
         at = write_run(flat, at, run & (COMPASS - 1), run >> DIRECTIONS)
     return at
@@ -97,7 +97,7 @@ def write_way(flat: Words, at: int, ways: Shorts, way: int) -> int:
 def write_back(flat: Words, at: int, ways: Shorts, way: int) -> int:
     """Write the cells of a way from its end to its begin."""
     first = way + WAY_HEAD
-    for place in range(first + long_at(ways, way + WAY_RUNS) - 1, first - 1, -1):
+    for place in range(first + runs_of(ways, way) - 1, first - 1, -1):
         run = int(ways[np.uint64(place)])
         at = write_run(flat, at, (run & (COMPASS - 1)) ^ OPPOSITE, run >> DIRECTIONS)
     return at
