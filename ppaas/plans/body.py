@@ -77,7 +77,8 @@ class Body:
     count: int
     shared: bool
     _tokens: list[Token]
-    _rest: bytes
+    _data: bytes
+    _at: int
     _in_space: bool
 
     def numbers(self) -> list[float]:
@@ -93,10 +94,11 @@ class Body:
 
     def poses(self, shared: list[Poses]) -> Poses:
         """Return the (n, 7) poses, made of the entries between the ends."""
-        first, before, last = self._end_poses()
+        tokens, at = read_tokens(self._data, _COUNT + 12, self._at)
+        first, before, last = self._end_poses(tokens, self._data[at : at + len(_FLAT)])
         between = list(shared)
         if not self.shared and self.count > 3:
-            between.append(poses_of(unpack(self._rest[len(_FLAT) * self._in_space :])))
+            between.append(poses_of(unpack(self._data[at + len(_FLAT) * self._in_space :])))
         parts = [first[None], *between, before[None], last[None]]
         if self.count < 3:
             parts = parts[-self.count :] if self.count == 1 else [parts[0], parts[-1]]
@@ -105,9 +107,9 @@ class Body:
             raise Unavailable(f"plan {self.plan_id!r} has {len(poses)} waypoints of {self.count}: restore a backup")
         return poses
 
-    def _end_poses(self) -> NDArray[np.float64]:
+    def _end_poses(self, tokens: list[Token], spatial: bytes) -> NDArray[np.float64]:
         """Return (3, 7): the first pose, the last but one and the last."""
-        at, poses = self._tokens[_COUNT:], np.zeros((3, 7))
+        at, poses = tokens[_COUNT:], np.zeros((3, 7))
         first, last = self.ends()
         before = value_of(at[8], last[0]), value_of(at[9], last[1])
         heading = quaternion_towards(last[0] - before[0], last[1] - before[1])
@@ -117,7 +119,7 @@ class Body:
             pose[:2] = place
             pose[5:] = value_of(sine, foreseen[0]), value_of(cosine, foreseen[1])
         if self._in_space:
-            poses[:, 2:5] = np.frombuffer(self._rest, "<f8", 9).reshape(3, 3)
+            poses[:, 2:5] = np.frombuffer(spatial, "<f8", 9).reshape(3, 3)
         return poses
 
 
@@ -142,8 +144,8 @@ def read_body(data: bytes) -> Body:
         count |= (data[at] & 127) << shift
         at, shift = at + 1, shift + 7
     count |= (data[at] if at < len(data) else 0) << shift
-    tokens, at = read_tokens(data, _COUNT + 12, at + 1)
-    return Body(plan_id, count, not flags & _INLINE and count > 3, tokens, data[at:], bool(flags & _IN_SPACE))
+    tokens, _ = read_tokens(data, _COUNT + 12, at + 1, _COUNT + 6)  # the rest is for those who want the poses
+    return Body(plan_id, count, not flags & _INLINE and count > 3, tokens, data, at + 1, bool(flags & _IN_SPACE))
 
 
 def places_of_ends(stops: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -40,8 +40,10 @@ def write_numbers(values: Sequence[float], expected: Sequence[float]) -> bytes:
     return heads + b"".join(data)
 
 
-def read_tokens(data: bytes, count: int, at: int) -> tuple[list[Token], int]:
+def read_tokens(data: bytes, count: int, at: int, most: int | None = None) -> tuple[list[Token], int]:
     """Return the tags and codes of numbers that are told from ``at`` on, and where the bytes behind them begin.
+
+    Of the ``count`` that were written only the first ``most`` are read, if that is given.
 
     Raises
     ------
@@ -51,7 +53,7 @@ def read_tokens(data: bytes, count: int, at: int) -> tuple[list[Token], int]:
     heads = at
     at += (count + 1) // 2
     tokens = []
-    for number in range(count):
+    for number in range(count if most is None else most):
         tag = data[heads + number // 2] >> 4 * (number & 1) & 15 if heads + number // 2 < len(data) else 0
         size = _SIZES[tag]
         tokens.append((tag, int.from_bytes(data[at : at + size], "little") if size else 0))
