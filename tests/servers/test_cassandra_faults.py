@@ -75,6 +75,18 @@ def writing(*writes: Callable[[int], None]) -> Iterator[list[Writer]]:
             writer.join()
 
 
+def found_again(store: CassandraStore) -> None:
+    """Wait until a store has found that its Cassandra is back, for which it looks twice a second."""
+    deadline = time.monotonic() + 30.0
+    while True:
+        try:
+            store.users(limit=1)
+            return
+        except Unavailable:
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+
+
 def test_what_was_acknowledged_outlives_kill_9_and_the_store_goes_on(
     store: CassandraStore, cassandra_server: CassandraServer
 ) -> None:
@@ -89,6 +101,7 @@ def test_what_was_acknowledged_outlives_kill_9_and_the_store_goes_on(
             time.sleep(WRITING)
             cassandra_server.kill()
             cassandra_server.start()
+        found_again(store)
         time.sleep(WRITING)
     assert all(writer.acknowledged and writer.failed for writer in (users, plans, many, robots))
     assert {f"u{number}" for number in users.acknowledged} <= {one.id for one in store.users()}
@@ -104,6 +117,7 @@ def test_whatever_is_listed_is_whole(store: CassandraStore, cassandra_server: Ca
         time.sleep(WRITING)
         cassandra_server.kill()
         cassandra_server.start()
+    found_again(store)
     for head in store.plans("house"):
         assert store.plan(head.id) == wandering(head.id)
 
@@ -135,6 +149,7 @@ def test_plans_wait_while_cassandra_is_away_and_arrive_in_order_once(
     while patient.waiting():
         assert time.monotonic() < deadline
         time.sleep(0.05)
+    found_again(store)
     assert list(dict.fromkeys(arrived)) == names
     assert sorted(one.id for one in store.plans("house")) == sorted(names)
     patient.close()
