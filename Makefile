@@ -82,13 +82,14 @@ clean: ## Remove what was made, .venv included
 	rm -rf $(VENV) $(NODE_TESTS)/node_modules build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 	find . -name __pycache__ -type d -not -path './.git/*' -prune -exec rm -rf {} +
 
-# A changed lock makes the environment anew, so that nothing of an older lock stays in it.
+# A changed lock makes the environment anew, so that nothing of an older lock stays in it. Modules are compiled at once, as
+# pip does it: each process would do it again, and in more memory, where Python is told not to write what it compiled.
 $(LOCKED): $(LOCKS)
 	@test -n "$(PYTHON)" || { echo "setup: no Python 3.11 or newer found; install one, or say make PYTHON=/path/to/python" >&2; exit 1; }
 	@echo "setup: $(VENV), by $(PYTHON) and the versions of deploy/requirements.lock"
 	$(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r deploy/bootstrap.lock
-	$(BIN)/uv pip install --quiet --python $(BIN)/python --require-hashes -r deploy/requirements.lock
+	$(BIN)/uv pip install --quiet --compile-bytecode --python $(BIN)/python --require-hashes -r deploy/requirements.lock
 	@touch $@
 
 # roslib, for the test that drives a robot with it; where there is no Node, that test skips and says so.
@@ -99,4 +100,5 @@ $(NODE_TESTS)/node_modules: $(NODE_TESTS)/package-lock.json
 
 $(INSTALLED): $(LOCKED) pyproject.toml
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation --editable .
+	@$(BIN)/python -m compileall -q ppaas engine endpoints storage robots
 	@touch $@

@@ -15,11 +15,12 @@ POOL_HEADER = 48
 SMALL = range(16, 513, 16)
 """Sizes of such blocks."""
 
-LARGE = (65_536, 32_768, 16_384, 8_192, 4_096, 2_048, 1_024, 512, 256, 128, 64, 24)
-"""Sizes of blocks that the C library is asked for: what of a gap is left goes to the next smaller ones."""
+LARGE = (1 << 17, 1 << 16, 1 << 15, 1 << 14, 1 << 13, 1 << 12, 2_048, 1_024, 512, 256, 128, 64, 24)
+"""Sizes of blocks that the C library is asked for: what of a gap is left goes to the next smaller ones.
 
-LARGER = 100_000
-"""Where so much is free it may stay so: it has pages of its own."""
+What is free over whole pages takes no memory before it is used, nor when it is taken. But a child's large arrays would
+come to lie there, and memory that they leave is given back from behind all others only.
+"""
 
 MOST = 1 << 21
 """Bytes that are taken of one size at most, if memory is laid out otherwise than is thought here."""
@@ -57,21 +58,12 @@ def _fill_pools(allocate: Allocate, size: int) -> int:
 
 def _fill_heap(allocate: Allocate, free: Free, end: int) -> int:
     """Take blocks of each size as long as they come from before the end that the heap had."""
-    spared = _spare(allocate, end)
-    taken = 0
+    taken, behind = 0, []
     for size in LARGE:
-        most = taken + MOST
+        most = taken + MOST * (size >> 10 or 1)
         while (address := allocate(size)) + size < end and taken < most:
             taken += size
-        free(address)
-    for address in spared:
+        behind.append(address)
+    for address in behind:
         free(address)
     return taken
-
-
-def _spare(allocate: Allocate, end: int) -> list[int]:
-    """Take blocks so large that they may stay free, until one comes from behind all others."""
-    blocks = [allocate(LARGER)]
-    while blocks[-1] + LARGER < end and len(blocks) * LARGER < 100 * MOST:
-        blocks.append(allocate(LARGER))
-    return blocks
