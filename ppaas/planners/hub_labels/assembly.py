@@ -34,7 +34,7 @@ from ppaas.planners.hub_labels.labels import Pool, label
 
 ENTRIES_A_SLICE = 1 << 17
 
-MOST_BYTES, CELLS_OF_MOST_BYTES = 39e6, 1 << 20
+MOST_BYTES, CELLS_OF_MOST_BYTES = 37e6, 1 << 20
 """How large an index may be, and up to how many cells that holds; that of a larger map may be larger in proportion."""
 
 BYTES_AN_ENTRY, BYTES_AN_EDGE, BYTES_A_RUN, BYTES_A_CORNER = 14, 12, 2, 20

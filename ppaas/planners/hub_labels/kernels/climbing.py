@@ -9,18 +9,20 @@ important corners are left first, so each is left once.
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
 from ppaas.planners.hub_labels.kernels.layout import (
+    COLUMN,
     CORNER_SIZE,
     ENTRIES,
     LABEL,
     LABELS,
     RANKS,
+    ROW,
     TABLE,
     WAYS,
     integers_of,
     moves_of,
     shorts_of,
 )
-from ppaas.planners.hub_labels.kernels.scan import Integers
+from ppaas.planners.hub_labels.kernels.scan import Integers, octile
 from ppaas.planners.hub_labels.kernels.scratch import (
     CORNER,
     MOVES,
@@ -49,16 +51,22 @@ def _reach(
 
 
 @bare
-def climb(index: Words, scratch: Integers, end: int, found: int) -> int:
-    """Replace the corners that an end sees by those with labels that are reached from them; return how many."""
+def climb(index: Words, scratch: Integers, end: int, found: int, to_row: int, to_column: int, most: int) -> int:
+    """Replace the corners that an end sees by those with labels that are reached from them; return how many.
+
+    Corners are left out over which any way to the other end is longer than ``most``.
+    """
     table, labels, ranks = integers_of(index, TABLE), integers_of(index, LABELS), integers_of(index, RANKS)
     seen, lengths = end_of(index, scratch, end, 0), end_of(index, scratch, end, 1)
     near, came = fringe_of(index, scratch, end, 0), fringe_of(index, scratch, end, 1)
     before, touched = fringe_of(index, scratch, end, 2), fringe_of(index, scratch, end, 3)
     heap, queued, count = heap_of(index, scratch), 0, 0
     for i in range(found):
+        at = seen[i] * CORNER_SIZE
+        if lengths[i] + octile(table[at + ROW] - to_row, table[at + COLUMN] - to_column) > most:
+            continue
         count = _reach(seen[i], lengths[i], -1, -1, near, came, before, touched, count)
-        if table[seen[i] * CORNER_SIZE + ENTRIES] < 0:
+        if table[at + ENTRIES] < 0:
             queued = push(heap, queued, len(near) - ranks[seen[i]], seen[i])
     while queued > 0:
         corner = heap[0] & NODE
@@ -66,8 +74,9 @@ def climb(index: Words, scratch: Integers, end: int, found: int) -> int:
         edge, edges = table[corner * CORNER_SIZE + LABEL], -1 - table[corner * CORNER_SIZE + ENTRIES]
         for i in range(edge, edge + edges):
             to, length = labels[i], near[corner] + labels[i + edges]
-            if length < near[to]:
-                if near[to] == FAR and table[to * CORNER_SIZE + ENTRIES] < 0:
+            at = to * CORNER_SIZE
+            if length < near[to] and length + octile(table[at + ROW] - to_row, table[at + COLUMN] - to_column) <= most:
+                if near[to] == FAR and table[at + ENTRIES] < 0:
                     queued = push(heap, queued, len(near) - ranks[to], to)
                 count = _reach(to, length, labels[i + 2 * edges], corner, near, came, before, touched, count)
     scratch[TOUCHED + end] = count

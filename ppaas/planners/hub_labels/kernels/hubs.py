@@ -80,13 +80,20 @@ def look_up(index: Words, scratch: Integers, corner: int) -> int:
 
 
 @bare
+def take_back_one(index: Words, scratch: Integers, corner: int) -> int:
+    """Forget what was laid out of a corner; return how many entries it has."""
+    table, hubs = integers_of(index, TABLE), shorts_of(index, LABELS)
+    size = int(entries_of(table, corner))
+    _clear(reach_of(index, scratch), hubs, label_of(table, corner), size)
+    return size
+
+
+@bare
 def take_back(index: Words, scratch: Integers, kept: int) -> int:
     """Forget what was laid out of the first so many corners of the start; return how many entries they have."""
-    table, hubs = integers_of(index, TABLE), shorts_of(index, LABELS)
-    reach, looked = reach_of(index, scratch), 0
+    looked = 0
     for corner in end_of(index, scratch, 0, 0)[:kept]:
-        looked += entries_of(table, corner)
-        _clear(reach, hubs, label_of(table, corner), entries_of(table, corner))
+        looked += take_back_one(index, scratch, corner)
     return looked
 
 

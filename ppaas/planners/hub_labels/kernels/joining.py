@@ -23,7 +23,7 @@ from ppaas.planners.hub_labels.kernels.layout import (
     shorts_of,
     words_of,
 )
-from ppaas.planners.hub_labels.kernels.scan import DIAGONAL, STRAIGHT, Integers, diagonal_steps, is_free, scan
+from ppaas.planners.hub_labels.kernels.scan import Integers, diagonal_steps, is_free, octile, scan
 from ppaas.planners.hub_labels.kernels.scratch import end_of, marks_of
 from ppaas.planners.hub_labels.kernels.terrain import (
     column_line,
@@ -43,12 +43,6 @@ TRIED = 2
 
 UNREACHED = 0xFFFF
 """How far a landmark is that cannot be reached; nothing is farther."""
-
-
-@joined
-def _octile(rows: int, columns: int) -> int:
-    rows, columns = abs(rows), abs(columns)
-    return STRAIGHT * max(rows, columns) + (DIAGONAL - STRAIGHT) * min(rows, columns)
 
 
 @bare
@@ -109,7 +103,7 @@ def bound_all(index: Words, scratch: Integers, end: int, found: int, to_row: int
     bounds, marks = end_of(index, scratch, end, 2), marks_of(scratch, 1 - end)
     for i in range(found):
         at = seen[i] * CORNER_SIZE
-        bound = _octile(table[at + ROW] - to_row, table[at + COLUMN] - to_column)
+        bound = octile(table[at + ROW] - to_row, table[at + COLUMN] - to_column)
         if has_some:
             # Both distances were cut to whole units, that of the end twice.
             bound = max(bound, (_apart(landmarks, ranks[seen[i]], marks) - 2) << shift)

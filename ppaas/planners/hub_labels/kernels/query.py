@@ -17,6 +17,7 @@ from numba import njit, types
 
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.climbing import climb, descend, lead, meet
+from ppaas.planners.hub_labels.kernels.guessing import guess
 from ppaas.planners.hub_labels.kernels.hubs import lay_out, look_up, take_back, walk
 from ppaas.planners.hub_labels.kernels.joining import TRIED, bound_all, join, measure, sees, swap
 from ppaas.planners.hub_labels.kernels.layout import (
@@ -85,7 +86,9 @@ def _find_route(index: Words, scratch: Integers, row: int, column: int, to_row: 
     found, to_found = join(index, scratch, 0, row, column), join(index, scratch, 1, to_row, to_column)
     shortest, has_fringe = int(FAR), index[LABELLED] < index[CORNERS]
     if has_fringe:
-        found, to_found = climb(index, scratch, 0, found), climb(index, scratch, 1, to_found)
+        most = guess(index, scratch, found, to_found, row, column, to_row, to_column)
+        found = climb(index, scratch, 0, found, to_row, to_column, most)
+        to_found = climb(index, scratch, 1, to_found, row, column, most)
         shortest, scratch[MEETING] = meet(index, scratch)
     if index[LANDMARK_COUNT]:
         measure(index, scratch, 0, found)

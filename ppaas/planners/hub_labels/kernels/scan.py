@@ -68,6 +68,13 @@ def _ray(words: Words, line: int, stride: int, at: int, way: int, most: int) -> 
     return -free - 1 if is_set(words, line + 1, stride, at + way + way * free) else free
 
 
+@joined
+def octile(rows: int, columns: int) -> int:
+    """Return how long a way over so many rows and columns is at least, in whole numbers."""
+    rows, columns = abs(rows), abs(columns)
+    return STRAIGHT * max(rows, columns) + (DIAGONAL - STRAIGHT) * min(rows, columns)
+
+
 @bare
 def is_free(words: Words, line: int, stride: int, at: int, way: int, most: int) -> bool:
     """Tell whether so many cells are free along a row or column, corners or not."""
