@@ -122,7 +122,7 @@ class SqlitePlans:
         check_search(start, goal, tolerance)
         found: list[PlanRecord] = []
         with self._plan_connections.reading_at_once() as connection:
-            for sequence in _near_both(connection, scope_of(map_id, version), start, goal, tolerance, 2 * limit):
+            for sequence in _near_both(connection, scope_of(map_id, version), start, goal, tolerance, most=2 * limit):
                 if len(found) >= limit:
                     break
                 record, body = connection.execute(_PLAN, (sequence,)).fetchone()
@@ -213,7 +213,7 @@ def _scope(connection: sqlite3.Connection, sequence: int) -> bytes:
 
 
 def _near_both(
-    connection: sqlite3.Connection, scope: bytes, start: Place, goal: Place, tolerance: float, most: int
+    connection: sqlite3.Connection, scope: bytes, start: Place, goal: Place, tolerance: float, *, most: int
 ) -> Iterator[int]:
     """Yield the plans that may begin and end near two places, the shortest first.
 
