@@ -117,7 +117,8 @@ def check_exists(url: str) -> None:
     """Raise ``NotFound`` if a URL is a path where nothing is: who opened it would make an empty store."""
     scheme = url.partition(":")[0]
     backend = STORES.get(scheme, MAP_STORES.get(scheme))
-    if backend is not None and backend.arguments is _local_path and not _local_path(url)[0].exists():
+    arguments = () if backend is None else backend.arguments(url)
+    if any(isinstance(path, Path) and not path.exists() for path in arguments):
         raise NotFound("store", url)
 
 

@@ -3,7 +3,7 @@
 import json
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictBool
 
 from endpoints.rest.names import Name, PluginName
 from storage.records import Role
@@ -284,7 +284,7 @@ class PlanFile(_Body):
     planner: PluginName = "dijkstra"
     tolerance: Annotated[Number, Field(ge=0.0, description="How far off the goal will do, if it is blocked [m]")] = 0.0
     timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time allowed to the planner [s]")
-    reuse: bool = Field(True, description="Whether a path that is kept will do where it comes sooner than a new one")
+    reuse: StrictBool = Field(True, description="Whether a kept path will do where it comes sooner than a new one")
 
 
 class CostFile(_Body):

@@ -104,6 +104,7 @@ def test_the_description_says_what_is_given_and_that_errors_are_problems(service
             Problem.model_validate(content["example"])
     assert {"Problem", "Fault"} <= set(described["components"]["schemas"])
     open_to_all = {key for key, operation in operations.items() if "security" not in operation}
-    assert open_to_all == {("post", "/v1/tokens")}
+    assert open_to_all == {("post", "/v1/tokens"), ("get", "/v1/health")}
     form = operations["post", "/v1/maps"]["requestBody"]["content"]["multipart/form-data"]["schema"]
-    assert form["required"] == ["id", "yaml", "image"]
+    assert form["required"] == ["id"]
+    assert {"yaml", "image", "octomap"} <= set(form["properties"])

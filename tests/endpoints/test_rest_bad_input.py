@@ -155,7 +155,10 @@ class DeadStore:
         return fail
 
 
-QUERIES = {"/v1/maps/house/difference": {"old": "0" * 64}}
+QUERIES = {
+    "/v1/maps/house/difference": {"old": "0" * 64},
+    "/v1/plans": {"map": "house", "start": "0,0", "goal": "1,1"},
+}
 
 
 def operations() -> list[tuple[str, str]]:
@@ -178,6 +181,7 @@ BODIES: dict[str, object] = {
     "/v1/maps/house": {"readers": ["bob"]},
     "/v1/robots/tb1": {"map": "house"},
     "/v1/maps/house/plans": {"start": [0, 0], "goal": [1, 1]},
+    "/v1/plans/p1": {"map": "house", "planner": "dijkstra", "poses": [[0, 0, 0, 0, 0, 0, 1]]},
     "/v1/maps/house/roll_back": {"version": "0" * 64},
     "/v1/maps/house/cost_matrix": {"starts": [[0, 0]], "goals": [[1, 1]]},
 }

@@ -125,7 +125,7 @@ async def publish_map(rest: RestClient, map_id: str, grid: GridMap) -> None:
 
 async def register_robot(rest: RestClient, robot_id: str, map_id: str, pose: tuple[float, float, float]) -> str:
     """Tell of a robot; return the token with which it connects."""
-    await rest.put_robot(robot_id, RobotFile(map=map_id, initial_pose=pose, cores=0.5))
+    await rest.put_robot(robot_id, RobotFile(map=map_id, initial_pose=pose, cores=0.25))
     assert rest.token is not None
     return rest.token
 

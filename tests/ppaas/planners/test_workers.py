@@ -49,7 +49,7 @@ def test_the_first_error_ends_all(threads):
         begun.append(job)
         if job == 2:
             raise InvalidInput("no")
-        while job == 1 and threads > 1:
+        while threads > 1:
             check()
 
     with pytest.raises(InvalidInput, match="no"):

@@ -53,11 +53,6 @@ def transposed(source, target):
     simd.transpose_block(source, 16, target, 512)
 
 
-@njit
-def counted(counter):
-    return simd.next_number(counter), simd.next_number(counter)
-
-
 def lanes(truths):
     return sum(1 << lane for lane in range(32) if truths[lane])
 
@@ -108,9 +103,3 @@ def test_a_block_is_transposed_into_its_place():
     expected = np.zeros((32, 32), np.uint32)
     expected[16:, :16] = source.reshape(32, 32)[:16, 16:].T
     assert np.array_equal(target.reshape(32, 32), expected)
-
-
-def test_a_counter_gives_each_number_once():
-    counter = np.array([7])
-    assert counted(counter) == (7, 8)
-    assert counter[0] == 9
