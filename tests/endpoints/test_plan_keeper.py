@@ -2,12 +2,13 @@
 
 import asyncio
 import threading
+from collections.abc import Iterable
 from functools import partial
 
 import pytest
 
 from endpoints.plan_keeper import MOST_WAITING, PlanKeeper
-from ppaas.errors import NotFound, Unavailable
+from ppaas.errors import InvalidInput, NotFound, Unavailable
 from storage.memory import MemoryStore
 from storage.records import PlanRecord
 
@@ -23,9 +24,9 @@ class SlowStore(MemoryStore):
         super().__init__()
         self.go_on = threading.Event()
 
-    def add_plan(self, record: PlanRecord) -> None:
+    def add_plans(self, records: Iterable[PlanRecord]) -> int:
         assert self.go_on.wait(10.0)
-        super().add_plan(record)
+        return super().add_plans(records)
 
 
 async def test_whoever_brings_a_plan_does_not_wait_for_the_store_but_whoever_looks_does() -> None:
@@ -53,7 +54,7 @@ async def test_who_brings_more_than_the_store_takes_waits() -> None:
 
 async def test_a_plan_that_cannot_be_kept_is_told_and_makes_room(caplog: pytest.LogCaptureFixture) -> None:
     class Broken(MemoryStore):
-        def add_plan(self, record: PlanRecord) -> None:
+        def add_plans(self, records: Iterable[PlanRecord]) -> int:
             raise Unavailable("the disk is full")
 
     keeper = PlanKeeper()
@@ -61,3 +62,36 @@ async def test_a_plan_that_cannot_be_kept_is_told_and_makes_room(caplog: pytest.
         await keeper.keep(Broken(), partial(plan, f"p{number}"))
     await keeper.settled()
     assert "the disk is full" in caplog.text
+
+
+async def test_plans_that_come_close_together_are_written_together() -> None:
+    written = []
+
+    class Counting(MemoryStore):
+        def add_plans(self, records: Iterable[PlanRecord]) -> int:
+            written.append(len(list(records)))
+            return 0
+
+    store, keeper = Counting(), PlanKeeper()
+    for number in range(5):
+        await keeper.keep(store, partial(plan, f"p{number}"))
+    await keeper.settled()
+    await keeper.keep(store, partial(plan, "later"))
+    await keeper.settled()
+    assert written == [5, 1]
+
+
+async def test_a_plan_that_is_invalid_does_not_take_others_along(caplog: pytest.LogCaptureFixture) -> None:
+    class Choosy(MemoryStore):
+        def add_plans(self, records: Iterable[PlanRecord]) -> int:
+            records = list(records)
+            if any(record.id == "bad" for record in records):
+                raise InvalidInput("this one is bad")
+            return super().add_plans(records)
+
+    store, keeper = Choosy(), PlanKeeper()
+    for name in ("p1", "bad", "p2"):
+        await keeper.keep(store, partial(plan, name))
+    await keeper.settled()
+    assert [store.plan(name).id for name in ("p1", "p2")] == ["p1", "p2"]
+    assert "bad was not kept: this one is bad" in caplog.text
