@@ -42,6 +42,11 @@ class Verdict:
     criterion: str
     numbers: dict[str, float] = field(default_factory=dict)
 
+    @property
+    def is_for_long(self) -> bool:
+        """Whether measured times refused it, which the next plan changes little."""
+        return not self.taken and self.criterion == UNMEASURED.criterion and self != UNMEASURED
+
     def __str__(self) -> str:
         """Say it in a line."""
         numbers = ", ".join(f"{name} {value:.6g}" for name, value in self.numbers.items())

@@ -1,5 +1,6 @@
 """The Path Plan Processor of a container: a plan that is kept where that is sooner, else one that is computed."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -28,6 +29,9 @@ from ppaas.plugins import parameters_in_use
 Note = Callable[[PlannerHistory], None]
 
 _Made = tuple[Conditions, Identity]
+
+REFUSED_FOR = 1.0
+"""Seconds for which it stays refused to look for plans as complex as one that is computed sooner."""
 
 
 def unnoted(row: PlannerHistory) -> None:
@@ -142,6 +146,7 @@ class PlanProcessor:
         self._clock = clock
         self.verdict = Verdict(False, "kept")
         self._made: dict[Planner, tuple[_Made, _Made]] = {}
+        self._refused: dict[tuple[str, str, str, int], float] = {}
 
     def plan(self, planner: Planner, costmap: Costmap, request: PlanRequest, *, reuse: bool = True) -> PlanResult:
         """Return a plan that is kept, if it is expected to be there sooner, or compute one; raises as a planner does.
@@ -158,9 +163,13 @@ class PlanProcessor:
             Whether a kept plan will do.
         """
         cells, key = self._key(planner, request)
-        if reuse and (found := self._found(planner, costmap, request, cells)) is not None:
-            self._note(found_row(key, found.origin))
-            return found
+        if reuse and self._clock() >= self._refused.get(key, -math.inf):
+            found = self._found(planner, costmap, request, cells)
+            if found is not None:
+                self._note(found_row(key, found.origin))
+                return found
+            if self.verdict.is_for_long:
+                self._refused[key] = self._clock() + REFUSED_FOR
         try:
             result = planner.plan(costmap, request)
         except PlanCancelled:

@@ -10,7 +10,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.errors import GoalOccupied, PlanCancelled
 from ppaas.planners.base import PlanRequest, PlanResult
 from ppaas.plans.history import PlannerHistory
-from ppaas.plans.processor import Keeping, PlanProcessor
+from ppaas.plans.processor import REFUSED_FOR, Keeping, PlanProcessor, Standing
 from ppaas.plans.stored import Question, StoredPlan
 from tests.support.grids import centre, costmap, of
 
@@ -39,8 +39,11 @@ class Home:
 
     def __init__(self, seconds: float = 1.0, tolerance: float = 0.25) -> None:
         self.library, self.noted = Library(), list[PlannerHistory]()
-        keeping = Keeping("house", "v1", self.library, note=self.noted.append)
-        self.processor: PlanProcessor = keeping.processor(OPEN, 0.2)
+        self.keeping = keeping = Keeping("house", "v1", self.library, note=self.noted.append)
+        self.now = 0.0
+        standing = Standing("house", "v1", OPEN, 0.2)
+        times, note = keeping.times, keeping.note
+        self.processor = PlanProcessor(standing, self.library, times, note, clock=lambda: self.now)
         self.planner = planners.create("dijkstra")
         for _ in range(10 if seconds else 0):
             keeping.times.computation.note("dijkstra", 199.0, seconds)
@@ -68,6 +71,16 @@ def test_a_planner_that_is_quick_computes_and_asks_nobody() -> None:
     assert home.plan().origin == "computed"
     assert home.library.asked == []
     assert home.processor.verdict.criterion == "transmission"
+
+
+def test_what_measured_times_refuse_is_refused_for_a_while_and_then_asked_anew() -> None:
+    home = Home(seconds=0.001)
+    home.keep(home.plan())
+    for _ in range(1000):
+        home.keeping.times.computation.note("dijkstra", 199.0, 1.0)
+    assert home.plan().origin == "computed"
+    home.now += REFUSED_FOR
+    assert home.plan().origin == "reused"
 
 
 def test_where_planning_takes_long_a_kept_plan_is_given_as_it_was() -> None:
