@@ -5,7 +5,6 @@ container is on a map only because its user may see it.
 """
 
 import msgspec
-import numpy as np
 
 from engine import machine_link
 from engine.model import ContainerSpec
@@ -15,6 +14,7 @@ from ppaas.geometry import Pose2D
 from ppaas.plans.criteria import worth_a_look
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from ppaas.plans.stored import Question, StoredPlan
+from storage.plan_checks import array_of
 from storage.ports import Store
 from storage.records import PlanPassage, PlanRecord
 
@@ -112,7 +112,7 @@ def _seen(head: PlanRecord) -> StoredPlan:
 def stored_plan(candidate: machine_link.Candidate) -> StoredPlan:
     """Return a plan that was found as planning sees it."""
     plan = candidate.plan
-    poses = np.frombuffer(plan.poses, "<f8").reshape(-1, 7)
+    poses = array_of(plan.poses)
     return StoredPlan(
         plan.id, plan.version, plan.planner, plan.start, plan.goal, plan.length, poses, candidate.whole, plan.parameters
     )

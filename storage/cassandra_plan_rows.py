@@ -13,13 +13,11 @@ import msgspec
 import numpy as np
 
 from ppaas.errors import Unavailable
-from ppaas.geometry import Poses
-from ppaas.plans.buckets import EDGE, scope_of
+from ppaas.plans.buckets import EDGE, Place, scope_of
 from ppaas.plans.chunks import chunk_bounds
 from ppaas.plans.codes import codes_of, entry_id, pack
-from ppaas.plans.passages import Place
 from storage.encoding import encode
-from storage.plan_checks import POSE_BYTES
+from storage.plan_checks import POSE_BYTES, array_of
 from storage.records import PlanRecord
 from storage.versions import without_poses
 
@@ -80,11 +78,6 @@ class PlanRow:
 
 
 _packed = lru_cache(1 << 14)(pack)  # most stretches of a plan were met before
-
-
-def array_of(poses: bytes) -> Poses:
-    """Return the (n, 7) poses of a record."""
-    return np.frombuffer(poses, "<f8").reshape(-1, 7)
 
 
 def plan_rows(records: Sequence[PlanRecord], granularity: int) -> Iterator[PlanRow]:

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from typing import Any
 
 from ppaas.errors import NotFound
-from ppaas.plans.buckets import scope_of
-from ppaas.plans.passages import Place, check_search, joins, length_between, passage
-from storage.cassandra_plan_rows import Part, array_of, buckets_near
+from ppaas.plans.buckets import Place
+from storage.cassandra_plan_rows import Part, buckets_near
 from storage.cassandra_plans import PAGE, CassandraPlans
 from storage.encoding import decode
 from storage.names import check_name
+from storage.plan_checks import POSE_BYTES
+from storage.plan_search import PlanSearch
 from storage.records import PlanPart, PlanPassage, PlanRecord, PlanStatistics
-from storage.versions import without_poses
 
 FIRST_ROWS = 32
 """Plans of a bucket that are looked at first, the shortest."""
@@ -37,14 +37,13 @@ class CassandraPlanSearch(CassandraPlans):
         limit: int = 16,
     ) -> list[PlanRecord]:
         """Return the heads of plans whose ends lie near two places, shortest first."""
-        check_name("map", map_id)
-        check_search(start, goal, tolerance)
-        buckets = buckets_near(scope_of(map_id, version), start, goal, tolerance)
+        search = PlanSearch(map_id, version, start, goal, tolerance, planner)
+        buckets = buckets_near(search.scope, start, goal, tolerance)
         query = "SELECT bucket, length, id, ends, head FROM plans_by_ends WHERE bucket IN ?"
         few = list(self._session.rows(f"{query} PER PARTITION LIMIT ?", buckets, FIRST_ROWS))
-        found = self._fitting(few, start, goal, tolerance, planner)
+        found = self._fitting(few, search)
         if sum(plan.length <= _complete_until(few) for plan in found) < limit and _complete_until(few) < math.inf:
-            found = self._fitting(self._session.rows(query, buckets), start, goal, tolerance, planner)
+            found = self._fitting(self._session.rows(query, buckets), search)
         return found[:limit]
 
     def plans_through(
@@ -59,20 +58,8 @@ class CassandraPlanSearch(CassandraPlans):
         limit: int = 8,
     ) -> list[PlanPassage]:
         """Return plans that pass near one place and later near another, the shortest passage first."""
-        check_name("map", map_id)
-        check_search(start, goal, tolerance)
-        scope = scope_of(map_id, version)
-        found = []
-        for record in self._passing(scope, start, goal, tolerance):
-            points = array_of(record.poses)[:, :2]
-            ends = passage(points, start, goal, tolerance)
-            if (
-                ends is not None
-                and (record.map, record.version) == (map_id, version)
-                and planner in (None, record.planner)
-            ):
-                found.append((length_between(points, *ends), record.id, PlanPassage(without_poses(record), *ends)))
-        return [passes for _, _, passes in sorted(found, key=lambda each: each[:2])[:limit]]
+        search = PlanSearch(map_id, version, start, goal, tolerance, planner)
+        return search.passages(self._passing(search), limit)
 
     def plan_parts(self, plan_id: str) -> list[PlanPart]:
         """Return the stretches of a plan that are entries of their own, in order; ``NotFound`` if there is none."""
@@ -98,7 +85,7 @@ class CassandraPlanSearch(CassandraPlans):
         for row, parts in self._recipes(map_id):
             plans += 1
             waypoints += row.count
-            kept += len(row.ends) // 56
+            kept += len(row.ends) // POSE_BYTES
             size += len(row.head) + len(row.ends) + len(row.recipe)
             entries.update((part.entry, part) for part in parts)
         kept += sum(part.waypoints for part in entries.values())
@@ -107,19 +94,19 @@ class CassandraPlanSearch(CassandraPlans):
 
     # -- inside --------------------------------------------------------------------------------------------------------
 
-    def _fitting(self, rows: Any, start: Place, goal: Place, tolerance: float, planner: str | None) -> list[PlanRecord]:
+    def _fitting(self, rows: Any, search: PlanSearch) -> list[PlanRecord]:
         """Return the heads in rows of buckets that are looked for, shortest first."""
         near = sorted(
             (row.length, row.id, row.head)
             for row in rows
-            if joins((row.ends[0], row.ends[1]), (row.ends[2], row.ends[3]), start, goal, tolerance)
+            if search.joins((row.ends[0], row.ends[1]), (row.ends[2], row.ends[3]))
         )
-        heads = (decode(head, PlanRecord) for _, _, head in near)
-        return [head for head in heads if planner in (None, head.planner)]
+        return list(filter(search.takes, (decode(head, PlanRecord) for _, _, head in near)))
 
-    def _passing(self, scope: bytes, start: Place, goal: Place, tolerance: float) -> Iterator[PlanRecord]:
+    def _passing(self, search: PlanSearch) -> Iterator[PlanRecord]:
         """Yield plans that are named near either place, those that are named near both first."""
-        named = [self._squares.named(scope, place, tolerance, MOST_LOOKED_AT) for place in (start, goal)]
+        scope, tolerance = search.scope, search.tolerance
+        named = [self._squares.named(scope, place, tolerance, MOST_LOOKED_AT) for place in (search.start, search.goal)]
         both = set(named[0]) & set(named[1])
         ordered = dict.fromkeys([*(one for one in named[0] if one in both), *named[0], *named[1]])
         for plan_id in list(ordered)[:MOST_LOOKED_AT]:

@@ -7,12 +7,12 @@ from typing import Any
 
 from ppaas.errors import Conflict, NotFound
 from storage.cassandra_entries import GRACE, CassandraEntries
-from storage.cassandra_plan_rows import PlanRow, array_of, bucket_of, plan_rows, with_poses
+from storage.cassandra_plan_rows import PlanRow, bucket_of, plan_rows, with_poses
 from storage.cassandra_session import BYTES_TOGETHER, CassandraSession, Write
 from storage.cassandra_squares import Squares
 from storage.encoding import decode
 from storage.names import check_name
-from storage.plan_checks import check_plan, check_replacement
+from storage.plan_checks import POSE_BYTES, check_plan, check_replacement
 from storage.records import PlanRecord
 
 PAGE = 128
@@ -153,7 +153,7 @@ class CassandraPlans:
 
 
 def _values(row: PlanRow) -> tuple[Any, ...]:
-    count = len(array_of(row.record.poses))
+    count = len(row.record.poses) // POSE_BYTES
     return row.head, row.scope, row.before, row.ends, row.recipe, row.depth, count
 
 

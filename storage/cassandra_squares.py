@@ -5,10 +5,10 @@ from collections import OrderedDict
 from collections.abc import Iterable, Sequence
 
 from ppaas.clock import Clock, monotonic
-from ppaas.plans.buckets import squares_near, squares_touched
-from ppaas.plans.passages import Place
-from storage.cassandra_plan_rows import PlanRow, array_of
+from ppaas.plans.buckets import Place, squares_near, squares_touched
+from storage.cassandra_plan_rows import PlanRow
 from storage.cassandra_session import CassandraSession
+from storage.plan_checks import array_of
 
 PLANS_OF_SQUARE = 8
 """Plans that one process names in a square within ``WINDOW``: where many pass, they pass alike."""

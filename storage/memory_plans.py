@@ -7,8 +7,6 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from ppaas.errors import NotFound
 from ppaas.plans.body import read_body
 from ppaas.plans.buckets import (
@@ -16,19 +14,18 @@ from ppaas.plans.buckets import (
     bucket_in,
     length_in,
     place_of,
-    scope_of,
     spots_near,
     squares_near,
     squares_touched,
 )
 from ppaas.plans.chunks import ENDS_BEFORE, GRANULARITY, inner_granularity
 from ppaas.plans.codes import entry_id, poses_of, waypoints_in
-from ppaas.plans.passages import check_search, joins, length_between, passage
+from ppaas.plans.passages import comes_near
 from storage.names import check_name
 from storage.plan_checks import check_replacement
 from storage.plan_entry import PlanEntry, entries_of, head_of, record_of
+from storage.plan_search import PlanSearch
 from storage.records import PlanPart, PlanPassage, PlanRecord, PlanStatistics
-from storage.versions import without_poses
 
 MOST_PLANS = 32
 """Plans that share an entry near each of two places, which are looked at for plans that pass them."""
@@ -119,12 +116,11 @@ class MemoryPlans:
         limit: int = 16,
     ) -> list[PlanRecord]:
         """Return the heads of plans whose ends lie near two places, shortest first."""
-        check_name("map", map_id)
-        check_search(start, goal, tolerance)
+        search = PlanSearch(map_id, version, start, goal, tolerance, planner)
         with self._plans_lock:
             near = [
                 (length_in(spot), self._plans[plan_id])
-                for spots in spots_near(scope_of(map_id, version), start, goal, tolerance)
+                for spots in spots_near(search.scope, start, goal, tolerance)
                 for plan_id, spot in self._by_bucket.get(bucket_in(spots.first), {}).items()
                 if spots.holds(spot)
             ]
@@ -134,8 +130,8 @@ class MemoryPlans:
                 break
             own = read_body(entry.body)
             head = head_of(entry.context, own)
-            if (head.map, head.version) == (map_id, version) and planner in (None, head.planner):
-                found += [head] * joins(*own.ends(), start, goal, tolerance)
+            if search.takes(head):
+                found += [head] * search.joins(*own.ends())
         return sorted(found, key=lambda head: (head.length, head.id))
 
     def plans_through(
@@ -150,20 +146,12 @@ class MemoryPlans:
         limit: int = 8,
     ) -> list[PlanPassage]:
         """Return plans that pass near one place and later near another, the shortest passage first."""
-        check_name("map", map_id)
-        check_search(start, goal, tolerance)
-        scope = scope_of(map_id, version)
+        search = PlanSearch(map_id, version, start, goal, tolerance, planner)
         with self._plans_lock:
-            near = [self._passing(scope, place, tolerance) for place in (start, goal)]
+            near = [self._passing(search.scope, place, tolerance) for place in (start, goal)]
             both = itertools.islice(sorted(near[0] & near[1]), MOST_PLANS)
             records = [self._whole(self._plans[plan_id]) for plan_id in both]
-        found = []
-        for record in records:
-            points = np.frombuffer(record.poses, "<f8").reshape(-1, 7)[:, :2]
-            ends = passage(points, start, goal, tolerance)
-            if ends is not None and planner in (None, record.planner):
-                found.append((length_between(points, *ends), PlanPassage(without_poses(record), *ends)))
-        return [passes for _, passes in sorted(found, key=lambda each: (each[0], each[1].head.id))[:limit]]
+        return search.passages(records, limit)
 
     def plan_parts(self, plan_id: str) -> list[PlanPart]:
         """Return the stretches of a plan that are entries of their own, in order."""
@@ -232,8 +220,7 @@ class MemoryPlans:
         found: set[str] = set()
         for square in squares_near(place, tolerance):
             for key in self._by_place.get(place_of(scope, square), ()):
-                points = poses_of(self._shared[key].code)[:, :2]
-                if (np.hypot(*(points - place).T) <= tolerance).any():
+                if comes_near(poses_of(self._shared[key].code)[:, :2], place, tolerance):
                     found.update(self._shared[key].plans)
         return found
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from ppaas.errors import Conflict, InvalidInput, NotFound
+from ppaas.geometry import Poses
 from storage.names import check_name
 from storage.records import PlanRecord
 
@@ -33,6 +34,11 @@ def check_plan(record: PlanRecord) -> PlanRecord:
     _check_numbers(record)
     _check_poses(record)
     return record
+
+
+def array_of(poses: bytes) -> Poses:
+    """Return the (n, 7) poses of a record."""
+    return np.frombuffer(poses, "<f8").reshape(-1, 7)
 
 
 def check_replacement(record: PlanRecord, kept: PlanRecord | None, instead_of: PlanRecord) -> None:

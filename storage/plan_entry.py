@@ -14,7 +14,7 @@ from ppaas.plans.buckets import scope_of, spot_of
 from ppaas.plans.chunks import ENDS_AFTER, ENDS_BEFORE, chunk_bounds
 from ppaas.plans.codes import codes_of
 from storage.encoding import decode, encode
-from storage.plan_checks import POSE_BYTES, check_plan
+from storage.plan_checks import POSE_BYTES, array_of, check_plan
 from storage.records import PlanOrigin, PlanRecord
 
 _AT_ONCE = 128
@@ -104,7 +104,7 @@ def record_of(context: bytes, body: bytes, shared: list[Poses]) -> PlanRecord:
 
 def _entries(records: list[PlanRecord], granularity: int) -> Iterator[PlanEntry]:
     contexts = [encode(_context(check_plan(record))) for record in records]
-    poses = np.frombuffer(b"".join([record.poses for record in records]), "<f8").reshape(-1, 7)
+    poses = array_of(b"".join([record.poses for record in records]))
     stops = np.cumsum([len(record.poses) // POSE_BYTES for record in records])
     bounds = chunk_bounds(poses, stops, granularity)
     ranges = [_ranges(bound, begin, stop) for bound, begin, stop in zip(bounds, _begins(stops), stops, strict=True)]

@@ -7,25 +7,22 @@ import struct
 from collections import Counter
 from collections.abc import Iterable, Iterator
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ppaas.errors import NotFound
 from ppaas.geometry import Poses
 from ppaas.plans.body import read_body
 from ppaas.plans.buckets import Place, bucket_in, length_in, place_of, scope_of, spots_near, squares_near
 from ppaas.plans.chunks import ENDS_BEFORE, GRANULARITY, inner_granularity
 from ppaas.plans.codes import entry_id, poses_of, unpack
-from ppaas.plans.passages import check_search, joins, length_between, passage
+from ppaas.plans.passages import comes_near
 from ppaas.plans.recipes import read_recipe
 from storage.names import check_name
 from storage.plan_checks import check_replacement
 from storage.plan_entry import context_of, entries_of, head_of, record_of
+from storage.plan_search import PlanSearch
 from storage.records import PlanPart, PlanPassage, PlanRecord, PlanStatistics
 from storage.sqlite_connections import SqliteConnections
 from storage.sqlite_plan_schema import SPAN
 from storage.sqlite_plan_writing import PlanTransaction, RememberedChunks, sequence_of
-from storage.versions import without_poses
 
 MOST_CHUNKS, MOST_PLANS = 256, 32
 """Entries near a place, and plans that share them, which are looked at for plans that pass it."""
@@ -118,18 +115,17 @@ class SqlitePlans:
         limit: int = 16,
     ) -> list[PlanRecord]:
         """Return the heads of plans whose ends lie near two places, shortest first."""
-        check_name("map", map_id)
-        check_search(start, goal, tolerance)
+        search = PlanSearch(map_id, version, start, goal, tolerance, planner)
         found: list[PlanRecord] = []
         with self._plan_connections.reading_at_once() as connection:
-            for sequence in _near_both(connection, scope_of(map_id, version), start, goal, tolerance, most=2 * limit):
+            for sequence in _near_both(connection, search, 2 * limit):
                 if len(found) >= limit:
                     break
                 record, body = connection.execute(_PLAN, (sequence,)).fetchone()
                 own = read_body(body)
-                if joins(*own.ends(), start, goal, tolerance):
+                if search.joins(*own.ends()):
                     head = head_of(record, own)
-                    if (head.map, head.version) == (map_id, version) and planner in (None, head.planner):
+                    if search.takes(head):
                         found.append(head)
         return sorted(found, key=lambda head: (head.length, head.id))
 
@@ -145,19 +141,9 @@ class SqlitePlans:
         limit: int = 8,
     ) -> list[PlanPassage]:
         """Return plans that pass near one place and later near another, the shortest passage first."""
-        check_name("map", map_id)
-        check_search(start, goal, tolerance)
-        scope, found = scope_of(map_id, version), []
+        search = PlanSearch(map_id, version, start, goal, tolerance, planner)
         with self._plan_connections.reading_at_once() as connection:
-            for sequence in _passing(connection, scope, start, goal, tolerance):
-                record = _whole(connection, sequence)
-                if (record.map, record.version) != (map_id, version) or planner not in (None, record.planner):
-                    continue
-                points = np.frombuffer(record.poses, "<f8").reshape(-1, 7)[:, :2]
-                ends = passage(points, start, goal, tolerance)
-                if ends is not None:
-                    found.append((length_between(points, *ends), PlanPassage(without_poses(record), *ends)))
-        return [passes for _, passes in sorted(found, key=lambda each: (each[0], each[1].head.id))[:limit]]
+            return search.passages((_whole(connection, one) for one in _passing(connection, search)), limit)
 
     def plan_parts(self, plan_id: str) -> list[PlanPart]:
         """Return the stretches of a plan that are entries of their own, in order."""
@@ -212,14 +198,12 @@ def _scope(connection: sqlite3.Connection, sequence: int) -> bytes:
     return scope_of(common.map, common.version)
 
 
-def _near_both(
-    connection: sqlite3.Connection, scope: bytes, start: Place, goal: Place, tolerance: float, *, most: int
-) -> Iterator[int]:
-    """Yield the plans that may begin and end near two places, the shortest first.
+def _near_both(connection: sqlite3.Connection, search: PlanSearch, most: int) -> Iterator[int]:
+    """Yield the plans that may begin and end where they are to, the shortest first.
 
     So many are read of each bucket at first; all of it, if that is not enough.
     """
-    buckets = list(spots_near(scope, start, goal, tolerance))
+    buckets = list(spots_near(search.scope, search.start, search.goal, search.tolerance))
     query = " UNION ALL ".join([_BUCKET] * len(buckets))
     told: set[int] = set()
     for limit in (most, -1):
@@ -264,11 +248,10 @@ def _heads(connection: sqlite3.Connection, map_id: str, span: int) -> Iterator[P
         yield head_of(record, read_body(body))
 
 
-def _passing(
-    connection: sqlite3.Connection, scope: bytes, start: Place, goal: Place, tolerance: float
-) -> Iterator[int]:
+def _passing(connection: sqlite3.Connection, search: PlanSearch) -> Iterator[int]:
     """Yield a few plans that share an entry near each of two places."""
-    near_start, near_goal = (_near(connection, scope, place, tolerance) for place in (start, goal))
+    scope, tolerance = search.scope, search.tolerance
+    near_start, near_goal = (_near(connection, scope, place, tolerance) for place in (search.start, search.goal))
     sampled = [set(itertools.chain(*near.values())) for near in (near_start, near_goal)]
     # Those first that are told of at both places; of one place's the other is found in their recipe.
     likely = itertools.chain(sorted(sampled[0] & sampled[1]), sorted(sampled[0] ^ sampled[1]))
@@ -289,7 +272,6 @@ def _near(connection: sqlite3.Connection, scope: bytes, place: Place, tolerance:
     query = """SELECT id, data, plans FROM chunk_places JOIN chunks ON id = chunk WHERE place = ? ORDER BY id LIMIT ?"""
     for square in squares_near(place, tolerance):
         for chunk, data, plans in connection.execute(query, (place_of(scope, square), MOST_CHUNKS)):
-            points: NDArray[np.float64] = poses_of(unpack(data))[:, :2]
-            if (np.hypot(*(points - place).T) <= tolerance).any():
+            if comes_near(poses_of(unpack(data))[:, :2], place, tolerance):
                 found[chunk] = struct.unpack(f"<{len(plans) // 4}I", plans)
     return found

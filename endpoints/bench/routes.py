@@ -34,7 +34,6 @@ WIDTH, HEIGHT = 36.0, 22.0
 STATIONS, ROBOTS, ROUND = 120, 50, 12
 STOPS = [(row, column) for row in (-1, 0, 1) for column in (-1, 0, 1)]
 """Cells beside that of a station in which robots come to a halt."""
-CLEARANCE = 1.0
 YAWS = (0.0, 1.5708, 3.1416, -1.5708)
 MEAN_TIME = 7.3
 """Seconds between two plans of the fleet."""

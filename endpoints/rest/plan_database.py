@@ -30,6 +30,7 @@ from ppaas.clock import epoch
 from ppaas.errors import NotFound
 from ppaas.geometry import yaw_of
 from ppaas.plans.passages import length_between
+from storage.plan_checks import array_of
 from storage.records import PlanPart, PlanRecord, PlanStatistics, User
 
 router = APIRouter(tags=["plans"], route_class=StrictRoute)
@@ -133,7 +134,7 @@ async def _record(
 
 def _changed(record: PlanRecord, change: dict[str, Any]) -> PlanPut:
     present = {name: getattr(record, name) for name in PlanPut.model_fields}
-    present["poses"] = np.frombuffer(record.poses, "<f8").reshape(-1, 7).tolist()
+    present["poses"] = array_of(record.poses).tolist()
     try:
         return PlanPut.model_validate(merge(present, change))
     except ValidationError as error:

@@ -3,7 +3,6 @@
 from typing import Any
 
 import msgspec
-import numpy as np
 from fastapi import APIRouter
 from starlette.responses import Response
 
@@ -13,6 +12,7 @@ from endpoints.rest.names import PlanId
 from endpoints.rest.openapi import KNOWN, problems
 from endpoints.rest.schemas import PlanAnswer
 from endpoints.rest.strict_json import StrictRoute
+from storage.plan_checks import array_of
 from storage.records import PlanRecord
 
 router = APIRouter(tags=["plans"], route_class=StrictRoute)
@@ -30,7 +30,7 @@ def path_of(record: PlanRecord) -> dict[str, Any]:
     """Return what is told of every path."""
     return {
         "plan_id": record.id,
-        "poses": np.frombuffer(record.poses, dtype="<f8").reshape(-1, 7).tolist(),
+        "poses": array_of(record.poses).tolist(),
         "length": record.length,
         "cost": record.cost,
         "seconds": record.seconds,

@@ -22,7 +22,7 @@ MOST_TOO_LARGE = 4
 
 
 class TileMemory:
-    """The arrays of one field at a time; see `ppaas.planners.kernels.tile_rounds` for what they hold.
+    """The arrays of one field at a time; see `ppaas.planners.kernels.tile_growth` for what they hold.
 
     Parameters
     ----------

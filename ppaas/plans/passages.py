@@ -6,9 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
-from ppaas.plans.buckets import LARGEST_TOLERANCE
-
-Place = tuple[float, float]
+from ppaas.plans.buckets import LARGEST_TOLERANCE, Place
 
 
 def check_search(start: Place, goal: Place, tolerance: float) -> None:
@@ -22,6 +20,11 @@ def check_search(start: Place, goal: Place, tolerance: float) -> None:
 def joins(first: Place, last: Place, start: Place, goal: Place, tolerance: float) -> bool:
     """Tell whether a plan from ``first`` to ``last`` has both ends within ``tolerance`` of two places [m]."""
     return math.dist(first, start) <= tolerance and math.dist(last, goal) <= tolerance
+
+
+def comes_near(points: NDArray[np.float64], place: Place, tolerance: float) -> bool:
+    """Tell whether one of (n, 2) points lies within a tolerance of a place [m]."""
+    return bool((np.hypot(*(points - place).T) <= tolerance).any())
 
 
 def passage(points: NDArray[np.float64], start: Place, goal: Place, tolerance: float) -> tuple[int, int] | None:

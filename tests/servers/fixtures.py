@@ -1,8 +1,9 @@
 """The real servers, each started when the first test asks for it, and shared by all of a run."""
 
 import uuid
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import pytest
 
@@ -15,20 +16,34 @@ if TYPE_CHECKING:
     from tests.servers.hdfs_server import HdfsServer
 
 
-@pytest.fixture(scope="session")
-def cassandra_server(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[CassandraServer]":
-    """Return a running Cassandra, or skip where it cannot be had; whoever kills it starts it again."""
-    from tests.servers.cassandra_server import CassandraServer
+class Server(Protocol):
+    """What a test needs of a server."""
 
+    def start(self) -> None: ...
+    def stop(self) -> None: ...
+
+
+S = TypeVar("S", bound=Server)
+
+
+def _running(kind: Callable[[Path], S], name: str, folder: Path) -> Iterator[S]:
     try:
-        server = CassandraServer(tmp_path_factory.mktemp("cassandra"))
+        server = kind(folder)
     except Missing as error:
-        pytest.skip(f"no Cassandra: {error}")
+        pytest.skip(f"no {name}: {error}")
     try:
         server.start()
         yield server
     finally:
         server.stop()
+
+
+@pytest.fixture(scope="session")
+def cassandra_server(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[CassandraServer]":
+    """Return a running Cassandra, or skip where it cannot be had; whoever kills it starts it again."""
+    from tests.servers.cassandra_server import CassandraServer
+
+    yield from _running(CassandraServer, "Cassandra", tmp_path_factory.mktemp("cassandra"))
 
 
 @pytest.fixture
@@ -47,15 +62,7 @@ def hdfs_server(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[HdfsServe
     """Return a running HDFS, or skip where it cannot be had; whoever kills it starts it again."""
     from tests.servers.hdfs_server import HdfsServer
 
-    try:
-        server = HdfsServer(tmp_path_factory.mktemp("hdfs"))
-    except Missing as error:
-        pytest.skip(f"no HDFS: {error}")
-    try:
-        server.start()
-        yield server
-    finally:
-        server.stop()
+    yield from _running(HdfsServer, "HDFS", tmp_path_factory.mktemp("hdfs"))
 
 
 @pytest.fixture

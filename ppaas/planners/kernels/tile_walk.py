@@ -41,7 +41,7 @@ def descend_tiles(
     Parameters
     ----------
     field, tables, marks, across
-        As in `ppaas.planners.kernels.tile_rounds`; the value of the last cell so far must be final.
+        As in `ppaas.planners.kernels.tile_growth`; the value of the last cell so far must be final.
     source : (height · width,) uint8 array
         Costs of the map.
     height, width : int
