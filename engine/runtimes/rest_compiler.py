@@ -14,6 +14,7 @@ import logging
 import multiprocessing
 import os
 import sys
+import threading
 from collections.abc import AsyncIterator, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -66,9 +67,22 @@ def main() -> None:
 def _compile_all() -> list[str]:
     """Return the files of the cache in which the kernels lie."""
     spawning = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(len(os.sched_getaffinity(0)), spawning, threading_layer.choose) as pool:
+    with ProcessPoolExecutor(len(os.sched_getaffinity(0)), spawning, _begin) as pool:
         names = pool.submit(_names).result()
         return [file for files in pool.map(_compile, names) for file in files]
+
+
+def _begin() -> None:
+    """Prepare a process of the pool, which ends with this one: when that is killed, it would wait for work for ever."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading_layer.choose()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _names() -> list[str]:

@@ -5,11 +5,12 @@ import os
 import sys
 from pathlib import Path
 
+import psutil
 import pytest
 
 from engine.runtimes import rest_compiler
 from engine.runtimes.rest_compiler import compiling_the_rest
-from tests.support.processes import is_gone, until
+from tests.support.processes import has_ended, is_gone, until
 
 
 @pytest.fixture
@@ -42,22 +43,20 @@ async def test_a_compiler_that_fails_is_told_of_and_harms_nobody(
         await until(lambda: "status 3" in caplog.text)
 
 
-def test_nothing_is_compiled_twice_and_only_one_process_compiles(tmp_path: Path) -> None:
-    """The kernels are those of a package of one; both processes see the same cache."""
-    package = tmp_path / "ppaas" / "kernels"
+def package_that(folder: Path, warms: str) -> None:
+    """Make a package of one kernel module, which is warmed by a line of Python."""
+    package = folder / "ppaas" / "kernels"
     package.mkdir(parents=True)
-    (tmp_path / "ppaas" / "__init__.py").write_text("")
+    (folder / "ppaas" / "__init__.py").write_text("")
     (package / "__init__.py").write_text("")
-    told = tmp_path / "told"
     (package / "one.py").write_text(
-        f"from numba import njit\n\n@njit(cache=True)\ndef one():\n    return 1\n\n"
-        f"def warm():\n    one()\n    with open({str(told)!r}, 'a') as file:\n        file.write('warm ')\n"
+        f"import os, time\nfrom numba import njit\n\n@njit(cache=True)\ndef one():\n    return 1\n\n"
+        f"def warm():\n    one()\n    {warms}\n"
     )
-    asyncio.run(_compile_at_once(tmp_path))
-    assert told.read_text() == "warm "
 
 
-async def _compile_at_once(folder: Path) -> None:
+async def compiler_of(folder: Path) -> asyncio.subprocess.Process:
+    """Start a compiler of the kernels of that package, with a cache of their own."""
     script = (
         "import sys, types, pathlib\n"
         "import engine.runtimes.threading_layer, engine.runtimes.kernel_stamp, engine.background\n"
@@ -67,5 +66,25 @@ async def _compile_at_once(folder: Path) -> None:
         "compiler.main()\n"
     )
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")}
-    processes = [await asyncio.create_subprocess_exec(sys.executable, "-c", script, env=environment) for _ in range(2)]
+    return await asyncio.create_subprocess_exec(sys.executable, "-c", script, env=environment)
+
+
+async def test_nothing_is_compiled_twice_and_only_one_process_compiles(tmp_path: Path) -> None:
+    """Both processes see the same cache."""
+    told = tmp_path / "told"
+    package_that(tmp_path, f"open({str(told)!r}, 'a').write('warm ')")
+    processes = [await compiler_of(tmp_path) for _ in range(2)]
     assert [await process.wait() for process in processes] == [0, 0]
+    assert told.read_text() == "warm "
+
+
+async def test_what_compiles_for_a_compiler_that_is_killed_ends_as_well(tmp_path: Path) -> None:
+    begun = tmp_path / "begun"
+    package_that(tmp_path, f"open({str(begun)!r}, 'w').write(f'{{os.getpid()}} '); time.sleep(600)")
+    compiler = await compiler_of(tmp_path)
+    await until(lambda: pid_in(begun) > 0, timeout=60.0)
+    helpers = [child.pid for child in psutil.Process(compiler.pid).children(recursive=True)]
+    assert pid_in(begun) in helpers
+    compiler.kill()
+    await compiler.wait()
+    await until(lambda: all(map(has_ended, helpers)))
