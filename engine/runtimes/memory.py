@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_ARENA_MAX = -1, -3, -8
-_LARGE = 128 * 1024
+_LARGE, _MUCH = 256 * 1024, 512 * 1024
 _BEGUN_ANEW = "PPAAS_BEGUN_ANEW"
 
 UNUSED_EXTRAS = ("cffi", "scipy", "typing_extensions", "yaml")
@@ -17,13 +17,15 @@ UNUSED_EXTRAS = ("cffi", "scipy", "typing_extensions", "yaml")
 def give_back_early() -> None:
     """Let the C library give memory back as soon as it is free: a plan takes some megabytes once a second.
 
+    What the text of a path takes stays: each of its pages is a fault of some microseconds if it has to come anew.
+
     Left alone it takes the first large array for a hint, keeps what such arrays leave, and does so for each thread.
     It holds for this process and for all that are forked from it. Nothing happens where the C library has no such
     settings.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     if mallopt is not None:
-        for parameter, value in ((_M_MMAP_THRESHOLD, _LARGE), (_M_TRIM_THRESHOLD, _LARGE), (_M_ARENA_MAX, 1)):
+        for parameter, value in ((_M_MMAP_THRESHOLD, _LARGE), (_M_TRIM_THRESHOLD, _MUCH), (_M_ARENA_MAX, 1)):
             mallopt(parameter, value)
 
 
