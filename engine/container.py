@@ -27,7 +27,7 @@ from engine.shared_indexes import SharedIndexes
 from engine.shared_plans import PlanningNotes, SharedPlans
 from ppaas.costmap.costmap import Indexes
 from ppaas.errors import PPaaSError
-from ppaas.messages import decode, encode, service_type, type_name
+from ppaas.messages import decode, encode, type_name
 from ppaas.messages.message import Message
 from ppaas.nodes.base import Checkpoint, Node, Payload, Topic
 from ppaas.nodes.clone import build_clone, build_planning
@@ -216,7 +216,7 @@ class Container:
 
         try:
             service = self._graph.service(frame.service)
-            request = decode(service_type(service.type.name).request, frame.payload)
+            request = decode(service.type.request, frame.payload)
             self._graph.call(frame.service, request, reply)
         except PPaaSError as error:
             reply(error)

@@ -7,13 +7,14 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
-from engine.short_jobs import ShortJobs
+from engine.short_jobs import Outcome, ShortJobs
 from ppaas.errors import PPaaSError
 from ppaas.nodes.graph import Graph, Work
 
 logger = logging.getLogger(__name__)
 
 T = TypeVar("T")
+Done = Callable[[T | PPaaSError], None]
 
 JOB_THREADS = 2
 """A plan for the robot and one for an operator's question may be under way at a time."""
@@ -38,7 +39,7 @@ class CloudHome:
         self._closed = False
         self.graph = Graph(self._work)
 
-    def _work(self, work: Work[T], cancelled: Callable[[], bool], done: Callable[[T | PPaaSError], None]) -> None:
+    def _work(self, work: Work[T], cancelled: Callable[[], bool], done: Done[T]) -> None:
         if self._closed:
             return
         # Who drives is not kept waiting.
@@ -49,18 +50,18 @@ class CloudHome:
         future = self._executor.submit(self._short_jobs.timed, work, cancelled)
         future.add_done_callback(lambda ended: self._hand_over(ended, done))
 
-    def _hand_over(self, future: "Future[T]", done: Callable[[T | PPaaSError], None]) -> None:
+    def _hand_over(self, future: Future[Outcome[T]], done: Done[T]) -> None:
         if not future.cancelled():
             with contextlib.suppress(RuntimeError):  # the loop has ended, and nobody waits any longer
-                self._loop.call_soon_threadsafe(self._finish, future, done)
+                self._loop.call_soon_threadsafe(self._finish, future.result(), done)
 
-    def _finish(self, future: "Future[T]", done: Callable[[T | PPaaSError], None]) -> None:
+    def _finish(self, outcome: Outcome[T], done: Done[T]) -> None:
         if self._closed:
             return
-        error = future.exception()
+        result, error = outcome
         try:
             if error is None:
-                done(future.result())
+                done(result)  # type: ignore[arg-type]  # there is one where there is no error
             elif isinstance(error, PPaaSError):
                 done(error)
             else:

@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import threading
+from collections import deque
 from collections.abc import Callable, Sequence
 
 from engine.machine_client import MachineClient
@@ -86,16 +87,13 @@ class PlanningNotes:
 
     def __init__(self, times: Times) -> None:
         self._times = times
-        self._lock = threading.Lock()
-        self._rows: dict[tuple[str, str, str, int], PlannerHistory] = {}
+        self._rows: deque[PlannerHistory] = deque()
         self._link = ""
         self._told = 0
 
     def __call__(self, row: PlannerHistory) -> None:
-        """Take note of what became of a request."""
-        with self._lock:
-            known = self._rows.get(row.key)
-            self._rows[row.key] = row if known is None else known.plus(row)
+        """Take note of what became of a request; somebody waits for its answer, so it is added up when it is told."""
+        self._rows.append(row)
 
     async def begin(self, machine: MachineClient) -> None:
         """Begin with what the machine knows; without it, everything is measured anew."""
@@ -112,10 +110,13 @@ class PlanningNotes:
 
     def tell(self, machine: MachineClient) -> None:
         """Tell the machine what was noted since the last time."""
-        with self._lock:
-            rows, self._rows = list(self._rows.values()), {}
+        rows: dict[tuple[str, str, str, int], PlannerHistory] = {}
+        while self._rows:
+            row = self._rows.popleft()
+            known = rows.get(row.key)
+            rows[row.key] = row if known is None else known.plus(row)
         link = self._times.link
         news = self._link and link.answers > self._told
         self._told = link.answers
         if rows or news:
-            machine.note_history(rows, link.history(self._link, epoch()) if news else None)
+            machine.note_history(list(rows.values()), link.history(self._link, epoch()) if news else None)

@@ -8,8 +8,7 @@ beats, orders and other frames wait for no more than that one.
 
 import asyncio
 from collections.abc import Callable
-from concurrent.futures import Future
-from typing import TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 from ppaas.clock import Clock, monotonic
 from ppaas.nodes.graph import Work
@@ -18,6 +17,13 @@ T = TypeVar("T")
 
 SHORT = 0.02
 """Seconds; so long a robot that stands and whoever plans may be left without an ear."""
+
+
+class Outcome(NamedTuple, Generic[T]):
+    """What a job returned, or what it raised."""
+
+    result: T | None
+    error: Exception | None
 
 
 class ShortJobs:
@@ -39,15 +45,17 @@ class ShortJobs:
         """Learn from the job that is being attempted that it would wait: it is to be begun again in a thread."""
         self._declined = True
 
-    def timed(self, work: Work[T], cancelled: Callable[[], bool]) -> T:
+    def timed(self, work: Work[T], cancelled: Callable[[], bool]) -> Outcome[T]:
         """Run a job to its end, in whatever thread, and note how long it took."""
         began = self._clock()
         try:
-            return work(cancelled)
-        finally:
-            self._short = self._clock() - began < SHORT
+            outcome = Outcome(work(cancelled), None)
+        except Exception as error:  # noqa: BLE001  # whoever asked is told
+            outcome = Outcome(None, error)
+        self._short = self._clock() - began < SHORT
+        return outcome
 
-    def attempt(self, work: Work[T], cancelled: Callable[[], bool]) -> "Future[T] | None":
+    def attempt(self, work: Work[T], cancelled: Callable[[], bool]) -> Outcome[T] | None:
         """Run a job here and return its outcome; None if it is not to be run here, or took too long."""
         if not (self._short and self._free):
             return None
@@ -60,11 +68,7 @@ class ShortJobs:
             late = late or self._clock() > until
             return late or cancelled()
 
-        outcome: Future[T] = Future()
-        try:
-            outcome.set_result(self.timed(work, stop))
-        except Exception as error:  # noqa: BLE001  # what it is, is told with the outcome
-            outcome.set_exception(error)
+        outcome = self.timed(work, stop)
         return None if late or self._declined else outcome
 
     def _turned(self) -> None:

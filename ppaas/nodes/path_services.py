@@ -20,10 +20,14 @@ from ppaas.planners.path_text import rows_text
 from ppaas.planners.registry import PLANNERS
 from ppaas.plans.processor import PlanProcessor
 
+Cancelled = Callable[[], bool]
+
 MAX_TIMEOUT = 60.0
 """Longest time for one plan [s]."""
 
-ToResponse = Callable[[PlanResult], GetPlanResponse | ComputePathResponse]
+Response = GetPlanResponse | ComputePathResponse
+ToResponse = Callable[[PlanResult], Response]
+Outcome = Response | PPaaSError
 
 
 def get_plan_response(result: PlanResult) -> GetPlanResponse:
@@ -128,14 +132,14 @@ class PathServices:
         chosen, where = self._planner(planner or self._default), costmap or self._costmap
         planned: tuple[PlanRequest, PlanResult] | None = None
 
-        def work(cancelled: Callable[[], bool]) -> GetPlanResponse | ComputePathResponse:
+        def work(cancelled: Cancelled) -> Response:
             nonlocal planned
             request = PlanRequest(start, goal, tolerance, timeout, cancelled, self._threads)
             result = self._processor.plan(chosen, where, request, reuse=reuse)
             planned = request, result
             return respond(result)
 
-        def done(result: GetPlanResponse | ComputePathResponse | PPaaSError) -> None:
+        def done(result: Outcome) -> None:
             reply(result)
             if planned is not None:
                 self._comparison.see(chosen, where, *planned)

@@ -6,9 +6,10 @@ and may be asked many times, one thread at a time.
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar, Self
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -58,8 +59,7 @@ class PlanRequest:
     clock: Clock = monotonic
 
 
-@dataclass(frozen=True, slots=True)
-class PlanResult:
+class PlanResult(msgspec.Struct, frozen=True):
     """A path, and what it took to find it.
 
     Parameters
@@ -96,11 +96,11 @@ class PlanResult:
     expanded: int
     seconds: float
     planner: str
-    frame_id: str = field(default="map")
+    frame_id: str = "map"
     origin: Origin = "computed"
     reused: str = ""
     id: str = ""
-    conditions: Conditions = field(default_factory=dict)
+    conditions: Conditions = msgspec.field(default_factory=dict)
 
     def to_message(self, stamp: Header | None = None) -> Path:
         """Return ``nav_msgs/Path``; its poses are JSON already, which the encoder copies as it is."""

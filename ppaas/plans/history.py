@@ -4,6 +4,7 @@ All are whole numbers, so that rows can be added in any order, and by a store th
 """
 
 import math
+from operator import add
 
 import msgspec
 
@@ -62,16 +63,15 @@ class PlannerHistory(msgspec.Struct, frozen=True):
 
     def counts(self) -> tuple[int, ...]:
         """Return the sums, in the order of their fields."""
-        return tuple(getattr(self, name) for name in COUNTS)
+        return msgspec.structs.astuple(self)[len(KEY) :]
 
     def plus(self, other: "PlannerHistory") -> "PlannerHistory":
         """Return the sums of both, under the key of this."""
-        sums = map(sum, zip(self.counts(), other.counts(), strict=True))
-        return PlannerHistory(*self.key, *sums)
+        return PlannerHistory(*self.key, *map(add, self.counts(), other.counts()))
 
 
-COUNTS = PlannerHistory.__struct_fields__[4:]
-"""Names of the fields that are sums."""
+KEY, COUNTS = PlannerHistory.__struct_fields__[:4], PlannerHistory.__struct_fields__[4:]
+"""Names of the fields that say what a row is of, and of those that are sums."""
 
 
 class LinkHistory(msgspec.Struct, frozen=True):

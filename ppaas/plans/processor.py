@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import msgspec
 
@@ -194,7 +194,7 @@ class PlanProcessor:
     def _named(self, result: PlanResult, planner: Planner, *, bare: bool) -> PlanResult:
         """Return a computed plan with its conditions and id."""
         conditions, identity = self._made_under(planner)[bare]
-        return replace(result, conditions=conditions, id=identity.of(result))
+        return msgspec.structs.replace(result, conditions=conditions, id=identity.of(result))
 
     def _made_under(self, planner: Planner) -> tuple[_Made, _Made]:
         """Return what plans have in common that a planner makes around what is seen, and on the bare map."""
@@ -231,7 +231,7 @@ class PlanProcessor:
             conditions=conditions,
         )  # fmt: skip
         own = made.source if made.as_kept else self._identity_of(made, planner).of(result)
-        return replace(result, id=own)
+        return msgspec.structs.replace(result, id=own)
 
     def _identity_of(self, made: Offer, planner: Planner) -> Identity:
         conditions, standing = self._made_under(planner)[False][0], self._standing

@@ -1,13 +1,14 @@
 """Plans that are kept, as those see them who may drive them again."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, Protocol, get_args
 
 from ppaas.geometry import Pose2D, Poses
 
 Origin = Literal["computed", "reused", "stitched"]
+ORIGINS: Mapping[str, Origin] = {origin: origin for origin in get_args(Origin)}
 
 Conditions = dict[str, Any]
 """Under which a plan was made: the parameters of its planner, `BARE_MAP` and `ROBOT_RADIUS`."""

@@ -2,10 +2,10 @@
 
 import logging
 from collections.abc import AsyncIterator
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from engine import machine_link
 from engine.framing import FrameStream

@@ -43,7 +43,7 @@ def jobs(clock: Clock) -> ShortJobs:
 
 async def test_a_job_after_a_short_one_runs_here(jobs: ShortJobs) -> None:
     outcome = jobs.attempt(lambda cancelled: threading.get_ident(), never)
-    assert outcome is not None and outcome.result() == threading.get_ident()
+    assert outcome is not None and outcome.result == threading.get_ident()
 
 
 async def test_nothing_is_taken_for_short_before_it_was_seen(clock: Clock) -> None:
@@ -55,7 +55,7 @@ async def test_an_error_is_the_outcome(jobs: ShortJobs) -> None:
         raise NoValidPath("no way")
 
     outcome = jobs.attempt(fail, never)
-    assert outcome is not None and isinstance(outcome.exception(), NoValidPath)
+    assert outcome is not None and isinstance(outcome.error, NoValidPath)
 
 
 async def test_one_that_takes_too_long_is_stopped_and_so_is_none_of_those_after_it(
@@ -72,13 +72,13 @@ async def test_one_that_takes_too_long_is_stopped_and_so_is_none_of_those_after_
     assert asked == [False, True]
     await asyncio.sleep(0)
     assert jobs.attempt(lambda cancelled: 1, never) is None
-    assert jobs.timed(lambda cancelled: 1, never) == 1
+    assert jobs.timed(lambda cancelled: 1, never).result == 1
     assert jobs.attempt(lambda cancelled: 1, never) is not None
 
 
 async def test_one_that_is_cancelled_learns_of_it(jobs: ShortJobs) -> None:
     outcome = jobs.attempt(lambda cancelled: cancelled(), lambda: True)
-    assert outcome is not None and outcome.result() is True
+    assert outcome is not None and outcome.result is True
 
 
 async def test_only_one_runs_in_a_turn_of_the_loop(jobs: ShortJobs) -> None:
