@@ -1,13 +1,14 @@
 """Refuses bodies that are too large or too slow: by what they announce, and by what they turn out to be."""
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Awaitable, Mapping
 from dataclasses import dataclass
 
 from fastapi import HTTPException
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from endpoints.begun import Begun
 from endpoints.problems import problem_response
 from ppaas.errors import MessageTooLarge
 
@@ -67,20 +68,28 @@ class _Body:
         """Return the next message; once the body is whole, wait for the client to go as long as it takes."""
         if self._whole:
             return await self._receive()
-        if self._until is None:
-            self._until = asyncio.get_running_loop().time() + self._limits.seconds
-        try:
-            async with asyncio.timeout_at(self._until):
-                message = await self._receive()
-        except TimeoutError as error:
-            detail = f"the body did not come within {self._limits.seconds:g} s: send it again, faster"
-            # What still comes of it would be taken for the next request.
-            raise HTTPException(408, detail, {"Connection": "close"}) from error
+        reading = Begun(_awaited(self._receive()))
+        message = await (reading if reading.over else self._in_time(reading))
         self._whole = not message.get("more_body", False)
         self._read += len(message.get("body", b""))
         if self._read > self._limits.size:
             raise _too_large(self._limits)
         return message
+
+    async def _in_time(self, reading: Begun[Message]) -> Message:
+        if self._until is None:
+            self._until = asyncio.get_running_loop().time() + self._limits.seconds
+        try:
+            async with asyncio.timeout_at(self._until):
+                return await reading
+        except TimeoutError as error:
+            detail = f"the body did not come within {self._limits.seconds:g} s: send it again, faster"
+            # What still comes of it would be taken for the next request.
+            raise HTTPException(408, detail, {"Connection": "close"}) from error
+
+
+async def _awaited(work: Awaitable[Message]) -> Message:
+    return await work
 
 
 def _too_large(limits: BodyLimits) -> MessageTooLarge:

@@ -4,8 +4,6 @@ import asyncio
 import logging
 from dataclasses import dataclass
 
-import msgspec
-
 from engine.background import Background
 from engine.master import PlaceRequest
 from engine.model import MapVersion
@@ -22,7 +20,7 @@ from ppaas.messages.ppaas_msgs import (
     ComputePathRequest,
     ComputePathResponse,
 )
-from ppaas.plans.stored import Origin
+from ppaas.plans.stored import ORIGINS
 
 logger = logging.getLogger(__name__)
 
@@ -76,7 +74,7 @@ class Planning:
             seconds=response.seconds,
             planner=response.planner,
             plan_id=response.plan_id,
-            origin=msgspec.convert(response.origin, Origin),
+            origin=ORIGINS[response.origin],
             reused=response.reused,
             conditions=response.conditions,
             container=asked.container,

@@ -1,7 +1,10 @@
 """Paths asked for: the request that is asked most often, and waited for by robots."""
 
+import asyncio
 import re
 from collections import deque
+from collections.abc import Awaitable, Callable
+from functools import partial
 from typing import Any
 
 import msgspec
@@ -9,7 +12,6 @@ import numpy as np
 from fastapi import APIRouter
 from msgspec import Raw
 from pydantic import TypeAdapter, ValidationError
-from starlette.background import BackgroundTask
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, HTTPConnection
 from starlette.responses import Response
@@ -20,7 +22,6 @@ from endpoints.problems import problem_response, unexpected
 from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, problems
-from endpoints.rest.plans import json_response
 from endpoints.rest.schemas import NewPlanAnswer, PlanFile, triple
 from endpoints.rest.strict_json import StrictRoute, is_json, parse
 from endpoints.services import Services
@@ -132,13 +133,33 @@ async def make_plan(map_id: MapId, file: PlanFile, services: Provided, user: Cal
         reuse=file.reuse,
     )
     answer = await services.cloud.compute_path(user, MapVersion(head.id, head.version), request)
-    response = json_response(_told(head, answer), status=201)
+    keep = None
     if answer.plan_id != answer.reused:  # else it is kept already
-        # Run as soon as the answer is on its way, and before the next request is read.
-        response.background = BackgroundTask(
-            services.plan_keeper.keep, services.store, lambda: _record(user, head, request, answer)
-        )
-    return response
+        keep = partial(services.plan_keeper.keep, services.store, partial(_record, user, head, request, answer))
+    return PlanResponse(msgspec.json.encode(_told(head, answer)), keep)
+
+
+class PlanResponse(Response):
+    """A path that was found.
+
+    Parameters
+    ----------
+    body : bytes
+        JSON.
+    keep : callable, optional
+        Run when the answer is on its way, and before the next request is read.
+    """
+
+    def __init__(self, body: bytes, keep: Callable[[], Awaitable[None]] | None) -> None:
+        super().__init__(body, 201, media_type="application/json")
+        self._keep = keep
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send it."""
+        await super().__call__(scope, receive, send)
+        if self._keep is not None:
+            await asyncio.sleep(0)  # what was sent is written at the end of this turn of the loop
+            await self._keep()
 
 
 def allowed_timeout(asked: float | None, settings: Settings) -> float:
@@ -157,9 +178,11 @@ def allowed_timeout(asked: float | None, settings: Settings) -> float:
 
 
 def _told(head: MapRecord, answer: PathAnswer) -> dict[str, Any]:
-    fields = {name: getattr(answer, name) for name in PathAnswer.__struct_fields__}
-    raw = {"poses": Raw(answer.poses), "conditions": Raw(answer.conditions), "reused": answer.reused or None}
-    return fields | raw | {"map": head.id, "version": head.version}
+    fields = msgspec.structs.asdict(answer)
+    fields["poses"], fields["conditions"] = Raw(answer.poses), Raw(answer.conditions)
+    fields["reused"] = answer.reused or None
+    fields["map"], fields["version"] = head.id, head.version
+    return fields
 
 
 def _record(user: User, head: MapRecord, request: PathRequest, answer: PathAnswer) -> PlanRecord:

@@ -40,6 +40,6 @@ def path_of(record: PlanRecord) -> dict[str, Any]:
     }
 
 
-def json_response(answer: dict[str, Any], status: int = 200) -> Response:
+def json_response(answer: dict[str, Any]) -> Response:
     """Serialise once and without checking each of thousands of numbers, as FastAPI would."""
-    return Response(msgspec.json.encode(answer), status, media_type="application/json")
+    return Response(msgspec.json.encode(answer), media_type="application/json")
