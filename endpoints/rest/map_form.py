@@ -11,6 +11,7 @@ import msgspec
 from fastapi import HTTPException, Request
 from starlette.concurrency import run_in_threadpool
 
+from endpoints.rest.body_stream import taken
 from endpoints.rest.form_reader import FormReader, Writer
 from endpoints.rest.schemas import MAX_DESCRIPTION, MAX_READERS
 from ppaas.errors import InvalidMap, InvalidParameter
@@ -19,9 +20,6 @@ from storage.drafts import MapDraft
 from storage.names import PATTERN, check_name
 from storage.ports import MapStore
 from storage.versions import IMAGE, OCTOMAP, YAML
-
-_AT_ONCE = 1 << 20
-"""Bytes that must have come before a thread is asked to take them."""
 
 MULTIPART = "multipart/form-data"
 
@@ -105,30 +103,11 @@ async def received(request: Request, store: MapStore) -> AsyncIterator[tuple[Map
         draft = await run_in_threadpool(stack.enter_context, store.drafting())
         files = _Files(draft)
         with FormReader(content_type, files.open, MAX_READERS + 8) as reader:
-            async for blocks in _gathered(request.stream()):
-                await run_in_threadpool(_write, reader, blocks)
+            await taken(request.stream(), reader.write)
             reader.end()
         form = _form(reader)
         await run_in_threadpool(files.complete, _rules(reader))
         yield form, draft
-
-
-def _write(reader: FormReader, blocks: list[bytes]) -> None:
-    for block in blocks:
-        reader.write(block)
-
-
-async def _gathered(stream: AsyncIterator[bytes]) -> AsyncIterator[list[bytes]]:
-    """Yield what came in the meantime, a mebibyte or so at a time: a thread is not asked for less."""
-    blocks: list[bytes] = []
-    size = 0
-    async for block in stream:
-        blocks.append(block)
-        size += len(block)
-        if size >= _AT_ONCE:
-            yield blocks
-            blocks, size = [], 0
-    yield blocks
 
 
 class _Files:

@@ -32,8 +32,9 @@ async def measure(target: Target, progress: Progress, quick: bool) -> list[Figur
         image = folder / "map.pgm"
         for run in progress.track(range(QUICK if quick else RUNS), description=f"a map of {side}²"):
             await asyncio.to_thread(_write, image, side, run)
-            copied.append(await asyncio.to_thread(_copy, image, folder / "copy", sync=False))
-            synced.append(await asyncio.to_thread(_copy, image, folder / "synced", sync=True))
+            copied.append(await asyncio.to_thread(_copy, image, folder / f"copy-{run}", sync=False))
+            synced.append(await asyncio.to_thread(_copy, image, folder / f"synced-{run}", sync=True))
+            await asyncio.to_thread(os.sync)
             began = monotonic()
             await target.rest.upload_map(MAP, YAML, image)
             published.append(monotonic() - began)
@@ -75,7 +76,7 @@ def _write(path: Path, side: int, run: int) -> None:
 
 
 def _copy(source: Path, target: Path, *, sync: bool) -> float:
-    target.unlink(missing_ok=True)
+    """Copy a file to one that is new, as a version of a map is: its memory is not what another has just left."""
     os.sync()  # what others wrote before is not to be waited for
     began = monotonic()
     shutil.copyfile(source, target)
