@@ -35,7 +35,7 @@ def path_message(poses: Poses, header: Header) -> Path:
 
 def rows_text(poses: Poses) -> str:
     """Return (n, 7) poses as the JSON of a list of rows; raises as ``path_message`` does."""
-    return _write(poses, _ROW).decode("ascii")
+    return str(_write(poses, _ROW), "ascii")
 
 
 @lru_cache(8)
@@ -45,14 +45,14 @@ def _template(pieces: tuple[str, ...]) -> tuple[NDArray[np.uint8], NDArray[np.ui
     return np.frombuffer(b"".join(each) + bytes(BLOCK), np.uint8), ends
 
 
-def _write(rows: Poses, pieces: Sequence[str]) -> bytes:
+def _write(rows: Poses, pieces: Sequence[str]) -> memoryview:
     """Return the JSON of a list; the last piece ends with the comma between its items."""
     if not len(rows):
-        return b"[]"
+        return memoryview(b"[]")
     template, ends = _template(tuple(pieces))
     text = np.empty(1 + len(rows) * (len(template) + rows.shape[1] * WIDEST) + BLOCK, np.uint8)
     length = write_rows(rows, template, ends, text[1:])
     if not length:
         raise InvalidInput(f"a path with numbers that are not below {MOST:g} cannot be told: bring its map nearer to 0")
     text[0], text[length] = ord("["), ord("]")
-    return text[: 1 + int(length)].tobytes()
+    return text[: 1 + int(length)].data

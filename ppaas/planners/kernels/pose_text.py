@@ -25,7 +25,8 @@ WIDEST = 21
 BLOCK = 8
 """Bytes that are copied at a time; so many may be read and written behind the last."""
 
-_1, _10, _BLOCK, _SCALE = np.uint64(1), np.uint64(10), np.uint64(BLOCK), np.uint64(SCALE)
+_1, _2, _3, _4, _5, _6, _7 = (np.uint64(number) for number in range(1, BLOCK))
+_10, _BLOCK, _SCALE = np.uint64(10), np.uint64(BLOCK), np.uint64(SCALE)
 _DECIMALS = np.uint64(9)
 _ZERO, _MINUS, _POINT = np.uint64(ord("0")), ord("-"), ord(".")
 
@@ -65,10 +66,35 @@ def _write_number(value: float, text: Text, at: Place) -> Place:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _copy(source: Text, begin: Place, end: Place, text: Text, at: Place) -> Place:
+    """Copy a part to a place of the text, up to ``BLOCK`` - 1 bytes more than it has; return the place behind it."""
+    behind = at + (end - begin)
+    while begin < end:
+        # All are read before any is written: then it is one load and one store.
+        a, b, c, d = source[begin], source[begin + _1], source[begin + _2], source[begin + _3]
+        e, f, g, h = source[begin + _4], source[begin + _5], source[begin + _6], source[begin + _7]
+        text[at], text[at + _1], text[at + _2], text[at + _3] = a, b, c, d
+        text[at + _4], text[at + _5], text[at + _6], text[at + _7] = e, f, g, h
+        begin += _BLOCK
+        at += _BLOCK
+    return behind
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _changed(rows: NDArray[np.float64], row: int) -> int:
+    """Return how many columns there are up to the last in which a row is another than the one before."""
+    changed = rows.shape[1]
+    while row > 0 and changed > 0 and rows[row, changed - 1] == rows[row - 1, changed - 1]:
+        changed -= 1
+    return changed
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def write_rows(rows: NDArray[np.float64], pieces: Text, ends: NDArray[np.uint64], text: Text) -> Length:
     """Write each row as piece, number, piece, …, number, piece; return the length.
 
-    It is 0 where a number is too large to be written.
+    It is 0 where a number is too large to be written. What is at the end of a row as in the row before is copied from
+    there: paths run straight ahead for long.
 
     Parameters
     ----------
@@ -81,21 +107,21 @@ def write_rows(rows: NDArray[np.float64], pieces: Text, ends: NDArray[np.uint64]
     text : array
         Filled from its beginning: n · (p + m · ``WIDEST``) + ``BLOCK`` bytes are enough.
     """
-    at = np.uint64(0)
-    columns = rows.shape[1]
+    at, columns = np.uint64(0), rows.shape[1]
+    behind = np.zeros(columns + 1, np.uint64)  # where the row before begins, and where each of its numbers ends
     for row in range(rows.shape[0]):
-        begin = np.uint64(0)
-        for column in range(columns + 1):
-            end, to = ends[column], at
-            at += end - begin
-            while begin < end:
-                for ahead in range(_BLOCK):
-                    text[to + ahead] = pieces[begin + ahead]
-                begin += _BLOCK
-                to += _BLOCK
-            begin = end
-            if column < columns:
-                if not abs(rows[row, column]) < MOST:
-                    return 0
-                at = _write_number(rows[row, column], text, at)
+        changed, old_end = _changed(rows, row), at
+        piece, old = np.uint64(0), behind[changed]
+        behind[0] = at
+        for column in range(changed):
+            if not abs(rows[row, column]) < MOST:
+                return 0
+            at = _write_number(rows[row, column], text, _copy(pieces, piece, ends[column], text, at))
+            piece, behind[column + 1] = ends[column], at
+        if changed == columns:
+            at = _copy(pieces, piece, ends[columns], text, at)
+            continue
+        for column in range(changed, columns):
+            behind[column + 1] += at - old
+        at = _copy(text, old, old_end, text, at)
     return np.int64(at)
