@@ -47,8 +47,6 @@ PER_VISIT = 40
 """Lines that the work around a visit is worth."""
 POLLS = 500
 """Looks for work before a thread gives up: some 20 µs."""
-ALONE = 2_000
-"""Lines that one thread does before it asks for others: a short way is found sooner than they come."""
 EACH = 3
 """So many tiles must wait for each thread before one more is asked for."""
 
@@ -128,7 +126,7 @@ def _is_short_of_hands(state: Ints, helpers: Int) -> bool:
     for helper in range(1, helpers + 1):
         waiting += state[THREADS + helper * APART + WAITING]
         called += state[THREADS + helper * APART + CALLED]
-    return bool((called < helpers) & (waiting >= EACH * (called + 1)) & (state[THREADS + LINES] >= ALONE))
+    return bool((called < helpers) & (waiting >= EACH * (called + 1)))
 
 
 @bare

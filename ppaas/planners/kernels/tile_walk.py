@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.planners.kernels import simd
@@ -90,26 +90,15 @@ def descend_tiles(
     return int(count)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def count_up_to(field: Numbers, marks: Marks, first: int, last: int, most: int, threads: int) -> int:
-    """Return how many cells of tiles ``first`` to ``last`` have a value of at most ``most``, with that many threads."""
-    count: Int = 0
-    if threads == 1:
-        for tile in range(first, last):
-            count += _count_tile(field, marks, tile, most)
-    else:
-        for tile in prange(first, last):
-            count += _count_tile(field, marks, tile, most)
-    return int(count)
-
-
 @njit(cache=True, nogil=True, error_model="numpy")
-def _count_tile(field: Numbers, marks: Marks, tile: Int, most: Int) -> Int:
+def count_up_to(field: Numbers, marks: Marks, first: int, last: int, most: int) -> int:
+    """Return how many cells of tiles ``first`` to ``last`` have a value of at most ``most``."""
     count: Int = 0
     above = simd.splat(most + 1)
-    if marks[tile] & TOUCHED:
-        for row in range(SIDE):
-            count += simd.size(simd.less(simd.load(field, tile * CELLS + row * SIDE), above))
+    for tile in range(first, last):
+        if marks[tile] & TOUCHED:
+            for row in range(SIDE):
+                count += simd.size(simd.less(simd.load(field, tile * CELLS + row * SIDE), above))
     return int(count)
 
 
@@ -135,5 +124,5 @@ def warm() -> None:
     source, cells = np.zeros(1, np.uint8), np.zeros((1, 2), np.int32)
     source.flags.writeable = False
     descend_tiles(field, tables, marks, source, 1, 1, 1, np.ones((2, 256), np.int64), cells, 1, 1)
-    count_up_to(field, marks, 0, 1, 0, 1)
+    count_up_to(field, marks, 0, 1, 0)
     read_rows(field, marks, 1, 0, 1, 1, np.zeros((1, 1)))

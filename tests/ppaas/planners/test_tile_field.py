@@ -71,7 +71,8 @@ def test_tiles_give_the_field_of_the_naive_twin_unit_for_unit(scene):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", range(6))
-def test_any_number_of_threads_gives_the_field_of_the_queue_bit_for_bit(kind, seed):
+def test_any_number_of_threads_gives_the_field_of_the_queue_bit_for_bit(kind, seed, monkeypatch):
+    monkeypatch.setattr(tile_field, "SLICE_ALONE", 1)
     shape = [(400, 333), (64, 512), (257, 300), (480, 200), (97, 1_000), (320, 320)][seed]
     costs = drawn(kind, shape, seed)
     free = grids.free_cells(costs, seed % 2 == 0)
@@ -121,7 +122,7 @@ def test_slices_of_any_size_give_the_same_field(monkeypatch):
     goals = grids.free_cells(costs, True)[:1]
     whole, _ = fields(costs, goals)
     whole.grow()
-    for name in ("SLICE_LINES", "SLICE_READ", "SLICE_WALKED"):
+    for name in ("SLICE_ALONE", "SLICE_LINES", "SLICE_READ", "SLICE_WALKED"):
         monkeypatch.setattr(tile_field, name, 1)
     sliced, _ = fields(costs, goals, threads=2)
     sliced.grow()
@@ -131,7 +132,8 @@ def test_slices_of_any_size_give_the_same_field(monkeypatch):
 
 
 def test_the_check_is_called_between_slices_and_ends_the_work(monkeypatch):
-    monkeypatch.setattr(tile_field, "SLICE_LINES", 1)
+    for name in ("SLICE_ALONE", "SLICE_LINES"):
+        monkeypatch.setattr(tile_field, name, 1)
     calls = 0
 
     def check():
@@ -207,6 +209,39 @@ def test_threads_that_are_stopped_anywhere_leave_a_field_that_grows_on(seed):
     tiled.grow()
     queued.grow()
     assert np.array_equal(tiled.values(), queued.values())
+
+
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_any_number_of_threads_counts_the_same_cells(threads, monkeypatch):
+    monkeypatch.setattr(tile_field, "SLICE_READ", 1)
+    costs = drawn("cluttered", (330, 290), 4)
+    free = grids.free_cells(costs, True)
+    tiled, queued = fields(costs, free[:1], threads=threads)
+    for target in (free[len(free) // 2], None):
+        tiled.grow(target)
+        queued.grow()
+        bound = np.inf if target is None else queued.values()[tuple(target)]
+        reached = queued.values()[np.isfinite(queued.values())]
+        assert tiled.settled == np.count_nonzero(reached <= bound)
+
+
+def test_the_check_ends_the_counting_of_all_threads(monkeypatch):
+    calls = []
+
+    def check():
+        calls.append(1)
+        if counting:
+            raise PlanCancelled("enough")
+
+    counting = False
+    field = TileField(grids.of(np.zeros((300, 300), np.uint8)), np.array([(0, 0)]), threads=3, check=check)
+    field.grow()
+    monkeypatch.setattr(tile_field, "SLICE_READ", 1)
+    counting = True
+    before = len(calls)
+    with pytest.raises(PlanCancelled):
+        _ = field.settled
+    assert len(calls) == before + 1
 
 
 def test_helpers_are_called_and_the_next_field_waits_until_they_have_left(monkeypatch):
