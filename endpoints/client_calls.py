@@ -45,7 +45,7 @@ class ClientCalls:
     """
 
     def __init__(
-        self, place: PlaceLink, client: int, wire: RosbridgeSession, send: Callable[[str], None], shortcut: Shortcut
+        self, place: PlaceLink, client: int, wire: RosbridgeSession, send: Callable[[bytes], None], shortcut: Shortcut
     ) -> None:
         self._place = place
         self._client = client
@@ -128,7 +128,7 @@ class ClientCalls:
         self._place.client_services.unadvertise(service, self._client)
         self._spellings.pop(service, None)
 
-    def request(self, call: int, service: str, arguments: bytes) -> str:
+    def request(self, call: int, service: str, arguments: bytes) -> bytes:
         """Return the frame that puts a call to the client."""
         return self._wire.request(self._spellings[service], call, arguments)
 

@@ -34,7 +34,7 @@ class ClientGoals:
     """
 
     def __init__(
-        self, place: PlaceLink, client: int, wire: RosbridgeSession, outbox: Outbox, send: Callable[[str], None]
+        self, place: PlaceLink, client: int, wire: RosbridgeSession, outbox: Outbox, send: Callable[[bytes], None]
     ) -> None:
         self._place = place
         self._client = client

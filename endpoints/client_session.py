@@ -131,7 +131,7 @@ class ClientSession:
 
     # -- to the client -------------------------------------------------------------------------------------------------
 
-    def _answer(self, frame: str) -> None:
+    def _answer(self, frame: bytes) -> None:
         try:
             self.outbox.put_answer(frame)
         except PPaaSError as error:  # an answer is not dropped; rather the client is
@@ -149,7 +149,7 @@ class ClientSession:
         if status is not None:
             self.outbox.put("", status, DEFAULT_KEEP)
 
-    def _put(self, topic: str, frame: str) -> None:
+    def _put(self, topic: str, frame: bytes) -> None:
         self.outbox.put(topic, frame, self._wire.queue_length(topic, KEEP.get(topic, DEFAULT_KEEP)))
 
     # -- from the place ------------------------------------------------------------------------------------------------

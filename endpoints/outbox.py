@@ -21,7 +21,7 @@ KEEP = {
 MAX_KEEP = 1000
 
 MAX_BYTES = 16 << 20
-"""Characters of frames that wait. Beyond it the oldest messages of all topics that do not last are dropped first; a
+"""Bytes of frames that wait. Beyond it the oldest messages of all topics that do not last are dropped first; a
 client for which so much waits that must not be dropped is closed."""
 
 EXPIRY = {"cmd_vel": 0.5}
@@ -32,7 +32,7 @@ LASTING = frozenset({"move_base/result", "follow_waypoints/result", "map", "tf_s
 
 MAX_SENT = 256
 MAX_SENT_BYTES = 4 << 20
-"""Frames, and characters of them, that were sent and are kept to be sent again; a larger frame is not."""
+"""Frames, and bytes of them, that were sent and are kept to be sent again; a larger frame is not."""
 
 
 class Sink(Protocol):
@@ -43,13 +43,13 @@ class Sink(Protocol):
         """Whether it takes a frame now."""
         ...
 
-    def send_frame(self, frame: str) -> None:
+    def send_frame(self, frame: bytes) -> None:
         """Send a frame; only while ready."""
         ...
 
 
 class _Entry(NamedTuple):
-    frame: str
+    frame: bytes
     expires: float
     lasts: bool
 
@@ -86,7 +86,7 @@ class Outbox:
 
     # -- what waits ----------------------------------------------------------------------------------------------------
 
-    def put(self, topic: str, frame: str, keep: int) -> None:
+    def put(self, topic: str, frame: bytes, keep: int) -> None:
         """Add a frame of a topic; of more than ``keep`` the oldest is dropped."""
         waiting = self._by_topic[topic]
         while waiting and (waiting[0] not in self._entries or len(waiting) >= min(max(keep, 1), MAX_KEEP)):
@@ -94,7 +94,7 @@ class Outbox:
         expires = self._clock() + EXPIRY[topic] if topic in EXPIRY else float("inf")
         waiting.append(self._add(_Entry(frame, expires, topic in LASTING)))
 
-    def put_answer(self, frame: str) -> None:
+    def put_answer(self, frame: bytes) -> None:
         """Add a frame that must not be dropped: a response, or a status.
 
         Raises

@@ -56,9 +56,9 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         open_ = self.conn.state is State.OPEN and not (self.disconnected or self.close_sent)
         return open_ and self.writable.is_set() and not self.transport.is_closing()
 
-    def send_frame(self, frame: str) -> None:
-        """Send a text; only while ``ready``."""
-        self.conn.send_text(frame.encode())
+    def send_frame(self, frame: bytes) -> None:
+        """Send a text, which is UTF-8; only while ``ready``."""
+        self.conn.send_text(frame)
         self.transport.write(b"".join(self.conn.data_to_send()))
 
     def resume_writing(self) -> None:

@@ -110,17 +110,11 @@ class FrameReceiver(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Cut what arrived into frames."""
-        self._buffer += data
-        while len(self._buffer) >= LENGTH and self._fault is None:
-            end = LENGTH + int.from_bytes(self._buffer[:LENGTH], "big")
-            if end > LENGTH + MAX_FRAME:
-                self._fault = MessageTooLarge(f"a frame of {end - LENGTH} bytes is over the limit of {MAX_FRAME}")
-            elif len(self._buffer) < end:
-                break
-            else:
-                self._frames.append(bytes(memoryview(self._buffer)[LENGTH:end]))
-                self._held += end - LENGTH
-                del self._buffer[:end]
+        if self._buffer:
+            self._buffer += data
+            del self._buffer[: self._cut(self._buffer)]
+        else:
+            self._buffer += data[self._cut(data) :]
         if (self._fault is not None or self._held > MAX_HELD) and not (self._paused or self._transport.is_closing()):
             self._paused = True
             self._transport.pause_reading()
@@ -144,6 +138,23 @@ class FrameReceiver(asyncio.Protocol):
     def resume_writing(self) -> None:
         """Tell who writes that the peer is behind no more."""
         self._rest.resume_writing()
+
+    def _cut(self, held: bytes | bytearray) -> int:
+        """Take the frames that are whole; return how many bytes these are."""
+        begin = 0
+        with memoryview(held) as view:
+            while len(view) - begin >= LENGTH and self._fault is None:
+                body = begin + LENGTH
+                size = int.from_bytes(view[begin:body], "big")
+                if size > MAX_FRAME:
+                    self._fault = MessageTooLarge(f"a frame of {size} bytes is over the limit of {MAX_FRAME}")
+                elif len(view) < body + size:
+                    break
+                else:
+                    self._frames.append(bytes(view[body : body + size]))
+                    self._held += size
+                    begin = body + size
+        return begin
 
     def _end(self) -> None:
         self._ended = True

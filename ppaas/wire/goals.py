@@ -77,7 +77,7 @@ class _Goal:
 class Told:
     """A frame for the client; one that is ``final`` is a result and must arrive."""
 
-    frame: str
+    frame: bytes
     final: bool
 
 
@@ -212,10 +212,10 @@ class Goals:
         if number == UNKNOWN:
             reason = text or "the goal was lost: nobody knows how it ended"
             frame = _ActionResult(operation.action, reason, UNKNOWN, False, operation.id)
-            return Told(_encoder.encode(frame).decode(), final=True)
+            return Told(_encoder.encode(frame), final=True)
         values = _spelled(goal.action, goal.action.result(result, status, text))
         frame = _ActionResult(operation.action, msgspec.Raw(values), number, True, operation.id)
-        return Told(_encoder.encode(frame).decode(), final=True)
+        return Told(_encoder.encode(frame), final=True)
 
 
 def _status(status: GoalStatus) -> Status:
@@ -229,13 +229,13 @@ def _spelled(action: Action, values: bytes) -> bytes:
     return to_ros2(values) if action.ros2 else values
 
 
-def _feedback(goal: _Goal, feedback: bytes, now: float) -> str:
+def _feedback(goal: _Goal, feedback: bytes, now: float) -> bytes:
     values = _spelled(goal.action, goal.action.feedback(goal.sent, feedback, now))
     frame = _ActionFeedback(goal.operation.action, msgspec.Raw(values), goal.operation.id)
-    return _encoder.encode(frame).decode()
+    return _encoder.encode(frame)
 
 
-def refusal(operation: SendActionGoal, error: PPaaSError) -> str:
+def refusal(operation: SendActionGoal, error: PPaaSError) -> bytes:
     """Return the result of a goal that was not taken: its values are the reason, as for a service."""
     frame = _ActionResult(operation.action, str(error), UNKNOWN, False, operation.id)
-    return _encoder.encode(frame).decode()
+    return _encoder.encode(frame)

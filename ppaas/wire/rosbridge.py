@@ -1,4 +1,4 @@
-"""The server side of rosbridge v2: frames of text in, typed operations out, and back.
+"""The server side of rosbridge v2: frames of text in, typed operations out, and back: text in UTF-8, as it is sent.
 
 Source of the facts: ``RobotWebTools/rosbridge_suite``, ``ROSBRIDGE_PROTOCOL.md``. What a message carries is not looked
 at here: it stays the JSON that the client sent, for the clone to read.
@@ -127,7 +127,7 @@ class RosbridgeSession:
 
     # -- what the client is told -------------------------------------------------------------------------------------
 
-    def publish(self, topic: str, payload: bytes, now: float) -> Iterator[str]:
+    def publish(self, topic: str, payload: bytes, now: float) -> Iterator[bytes]:
         """Yield the frames that bring a message to this client, one for each spelling that it subscribed with.
 
         Parameters
@@ -150,7 +150,7 @@ class RosbridgeSession:
         """Return when ``due`` has the next message, in monotonic seconds; None if nothing waits."""
         return min((channel.next_at for channel in self._late), default=None)
 
-    def due(self, now: float) -> Iterator[tuple[str, str]]:
+    def due(self, now: float) -> Iterator[tuple[str, bytes]]:
         """Yield topics and frames of messages that came too soon, and whose turn it is now."""
         for channel, topic in tuple(self._late.items()):
             ready = channel.due(now)
@@ -159,27 +159,27 @@ class RosbridgeSession:
             if ready is not None:
                 yield topic, _published(channel, ready)
 
-    def answer(self, call: CallService, values: bytes) -> str:
+    def answer(self, call: CallService, values: bytes) -> bytes:
         """Return the response of a service that was served; ``values`` is JSON."""
         if is_ros2_type(call.type):
             values = to_ros2(values)
-        return _encoder.encode(_ServiceResponse(call.service, msgspec.Raw(values), True, call.id)).decode()
+        return _encoder.encode(_ServiceResponse(call.service, msgspec.Raw(values), True, call.id))
 
-    def refuse_call(self, call: CallService, error: PPaaSError) -> str:
+    def refuse_call(self, call: CallService, error: PPaaSError) -> bytes:
         """Return the response of a service that failed: the reason takes the place of the values."""
-        return _encoder.encode(_ServiceResponse(call.service, str(error), False, call.id)).decode()
+        return _encoder.encode(_ServiceResponse(call.service, str(error), False, call.id))
 
-    def request(self, service: str, call: int, arguments: bytes) -> str:
+    def request(self, service: str, call: int, arguments: bytes) -> bytes:
         """Return the frame that asks the client to serve a call; ``service`` is spelled as it was advertised."""
-        return _encoder.encode(_ServiceRequest(service, str(call), msgspec.Raw(arguments))).decode()
+        return _encoder.encode(_ServiceRequest(service, str(call), msgspec.Raw(arguments)))
 
-    def status(self, error: PPaaSError, operation_id: str | None = None, level: Level = "error") -> str | None:
+    def status(self, error: PPaaSError, operation_id: str | None = None, level: Level = "error") -> bytes | None:
         """Return the frame that tells the client of an error, or None if it does not want to hear of one this bad."""
         if LEVELS.index(self._level) < LEVELS.index(level):
             return None
-        return _encoder.encode(_Status(level, f"{error.slug}: {error}", operation_id)).decode()
+        return _encoder.encode(_Status(level, f"{error.slug}: {error}", operation_id))
 
 
-def _published(channel: Channel, payload: bytes) -> str:
-    text = (to_ros2(payload) if channel.ros2 else payload).decode()
-    return f'{{"op":"publish","topic":"{channel.spelling}","msg":{text}}}'
+def _published(channel: Channel, payload: bytes) -> bytes:
+    text = to_ros2(payload) if channel.ros2 else payload
+    return b'{"op":"publish","topic":"%b","msg":%b}' % (channel.spelling.encode(), text)

@@ -109,7 +109,7 @@ async def test_a_connection_is_ready_while_its_transport_takes_more_and_tells_wh
     async with connected(Server()) as (client, connection):
         again = asyncio.Event()
         connection.hand_to(lambda _: None, again.set)
-        connection.send_frame("sent past ASGI")
+        connection.send_frame(b"sent past ASGI")
         assert await client.recv() == "sent past ASGI"
         assert connection.ready
         connection.pause_writing()

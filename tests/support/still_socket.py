@@ -14,9 +14,9 @@ class Connection:
     def ready(self) -> bool:
         return len(self.sent) < self.room
 
-    def send_frame(self, frame: str) -> None:
+    def send_frame(self, frame: bytes) -> None:
         assert self.ready, "frames are sent only while the connection takes them"
-        self.sent.append(frame)
+        self.sent.append(frame.decode())
 
 
 def sent(outbox: Outbox, count: float = float("inf")) -> list[str]:
