@@ -83,7 +83,7 @@ def _copy(source: Text, begin: Place, end: Place, text: Text, at: Place) -> Plac
 @njit(cache=True, nogil=True, error_model="numpy")
 def _changed(rows: NDArray[np.float64], row: int) -> int:
     """Return how many columns there are up to the last in which a row is another than the one before."""
-    changed = rows.shape[1]
+    changed = int(rows.shape[1])
     while row > 0 and changed > 0 and rows[row, changed - 1] == rows[row - 1, changed - 1]:
         changed -= 1
     return changed
@@ -107,7 +107,7 @@ def write_rows(rows: NDArray[np.float64], pieces: Text, ends: NDArray[np.uint64]
     text : array
         Filled from its beginning: n · (p + m · ``WIDEST``) + ``BLOCK`` bytes are enough.
     """
-    at, columns = np.uint64(0), rows.shape[1]
+    at, columns = np.uint64(0), int(rows.shape[1])
     behind = np.zeros(columns + 1, np.uint64)  # where the row before begins, and where each of its numbers ends
     for row in range(rows.shape[0]):
         changed, old_end = _changed(rows, row), at
