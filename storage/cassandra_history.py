@@ -42,6 +42,10 @@ class CassandraHistory:
         """Return the ids of the maps that have history, sorted."""
         return self._session.partitions("history", "map")
 
+    def remove_history(self, map_id: str) -> None:
+        """Forget the rows of a map, if it has any."""
+        self._session.write("DELETE FROM history WHERE map = ?", check_name("map", map_id))
+
     def put_link(self, row: LinkHistory) -> None:
         """Keep what was measured of a link in place of what was before."""
         insert = "INSERT INTO links (shard, link, record) VALUES (0, ?, ?)"

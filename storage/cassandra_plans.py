@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from functools import cached_property
 from typing import Any
 
@@ -97,6 +98,15 @@ class CassandraPlans:
         self._squares.remove(row)
         if not self._session.write_if("DELETE FROM plans WHERE id = ? IF EXISTS", plan_id):
             raise NotFound("plan", plan_id)
+
+    def remove_plans(self, map_id: str) -> int:
+        """Forget the plans of a map, one by one; return how many."""
+        removed = 0
+        for head in self._heads(check_name("map", map_id), None):
+            with suppress(NotFound):  # another removed it
+                self.remove_plan(head.id)
+                removed += 1
+        return removed
 
     def sweep_entries(self, grace: float = GRACE) -> int:
         """Remove the entries that no plan refers to any more and nobody wrote of late; return how many.

@@ -36,6 +36,12 @@ class MemoryHistory:
         with self._history_lock:
             return sorted({row.map for row in self._history.values()})
 
+    def remove_history(self, map_id: str) -> None:
+        """Forget the rows of a map, if it has any."""
+        check_name("map", map_id)
+        with self._history_lock:
+            self._history = {key: row for key, row in self._history.items() if row.map != map_id}
+
     def put_link(self, row: LinkHistory) -> None:
         """Keep what was measured of a link in place of what was before."""
         checked = check_link(row)

@@ -82,6 +82,15 @@ class MemoryPlans:
             self._known(plan_id)
             self._remove(plan_id)
 
+    def remove_plans(self, map_id: str) -> int:
+        """Forget the plans of a map; return how many."""
+        check_name("map", map_id)
+        with self._plans_lock:
+            ids = [entry.id for entry in self._plans.values() if entry.map == map_id]
+            for plan_id in ids:
+                self._remove(plan_id)
+        return len(ids)
+
     def plan(self, plan_id: str) -> PlanRecord:
         """Return a plan; ``NotFound`` if there is none."""
         check_name("plan", plan_id)

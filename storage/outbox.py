@@ -111,6 +111,14 @@ class Outbox:
         with self._connections.writing() as connection:
             return connection.execute("DELETE FROM plans WHERE id = ?", (plan_id,)).rowcount > 0
 
+    def forget_plans(self, map_id: str) -> int:
+        """Let go of the plans of a map; return how many waited."""
+        with self._connections.writing() as connection:
+            waiting = connection.execute("SELECT sequence, record FROM plans")
+            mine = [(sequence,) for sequence, record in waiting if decode(record, PlanRecord).map == map_id]
+            connection.executemany("DELETE FROM plans WHERE sequence = ?", mine)
+        return len(mine)
+
     @contextmanager
     def sending(self) -> Iterator[None]:
         """Keep all others from sending what waits, and wait for whoever does: so it arrives in order."""

@@ -95,6 +95,11 @@ class PatientStore:
             else:
                 self._outbox.forget(plan_id)
 
+    def remove_plans(self, map_id: str) -> int:
+        """Forget the plans of a map, though they wait; return how many."""
+        with self._outbox.sending():
+            return self._store.remove_plans(map_id) + self._outbox.forget_plans(map_id)
+
     # -- the thread that sends -----------------------------------------------------------------------------------------
 
     def _send_all(self) -> None:

@@ -301,6 +301,10 @@ class PlanStore(Protocol):
         """Forget a plan; ``NotFound`` if there is none. Entries that other plans refer to stay."""
         ...
 
+    def remove_plans(self, map_id: str) -> int:
+        """Forget the plans of a map, some at a time; return how many. What was cut off goes on when it is repeated."""
+        ...
+
 
 class CloneStore(Protocol):
     """Checkpoints of clones."""
@@ -335,6 +339,10 @@ class HistoryStore(Protocol):
 
     def history_maps(self) -> list[str]:
         """Return the ids of the maps that have rows, sorted."""
+        ...
+
+    def remove_history(self, map_id: str) -> None:
+        """Forget the rows of a map, if it has any."""
         ...
 
     def put_link(self, row: LinkHistory) -> None:

@@ -44,6 +44,12 @@ class SqliteHistory:
         with self._history_connections.reading() as connection:
             return [map_id for (map_id,) in connection.execute("SELECT DISTINCT map FROM history ORDER BY map")]
 
+    def remove_history(self, map_id: str) -> None:
+        """Forget the rows of a map, if it has any."""
+        check_name("map", map_id)
+        with self._history_connections.writing() as connection:
+            connection.execute("DELETE FROM history WHERE map = ?", (map_id,))
+
     def put_link(self, row: LinkHistory) -> None:
         """Keep what was measured of a link in place of what was before."""
         values = check_link(row).link, encode(row)

@@ -21,6 +21,7 @@ from storage.plan_entry import context_of, entries_of, head_of, record_of
 from storage.plan_search import PlanSearch
 from storage.records import PlanPart, PlanPassage, PlanRecord, PlanStatistics
 from storage.sqlite_connections import SqliteConnections
+from storage.sqlite_plan_removal import remove_span
 from storage.sqlite_plan_schema import SPAN
 from storage.sqlite_plan_writing import PlanTransaction, RememberedChunks, sequence_of
 
@@ -82,6 +83,17 @@ class SqlitePlans:
         check_name("plan", plan_id)
         with self._plan_connections.writing(synced=False) as connection:
             PlanTransaction(connection, self._remembered).remove(_known(connection, plan_id))
+
+    def remove_plans(self, map_id: str) -> int:
+        """Forget the plans of a map, some at a time, so that others come to write; return how many."""
+        check_name("map", map_id)
+        removed = 0
+        while True:
+            with self._plan_connections.writing(synced=False) as connection:
+                some = remove_span(connection, map_id, PlanTransaction(connection, self._remembered).remove)
+            if some is None:
+                return removed
+            removed += some
 
     def plan(self, plan_id: str) -> PlanRecord:
         """Return a plan; ``NotFound`` if there is none."""

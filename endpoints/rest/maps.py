@@ -20,6 +20,7 @@ from ppaas.clock import epoch
 from ppaas.errors import Conflict, NotFound, NotPermitted
 from storage.drafts import MapDraft
 from storage.opened import OpenMap
+from storage.ports import Store
 from storage.records import MapRecord, Publication, User
 
 router = APIRouter(prefix="/maps", tags=["maps"], route_class=StrictRoute)
@@ -86,12 +87,25 @@ async def roll_back_map(
 
 @router.delete("/{map_id}", status_code=204, responses=KNOWN | problems(403, 404, 409))
 async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
-    """Remove a map with all its versions; one that a robot stands in is kept."""
+    """Remove a map with all its versions and what was planned on it; one that a robot stands in is kept."""
     await _owned_head(services, user, map_id)
     if robots_in(services, map_id=map_id):
         raise Conflict(f"robots stand in map {map_id!r}: let them disconnect first")
+    await services.plan_keeper.settled()
     with _changed(services, map_id):
-        await run_in_threadpool(services.map_store.remove_map, map_id)
+        await run_in_threadpool(_remove, services, map_id)
+
+
+def _remove(services: Services, map_id: str) -> None:
+    """Remove a map behind its paths, so that whoever is cut off can go on; and those paths that came meanwhile."""
+    _forget_planning(services.store, map_id)
+    services.map_store.remove_map(map_id)
+    _forget_planning(services.store, map_id)
+
+
+def _forget_planning(store: Store, map_id: str) -> None:
+    store.remove_plans(map_id)
+    store.remove_history(map_id)
 
 
 @contextmanager

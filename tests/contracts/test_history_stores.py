@@ -76,6 +76,7 @@ def test_a_link_with_numbers_that_are_none_is_refused(store: Store, number: floa
 def test_names_that_are_none_are_refused(store: Store, name: str) -> None:
     calls: list[Callable[[], object]] = [
         lambda: store.history(name),
+        lambda: store.remove_history(name),
         lambda: store.add_history([failed_row(key(name))]),
         lambda: store.add_history([failed_row(key(planner=name))]),
         lambda: store.put_link(LinkHistory(name, 0.0, 1.0, 1, 0.0)),
@@ -89,3 +90,13 @@ def test_maps_with_history_are_listed_once(store: Store) -> None:
     assert store.history_maps() == []
     store.add_history([PlannerHistory(name, version, "dijkstra", 3) for name in ("yard", "house") for version in "ab"])
     assert store.history_maps() == ["house", "yard"]
+
+
+def test_the_history_of_a_map_is_removed_and_no_other(store: Store) -> None:
+    store.add_history([failed_row(key(name, version)) for name in ("house", "house2", "yard") for version in "ab"])
+    store.remove_history("house")
+    assert store.history("house") == []
+    assert store.history_maps() == ["house2", "yard"]
+    store.remove_history("house")
+    store.add_history([failed_row(key())])
+    assert [row.failed for row in store.history("house")] == [1]

@@ -12,7 +12,7 @@ from ppaas.errors import Conflict, InvalidInput, NotFound
 from ppaas.geometry import poses_along
 from storage.ports import Store
 from storage.records import PlanRecord, PlanStatistics
-from tests.support.records import plan
+from tests.support.records import NOT_NAMES, plan
 
 NAN, INF = math.nan, math.inf
 
@@ -134,6 +134,34 @@ def test_removed_plans_are_found_no_more(store: Store) -> None:
     assert [p.head.id for p in store.plans_through("house", "v1", (1, 0), (4, 0), 0.1)] == ["b"]
     store.remove_plan("b")
     assert store.plan_statistics() == PlanStatistics()
+
+
+def test_the_plans_of_a_map_are_removed_and_no_others(store: Store) -> None:
+    store.add_plans(
+        path(f"{map_id}-{version}{number}", (0, 0), (5, number), map=map_id, version=version, steps=99)
+        for map_id, count in (("house", 150), ("house2", 3), ("yard", 2))
+        for version in ("v1", "v2")
+        for number in range(count)
+    )
+    others = [store.plan_statistics(map_id) for map_id in ("house2", "yard")]
+    assert store.remove_plans("house") == 300
+    assert store.plan_maps() == ["house2", "yard"]
+    assert store.plans("house") == store.find_plans("house", "v1", (0, 0), (5, 0), 0.1) == []
+    assert store.plans_through("house", "v1", (1, 0), (4, 0), 0.1) == []
+    assert store.plan_statistics("house") == PlanStatistics()
+    assert [store.plan_statistics(map_id) for map_id in ("house2", "yard")] == others
+    with pytest.raises(NotFound):
+        store.plan("house-v17")
+    assert store.remove_plans("house") == 0
+    again = path("house-v17", (0, 0), (5, 7))
+    store.add_plan(again)
+    assert store.plans("house") == [head(again)]
+
+
+@pytest.mark.parametrize("name", NOT_NAMES)
+def test_plans_of_what_is_no_map_are_not_removed(store: Store, name: str) -> None:
+    with pytest.raises(InvalidInput):
+        store.remove_plans(name)
 
 
 def test_statistics_count_plans_and_waypoints_of_a_map(store: Store) -> None:

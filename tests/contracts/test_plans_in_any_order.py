@@ -85,6 +85,13 @@ class PlansInAnyOrder(RuleBasedStateMachine):
         expected = None if self.plain.pop(plan_id, None) else NotFound
         self.each(lambda store: store.remove_plan(plan_id), expected)
 
+    @rule(map_id=st.sampled_from(["house", "yard"]))
+    def remove_all(self, map_id: str) -> None:
+        gone = [record.id for record in self.plain.values() if record.map == map_id]
+        for plan_id in gone:
+            del self.plain[plan_id]
+        self.each(lambda store: store.remove_plans(map_id), len(gone))
+
     @rule(record=records, stale=st.booleans())
     def replace(self, record: PlanRecord, stale: bool) -> None:
         kept = self.plain.get(record.id)

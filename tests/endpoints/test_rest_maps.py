@@ -8,11 +8,12 @@ import pytest
 
 from endpoints.services import Services
 from ppaas.errors import Unavailable
+from ppaas.plans.history import PlannerHistory
 from tests.endpoints.conftest import LogIn, Publish
 from tests.support.fake_cloud import FakeCloud, container
 from tests.support.png import png
 from tests.support.problems import problem_of
-from tests.support.records import YAML, found_map, pgm
+from tests.support.records import YAML, found_map, pgm, plan
 
 
 async def test_a_published_map_is_described_and_given_back_as_it_was(
@@ -86,6 +87,36 @@ async def test_a_map_is_removed_by_its_owner_and_not_by_its_readers(
     problem_of(await client.delete("/v1/maps/house", headers=ann), 404, "not-found")
     await publish(bob)
     assert (await client.delete("/v1/maps/house", headers=await log_in("admin"))).status_code == 204
+
+
+async def test_with_a_map_goes_what_was_planned_on_it(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    await publish(ann, id="yard")
+    services.store.add_plans([plan("p1"), plan("p2", user="bob"), plan("p3", map="yard")])
+    services.store.add_history(PlannerHistory(name, "v", "dijkstra", 3, queries=1) for name in ("house", "yard"))
+    assert (await client.delete("/v1/maps/house", headers=ann)).status_code == 204
+    assert services.store.plan_maps() == services.store.history_maps() == ["yard"]
+
+
+async def test_a_map_stays_whole_while_what_was_planned_on_it_cannot_be_removed(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    services.store.add_plan(plan("p1"))
+
+    def away(_self: object, _map_id: str) -> int:
+        raise Unavailable("far: no node answers")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(type(services.store), "remove_plans", away)
+        problem_of(await client.delete("/v1/maps/house", headers=ann), 503, "unavailable")
+    assert (await client.get("/v1/maps/house", headers=ann)).status_code == 200
+    assert (await client.delete("/v1/maps/house", headers=ann)).status_code == 204
+    assert services.store.plan_maps() == []
 
 
 @pytest.mark.parametrize(

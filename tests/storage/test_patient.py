@@ -131,6 +131,18 @@ def test_a_plan_that_waits_and_is_removed_does_not_arrive(far: FarStore, tmp_pat
     store.close()
 
 
+def test_plans_of_a_map_that_is_removed_do_not_arrive(far: FarStore, tmp_path: Path) -> None:
+    store = PatientStore(far, Outbox(tmp_path / "outbox.sqlite"), retry=60.0)
+    store.add_plans([plan("a"), plan("b", map="yard")])
+    far.away = True
+    store.add_plans([plan("c"), plan("d", map="yard")])
+    assert store.remove_plans("house") == 2
+    assert store.waiting() == 1
+    assert store.plan("d") == plan("d", map="yard")
+    assert far.plan_maps() == ["yard"]
+    store.close()
+
+
 def test_plans_that_a_process_before_left_arrive(far: FarStore, tmp_path: Path) -> None:
     Outbox(tmp_path / "outbox.sqlite").put([plan("a"), plan("b")])
     store = PatientStore(far, Outbox(tmp_path / "outbox.sqlite"), retry=0.01)

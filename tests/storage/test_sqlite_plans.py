@@ -76,6 +76,23 @@ def test_plans_of_an_earlier_release_are_there_and_share_stretches(file: Path) -
     assert_sound(file)
 
 
+def test_of_plans_of_a_map_that_is_removed_nothing_is_left(file: Path) -> None:
+    with closing(SqliteStore(file)) as store:
+        store.add_plans(path(f"p{number}", number % 3, 150 + number % 7) for number in range(600))
+        assert store.remove_plans("house") == 600
+        store.add_plan(path("p1"))  # entries that are remembered are gone
+        assert store.plan("p1") == path("p1")
+        assert store.remove_plans("house") == 1
+    with closing(sqlite3.connect(file)) as connection:
+        tables = [name for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]
+        mine = [name for name in tables if name.startswith(("scopes", "contexts", "plan", "chunk"))]
+        assert len(mine) == 10
+        assert {name: connection.execute(f"SELECT count(*) FROM {name}").fetchone()[0] for name in mine} == (
+            dict.fromkeys(mine, 0)
+        )
+    assert_sound(file)
+
+
 KILLED = """
 import sys
 from pathlib import Path
