@@ -1,12 +1,16 @@
-"""Which planners the cloud has: asked once, of a process that loads their kernels, so that this one need not."""
+"""Which planners the cloud has: asked of a process that loads their kernels, so that this one need not.
+
+It is asked once, and the answer kept for the next runs.
+"""
 
 import asyncio
 import logging
 import sys
-from typing import Any
 
 import msgspec
 
+from endpoints import planner_cache
+from endpoints.planner_cache import Told
 from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
@@ -22,10 +26,10 @@ class InstalledPlanners:
     """What is told of the planners that are installed; they stay the same as long as the cloud runs."""
 
     def __init__(self) -> None:
-        self._known: list[dict[str, Any]] | None = None
+        self._known: Told | None = None
         self._asking = asyncio.Lock()
 
-    async def all(self) -> list[dict[str, Any]]:
+    async def all(self) -> Told:
         """Return all, by name.
 
         Raises
@@ -35,16 +39,24 @@ class InstalledPlanners:
         """
         async with self._asking:
             if self._known is None:
-                self._known = await _ask()
+                self._known = await _find_out()
             return self._known
 
 
-async def _ask() -> list[dict[str, Any]]:
+async def _find_out() -> Told:
+    file = await asyncio.to_thread(planner_cache.cache_file, SCRIPT)
+    known = planner_cache.kept(file)
+    if known is None:
+        known = await _ask()
+        planner_cache.keep(file, known)
+    return known
+
+
+async def _ask() -> Told:
     pipe = asyncio.subprocess.PIPE
     process = await asyncio.create_subprocess_exec(sys.executable, "-c", SCRIPT, stdout=pipe, stderr=pipe)
     out, err = await process.communicate()
     if process.returncode != 0:
         logger.error("cannot list the planners: %s", err.decode(errors="replace"))
         raise Unavailable("one of the planners installed cannot be loaded; the log of the cloud says why")
-    found: list[dict[str, Any]] = msgspec.json.decode(out)
-    return found
+    return msgspec.json.decode(out, type=Told)
