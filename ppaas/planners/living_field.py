@@ -26,14 +26,14 @@ from ppaas.planners.padding import blocking_weights, neighbour_offsets, padded
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights
 
-SLICE_CELLS = 5_000
-"""Cells worked off, or changed, between two checks: about 3 ms."""
+SLICE_CELLS = 1_500
+"""Cells worked off, or changed, between two checks: about 1 ms, or 3 where all that they touch is new memory."""
 SLICE_WALKED = 50_000
 """Cells walked along between two checks."""
-SLICE_LAID = 1 << 17
-"""Cells laid out between two checks: about 2 ms."""
-SLICE_COMPARED = 1 << 21
-"""Cells compared with those of last time between two checks: about 3 ms."""
+SLICE_LAID = 1 << 15
+"""Cells laid out between two checks: half a millisecond, or 4 where the system has to find the memory first."""
+SLICE_COMPARED = 1 << 20
+"""Cells compared with those of last time between two checks: about 1 ms."""
 MOST_MOVED = 1 << 51
 """Once the robot has moved as far, sums may soon not be exact in the keys of the heap."""
 

@@ -16,10 +16,12 @@ from ppaas.planners.kernels.tautening import along, tauten
 from ppaas.planners.kernels.theta_star import COUNT, KNOWN, SIZE, STATE_SIZE, find
 from ppaas.planners.padding import blocking_weights, neighbour_offsets, padded
 from ppaas.planners.traits import Traits
+from ppaas.planners.watch import proceed
 from ppaas.planners.weights import NEUTRAL, SCALE
 
-SLICE_CELLS = 5_000
-"""Cells taken from the queue between two checks, and long lines count for several: about 3 ms."""
+SLICE_CELLS = 1_000
+"""Cells taken from the queue between two checks, and long lines count for several: about 1 ms, or 3 where all that they
+touch is new memory."""
 
 
 class ThetaStar(GridPlanner):
@@ -48,7 +50,7 @@ class ThetaStar(GridPlanner):
         check()
         search = StraightSearch(costmap, field.values(), self.allow_unknown, check)
         corners = search.tautened(search.corners(ends.start, ends.goal))
-        cells, points = crossed(search.cells_of(corners))
+        cells, points = crossed(search.cells_of(corners), check)
         return Found(cells, field.settled + search.expanded, points, search.cost(corners))
 
 
@@ -127,13 +129,17 @@ class StraightSearch:
         return (cell[0] + 1) * self._stride + cell[1] + 1
 
 
-def crossed(corners: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+def crossed(
+    corners: NDArray[np.int32], check: Callable[[], None] = proceed
+) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
     """Return what lies on the straight lines between corners.
 
     Parameters
     ----------
     corners : (m, 2) array
         Row, column.
+    check : callable
+        Called between two lines; what it raises ends the work.
 
     Returns
     -------
@@ -147,6 +153,7 @@ def crossed(corners: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.f
     cells[0] = points[0] = corners[0]
     count = 1
     for corner, (down, right) in zip(corners, np.diff(corners, axis=0).tolist(), strict=False):
+        check()
         ahead = count + trace(down, right, cells[count:], points[count:])
         cells[count:ahead] += corner
         points[count:ahead] += corner
