@@ -114,5 +114,6 @@ def stored_plan(candidate: machine_link.Candidate) -> StoredPlan:
     plan = candidate.plan
     poses = array_of(plan.poses)
     return StoredPlan(
-        plan.id, plan.version, plan.planner, plan.start, plan.goal, plan.length, poses, candidate.whole, plan.parameters
-    )
+        plan.id, plan.version, plan.planner, plan.start, plan.goal, plan.length, poses, candidate.whole,
+        plan.parameters, plan.origin == "given",
+    )  # fmt: skip

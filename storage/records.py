@@ -6,7 +6,7 @@ import msgspec
 
 Role = Literal["admin", "user"]
 
-PlanOrigin = Literal["computed", "reused", "stitched"]
+PlanOrigin = Literal["computed", "reused", "stitched", "given"]
 
 
 class User(msgspec.Struct, frozen=True):
@@ -128,8 +128,8 @@ class RobotRecord(msgspec.Struct, frozen=True):
 class PlanRecord(msgspec.Struct, frozen=True):
     """A plan that was made: ``poses`` is the (n, 7) float64 array, little-endian, row by row.
 
-    ``parameters`` are the planner's; ``origin`` tells whether it was computed, found among stored plans, or joined of
-    one and what was computed to reach it.
+    ``parameters`` are the planner's; ``origin`` tells whether it was computed, found among stored plans, joined of
+    one and what was computed to reach it, or given by a program, which may say of it what it likes.
     The *head* of a plan is all but its poses (empty bytes).
     """
 

@@ -84,7 +84,7 @@ async def change_plan(
     if change.model_fields_set & {"map", "poses"}:
         return await _replaced(before, await _record(plan_id, file, services, user, before), services)
     told = {name: getattr(file, name) for name in ("planner", "cost", "seconds", "parameters")}
-    return await _replaced(before, msgspec.structs.replace(before, **told), services)
+    return await _replaced(before, msgspec.structs.replace(before, origin="given", **told), services)
 
 
 @router.get("/plans/{plan_id}/parts", response_model=Parts, responses=KNOWN | problems(404))
@@ -129,6 +129,7 @@ async def _record(
         created=epoch(),
         robot=None if before is None else before.robot,
         parameters=file.parameters,
+        origin="given",
     )
 
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictBool
 
 from endpoints.rest.names import Name, PluginName
-from storage.records import Role
+from storage.records import PlanOrigin, Role
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 MAX_COORDINATE = 1e9
@@ -321,6 +321,10 @@ class PlanSummary(_Answer):
     cost: float
     seconds: float = Field(description="Time the planner took [s]")
     created: float = Field(description="Seconds since the epoch")
+    origin: PlanOrigin = Field(
+        description="Whether it was computed, or made of a kept one: reused, or stitched to start and goal; or given "
+        "by a program, whose word for what made it is not taken"
+    )
 
 
 class _Path(_Answer):

@@ -42,6 +42,9 @@ class StoredPlan:
         Whether the stretch is all of it.
     conditions : dict
         Under which it was made.
+    given : bool
+        Whether a program gave it. Who made it under which conditions is then what that program says, and nothing
+        follows from it.
     """
 
     id: str
@@ -53,6 +56,7 @@ class StoredPlan:
     poses: Poses
     whole: bool = True
     conditions: Conditions = field(default_factory=dict)
+    given: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,8 +121,9 @@ def own_parameters(conditions: Conditions) -> dict[str, Any]:
 
 
 def same_planner(stored: StoredPlan, question: Question) -> bool:
-    """Tell whether a plan was made by the planner that is asked, with the same parameters."""
-    return stored.planner == question.planner and own_parameters(stored.conditions) == question.parameters
+    """Tell whether a plan was made by the planner that is asked, with the same parameters, and not just given."""
+    same = stored.planner == question.planner and own_parameters(stored.conditions) == question.parameters
+    return same and not stored.given
 
 
 def same_robot(stored: StoredPlan, question: Question) -> bool:

@@ -38,12 +38,12 @@ def test_many_plans_are_kept_at_once_and_those_that_were_there_stay(store: Store
 
 
 def test_what_led_to_a_plan_is_kept_with_it(store: Store) -> None:
-    kept = plan("p1", parameters={"weight": 1.5, "names": ["a", {"b": None}]}, origin="stitched")
+    kept = plan("p1", parameters={"weight": 1.5, "names": ["a", {"b": None}]}, origin="given")
     store.add_plan(kept)
     kept.parameters["names"].append("later")
     assert store.plan("p1").parameters == {"weight": 1.5, "names": ["a", {"b": None}]}
-    assert store.plan("p1").origin == "stitched"
-    assert store.plans("house")[0].origin == "stitched"
+    assert store.plan("p1").origin == "given"
+    assert store.plans("house")[0].origin == "given"
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 15, 16, 17, 33, 1000])

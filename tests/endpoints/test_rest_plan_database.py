@@ -90,6 +90,22 @@ async def test_some_of_a_path_is_changed_and_the_rest_stays(
     assert services.store.plan("p0").cost == 3.0
 
 
+async def test_what_programs_write_is_marked_as_such(
+    client: httpx.AsyncClient, ann: dict[str, str], services: Services
+) -> None:
+    conditions = {"bare_map": True, "robot_radius": 0.18}
+    answer = await client.put("/v1/plans/mine", headers=ann, json=FILE | {"parameters": conditions})
+    assert answer.json()["origin"] == services.store.plan("mine").origin == "given"
+    assert services.store.plan("p0").origin == services.store.plan("p1").origin == "computed"
+    await client.put("/v1/plans/p0", headers=ann, json=FILE)
+    await client.patch("/v1/plans/p1", headers=ann, json={"cost": 1.0})
+    assert services.store.plan("p0").origin == services.store.plan("p1").origin == "given"
+    problem_of(
+        await client.put("/v1/plans/mine", headers=ann, json=FILE | {"origin": "computed"}), 422, "invalid-request"
+    )
+    problem_of(await client.patch("/v1/plans/p1", headers=ann, json={"origin": "computed"}), 422, "invalid-request")
+
+
 @pytest.mark.parametrize(
     "wrong", [{"poses": []}, {"poses": [[0.0] * 6]}, {"poses": [[1e300] * 7]}, {"cost": -1}, {"map": None}, {"x": 1}]
 )

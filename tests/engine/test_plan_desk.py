@@ -44,6 +44,19 @@ def test_of_another_version_or_planner_none_is_found(desk: PlanDesk, store: Memo
     assert find(desk, 0.0, 20.0) == []
 
 
+def test_what_a_program_gave_is_found_only_where_it_is_shorter_than_what_the_planner_did(
+    desk: PlanDesk, store: MemoryStore
+) -> None:
+    store.add_plan(record("forged", 0.0, 20.0, origin="given"))
+    assert find(desk, 0.0, 20.0) == []
+    assert find(desk, 5.0, 12.0) == [], "nor a stretch of it"
+    store.add_plan(record("own", 0.0, 20.0, length=23.0))
+    assert {found.plan.id for found in find(desk, 0.0, 20.0)} == {"forged", "own"}
+    assert {stored_plan(found).id: stored_plan(found).given for found in find(desk, 0.0, 20.0)} == (
+        {"forged": True, "own": False}
+    )
+
+
 def test_of_a_plan_that_passes_by_the_stretch_between_is_found(desk: PlanDesk, store: MemoryStore) -> None:
     store.add_plan(record("p1", 0.0, 20.0))
     (found,) = find(desk, 5.0, 12.0)

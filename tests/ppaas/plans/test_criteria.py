@@ -48,6 +48,15 @@ def test_another_planner_will_do_only_where_the_one_asked_has_done_worse_between
     assert not by_algorithm(other, replace(QUESTION, kinematic=True), [own, other]).taken
 
 
+def test_what_a_program_gave_is_nobodys_and_proves_nothing_of_the_planner_asked() -> None:
+    given = replace(HEAD, given=True)
+    assert not by_algorithm(given, QUESTION, [given]).taken
+    detour = replace(given, length=99.0)
+    other = replace(HEAD, id="other", planner="theta_star", length=11.0)
+    assert not by_algorithm(other, QUESTION, [detour, other]).taken
+    assert by_algorithm(given, QUESTION, [given, replace(HEAD, length=13.0)]).taken, "it is proved better by its length"
+
+
 def test_a_planner_with_other_parameters_is_another() -> None:
     assert not by_algorithm(HEAD, replace(QUESTION, parameters={"smooth": True}), [HEAD]).taken
 

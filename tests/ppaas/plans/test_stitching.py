@@ -185,6 +185,22 @@ def test_a_plan_around_what_another_robot_saw_is_no_plan_for_who_does_not_see_it
         assert offer(seen, ends, Ground(bare, bare, False), traits)[0] is None
 
 
+def test_a_detour_that_a_program_says_is_the_planners_own_is_not_believed() -> None:
+    bare = costmap("\n".join(["." * 30] * 20))
+    walled = bare.data.copy()
+    walled[:18, 15] = 254
+    ends = centre(bare, 2, 0), centre(bare, 2, 29)
+    detour = DIJKSTRA.plan(of(walled), PlanRequest(*ends))
+    forged, straight = stored(bare, detour), stored(bare, DIJKSTRA.plan(bare, PlanRequest(*ends)))
+    ground = Ground(bare, bare, False)
+    for traits in (CHEAPEST, SOME):
+        assert offer(forged, question(*ends), ground, traits)[0] is not None, "who says so of the own plans is believed"
+        assert offer(replace(forged, given=True), question(*ends), ground, traits)[0] is None
+        made, _ = offer(replace(straight, given=True), question(*ends), ground, traits)
+        assert made is not None
+        assert made.proof.by == "distance"
+
+
 def test_what_another_radius_makes_cheapest_proves_nothing() -> None:
     bare = costmap("\n".join(["o" * 30] * 3))
     result = DIJKSTRA.plan(bare, PlanRequest(centre(bare, 1, 0), centre(bare, 1, 29)))
