@@ -34,7 +34,7 @@ NONE = 1e-9
 """A leg that is shorter is none [cells]."""
 
 DOUBTFUL = 5_000
-"""Nodes after which it is asked whether the goal can be arrived at at all: what a hard plan takes."""
+"""Nodes after which it is also asked from the goal whether there is a way at all: what a hard plan takes."""
 
 
 class Lattice(Planner):
@@ -114,7 +114,9 @@ class Lattice(Planner):
         return legs, ground, search.expanded
 
     def _found(self, search: PoseSearch, check: Callable[[], None]) -> bool:
-        """Return whether there is a way.
+        """Return whether there is a way: a search from either end that comes to an end without one shows there is none.
+
+        The two take turns, each as far as the other, so it takes no more than twice what the shorter one does.
 
         Raises
         ------
@@ -122,13 +124,19 @@ class Lattice(Planner):
             No way was known after the most nodes that may be worked off.
         """
         most = self.parameters.max_iterations if self.parameters.max_iterations > 0 else 1 << 62
-        outcome = search.run(check, min(DOUBTFUL, most))
-        if outcome == PAUSED and not (search.has_way or search.can_arrive(check, DOUBTFUL)):
-            return False
-        if outcome == PAUSED:
-            outcome = search.run(check, most)
+        allowed = min(DOUBTFUL, most)
+        outcome, backward = search.run(check, allowed), None
+        while outcome == PAUSED and allowed < most:
+            backward = backward or search.from_goal()
+            if not search.has_way and backward.run(check, allowed) == EXHAUSTED:
+                return False
+            allowed = most if search.has_way else min(2 * allowed, most)
+            outcome = search.run(check, allowed)
         if outcome == PAUSED and not search.has_way:
-            raise PlanTimeout(f"no path after {most} nodes; raise max_iterations or plan to a goal that is nearer")
+            raise PlanTimeout(
+                f"no path after {most} nodes; raise max_iterations, plan to a goal that is nearer, or choose another "
+                "heading there"
+            )
         return outcome != EXHAUSTED
 
 

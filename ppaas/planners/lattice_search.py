@@ -133,18 +133,17 @@ class PoseSearch:
                 return int(outcome)
         return PAUSED
 
-    def can_arrive(self, check: Callable[[], None], most: int) -> bool:
-        """Tell whether the goal may be driven to from afar: from there backward, ``most`` nodes do not end it all.
+    def from_goal(self) -> "PoseSearch":
+        """Return a search from the goal backward to the start, which tries no curve: it can only end or go on.
 
         Where the robot cannot come to stand as it is to stand at the goal, in a dead end that it is to face out of,
-        this ends soon, while the search from the start goes on over all the rest of the map.
+        it ends sooner than that from the start, which goes on over all the rest of the map.
         """
         ends = Pose2D(*self._goal.tolist()), Pose2D(*self._tree.spots[0].tolist())
-        backward = PoseSearch(
-            self._ground, self._car._replace(longest=-1.0), self._field,  # so that it tries no curve
+        return PoseSearch(
+            self._ground, self._car._replace(longest=-1.0), self._field,
             motions=self._motions * np.array((1.0, -1.0, -1.0)), leaving=math.nan, start=ends[0], goal=ends[1],
         )  # fmt: skip
-        return backward.run(check, most) == PAUSED
 
     def legs(self) -> Floats:
         """Return the (n, LEG) legs of the best way: x, y, theta where each begins, its curvature, length and cost."""

@@ -287,6 +287,23 @@ def test_a_heading_that_nobody_can_arrive_with_is_told_before_all_the_map_is_sea
     planned(YARD, Pose2D(20.0, 20.0, EAST), Pose2D(*IN_BAY, NORTH), **BOTH)
 
 
+def test_a_heading_that_takes_more_room_to_turn_than_there_is_ends_the_search_in_the_smaller_part_of_the_map():
+    dead_end = walled(300, 300, (130, 150, 1, 260), (100, 210, 250, 299), (210, 299, 1, 299))
+    asked = 0
+
+    def cancelled():
+        nonlocal asked
+        asked += 1
+        return False
+
+    request = PlanRequest(Pose2D(7.0, 12.0, EAST), Pose2D(9.0, 7.0, EAST), cancelled=cancelled)
+    forward = Lattice(tolerance=0.0, max_planning_time=1e9, minimum_turning_radius=2.0)
+    with pytest.raises(NoValidPath, match="another goal or heading"):
+        forward.plan(dead_end, request)
+    assert asked < 5_000  # from the start alone it would be three times as many
+    planned(dead_end, Pose2D(7.0, 12.0, EAST), Pose2D(9.0, 7.0, WEST), radius=2.0)
+
+
 def test_nothing_counts_that_was_in_memory_before(monkeypatch):
     start, goal = Pose2D(*IN_BAY, SOUTH), Pose2D(*IN_CORRIDOR, WEST)
     expected = planned(BAY, start, goal, footprint=FOOTPRINT, **BOTH)[0]
