@@ -12,6 +12,7 @@ from ppaas.plans.body import read_body
 from ppaas.plans.buckets import (
     Place,
     bucket_in,
+    holds,
     length_in,
     place_of,
     spots_near,
@@ -129,9 +130,9 @@ class MemoryPlans:
         with self._plans_lock:
             near = [
                 (length_in(spot), self._plans[plan_id])
-                for spots in spots_near(search.scope, start, goal, tolerance)
-                for plan_id, spot in self._by_bucket.get(bucket_in(spots.first), {}).items()
-                if spots.holds(spot)
+                for bucket in spots_near(search.scope, start, goal, tolerance).tolist()
+                for plan_id, spot in self._by_bucket.get(bucket_in(bucket[0]), {}).items()
+                if holds(bucket, spot)
             ]
         found: list[PlanRecord] = []
         for _, entry in sorted(near, key=lambda each: each[0]):

@@ -9,16 +9,16 @@ import msgspec
 import numpy as np
 
 from ppaas.geometry import Poses
-from ppaas.plans.body import Body, places_of_ends, read_body, write_body
-from ppaas.plans.buckets import scope_of, spot_of
-from ppaas.plans.chunks import ENDS_AFTER, ENDS_BEFORE, chunk_bounds
+from ppaas.plans.body import Body, read_body, write_bodies
+from ppaas.plans.buckets import scope_of, spots_of
+from ppaas.plans.chunks import ENDS_AFTER, ENDS_BEFORE, cut_plans, words_of
 from ppaas.plans.codes import codes_of
 from storage.encoding import decode, encode
-from storage.plan_checks import POSE_BYTES, array_of, check_plan
+from storage.plan_checks import POSE_BYTES, check_plans
 from storage.records import PlanOrigin, PlanRecord
 
 _AT_ONCE = 128
-"""Plans that are cut together: so many that numpy pays, and so few that they stay in the cache."""
+"""Plans that are cut together: so many that a call costs nothing, and so few that they stay in the cache."""
 
 
 class PlanContext(msgspec.Struct, frozen=True, array_like=True):
@@ -103,24 +103,26 @@ def record_of(context: bytes, body: bytes, shared: list[Poses]) -> PlanRecord:
 
 
 def _entries(records: list[PlanRecord], granularity: int) -> Iterator[PlanEntry]:
-    contexts = [encode(_context(check_plan(record))) for record in records]
-    poses = array_of(b"".join([record.poses for record in records]))
-    stops = np.cumsum([len(record.poses) // POSE_BYTES for record in records])
-    bounds = chunk_bounds(poses, stops, granularity)
-    ranges = [_ranges(bound, begin, stop) for bound, begin, stop in zip(bounds, _begins(stops), stops, strict=True)]
-    begins, ends = (np.concatenate([side[i] for side in ranges]).astype(np.int64) for i in (0, 1))
-    codes = iter(codes_of(poses, begins, ends))
-    mine = [list(itertools.islice(codes, len(begin))) for begin, _ in ranges]
-    tips = poses[places_of_ends(stops)].tolist()
-    for record, context, bound, stretches, ends in zip(records, contexts, bounds, mine, tips, strict=True):
-        shared, count = len(bound) > 0, len(record.poses) // POSE_BYTES
-        between = stretches[0] if stretches and not shared else None
-        body = write_body(record.id, count, _numbers(record), ends, between)
-        scope, (first, _, last) = scope_of(record.map, record.version), ends
-        spot = spot_of(scope, (first[0], first[1]), (last[0], last[1]), record.length)
+    poses = check_plans(records)
+    contexts = [encode(_context(record)) for record in records]
+    counts = [len(record.poses) // POSE_BYTES for record in records]
+    words, stops = words_of(poses), np.array(list(itertools.accumulate(counts)), np.int64)
+    cuts = cut_plans(words, stops, granularity)
+    codes, first, mine = codes_of(poses, cuts.begins, cuts.ends), 0, []
+    for stop in cuts.parts.tolist():
+        mine.append(codes[first:stop])
+        first = stop
+    shared = cuts.shared.tolist()
+    between = [None if is_shared or not each else each[0] for each, is_shared in zip(mine, shared, strict=True)]
+    bodies, ends = write_bodies([record.id for record in records], list(map(_numbers, records)), words, stops, between)
+    scopes = [scope_of(record.map, record.version) for record in records]
+    spots = spots_of(scopes, ends, np.array([record.length for record in records], np.float64)).tolist()
+    for record, context, scope, count, spot, body, own, is_shared in zip(
+        records, contexts, scopes, counts, spots, bodies, mine, shared, strict=True
+    ):
         yield PlanEntry(
-            record.id, record.map, context, scope, record.created, count, spot, body,
-            stretches if shared else [], count - ENDS_BEFORE - ENDS_AFTER if shared else 0,
+            record.id, record.map, context, scope, record.created, count, spot, body, own if is_shared else [],
+            count - ENDS_BEFORE - ENDS_AFTER if is_shared else 0,
         )  # fmt: skip
 
 
@@ -132,18 +134,6 @@ def _context(record: PlanRecord) -> PlanContext:
 
 def _numbers(record: PlanRecord) -> tuple[float, ...]:
     return (record.created, record.length, record.cost, record.seconds, *record.start, *record.goal)
-
-
-def _begins(stops: "np.ndarray[Any, np.dtype[np.int64]]") -> list[int]:
-    return [0, *stops[:-1].tolist()]
-
-
-def _ranges(bounds: Any, begin: int, stop: int) -> tuple[Any, Any]:
-    """Return where the stretches of a plan begin and end: its entries, or else all between its ends."""
-    if len(bounds):
-        return bounds[:-1], bounds[1:]
-    first, last = begin + ENDS_BEFORE, stop - ENDS_AFTER
-    return ([first], [last]) if last > first else ([], [])
 
 
 def _record(common: PlanContext, own: Body, poses: bytes) -> PlanRecord:

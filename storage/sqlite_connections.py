@@ -20,7 +20,7 @@ from storage.sqlite_plan_writing import move_plans
 
 APPLICATION_ID = 0x50506153  # "PPaS": tells our files from other programs'
 
-CHECKPOINT_PAGES = 8192
+CHECKPOINT_PAGES = 2048
 """Pages of 4 KiB in the WAL from which they are brought to the file: many plans change the same ones."""
 
 CACHE_KIB = 16384
@@ -156,7 +156,8 @@ class SqliteConnections:
         ``synced`` asks for. Otherwise such may cost the latest commits, though never half of one.
         """
         with self.reading() as connection:
-            connection.execute("PRAGMA synchronous = FULL" if synced else "PRAGMA synchronous = NORMAL")
+            if not synced:
+                connection.execute("PRAGMA synchronous = NORMAL")
             connection.execute("BEGIN IMMEDIATE")
             try:
                 yield connection
@@ -164,6 +165,8 @@ class SqliteConnections:
             finally:
                 if connection.in_transaction:
                     connection.execute("ROLLBACK")
+                if not synced:
+                    connection.execute("PRAGMA synchronous = FULL")
 
     def close(self) -> None:
         """Close what is idle now, and the rest when it comes back."""
@@ -194,6 +197,7 @@ class SqliteConnections:
         )
         try:
             connection.execute("PRAGMA foreign_keys = ON")
+            connection.execute("PRAGMA synchronous = FULL")
             connection.execute(f"PRAGMA wal_autocheckpoint = {CHECKPOINT_PAGES}")
             connection.execute(f"PRAGMA cache_size = -{CACHE_KIB}")
         except BaseException:

@@ -4,6 +4,7 @@ import sqlite3
 from collections.abc import Callable
 
 from storage.sqlite_plan_schema import SPAN
+from storage.sqlite_plan_tally import count_plans
 
 
 def remove_span(connection: sqlite3.Connection, map_id: str, remove: Callable[[int], None]) -> int | None:
@@ -23,6 +24,7 @@ def remove_span(connection: sqlite3.Connection, map_id: str, remove: Callable[[i
     int or None
         How many; None where the map has no span any more, and then nothing tells of it.
     """
+    count_plans(connection)  # which tells of the spans
     query = "SELECT scope, span FROM plan_spans JOIN scopes ON id = scope WHERE map = ? LIMIT 1"
     row = connection.execute(query, (map_id,)).fetchone()
     if row is None:

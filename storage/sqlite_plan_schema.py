@@ -8,8 +8,10 @@ Rows are small and many, so what is looked for by has tables of its own that hol
 - ``plan_ids``: plans by a hash of their id.
 - ``plan_spots``: plans by where they begin and end (``ppaas.plans.buckets``).
 - ``plan_spans``: for each scope and each ``SPAN`` plans that follow one another, when these were made.
+- ``tally``: one row: up to which plan sums, times and references are counted (``storage.sqlite_plan_tally``), and how
+  often an entry was removed.
 - ``chunks``: the entries, and a few of the plans that refer to each; an id is never given twice.
-- ``chunk_refs``: how often plans refer to an entry; beside it, since it changes with every plan.
+- ``chunk_refs``: how often plans refer to an entry; beside it, since it changes often.
 - ``chunk_ids``: entries by what is in them.
 - ``chunk_places``: entries by the squares that they touch.
 """
@@ -30,6 +32,8 @@ PLAN_TABLES = (
     "CREATE TABLE plan_spots (spot INTEGER, plan INTEGER, PRIMARY KEY (spot, plan)) STRICT, WITHOUT ROWID",
     """CREATE TABLE plan_spans (scope INTEGER, span INTEGER, oldest REAL NOT NULL, newest REAL NOT NULL,
        PRIMARY KEY (scope, span)) STRICT, WITHOUT ROWID""",
+    "CREATE TABLE tally (counted INTEGER NOT NULL, removals INTEGER NOT NULL) STRICT",
+    "INSERT INTO tally VALUES (0, 0)",
     """CREATE TABLE chunks (id INTEGER PRIMARY KEY AUTOINCREMENT, scope INTEGER NOT NULL, waypoints INTEGER NOT NULL,
        data BLOB NOT NULL, plans BLOB NOT NULL) STRICT""",
     "CREATE TABLE chunk_refs (chunk INTEGER PRIMARY KEY, refs INTEGER NOT NULL) STRICT",

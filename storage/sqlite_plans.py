@@ -7,14 +7,16 @@ import struct
 from collections import Counter
 from collections.abc import Iterable, Iterator
 
+import numpy as np
+
 from ppaas.errors import NotFound
 from ppaas.geometry import Poses
-from ppaas.plans.body import read_body
+from ppaas.plans.body import read_bodies
 from ppaas.plans.buckets import Place, bucket_in, length_in, place_of, scope_of, spots_near, squares_near
 from ppaas.plans.chunks import ENDS_BEFORE, GRANULARITY, inner_granularity
-from ppaas.plans.codes import entry_id, poses_of, unpack
+from ppaas.plans.codes import entry_id, poses_in, unpack
 from ppaas.plans.passages import comes_near
-from ppaas.plans.recipes import read_recipe
+from ppaas.plans.recipes import numbers_in, read_recipe
 from storage.names import check_name
 from storage.plan_checks import check_replacement
 from storage.plan_entry import context_of, entries_of, head_of, record_of
@@ -23,6 +25,7 @@ from storage.records import PlanPart, PlanPassage, PlanRecord, PlanStatistics
 from storage.sqlite_connections import SqliteConnections
 from storage.sqlite_plan_removal import remove_span
 from storage.sqlite_plan_schema import SPAN
+from storage.sqlite_plan_tally import counted_up_to, rows_of, uncounted
 from storage.sqlite_plan_writing import PlanTransaction, RememberedChunks, sequence_of
 
 MOST_CHUNKS, MOST_PLANS = 256, 32
@@ -31,14 +34,15 @@ MOST_CHUNKS, MOST_PLANS = 256, 32
 _BUCKET = """SELECT * FROM (SELECT spot, plan FROM plan_spots WHERE spot BETWEEN ? AND ?
     AND spot >> 12 & 15 BETWEEN ? AND ? AND spot >> 8 & 15 BETWEEN ? AND ? AND spot >> 4 & 15 BETWEEN ? AND ?
     AND spot & 15 BETWEEN ? AND ? ORDER BY spot LIMIT ?)"""
+_HEADS = """SELECT record, body FROM {given} AS sought JOIN plans ON sequence = sought.id
+    JOIN contexts ON contexts.id = context"""
 _PLAN = "SELECT record, body FROM plans JOIN contexts ON contexts.id = context WHERE sequence = ?"
 
 
 class SqlitePlans:
     """A ``PlanStore`` in an SQLite file.
 
-    A plan that was acknowledged outlives the process; a power cut may cost those of the last seconds, which can be
-    computed again.
+    A plan that was acknowledged is on the disk.
 
     Parameters
     ----------
@@ -60,28 +64,28 @@ class SqlitePlans:
     def add_plans(self, records: Iterable[PlanRecord]) -> int:
         """Keep plans, all or none; return how many were not there before."""
         entries = list(entries_of(records, self._granularity))
-        with self._plan_connections.writing(synced=False) as connection:
+        with self._plan_connections.writing() as connection:
             transaction = PlanTransaction(connection, self._remembered)
             added = transaction.add(entries)
-        self._remembered.learn(transaction.learned)
+        transaction.committed()
         return added
 
     def replace_plan(self, record: PlanRecord, *, instead_of: PlanRecord) -> None:
         """Keep a plan in place of the one of the same id; ``Conflict`` if that was changed meanwhile."""
         entries = list(entries_of([record], self._granularity))
-        with self._plan_connections.writing(synced=False) as connection:
+        with self._plan_connections.writing() as connection:
             sequence = sequence_of(connection, record.id)
             check_replacement(record, None if sequence is None else _whole(connection, sequence), instead_of)
             transaction = PlanTransaction(connection, self._remembered)
             if sequence is not None:
                 transaction.remove(sequence)
             transaction.add(entries)
-        self._remembered.learn(transaction.learned)
+        transaction.committed()
 
     def remove_plan(self, plan_id: str) -> None:
         """Forget a plan; ``NotFound`` if there is none."""
         check_name("plan", plan_id)
-        with self._plan_connections.writing(synced=False) as connection:
+        with self._plan_connections.writing() as connection:
             PlanTransaction(connection, self._remembered).remove(_known(connection, plan_id))
 
     def remove_plans(self, map_id: str) -> int:
@@ -89,7 +93,7 @@ class SqlitePlans:
         check_name("map", map_id)
         removed = 0
         while True:
-            with self._plan_connections.writing(synced=False) as connection:
+            with self._plan_connections.writing() as connection:
                 some = remove_span(connection, map_id, PlanTransaction(connection, self._remembered).remove)
             if some is None:
                 return removed
@@ -130,15 +134,14 @@ class SqlitePlans:
         search = PlanSearch(map_id, version, start, goal, tolerance, planner)
         found: list[PlanRecord] = []
         with self._plan_connections.reading_at_once() as connection:
-            for sequence in _near_both(connection, search, 2 * limit):
-                if len(found) >= limit:
-                    break
-                record, body = connection.execute(_PLAN, (sequence,)).fetchone()
-                own = read_body(body)
-                if search.joins(*own.ends()):
-                    head = head_of(record, own)
-                    if search.takes(head):
-                        found.append(head)
+            likely = _near_both(connection, search, 2 * limit)
+            while len(found) < limit and (some := list(itertools.islice(likely, limit - len(found)))):
+                rows = rows_of(connection, _HEADS, some)
+                for (context, _), own in zip(rows, read_bodies([body for _, body in rows]), strict=True):
+                    if search.joins(*own.ends()):
+                        head = head_of(context, own)
+                        if search.takes(head):
+                            found.append(head)
         return sorted(found, key=lambda head: (head.length, head.id))
 
     def plans_through(
@@ -165,9 +168,10 @@ class SqlitePlans:
         with self._plan_connections.reading_at_once() as connection:
             sequence = _known(connection, plan_id)
             scope = _scope(connection, sequence)
+            later = Counter(uncounted(connection)[1].tolist())
             for chunk in _recipe(connection, sequence):
                 count, data, refs = connection.execute(query, (chunk,)).fetchone()
-                parts.append(PlanPart(entry_id(scope, unpack(data)).hex(), first, count, refs))
+                parts.append(PlanPart(entry_id(scope, unpack(data)).hex(), first, count, refs + later[chunk]))
                 first += count
         return parts
 
@@ -181,7 +185,15 @@ class SqlitePlans:
         with self._plan_connections.reading_at_once() as connection:
             count, waypoints, loose, size = (total or 0 for total in connection.execute(plans, (map_id,)).fetchone())
             entries, shared, data = (total or 0 for total in connection.execute(chunks, (map_id,)).fetchone())
-        return PlanStatistics(count, waypoints, loose + shared, entries, size + data)
+            scopes = {scope for (scope,) in connection.execute(of_map[1:-1], (map_id,))}
+            later = [plan for plan in uncounted(connection)[0] if plan.scope in scopes]
+        return PlanStatistics(
+            plans=count + len(later),
+            waypoints=waypoints + sum(plan.waypoints for plan in later),
+            kept=loose + shared + sum(plan.loose for plan in later),
+            entries=entries,
+            bytes=size + data + sum(plan.bytes for plan in later),
+        )
 
 
 def _known(connection: sqlite3.Connection, plan_id: str) -> int:
@@ -201,8 +213,9 @@ def _recipe(connection: sqlite3.Connection, sequence: int) -> list[int]:
 
 
 def _shared(connection: sqlite3.Connection, chunks: list[int]) -> list[Poses]:
-    query = "SELECT data FROM chunks WHERE id = ?"
-    return [poses_of(unpack(connection.execute(query, (chunk,)).fetchone()[0])) for chunk in chunks]
+    query = "SELECT sought.id, data FROM {given} AS sought JOIN chunks ON chunks.id = sought.id"
+    data = dict(rows_of(connection, query, chunks))
+    return [poses_in([data[chunk] for chunk in chunks])] if chunks else []
 
 
 def _scope(connection: sqlite3.Connection, sequence: int) -> bytes:
@@ -215,13 +228,11 @@ def _near_both(connection: sqlite3.Connection, search: PlanSearch, most: int) ->
 
     So many are read of each bucket at first; all of it, if that is not enough.
     """
-    buckets = list(spots_near(search.scope, search.start, search.goal, search.tolerance))
+    buckets = spots_near(search.scope, search.start, search.goal, search.tolerance).tolist()
     query = " UNION ALL ".join([_BUCKET] * len(buckets))
     told: set[int] = set()
     for limit in (most, -1):
-        values: list[int] = []
-        for spots in buckets:
-            values += spots.first, spots.last, *itertools.chain(*zip(spots.least, spots.most, strict=True)), limit
+        values = [value for bucket in buckets for value in (*bucket, limit)]
         rows = connection.execute(query, values).fetchall()
         read, last = Counter[int](), dict[int, int]()
         for spot, _ in rows:
@@ -244,6 +255,10 @@ def _newest(connection: sqlite3.Connection, map_id: str, before: tuple[float, st
            WHERE map = ? AND oldest <= ? GROUP BY span ORDER BY latest DESC""",
         (map_id, before[0]),
     ).fetchall()
+    # Of those that are not counted nothing is known.
+    query = "SELECT DISTINCT sequence / ? FROM plans WHERE sequence > ?"
+    open_spans = [span for (span,) in connection.execute(query, (SPAN, counted_up_to(connection)))]
+    spans = [*((span, math.inf) for span in open_spans), *(each for each in spans if each[0] not in open_spans)]
     waiting: list[tuple[float, str, PlanRecord]] = []
     latest = [latest for _, latest in spans[1:]]
     for (span, _), next_latest in zip(spans, [*latest, -math.inf], strict=False):
@@ -256,8 +271,9 @@ def _newest(connection: sqlite3.Connection, map_id: str, before: tuple[float, st
 def _heads(connection: sqlite3.Connection, map_id: str, span: int) -> Iterator[PlanRecord]:
     query = """SELECT record, body FROM plans JOIN contexts ON contexts.id = context JOIN scopes ON scopes.id = scope
                WHERE sequence BETWEEN ? AND ? AND map = ?"""
-    for record, body in connection.execute(query, (span * SPAN, span * SPAN + SPAN - 1, map_id)):
-        yield head_of(record, read_body(body))
+    rows = connection.execute(query, (span * SPAN, span * SPAN + SPAN - 1, map_id)).fetchall()
+    for (context, _), own in zip(rows, read_bodies([body for _, body in rows]), strict=True):
+        yield head_of(context, own)
 
 
 def _passing(connection: sqlite3.Connection, search: PlanSearch) -> Iterator[int]:
@@ -265,17 +281,21 @@ def _passing(connection: sqlite3.Connection, search: PlanSearch) -> Iterator[int
     scope, tolerance = search.scope, search.tolerance
     near_start, near_goal = (_near(connection, scope, place, tolerance) for place in (search.start, search.goal))
     sampled = [set(itertools.chain(*near.values())) for near in (near_start, near_goal)]
-    # Those first that are told of at both places; of one place's the other is found in their recipe.
-    likely = itertools.chain(sorted(sampled[0] & sampled[1]), sorted(sampled[0] ^ sampled[1]))
-    passing = 0
-    for sequence in itertools.islice(likely, MOST_CHUNKS):
-        row = connection.execute("SELECT recipe FROM plans WHERE sequence = ?", (sequence,)).fetchone()
-        parts = set(read_recipe(row[0])) if row is not None else set()
-        if parts & near_start.keys() and parts & near_goal.keys():
-            passing += 1
-            yield sequence
-        if passing == MOST_PLANS:
-            return
+    query = "SELECT sequence FROM plans WHERE sequence > ?"
+    later = {sequence for (sequence,) in connection.execute(query, (counted_up_to(connection),))}
+    # Those first that are told of at both places; of one place's, and of those told of nowhere yet, the recipe tells.
+    both = sorted(sampled[0] & sampled[1])
+    either = sorted(sampled[0] ^ sampled[1])[:MOST_CHUNKS]
+    likely = dict.fromkeys((*both[:MOST_CHUNKS], *either, *sorted(later)))
+    query = "SELECT recipe, sequence FROM {given} AS sought JOIN plans ON sequence = sought.id"
+    recipes = {plan: recipe for recipe, plan in rows_of(connection, query, list(likely))}
+    plans = [plan for plan in likely if plan in recipes]
+    chunks, stops = numbers_in([recipes[plan] for plan in plans])
+    passes = [np.isin(chunks, list(near)).astype(np.int64) for near in (near_start, near_goal)]
+    begins = np.concatenate(([0], stops[:-1]))
+    counts = [np.concatenate(([0], np.cumsum(each))) for each in passes]
+    both_near = np.all([count[stops] > count[begins] for count in counts], axis=0)
+    yield from [plan for plan, near in zip(plans, both_near.tolist(), strict=True) if near][:MOST_PLANS]
 
 
 def _near(connection: sqlite3.Connection, scope: bytes, place: Place, tolerance: float) -> dict[int, tuple[int, ...]]:
@@ -284,6 +304,6 @@ def _near(connection: sqlite3.Connection, scope: bytes, place: Place, tolerance:
     query = """SELECT id, data, plans FROM chunk_places JOIN chunks ON id = chunk WHERE place = ? ORDER BY id LIMIT ?"""
     for square in squares_near(place, tolerance):
         for chunk, data, plans in connection.execute(query, (place_of(scope, square), MOST_CHUNKS)):
-            if comes_near(poses_of(unpack(data))[:, :2], place, tolerance):
+            if comes_near(poses_in([data])[:, :2], place, tolerance):
                 found[chunk] = struct.unpack(f"<{len(plans) // 4}I", plans)
     return found

@@ -15,7 +15,7 @@ from endpoints.bench.greedy_split import GreedySplit
 from endpoints.bench.routes import MAP, VERSION, Routes, routes
 from ppaas.clock import monotonic
 from ppaas.errors import Conflict
-from ppaas.plans.chunks import GRANULARITY, waypoint_hashes
+from ppaas.plans.chunks import GRANULARITY, waypoint_hashes, words_of
 from storage.plan_checks import array_of
 from storage.ports import Store
 from storage.records import PlanRecord
@@ -149,7 +149,7 @@ def _yardsticks(driven: Routes, options: Options, progress: "Progress") -> dict[
             rows = [(record.id, record.poses) for record in batch]
             seconds += _seconds(lambda rows=rows: _insert(connection, rows))  # type: ignore[misc]
             for record in batch:
-                greedy.add(waypoint_hashes(array_of(record.poses)).tolist())
+                greedy.add(waypoint_hashes(words_of(array_of(record.poses))).tolist())
                 raw += len(record.poses)
                 zipped += len(zlib.compress(record.poses))
             progress.advance(task, len(batch))

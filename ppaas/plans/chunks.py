@@ -9,11 +9,14 @@ N. Bjørner, A. Blass, Y. Gurevich, *Content-dependent chunking for differential
 approach*, J. Computer and System Sciences 76 (2010).
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Poses
+from ppaas.plans.kernels import cutting
 
 GRANULARITY = 16
 """The paper's: a length in waypoints. It divides a plan into stretches of which at most its length / G are shared, and
@@ -21,19 +24,11 @@ a shared stretch longer than it becomes an entry."""
 
 MOST_GRANULARITY = 65536
 
-ENDS_BEFORE, ENDS_AFTER = 1, 2
-"""Waypoints that are never shared: the start, which lies anywhere in its cell, and the goal and the one before, which
-heads for it."""
+_ZERO = np.zeros(1, np.int64)
 
-_FACTORS = np.array(
-    [
-        0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9, 0xD6E8FEB86659FD93,
-        0xA0761D6478BD642F, 0xE7037ED1A0B428DB, 0x8EBC6AF09C88C6E3,
-    ],
-    np.uint64,
-)  # fmt: skip
-_MIX = np.uint64(0xFF51AFD7ED558CCD)
-_HALF = np.uint64(32)
+
+ENDS_BEFORE, ENDS_AFTER = cutting.ENDS_BEFORE, cutting.ENDS_AFTER
+"""Waypoints that are a plan's own: they are never shared."""
 
 
 def inner_granularity(granularity: int) -> int:
@@ -51,63 +46,70 @@ def inner_granularity(granularity: int) -> int:
     return granularity // 2
 
 
-def waypoint_hashes(poses: Poses) -> NDArray[np.uint64]:
-    """Return a hash of each of (n, 7) poses, the same on every machine."""
+def words_of(poses: Poses) -> NDArray[np.uint64]:
+    """Return the bits of (n, 7) poses, to be read."""
     words = np.ascontiguousarray(poses, "<f8").view("<u8")
-    hashes: NDArray[np.uint64] = words @ _FACTORS
-    hashes ^= hashes >> _HALF
-    hashes *= _MIX
-    hashes ^= hashes >> _HALF
+    words.flags.writeable = False
+    return words
+
+
+def waypoint_hashes(words: NDArray[np.uint64]) -> NDArray[np.uint64]:
+    """Return a hash of each of (n, 7) poses, told by their bits: the same on every machine.
+
+    Raises
+    ------
+    InvalidInput
+        One is not finite.
+    """
+    hashes = np.empty(len(words), np.uint64)
+    row = cutting.hash_waypoints(words, hashes)
+    if row >= 0:
+        raise InvalidInput(f"pose {row} is not finite: give numbers")
     return hashes
 
 
-def chunk_bounds(poses: Poses, stops: NDArray[np.int64], granularity: int) -> list[NDArray[np.int64]]:
+@dataclass(frozen=True, slots=True)
+class Stretches:
+    """Where the stretches of many plans lie.
+
+    Parameters
+    ----------
+    begins, ends : (k,) array
+        Their rows, from the first to behind the last, of one plan after the other. What is before the first of a plan
+        and behind its last is its own.
+    parts : (m,) array
+        For each plan where its stretches end.
+    shared : (m,) array
+        Whether its stretches may be shared. Otherwise it has one, which is too short for that, or none.
+    """
+
+    begins: NDArray[np.int64]
+    ends: NDArray[np.int64]
+    parts: NDArray[np.int64]
+    shared: NDArray[np.bool_]
+
+
+def cut_plans(words: NDArray[np.uint64], stops: NDArray[np.int64], granularity: int) -> Stretches:
     """Cut many plans at once.
 
     Parameters
     ----------
-    poses : (n, 7) array
-        Those of all plans, one plan after the other.
+    words : (n, 7) array
+        The bits of the poses of all plans, one plan after the other.
     stops : (m,) array
         For each plan the row behind its last pose.
     granularity : int
         G, one at least.
 
-    Returns
-    -------
-    list of (k + 1,) array
-        For each plan the rows between which its k chunks lie; what is before the first and behind the last is not
-        shared. Fewer than G waypoints between these ends are no chunk, and have no bounds.
+    Raises
+    ------
+    InvalidInput
+        A pose is not finite.
     """
-    first = np.concatenate(([0], stops[:-1])) + ENDS_BEFORE
-    last = stops - ENDS_AFTER
-    cuts = np.flatnonzero(_is_largest(waypoint_hashes(poses), granularity))
-    begins = np.searchsorted(cuts, first + granularity)
-    ends = np.searchsorted(cuts, last - granularity)
-    bounds = []
-    for a, b, begin, end in zip(first.tolist(), last.tolist(), begins.tolist(), ends.tolist(), strict=True):
-        if b - a < granularity:
-            bounds.append(np.empty(0, np.int64))
-        else:
-            bounds.append(np.concatenate(([a], cuts[begin:end], [b])))
-    return bounds
-
-
-def _is_largest(hashes: NDArray[np.uint64], granularity: int) -> NDArray[np.bool_]:
-    """Tell of each hash whether it is the largest within ``granularity`` before and behind; of equal ones the last."""
-    found = np.zeros(len(hashes), np.bool_)
-    if len(hashes) > 2 * granularity:
-        beside = _sliding_maximum(hashes, granularity)
-        inner = hashes[granularity:-granularity]
-        found[granularity:-granularity] = (inner >= beside[: len(inner)]) & (inner > beside[granularity + 1 :])
-    return found
-
-
-def _sliding_maximum(values: NDArray[np.uint64], width: int) -> NDArray[np.uint64]:
-    """Return the maximum of each ``width`` values that follow one another."""
-    largest, seen = values, 1
-    while seen < width:
-        step = min(seen, width - seen)
-        largest = np.maximum(largest[:-step], largest[step:])
-        seen += step
-    return largest
+    most = len(words) // granularity + len(stops) + 1
+    begins, ends, parts = np.empty(most, np.int64), np.empty(most, np.int64), np.empty(len(stops), np.int64)
+    cutting.cut(waypoint_hashes(words), stops, granularity, begins, ends, parts)
+    between = stops.copy()
+    between[1:] -= stops[:-1]
+    shared = between >= granularity + ENDS_BEFORE + ENDS_AFTER
+    return Stretches(begins[: parts[-1]], ends[: parts[-1]], parts, shared)

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,13 +19,14 @@ from storage.encoding import encode
 from storage.records import PlanRecord
 from storage.sqlite import SqliteStore
 from storage.sqlite_connections import APPLICATION_ID, MIGRATIONS, Schema, SqliteConnections
+from storage.sqlite_plan_tally import MOST_UNCOUNTED
 from storage.sqlite_plan_writing import MOST_REMEMBERED, RememberedChunks, move_plans
 from tests.support.records import plan
 
 
-def path(plan_id: str, lane: float = 0.0, count: int = 200) -> PlanRecord:
+def path(plan_id: str, lane: float = 0.0, count: int = 200, **fields: Any) -> PlanRecord:
     points = np.stack((np.arange(count) * 0.05, np.full(count, lane)), axis=1)
-    return plan(plan_id, version="v1", poses=poses_along(points, 0.0).tobytes(), length=count * 0.05)
+    return plan(plan_id, version="v1", poses=poses_along(points, 0.0).tobytes(), length=count * 0.05, **fields)
 
 
 @pytest.fixture
@@ -46,17 +48,20 @@ def assert_sound(file: Path) -> None:
     """Expect each entry to be referred to as often as it says, and nothing to point to what is not there."""
     with closing(sqlite3.connect(file)) as connection:
         assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
-        refs = Counter[int]()
-        for (recipe,) in connection.execute("SELECT recipe FROM plans"):
+        [counted] = connection.execute("SELECT counted FROM tally").fetchone()
+        refs, told = Counter[int](), Counter[int]()
+        for sequence, recipe in connection.execute("SELECT sequence, recipe FROM plans"):
             refs.update(read_recipe(recipe))
-        assert dict(connection.execute("SELECT chunk, refs FROM chunk_refs")) == refs
+            told.update(read_recipe(recipe) * (sequence <= counted))
+        assert dict(connection.execute("SELECT chunk, refs FROM chunk_refs WHERE refs > 0")) == told
         ids = {row[0] for row in connection.execute("SELECT id FROM chunks")}
         assert ids == set(refs) == {row[0] for row in connection.execute("SELECT chunk FROM chunk_ids")}
         assert {row[0] for row in connection.execute("SELECT chunk FROM chunk_places")} == ids
         plans = {row[0] for row in connection.execute("SELECT sequence FROM plans")}
         for table in ("plan_ids", "plan_spots"):
             assert sorted(row[0] for row in connection.execute(f"SELECT plan FROM {table}")) == sorted(plans)
-        assert connection.execute("SELECT coalesce(sum(plans), 0) FROM contexts").fetchone() == (len(plans),)
+        told_of = sum(sequence <= counted for sequence in plans)
+        assert connection.execute("SELECT coalesce(sum(plans), 0) FROM contexts").fetchone() == (told_of,)
 
 
 def test_plans_of_an_earlier_release_are_there_and_share_stretches(file: Path) -> None:
@@ -176,11 +181,35 @@ def test_entries_that_were_taken_back_are_not_remembered(file: Path) -> None:
     assert_sound(file)
 
 
-def test_a_store_remembers_a_bounded_number_of_entries() -> None:
+def test_a_store_remembers_a_bounded_number_of_entries_until_one_is_removed() -> None:
     remembered = RememberedChunks()
-    remembered.learn({str(number).encode(): number for number in range(MOST_REMEMBERED + 10)})
-    assert remembered.get(b"9") is None
-    assert remembered.get(b"10") == 10
+    remembered.learn({str(number).encode(): number for number in range(MOST_REMEMBERED + 10)}, 3)
+    assert b"9" not in remembered.known(3)
+    assert remembered.known(3)[b"10"] == 10
+    assert remembered.known(4) == {}
+    remembered.learn({b"new": 1}, 4)
+    remembered.learn({b"late": 2}, 3)
+    assert remembered.known(4) == {b"new": 1}
+
+
+def test_what_is_not_counted_yet_is_told_too(file: Path) -> None:
+    with closing(SqliteStore(file)) as store:
+        for number in range(MOST_UNCOUNTED + 3):
+            store.add_plan(path(f"p{number}", created=float(number)))
+        told = store.plan_statistics("house")
+        assert (told.plans, told.waypoints) == (MOST_UNCOUNTED + 3, 200 * (MOST_UNCOUNTED + 3))
+        assert {part.plans for part in store.plan_parts("p0")[1:-1]} == {MOST_UNCOUNTED + 3}
+        assert [head.id for head in store.plans("house", limit=2)] == [
+            f"p{MOST_UNCOUNTED + 2}", f"p{MOST_UNCOUNTED + 1}"
+        ]  # fmt: skip
+        store.add_plan(path("other", 3.0))
+        assert [passes.head.id for passes in store.plans_through("house", "v1", (1.0, 3.0), (5.0, 3.0), 0.1)] == [
+            "other"
+        ]
+        store.remove_plan("other")
+        store.add_plan(path("again", 3.0))
+        assert store.plan_statistics("house").plans == MOST_UNCOUNTED + 4
+    assert_sound(file)
 
 
 def test_a_granularity_of_its_own_makes_longer_entries(file: Path) -> None:

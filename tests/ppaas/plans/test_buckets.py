@@ -8,16 +8,16 @@ from hypothesis import strategies as st
 
 from ppaas.plans.buckets import (
     bucket_in,
+    holds,
     length_in,
     place_of,
-    rough_length,
     scope_of,
-    spot_of,
     spots_near,
+    spots_of,
     squares_near,
     squares_touched,
 )
-from tests.reference import plan_chunks
+from tests.reference import plan_bytes, plan_chunks
 
 SCOPE = scope_of("house", "v1")
 places = st.tuples(*[st.floats(-1e6, 1e6) | st.integers(-40, 40).map(lambda eighth: eighth / 8)] * 2)
@@ -25,26 +25,33 @@ offsets = st.tuples(*[st.floats(-0.5, 0.5)] * 4)
 tolerances = st.sampled_from([0.0, 0.1, 0.25, 0.5])
 
 
+def spot_of(scope: bytes, first, last, length: float) -> int:
+    [spot] = spots_of([scope], np.array([(*first, *last)], float), np.array([length], float)).tolist()
+    return spot
+
+
 @settings(max_examples=40, deadline=None)
 @given(places, places, offsets, tolerances, st.floats(0.0, 1e7))
 def test_what_is_near_is_found(start, goal, off, tolerance, length) -> None:
     first, last = (start[0] + off[0], start[1] + off[1]), (goal[0] + off[2], goal[1] + off[3])
     spot = spot_of(SCOPE, first, last, length)
+    assert spot == plan_bytes.spot(SCOPE, (*first, *last), length)
     assert 0 <= spot < 2**63
-    assert length_in(spot) == rough_length(length)
-    buckets = [near for near in spots_near(SCOPE, start, goal, tolerance) if near.first <= spot <= near.last]
-    assert len(list(spots_near(SCOPE, start, goal, tolerance))) <= (81 if tolerance <= 0.25 else 256)
+    assert length_in(spot) == min(int(length * 64), 2**20 - 1)
+    near = spots_near(SCOPE, start, goal, tolerance).tolist()
+    assert len(near) <= (81 if tolerance <= 0.25 else 256)
+    buckets = [bucket for bucket in near if bucket[0] <= spot <= bucket[1]]
     if plan_chunks.near(first, last, start, goal, tolerance):
-        assert any(near.holds(spot) for near in buckets)
-        assert bucket_in(spot) in {bucket_in(near.first) for near in buckets}
+        assert any(holds(bucket, spot) for bucket in buckets)
+        assert bucket_in(spot) in {bucket_in(bucket[0]) for bucket in buckets}
 
 
 def test_most_of_what_is_too_far_off_is_passed_over() -> None:
-    [*near] = spots_near(SCOPE, (0.25, 0.25), (3.25, 0.25), 0.1)
+    near = spots_near(SCOPE, (0.25, 0.25), (3.25, 0.25), 0.1).tolist()
     spots = [
         spot_of(SCOPE, (0.25 + dx / 40, 0.25), (3.25, 0.25 + dy / 40), 3.0) for dx in range(10) for dy in range(10)
     ]
-    held = sum(any(each.first <= spot <= each.last and each.holds(spot) for each in near) for spot in spots)
+    held = sum(any(each[0] <= spot <= each[1] and holds(each, spot) for each in near) for spot in spots)
     assert 25 <= held <= 36
 
 
@@ -60,4 +67,4 @@ def test_squares_near_a_place_are_those_that_points_there_touch(place, angle, re
     point = place[0] + reach * math.cos(angle), place[1] + reach * math.sin(angle)
     [square] = squares_touched(np.array([point]))
     assert square in squares_near(place, 0.5 + 1e-9)
-    assert 0 <= place_of(SCOPE, square) < 2**31
+    assert place_of(SCOPE, square) == plan_bytes.mixed(SCOPE, square) >> 33

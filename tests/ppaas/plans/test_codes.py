@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ppaas.errors import Unavailable
-from ppaas.plans.codes import codes_of, entry_id, pack, poses_of, unpack, waypoints_in
+from ppaas.plans.codes import codes_of, entry_id, pack, poses_in, poses_of, unpack, waypoints_in
 from ppaas.plans.headings import MOVES, QUATERNIONS
+from tests.reference import plan_bytes
 
 ways = st.lists(st.integers(0, 7), min_size=1, max_size=60)
 floats = st.floats(allow_nan=False, allow_infinity=False)
@@ -29,6 +30,8 @@ def code_of(poses: np.ndarray) -> bytes:
 
 def assert_comes_back(poses: np.ndarray) -> bytes:
     code = code_of(poses)
+    chain = plan_bytes.chain(poses.tolist())
+    assert code == chain if chain is not None else code[:1] != b"\x01"
     assert poses_of(code).tobytes() == poses.tobytes()
     assert unpack(pack(code)) == code
     assert waypoints_in(code) == len(poses)
@@ -75,6 +78,20 @@ def test_a_path_whose_steps_differ_in_length_comes_back() -> None:
     poses = on_grid([0] * 20, 0.05, (0.0, 0.0), (0, 0))
     poses[10:, 0] += 0.05
     assert_comes_back(poses)
+
+
+def test_stretches_of_all_kinds_are_read_together() -> None:
+    random = np.random.default_rng(3)
+    flat = on_grid([1, 2, 3], 0.05, (0.0, 0.0), (1, 1)) * 1.1
+    beside = on_grid(random.integers(0, 8, 30).tolist(), 0.05, (-51.224998, 3.3), (10, 20))
+    parts = [on_grid([0, 1, 2] * 5, 0.5, (0.0, 0.0), (3, 4)), random.random((9, 7)), flat, beside, parts_of_one()]
+    packs = [pack(code_of(part)) for part in parts]
+    assert poses_in(packs).tobytes() == np.concatenate(parts).tobytes()
+    assert poses_in([]).shape == (0, 7)
+
+
+def parts_of_one() -> np.ndarray:
+    return on_grid([4], 0.05, (0.0, 0.0), (7, 7))
 
 
 def test_equal_stretches_have_equal_codes_wherever_they_lie() -> None:

@@ -1,0 +1,1 @@
+"""Kernels: plans cut, told as bytes and read again, many at a time."""
