@@ -36,7 +36,9 @@ class DraftFile:
 
     def write(self, data: bytes | memoryview) -> None:
         """Add bytes."""
-        self._file.write(data)
+        left = memoryview(data)
+        while left:  # of what has no room some is written, and no error is told until the next try
+            left = left[self._file.write(left) :]
         self._digest.update(data)
         self._size += len(data)
         if self._size - self._begun >= _BEGIN_EARLY:

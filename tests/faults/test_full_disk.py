@@ -2,14 +2,16 @@
 
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from ppaas.errors import Unavailable
+from storage.files import FileMapStore
 from storage.outbox import Outbox
 from storage.sqlite import SqliteStore
-from tests.support.records import plan
+from tests.support.records import found_map, pgm, plan
 from tests.support.sources import ROOT
 
 # Files may grow to 2 MB and no further, which a process is told as of a full disk. Tells of what was taken.
@@ -20,15 +22,24 @@ import numpy as np
 from ppaas.errors import Unavailable
 from storage.outbox import Outbox
 from storage.sqlite import SqliteStore
-from tests.support.records import plan
+from tests.support.records import plan, robot
 
-store = {"outbox": Outbox, "store": SqliteStore}[sys.argv[1]](Path(sys.argv[2]))
-keep = {"outbox": lambda one: store.put([one]), "store": lambda one: store.add_plan(one)}[sys.argv[1]]
-resource.setrlimit(resource.RLIMIT_FSIZE, (2_000_000, 2_000_000))
+kind = sys.argv[1]
+store = (Outbox if kind == "outbox" else SqliteStore)(Path(sys.argv[2]))
 random = np.random.default_rng(1)
+
+def a_plan(number):
+    return plan(f"p{number}", poses=random.normal(size=(100, 7)).tobytes())
+
+keep = {
+    "outbox": lambda number: store.put([a_plan(number)]),
+    "plans": lambda number: store.add_plan(a_plan(number)),
+    "robots": lambda number: store.put_robot(robot(f"p{number}", description=random.bytes(2000).hex())),
+}[kind]
+resource.setrlimit(resource.RLIMIT_FSIZE, (2_000_000, 2_000_000))
 for number in range(10_000):
     try:
-        keep(plan(f"p{number}", poses=random.normal(size=(100, 7)).tobytes()))
+        keep(number)
     except Unavailable as error:
         print(error)
         break
@@ -36,7 +47,7 @@ for number in range(10_000):
 """
 
 
-@pytest.mark.parametrize("kind", ["outbox", "store"])
+@pytest.mark.parametrize("kind", ["outbox", "plans", "robots"])
 def test_what_was_taken_before_the_disk_was_full_is_there_and_whole(kind: str, tmp_path: Path) -> None:
     path = tmp_path / "file.sqlite"
     command = [sys.executable, "-c", WRITER, kind, str(path)]
@@ -46,15 +57,52 @@ def test_what_was_taken_before_the_disk_was_full_is_there_and_whole(kind: str, t
     assert "disk" in told and "space" in told
     assert len(taken) > 10
     names = [f"p{number}" for number in taken]
-    if kind == "outbox":
-        kept = {record.id: record for record in Outbox(path).oldest(10_000).values()}
-    else:
-        store = SqliteStore(path)
-        kept = {head.id: store.plan(head.id) for head in store.plans("house")}
-        store.close()
+    kept = sizes(kind, path)
     assert set(names) <= set(kept)
     assert len(kept) - len(names) <= 1, "at most the one that was being taken"
-    assert all(len(record.poses) == 5600 for record in kept.values())
+    assert set(kept.values()) == {4000 if kind == "robots" else 5600}
+
+
+def sizes(kind: str, path: Path) -> dict[str, int]:
+    """Return what is kept, and how much of each."""
+    if kind == "outbox":
+        return {record.id: len(record.poses) for record in Outbox(path).oldest(10_000).values()}
+    with closing(SqliteStore(path)) as store:
+        if kind == "robots":
+            return {one.id: len(one.description) for one in store.robots("ann")}
+        return {head.id: len(store.plan(head.id).poses) for head in store.plans("house")}
+
+
+PUBLISHER = """
+import resource, sys
+from pathlib import Path
+from ppaas.errors import Unavailable
+from storage.files import FileMapStore
+from tests.support.records import house, pgm, put_map
+
+store = FileMapStore(Path(sys.argv[1]))
+resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+for number in range(1, 10_000):
+    try:
+        print(put_map(store, house(image=pgm(1000, 15 * number))).version, flush=True)
+    except Unavailable as error:
+        print(error)
+        break
+"""
+
+
+def test_a_map_for_which_there_is_no_room_is_not_published_and_those_before_are_whole(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", PUBLISHER, str(tmp_path)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    *published, told = done.stdout.splitlines()
+    assert "image" in told
+    assert len(published) == 6
+    store = FileMapStore(tmp_path)
+    assert [one.version for one in store.versions("house")] == published[::-1]
+    for number, version in enumerate(published, 1):
+        assert found_map(store, version=version).image == pgm(1000, 15 * number)
+    assert list((tmp_path / ".incoming").iterdir()) == []
 
 
 def test_a_disk_that_has_room_again_is_written_again(tmp_path: Path) -> None:
