@@ -4,12 +4,12 @@ from ppaas.plans.chunks import inner_granularity
 from storage.cassandra_accounts import CassandraAccounts
 from storage.cassandra_address import parse_address
 from storage.cassandra_history import CassandraHistory
-from storage.cassandra_plan_search import CassandraPlanSearch
 from storage.cassandra_robots import CassandraRobots
 from storage.cassandra_session import CassandraSession
+from storage.cassandra_sweep import CassandraSweep
 
 
-class CassandraStore(CassandraAccounts, CassandraRobots, CassandraHistory, CassandraPlanSearch):
+class CassandraStore(CassandraAccounts, CassandraRobots, CassandraHistory, CassandraSweep):
     """A ``Store`` in a keyspace of a Cassandra, which any number of processes may have open.
 
     It is connected to when it is asked for the first time, so that it may be away when the cloud starts.

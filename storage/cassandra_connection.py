@@ -1,10 +1,14 @@
 """Connecting to Cassandra: the keyspace and its tables are made if they are not there."""
 
 import logging
+from collections import namedtuple
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
 
 from cassandra import ConsistencyLevel
 from cassandra.auth import PlainTextAuthProvider
-from cassandra.cluster import EXEC_PROFILE_DEFAULT, Cluster, ExecutionProfile, Session
+from cassandra.cluster import EXEC_PROFILE_DEFAULT, Cluster, ExecutionProfile, ResultSet, Session
 from cassandra.policies import ConstantReconnectionPolicy, DCAwareRoundRobinPolicy, TokenAwarePolicy
 
 from ppaas.errors import Unavailable
@@ -42,6 +46,11 @@ def connect(address: CassandraAddress) -> Session:
     return session
 
 
+def is_applied(result: ResultSet) -> bool:
+    """Tell whether what was written under a condition was: the first column of the answer says so."""
+    return bool(result.one()[0])
+
+
 def _cluster(address: CassandraAddress) -> Cluster:
     login = None if address.user is None else PlainTextAuthProvider(address.user, address.password)
     profile = ExecutionProfile(
@@ -49,6 +58,7 @@ def _cluster(address: CassandraAddress) -> Cluster:
         consistency_level=getattr(ConsistencyLevel, address.consistency.upper()),
         serial_consistency_level=ConsistencyLevel.LOCAL_SERIAL,
         request_timeout=address.timeout,
+        row_factory=_named,
     )
     return Cluster(
         address.hosts,
@@ -60,6 +70,16 @@ def _cluster(address: CassandraAddress) -> Cluster:
         connect_timeout=address.timeout,
         control_connection_timeout=address.timeout,
     )
+
+
+def _named(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> list[Any]:
+    """Return rows as named tuples, as the driver would, which makes a new class for every answer."""
+    return list(map(_row_type(tuple(columns))._make, rows))
+
+
+@lru_cache(256)
+def _row_type(columns: tuple[str, ...]) -> Any:
+    return namedtuple("Row", [name.strip("[]") for name in columns])
 
 
 def _make_keyspace(cluster: Cluster, session: Session, address: CassandraAddress) -> None:
@@ -76,7 +96,7 @@ def _make_keyspace(cluster: Cluster, session: Session, address: CassandraAddress
 
 def _check_version(session: Session, address: CassandraAddress) -> None:
     first = session.execute("INSERT INTO schema_version (id, version) VALUES (0, %s) IF NOT EXISTS", (VERSION,))
-    if first.was_applied:
+    if is_applied(first):
         return
     version = session.execute("SELECT version FROM schema_version WHERE id = 0").one().version
     if version > VERSION:

@@ -1,4 +1,8 @@
-"""A plan as a row: its head, the poses at its ends, and a recipe of the entries between them."""
+"""A plan as rows: what is its own, where it is found, and the ids of what it refers to.
+
+A plan refers to what many plans have in common, its *context*, and to the stretches that it shares. Both are entries
+under a hash of themselves, so whoever keeps one first or again keeps the same.
+"""
 
 import hashlib
 import itertools
@@ -6,36 +10,28 @@ import math
 import struct
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from typing import NamedTuple
-
-import msgspec
-import numpy as np
 
 from ppaas.errors import Unavailable
-from ppaas.plans.buckets import EDGE, Place, scope_of
-from ppaas.plans.chunks import chunk_bounds
-from ppaas.plans.codes import codes_of, entry_id, pack
-from storage.encoding import encode
-from storage.plan_checks import POSE_BYTES, array_of
+from ppaas.plans.body import Body
+from ppaas.plans.buckets import Place, scope_of
+from ppaas.plans.chunks import ENDS_AFTER, ENDS_BEFORE
+from ppaas.plans.codes import ID_BYTES, entry_id
+from storage.plan_entry import PlanEntry, entries_of
 from storage.records import PlanRecord
-from storage.versions import without_poses
 
-_PART = struct.Struct("<16sII")
+EDGE = 1.0
+"""Edge of the squares by which plans are looked for [m]. To read a bucket takes as long as to pass over some hundred
+plans in it: at a tolerance of a quarter of the edge, which is common, some five are read, and at a half of it 16."""
 
 MOST_PARTS = 256
-"""Parts in a row: a longer recipe is cut into entries of its own, so that no row grows large."""
+"""Ids in a row: a longer recipe is cut into sheets, which are entries of their own, so that no row grows large."""
+
+_IDS, _SHEETS = b"\x00", b"\x01"
+_PLACE = struct.Struct("<2d")
+_POSE_BYTES = 56
 
 
-class Part(NamedTuple):
-    """An entry in a recipe: its id, how many waypoints it has, and how many bytes."""
-
-    entry: bytes
-    waypoints: int
-    size: int
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class PlanRow:
     """What is kept of a plan.
 
@@ -43,110 +39,96 @@ class PlanRow:
     ----------
     record : PlanRecord
         As it was given.
-    scope : bytes
-        Of its version of a map.
-    before : int
-        Poses before the first entry; those behind the last follow them in ``ends``.
-    ends : bytes
-        Poses that no entry holds.
+    entry : PlanEntry
+    context : bytes
+        The id of its context.
     recipe : bytes
-        Parts, one after the other.
-    depth : int
-        How often the recipe had to be cut into entries: what its parts hold are recipes, where it is not 0.
-    entries : dict
-        What the parts name, as it is kept.
+        The ids of its stretches or, of very many, of the sheets that hold these.
+    stretches : dict
+        By their ids the codes of the stretches, in their order, each once.
+    beside : dict
+        By their ids the context and the sheets.
     """
 
     record: PlanRecord
-    scope: bytes
-    before: int
-    ends: bytes
+    entry: PlanEntry
+    context: bytes
     recipe: bytes
-    depth: int
-    entries: dict[bytes, bytes]
-
-    @cached_property
-    def head(self) -> bytes:
-        """The plan without its poses."""
-        return encode(without_poses(self.record))
+    stretches: dict[bytes, bytes]
+    beside: dict[bytes, bytes]
 
     @property
-    def places(self) -> tuple[Place, Place]:
-        """x, y of the first and the last pose [m]."""
-        poses = array_of(self.record.poses)
-        return (float(poses[0, 0]), float(poses[0, 1])), (float(poses[-1, 0]), float(poses[-1, 1]))
-
-
-_packed = lru_cache(1 << 14)(pack)  # most stretches of a plan were met before
+    def size(self) -> int:
+        """Return the bytes that are its own."""
+        return len(self.entry.body) + len(self.recipe)
 
 
 def plan_rows(records: Sequence[PlanRecord], granularity: int) -> Iterator[PlanRow]:
-    """Yield the rows of plans, which are cut together: one by one takes several times as long."""
-    if not records:
-        return
-    poses = array_of(b"".join(record.poses for record in records))
-    stops = np.cumsum([len(record.poses) // POSE_BYTES for record in records])
-    bounds = chunk_bounds(poses, stops, granularity)
-    begins = np.concatenate([one[:-1] for one in bounds])
-    ends = np.concatenate([one[1:] for one in bounds])
-    codes = iter(codes_of(poses, begins, ends))
-    first = 0
-    for record, stop, cuts in zip(records, stops.tolist(), bounds, strict=True):
-        yield _row(record, cuts.tolist(), first, stop, codes)
-        first = stop
+    """Yield the rows of plans.
+
+    Raises
+    ------
+    InvalidInput
+        One cannot be kept (``storage.plan_checks``).
+    """
+    for record, entry in zip(records, entries_of(records, granularity), strict=True):
+        ids = [entry_id(entry.scope, code) for code in entry.codes]
+        context = entry_id(entry.scope, entry.context)
+        sheets = dict(_sheets(entry.scope, ids))
+        recipe = _SHEETS + b"".join(sheets) if sheets else _IDS + b"".join(ids)
+        stretches = dict(zip(ids, entry.codes, strict=True))
+        yield PlanRow(record, entry, context, recipe, stretches, {context: entry.context, **sheets})
 
 
-def _row(record: PlanRecord, cuts: list[int], first: int, stop: int, codes: Iterator[bytes]) -> PlanRow:
-    scope = scope_of(record.map, record.version)
-    parts, entries = [], {}
-    for begin, end in itertools.pairwise(cuts):
-        code = next(codes)
-        number = entry_id(scope, code)
-        entries[number] = _packed(code)
-        parts.append(Part(number, end - begin, len(entries[number])))
-    before = (cuts[0] if cuts else stop) - first
-    behind = stop - cuts[-1] if cuts else 0
-    size = len(record.poses)
-    ends = record.poses[: before * POSE_BYTES] + record.poses[size - behind * POSE_BYTES :]
-    depth = 0
-    while len(parts) > MOST_PARTS:
-        groups = [parts[at : at + MOST_PARTS] for at in range(0, len(parts), MOST_PARTS)]
-        parts = [_recipe_entry(scope, group, entries) for group in groups]
-        depth += 1
-    return PlanRow(record, scope, before, ends, write_parts(parts), depth, entries)
-
-
-def _recipe_entry(scope: bytes, parts: list[Part], entries: dict[bytes, bytes]) -> Part:
-    data = write_parts(parts)
-    number = entry_id(scope, data)
-    entries[number] = data
-    return Part(number, sum(part.waypoints for part in parts), len(data))
-
-
-def write_parts(parts: Iterable[Part]) -> bytes:
-    """Return parts as bytes."""
-    return b"".join(_PART.pack(*part) for part in parts)
-
-
-def read_parts(recipe: bytes) -> list[Part]:
-    """Return the parts of a recipe.
+def ids_in(recipe: bytes) -> tuple[list[bytes], bool]:
+    """Return the ids in a recipe, and whether they are those of sheets.
 
     Raises
     ------
     Unavailable
-        The bytes end within a part.
+        It is damaged.
     """
-    if len(recipe) % _PART.size:
+    if recipe[:1] not in (_IDS, _SHEETS) or len(recipe) % ID_BYTES != 1:
         raise Unavailable("a stored recipe is damaged: restore it from a backup")
-    return [Part(*fields) for fields in _PART.iter_unpack(recipe)]
+    return ids_on(recipe[1:]), recipe[:1] == _SHEETS
 
 
-def with_poses(head: PlanRecord, poses: bytes) -> PlanRecord:
-    """Return a plan of its head and its poses."""
-    return msgspec.structs.replace(head, poses=poses)
+def ids_on(sheet: bytes) -> list[bytes]:
+    """Return the ids on a sheet."""
+    return [sheet[at : at + ID_BYTES] for at in range(0, len(sheet), ID_BYTES)]
+
+
+def loose_in(body: Body) -> int:
+    """Return how many waypoints are kept for a plan alone."""
+    return ENDS_BEFORE + ENDS_AFTER if body.shared else body.count
+
+
+def _sheets(scope: bytes, ids: list[bytes]) -> Iterator[tuple[bytes, bytes]]:
+    if len(ids) > MOST_PARTS:
+        for at in range(0, len(ids), MOST_PARTS):
+            sheet = b"".join(ids[at : at + MOST_PARTS])
+            yield entry_id(scope, sheet), sheet
 
 
 # -- where plans are looked for ----------------------------------------------------------------------------------------
+
+
+def ends_of(record: PlanRecord) -> tuple[Place, Place]:
+    """Return x, y of the first and the last pose [m]."""
+    last = len(record.poses) - _POSE_BYTES
+    return _PLACE.unpack_from(record.poses), _PLACE.unpack_from(record.poses, last)
+
+
+def listed(record: PlanRecord) -> tuple[str, float, str]:
+    """Return the key under which a plan is listed: its map, when it was made, and its id."""
+    return record.map, record.created + 0.0, record.id  # -0 would come before 0
+
+
+def led(record: PlanRecord) -> tuple[bytes, float, str]:
+    """Return the key under which a plan is found: the bucket of its ends, its length, and its id."""
+    start, goal = ends_of(record)
+    bucket = bucket_of(scope_of(record.map, record.version), start, goal)
+    return bucket, record.length + 0.0, record.id
 
 
 def bucket_of(scope: bytes, start: Place, goal: Place) -> bytes:
@@ -156,13 +138,18 @@ def bucket_of(scope: bytes, start: Place, goal: Place) -> bytes:
 
 def buckets_near(scope: bytes, start: Place, goal: Place, tolerance: float) -> list[bytes]:
     """Return the buckets of all plans with ends within a tolerance of two places [m]."""
-    sides = [_near(value, tolerance, EDGE) for value in (*start, *goal)]
+    sides = [_near(value, tolerance) for value in (*start, *goal)]
     return [_bucket(scope, squares) for squares in itertools.product(*sides)]
 
 
-def _near(value: float, tolerance: float, edge: float) -> range:
-    margin = tolerance + 1e-9 * max(1.0, abs(value))  # what is rounded away must not hide a plan
-    low, high = (math.floor(min(max((value + side * margin) / edge, -(2.0**30)), 2.0**30)) for side in (-1, 1))
+def reach(value: float, tolerance: float) -> tuple[float, float]:
+    """Return from where to where a coordinate may lie [m]: what is rounded away must not hide a plan."""
+    margin = tolerance + 1e-9 * max(1.0, abs(value))
+    return value - margin, value + margin
+
+
+def _near(value: float, tolerance: float) -> range:
+    low, high = (math.floor(min(max(side / EDGE, -(2.0**30)), 2.0**30)) for side in reach(value, tolerance))
     return range(low, high + 1)
 
 

@@ -1,25 +1,38 @@
 """Plans in Cassandra: looked for by where they lead, and told of."""
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
-from ppaas.errors import NotFound
+from ppaas.plans.body import read_body
 from ppaas.plans.buckets import Place
-from storage.cassandra_plan_rows import Part, buckets_near
-from storage.cassandra_plans import PAGE, CassandraPlans
-from storage.encoding import decode
+from ppaas.plans.chunks import ENDS_BEFORE
+from ppaas.plans.codes import unpack, waypoints_in
+from storage.cassandra_plan_rows import buckets_near, reach
+from storage.cassandra_plans import CassandraPlans
+from storage.cassandra_session import PAGE
 from storage.names import check_name
-from storage.plan_checks import POSE_BYTES
+from storage.plan_entry import head_of
 from storage.plan_search import PlanSearch
 from storage.records import PlanPart, PlanPassage, PlanRecord, PlanStatistics
 
-FIRST_ROWS = 32
-"""Plans of a bucket that are looked at first, the shortest."""
+FIRST_ROWS, TIMES_MORE = 32, 16
+"""Plans of a bucket that are looked at first, the shortest, and how many times as many next."""
 
 MOST_LOOKED_AT = 64
 """Plans that are looked at for whether they pass two places."""
+
+NEWEST = 1024
+"""Plans of a map, the newest, among which are counted those that share a stretch."""
+
+_LED = """SELECT bucket, length, id, start_x, start_y, goal_x, goal_y, context, body FROM plans_by_ends
+          WHERE bucket IN ? AND start_x >= ? AND start_x <= ? AND start_y >= ? AND start_y <= ?
+          AND goal_x >= ? AND goal_x <= ? AND goal_y >= ? AND goal_y <= ? PER PARTITION LIMIT ? ALLOW FILTERING"""
+"""The filtering is within the buckets."""
+
+_ROW = "SELECT id, context, body, recipe FROM plans WHERE id = ?"
 
 
 class CassandraPlanSearch(CassandraPlans):
@@ -39,12 +52,15 @@ class CassandraPlanSearch(CassandraPlans):
         """Return the heads of plans whose ends lie near two places, shortest first."""
         search = PlanSearch(map_id, version, start, goal, tolerance, planner)
         buckets = buckets_near(search.scope, start, goal, tolerance)
-        query = "SELECT bucket, length, id, ends, head FROM plans_by_ends WHERE bucket IN ?"
-        few = list(self._session.rows(f"{query} PER PARTITION LIMIT ?", buckets, FIRST_ROWS))
-        found = self._fitting(few, search)
-        if sum(plan.length <= _complete_until(few) for plan in found) < limit and _complete_until(few) < math.inf:
-            found = self._fitting(self._session.rows(query, buckets), search)
-        return found[:limit]
+        sides = itertools.chain.from_iterable(reach(value, tolerance) for value in (*start, *goal))
+        values, most = (buckets, *sides), FIRST_ROWS
+        while True:
+            rows = list(self._session.rows(_LED, *values, most))
+            complete = _complete_until(rows, most)
+            found = self._fitting(rows, search, limit)
+            if complete == math.inf or (len(found) == limit and all(one.length <= complete for one in found)):
+                return found
+            most *= TIMES_MORE
 
     def plans_through(
         self,
@@ -62,46 +78,36 @@ class CassandraPlanSearch(CassandraPlans):
         return search.passages(self._passing(search), limit)
 
     def plan_parts(self, plan_id: str) -> list[PlanPart]:
-        """Return the stretches of a plan that are entries of their own, in order; ``NotFound`` if there is none."""
-        check_name("plan", plan_id)
+        """Return the stretches of a plan that are entries of their own, in order; ``NotFound`` if there is none.
+
+        How many plans refer to one is counted among ``NEWEST`` plans of its map, and among all when these are swept.
+        """
         row = self._known_plan(plan_id)
-        mine = self._entries.parts(row.recipe, row.depth)
-        wanted = {part.entry for part in mine}
-        shared: Counter[bytes] = Counter()
-        for _, parts in self._recipes(decode(row.head, PlanRecord).map):
-            shared.update(wanted & {part.entry for part in parts})
-        first, told = row.before, []
-        for part in mine:
-            told.append(PlanPart(part.entry.hex(), first, part.waypoints, max(1, shared[part.entry])))
-            first += part.waypoints
+        [numbers] = self._entries.stretches([row.recipe])
+        data = self._entries.data(numbers)
+        uses = self._uses(self._head(row).map, numbers)
+        first, told = ENDS_BEFORE, []
+        for number in numbers:
+            count = waypoints_in(unpack(data[number]))
+            told.append(PlanPart(number.hex(), first, count, uses[number]))
+            first += count
         return told
 
     def plan_statistics(self, map_id: str | None = None) -> PlanStatistics:
-        """Return what the plans of a map take, or all."""
+        """Return what the plans of a map take, or all; stretches that were shared count until they are swept away."""
         if map_id is not None:
             check_name("map", map_id)
-        plans = waypoints = kept = size = 0
-        entries: dict[bytes, Part] = {}
-        for row, parts in self._recipes(map_id):
-            plans += 1
-            waypoints += row.count
-            kept += len(row.ends) // POSE_BYTES
-            size += len(row.head) + len(row.ends) + len(row.recipe)
-            entries.update((part.entry, part) for part in parts)
-        kept += sum(part.waypoints for part in entries.values())
-        size += sum(part.size for part in entries.values())
-        return PlanStatistics(plans, waypoints, kept, len(entries), size)
+        return self._plan_sums.of(map_id)
 
     # -- inside --------------------------------------------------------------------------------------------------------
 
-    def _fitting(self, rows: Any, search: PlanSearch) -> list[PlanRecord]:
+    def _fitting(self, rows: list[Any], search: PlanSearch, limit: int) -> list[PlanRecord]:
         """Return the heads in rows of buckets that are looked for, shortest first."""
-        near = sorted(
-            (row.length, row.id, row.head)
-            for row in rows
-            if search.joins((row.ends[0], row.ends[1]), (row.ends[2], row.ends[3]))
-        )
-        return list(filter(search.takes, (decode(head, PlanRecord) for _, _, head in near)))
+        near = [row for row in rows if search.joins((row.start_x, row.start_y), (row.goal_x, row.goal_y))]
+        near.sort(key=lambda row: (row.length, row.id))
+        contexts = self._entries.data(row.context for row in near)
+        heads = (head_of(contexts[row.context], read_body(row.body)) for row in near)
+        return list(itertools.islice(filter(search.takes, heads), limit))
 
     def _passing(self, search: PlanSearch) -> Iterator[PlanRecord]:
         """Yield plans that are named near either place, those that are named near both first."""
@@ -109,38 +115,23 @@ class CassandraPlanSearch(CassandraPlans):
         named = [self._squares.named(scope, place, tolerance, MOST_LOOKED_AT) for place in (search.start, search.goal)]
         both = set(named[0]) & set(named[1])
         ordered = dict.fromkeys([*(one for one in named[0] if one in both), *named[0], *named[1]])
-        for plan_id in list(ordered)[:MOST_LOOKED_AT]:
-            try:
-                yield self.plan(plan_id)
-            except NotFound:
-                continue  # removed meanwhile
+        keys = [(plan_id,) for plan_id in itertools.islice(ordered, MOST_LOOKED_AT)]
+        return self._wholes([row for rows in self._session.rows_each(_ROW, keys) for row in rows])
 
-    def _recipes(self, map_id: str | None) -> Iterator[tuple[Any, list[Part]]]:
-        """Yield the rows of the plans of a map, or of all, each with its parts."""
-        columns = "head, ends, recipe, depth, count"
-        if map_id is None:
-            for row in self._session.rows(f"SELECT {columns} FROM plans"):
-                yield row, self._entries.parts(row.recipe, row.depth)
-            return
-        ids = self._session.rows("SELECT id FROM plans_by_map WHERE map = ?", map_id)
-        for page in _pages(ids):
-            for rows in self._session.rows_each(f"SELECT {columns} FROM plans WHERE id = ?", page):
-                if rows:
-                    yield rows[0], self._entries.parts(rows[0].recipe, rows[0].depth)
+    def _uses(self, map_id: str, numbers: list[bytes]) -> dict[bytes, int]:
+        """Return how many plans refer to each of some stretches, as far as that is known."""
+        wanted = list(dict.fromkeys(numbers))
+        swept = self._session.rows_each("SELECT plans FROM plan_entry_uses WHERE id = ?", [(one,) for one in wanted])
+        seen: Counter[bytes] = Counter()
+        for page in itertools.islice(self._listed(map_id), NEWEST // PAGE):
+            rows = self._session.rows_each("SELECT recipe FROM plans WHERE id = ?", [(row.id,) for row in page])
+            for mine in self._entries.stretches(row.recipe for found in rows for row in found):
+                seen.update(set(mine).intersection(wanted))
+        return {one: max(1, seen[one], *(row.plans for row in rows)) for one, rows in zip(wanted, swept, strict=True)}
 
 
-def _pages(rows: Iterator[Any]) -> Iterator[list[tuple[str]]]:
-    page: list[tuple[str]] = []
-    for row in rows:
-        page.append((row.id,))
-        if len(page) == PAGE:
-            yield page
-            page = []
-    yield page
-
-
-def _complete_until(rows: list[Any]) -> float:
+def _complete_until(rows: list[Any], most: int) -> float:
     """Return the length up to which no plan of these buckets is missing: where one was cut short, its longest."""
     counts = Counter(row.bucket for row in rows)
     longest = {row.bucket: row.length for row in rows}  # of each bucket they come by length
-    return min((longest[bucket] for bucket, count in counts.items() if count == FIRST_ROWS), default=math.inf)
+    return min((longest[bucket] for bucket, count in counts.items() if count == most), default=math.inf)

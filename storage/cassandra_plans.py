@@ -2,28 +2,37 @@
 
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import suppress
 from functools import cached_property
 from typing import Any
 
-from ppaas.errors import Conflict, NotFound
-from storage.cassandra_entries import GRACE, CassandraEntries
-from storage.cassandra_plan_rows import PlanRow, bucket_of, plan_rows, with_poses
-from storage.cassandra_session import BYTES_TOGETHER, CassandraSession, Write
+from ppaas.errors import Conflict, NotFound, Unavailable
+from ppaas.plans.body import read_body
+from ppaas.plans.buckets import scope_of
+from ppaas.plans.codes import pack, poses_of, waypoints_in
+from storage.cassandra_entries import CassandraEntries, code_of
+from storage.cassandra_plan_rows import PlanRow, ends_of, led, listed, loose_in, plan_rows
+from storage.cassandra_plan_sums import PlanSums, Sums, added
+from storage.cassandra_session import BYTES_TOGETHER, PAGE, CassandraSession, Write
 from storage.cassandra_squares import Squares
-from storage.encoding import decode
 from storage.names import check_name
-from storage.plan_checks import POSE_BYTES, check_plan, check_replacement
-from storage.records import PlanRecord
+from storage.plan_checks import check_plan, check_replacement
+from storage.plan_entry import context_of, head_of, record_of
+from storage.records import PlanRecord, PlanStatistics
 
-PAGE = 128
+_PLAN = "SELECT id, context, body, recipe FROM plans WHERE id = ?"
+_HEAD = "SELECT context, body FROM plans WHERE id = ?"
+_KNOWN = "SELECT id FROM plans WHERE id IN ?"
+_INSERT = "INSERT INTO plans (id, context, body, recipe) VALUES (?, ?, ?, ?)"
+_CHANGE = "UPDATE plans SET context = ?, body = ?, recipe = ? WHERE id = ? IF context = ? AND body = ? AND recipe = ?"
+_REMOVE = "DELETE FROM plans WHERE id = ?"
+_LIST = "INSERT INTO plans_by_map (map, created, id) VALUES (?, ?, ?)"
+_UNLIST = "DELETE FROM plans_by_map WHERE map = ? AND created = ? AND id = ?"
+_LEAD = """INSERT INTO plans_by_ends (bucket, length, id, start_x, start_y, goal_x, goal_y, context, body)
+           VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)"""
+_UNLEAD = "DELETE FROM plans_by_ends WHERE bucket = ? AND length = ? AND id = ?"
 
-LARGE = 32 << 10
-"""Bytes of a plan that are too many to be written in one step: Cassandra takes 50 KiB."""
-
-_PLAN = "SELECT head, scope, before, ends, recipe, depth FROM plans WHERE id = ?"
-_COLUMNS = "head = ?, scope = ?, before = ?, ends = ?, recipe = ?, depth = ?, count = ?"
-_INSERT = "INSERT INTO plans (head, scope, before, ends, recipe, depth, count, id) VALUES (?, ?, ?, ?, ?, ?, ?, ?)"
+KEYS_BYTES = 160
+"""Bytes of a plan in its three rows beside what is its own, about."""
 
 
 class CassandraPlans:
@@ -44,6 +53,10 @@ class CassandraPlans:
     def _squares(self) -> Squares:
         return Squares(self._session)
 
+    @cached_property
+    def _plan_sums(self) -> PlanSums:
+        return PlanSums(self._session)
+
     def add_plan(self, record: PlanRecord) -> None:
         """Keep a plan; keeping the same id twice changes nothing."""
         self.add_plans((record,))
@@ -52,31 +65,33 @@ class CassandraPlans:
         """Keep plans; return how many were not there before."""
         given: dict[str, PlanRecord] = {}
         for record in records:
-            given.setdefault(check_plan(record).id, record)
-        known = self._known_ids(list(given))
-        rows = list(plan_rows([record for record in given.values() if record.id not in known], self._granularity))
-        self._keep_beside(rows)
-        self._session.write_together_each(_together(rows))
+            given.setdefault(check_name("plan", record.id), record)
+        ids = list(given)
+        asked = [self._session.asked(_KNOWN, ids[at : at + PAGE]) for at in range(0, len(ids), PAGE)]
+        rows = list(plan_rows(list(given.values()), self._granularity))  # most are new: cut them while that is answered
+        known = {row.id for answer in asked for row in answer()}
+        rows = [row for row in rows if row.record.id not in known]
+        if rows:
+            self._keep(rows)
         return len(rows)
 
     def replace_plan(self, record: PlanRecord, *, instead_of: PlanRecord) -> None:
         """Keep a plan in place of the one of the same id; ``Conflict`` if that was changed meanwhile."""
         check_plan(record)
-        kept = self._plan_row(record.id)
-        before = None if kept is None else self._whole(kept)
-        check_replacement(record, before, instead_of)
-        [old, new] = [next(plan_rows([one], self._granularity)) for one in (instead_of, record)]
-        self._keep_beside([new])
-        change = f"UPDATE plans SET {_COLUMNS} WHERE id = ? IF head = ? AND ends = ? AND recipe = ?"
-        if not self._session.write_if(change, *_values(new), record.id, kept.head, kept.ends, kept.recipe):
+        kept = self._session.row(_PLAN, record.id)
+        check_replacement(record, None if kept is None else self._whole(kept), instead_of)
+        [row] = plan_rows([record], self._granularity)
+        fresh = self._refer([row])
+        if not self._session.write_if(_CHANGE, *_own(row), record.id, kept.context, kept.body, kept.recipe):
             raise Conflict(f"the plan {record.id!r} was changed meanwhile: look at it and try again")
-        found = _index(new)
-        keys = {_key(write) for write in found}
-        self._session.write_together([*(one for one in _unindex(old) if _key(one) not in keys), *found])
+        change = _taken([row], fresh)
+        gone = taken_by(kept)
+        change[instead_of.map] = added(change.get(instead_of.map, PlanStatistics()), gone, -1)
+        beside = [*self._squares.naming([row]), *self._plan_sums.adding(change)]
+        self._session.write_all([[*_unindex(instead_of, but=record), *_index(row)]], beside)
 
     def plan(self, plan_id: str) -> PlanRecord:
         """Return a plan; ``NotFound`` if there is none."""
-        check_name("plan", plan_id)
         return self._whole(self._known_plan(plan_id))
 
     def plans(
@@ -92,79 +107,127 @@ class CassandraPlans:
 
     def remove_plan(self, plan_id: str) -> None:
         """Forget a plan; ``NotFound`` if there is none."""
-        check_name("plan", plan_id)
-        [row] = plan_rows([self._whole(self._known_plan(plan_id))], self._granularity)
-        self._session.write_together(_unindex(row))
+        kept = self._known_plan(plan_id)
+        record = self._whole(kept)
+        self._session.write_together(_unindex(record))
+        [row] = plan_rows([record], self._granularity)
         self._squares.remove(row)
-        if not self._session.write_if("DELETE FROM plans WHERE id = ? IF EXISTS", plan_id):
+        if not self._session.write_if(f"{_REMOVE} IF EXISTS", plan_id):
             raise NotFound("plan", plan_id)
+        self._session.write_all((), self._plan_sums.adding({record.map: taken_by(kept)}, -1))
 
     def remove_plans(self, map_id: str) -> int:
-        """Forget the plans of a map, one by one; return how many."""
+        """Forget the plans of a map, a page at a time; return how many."""
         removed = 0
-        for head in self._heads(check_name("map", map_id), None):
-            with suppress(NotFound):  # another removed it
-                self.remove_plan(head.id)
-                removed += 1
+        for page in self._listed(check_name("map", map_id)):
+            found = self._session.rows_each(_PLAN, [(row.id,) for row in page])
+            removed += self._remove_all(map_id, page, [row for rows in found for row in rows])
         return removed
-
-    def sweep_entries(self, grace: float = GRACE) -> int:
-        """Remove the entries that no plan refers to any more and nobody wrote of late; return how many.
-
-        Parameters
-        ----------
-        grace : float
-            How long an entry is kept after it was written last [s]; longer than any plan takes to be kept.
-        """
-        referred: set[bytes] = set()
-        for row in self._session.rows("SELECT recipe, depth FROM plans"):
-            referred |= self._entries.referred(row.recipe, row.depth)
-        return self._entries.sweep(referred, grace)
 
     # -- inside --------------------------------------------------------------------------------------------------------
 
-    def _known_ids(self, plan_ids: Sequence[str]) -> set[str]:
-        groups = [(list(plan_ids[at : at + PAGE]),) for at in range(0, len(plan_ids), PAGE)]
-        found = self._session.rows_each("SELECT id FROM plans WHERE id IN ?", groups)
-        return {row.id for rows in found for row in rows}
+    def _keep(self, rows: Sequence[PlanRow]) -> None:
+        fresh = self._refer(rows)
+        change = _taken(rows, fresh)
+        beside = [*self._plan_sums.adding(change), *self._squares.naming(rows)]
+        try:
+            self._session.write_all(_together(rows), beside)
+        except Unavailable:
+            self._plan_sums.adding(change, -1)
+            raise
 
-    def _keep_beside(self, rows: Sequence[PlanRow]) -> None:
-        """Keep what plans refer to, and where they pass."""
-        self._entries.keep({number: data for row in rows for number, data in row.entries.items()})
-        self._squares.add(rows)
+    def _remove_all(self, map_id: str, page: Sequence[Any], kept: Sequence[Any]) -> int:
+        """Remove plans of a map of a page of its list, and this; return how many."""
+        records = [record for record in self._wholes(kept) if record.map == map_id]  # another was changed meanwhile
+        mine = {record.id for record in records}
+        groups = [[*_unindex(record), (_REMOVE, (record.id,))] for record in records]
+        self._squares.clear(plan_rows(records, self._granularity))
+        self._session.write_all(
+            groups, [(_UNLIST, (map_id, row.created, row.id)) for row in page if row.id not in mine]
+        )
+        gone = PlanStatistics()
+        for row in kept:
+            gone = added(gone, taken_by(row)) if row.id in mine else gone
+        self._session.write_all((), self._plan_sums.adding({map_id: gone}, -1))
+        return len(records)
+
+    def _refer(self, rows: Sequence[PlanRow]) -> set[bytes]:
+        """Keep all that plans refer to; return the ids of what was not there before."""
+        stretches: dict[bytes, bytes] = {}
+        beside: dict[bytes, bytes] = {}
+        for row in rows:
+            stretches |= row.stretches
+            beside |= row.beside
+        return self._entries.keep(stretches, pack) | self._entries.keep(beside, bytes)
 
     def _heads(self, map_id: str, before: tuple[float, str] | None) -> Iterator[PlanRecord]:
+        for page in self._listed(map_id, before):
+            heads = self._session.rows_each(_HEAD, [(row.id,) for row in page])
+            for row, found in zip(page, heads, strict=True):
+                head = self._head(found[0]) if found else None
+                if head is not None and (head.map, head.created) == (map_id, row.created):  # else it was just changed
+                    yield head
+
+    def _listed(self, map_id: str, before: tuple[float, str] | None = None) -> Iterator[list[Any]]:
+        """Yield pages of what is listed of a map, newest first."""
         query, values = "SELECT created, id FROM plans_by_map WHERE map = ?", tuple[Any, ...]((map_id,))
         if before is not None:
             query, values = f"{query} AND (created, id) < (?, ?)", (map_id, before[0] + 0.0, before[1])
         rows = self._session.rows(query, *values)
         while page := list(itertools.islice(rows, PAGE)):
-            heads = self._session.rows_each("SELECT head FROM plans WHERE id = ?", [(row.id,) for row in page])
-            for row, found in zip(page, heads, strict=True):
-                head = decode(found[0].head, PlanRecord) if found else None
-                if head is not None and (head.map, head.created) == (map_id, row.created):  # else it was just changed
-                    yield head
-
-    def _plan_row(self, plan_id: str) -> Any:
-        return self._session.row(_PLAN, plan_id)
+            yield page
 
     def _known_plan(self, plan_id: str) -> Any:
-        row = self._plan_row(plan_id)
+        row = self._session.row(_PLAN, check_name("plan", plan_id))
         if row is None:
             raise NotFound("plan", plan_id)
         return row
 
+    def _head(self, row: Any) -> PlanRecord:
+        return head_of(self._entries.data((row.context,))[row.context], read_body(row.body))
+
     def _whole(self, row: Any) -> PlanRecord:
         """Return a plan of its row, with its poses."""
-        parts = self._entries.parts(row.recipe, row.depth)
-        at = row.before * 56
-        poses = row.ends[:at] + self._entries.poses(row.scope, parts) + row.ends[at:]
-        return with_poses(decode(row.head, PlanRecord), poses)
+        [whole] = self._wholes([row])
+        return whole
+
+    def _wholes(self, rows: Sequence[Any]) -> Iterator[PlanRecord]:
+        """Yield plans of their rows, with their poses."""
+        recipes = self._entries.stretches(row.recipe for row in rows)
+        data = self._entries.data(itertools.chain((row.context for row in rows), *recipes))
+        for row, numbers in zip(rows, recipes, strict=True):
+            context = data[row.context]
+            common = context_of(context)
+            scope = scope_of(common.map, common.version)
+            yield record_of(context, row.body, [poses_of(code_of(scope, one, data[one])) for one in numbers])
 
 
-def _values(row: PlanRow) -> tuple[Any, ...]:
-    count = len(row.record.poses) // POSE_BYTES
-    return row.head, row.scope, row.before, row.ends, row.recipe, row.depth, count
+def _taken(rows: Sequence[PlanRow], fresh: set[bytes]) -> Sums:
+    """Return what plans and the stretches that are new with them take."""
+    sums: Sums = {}
+    for row in rows:
+        entry = row.entry
+        new = [(number, row.stretches[number]) for number in fresh & row.stretches.keys()] if fresh else []
+        fresh = fresh.difference(number for number, _ in new)
+        mine = PlanStatistics(
+            1,
+            entry.waypoints,
+            entry.loose + sum(waypoints_in(code) for _, code in new),
+            len(new),
+            row.size + sum(len(pack(code)) for _, code in new),
+        )
+        sums[entry.map] = added(sums.get(entry.map, PlanStatistics()), mine)
+    return sums
+
+
+def taken_by(row: Any) -> PlanStatistics:
+    """Return what a kept plan takes, without what it shares."""
+    body = read_body(row.body)
+    return PlanStatistics(1, body.count, loose_in(body), 0, len(row.body) + len(row.recipe))
+
+
+def _own(row: PlanRow) -> tuple[bytes, bytes, bytes]:
+    return row.context, row.entry.body, row.recipe
 
 
 def _together(rows: Sequence[PlanRow]) -> Iterator[list[Write]]:
@@ -172,15 +235,11 @@ def _together(rows: Sequence[PlanRow]) -> Iterator[list[Write]]:
     writes: list[Write] = []
     size = 0
     for row in rows:
-        mine = 2 * len(row.head) + len(row.ends) + len(row.recipe)
-        parts = [(_INSERT, (*_values(row), row.record.id)), *_index(row)]
-        if mine > LARGE:
-            yield from ([part] for part in parts)
-            continue
+        mine = row.size + len(row.entry.body) + KEYS_BYTES
         if writes and size + mine > BYTES_TOGETHER:
             yield writes
             writes, size = [], 0
-        writes += parts
+        writes += [(_INSERT, (row.record.id, *_own(row))), *_index(row)]
         size += mine
     if writes:
         yield writes
@@ -188,29 +247,17 @@ def _together(rows: Sequence[PlanRow]) -> Iterator[list[Write]]:
 
 def _index(row: PlanRow) -> list[Write]:
     """Return what has a plan found by its map and its ends."""
-    record, (start, goal) = row.record, row.places
-    by_ends = "INSERT INTO plans_by_ends (bucket, length, id, ends, head) VALUES (?, ?, ?, ?, ?)"
-    bucket = bucket_of(row.scope, start, goal)
+    start, goal = ends_of(row.record)
     return [
-        ("INSERT INTO plans_by_map (map, created, id) VALUES (?, ?, ?)", (record.map, record.created + 0.0, record.id)),
-        (by_ends, (bucket, record.length + 0.0, record.id, [*start, *goal], row.head)),
+        (_LIST, listed(row.record)),
+        (_LEAD, (*led(row.record), *start, *goal, row.context, row.entry.body)),
     ]
 
 
-def _unindex(row: PlanRow) -> list[Write]:
-    """Return what has a plan found no more."""
-    record = row.record
-    bucket = bucket_of(row.scope, *row.places)
-    by_map = "DELETE FROM plans_by_map WHERE map = ? AND created = ? AND id = ?"
+def _unindex(record: PlanRecord, but: PlanRecord | None = None) -> list[Write]:
+    """Return what has a plan found no more, but where another is found: together, the removal would win."""
     return [
-        (by_map, (record.map, record.created + 0.0, record.id)),
-        (
-            "DELETE FROM plans_by_ends WHERE bucket = ? AND length = ? AND id = ?",
-            (bucket, record.length + 0.0, record.id),
-        ),
+        (forget, key(record))
+        for forget, key in ((_UNLIST, listed), (_UNLEAD, led))
+        if but is None or key(record) != key(but)
     ]
-
-
-def _key(write: Write) -> tuple[Any, ...]:
-    """Return the key of a row that is written or removed: together, the removal would win."""
-    return tuple(write[1][:3])

@@ -1,21 +1,26 @@
 """A session with Cassandra: statements prepared once, errors told as ours."""
 
+import itertools
 import threading
-from collections.abc import Iterable, Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
-from cassandra.cluster import ResultSet, Session
-from cassandra.concurrent import execute_concurrent, execute_concurrent_with_args
+from cassandra.cluster import ResponseFuture, ResultSet, Session
+from cassandra.concurrent import execute_concurrent_with_args
 from cassandra.query import BatchStatement, BatchType, PreparedStatement
 
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
 from storage.cassandra_address import CassandraAddress
-from storage.cassandra_connection import RECONNECT, connect
+from storage.cassandra_connection import RECONNECT, connect, is_applied
 from storage.cassandra_failures import driver_errors
 
 AT_ONCE = 128
 """Requests that are under way at a time where many are sent."""
+
+PAGE = 128
+"""Rows of other partitions that are asked for together."""
 
 NO_LIMIT = 2**31 - 1
 
@@ -72,7 +77,7 @@ class CassandraSession:
     def write_if(self, cql: str, *values: Any) -> bool:
         """Write if the statement's condition holds; tell whether it did. No other can come in between."""
         with driver_errors(self._address):
-            return bool(self._execute(cql, values).was_applied)
+            return is_applied(self._execute(cql, values))
 
     def write_together(self, writes: Iterable[Write]) -> None:
         """Write all or, in the end, nothing; others may see a part of it for a moment."""
@@ -82,20 +87,22 @@ class CassandraSession:
     def write_together_if(self, writes: Iterable[Write]) -> bool:
         """Write all to one partition if the conditions of all hold, else nothing; tell whether they did."""
         with driver_errors(self._address):
-            return bool(self._execute_batch(writes).was_applied)
+            return is_applied(self._execute_batch(writes))
 
     def write_each(self, cql: str, rows: Iterable[Sequence[Any]]) -> None:
         """Write many rows, each for itself; the first error ends it."""
-        with driver_errors(self._address):
-            groups = ([(cql, row) for row in group] for group in _small_groups(rows))
-            batches = [(self._batch(group, BatchType.UNLOGGED), None) for group in groups]
-            execute_concurrent(self._session(), batches, AT_ONCE, raise_on_first_error=True)
+        self.write_all((), ((cql, row) for row in rows))
 
-    def write_together_each(self, groups: Iterable[Sequence[Write]]) -> None:
-        """Write many groups at once, each as ``write_together`` does; the first error ends it."""
+    def write_all(self, groups: Iterable[Sequence[Write]], rows: Iterable[Write]) -> None:
+        """Write many groups, each as ``write_together`` does, and rows, each for itself; the first error ends it."""
         with driver_errors(self._address):
-            batches = [(self._batch(writes), None) for writes in groups]
-            execute_concurrent(self._session(), batches, AT_ONCE, raise_on_first_error=True)
+            under_way: deque[ResponseFuture] = deque()
+            for batch in itertools.chain(map(self._batch, groups), map(self._apart, _small_groups(rows))):
+                if len(under_way) == AT_ONCE:
+                    under_way.popleft().result()
+                under_way.append(self._session().execute_async(batch))
+            for future in under_way:
+                future.result()
 
     def rows_each(self, cql: str, keys: Iterable[Sequence[Any]]) -> list[list[Any]]:
         """Return the rows of a query for each of many keys, asked for at once."""
@@ -103,6 +110,17 @@ class CassandraSession:
             session, statement = self._session(), self._statement(cql)
             results = execute_concurrent_with_args(session, statement, list(keys), AT_ONCE, raise_on_first_error=True)
             return [list(result.result_or_exc) for result in results]
+
+    def asked(self, cql: str, *values: Any) -> Callable[[], list[Any]]:
+        """Ask for the rows of a query, and return what waits for them: something else can be done meanwhile."""
+        with driver_errors(self._address):
+            future = self._session().execute_async(self._statement(cql), values)
+
+        def answer() -> list[Any]:
+            with driver_errors(self._address):
+                return list(future.result())
+
+        return answer
 
     def partitions(self, table: str, key: str) -> list[str]:
         """Return the keys of the partitions of a table in which there is anything, sorted."""
@@ -123,6 +141,9 @@ class CassandraSession:
         for cql, values in writes:
             batch.add(self._statement(cql), values)
         return batch
+
+    def _apart(self, writes: Iterable[Write]) -> BatchStatement:
+        return self._batch(writes, BatchType.UNLOGGED)
 
     def _statement(self, cql: str) -> PreparedStatement:
         session = self._session()
@@ -155,12 +176,12 @@ class CassandraSession:
             raise
 
 
-def _small_groups(rows: Iterable[Sequence[Any]]) -> Iterator[list[Sequence[Any]]]:
+def _small_groups(rows: Iterable[Write]) -> Iterator[list[Write]]:
     """Yield rows, some at a time: as many as Cassandra takes without a warning."""
-    group: list[Sequence[Any]] = []
+    group: list[Write] = []
     size = 0
     for row in rows:
-        mine = sum(len(value) for value in row if isinstance(value, bytes))
+        mine = sum(len(value) for value in row[1] if isinstance(value, bytes))
         if group and (len(group) == MOST_TOGETHER or size + mine > BYTES_TOGETHER):
             yield group
             group, size = [], 0

@@ -1,13 +1,15 @@
 """Where plans pass: an index by squares of a map, which names some of the plans of each."""
 
+import itertools
 import threading
 from collections import OrderedDict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from ppaas.clock import Clock, monotonic
 from ppaas.plans.buckets import Place, squares_near, squares_touched
+from ppaas.plans.codes import poses_of
 from storage.cassandra_plan_rows import PlanRow
-from storage.cassandra_session import CassandraSession
+from storage.cassandra_session import CassandraSession, Write
 from storage.plan_checks import array_of
 
 PLANS_OF_SQUARE = 8
@@ -19,7 +21,14 @@ WINDOW = 3600.0
 MOST_SQUARES = 1 << 16
 """Squares of which a process knows how many plans it named."""
 
+MOST_STRETCHES = 1 << 15
+"""Stretches of which a process knows which squares they touch."""
+
 Square = tuple[bytes, int, int]
+
+_NAME = "INSERT INTO plans_by_square (scope, x, y, created, id) VALUES (?, ?, ?, ?, ?)"
+_FORGET = "DELETE FROM plans_by_square WHERE scope = ? AND x = ? AND y = ? AND created = ? AND id = ?"
+_NAMED = "SELECT id FROM plans_by_square WHERE scope = ? AND x = ? AND y = ? LIMIT ?"
 
 
 class Squares:
@@ -37,41 +46,63 @@ class Squares:
         self._clock = clock
         self._lock = threading.Lock()
         self._named: OrderedDict[Square, tuple[int, float]] = OrderedDict()
+        self._touched: OrderedDict[bytes, list[tuple[int, int]]] = OrderedDict()
 
-    def add(self, rows: Iterable[PlanRow]) -> None:
-        """Name plans in the squares that they pass, where not many are named already."""
-        insert = "INSERT INTO plans_by_square (scope, x, y, created, id) VALUES (?, ?, ?, ?, ?)"
-        named = []
-        for row in rows:
-            for x, y in squares_touched(array_of(row.record.poses)[:, :2]):
-                if self._has_room((row.scope, x, y)):
-                    named.append((row.scope, x, y, row.record.created + 0.0, row.record.id))
-        self._session.write_each(insert, named)
+    def naming(self, rows: Iterable[PlanRow]) -> list[Write]:
+        """Return what names plans in the squares that they pass, where not many are named already."""
+        now = self._clock()
+        with self._lock:
+            return [
+                (_NAME, (row.entry.scope, x, y, row.record.created + 0.0, row.record.id))
+                for row in rows
+                for x, y in self._squares(row)
+                if self._has_room((row.entry.scope, x, y), now)
+            ]
 
     def remove(self, row: PlanRow) -> None:
         """Name a plan nowhere."""
-        delete = "DELETE FROM plans_by_square WHERE scope = ? AND x = ? AND y = ? AND created = ? AND id = ?"
-        record = row.record
-        squares = squares_touched(array_of(record.poses)[:, :2])
-        self._session.write_each(delete, [(row.scope, x, y, record.created + 0.0, record.id) for x, y in squares])
+        scope, record = row.entry.scope, row.record
+        with self._lock:
+            squares = self._squares(row)
+        self._session.write_each(_FORGET, [(scope, x, y, record.created + 0.0, record.id) for x, y in squares])
+
+    def clear(self, rows: Iterable[PlanRow]) -> None:
+        """Name no plan at all where some pass."""
+        with self._lock:
+            squares = {(row.entry.scope, x, y) for row in rows for x, y in self._squares(row)}
+            for square in squares:
+                self._named.pop(square, None)
+        self._session.write_each("DELETE FROM plans_by_square WHERE scope = ? AND x = ? AND y = ?", squares)
 
     def named(self, scope: bytes, place: Place, tolerance: float, limit: int) -> Sequence[str]:
         """Return the ids of plans that may pass within a tolerance of a place [m], the newest first of each square."""
-        query = "SELECT id FROM plans_by_square WHERE scope = ? AND x = ? AND y = ? LIMIT ?"
         keys = [(scope, x, y, limit) for x, y in squares_near(place, tolerance)]
-        return [row.id for rows in self._session.rows_each(query, keys) for row in rows]
+        return [row.id for rows in self._session.rows_each(_NAMED, keys) for row in rows]
 
-    def _has_room(self, square: Square) -> bool:
+    def _squares(self, row: PlanRow) -> set[tuple[int, int]]:
+        """Return the squares that a plan touches; of one with shared stretches those that these touch."""
+        if not row.stretches:
+            return squares_touched(array_of(row.record.poses)[:, :2])
+        return set(itertools.chain.from_iterable(self._touched_by(row)))
+
+    def _touched_by(self, row: PlanRow) -> Iterator[list[tuple[int, int]]]:
+        for number, code in row.stretches.items():
+            touched = self._touched.get(number)
+            if touched is None:
+                touched = self._touched[number] = list(squares_touched(poses_of(code)[:, :2]))
+                if len(self._touched) > MOST_STRETCHES:
+                    self._touched.popitem(last=False)
+            yield touched
+
+    def _has_room(self, square: Square, now: float) -> bool:
         """Tell whether one more plan is named in a square, and count it."""
-        now = self._clock()
-        with self._lock:
-            count, since = self._named.get(square, (0, now))
-            if now - since > WINDOW:
-                count, since = 0, now
-            if count >= PLANS_OF_SQUARE:
-                return False
-            self._named[square] = count + 1, since
-            self._named.move_to_end(square)
-            while len(self._named) > MOST_SQUARES:
-                self._named.popitem(last=False)
+        count, since = self._named.get(square, (0, now))
+        if now - since > WINDOW:
+            count, since = 0, now
+        if count >= PLANS_OF_SQUARE:
+            return False
+        self._named[square] = count + 1, since
+        self._named.move_to_end(square)
+        if len(self._named) > MOST_SQUARES:
+            self._named.popitem(last=False)
         return True

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,9 @@ from ppaas.errors import Conflict, InvalidInput, NotFound, Unavailable
 from ppaas.geometry import poses_along
 from storage.cassandra import CassandraStore
 from storage.memory import MemoryStore
+from storage.ports import Store
 from storage.records import PlanRecord
+from tests.contracts.test_plans_in_any_order import PlansInAnyOrder
 from tests.contracts.test_stores_agree import StoresAgree
 from tests.servers.cassandra_server import CassandraServer
 from tests.support.records import plan, robot, token, user
@@ -24,7 +27,7 @@ pytestmark = pytest.mark.servers
 
 @pytest.fixture(autouse=True)
 def server(cassandra_server: CassandraServer) -> CassandraServer:
-    CassandraAgrees.server = cassandra_server
+    CassandraAgrees.server = CassandraInAnyOrder.server = cassandra_server
     return cassandra_server
 
 
@@ -56,6 +59,35 @@ class CassandraAgrees(StoresAgree):
 
 TestCassandraAgrees = CassandraAgrees.TestCase
 TestCassandraAgrees.settings = settings(max_examples=8, stateful_step_count=30, deadline=None)
+
+
+class CassandraInAnyOrder(PlansInAnyOrder):
+    """Cassandra beside the store of dictionaries; what stretches take it knows when it was swept."""
+
+    server: CassandraServer
+
+    def __init__(self) -> None:
+        super().__init__()
+        for store in self.stores:
+            store.close()
+        self.stores = (MemoryStore(), CassandraStore(self.server.url("agree")))
+
+    def told(self, store: Store) -> tuple[Any, ...]:
+        if isinstance(store, CassandraStore):
+            before = store.plan_statistics()
+            store.sweep_entries()
+            after = store.plan_statistics()
+            assert (before.plans, before.waypoints) == (after.plans, after.waypoints)
+            assert before.entries >= after.entries
+        return super().told(store)
+
+    def teardown(self) -> None:
+        super().teardown()
+        self.server.empty("agree")
+
+
+TestCassandraInAnyOrder = CassandraInAnyOrder.TestCase
+TestCassandraInAnyOrder.settings = settings(max_examples=5, stateful_step_count=15, deadline=None)
 
 
 # -- two who write at once ---------------------------------------------------------------------------------------------
