@@ -70,6 +70,7 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
         map_store=arguments.map_store or f"file:///{data / 'maps'}",
         outbox=str(data / "outbox.sqlite"),
         cores=arguments.cores,
+        balancer=arguments.balancer,
         linger=arguments.linger,
     )
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from engine.agent_config import AgentConfig
 from engine.agent_process import AgentProcess
-from engine.balancers.first_fit import FirstFit
+from engine.balancers.registry import BALANCERS, DEFAULT
 from engine.checkpoints import Checkpoints
 from engine.instances import instance_name
 from engine.master import Master, Quota
@@ -51,6 +51,8 @@ class CloudConfig:
         Of each user.
     linger : float
         Seconds that a clone waits for its robot to come back.
+    balancer : str
+        Chooses machines for containers.
     """
 
     store: str
@@ -60,6 +62,7 @@ class CloudConfig:
     cores: int | None = None
     quota: Quota = field(default_factory=Quota)
     linger: float = LINGER
+    balancer: str = DEFAULT
 
 
 class Cloud:
@@ -72,12 +75,13 @@ class Cloud:
     """
 
     def __init__(self, config: CloudConfig) -> None:
+        balancer = BALANCERS.create(config.balancer, {})
         self.store: Store = open_store(config.store, outbox=Path(config.outbox) if config.outbox else None)
         self.map_store: MapStore = open_map_store(config.map_store)
         self._run_dir = make_run_dir()  # after what may be refused, so that it is not left behind
         secret, instance = secrets.token_urlsafe(24), instance_name()
         self.service = CloudService(
-            Master(FirstFit(), config.quota),
+            Master(balancer, config.quota),
             Checkpoints(self.store, instance, config.linger),
             self._run_dir,
             secret,

@@ -9,13 +9,14 @@ the one that replaced it.
 """
 
 import itertools
+from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
 
 from engine.balancers.base import Balancer
 from engine.cores import check as check_size
-from engine.machine import Machine
+from engine.machine import DECIMALS, Machine
 from engine.model import ContainerSpec, MapVersion, RobotConfig
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, QuotaExceeded, Unavailable
@@ -65,6 +66,17 @@ class Place:
     pid: int | None = None
     crashes: list[float] = field(default_factory=list)
     session: str = ""
+
+
+@dataclass(slots=True)
+class _Had:
+    """How many places a user has, and their cores."""
+
+    places: int = 0
+    cores: float = 0.0
+
+    def add(self, places: int, cores: float) -> None:
+        self.places, self.cores = self.places + places, round(self.cores + cores, DECIMALS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +138,8 @@ class Master:
         self.machines: dict[str, Machine] = {}
         self.places: dict[str, Place] = {}
         self._place_of: dict[str, str] = {}
+        self._waiting: dict[str, None] = {}
+        self._had: defaultdict[str, _Had] = defaultdict(_Had)
 
     # -- what users want -----------------------------------------------------------------------------------------------
 
@@ -144,26 +158,25 @@ class Master:
         if request.key in self.places:
             return []
         self._check(request)
-        place = Place(request)
-        self.places[request.key] = place
+        place = self._add(request)
         orders = self._fill(request.key, place)
         if not orders and self.machines:
-            del self.places[request.key]
+            self._drop(request.key)
             raise Unavailable(f"no machine has room for a container of {request.cores} cores: try again later")
         return orders
 
     def close(self, key: str) -> list[Order]:
         """Give a place up, if it is there; what it had is room for places that wait."""
-        place = self.places.pop(key, None)
+        place = self._drop(key)
         return [*self._empty(place), *self._fill_waiting()] if place is not None else []
 
     def _check(self, request: PlaceRequest) -> None:
         if self.machines:
             check_size(request.cores, max(machine.cores for machine in self.machines.values()))
-        mine = [p.request.cores for p in self.places.values() if p.request.user == request.user]
-        if len(mine) + 1 > self._quota.containers:
+        had = self._had.get(request.user, _Had())
+        if had.places + 1 > self._quota.containers:
             raise QuotaExceeded(f"user {request.user!r} may have {self._quota.containers} containers")
-        if sum(mine) + request.cores > self._quota.cores:
+        if had.cores + request.cores > self._quota.cores:
             raise QuotaExceeded(f"user {request.user!r} may have {self._quota.cores} cores")
 
     # -- what happens to machines --------------------------------------------------------------------------------------
@@ -172,18 +185,25 @@ class Master:
         """Take a machine in, and fill the places that wait for one."""
         orders = self.machine_left(machine.id)
         self.machines[machine.id] = machine
+        self._balancer.joined(machine)
         return orders + self._fill_waiting()
 
     def machine_left(self, machine_id: str) -> list[Order]:
         """Place what a vanished machine carried anew; what finds no room waits for the next machine."""
-        if self.machines.pop(machine_id, None) is None:
+        machine = self.machines.pop(machine_id, None)
+        if machine is None:
             return []
+        self._balancer.left(machine)
         orders: list[Order] = []
-        for key, place in self.places.items():
-            if place.machine == machine_id:
-                self._empty(place)
-                orders += self._fill(key, place)
+        for key in [self._place_of[container] for container in machine.containers]:
+            self._empty(self.places[key])
+            orders += self._fill(key, self.places[key])
         return orders
+
+    def machine_measured(self, machine_id: str) -> None:
+        """Note that what is known of the load of a machine is new."""
+        if machine_id in self.machines:
+            self._balancer.measured(self.machines[machine_id])
 
     # -- what happens to containers ------------------------------------------------------------------------------------
 
@@ -229,22 +249,39 @@ class Master:
         return self.places.get(key) if key is not None else None
 
     def _give_up(self, key: str, reason: PPaaSError) -> list[Order]:
-        del self.places[key]
+        self._drop(key)
         return [Close(key, reason), *self._fill_waiting()]
 
     def _fill_waiting(self) -> list[Order]:
-        waiting = [(key, place) for key, place in self.places.items() if place.state == "waiting"]
-        return [order for key, place in waiting for order in self._fill(key, place)]
+        return [order for key in tuple(self._waiting) for order in self._fill(key, self.places[key])]
+
+    def _add(self, request: PlaceRequest) -> Place:
+        place = self.places[request.key] = Place(request)
+        self._waiting[request.key] = None
+        self._had[request.user].add(1, request.cores)
+        return place
+
+    def _drop(self, key: str) -> Place | None:
+        place = self.places.pop(key, None)
+        if place is not None:
+            self._waiting.pop(key, None)
+            had = self._had[place.request.user]
+            had.add(-1, -place.request.cores)
+            if not had.places:
+                del self._had[place.request.user]
+        return place
 
     def _fill(self, key: str, place: Place, delay: float = 0.0) -> list[Order]:
         request, container = place.request, self._new_id()
         session = place.session or container
         spec = ContainerSpec(container, request.user, request.map, request.cores, request.robot, session=session)
-        machine = self._balancer.choose(spec, self.machines.values())
+        machine = self._balancer.choose(spec)
         if machine is None:
             return []
-        machine.containers[spec.id] = spec
+        machine.place(spec)
+        self._balancer.placed(machine, spec)
         self._place_of[spec.id] = key
+        self._waiting.pop(key, None)
         place.spec, place.machine, place.state, place.pid = spec, machine.id, "starting", None
         place.session = session
         return [Start(key, machine.id, spec, delay)]
@@ -252,11 +289,14 @@ class Master:
     def _empty(self, place: Place) -> list[Order]:
         spec, machine_id = place.spec, place.machine
         place.spec, place.machine, place.state, place.pid = None, None, "waiting", None
+        if place is self.places.get(place.request.key):
+            self._waiting[place.request.key] = None
         if spec is None or machine_id is None:
             return []
         self._place_of.pop(spec.id, None)
         machine = self.machines.get(machine_id)
         if machine is None:
             return []
-        machine.containers.pop(spec.id, None)
+        machine.remove(spec.id)
+        self._balancer.removed(machine, spec)
         return [End(machine_id, spec.id)]

@@ -53,6 +53,8 @@ class ContainerSpec(msgspec.Struct, frozen=True):
     session : str
         Id of the first container that filled the place: those that replace it go on from its checkpoints, and from
         no others.
+    container_group : str
+        Containers of one group are kept on one machine where a balancer can; without a name it is those of its map.
     """
 
     id: str
@@ -62,11 +64,22 @@ class ContainerSpec(msgspec.Struct, frozen=True):
     robot: RobotConfig | None = None
     checkpoint: dict[str, bytes] = {}
     session: str = ""
+    container_group: str = ""
 
     @property
     def kind(self) -> ContainerKind:
         """``"robot"`` if a clone runs in it, else ``"planning"``."""
         return "planning" if self.robot is None else "robot"
+
+    @property
+    def group(self) -> str:
+        """The group that it is in."""
+        return self.container_group or f"{self.map.id}@{self.map.version}"
+
+    @property
+    def serves(self) -> str:
+        """Whom it serves: a robot, or whoever plans on its map."""
+        return f"{self.user}/{self.robot.id}" if self.robot is not None else self.user
 
 
 class Launch(msgspec.Struct, frozen=True):

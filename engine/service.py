@@ -291,6 +291,7 @@ class CloudService:
         if machine is not None:
             machine.cpu, machine.memory_used = heartbeat.cpu, heartbeat.memory_used
             machine.loads = {load.container: load for load in heartbeat.containers}
+            self._master.machine_measured(machine_id)
 
     # -- what may be looked at -----------------------------------------------------------------------------------------
 

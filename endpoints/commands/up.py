@@ -20,6 +20,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--map-store", help="URL of the store for maps (files in the data folder)")
     parser.add_argument("--cores", type=_cores, help="CPUs that containers may use (all)")
     parser.add_argument(
+        "--balancer", default="ppaas", metavar="NAME", help="chooses machines for containers (%(default)s)"
+    )
+    parser.add_argument(
         "--linger", type=_seconds, default=30.0, help="seconds that a clone waits for its robot (%(default)s)"
     )
     parser.add_argument(
