@@ -15,7 +15,7 @@ from pathlib import Path
 
 from ppaas.errors import Unavailable
 from storage.failures import disk_errors
-from storage.sqlite_plan_schema import PLAN_TABLES
+from storage.sqlite_plan_schema import BEFORE_PLAN_TABLES, PLAN_TABLES, renew_plans
 from storage.sqlite_plan_writing import move_plans
 
 APPLICATION_ID = 0x50506153  # "PPaS": tells our files from other programs'
@@ -60,7 +60,8 @@ MIGRATIONS: tuple[tuple[Migration, ...], ...] = (
            PRIMARY KEY (map, version, planner, bucket)) STRICT, WITHOUT ROWID""",
         "CREATE TABLE links (link TEXT PRIMARY KEY, record BLOB NOT NULL) STRICT",
     ),
-    (*PLAN_TABLES, move_plans),
+    (*BEFORE_PLAN_TABLES, *PLAN_TABLES, move_plans),
+    (renew_plans,),
 )
 """The schema, a version an entry, of statements and functions: entry *n* brings a file from version *n* to *n* + 1, and
 is never changed again."""

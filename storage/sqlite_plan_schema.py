@@ -16,11 +16,13 @@ Rows are small and many, so what is looked for by has tables of its own that hol
 - ``chunk_places``: entries by the squares that they touch.
 """
 
+import sqlite3
+
 SPAN = 256
 
+BEFORE_PLAN_TABLES = ("DROP INDEX plans_by_map", "ALTER TABLE plans RENAME TO plans_before")
+
 PLAN_TABLES = (
-    "DROP INDEX plans_by_map",
-    "ALTER TABLE plans RENAME TO plans_before",
     """CREATE TABLE scopes (id INTEGER PRIMARY KEY, map TEXT NOT NULL, version TEXT NOT NULL, UNIQUE (map, version))
        STRICT""",
     """CREATE TABLE contexts (id INTEGER PRIMARY KEY AUTOINCREMENT, record BLOB NOT NULL UNIQUE,
@@ -40,3 +42,16 @@ PLAN_TABLES = (
     "CREATE TABLE chunk_ids (entry BLOB PRIMARY KEY, chunk INTEGER NOT NULL) STRICT, WITHOUT ROWID",
     "CREATE TABLE chunk_places (place INTEGER, chunk INTEGER, PRIMARY KEY (place, chunk)) STRICT, WITHOUT ROWID",
 )
+
+
+def renew_plans(connection: sqlite3.Connection) -> None:
+    """Make the tables anew, and empty, in a file that has them as no release had them: plans can be computed again."""
+    tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_schema WHERE type = 'table'")}
+    if "tally" in tables:
+        return
+    for statement in PLAN_TABLES:
+        words = statement.split()
+        if words[:2] == ["CREATE", "TABLE"] and words[2] in tables:
+            connection.execute(f"DROP TABLE {words[2]}")
+    for statement in PLAN_TABLES:
+        connection.execute(statement)

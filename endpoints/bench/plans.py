@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
+from time import process_time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,6 +44,17 @@ class Options:
     seed: int = 1
 
 
+@dataclass(frozen=True, slots=True)
+class _Took:
+    """What something took [s]: by the clock, and of a processor alone, which waits for no disk and no neighbour."""
+
+    seconds: float = 0.0
+    processor: float = 0.0
+
+    def __add__(self, other: "_Took") -> "_Took":
+        return _Took(self.seconds + other.seconds, self.processor + other.processor)
+
+
 def measure(options: Options, progress: "Progress") -> dict[str, Any]:
     """Fill a store, and tell at each of ``SIZES`` how it does.
 
@@ -74,19 +86,21 @@ def _fill(
     task, kept = progress.add_task("keeping plans", total=sizes[-1]), 0
     for size in sizes:
         alone = min(ONE_BY_ONE, size // 10)
-        in_bulk = bulk_seconds = 0.0
+        in_bulk, bulk = 0, _Took()
         while kept < size - alone:
             batch = list(driven.records(kept, min(kept + AT_ONCE, size - alone), smooth=smooth))
-            bulk_seconds += _seconds(lambda batch=batch: store.add_plans(batch))  # type: ignore[misc]
+            bulk += _took(lambda batch=batch: store.add_plans(batch))  # type: ignore[misc]
             in_bulk += len(batch)
             kept += len(batch)
             progress.update(task, completed=kept)
         singles = list(driven.records(kept, size, smooth=smooth))
-        single_seconds = sum(_seconds(lambda each=each: store.add_plan(each)) for each in singles)  # type: ignore[misc]
+        single = sum((_took(lambda each=each: store.add_plan(each)) for each in singles), _Took())  # type: ignore[misc]
         kept = size
         yield _state(store, driven, size, smooth) | {
-            "bulk_per_second": in_bulk / bulk_seconds,
-            "single_per_second": len(singles) / single_seconds,
+            "bulk_per_second": in_bulk / bulk.seconds,
+            "bulk_per_processor_second": in_bulk / bulk.processor,
+            "single_per_second": len(singles) / single.seconds,
+            "single_per_processor_second": len(singles) / single.processor,
         }
     progress.remove_task(task)
 
@@ -96,18 +110,20 @@ def _state(store: Store, driven: Routes, size: int, smooth: bool) -> dict[str, A
     sought = [driven.record(int(number)) for number in random.integers(0, size, LOOKUPS)]
     offsets = random.uniform(-0.6 * TOLERANCE, 0.6 * TOLERANCE, (LOOKUPS, 4)).tolist()
     lookups = [
-        _seconds(lambda record=record, off=off: _find(store, record, off))  # type: ignore[misc]
+        _took(lambda record=record, off=off: _find(store, record, off))  # type: ignore[misc]
         for record, off in zip(sought, offsets, strict=True)
     ]
-    reads = [_seconds(lambda record=record: store.plan(record.id)) for record in sought[:READS]]  # type: ignore[misc]
+    reads = [_took(lambda record=record: store.plan(record.id)) for record in sought[:READS]]  # type: ignore[misc]
     for record in driven.records(0, 3, smooth=smooth):
         if store.plan(record.id) != record:
             raise Conflict(f"the store gives another plan {record.id!r} than it was given")
     counts = store.plan_statistics(MAP)
     return {
         "plans": size,
-        "lookup_ms": _percentiles(lookups),
-        "read_ms": _percentiles(reads),
+        "lookup_ms": _percentiles([each.seconds for each in lookups]),
+        "lookup_processor_ms": _percentiles([each.processor for each in lookups]),
+        "read_ms": _percentiles([each.seconds for each in reads]),
+        "read_processor_ms": _percentiles([each.processor for each in reads]),
         "waypoints_a_plan": counts.waypoints / counts.plans,
         "kept_once": counts.waypoints / counts.kept,
         "entries": counts.entries,
@@ -147,7 +163,7 @@ def _yardsticks(driven: Routes, options: Options, progress: "Progress") -> dict[
         records = driven.records(0, count, smooth=options.smooth)
         while batch := list(islice(records, AT_ONCE)):
             rows = [(record.id, record.poses) for record in batch]
-            seconds += _seconds(lambda rows=rows: _insert(connection, rows))  # type: ignore[misc]
+            seconds += _took(lambda rows=rows: _insert(connection, rows)).seconds  # type: ignore[misc]
             for record in batch:
                 greedy.add(waypoint_hashes(words_of(array_of(record.poses))).tolist())
                 raw += len(record.poses)
@@ -175,7 +191,7 @@ def _percentiles(seconds: list[float]) -> dict[str, float]:
     return {"p50": float(middle), "p99": float(late)}
 
 
-def _seconds(work: Callable[[], object]) -> float:
-    began = monotonic()
+def _took(work: Callable[[], object]) -> _Took:
+    on_processor, began = process_time(), monotonic()
     work()
-    return monotonic() - began
+    return _Took(monotonic() - began, process_time() - on_processor)

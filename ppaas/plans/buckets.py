@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ppaas.plans.kernels import placing
 
 EDGE = placing.EDGE
-"""Edge of a square [m], 0.5: at a tolerance of a half of it, which is common, what is sought lies in 16 buckets, but for
+"""Edge of a square [m]: at a tolerance of a half of it, which is common, what is sought lies in 16 buckets, but for
 places right on a corner."""
 
 LARGEST_TOLERANCE = 0.5

@@ -81,6 +81,20 @@ def test_plans_of_an_earlier_release_are_there_and_share_stretches(file: Path) -
     assert_sound(file)
 
 
+def test_tables_that_no_release_had_are_made_anew(file: Path) -> None:
+    with closing(SqliteStore(file)) as store:
+        store.add_plan(path("a"))
+    with closing(sqlite3.connect(file)) as connection:
+        connection.execute("DROP TABLE tally")
+        connection.execute("ALTER TABLE plans DROP COLUMN recipe")
+        connection.execute("PRAGMA user_version = 5")
+    with closing(SqliteStore(file)) as store:
+        assert store.plans("house") == []
+        store.add_plan(path("a"))
+        assert store.plan("a") == path("a")
+    assert_sound(file)
+
+
 def test_of_plans_of_a_map_that_is_removed_nothing_is_left(file: Path) -> None:
     with closing(SqliteStore(file)) as store:
         store.add_plans(path(f"p{number}", number % 3, 150 + number % 7) for number in range(600))
