@@ -218,6 +218,13 @@ def test_what_is_said_of_a_map_changes_and_its_files_do_not(map_store: MapStore)
     assert found_map(map_store, version=house().version).description == "the ground floor"
 
 
+@pytest.mark.parametrize("text", ["'; DROP TABLE maps; --", '"}{', "../../etc", "\0\u202e", "ä" * 256])
+def test_texts_are_texts(map_store: MapStore, text: str) -> None:
+    put_map(map_store, house(description=text), message=text)
+    assert map_store.map_head("house").description == text
+    assert map_store.versions("house")[0].message == text
+
+
 def test_a_map_does_not_change_hands(map_store: MapStore) -> None:
     put_map(map_store, house(owner="ann"))
     with pytest.raises(Conflict, match="house"):

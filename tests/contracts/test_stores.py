@@ -130,6 +130,37 @@ def test_a_robot_that_another_changed_meanwhile_is_not_overwritten(store: Store)
     assert store.robots("ann") == []
 
 
+def test_no_change_of_a_robot_is_lost_among_those_who_change_it_at_once(store: Store) -> None:
+    store.put_robot(robot("tb1", properties={"count": 0}))
+
+    def count_up(_: int) -> None:
+        while True:
+            seen = store.robot("ann", "tb1")
+            try:
+                store.put_robot(robot("tb1", properties={"count": seen.properties["count"] + 1}), instead_of=seen)
+            except Conflict:
+                continue
+            return
+
+    with ThreadPoolExecutor(3) as threads:
+        list(threads.map(count_up, range(24)))
+    assert store.robot("ann", "tb1").properties == {"count": 24}
+
+
+@pytest.mark.parametrize("text", ["'; DROP TABLE robots; --", '" OR ""="', "%_?:x $$", "\0\u202e", "ä" * 256])
+def test_texts_are_texts(store: Store, text: str) -> None:
+    kept = robot("tb1", description=text, properties={text: [text]}, parameters={text: {text: text}})
+    store.put_robot(kept)
+    store.put_urdf("ann", "tb1", text.encode())
+    store.add_user(user("ann", password_hash=text))
+    store.save_clone(clone("tb1", nodes={text: text.encode()}))
+    assert store.robot("ann", "tb1") == kept
+    assert store.robots("ann") == [kept]
+    assert store.urdf("ann", "tb1") == text.encode()
+    assert store.user("ann").password_hash == text
+    assert store.clone("ann", "tb1") == clone("tb1", nodes={text: text.encode()})
+
+
 def test_what_was_put_does_not_change_with_what_the_caller_does_to_it_later(store: Store) -> None:
     parameters = {"a": [1]}
     store.put_robot(robot("tb1", parameters=parameters))
