@@ -94,6 +94,12 @@ class CassandraPlans:
         """Return a plan; ``NotFound`` if there is none."""
         return self._whole(self._known_plan(plan_id))
 
+    def whole_plans(self, plan_ids: Sequence[str]) -> dict[str, PlanRecord]:
+        """Return those of some plans that are kept, by id."""
+        keys = [(check_name("plan", plan_id),) for plan_id in plan_ids]
+        rows = [row for found in self._session.rows_each(_PLAN, keys) for row in found]
+        return {record.id: record for record in self._wholes(rows)}
+
     def plans(
         self, map_id: str, *, before: tuple[float, str] | None = None, limit: int | None = None
     ) -> list[PlanRecord]:

@@ -4,7 +4,7 @@ import itertools
 import math
 import threading
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from ppaas.errors import NotFound
@@ -97,6 +97,12 @@ class MemoryPlans:
         check_name("plan", plan_id)
         with self._plans_lock:
             return self._whole(self._known(plan_id))
+
+    def whole_plans(self, plan_ids: Sequence[str]) -> dict[str, PlanRecord]:
+        """Return those of some plans that are kept, by id."""
+        asked = [check_name("plan", plan_id) for plan_id in plan_ids]
+        with self._plans_lock:
+            return {plan_id: self._whole(self._plans[plan_id]) for plan_id in asked if plan_id in self._plans}
 
     def plans(
         self, map_id: str, *, before: tuple[float, str] | None = None, limit: int | None = None

@@ -13,6 +13,9 @@ from storage.migration import PAGE, Key, Kind, by_pages, each
 from storage.ports import Store
 from storage.records import PlanRecord, RobotRecord, Token
 
+LISTED = 16 * PAGE
+"""Plans that are listed together."""
+
 
 def _user_ids(store: Store) -> Iterator[list[str]]:
     pages = by_pages(lambda after: store.users(after=after, limit=PAGE), "", lambda user: user.id)
@@ -56,12 +59,15 @@ def _has(read: Callable[[Store, Any], object], store: Store, key: Key) -> bool:
 
 
 def _plan_ids(store: Store) -> Iterator[list[str]]:
+    """Walk the plans; more are listed together than looked at, for of a list a store may read more than a page."""
+
     def of(map_id: str) -> Iterator[list[PlanRecord]]:
         return by_pages(
-            lambda before: store.plans(map_id, before=before, limit=PAGE), None, lambda plan: (plan.created, plan.id)
+            lambda before: store.plans(map_id, before=before, limit=LISTED), None, lambda plan: (plan.created, plan.id)
         )
 
-    return ([plan.id for plan in page] for map_id in store.plan_maps() for page in of(map_id))
+    listed = ([plan.id for plan in page] for map_id in store.plan_maps() for page in of(map_id))
+    return (ids[at : at + PAGE] for ids in listed for at in range(0, len(ids), PAGE))
 
 
 def _history_keys(store: Store) -> Iterator[list[Key]]:
@@ -135,7 +141,7 @@ KINDS: tuple[Kind[Store], ...] = (
     Kind(
         "plans",
         _plan_ids,
-        each(lambda store, key: store.plan(key)),
+        lambda store, keys: store.whole_plans(keys),
         lambda _source, target, plans: target.add_plans(plans),
         lambda _source, target, plan, before: target.replace_plan(plan, instead_of=before),
         count=lambda store: store.plan_statistics().plans,

@@ -2,7 +2,7 @@
 
 import logging
 import threading
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from ppaas.errors import NotFound, PPaaSError, Unavailable
@@ -83,6 +83,12 @@ class PatientStore:
         """Return a plan, though it waits; ``NotFound`` if there is none."""
         waiting = self._outbox.find(plan_id)
         return self._store.plan(plan_id) if waiting is None else waiting
+
+    def whole_plans(self, plan_ids: Sequence[str]) -> dict[str, PlanRecord]:
+        """Return those of some plans that are kept or wait, by id."""
+        found = self._store.whole_plans(plan_ids)
+        waiting = ((plan_id, self._outbox.find(plan_id)) for plan_id in plan_ids if plan_id not in found)
+        return found | {plan_id: record for plan_id, record in waiting if record is not None}
 
     def remove_plan(self, plan_id: str) -> None:
         """Forget a plan, though it waits; ``NotFound`` if there is none."""

@@ -9,7 +9,7 @@ Lists come in pages. A page begins behind a *key*, the last one of the page befo
 any more, so what is added or removed meanwhile neither repeats nor hides the rest.
 """
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from contextlib import AbstractContextManager
 from typing import Protocol
 
@@ -230,6 +230,10 @@ class PlanStore(Protocol):
 
     def plan(self, plan_id: str) -> PlanRecord:
         """Return a plan, its poses bit for bit as they were given; ``NotFound`` if there is none."""
+        ...
+
+    def whole_plans(self, plan_ids: Sequence[str]) -> dict[str, PlanRecord]:
+        """Return those of some plans that are kept, by id, as ``plan`` does each."""
         ...
 
     def plans(

@@ -5,12 +5,11 @@ import math
 import sqlite3
 import struct
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from ppaas.errors import NotFound
-from ppaas.geometry import Poses
 from ppaas.plans.body import read_bodies
 from ppaas.plans.buckets import Place, bucket_in, length_in, place_of, scope_of, spots_near, squares_near
 from ppaas.plans.chunks import ENDS_BEFORE, GRANULARITY, inner_granularity
@@ -26,7 +25,7 @@ from storage.sqlite_connections import SqliteConnections
 from storage.sqlite_plan_removal import remove_span
 from storage.sqlite_plan_schema import SPAN
 from storage.sqlite_plan_tally import counted_up_to, rows_of, uncounted
-from storage.sqlite_plan_writing import PlanTransaction, RememberedChunks, sequence_of
+from storage.sqlite_plan_writing import PlanTransaction, RememberedChunks, sequence_of, sequences_of
 
 MOST_CHUNKS, MOST_PLANS = 256, 32
 """Entries near a place, and plans that share them, which are looked at for plans that pass it."""
@@ -36,6 +35,7 @@ _BUCKET = """SELECT * FROM (SELECT spot, plan FROM plan_spots WHERE spot BETWEEN
     AND spot & 15 BETWEEN ? AND ? ORDER BY spot LIMIT ?)"""
 _HEADS = """SELECT record, body FROM {given} AS sought JOIN plans ON sequence = sought.id
     JOIN contexts ON contexts.id = context"""
+_WHOLES = _HEADS.replace("SELECT record, body", "SELECT record, body, recipe")
 _PLAN = "SELECT record, body FROM plans JOIN contexts ON contexts.id = context WHERE sequence = ?"
 
 
@@ -104,6 +104,13 @@ class SqlitePlans:
         check_name("plan", plan_id)
         with self._plan_connections.reading_at_once() as connection:
             return _whole(connection, _known(connection, plan_id))
+
+    def whole_plans(self, plan_ids: Sequence[str]) -> dict[str, PlanRecord]:
+        """Return those of some plans that are kept, by id."""
+        asked = [check_name("plan", plan_id) for plan_id in plan_ids]
+        with self._plan_connections.reading_at_once() as connection:
+            sequences = list(sequences_of(connection, asked).values())
+            return {record.id: record for record in _wholes(connection, sequences)}
 
     def plans(
         self, map_id: str, *, before: tuple[float, str] | None = None, limit: int | None = None
@@ -204,18 +211,26 @@ def _known(connection: sqlite3.Connection, plan_id: str) -> int:
 
 
 def _whole(connection: sqlite3.Connection, sequence: int) -> PlanRecord:
-    record, body = connection.execute(_PLAN, (sequence,)).fetchone()
-    return record_of(record, body, _shared(connection, _recipe(connection, sequence)))
+    [whole] = _wholes(connection, [sequence])
+    return whole
+
+
+def _wholes(connection: sqlite3.Connection, sequences: list[int]) -> Iterator[PlanRecord]:
+    """Yield plans that are there; what they share is read once."""
+    rows = rows_of(connection, _WHOLES, sequences)
+    recipes = [read_recipe(recipe) for _, _, recipe in rows]
+    data = _entries(connection, set(itertools.chain.from_iterable(recipes)))
+    for (context, body, _), recipe in zip(rows, recipes, strict=True):
+        yield record_of(context, body, [poses_in([data[chunk] for chunk in recipe])] if recipe else [])
 
 
 def _recipe(connection: sqlite3.Connection, sequence: int) -> list[int]:
     return read_recipe(connection.execute("SELECT recipe FROM plans WHERE sequence = ?", (sequence,)).fetchone()[0])
 
 
-def _shared(connection: sqlite3.Connection, chunks: list[int]) -> list[Poses]:
+def _entries(connection: sqlite3.Connection, chunks: set[int]) -> dict[int, bytes]:
     query = "SELECT sought.id, data FROM {given} AS sought JOIN chunks ON chunks.id = sought.id"
-    data = dict(rows_of(connection, query, chunks))
-    return [poses_in([data[chunk] for chunk in chunks])] if chunks else []
+    return dict(rows_of(connection, query, list(chunks)))
 
 
 def _scope(connection: sqlite3.Connection, sequence: int) -> bytes:

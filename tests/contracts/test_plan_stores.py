@@ -37,6 +37,16 @@ def test_many_plans_are_kept_at_once_and_those_that_were_there_stay(store: Store
     assert [store.plan(name).cost for name in ("p1", "p2", "p3")] == [1.0, 118.5, 118.5]
 
 
+def test_many_plans_are_read_at_once_as_each_is(store: Store) -> None:
+    kept = [path(f"p{number}", (0, 0), (5, number % 3), steps=90 + number) for number in range(9)] + [plan("q")]
+    store.add_plans(kept)
+    ids = [record.id for record in kept]
+    assert store.whole_plans(["unknown", *ids[::-1], "p1"]) == {record.id: record for record in kept}
+    assert store.whole_plans([]) == store.whole_plans(["unknown"]) == {}
+    with pytest.raises(InvalidInput):
+        store.whole_plans(["p1", "../p2"])
+
+
 def test_what_led_to_a_plan_is_kept_with_it(store: Store) -> None:
     kept = plan("p1", parameters={"weight": 1.5, "names": ["a", {"b": None}]}, origin="given")
     store.add_plan(kept)

@@ -129,6 +129,7 @@ class PlansInAnyOrder(RuleBasedStateMachine):
     def all_is_as_it_was_given(self) -> None:
         for plan_id, record in self.plain.items():
             self.each(lambda store, plan_id=plan_id: store.plan(plan_id), record)
+        self.each(lambda store: store.whole_plans(["p9", *self.plain]), self.plain)
         newest = sorted(self.plain.values(), key=lambda record: (record.created, record.id), reverse=True)
         self.each(lambda store: store.plans("house"), [without_poses(record) for record in newest])
 

@@ -118,6 +118,7 @@ def test_a_plan_that_waits_is_found_by_its_id(store: PatientStore, far: FarStore
     far.away = True
     store.add_plan(plan("a"))
     assert store.plan("a") == plan("a")
+    assert store.whole_plans(["a", "b"]) == {"a": plan("a")}
 
 
 def test_a_plan_that_waits_and_is_removed_does_not_arrive(far: FarStore, tmp_path: Path) -> None:
