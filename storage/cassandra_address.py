@@ -1,7 +1,8 @@
 """Where a Cassandra is, and how to speak with it: what a URL of such a store says.
 
-``cassandra://user:password@host1,host2:9042/keyspace?replication=3&consistency=local_quorum&timeout=5``; all but a host
-and the keyspace may be left out. Nodes that are not named are learnt from those that are; all listen on one port.
+``cassandra://user:password@host1,host2:9042/keyspace?replication=3&consistency=local_quorum&timeout=5&tls=yes``; all
+but a host and the keyspace may be left out. Nodes that are not named are learnt from those that are; all listen on one
+port.
 """
 
 import re
@@ -10,15 +11,39 @@ from dataclasses import dataclass
 from urllib.parse import parse_qsl, unquote, urlsplit
 
 from ppaas.errors import InvalidInput
-from ppaas.plans.chunks import GRANULARITY
+from ppaas.plans.chunks import GRANULARITY, MOST_GRANULARITY
 
 PORT = 9042
 CONSISTENCIES = ("one", "local_one", "quorum", "local_quorum", "each_quorum", "all")
-SETTINGS = ("replication", "consistency", "timeout", "granularity")
+TLS = ("no", "yes", "any_name")
+SETTINGS = (
+    *("replication", "consistency", "data_centre", "timeout", "granularity"),
+    *("tls", "ca", "certificate", "key"),
+)
 
 _KEYSPACE = re.compile(r"[a-z][a-z0-9_]{0,47}")
 _DATA_CENTRE = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 _FORM = "write cassandra://[user:password@]host[,host…][:port]/keyspace"
+
+
+@dataclass(frozen=True, slots=True)
+class Tls:
+    """How nodes are proved, and who asks.
+
+    Parameters
+    ----------
+    check_name : bool
+        Whether a node's certificate must be of the name or number under which it is reached.
+    ca : str or None
+        File of the authorities who sign nodes; those of the system unless told.
+    certificate, key : str or None
+        Files by which this client is proved, where nodes want that; the key may be in the certificate's.
+    """
+
+    check_name: bool = True
+    ca: str | None = None
+    certificate: str | None = None
+    key: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +68,10 @@ class CassandraAddress:
         How long one request may take [s].
     granularity : int
         Fewest waypoints of an entry of the path plan database (``ppaas.plans.chunks``).
+    data_centre : str or None
+        Whose nodes are asked; unless told that of the first host that answers.
+    tls : Tls or None
+        None where nodes are spoken with in the clear.
     """
 
     hosts: tuple[str, ...]
@@ -54,6 +83,8 @@ class CassandraAddress:
     consistency: str = "local_quorum"
     timeout: float = 5.0
     granularity: int = GRANULARITY
+    data_centre: str | None = None
+    tls: Tls | None = None
 
     def __str__(self) -> str:
         """Return it without the password, for texts."""
@@ -88,7 +119,9 @@ def parse_address(url: str) -> CassandraAddress:
         _replication(said.get("replication", str(min(3, len(hosts))))),
         _consistency(said.get("consistency", "local_quorum")),
         _number("timeout", said.get("timeout", "5"), 0.1, 600.0),
-        int(_number("granularity", said.get("granularity", str(GRANULARITY)), 1, 1024)),
+        int(_number("granularity", said.get("granularity", str(GRANULARITY)), 2, MOST_GRANULARITY)),
+        _data_centre(said.get("data_centre")),
+        _tls(said),
     )
 
 
@@ -133,6 +166,24 @@ def _consistency(text: str) -> str:
     if text.lower() not in CONSISTENCIES:
         raise InvalidInput(f"unknown consistency {text!r}; known: {', '.join(CONSISTENCIES)}")
     return text.lower()
+
+
+def _data_centre(text: str | None) -> str | None:
+    if text is not None and not _DATA_CENTRE.fullmatch(text):
+        raise InvalidInput(f"{text!r} is no name of a data centre: take that which nodetool status tells")
+    return text
+
+
+def _tls(said: Mapping[str, str]) -> Tls | None:
+    wanted = said.get("tls", "no").lower()
+    files = [said.get(name) or None for name in ("ca", "certificate", "key")]
+    if wanted not in TLS:
+        raise InvalidInput(f"tls is one of {', '.join(TLS)}, not {wanted!r}")
+    if wanted == "no" and any(files):
+        raise InvalidInput("a ca, a certificate or a key is for tls: write tls=yes too")
+    if files[2] and not files[1]:
+        raise InvalidInput("a key goes with a certificate: write certificate= too")
+    return None if wanted == "no" else Tls(wanted == "yes", *files)
 
 
 def _number(name: str, text: str, least: float, most: float) -> float:

@@ -1,6 +1,7 @@
 """Connecting to Cassandra: the keyspace and its tables are made if they are not there."""
 
 import logging
+import ssl
 from collections import namedtuple
 from collections.abc import Sequence
 from functools import lru_cache
@@ -11,8 +12,8 @@ from cassandra.auth import PlainTextAuthProvider
 from cassandra.cluster import EXEC_PROFILE_DEFAULT, Cluster, ExecutionProfile, ResultSet, Session
 from cassandra.policies import ConstantReconnectionPolicy, DCAwareRoundRobinPolicy, TokenAwarePolicy
 
-from ppaas.errors import Unavailable
-from storage.cassandra_address import CassandraAddress
+from ppaas.errors import InvalidInput, Unavailable
+from storage.cassandra_address import CassandraAddress, Tls
 from storage.cassandra_schema import VERSION, statements
 
 logging.getLogger("cassandra").setLevel(logging.CRITICAL)  # what it would tell, we raise
@@ -34,7 +35,7 @@ def connect(address: CassandraAddress) -> Session:
     Exception
         As the driver raises.
     """
-    cluster = _cluster(address)
+    cluster = cluster_of(address)
     try:
         session = cluster.connect()
         session.use_client_timestamp = False  # those that ask what was there get the server's: one clock for all
@@ -51,10 +52,31 @@ def is_applied(result: ResultSet) -> bool:
     return bool(result.one()[0])
 
 
-def _cluster(address: CassandraAddress) -> Cluster:
+def ssl_context(tls: Tls) -> ssl.SSLContext:
+    """Return how TLS is spoken with nodes.
+
+    Raises
+    ------
+    InvalidInput
+        A file is not there, or is not what it should be.
+    """
+    try:
+        context = ssl.create_default_context(cafile=tls.ca)
+        context.check_hostname = tls.check_name
+        if tls.certificate is not None:
+            context.load_cert_chain(tls.certificate, tls.key)
+    except OSError as error:  # as ssl.SSLError is
+        raise InvalidInput(
+            f"TLS with Cassandra: {error}; give files in PEM: ca={tls.ca}, certificate={tls.certificate}, key={tls.key}"
+        ) from error
+    return context
+
+
+def cluster_of(address: CassandraAddress) -> Cluster:
+    """Return the driver's cluster, which is not connected to yet."""
     login = None if address.user is None else PlainTextAuthProvider(address.user, address.password)
     profile = ExecutionProfile(
-        load_balancing_policy=TokenAwarePolicy(DCAwareRoundRobinPolicy()),
+        load_balancing_policy=TokenAwarePolicy(DCAwareRoundRobinPolicy(address.data_centre or "")),
         consistency_level=getattr(ConsistencyLevel, address.consistency.upper()),
         serial_consistency_level=ConsistencyLevel.LOCAL_SERIAL,
         request_timeout=address.timeout,
@@ -65,6 +87,7 @@ def _cluster(address: CassandraAddress) -> Cluster:
         port=address.port,
         protocol_version=PROTOCOL,
         auth_provider=login,
+        ssl_context=None if address.tls is None else ssl_context(address.tls),
         execution_profiles={EXEC_PROFILE_DEFAULT: profile},
         reconnection_policy=ConstantReconnectionPolicy(RECONNECT, max_attempts=None),
         connect_timeout=address.timeout,

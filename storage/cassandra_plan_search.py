@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable
 from typing import Any
 
 from ppaas.plans.body import read_body
@@ -31,8 +31,6 @@ _LED = """SELECT bucket, length, id, start_x, start_y, goal_x, goal_y, context, 
           WHERE bucket IN ? AND start_x >= ? AND start_x <= ? AND start_y >= ? AND start_y <= ?
           AND goal_x >= ? AND goal_x <= ? AND goal_y >= ? AND goal_y <= ? PER PARTITION LIMIT ? ALLOW FILTERING"""
 """The filtering is within the buckets."""
-
-_ROW = "SELECT id, context, body, recipe FROM plans WHERE id = ?"
 
 
 class CassandraPlanSearch(CassandraPlans):
@@ -109,14 +107,13 @@ class CassandraPlanSearch(CassandraPlans):
         heads = (head_of(contexts[row.context], read_body(row.body)) for row in near)
         return list(itertools.islice(filter(search.takes, heads), limit))
 
-    def _passing(self, search: PlanSearch) -> Iterator[PlanRecord]:
-        """Yield plans that are named near either place, those that are named near both first."""
+    def _passing(self, search: PlanSearch) -> Iterable[PlanRecord]:
+        """Return plans that are named near either place, those that are named near both first."""
         scope, tolerance = search.scope, search.tolerance
         named = [self._squares.named(scope, place, tolerance, MOST_LOOKED_AT) for place in (search.start, search.goal)]
         both = set(named[0]) & set(named[1])
         ordered = dict.fromkeys([*(one for one in named[0] if one in both), *named[0], *named[1]])
-        keys = [(plan_id,) for plan_id in itertools.islice(ordered, MOST_LOOKED_AT)]
-        return self._wholes([row for rows in self._session.rows_each(_ROW, keys) for row in rows])
+        return self.whole_plans(list(itertools.islice(ordered, MOST_LOOKED_AT))).values()
 
     def _uses(self, map_id: str, numbers: list[bytes]) -> dict[bytes, int]:
         """Return how many plans refer to each of some stretches, as far as that is known."""

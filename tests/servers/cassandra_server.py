@@ -1,6 +1,7 @@
 """A real Cassandra of one node on 127.0.0.1, with passwords, small and quick to start."""
 
 import logging
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ from cassandra.auth import PlainTextAuthProvider
 from cassandra.cluster import EXEC_PROFILE_DEFAULT, Cluster, ExecutionProfile
 from cassandra.policies import RoundRobinPolicy
 
-from tests.servers.jars import jars_of, java
+from tests.servers.jars import jars_of, java, keytool
 from tests.servers.java_server import JavaServer, free_ports
 
 logging.getLogger("cassandra").setLevel(logging.CRITICAL)  # of a server that is starting it has much to tell
@@ -49,7 +50,9 @@ class CassandraServer(JavaServer):
         self.port, storage_port = free_ports(2)
         folder.mkdir(parents=True, exist_ok=True)
         config = folder / "cassandra.yaml"
-        config.write_text(yaml.safe_dump(configuration(self.port, storage_port)))
+        self.certificate = folder / "node.pem"
+        keys = prove(folder / "node.p12", self.certificate)
+        config.write_text(yaml.safe_dump(configuration(self.port, storage_port) | {"client_encryption_options": keys}))
         places = {
             "logback.configurationFile": f"file:{HERE / 'logback.xml'}",
             "cassandra.config": f"file:{config}",
@@ -97,6 +100,15 @@ class CassandraServer(JavaServer):
             execution_profiles={EXEC_PROFILE_DEFAULT: profile},
             connect_timeout=2,
         )
+
+
+def prove(keys: Path, certificate: Path) -> dict[str, Any]:
+    """Make a key and a certificate of 127.0.0.1; return the settings by which who wants TLS gets it at that port."""
+    store = ["-keystore", str(keys), "-storepass", PASSWORD, "-storetype", "PKCS12", "-alias", "node"]
+    made = ["-genkeypair", "-keyalg", "EC", "-dname", "CN=ppaas-test", "-ext", "san=ip:127.0.0.1", "-ext", "bc=ca:true"]
+    for command in ([*made, *store], ["-exportcert", "-rfc", *store, "-file", str(certificate)]):
+        subprocess.run([keytool(), *command], check=True, capture_output=True)
+    return {"enabled": True, "optional": True, "keystore": str(keys), "keystore_password": PASSWORD}
 
 
 def configuration(port: int, storage_port: int) -> dict[str, Any]:

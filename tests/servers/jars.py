@@ -25,6 +25,14 @@ def java() -> str:
     return found
 
 
+def keytool() -> str:
+    """Return the tool of the Java runtime that makes keys; ``Missing`` if there is none."""
+    found = shutil.which("keytool")
+    if found is None:
+        raise Missing("no keytool: install a Java 17 runtime")
+    return found
+
+
 def jars_of(pom: Path) -> Path:
     """Return a folder with all jars that a project file depends on at run time.
 

@@ -231,6 +231,16 @@ def test_a_keyspace_of_a_newer_release_is_left_alone(stores: list[CassandraStore
     server.execute("contracts", "UPDATE schema_version SET version = 1 WHERE id = 0")
 
 
+def test_nodes_are_spoken_with_by_tls_and_must_be_proved(server: CassandraServer) -> None:
+    proved = CassandraStore(server.url("contracts", f"?tls=yes&ca={server.certificate}"))
+    assert proved.users() == []
+    proved.close()
+    unproved = CassandraStore(server.url("contracts", "?tls=yes&timeout=2"))
+    with pytest.raises(Unavailable, match=r"(?i)certificate"):
+        unproved.users()
+    unproved.close()
+
+
 @pytest.mark.parametrize("name", ["x'; DROP TABLE users; --", "Upper", "", "a-b", "x" * 49])
 def test_a_keyspace_is_a_name(name: str) -> None:
     with pytest.raises(InvalidInput, match="keyspace"):
