@@ -6,6 +6,8 @@ up from both of them to where they meet (Geisberger, Sanders, Schultes and Delli
 important corners are left first, so each is left once.
 """
 
+import numpy as np
+
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
 from ppaas.planners.hub_labels.kernels.layout import (
@@ -31,6 +33,7 @@ from ppaas.planners.hub_labels.kernels.scratch import (
     fringe_of,
     heap_of,
     route_of,
+    side_of,
 )
 from ppaas.planners.hub_labels.kernels.trees import FAR
 from ppaas.planners.kernels.bare import bare, joined
@@ -60,12 +63,12 @@ def climb(index: Words, scratch: Integers, end: int, found: int, to_row: int, to
     seen, lengths = end_of(index, scratch, end, 0), end_of(index, scratch, end, 1)
     near, came = fringe_of(index, scratch, end, 0), fringe_of(index, scratch, end, 1)
     before, touched = fringe_of(index, scratch, end, 2), fringe_of(index, scratch, end, 3)
-    heap, queued, count = heap_of(index, scratch), 0, 0
+    heap, queued, count = heap_of(index, scratch), np.int64(0), np.int64(0)
     for i in range(found):
         at = seen[i] * CORNER_SIZE
         if lengths[i] + octile(table[at + ROW] - to_row, table[at + COLUMN] - to_column) > most:
             continue
-        count = _reach(seen[i], lengths[i], -1, -1, near, came, before, touched, count)
+        count = _reach(np.int64(seen[i]), lengths[i], np.int32(-1), np.int32(-1), near, came, before, touched, count)
         if table[at + ENTRIES] < 0:
             queued = push(heap, queued, len(near) - ranks[seen[i]], seen[i])
     while queued > 0:
@@ -78,7 +81,9 @@ def climb(index: Words, scratch: Integers, end: int, found: int, to_row: int, to
             if length < near[to] and length + octile(table[at + ROW] - to_row, table[at + COLUMN] - to_column) <= most:
                 if near[to] == FAR and table[at + ENTRIES] < 0:
                     queued = push(heap, queued, len(near) - ranks[to], to)
-                count = _reach(to, length, labels[i + 2 * edges], corner, near, came, before, touched, count)
+                count = _reach(
+                    np.int64(to), length, labels[i + 2 * edges], np.int32(corner), near, came, before, touched, count
+                )
     scratch[TOUCHED + end] = count
     found = 0
     for corner in touched[:count]:
@@ -102,13 +107,14 @@ def meet(index: Words, scratch: Integers) -> tuple[int, int]:
 
 
 @bare
-def lead(index: Words, scratch: Integers, end: int, corner: int, first: int, step: int) -> int:
-    """Write the ways that lead from an end to a corner to the route, from ``first`` on, and return how many they are.
+def lead(index: Words, scratch: Integers, end: int, corner: int) -> int:
+    """Write the ways that lead from an end to a corner to the route, and return how many they are.
 
     The corner next to the end is told in the scratch.
     """
     ways, route = shorts_of(index, WAYS), route_of(index, scratch)
     came, before = fringe_of(index, scratch, end, 1), fringe_of(index, scratch, end, 2)
+    first, step = side_of(route, end)
     count, below = 0, corner
     while before[below] >= 0:
         below = before[below]

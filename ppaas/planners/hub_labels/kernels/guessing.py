@@ -4,6 +4,8 @@ From each corner that an end sees it goes up through the fringe, always to the c
 nearest. What is longer than the way found so need not be looked at.
 """
 
+import numpy as np
+
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.hubs import lay_out, look_up, take_back_one
 from ppaas.planners.hub_labels.kernels.layout import (
@@ -17,7 +19,7 @@ from ppaas.planners.hub_labels.kernels.layout import (
     integers_of,
 )
 from ppaas.planners.hub_labels.kernels.scan import Integers, octile
-from ppaas.planners.hub_labels.kernels.scratch import end_of
+from ppaas.planners.hub_labels.kernels.scratch import GOAL, START, end_of
 from ppaas.planners.hub_labels.kernels.trees import FAR
 from ppaas.planners.kernels.bare import bare
 
@@ -43,15 +45,15 @@ def _nearest(index: Words, scratch: Integers, end: int, found: int, to_row: int,
     """Return that corner with a label, or −1, over which the other end seems nearest, and how far it is."""
     table = integers_of(index, TABLE)
     seen, lengths = end_of(index, scratch, end, 0), end_of(index, scratch, end, 1)
-    nearest, beyond, least = -1, 0, int(FAR)
+    nearest, beyond, least = np.int64(-1), np.int64(0), np.int64(FAR)
     for i in range(found):
-        corner, length = _ascend(index, seen[i], lengths[i], to_row, to_column, least)
+        corner, length = _ascend(index, np.int64(seen[i]), np.int64(lengths[i]), to_row, to_column, least)
         if corner >= 0:
             at = corner * CORNER_SIZE
             bound = length + octile(table[at + ROW] - to_row, table[at + COLUMN] - to_column)
             if bound < least:
                 least, nearest, beyond = bound, corner, length
-    return nearest, beyond
+    return int(nearest), int(beyond)
 
 
 @bare
@@ -59,8 +61,8 @@ def guess(
     index: Words, scratch: Integers, found: int, to_found: int, row: int, column: int, to_row: int, to_column: int
 ) -> int:
     """Return how long the way guessed is between two ends that see so many corners; `FAR` if none is found."""
-    corner, length = _nearest(index, scratch, 0, found, to_row, to_column)
-    to_corner, to_length = _nearest(index, scratch, 1, to_found, row, column)
+    corner, length = _nearest(index, scratch, START, found, to_row, to_column)
+    to_corner, to_length = _nearest(index, scratch, GOAL, to_found, row, column)
     if corner < 0 or to_corner < 0:
         return int(FAR)
     lay_out(index, scratch, corner, length)

@@ -24,7 +24,17 @@ from ppaas.planners.hub_labels.kernels.layout import (
     shorts_of,
 )
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.hub_labels.kernels.scratch import CORNER, COUNT, MOVES, end_of, reach_of, route_of
+from ppaas.planners.hub_labels.kernels.scratch import (
+    CORNER,
+    COUNT,
+    GOAL,
+    MOVES,
+    START,
+    end_of,
+    reach_of,
+    route_of,
+    side_of,
+)
 from ppaas.planners.hub_labels.kernels.trees import FAR
 from ppaas.planners.kernels.bare import bare, joined
 
@@ -92,8 +102,8 @@ def take_back_one(index: Words, scratch: Integers, corner: int) -> int:
 def take_back(index: Words, scratch: Integers, kept: int) -> int:
     """Forget what was laid out of the first so many corners of the start; return how many entries they have."""
     looked = 0
-    for corner in end_of(index, scratch, 0, 0)[:kept]:
-        looked += take_back_one(index, scratch, corner)
+    for corner in end_of(index, scratch, START, 0)[:kept]:
+        looked += take_back_one(index, scratch, np.int64(corner))
     return looked
 
 
@@ -114,10 +124,10 @@ def _place_of(hubs: Shorts, hub: int) -> int:
 def _follow(index: Words, scratch: Integers, end: int, corner: int, link: int) -> None:
     """Write the ways from an end over a corner of its own to a hub to the route, given the corner's link to the hub."""
     labels, ways, route = integers_of(index, LABELS), shorts_of(index, WAYS), route_of(index, scratch)
-    at, step = (len(route) - 1, -1) if end else (0, 1)
+    at, step = side_of(route, end)
     count = 0
     if index[LABELLED] < index[CORNERS]:
-        count = lead(index, scratch, end, corner, at, step)
+        count = lead(index, scratch, end, corner)
     else:
         scratch[CORNER + end] = corner
     while link >= 0:
@@ -135,17 +145,18 @@ def _follow(index: Words, scratch: Integers, end: int, corner: int, link: int) -
 def walk(index: Words, scratch: Integers, kept: int, to_corner: int, length: int) -> None:
     """Write the route of that length from one of the corners laid out to a corner of the goal."""
     table, labels, hubs = integers_of(index, TABLE), integers_of(index, LABELS), shorts_of(index, LABELS)
-    reach, seen, lengths = reach_of(index, scratch), end_of(index, scratch, 0, 0), end_of(index, scratch, 0, 1)
+    reach, seen, lengths = reach_of(index, scratch), end_of(index, scratch, START, 0), end_of(index, scratch, START, 1)
     begin, size = label_of(table, to_corner), entries_of(table, to_corner)
     far, place = begin + lengths_after(size), 0
     while reach[hubs[2 * begin + place]] + labels[far + place] != length:
         place += 1
     hub = hubs[2 * begin + place]
-    _follow(index, scratch, 1, to_corner, begin + links_after(size) + LINK_SIZE * place)
+    _follow(index, scratch, GOAL, to_corner, begin + links_after(size) + LINK_SIZE * place)
     for i in range(kept):
-        begin, size = label_of(table, seen[i]), entries_of(table, seen[i])
+        corner = np.int64(seen[i])
+        begin, size = label_of(table, corner), entries_of(table, corner)
         place = _place_of(hubs[2 * begin : 2 * begin + size], hub)
         found = hubs[2 * begin + place] == hub
         if found and labels[begin + lengths_after(size) + place] + lengths[i] == reach[hub]:
-            _follow(index, scratch, 0, seen[i], begin + links_after(size) + LINK_SIZE * place)
+            _follow(index, scratch, START, corner, begin + links_after(size) + LINK_SIZE * place)
             return

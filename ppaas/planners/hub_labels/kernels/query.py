@@ -41,8 +41,10 @@ from ppaas.planners.hub_labels.kernels.scratch import (
     CORNER,
     COUNT,
     EXPANDED,
+    GOAL,
     MEETING,
     MOVES,
+    START,
     end_of,
     new_scratch,
     route_of,
@@ -57,66 +59,66 @@ from ppaas.planners.hub_labels.kernels.writing import (
     write_straight,
     write_way,
 )
-from ppaas.planners.kernels.bare import bare
+from ppaas.planners.kernels.bare import inlined
 
 
-@bare
+@inlined
 def _lay_best(index: Words, scratch: Integers, found: int, to_found: int, best: int) -> tuple[int, int]:
     """Lay the corners of the start out that matter; return how many, now the first, and how long a way is at most."""
-    seen, lengths = end_of(index, scratch, 0, 0), end_of(index, scratch, 0, 1)
-    bounds = end_of(index, scratch, 0, 2)
-    to_seen, to_lengths = end_of(index, scratch, 1, 0), end_of(index, scratch, 1, 1)
+    seen, lengths = end_of(index, scratch, START, 0), end_of(index, scratch, START, 1)
+    bounds = end_of(index, scratch, START, 2)
+    to_seen, to_lengths = end_of(index, scratch, GOAL, 0), end_of(index, scratch, GOAL, 1)
     tried = min(TRIED, found)
     for i in range(tried):
-        lay_out(index, scratch, seen[i], lengths[i])
+        lay_out(index, scratch, np.int64(seen[i]), np.int64(lengths[i]))
     for j in range(min(TRIED, to_found)):
-        best = min(best, look_up(index, scratch, to_seen[j]) + to_lengths[j])
+        best = min(best, look_up(index, scratch, np.int64(to_seen[j])) + to_lengths[j])
     kept = tried
     for i in range(tried, found):
         if bounds[i] < best:
             swap(kept, i, seen, lengths, bounds)
-            lay_out(index, scratch, seen[kept], lengths[kept])
+            lay_out(index, scratch, np.int64(seen[kept]), np.int64(lengths[kept]))
             kept += 1
     return kept, best
 
 
-@bare
+@inlined
 def _find_route(index: Words, scratch: Integers, row: int, column: int, to_row: int, to_column: int) -> bool:
     """Find a shortest way over corners and write its route; return whether there is one."""
-    found, to_found = join(index, scratch, 0, row, column), join(index, scratch, 1, to_row, to_column)
-    shortest, has_fringe = int(FAR), index[LABELLED] < index[CORNERS]
+    found, to_found = join(index, scratch, START, row, column), join(index, scratch, GOAL, to_row, to_column)
+    shortest, has_fringe = np.int64(FAR), index[LABELLED] < index[CORNERS]
     if has_fringe:
         most = guess(index, scratch, found, to_found, row, column, to_row, to_column)
-        found = climb(index, scratch, 0, found, to_row, to_column, most)
-        to_found = climb(index, scratch, 1, to_found, row, column, most)
+        found = climb(index, scratch, START, found, to_row, to_column, most)
+        to_found = climb(index, scratch, GOAL, to_found, row, column, most)
         shortest, scratch[MEETING] = meet(index, scratch)
     if index[LANDMARK_COUNT]:
-        measure(index, scratch, 0, found)
-        measure(index, scratch, 1, to_found)
-    bound_all(index, scratch, 0, found, to_row, to_column)
-    bound_all(index, scratch, 1, to_found, row, column)
+        measure(index, scratch, START, found)
+        measure(index, scratch, GOAL, to_found)
+    bound_all(index, scratch, START, found, to_row, to_column)
+    bound_all(index, scratch, GOAL, to_found, row, column)
 
     kept, most = _lay_best(index, scratch, found, to_found, shortest)
-    to_seen, to_lengths = end_of(index, scratch, 1, 0), end_of(index, scratch, 1, 1)
-    to_bounds, last = end_of(index, scratch, 1, 2), -1
+    to_seen, to_lengths = end_of(index, scratch, GOAL, 0), end_of(index, scratch, GOAL, 1)
+    to_bounds, last = end_of(index, scratch, GOAL, 2), -1
     for j in range(to_found):
         if j < TRIED or to_bounds[j] < most:
-            length = look_up(index, scratch, to_seen[j]) + to_lengths[j]
+            length = look_up(index, scratch, np.int64(to_seen[j])) + to_lengths[j]
             if length < shortest:
                 shortest, last = length, j
                 most = min(most, length)
     if last >= 0:
-        walk(index, scratch, kept, to_seen[last], shortest - to_lengths[last])
+        walk(index, scratch, kept, np.int64(to_seen[last]), shortest - to_lengths[last])
     elif shortest < FAR:
-        scratch[COUNT] = lead(index, scratch, 0, scratch[MEETING], 0, 1)
-        scratch[COUNT + 1] = lead(index, scratch, 1, scratch[MEETING], len(route_of(index, scratch)) - 1, -1)
+        scratch[COUNT] = lead(index, scratch, START, np.int64(scratch[MEETING]))
+        scratch[COUNT + 1] = lead(index, scratch, GOAL, np.int64(scratch[MEETING]))
     scratch[EXPANDED] = take_back(index, scratch, kept)
     if has_fringe:
         descend(index, scratch)
     return bool(shortest < FAR)
 
 
-@bare
+@inlined
 def _plan(index: Words, scratch: Integers, row: int, column: int, to_row: int, to_column: int) -> int:
     """Find a shortest way, and return of how many cells it is; 0 if there is none."""
     terrain, table = words_of(index, TERRAIN), integers_of(index, TABLE)
@@ -137,20 +139,21 @@ def _plan(index: Words, scratch: Integers, row: int, column: int, to_row: int, t
     return int(scratch[MOVES] + before + behind + 1)
 
 
-@bare
+@inlined
 def _spell(index: Words, scratch: Integers, flat: Words, row: int, column: int, to_row: int, to_column: int) -> None:
     """Write the cells of the way that was found."""
     table, ways = integers_of(index, TABLE), shorts_of(index, WAYS)
     route = route_of(index, scratch)
-    at = write_first(flat, row, column)
+    at = np.int64(write_first(flat, row, column))
     if scratch[CORNER] >= 0:
         first, last = scratch[CORNER] * CORNER_SIZE, scratch[CORNER + 1] * CORNER_SIZE
-        at = write_straight(flat, at, row, column, table[first + ROW], table[first + COLUMN])
+        to = np.int64(table[first + ROW]), np.int64(table[first + COLUMN])
+        at = write_straight(flat, at, row, column, *to)
         for i in range(scratch[COUNT]):
             at = write_way(flat, at, ways, route[i])
         for i in range(len(route) - scratch[COUNT + 1], len(route)):
             at = write_back(flat, at, ways, route[i])
-        row, column = table[last + ROW], table[last + COLUMN]
+        row, column = int(np.int64(table[last + ROW])), int(np.int64(table[last + COLUMN]))
     write_straight(flat, at, row, column, to_row, to_column)
 
 

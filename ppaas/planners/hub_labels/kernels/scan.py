@@ -146,7 +146,7 @@ def scan(terrain: Words, row: int, column: int, seen: Integers, lengths: Integer
     left = _ray(terrain, in_row, row_stride(terrain), column, -1, columns)
     below = _ray(terrain, in_column, column_stride(terrain), row, 1, rows)
     above = _ray(terrain, in_column, column_stride(terrain), row, -1, rows)
-    found = 0
+    found = np.int64(0)
     for side in range(4):
         free, way = (right, left, below, above)[side], 1 - 2 * (side & 1)
         if free < 0:
@@ -158,7 +158,7 @@ def scan(terrain: Words, row: int, column: int, seen: Integers, lengths: Integer
     for side in range(4):
         across, along = (right, left)[side & 1], (below, above)[side >> 1]
         found = _sector(terrain, row, column, 1 - (side & 2), 1 - 2 * (side & 1), across, along, seen, lengths, found)
-    return found
+    return int(found)
 
 
 @joined

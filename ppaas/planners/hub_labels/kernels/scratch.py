@@ -9,6 +9,8 @@ the corners which were reached. Last comes a heap.
 All of it is `FAR` at first, and the numbers of hubs and of how far corners are, again after each query.
 """
 
+from typing import Any
+
 import numpy as np
 
 from ppaas.planners.hub_labels.kernels.bits import Words
@@ -26,6 +28,11 @@ CORNER, COUNT, TOUCHED = 3, 5, 7
 route are its own; and how many corners it reached in the fringe."""
 
 FIXED = 16 + 2 * MARKS
+
+_number: Any = np.int64
+START, GOAL = _number(0), _number(1)
+"""The ends. They are numbers of numpy, and so are others that kernels begin to count with: whatever is given a plain
+number is compiled for that number alone, and once more for all others."""
 
 
 @joined
@@ -67,6 +74,12 @@ def reach_of(index: Words, scratch: Integers) -> Integers:
 def route_of(index: Words, scratch: Integers) -> Integers:
     """Return the route: ways, those of the start from the front on, those of the goal from the end."""
     return scratch[FIXED + index[LABELLED] : FIXED + index[LABELLED] + 2 * index[CORNERS] + 2]
+
+
+@joined
+def side_of(route: Integers, end: int) -> tuple[int, int]:
+    """Return where the ways of an end begin on the route, and by how much further the next one is."""
+    return (0, 1) if end == START else (len(route) - 1, -1)
 
 
 @inlined

@@ -88,7 +88,7 @@ def write_way(flat: Words, at: int, ways: Shorts, way: int) -> int:
     """Write the cells of a way."""
     first = way + WAY_HEAD
     for place in range(first, first + runs_of(ways, way)):
-        run = int(ways[np.uint64(place)])
+        run = np.int64(ways[np.uint64(place)])
         at = write_run(flat, at, run & (COMPASS - 1), run >> DIRECTIONS)
     return at
 
@@ -98,6 +98,6 @@ def write_back(flat: Words, at: int, ways: Shorts, way: int) -> int:
     """Write the cells of a way from its end to its begin."""
     first = way + WAY_HEAD
     for place in range(first + runs_of(ways, way) - 1, first - 1, -1):
-        run = int(ways[np.uint64(place)])
+        run = np.int64(ways[np.uint64(place)])
         at = write_run(flat, at, (run & (COMPASS - 1)) ^ OPPOSITE, run >> DIRECTIONS)
     return at
