@@ -11,7 +11,7 @@ import numpy as np
 
 from ppaas.errors import NotFound
 from ppaas.plans.body import read_bodies
-from ppaas.plans.buckets import Place, bucket_in, length_in, place_of, scope_of, spots_near, squares_near
+from ppaas.plans.buckets import Place, bucket_in, length_in, may_join, place_of, scope_of, spots_near, squares_near
 from ppaas.plans.chunks import ENDS_BEFORE, GRANULARITY, inner_granularity
 from ppaas.plans.codes import entry_id, poses_in, unpack
 from ppaas.plans.passages import comes_near
@@ -241,26 +241,35 @@ def _scope(connection: sqlite3.Connection, sequence: int) -> bytes:
 def _near_both(connection: sqlite3.Connection, search: PlanSearch, most: int) -> Iterator[int]:
     """Yield the plans that may begin and end where they are to, the shortest first.
 
-    So many are read of each bucket at first; all of it, if that is not enough.
+    So many are read of each bucket at first, then more, and all of it if that is not enough.
     """
     buckets = spots_near(search.scope, search.start, search.goal, search.tolerance).tolist()
     query = " UNION ALL ".join([_BUCKET] * len(buckets))
     told: set[int] = set()
-    for limit in (most, -1):
+    for limit in (most, 8 * most, -1):
         values = [value for bucket in buckets for value in (*bucket, limit)]
         rows = connection.execute(query, values).fetchall()
-        read, last = Counter[int](), dict[int, int]()
-        for spot, _ in rows:
-            read[bucket_in(spot)] += 1
-            last[bucket_in(spot)] = length_in(spot)
-        # Beyond what was read of a bucket there may be shorter ones than the next of another.
-        known_to = min((last[bucket] for bucket, count in read.items() if count == limit), default=math.inf)
-        for spot, sequence in sorted(rows, key=lambda row: (length_in(row[0]), row[1])):
-            if length_in(spot) <= known_to and sequence not in told:
-                told.add(sequence)
-                yield sequence
+        known_to = _known_to(rows, limit)
+        spots = np.array([spot for spot, _ in rows], np.int64)
+        near = may_join(spots, search.start, search.goal, search.tolerance).tolist()
+        likely = [(length_in(spot), plan) for (spot, plan), is_near in zip(rows, near, strict=True) if is_near]
+        for length, plan in sorted(likely):
+            if length <= known_to and plan not in told:
+                told.add(plan)
+                yield plan
         if known_to == math.inf:
             return
+
+
+def _known_to(rows: list[tuple[int, int]], limit: int) -> float:
+    """Return up to which length all plans of all buckets are read: those of one whose limit was reached may go on."""
+    if not 0 <= limit <= len(rows):
+        return math.inf
+    read, last = Counter[int](), dict[int, int]()
+    for spot, _ in rows:
+        read[bucket_in(spot)] += 1
+        last[bucket_in(spot)] = length_in(spot)
+    return min((last[bucket] for bucket, count in read.items() if count == limit), default=math.inf)
 
 
 def _newest(connection: sqlite3.Connection, map_id: str, before: tuple[float, str]) -> Iterator[PlanRecord]:

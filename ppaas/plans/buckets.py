@@ -78,6 +78,11 @@ def spots_near(scope: bytes, start: Place, goal: Place, tolerance: float) -> NDA
     return placing.buckets_near(_word(scope), np.array((*start, *goal), np.float64), tolerance)
 
 
+def may_join(spots: NDArray[np.int64], start: Place, goal: Place, tolerance: float) -> NDArray[np.bool_]:
+    """Tell of (n,) spots in such buckets whether the plans may begin and end within a tolerance of two places [m]."""
+    return placing.may_join(spots, np.array((*start, *goal), np.float64), tolerance)
+
+
 def holds(bucket: Sequence[int], spot: int) -> bool:
     """Tell whether a spot of a bucket may be that of a plan sought."""
     return all(

@@ -113,3 +113,13 @@ def recipe(numbers) -> bytes:
 def headings(yaw: float) -> tuple[float, float]:
     """Return qz, qw of a yaw."""
     return float(np.sin(yaw / 2)), float(np.cos(yaw / 2))
+
+
+def may_join(ends, places, tolerance: float) -> bool:
+    """Tell whether the parts of squares in which both ends lie come within a tolerance of two places."""
+    width = EDGE / PARTS
+    apart = []
+    for end, place in zip(ends, places, strict=True):
+        begin = math.floor(end / width) * width
+        apart.append(max(begin - place, place - begin - width, 0.0))
+    return max(math.hypot(*apart[:2]), math.hypot(*apart[2:])) <= tolerance

@@ -101,9 +101,31 @@ def buckets_near(scope: np.uint64, places: Numbers, tolerance: float) -> Rows:
     return found
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def may_join(spots: Rows, places: Numbers, tolerance: float) -> NDArray[np.bool_]:
+    """Tell of (n,) spots in `buckets_near` whether both ends may lie within a tolerance of their places.
+
+    Of an end it is known in which part of a square it lies; of all such parts the nearest to its place counts.
+    """
+    found = np.empty(len(spots), np.bool_)
+    width = EDGE / PARTS
+    for number in range(len(spots)):
+        squared = np.zeros(2)
+        for side in range(4):
+            part = spots[number] >> (12 - 4 * side) & PARTS - 1
+            # From the middle of the part to the place, in parts, to either side.
+            apart = (places[side] / width - part - 0.5) % PARTS
+            apart = max(min(apart, PARTS - apart) - 0.5, 0.0) * width
+            squared[side // 2] += apart * apart
+        margin = tolerance + 1e-9 * max(1.0, np.abs(places).max())
+        found[number] = squared.max() <= margin * margin
+    return found
+
+
 def warm() -> None:
     """Call the kernels once."""
     scope, rows = np.uint64(1), np.zeros(1, np.int64)
     mixed(scope, rows)
     spots(np.ones(1, np.uint64), np.zeros((1, 4)), np.zeros(1), rows)
     buckets_near(scope, np.zeros(4), 0.25)
+    may_join(rows, np.zeros(4), 0.25)

@@ -10,6 +10,7 @@ from ppaas.plans.buckets import (
     bucket_in,
     holds,
     length_in,
+    may_join,
     place_of,
     scope_of,
     spots_near,
@@ -43,6 +44,7 @@ def test_what_is_near_is_found(start, goal, off, tolerance, length) -> None:
     buckets = [bucket for bucket in near if bucket[0] <= spot <= bucket[1]]
     if plan_chunks.near(first, last, start, goal, tolerance):
         assert any(holds(bucket, spot) for bucket in buckets)
+        assert may_join(np.array([spot]), start, goal, tolerance).all()
         assert bucket_in(spot) in {bucket_in(bucket[0]) for bucket in buckets}
 
 
@@ -53,6 +55,15 @@ def test_most_of_what_is_too_far_off_is_passed_over() -> None:
     ]
     held = sum(any(each[0] <= spot <= each[1] and holds(each, spot) for each in near) for spot in spots)
     assert 25 <= held <= 36
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.tuples(*[st.floats(-0.1, 0.1)] * 4), st.tuples(*[st.floats(-20, 20)] * 4))
+def test_what_may_join_is_hardly_further_off_than_the_tolerance(off, places) -> None:
+    ends = [value + shift for value, shift in zip(places, off, strict=True)]
+    spot = spot_of(SCOPE, ends[:2], ends[2:], 5.0)
+    [joins] = may_join(np.array([spot]), tuple(places[:2]), tuple(places[2:]), 0.05).tolist()
+    assert joins == plan_bytes.may_join(ends, places, 0.05)
 
 
 def test_versions_of_maps_share_nothing() -> None:
