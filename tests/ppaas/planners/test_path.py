@@ -9,7 +9,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo
 from ppaas.planners.kernels.construction import BLOCK
-from ppaas.planners.path import path_cost, path_length, path_poses, poses_through
+from ppaas.planners.path import FEW, path_cost, path_length, path_poses, poses_through
 from tests.reference.path import slow_cost, slow_poses
 
 SIDE = 64
@@ -50,7 +50,7 @@ def test_poses_and_cost_are_those_of_the_definition(seed, count, turned):
 
 
 def test_the_poses_of_a_long_path_are_the_same_on_any_number_of_threads():
-    costmap, cells = _costmap(), _walk(1, 3 * BLOCK + 5)
+    costmap, cells = _costmap(), _walk(1, FEW + BLOCK + 5)
     alone, together = (path_poses(costmap, cells, *_ends(costmap, cells), threads=threads) for threads in (1, 2))
     assert alone.tobytes() == together.tobytes()
     assert path_poses(costmap, cells[:BLOCK], *_ends(costmap, cells[:BLOCK]))[1:-2].tobytes() == (
