@@ -29,6 +29,7 @@ from endpoints.rest import (
     tokens,
     users,
 )
+from endpoints.rest.direct_plans import DirectPlans
 from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
 from endpoints.services import Services
 
@@ -73,7 +74,7 @@ class Application(FastAPI):
         super().__init__(**options)
         settings = services.settings
         uploads = {f"{PREFIX}{maps.router.prefix}": BodyLimits(settings.max_upload, settings.max_upload_seconds)}
-        direct = planning.DirectPlans(super().__call__, prefix=PREFIX, services=services)
+        direct = DirectPlans(super().__call__, prefix=PREFIX, services=services)
         self._first = BodyLimit(direct, BodyLimits(settings.max_body, settings.max_body_seconds), uploads)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:

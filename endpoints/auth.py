@@ -15,12 +15,16 @@ def token_of(connection: HTTPConnection) -> str:
     NotAuthenticated
         There is none.
     """
-    scheme, _, token = connection.headers.get("authorization", "").partition(" ")
-    if scheme.lower() != "bearer":
-        token = connection.query_params.get("token", "")
-    if not token.strip():
+    token = bearer_of(connection.headers.get("authorization", "")) or connection.query_params.get("token", "").strip()
+    if not token:
         raise NotAuthenticated("no token: log in with POST /v1/tokens and send it as 'Authorization: Bearer TOKEN'")
-    return token.strip()
+    return token
+
+
+def bearer_of(authorization: str) -> str | None:
+    """Return the token of an ``Authorization`` header, if it has one."""
+    scheme, _, token = authorization.partition(" ")
+    return token.strip() or None if scheme.lower() == "bearer" else None
 
 
 async def authenticate(connection: HTTPConnection, accounts: Accounts) -> User:

@@ -1,8 +1,9 @@
 """Refuses bodies that are too large or too slow: by what they announce, and by what they turn out to be."""
 
 import asyncio
-from collections.abc import Awaitable, Mapping
+from collections.abc import Coroutine, Mapping
 from dataclasses import dataclass
+from typing import Any, cast
 
 from fastapi import HTTPException
 from starlette.datastructures import Headers
@@ -68,7 +69,7 @@ class _Body:
         """Return the next message; once the body is whole, wait for the client to go as long as it takes."""
         if self._whole:
             return await self._receive()
-        reading = Begun(_awaited(self._receive()))
+        reading = Begun(cast(Coroutine[Any, Any, Message], self._receive()))
         message = await (reading if reading.over else self._in_time(reading))
         self._whole = not message.get("more_body", False)
         self._read += len(message.get("body", b""))
@@ -86,10 +87,6 @@ class _Body:
             detail = f"the body did not come within {self._limits.seconds:g} s: send it again, faster"
             # What still comes of it would be taken for the next request.
             raise HTTPException(408, detail, {"Connection": "close"}) from error
-
-
-async def _awaited(work: Awaitable[Message]) -> Message:
-    return await work
 
 
 def _too_large(limits: BodyLimits) -> MessageTooLarge:

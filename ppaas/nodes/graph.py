@@ -94,6 +94,7 @@ class Graph:
         self.services: dict[str, Service] = {}
         self._subscribers: dict[str, list[Node]] = {}
         self._servers: dict[str, Node] = {}
+        self._with_goals: list[Node] = []
         self._taps: dict[str, list[Tap]] = {}
         self._owners: dict[str, Node] = {}
         self._watches: list[TopicWatch] = []
@@ -124,6 +125,8 @@ class Graph:
             self.services[service.name] = service
             self._servers[service.name] = node
         self.nodes[node.name] = node
+        if type(node).busy is not Node.busy:
+            self._with_goals.append(node)
         node.start()
         for topic in node.subscribes:
             self._subscribers.setdefault(topic.name, []).append(node)
@@ -197,7 +200,7 @@ class Graph:
     @property
     def busy(self) -> bool:
         """Tell whether a node works for a goal."""
-        return any(node.busy for node in self.nodes.values())
+        return any(node.busy for node in self._with_goals)
 
     def checkpoints(self) -> list[Checkpoint]:
         """Return what the nodes need to go on elsewhere."""
