@@ -21,6 +21,7 @@ import msgspec
 import uvloop
 
 from engine.bootstrap import Cloud, CloudConfig
+from engine.runtimes import store_kernels
 from ppaas.errors import InvalidInput, Unavailable
 
 if TYPE_CHECKING:
@@ -145,6 +146,7 @@ async def _start(cloud: Cloud, arguments: argparse.Namespace, last_first: contex
         await web.accounts.ensure_admin(await asyncio.to_thread(admin_password, password_file))
         logger.info("user %r has the password in %s", ADMIN, password_file)
         await machine
+        await asyncio.to_thread(store_kernels.prepare)  # its machine has compiled what there was to compile
     finally:
         machine.cancel()
         await asyncio.gather(machine, return_exceptions=True)

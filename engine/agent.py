@@ -28,6 +28,7 @@ from engine.hosting import Hosting
 from engine.layer_building import LayerBuilder
 from engine.mapcache import MapCache
 from engine.router import RouterProcess
+from engine.runtimes import store_kernels
 from engine.runtimes.process import ProcessRuntime
 from engine.runtimes.rest_compiler import compiling_the_rest
 from ppaas.errors import PPaaSError, Unavailable
@@ -113,7 +114,8 @@ async def _start(config: AgentConfig, cpus: tuple[int, ...], stack: contextlib.A
     run_dir = Path(config.run_dir)
     runtime = ProcessRuntime(rehearsed="engine.rehearsed")
     stack.push_async_callback(runtime.close)
-    await runtime.start()
+    # Both compile at the first start on a computer, each what it needs, beside each other.
+    await asyncio.gather(runtime.start(), asyncio.to_thread(store_kernels.prepare))
     router = RouterProcess(run_dir)
     stack.push_async_callback(router.close)
     await router.start()

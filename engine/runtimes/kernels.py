@@ -43,6 +43,17 @@ def warm_loaded() -> None:
             module.warm()
 
 
+def warm_package(name: str) -> None:
+    """Import all modules of one package of kernels, and call ``warm`` of each: what is in the cache is loaded, all else
+    is compiled.
+    """
+    package = importlib.import_module(name)
+    for found in pkgutil.iter_modules(package.__path__, f"{name}."):
+        module = importlib.import_module(found.name)
+        if hasattr(module, "warm"):
+            module.warm()
+
+
 def _holds_kernels(name: str) -> bool:
     packages = name.split(".")
     return packages[0] == ppaas.__name__ and KERNELS in packages
