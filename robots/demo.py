@@ -1,7 +1,6 @@
 """``ppaas demo``: a cloud and simulated robots on this machine, driven to goals and scored by where they truly are."""
 
 import argparse
-import asyncio
 import logging
 import signal
 import sys
@@ -44,6 +43,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.seed < 0:
         raise InvalidParameter(f"--seed must be 0 or more, not {arguments.seed}")
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(message)s", stream=sys.stderr)
+    import asyncio  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
     try:
         return asyncio.run(_run(arguments))
     except asyncio.CancelledError:
@@ -51,6 +52,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 async def _run(arguments: argparse.Namespace) -> int:
+    import asyncio  # noqa: PLC0415
+
     from rich.console import Console  # noqa: PLC0415 - a robot's install has neither rich nor the simulation
 
     from robots.sim.demonstration import DemoOptions, demonstrate  # noqa: PLC0415

@@ -1,11 +1,11 @@
 """``ppaas simulate ROBOT.json``: one simulated robot that connects to a running cloud."""
 
 import argparse
-import asyncio
 import logging
 import sys
 from pathlib import Path
 
+from robots.commands import awaited
 from robots.commands.session import add_cloud_arguments, logged_in, token_of
 
 NAME = "simulate"
@@ -25,12 +25,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Drive until interrupted; return the exit status."""
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(message)s", stream=sys.stderr)
-    asyncio.run(_run(arguments))
+    awaited.run(_run(arguments))
     return 0
 
 
 async def _run(arguments: argparse.Namespace) -> None:
     # A robot's install has no simulation, and ``ppaas --help``, which loads this module, is quick and works there too.
+    import asyncio  # noqa: PLC0415
+
     from robots.client import RobotClient  # noqa: PLC0415
     from robots.robot_file import load_robot_file  # noqa: PLC0415
     from robots.sim.driver import Driver  # noqa: PLC0415

@@ -1,8 +1,8 @@
 """``ppaas container``: what runs on the machines."""
 
 import argparse
-import asyncio
 
+from robots.commands import awaited
 from robots.commands.resource import Resource
 from robots.commands.session import add_limit_argument, add_session_arguments
 
@@ -31,7 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the verb."""
-    asyncio.run(_VERBS[arguments.verb](arguments))
+    awaited.run(_VERBS[arguments.verb](arguments))
     return 0
 
 

@@ -1,9 +1,9 @@
 """``ppaas login``: get a token."""
 
 import argparse
-import asyncio
 import sys
 
+from robots.commands import awaited
 from robots.commands.password import add_password_argument, read_password
 from robots.commands.session import add_url_argument, rest_client
 from robots.commands.table import show
@@ -23,7 +23,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print the token."""
     password = read_password(arguments.user, arguments.password_file)
-    login = asyncio.run(rest_client(arguments.url).login(arguments.user, password))
+    login = awaited.run(rest_client(arguments.url).login(arguments.user, password))
     if arguments.json:
         show({"token": login.token, "expires": login.expires}, (), as_json=True)
     else:

@@ -1,12 +1,12 @@
 """``ppaas map``: publish, list, show, change, compare, roll back, fetch and delete maps."""
 
 import argparse
-import asyncio
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidInput
+from robots.commands import awaited
 from robots.commands.map_versions import diff, list_versions, roll_back, whole_version
 from robots.commands.resource import Resource
 from robots.commands.session import add_limit_argument, add_session_arguments, logged_in
@@ -74,7 +74,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the verb."""
-    asyncio.run(_VERBS[arguments.verb](arguments))
+    awaited.run(_VERBS[arguments.verb](arguments))
     return 0
 
 

@@ -1,14 +1,13 @@
 """``ppaas plan``: a path without a robot, on a map file right here or on a map of the cloud."""
 
 import argparse
-import asyncio
 import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidInput
-from robots.commands import plan_database
+from robots.commands import awaited, plan_database
 from robots.commands.robot_urdf import read_urdf
 from robots.commands.session import add_limit_argument, add_session_arguments, logged_in
 from robots.commands.table import show
@@ -98,7 +97,7 @@ def run(arguments: argparse.Namespace) -> int:
     elif arguments.verb == "matrix":
         _matrix(arguments)
     else:
-        asyncio.run(_VERBS[arguments.verb](arguments))
+        awaited.run(_VERBS[arguments.verb](arguments))
     return 0
 
 

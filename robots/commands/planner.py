@@ -1,11 +1,11 @@
 """``ppaas planner``: the planners there are, what they are for and what can be set."""
 
 import argparse
-import asyncio
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from robots.commands import awaited
 from robots.commands.resource import Resource
 from robots.commands.session import add_limit_argument, add_session_arguments, logged_in
 from robots.commands.table import show
@@ -73,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.here:
         _show_here(arguments)
     else:
-        asyncio.run(_VERBS[arguments.verb](arguments))
+        awaited.run(_VERBS[arguments.verb](arguments))
     return 0
 
 

@@ -1,13 +1,12 @@
 """``ppaas robot``: tell of robots and their URDF, list, show, change and delete them."""
 
 import argparse
-import asyncio
 import json
 from pathlib import Path
 from typing import Any
 
 from ppaas.errors import InvalidInput
-from robots.commands import robot_urdf
+from robots.commands import awaited, robot_urdf
 from robots.commands.resource import Resource
 from robots.commands.session import add_limit_argument, add_session_arguments, logged_in
 from robots.commands.table import show
@@ -45,7 +44,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the verb."""
-    asyncio.run(_VERBS[arguments.verb](arguments))
+    awaited.run(_VERBS[arguments.verb](arguments))
     return 0
 
 

@@ -1,8 +1,8 @@
 """``ppaas token``: where you are logged in. ``ppaas login`` makes them."""
 
 import argparse
-import asyncio
 
+from robots.commands import awaited
 from robots.commands.resource import Resource
 from robots.commands.session import add_limit_argument, add_session_arguments
 
@@ -25,7 +25,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the verb."""
-    asyncio.run(_VERBS[arguments.verb](arguments))
+    awaited.run(_VERBS[arguments.verb](arguments))
     return 0
 
 

@@ -1,7 +1,6 @@
 """``ppaas top``: the machines and containers as they are now, again and again."""
 
 import argparse
-import asyncio
 import contextlib
 import json
 import sys
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ppaas.clock import epoch
 from ppaas.errors import NotPermitted
+from robots.commands import awaited
 from robots.commands.session import add_session_arguments, logged_in
 from robots.commands.top_view import SORT_KEYS, as_text, render
 from robots.rest_paths import path_of
@@ -33,11 +33,11 @@ def run(arguments: argparse.Namespace) -> int:
     """Show until Ctrl-C; a terminal is drawn over, all else gets one text, or one line of JSON, after the other."""
     client = logged_in(arguments)
     if arguments.json:
-        asyncio.run(_print(client, arguments, json.dumps))
+        awaited.run(_print(client, arguments, json.dumps))
     elif arguments.once or not sys.stdout.isatty():
-        asyncio.run(_print(client, arguments, lambda seen: as_text(seen, arguments.sort)))
+        awaited.run(_print(client, arguments, lambda seen: as_text(seen, arguments.sort)))
     else:
-        asyncio.run(_draw(client, arguments))
+        awaited.run(_draw(client, arguments))
     return 0
 
 
@@ -56,11 +56,13 @@ async def _draw(client: "RestClient", arguments: argparse.Namespace) -> None:
 
 
 async def _looks(client: "RestClient", arguments: argparse.Namespace) -> AsyncIterator[dict[str, Any]]:
+    from asyncio import sleep  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
     while True:
         yield await look(client)
         if arguments.once:
             return
-        await asyncio.sleep(arguments.interval)
+        await sleep(arguments.interval)
 
 
 async def look(client: "RestClient") -> dict[str, Any]:

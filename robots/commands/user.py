@@ -1,11 +1,11 @@
 """``ppaas user``: who may use the cloud."""
 
 import argparse
-import asyncio
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidInput
+from robots.commands import awaited
 from robots.commands.password import add_password_argument, read_password
 from robots.commands.resource import Resource
 from robots.commands.session import add_limit_argument, add_session_arguments, logged_in
@@ -48,7 +48,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the verb."""
-    asyncio.run(_VERBS[arguments.verb](arguments))
+    awaited.run(_VERBS[arguments.verb](arguments))
     return 0
 
 
