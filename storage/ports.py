@@ -270,8 +270,9 @@ class PlanStore(Protocol):
         planner : str, optional
             Only plans of this planner.
         limit : int
-            The most that are returned. Where there are more, lengths count to a 64th of a metre, and which of equally
-            long ones are returned is not said.
+            The most that are returned. Where there are more, lengths count to a 16th of a metre, and which of equally
+            long ones are returned is not said; of dozens that begin and end within a centimetre of each other some may
+            be missed.
         """
         ...
 

@@ -1,5 +1,6 @@
 """The Path Plan Database in an SQLite file; ``storage.sqlite_plan_schema`` tells of its tables."""
 
+import heapq
 import itertools
 import math
 import sqlite3
@@ -11,7 +12,7 @@ import numpy as np
 
 from ppaas.errors import NotFound
 from ppaas.plans.body import read_bodies
-from ppaas.plans.buckets import Place, bucket_in, length_in, may_join, place_of, scope_of, spots_near, squares_near
+from ppaas.plans.buckets import Place, holds, length_in, may_join, place_of, scope_of, spots_near, squares_near
 from ppaas.plans.chunks import ENDS_BEFORE, GRANULARITY, inner_granularity
 from ppaas.plans.codes import entry_id, poses_in, unpack
 from ppaas.plans.passages import comes_near
@@ -30,9 +31,12 @@ from storage.sqlite_plan_writing import PlanTransaction, RememberedChunks, seque
 MOST_CHUNKS, MOST_PLANS = 256, 32
 """Entries near a place, and plans that share them, which are looked at for plans that pass it."""
 
-_BUCKET = """SELECT * FROM (SELECT spot, plan FROM plan_spots WHERE spot BETWEEN ? AND ?
-    AND spot >> 12 & 15 BETWEEN ? AND ? AND spot >> 8 & 15 BETWEEN ? AND ? AND spot >> 4 & 15 BETWEEN ? AND ?
-    AND spot & 15 BETWEEN ? AND ? ORDER BY spot LIMIT ?)"""
+MOST_AT_SPOT = 32
+"""Plans at one spot that are looked at: their ends lie within a centimetre of each other, and they are equally long."""
+
+_NEXT_SPOT = "SELECT min(spot) FROM plan_spots WHERE spot > ? AND spot <= ?"
+_AT_SPOT = """SELECT record, body FROM plan_spots JOIN plans ON sequence = plan JOIN contexts ON contexts.id = context
+    WHERE spot = ? ORDER BY plan LIMIT ?"""
 _HEADS = """SELECT record, body FROM {given} AS sought JOIN plans ON sequence = sought.id
     JOIN contexts ON contexts.id = context"""
 _WHOLES = _HEADS.replace("SELECT record, body", "SELECT record, body, recipe")
@@ -141,14 +145,10 @@ class SqlitePlans:
         search = PlanSearch(map_id, version, start, goal, tolerance, planner)
         found: list[PlanRecord] = []
         with self._plan_connections.reading_at_once() as connection:
-            likely = _near_both(connection, search, 2 * limit)
-            while len(found) < limit and (some := list(itertools.islice(likely, limit - len(found)))):
-                rows = rows_of(connection, _HEADS, some)
-                for (context, _), own in zip(rows, read_bodies([body for _, body in rows]), strict=True):
-                    if search.joins(*own.ends()):
-                        head = head_of(context, own)
-                        if search.takes(head):
-                            found.append(head)
+            for spot in _spots_near_both(connection, search):
+                found += _joining(connection, search, spot)[: limit - len(found)]
+                if len(found) == limit:
+                    break
         return sorted(found, key=lambda head: (head.length, head.id))
 
     def plans_through(
@@ -238,38 +238,36 @@ def _scope(connection: sqlite3.Connection, sequence: int) -> bytes:
     return scope_of(common.map, common.version)
 
 
-def _near_both(connection: sqlite3.Connection, search: PlanSearch, most: int) -> Iterator[int]:
-    """Yield the plans that may begin and end where they are to, the shortest first.
+def _spots_near_both(connection: sqlite3.Connection, search: PlanSearch) -> Iterator[int]:
+    """Yield the spots whose plans may begin and end where they are to, the shortest first.
 
-    So many are read of each bucket at first, then more, and all of it if that is not enough.
+    It goes from spot to spot: where robots drive the same ways, thousands of plans lie at one.
     """
-    buckets = spots_near(search.scope, search.start, search.goal, search.tolerance).tolist()
-    query = " UNION ALL ".join([_BUCKET] * len(buckets))
-    told: set[int] = set()
-    for limit in (most, 8 * most, -1):
-        values = [value for bucket in buckets for value in (*bucket, limit)]
-        rows = connection.execute(query, values).fetchall()
-        known_to = _known_to(rows, limit)
-        spots = np.array([spot for spot, _ in rows], np.int64)
-        near = may_join(spots, search.start, search.goal, search.tolerance).tolist()
-        likely = [(length_in(spot), plan) for (spot, plan), is_near in zip(rows, near, strict=True) if is_near]
-        for length, plan in sorted(likely):
-            if length <= known_to and plan not in told:
-                told.add(plan)
-                yield plan
-        if known_to == math.inf:
-            return
+    places = search.start, search.goal, search.tolerance
+    waiting: list[tuple[int, int, list[int]]] = []
+
+    def look(after: int, bucket: list[int]) -> None:
+        (spot,) = connection.execute(_NEXT_SPOT, (after, bucket[1])).fetchone()
+        if spot is not None:
+            heapq.heappush(waiting, (length_in(spot), spot, bucket))
+
+    for bucket in spots_near(search.scope, *places).tolist():
+        look(bucket[0] - 1, bucket)
+    while waiting:
+        _, spot, bucket = heapq.heappop(waiting)
+        if holds(bucket, spot) and may_join(np.array((spot,)), *places)[0]:
+            yield spot
+        look(spot, bucket)
 
 
-def _known_to(rows: list[tuple[int, int]], limit: int) -> float:
-    """Return up to which length all plans of all buckets are read: those of one whose limit was reached may go on."""
-    if not 0 <= limit <= len(rows):
-        return math.inf
-    read, last = Counter[int](), dict[int, int]()
-    for spot, _ in rows:
-        read[bucket_in(spot)] += 1
-        last[bucket_in(spot)] = length_in(spot)
-    return min((last[bucket] for bucket, count in read.items() if count == limit), default=math.inf)
+def _joining(connection: sqlite3.Connection, search: PlanSearch, spot: int) -> list[PlanRecord]:
+    """Return the heads of some plans at a spot: of those that are sought, if there are any among the first."""
+    rows = connection.execute(_AT_SPOT, (spot, MOST_AT_SPOT)).fetchall()
+    heads = []
+    for (context, _), own in zip(rows, read_bodies([body for _, body in rows]), strict=True):
+        if search.joins(*own.ends()) and search.takes(head := head_of(context, own)):
+            heads.append(head)
+    return heads
 
 
 def _newest(connection: sqlite3.Connection, map_id: str, before: tuple[float, str]) -> Iterator[PlanRecord]:

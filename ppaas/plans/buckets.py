@@ -57,7 +57,7 @@ def spots_of(scopes: Sequence[bytes], ends: NDArray[np.float64], lengths: NDArra
 
 
 def length_in(spot: int) -> int:
-    """Return the length of the plan at a spot in 64ths of a metre; the longest are all the same."""
+    """Return the length of the plan at a spot in 16ths of a metre; the longest are all the same."""
     return spot >> placing.END_BITS & (1 << placing.LENGTH_BITS) - 1
 
 
@@ -85,10 +85,8 @@ def may_join(spots: NDArray[np.int64], start: Place, goal: Place, tolerance: flo
 
 def holds(bucket: Sequence[int], spot: int) -> bool:
     """Tell whether a spot of a bucket may be that of a plan sought."""
-    return all(
-        low <= spot >> shift & 15 <= high
-        for low, high, shift in zip(bucket[2::2], bucket[3::2], (12, 8, 4, 0), strict=True)
-    )
+    parts = (spot >> placing.PART_BITS * side & placing.PARTS - 1 for side in (3, 2, 1, 0))
+    return all(low <= part <= high for low, part, high in zip(bucket[2::2], parts, bucket[3::2], strict=True))
 
 
 def place_of(scope: bytes, square: tuple[int, int]) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ppaas.plans.headings import MOVES, QUATERNIONS
 
-EDGE, PARTS = 0.5, 16
+EDGE, PARTS = 0.5, 64
 _MASK = (1 << 64) - 1
 _FACTORS = (
     0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9, 0xD6E8FEB86659FD93,
@@ -92,9 +92,9 @@ def spot(scope: bytes, ends, length: float) -> int:
     parts = [math.floor(value / EDGE * PARTS) for value in ends]
     inside = 0
     for part in parts:
-        inside = inside << 4 | part % PARTS
-    bucket = mixed(scope, [part // PARTS for part in parts]) >> 64 - 27
-    return (bucket << 20 | min(int(length * 64), (1 << 20) - 1)) << 16 | inside
+        inside = inside << 6 | part % PARTS
+    bucket = mixed(scope, [part // PARTS for part in parts]) >> 64 - 21
+    return (bucket << 18 | min(int(length * 16), (1 << 18) - 1)) << 24 | inside
 
 
 def recipe(numbers) -> bytes:

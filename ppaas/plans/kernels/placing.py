@@ -8,9 +8,8 @@ Numbers = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 EDGE = 0.5
-PARTS = 16
-LENGTH_BITS, END_BITS = 20, 16
-PER_METRE = 64
+PART_BITS, LENGTH_BITS, PER_METRE = 6, 18, 16
+PARTS, END_BITS = 1 << PART_BITS, 4 * PART_BITS
 
 COLUMNS = 10
 """Of a bucket: its first spot and its last, and the first and last part in which x and y of start and goal may lie."""
@@ -62,7 +61,7 @@ def spots(scopes: NDArray[np.uint64], ends: Numbers, lengths: Numbers, found: Ro
         for side in range(4):
             part = _part(ends[plan, side])
             squares[side] = part // PARTS
-            parts = parts << 4 | part % PARTS
+            parts = parts << PART_BITS | part % PARTS
         length = min(int(min(lengths[plan], 1e9) * PER_METRE), (1 << LENGTH_BITS) - 1)
         found[plan] = (_bucket(scopes[plan], squares) << LENGTH_BITS | length) << END_BITS | parts
 
@@ -112,7 +111,7 @@ def may_join(spots: Rows, places: Numbers, tolerance: float) -> NDArray[np.bool_
     for number in range(len(spots)):
         squared = np.zeros(2)
         for side in range(4):
-            part = spots[number] >> (12 - 4 * side) & PARTS - 1
+            part = spots[number] >> PART_BITS * (3 - side) & PARTS - 1
             # From the middle of the part to the place, in parts, to either side.
             apart = (places[side] / width - part - 0.5) % PARTS
             apart = max(min(apart, PARTS - apart) - 0.5, 0.0) * width

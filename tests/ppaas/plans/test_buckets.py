@@ -38,7 +38,7 @@ def test_what_is_near_is_found(start, goal, off, tolerance, length) -> None:
     spot = spot_of(SCOPE, first, last, length)
     assert spot == plan_bytes.spot(SCOPE, (*first, *last), length)
     assert 0 <= spot < 2**63
-    assert length_in(spot) == min(int(length * 64), 2**20 - 1)
+    assert length_in(spot) == min(int(length * 16), 2**18 - 1)
     near = spots_near(SCOPE, start, goal, tolerance).tolist()
     assert len(near) <= (81 if tolerance <= 0.25 else 256)
     buckets = [bucket for bucket in near if bucket[0] <= spot <= bucket[1]]
