@@ -31,8 +31,9 @@ from storage.sqlite_plan_writing import PlanTransaction, RememberedChunks, seque
 MOST_CHUNKS, MOST_PLANS = 256, 32
 """Entries near a place, and plans that share them, which are looked at for plans that pass it."""
 
-MOST_AT_SPOT = 32
-"""Plans at one spot that are looked at: their ends lie within a centimetre of each other, and they are equally long."""
+LEAST_AT_SPOT = 16
+"""Plans at one spot that are looked at, or as many as are wanted: they are equally long, and their ends lie within a
+centimetre of each other."""
 
 _NEXT_SPOT = "SELECT min(spot) FROM plan_spots WHERE spot > ? AND spot <= ?"
 _AT_SPOT = """SELECT record, body FROM plan_spots JOIN plans ON sequence = plan JOIN contexts ON contexts.id = context
@@ -146,7 +147,7 @@ class SqlitePlans:
         found: list[PlanRecord] = []
         with self._plan_connections.reading_at_once() as connection:
             for spot in _spots_near_both(connection, search):
-                found += _joining(connection, search, spot)[: limit - len(found)]
+                found += _joining(connection, search, spot, limit)[: limit - len(found)]
                 if len(found) == limit:
                     break
         return sorted(found, key=lambda head: (head.length, head.id))
@@ -260,9 +261,9 @@ def _spots_near_both(connection: sqlite3.Connection, search: PlanSearch) -> Iter
         look(spot, bucket)
 
 
-def _joining(connection: sqlite3.Connection, search: PlanSearch, spot: int) -> list[PlanRecord]:
+def _joining(connection: sqlite3.Connection, search: PlanSearch, spot: int, limit: int) -> list[PlanRecord]:
     """Return the heads of some plans at a spot: of those that are sought, if there are any among the first."""
-    rows = connection.execute(_AT_SPOT, (spot, MOST_AT_SPOT)).fetchall()
+    rows = connection.execute(_AT_SPOT, (spot, max(limit, LEAST_AT_SPOT))).fetchall()
     heads = []
     for (context, _), own in zip(rows, read_bodies([body for _, body in rows]), strict=True):
         if search.joins(*own.ends()) and search.takes(head := head_of(context, own)):
