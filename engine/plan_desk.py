@@ -15,6 +15,7 @@ from ppaas.plans.criteria import worth_a_look
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from ppaas.plans.stored import Question, StoredPlan
 from storage.plan_checks import array_of
+from storage.plan_search import PlanSearch
 from storage.ports import Store
 from storage.records import PlanPassage, PlanRecord
 
@@ -58,13 +59,13 @@ class PlanDesk:
             Pose2D(*asked.start), Pose2D(*asked.goal), version, asked.planner, asked.parameters, asked.robot_radius,
             tolerance, asked.kinematic,
         )  # fmt: skip
-        ends = spec.map.id, version, asked.start, asked.goal, tolerance
-        heads = {head.id: head for head in self._store.find_plans(*ends)}
+        search = PlanSearch(spec.map.id, version, asked.start, asked.goal, tolerance)
+        heads = {head.id: head for head in self._store.find_plans(search)}
         fit = worth_a_look(question, [_seen(head) for head in heads.values()])
         found = [candidate for each in fit for candidate in self._whole(heads[each.id])]
         if found or asked.kinematic:
             return found
-        passages = self._store.plans_through(*ends, planner=asked.planner)
+        passages = self._store.plans_through(msgspec.structs.replace(search, planner=asked.planner))
         by_id = {passage.head.id: passage for passage in passages}
         fit = worth_a_look(question, [_seen(passage.head) for passage in passages], most=1)
         return [candidate for each in fit for candidate in self._stretch(by_id[each.id])]

@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from typing import Any
 
 from ppaas.plans.body import read_body
-from ppaas.plans.buckets import Place
 from ppaas.plans.chunks import ENDS_BEFORE
 from ppaas.plans.codes import unpack, waypoints_in
 from storage.cassandra_plan_rows import buckets_near, reach
@@ -36,21 +35,10 @@ _LED = """SELECT bucket, length, id, start_x, start_y, goal_x, goal_y, context, 
 class CassandraPlanSearch(CassandraPlans):
     """A ``PlanStore`` in Cassandra."""
 
-    def find_plans(
-        self,
-        map_id: str,
-        version: str,
-        start: Place,
-        goal: Place,
-        tolerance: float,
-        *,
-        planner: str | None = None,
-        limit: int = 16,
-    ) -> list[PlanRecord]:
+    def find_plans(self, search: PlanSearch, *, limit: int = 16) -> list[PlanRecord]:
         """Return the heads of plans whose ends lie near two places, shortest first."""
-        search = PlanSearch(map_id, version, start, goal, tolerance, planner)
-        buckets = buckets_near(search.scope, start, goal, tolerance)
-        sides = itertools.chain.from_iterable(reach(value, tolerance) for value in (*start, *goal))
+        buckets = buckets_near(search.scope, search.start, search.goal, search.tolerance)
+        sides = itertools.chain.from_iterable(reach(value, search.tolerance) for value in (*search.start, *search.goal))
         values, most = (buckets, *sides), FIRST_ROWS
         while True:
             rows = list(self._session.rows(_LED, *values, most))
@@ -60,19 +48,8 @@ class CassandraPlanSearch(CassandraPlans):
                 return found
             most *= TIMES_MORE
 
-    def plans_through(
-        self,
-        map_id: str,
-        version: str,
-        start: Place,
-        goal: Place,
-        tolerance: float,
-        *,
-        planner: str | None = None,
-        limit: int = 8,
-    ) -> list[PlanPassage]:
+    def plans_through(self, search: PlanSearch, *, limit: int = 8) -> list[PlanPassage]:
         """Return plans that pass near one place and later near another, the shortest passage first."""
-        search = PlanSearch(map_id, version, start, goal, tolerance, planner)
         return search.passages(self._passing(search), limit)
 
     def plan_parts(self, plan_id: str) -> list[PlanPart]:

@@ -120,23 +120,12 @@ class MemoryPlans:
         with self._plans_lock:
             return sorted({entry.map for entry in self._plans.values()})
 
-    def find_plans(
-        self,
-        map_id: str,
-        version: str,
-        start: Place,
-        goal: Place,
-        tolerance: float,
-        *,
-        planner: str | None = None,
-        limit: int = 16,
-    ) -> list[PlanRecord]:
+    def find_plans(self, search: PlanSearch, *, limit: int = 16) -> list[PlanRecord]:
         """Return the heads of plans whose ends lie near two places, shortest first."""
-        search = PlanSearch(map_id, version, start, goal, tolerance, planner)
         with self._plans_lock:
             near = [
                 (length_in(spot), self._plans[plan_id])
-                for bucket in spots_near(search.scope, start, goal, tolerance).tolist()
+                for bucket in spots_near(search.scope, search.start, search.goal, search.tolerance).tolist()
                 for plan_id, spot in self._by_bucket.get(bucket_in(bucket[0]), {}).items()
                 if holds(bucket, spot)
             ]
@@ -150,21 +139,10 @@ class MemoryPlans:
                 found += [head] * search.joins(*own.ends())
         return sorted(found, key=lambda head: (head.length, head.id))
 
-    def plans_through(
-        self,
-        map_id: str,
-        version: str,
-        start: Place,
-        goal: Place,
-        tolerance: float,
-        *,
-        planner: str | None = None,
-        limit: int = 8,
-    ) -> list[PlanPassage]:
+    def plans_through(self, search: PlanSearch, *, limit: int = 8) -> list[PlanPassage]:
         """Return plans that pass near one place and later near another, the shortest passage first."""
-        search = PlanSearch(map_id, version, start, goal, tolerance, planner)
         with self._plans_lock:
-            near = [self._passing(search.scope, place, tolerance) for place in (start, goal)]
+            near = [self._passing(search.scope, place, search.tolerance) for place in (search.start, search.goal)]
             both = itertools.islice(sorted(near[0] & near[1]), MOST_PLANS)
             records = [self._whole(self._plans[plan_id]) for plan_id in both]
         return search.passages(records, limit)

@@ -16,6 +16,7 @@ from typing import Protocol
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from storage.drafts import MapDraft
 from storage.opened import OpenMap
+from storage.plan_search import PlanSearch
 from storage.records import (
     CloneCheckpoint,
     MapRecord,
@@ -246,29 +247,13 @@ class PlanStore(Protocol):
         """Return the ids of the maps that have plans, sorted; the maps themselves may be gone."""
         ...
 
-    def find_plans(
-        self,
-        map_id: str,
-        version: str,
-        start: tuple[float, float],
-        goal: tuple[float, float],
-        tolerance: float,
-        *,
-        planner: str | None = None,
-        limit: int = 16,
-    ) -> list[PlanRecord]:
+    def find_plans(self, search: PlanSearch, *, limit: int = 16) -> list[PlanRecord]:
         """Return the heads of plans whose first pose lies near one place and whose last near another, shortest first.
 
         Parameters
         ----------
-        map_id, version : str
-            Of the plans.
-        start, goal : tuple of float
-            The places.
-        tolerance : float
-            How far an end may be from its place [m], up to ``ppaas.plans.buckets.LARGEST_TOLERANCE``.
-        planner : str, optional
-            Only plans of this planner.
+        search : PlanSearch
+            Which are sought.
         limit : int
             The most that are returned. Where there are more, lengths count to a 16th of a metre, and which of equally
             long ones are returned is not said; of dozens that begin and end within a centimetre of each other some may
@@ -276,17 +261,7 @@ class PlanStore(Protocol):
         """
         ...
 
-    def plans_through(
-        self,
-        map_id: str,
-        version: str,
-        start: tuple[float, float],
-        goal: tuple[float, float],
-        tolerance: float,
-        *,
-        planner: str | None = None,
-        limit: int = 8,
-    ) -> list[PlanPassage]:
+    def plans_through(self, search: PlanSearch, *, limit: int = 8) -> list[PlanPassage]:
         """Return plans that pass near one place and later near another, the shortest passage first.
 
         Parameters are those of ``find_plans``. It looks at a bounded number of plans, so it may miss some: what it

@@ -131,19 +131,8 @@ class SqlitePlans:
         with self._plan_connections.reading() as connection:
             return [map_id for (map_id,) in connection.execute(query)]
 
-    def find_plans(
-        self,
-        map_id: str,
-        version: str,
-        start: Place,
-        goal: Place,
-        tolerance: float,
-        *,
-        planner: str | None = None,
-        limit: int = 16,
-    ) -> list[PlanRecord]:
+    def find_plans(self, search: PlanSearch, *, limit: int = 16) -> list[PlanRecord]:
         """Return the heads of plans whose ends lie near two places, shortest first."""
-        search = PlanSearch(map_id, version, start, goal, tolerance, planner)
         found: list[PlanRecord] = []
         with self._plan_connections.reading_at_once() as connection:
             for spot in _spots_near_both(connection, search):
@@ -152,19 +141,8 @@ class SqlitePlans:
                     break
         return sorted(found, key=lambda head: (head.length, head.id))
 
-    def plans_through(
-        self,
-        map_id: str,
-        version: str,
-        start: Place,
-        goal: Place,
-        tolerance: float,
-        *,
-        planner: str | None = None,
-        limit: int = 8,
-    ) -> list[PlanPassage]:
+    def plans_through(self, search: PlanSearch, *, limit: int = 8) -> list[PlanPassage]:
         """Return plans that pass near one place and later near another, the shortest passage first."""
-        search = PlanSearch(map_id, version, start, goal, tolerance, planner)
         with self._plan_connections.reading_at_once() as connection:
             return search.passages((_whole(connection, one) for one in _passing(connection, search)), limit)
 

@@ -18,6 +18,7 @@ from ppaas.clock import monotonic
 from ppaas.errors import Conflict
 from ppaas.plans.chunks import GRANULARITY, waypoint_hashes, words_of
 from storage.plan_checks import array_of
+from storage.plan_search import PlanSearch
 from storage.ports import Store
 from storage.records import PlanRecord
 from storage.urls import open_store
@@ -134,7 +135,7 @@ def _state(store: Store, driven: Routes, size: int, smooth: bool) -> dict[str, A
 def _find(store: Store, record: PlanRecord, off: list[float]) -> None:
     start = record.start[0] + off[0], record.start[1] + off[1]
     goal = record.goal[0] + off[2], record.goal[1] + off[3]
-    if not store.find_plans(MAP, VERSION, start, goal, TOLERANCE):
+    if not store.find_plans(PlanSearch(MAP, VERSION, start, goal, TOLERANCE)):
         raise Conflict(f"the store does not find plan {record.id!r}")
 
 

@@ -30,6 +30,7 @@ from ppaas.clock import epoch
 from ppaas.errors import NotFound
 from ppaas.geometry import yaw_of
 from ppaas.plans.passages import length_between
+from storage import plan_search
 from storage.plan_checks import array_of
 from storage.records import PlanPart, PlanRecord, PlanStatistics, User
 
@@ -46,9 +47,8 @@ async def find_plans(search: Annotated[PlanSearch, Query()], services: Provided,
     await services.plan_keeper.settled()
 
     def find() -> list[PlanRecord]:
-        return services.store.find_plans(
-            head.id, head.version, start, goal, search.tolerance, planner=search.planner, limit=search.limit
-        )
+        sought = plan_search.PlanSearch(head.id, head.version, start, goal, search.tolerance, search.planner)
+        return services.store.find_plans(sought, limit=search.limit)
 
     return {"items": [summary_of(record) for record in await run_in_threadpool(find)]}
 

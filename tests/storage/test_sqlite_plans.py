@@ -16,6 +16,7 @@ from ppaas.errors import Unavailable
 from ppaas.geometry import poses_along
 from ppaas.plans.recipes import read_recipe
 from storage.encoding import encode
+from storage.plan_search import PlanSearch
 from storage.records import PlanRecord
 from storage.sqlite import SqliteStore
 from storage.sqlite_connections import APPLICATION_ID, MIGRATIONS, Schema, SqliteConnections
@@ -217,9 +218,8 @@ def test_what_is_not_counted_yet_is_told_too(file: Path) -> None:
             f"p{MOST_UNCOUNTED + 2}", f"p{MOST_UNCOUNTED + 1}"
         ]  # fmt: skip
         store.add_plan(path("other", 3.0))
-        assert [passes.head.id for passes in store.plans_through("house", "v1", (1.0, 3.0), (5.0, 3.0), 0.1)] == [
-            "other"
-        ]
+        search = PlanSearch("house", "v1", (1.0, 3.0), (5.0, 3.0), 0.1)
+        assert [passes.head.id for passes in store.plans_through(search)] == ["other"]
         store.remove_plan("other")
         store.add_plan(path("again", 3.0))
         assert store.plan_statistics("house").plans == MOST_UNCOUNTED + 4
