@@ -18,8 +18,8 @@ from engine import link
 from engine.framing import FrameStream
 from engine.heartbeats import BEAT_PERIOD
 from engine.home import CloudHome
+from engine.layer_files import open_layers
 from engine.machine_client import MachineClient
-from engine.mapcache import open_layers
 from engine.model import LINK_STATE, Launch
 from engine.outside import Outside
 from engine.runtimes.threads import use_threads

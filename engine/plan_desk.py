@@ -7,6 +7,7 @@ container is on a map only because its user may see it.
 import msgspec
 
 from engine import machine_link
+from engine.candidates import stored_plan
 from engine.model import ContainerSpec
 from engine.recent_plans import RecentPlans
 from ppaas.errors import NotFound, NotPermitted
@@ -14,7 +15,6 @@ from ppaas.geometry import Pose2D
 from ppaas.plans.criteria import worth_a_look
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from ppaas.plans.stored import Question, StoredPlan
-from storage.plan_checks import array_of
 from storage.plan_search import PlanSearch
 from storage.ports import Store
 from storage.records import PlanPassage, PlanRecord
@@ -108,13 +108,3 @@ class PlanDesk:
 
 def _seen(head: PlanRecord) -> StoredPlan:
     return stored_plan(machine_link.Candidate(msgspec.structs.replace(head, poses=b"")))
-
-
-def stored_plan(candidate: machine_link.Candidate) -> StoredPlan:
-    """Return a plan that was found as planning sees it."""
-    plan = candidate.plan
-    poses = array_of(plan.poses)
-    return StoredPlan(
-        plan.id, plan.version, plan.planner, plan.start, plan.goal, plan.length, poses, candidate.whole,
-        plan.parameters, plan.origin == "given",
-    )  # fmt: skip

@@ -6,8 +6,8 @@ import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 
+from engine.candidates import stored_plan
 from engine.machine_client import MachineClient
-from engine.plan_desk import stored_plan
 from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import PPaaSError
 from ppaas.plans.history import PlannerHistory

@@ -6,7 +6,7 @@ from pydantic import AfterValidator, BaseModel, Field
 
 from endpoints.rest.names import MapId, PluginName
 from endpoints.rest.schemas import MAX_COORDINATE, Number, PlanSummary, _Answer, _Body, _plain
-from ppaas.plans.buckets import LARGEST_TOLERANCE
+from ppaas.plans.stored import LARGEST_TOLERANCE
 
 MOST_WAYPOINTS = 1 << 14
 """Poses that a request may bring; its body has an end too."""

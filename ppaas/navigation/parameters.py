@@ -4,7 +4,7 @@ import math
 
 from ppaas.errors import InvalidParameter
 from ppaas.nodes.base import Parameters
-from ppaas.plans.buckets import LARGEST_TOLERANCE
+from ppaas.plans.stored import LARGEST_TOLERANCE
 
 MAX_RECOVERIES = 32
 """Most recovery behaviours in a row."""

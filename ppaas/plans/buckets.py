@@ -21,9 +21,6 @@ EDGE = placing.EDGE
 """Edge of a square [m]: at a tolerance of a half of it, which is common, what is sought lies in 16 buckets, but for
 places right on a corner."""
 
-LARGEST_TOLERANCE = 0.5
-"""Farthest that the end of a plan may be from where it is sought [m]: 81 buckets, or up to 256."""
-
 PLACE_EDGE = 2.0
 """Edge of the squares by which it is found which entries pass a place [m]."""
 

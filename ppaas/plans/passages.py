@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
-from ppaas.plans.buckets import LARGEST_TOLERANCE, Place
+from ppaas.plans.buckets import Place
+from ppaas.plans.stored import LARGEST_TOLERANCE
 
 
 def check_search(start: Place, goal: Place, tolerance: float) -> None:

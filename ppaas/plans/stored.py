@@ -10,6 +10,10 @@ from ppaas.geometry import Pose2D, Poses
 Origin = Literal["computed", "reused", "stitched"]
 ORIGINS: Mapping[str, Origin] = {origin: origin for origin in get_args(Origin)}
 
+LARGEST_TOLERANCE = 0.5
+"""Farthest that the end of a plan may be from where it is sought [m]: 81 buckets of ``ppaas.plans.buckets``, or up to
+256."""
+
 Conditions = dict[str, Any]
 """Under which a plan was made: the parameters of its planner, `BARE_MAP` and `ROBOT_RADIUS`."""
 

@@ -2,6 +2,8 @@
 
 import asyncio
 import re
+import subprocess
+import sys
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
@@ -33,6 +35,14 @@ from tests.support.specs import HOUSE, planning_spec, robot_config, robot_spec
 
 def launch_of(spec: ContainerSpec, layers: Path | str = "") -> Launch:
     return Launch(spec, str(layers), link="", machine="", secret="secret", cpus=(0,), threads=1)
+
+
+def test_a_container_loads_nothing_that_stores_are_made_of() -> None:
+    """All containers of a machine would have it in their memory."""
+    code = "import sys, engine.container; print(*(name for name in sys.modules if name in sys.argv[1:]))"
+    names = ["storage.ports", "storage.plan_entry", "ppaas.plans.kernels", "sqlite3", "engine.plan_desk"]
+    told = subprocess.run([sys.executable, "-c", code, *names], check=True, capture_output=True, text=True).stdout
+    assert told.split() == []
 
 
 class Outer:

@@ -3,7 +3,8 @@
 import pytest
 
 from engine import machine_link
-from engine.plan_desk import PlanDesk, stored_plan
+from engine.candidates import stored_plan
+from engine.plan_desk import PlanDesk
 from ppaas.errors import NotPermitted
 from ppaas.plans.history import LinkHistory, failed_row
 from storage.memory import MemoryStore
