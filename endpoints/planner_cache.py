@@ -4,9 +4,7 @@ To find it out anew takes a second and a half, for planners must be loaded to be
 same planners are installed and none of the files of their packages has changed.
 """
 
-import hashlib
 import logging
-import os
 import sys
 from collections.abc import Iterator
 from importlib.metadata import EntryPoint, entry_points
@@ -15,6 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+
+from engine.disk_notes import note_file, source_of, write_note
 
 logger = logging.getLogger(__name__)
 
@@ -35,10 +35,9 @@ def cache_file(asked: str) -> Path:
     files = sorted({file for entry in entries for file in _sources(entry)})
     made_from = [
         sys.version, asked, *(f"{entry.name} {entry.value}" for entry in entries),
-        *(f"{file} {file.stat().st_mtime_ns} {file.stat().st_size}" for file in files),
+        *map(source_of, files),
     ]  # fmt: skip
-    folder = Path(os.environ.get("NUMBA_CACHE_DIR") or Path("~/.cache/ppaas").expanduser())
-    return folder / f"planners-{hashlib.sha256(chr(10).join(made_from).encode()).hexdigest()[:32]}.json"
+    return note_file("planners", made_from)
 
 
 def kept(file: Path) -> Told | None:
@@ -52,10 +51,7 @@ def kept(file: Path) -> Told | None:
 def keep(file: Path, told: Told) -> None:
     """Keep what is told, whole or not at all."""
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        partial = file.with_suffix(f".{os.getpid()}")
-        partial.write_bytes(msgspec.json.encode(told))
-        partial.replace(file)
+        write_note(file, told)
     except OSError as error:
         logger.warning("what is told of the planners is not kept, so they are asked again at the next start: %s", error)
 

@@ -38,9 +38,8 @@ centimetre of each other."""
 _NEXT_SPOT = "SELECT min(spot) FROM plan_spots WHERE spot > ? AND spot <= ?"
 _AT_SPOT = """SELECT record, body FROM plan_spots JOIN plans ON sequence = plan JOIN contexts ON contexts.id = context
     WHERE spot = ? ORDER BY plan LIMIT ?"""
-_HEADS = """SELECT record, body FROM {given} AS sought JOIN plans ON sequence = sought.id
+_WHOLES = """SELECT record, body, recipe FROM {given} AS sought JOIN plans ON sequence = sought.id
     JOIN contexts ON contexts.id = context"""
-_WHOLES = _HEADS.replace("SELECT record, body", "SELECT record, body, recipe")
 _PLAN = "SELECT record, body FROM plans JOIN contexts ON contexts.id = context WHERE sequence = ?"
 
 

@@ -4,7 +4,6 @@ numba looks into its cache kernel by kernel, and can be asked only by loading wh
 of them. So whoever has compiled them all notes what they were made from and where they lie.
 """
 
-import hashlib
 import logging
 import os
 import sys
@@ -15,6 +14,8 @@ from types import ModuleType
 
 import msgspec
 from llvmlite import binding
+
+from engine.disk_notes import note_file, source_of, write_note
 
 logger = logging.getLogger(__name__)
 
@@ -37,10 +38,9 @@ def stamp_file(root: Path, layer: str) -> Path:
         sys.version, version("numba"), version("llvmlite"), layer, str(root),
         os.environ.get("NUMBA_CPU_NAME") or binding.get_host_cpu_name(),
         os.environ.get("NUMBA_CPU_FEATURES") or binding.get_host_cpu_features().flatten(),
-        *(f"{file} {file.stat().st_mtime_ns} {file.stat().st_size}" for file in sources),
+        *map(source_of, sources),
     ]  # fmt: skip
-    folder = Path(os.environ.get("NUMBA_CACHE_DIR") or Path("~/.cache/ppaas").expanduser())
-    return folder / f"compiled-{hashlib.sha256(chr(10).join(made_from).encode()).hexdigest()[:32]}.json"
+    return note_file("compiled", made_from)
 
 
 def all_compiled(stamp: Path) -> bool:
@@ -57,10 +57,7 @@ def note(stamp: Path, files: Iterable[str]) -> None:
     if not all(map(os.path.exists, files)):
         return
     try:
-        stamp.parent.mkdir(parents=True, exist_ok=True)
-        partial = stamp.with_suffix(f".{os.getpid()}")
-        partial.write_bytes(msgspec.json.encode(files))
-        partial.replace(stamp)
+        write_note(stamp, files)
     except OSError as error:
         logger.warning("not noted that all kernels are compiled, so they are loaded to see it: %s", error)
 

@@ -1,0 +1,28 @@
+"""What was found out at some cost, noted on the disk for as long as what it was made from stays the same."""
+
+import hashlib
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+
+def note_file(kind: str, made_from: Iterable[str]) -> Path:
+    """Return where the note of a kind lies that is made from so much."""
+    folder = Path(os.environ.get("NUMBA_CACHE_DIR") or Path("~/.cache/ppaas").expanduser())
+    return folder / f"{kind}-{hashlib.sha256(chr(10).join(made_from).encode()).hexdigest()[:32]}.json"
+
+
+def source_of(file: Path) -> str:
+    """Return what tells of a file whether it is still the same."""
+    return f"{file} {file.stat().st_mtime_ns} {file.stat().st_size}"
+
+
+def write_note(file: Path, told: Any) -> None:
+    """Write a note, whole or not at all; ``OSError`` where it cannot be kept."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    partial = file.with_suffix(f".{os.getpid()}")
+    partial.write_bytes(msgspec.json.encode(told))
+    partial.replace(file)
