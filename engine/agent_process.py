@@ -5,12 +5,12 @@ import contextlib
 import logging
 import os
 import signal
-import sys
 from asyncio.subprocess import PIPE, Process
 from collections.abc import Sequence
 
 import msgspec
 
+from engine import lean_python
 from engine.agent_config import AgentConfig
 
 logger = logging.getLogger(__name__)
@@ -21,7 +21,7 @@ RESTART_DELAYS = (0.0, 0.5, 2.0, 5.0)
 STEADY = 60.0
 STOP_GRACE = 5.0
 
-COMMAND = (sys.executable, "-m", "engine.agent")
+COMMAND = (*lean_python.PYTHON, "-m", "engine.agent")
 
 
 class AgentProcess:
@@ -70,7 +70,9 @@ class AgentProcess:
 
     async def _spawn(self) -> Process:
         # In a session of its own, a signal to the terminal's processes does not end it before those who need it.
-        process = await asyncio.create_subprocess_exec(*self._command, stdin=PIPE, start_new_session=True)
+        process = await asyncio.create_subprocess_exec(
+            *self._command, stdin=PIPE, start_new_session=True, env=lean_python.environment()
+        )
         if process.stdin is None:
             raise RuntimeError("the agent has no standard input")
         process.stdin.write(msgspec.json.encode(self._config))

@@ -9,10 +9,14 @@ from typing import Any
 import msgspec
 
 
+def notes_folder() -> Path:
+    """Return the folder in which all that is found out is kept."""
+    return Path(os.environ.get("NUMBA_CACHE_DIR") or Path("~/.cache/ppaas").expanduser())
+
+
 def note_file(kind: str, made_from: Iterable[str]) -> Path:
     """Return where the note of a kind lies that is made from so much."""
-    folder = Path(os.environ.get("NUMBA_CACHE_DIR") or Path("~/.cache/ppaas").expanduser())
-    return folder / f"{kind}-{hashlib.sha256(chr(10).join(made_from).encode()).hexdigest()[:32]}.json"
+    return notes_folder() / f"{kind}-{hashlib.sha256(chr(10).join(made_from).encode()).hexdigest()[:32]}.json"
 
 
 def source_of(file: Path) -> str:

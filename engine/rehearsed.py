@@ -15,7 +15,6 @@ try:
     PLANNERS.load(ROBOT.base_global_planner)
     CONTROLLERS.load(ROBOT.base_local_planner)
     kernels.warm_loaded()  # what is not in the cache is compiled before a robot waits for it
-    sys._clear_type_cache()  # else containers let go of cached names one by one, each on a page of its own
     rehearse()
 except ImportError:  # of these the fork server would say nothing
     traceback.print_exc()

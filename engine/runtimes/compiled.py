@@ -5,6 +5,9 @@ of the memory that all containers share. Only its runtime is needed for code tha
 bitcode from which other kernels could be compiled; numba unpacks it to 6 MB of objects. And a kernel names the modules
 of numba that its parts were written in, which only code that runs as Python looks into: 5 MB more. What is not in the
 cache is compiled as ever: whatever compiles loads the compiler itself, and unpacks what it asks for.
+
+Bytecode may differ where Python leaves documentation out (``-OO``), and numba looks for a kernel by its bytecode too. A
+kernel that was compiled with its documentation is taken all the same: an index is of one function of one source file.
 """
 
 import functools
@@ -16,7 +19,7 @@ from typing import Any
 import llvmlite.binding as llvm
 from numba.core import environment
 from numba.core.base import BaseContext
-from numba.core.caching import Cache
+from numba.core.caching import Cache, IndexDataCacheFile
 from numba.core.codegen import CPUCodeLibrary
 from numba.core.runtime.nrt import rtsys
 
@@ -38,6 +41,8 @@ def load_without_compiler() -> None:
         return loaded._replace(type_annotation="", metadata={})  # what it tells of itself, for nobody here to read
 
     Cache.load_overload = load_overload  # type: ignore[method-assign]
+    if sys.flags.optimize > 1:
+        IndexDataCacheFile.load = _load_documented_too  # type: ignore[method-assign]
     environment._rebuild_env = _environment_without_module
 
 
@@ -54,6 +59,23 @@ def _environment_without_module(module: str, constants: list[Any], name: str) ->
     made.env_name = name
     environment.Environment._memo[name] = made
     return made
+
+
+_load: Callable[..., Any] = IndexDataCacheFile.load
+
+
+def _load_documented_too(file: IndexDataCacheFile, key: tuple[Any, Any, tuple[str, str]]) -> Any:
+    """Return what lies in the cache for a signature, target and closure, whatever the bytecode."""
+    found = _load(file, key)
+    if found is not None:
+        return found
+    signature, target, (_, closure) = key
+    documented = (
+        other
+        for other in file._load_index()  # type: ignore[no-untyped-call]
+        if other[0] == signature and other[1] == target and other[2][1] == closure
+    )
+    return next((found for other in documented if (found := _load(file, other)) is not None), None)
 
 
 def _pack(library: CPUCodeLibrary) -> None:

@@ -1,6 +1,7 @@
 """Loaded last in the fork server: what is in memory now is shared by all containers and never looked at again."""
 
 import gc
+import sys
 
 from engine.runtimes import gaps, memory, preload
 
@@ -9,4 +10,5 @@ if preload.COMPILED.buffer:
 gc.collect()
 memory.give_back()
 gaps.fill()
+sys._clear_type_cache()  # else containers let go of cached names one by one, each on a page of its own
 gc.freeze()
