@@ -7,7 +7,7 @@ from engine import lean_python
 
 
 def test_documentation_is_left_out() -> None:
-    assert lean_python.PYTHON == (sys.executable, "-OO")
+    assert (sys.executable, "-OO") == lean_python.PYTHON
 
 
 def test_modules_are_compiled_into_a_folder_of_our_own_whatever_is_told(
