@@ -13,9 +13,10 @@ from engine.agent_process import AgentProcess
 from engine.balancers.registry import BALANCERS, DEFAULT
 from engine.checkpoints import Checkpoints
 from engine.instances import instance_name
-from engine.master import Master, Quota
+from engine.master import Master
 from engine.model import MapVersion
 from engine.planning import Planning
+from engine.quotas import Quota, Quotas
 from engine.robot_sessions import LINGER, RobotSessions
 from engine.run_dir import make_run_dir
 from engine.service import CloudService
@@ -48,7 +49,7 @@ class CloudConfig:
     cores : int, optional
         CPUs that containers may use here; without it, all.
     quota : Quota
-        Of each user.
+        Of each user who has no limits of the user's own.
     linger : float
         Seconds that a clone waits for its robot to come back.
     balancer : str
@@ -80,8 +81,9 @@ class Cloud:
         self.map_store: MapStore = open_map_store(config.map_store)
         self._run_dir = make_run_dir()  # after what may be refused, so that it is not left behind
         secret, instance = secrets.token_urlsafe(24), instance_name()
+        self.quotas = Quotas(config.quota)
         self.service = CloudService(
-            Master(balancer, config.quota),
+            Master(balancer, self.quotas),
             Checkpoints(self.store, instance, config.linger),
             self._run_dir,
             secret,

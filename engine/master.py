@@ -9,17 +9,17 @@ the one that replaced it.
 """
 
 import itertools
-from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
 
 from engine.balancers.base import Balancer
 from engine.cores import check as check_size
-from engine.machine import DECIMALS, Machine
+from engine.machine import Machine
 from engine.model import ContainerSpec, MapVersion, RobotConfig
+from engine.quotas import Quotas
 from ppaas.clock import Clock, monotonic
-from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, QuotaExceeded, Unavailable
+from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, Unavailable
 
 CRASH_LIMIT = 5
 CRASH_WINDOW = 30.0
@@ -28,14 +28,6 @@ CRASH_WINDOW = 30.0
 RESTART_DELAYS = (0.0, 0.25, 1.0, 2.0, 4.0)
 """Seconds before what replaces a container starts, after its first, second … crash within the window: what is away for
 a moment, as a store, is back before the place is given up."""
-
-
-@dataclass(frozen=True, slots=True)
-class Quota:
-    """What one user may have at a time."""
-
-    containers: int = 64
-    cores: float = 64.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,17 +58,6 @@ class Place:
     pid: int | None = None
     crashes: list[float] = field(default_factory=list)
     session: str = ""
-
-
-@dataclass(slots=True)
-class _Had:
-    """How many places a user has, and their cores."""
-
-    places: int = 0
-    cores: float = 0.0
-
-    def add(self, places: int, cores: float) -> None:
-        self.places, self.cores = self.places + places, round(self.cores + cores, DECIMALS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,8 +96,8 @@ class Master:
     ----------
     balancer : Balancer
         Chooses machines.
-    quota : Quota
-        Of each user.
+    quotas : Quotas
+        Of the users; what they have is counted there.
     clock : callable
         Monotonic seconds.
     new_id : callable
@@ -126,20 +107,19 @@ class Master:
     def __init__(
         self,
         balancer: Balancer,
-        quota: Quota | None = None,
+        quotas: Quotas | None = None,
         clock: Clock = monotonic,
         new_id: Callable[[], str] | None = None,
     ) -> None:
         counter = itertools.count(1)
         self._balancer = balancer
-        self._quota = quota or Quota()
+        self._quotas = quotas or Quotas()
         self._clock = clock
         self._new_id = new_id or (lambda: f"c{next(counter)}")
         self.machines: dict[str, Machine] = {}
         self.places: dict[str, Place] = {}
         self._place_of: dict[str, str] = {}
         self._waiting: dict[str, None] = {}
-        self._had: defaultdict[str, _Had] = defaultdict(_Had)
 
     # -- what users want -----------------------------------------------------------------------------------------------
 
@@ -173,11 +153,7 @@ class Master:
     def _check(self, request: PlaceRequest) -> None:
         if self.machines:
             check_size(request.cores, max(machine.cores for machine in self.machines.values()))
-        had = self._had.get(request.user, _Had())
-        if had.places + 1 > self._quota.containers:
-            raise QuotaExceeded(f"user {request.user!r} may have {self._quota.containers} containers")
-        if had.cores + request.cores > self._quota.cores:
-            raise QuotaExceeded(f"user {request.user!r} may have {self._quota.cores} cores")
+        self._quotas.check_container(request.user, request.cores)
 
     # -- what happens to machines --------------------------------------------------------------------------------------
 
@@ -258,17 +234,14 @@ class Master:
     def _add(self, request: PlaceRequest) -> Place:
         place = self.places[request.key] = Place(request)
         self._waiting[request.key] = None
-        self._had[request.user].add(1, request.cores)
+        self._quotas.add(request.user, 1, request.cores)
         return place
 
     def _drop(self, key: str) -> Place | None:
         place = self.places.pop(key, None)
         if place is not None:
             self._waiting.pop(key, None)
-            had = self._had[place.request.user]
-            had.add(-1, -place.request.cores)
-            if not had.places:
-                del self._had[place.request.user]
+            self._quotas.add(place.request.user, -1, -place.request.cores)
         return place
 
     def _fill(self, key: str, place: Place, delay: float = 0.0) -> list[Order]:

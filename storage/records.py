@@ -9,12 +9,23 @@ Role = Literal["admin", "user"]
 PlanOrigin = Literal["computed", "reused", "stitched", "given"]
 
 
+class Limits(msgspec.Struct, frozen=True, omit_defaults=True):
+    """What a user may have, where that is not what every user may; ``engine.quotas`` tells what each counts."""
+
+    containers: int | None = None
+    cores: float | None = None
+    robots: int | None = None
+    maps: int | None = None
+    plans_per_minute: int | None = None
+
+
 class User(msgspec.Struct, frozen=True):
     """Who may use the cloud. ``password_hash`` is argon2id's own string."""
 
     id: str
     password_hash: str
     role: Role = "user"
+    limits: Limits = Limits()
 
 
 class Token(msgspec.Struct, frozen=True):

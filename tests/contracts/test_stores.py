@@ -8,12 +8,22 @@ import pytest
 
 from ppaas.errors import Conflict, InvalidInput, NotFound
 from storage.ports import Store
+from storage.records import Limits
 from tests.support.records import NOT_NAMES, clone, plan, robot, token, user
 
 
 def test_a_user_is_found_as_it_was_kept(store: Store) -> None:
     store.add_user(user("ann", role="admin"))
     assert store.user("ann") == user("ann", role="admin")
+
+
+def test_limits_of_a_users_own_are_kept_changed_and_taken_back(store: Store) -> None:
+    store.add_user(user("ann", limits=Limits(containers=0, cores=0.5)))
+    assert store.user("ann").limits == store.users()[0].limits == Limits(containers=0, cores=0.5)
+    store.change_user(user("ann", limits=Limits(maps=3)))
+    assert store.user("ann").limits == Limits(maps=3)
+    store.change_user(user("ann"))
+    assert store.user("ann") == user("ann")
 
 
 def test_users_come_sorted_by_id(store: Store) -> None:

@@ -16,9 +16,10 @@ from engine.gate import SHARED_TOPIC, scope_of
 from engine.keys import shared_key, topic_key
 from engine.machine import MAX_CONTAINERS
 from engine.mapcache import SPARE
-from engine.master import CRASH_LIMIT, CRASH_WINDOW, Quota
+from engine.master import CRASH_LIMIT, CRASH_WINDOW
 from engine.model import ContainerSpec, MapVersion, RobotConfig
 from engine.planning import IDLE
+from engine.quotas import Quota
 from engine.robot_sessions import LINGER
 from robots.base_controller import BaseLimits
 from tests.support.documents import text_of

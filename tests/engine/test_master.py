@@ -10,8 +10,9 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from engine.balancers.first_fit import FirstFit
 from engine.machine import Machine
-from engine.master import CRASH_LIMIT, CRASH_WINDOW, RESTART_DELAYS, Close, End, Master, PlaceRequest, Quota, Start
+from engine.master import CRASH_LIMIT, CRASH_WINDOW, RESTART_DELAYS, Close, End, Master, PlaceRequest, Start
 from engine.model import MapVersion, RobotConfig
+from engine.quotas import Quota, Quotas
 from ppaas.clock import ManualClock
 from ppaas.errors import Conflict, InvalidMap, InvalidParameter, QuotaExceeded, Unavailable
 
@@ -34,7 +35,7 @@ def clock() -> ManualClock:
 
 @pytest.fixture
 def master(clock: ManualClock) -> Master:
-    return Master(FirstFit(), Quota(containers=8, cores=8.0), clock)
+    return Master(FirstFit(), Quotas(Quota(containers=8, cores=8.0)), clock)
 
 
 def started(orders: Sequence[object]) -> list[Start]:
@@ -73,7 +74,7 @@ def test_a_size_over_the_largest_machine_is_refused(master: Master) -> None:
 
 
 def test_a_quota_is_named_when_it_is_reached(clock: ManualClock) -> None:
-    master = Master(FirstFit(), Quota(containers=2, cores=1.5), clock)
+    master = Master(FirstFit(), Quotas(Quota(containers=2, cores=1.5)), clock)
     master.machine_joined(machine("m1"))
     master.open(robot("r1"))
     with pytest.raises(QuotaExceeded, match=r"1\.5 cores"):
@@ -216,7 +217,7 @@ class MasterMachine(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.clock = ManualClock()
-        self.master = Master(FirstFit(), Quota(6, 4.0), self.clock)
+        self.master = Master(FirstFit(), Quotas(Quota(6, 4.0)), self.clock)
 
     @rule(
         name=st.sampled_from("abcdefgh"), user=st.sampled_from(["u", "v"]), cores=st.sampled_from([0.25, 1.0, 2.0, 9.0])

@@ -9,9 +9,10 @@ import pytest
 
 from engine.balancers.first_fit import FirstFit
 from engine.checkpoints import Checkpoints
-from engine.master import Master, Quota
+from engine.master import Master
 from engine.model import RobotConfig
 from engine.place_link import PlaceLink
+from engine.quotas import Quota, Quotas
 from engine.robot_sessions import RobotSessions
 from engine.service import CloudService
 from ppaas.errors import Conflict, Idle, NotFound, NotPermitted, QuotaExceeded, Unavailable
@@ -29,7 +30,8 @@ SHORT = 0.02
 @pytest.fixture
 async def service(tmp_path: Path) -> AsyncIterator[CloudService]:
     """Return a cloud without machines: its places wait for one."""
-    opened = CloudService(Master(FirstFit(), Quota(containers=2)), Checkpoints(MemoryStore()), tmp_path, "secret")
+    master = Master(FirstFit(), Quotas(Quota(containers=2)))
+    opened = CloudService(master, Checkpoints(MemoryStore()), tmp_path, "secret")
     await opened.start()
     yield opened
     await opened.close()

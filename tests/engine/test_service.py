@@ -10,8 +10,9 @@ import pytest
 from engine import control, link
 from engine.balancers.first_fit import FirstFit
 from engine.checkpoints import Checkpoints
-from engine.master import CRASH_LIMIT, Master, Quota
+from engine.master import CRASH_LIMIT, Master
 from engine.model import SESSION_STATE
+from engine.quotas import Quota, Quotas
 from engine.service import CloudService
 from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, Unavailable
 from storage.memory import MemoryStore
@@ -69,7 +70,7 @@ def store() -> SlowStore:
 
 @pytest.fixture
 async def service(tmp_path: Path, store: SlowStore) -> AsyncIterator[CloudService]:
-    master = Master(FirstFit(), Quota(containers=8, cores=8.0))
+    master = Master(FirstFit(), Quotas(Quota(containers=8, cores=8.0)))
     opened = CloudService(master, Checkpoints(store), tmp_path, "secret")
     await opened.start()
     yield opened

@@ -3,7 +3,7 @@
 import msgspec
 
 from storage.encoding import decode
-from storage.records import RobotRecord
+from storage.records import Limits, RobotRecord, User
 
 
 class RobotBefore(msgspec.Struct):
@@ -25,3 +25,16 @@ def test_a_robot_that_was_kept_before_it_had_properties_is_read() -> None:
     robot = decode(kept, RobotRecord)
     assert (robot.id, robot.cores, robot.parameters) == ("tb1", 0.25, {"amcl": {"min_particles": 100}})
     assert (robot.description, robot.properties) == ("", {})
+
+
+class UserBefore(msgspec.Struct):
+    """A user as it was kept before there were limits of the user's own."""
+
+    id: str
+    password_hash: str
+    role: str = "user"
+
+
+def test_a_user_who_was_kept_before_there_were_limits_has_none_of_the_own() -> None:
+    user = decode(msgspec.msgpack.encode(UserBefore("ann", "$argon2id$", "admin")), User)
+    assert user == User("ann", "$argon2id$", "admin", Limits())
