@@ -9,12 +9,14 @@ import itertools
 import logging
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Protocol, TypeVar
 
 from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError
 from ppaas.messages.message import Message
-from ppaas.nodes.base import Checkpoint, Node, Payload, Reply, Service, Topic
+from ppaas.nodes.base import Checkpoint, Context, Node, Payload, Reply, Service, Topic
+from ppaas.nodes.tenancy import RunTimes, Tenancy
 
 logger = logging.getLogger(__name__)
 
@@ -90,6 +92,9 @@ class Graph:
         self._clock = clock
         self._stamp_clock = stamp_clock
         self.nodes: dict[str, Node] = {}
+        self.times = RunTimes(clock)
+        self._tenancies: dict[str, Tenancy] = {}
+        self._overhearing: list[Tap] = []
         self.topics: dict[str, Topic] = {}
         self.services: dict[str, Service] = {}
         self._subscribers: dict[str, list[Node]] = {}
@@ -106,7 +111,7 @@ class Graph:
 
     # -- nodes -----------------------------------------------------------------------------------------------------
 
-    def add(self, make: Callable[["Graph"], N]) -> N:
+    def add(self, make: Callable[[Context], N]) -> N:
         """Make a node in this home and connect its topics and services.
 
         Raises
@@ -114,7 +119,9 @@ class Graph:
         Conflict
             A node of that name, or a server of one of its services, is here already; or a topic has another type.
         """
-        node = make(self)
+        tenancy = Tenancy(self, self.times)
+        node = make(tenancy)
+        tenancy.node = node.name
         if node.name in self.nodes:
             raise Conflict(f"node {node.name!r} runs here already")
         for topic in (*node.subscribes, *node.publishes):
@@ -125,6 +132,7 @@ class Graph:
             self.services[service.name] = service
             self._servers[service.name] = node
         self.nodes[node.name] = node
+        self._tenancies[node.name] = tenancy
         if type(node).busy is not Node.busy:
             self._with_goals.append(node)
         node.start()
@@ -133,6 +141,32 @@ class Graph:
             if topic.name in self._latched:
                 node.on_message(topic.name, self._latched[topic.name])
         return node
+
+    def remove(self, name: str) -> bytes | None:
+        """Let a node leave; return its checkpoint. The topics that its class names stay known here.
+
+        Raises
+        ------
+        NotFound
+            No such node is here.
+        """
+        node = self.nodes.pop(name, None)
+        if node is None:
+            raise NotFound("node", name, list(self.nodes))
+        state = node.checkpoint()
+        self._tenancies.pop(name).end()
+        self._with_goals = [other for other in self._with_goals if other is not node]
+        for topic in node.subscribes:
+            self._subscribers[topic.name] = [other for other in self._subscribers[topic.name] if other is not node]
+        for service in node.services:
+            del self.services[service.name], self._servers[service.name]
+        for declared in [topic for topic, owner in self._owners.items() if owner is node]:
+            self.undeclare(node, declared)
+        return state
+
+    def overhear(self, callback: Tap) -> None:
+        """Hear all that nodes here publish from now on, and nothing that comes from outside."""
+        self._overhearing.append(callback)
 
     def _declare(self, topic: Topic) -> None:
         known = self.topics.setdefault(topic.name, topic)
@@ -275,6 +309,8 @@ class Graph:
         try:
             while self._queue:
                 topic, message = self._queue.popleft()
+                for hear in self._overhearing:
+                    hear(topic, message)
                 self._deliver(topic, message, lambda error: logger.warning("%s", error))
         finally:
             self._draining = False
@@ -287,7 +323,7 @@ class Graph:
             self._latched[topic] = message
         for node in self._subscribers.get(topic, ()):
             try:
-                node.on_message(topic, message)
+                self.times.run(node.name, partial(node.on_message, topic, message))
             except PPaaSError as error:
                 refused(error)
         for tap in tuple(self._taps.get(topic, ())):
@@ -314,7 +350,7 @@ class Graph:
             reply(NotFound("service", service, list(self.services)))
             return
         try:
-            server.on_call(service, request, reply)
+            self.times.run(server.name, partial(server.on_call, service, request, reply))
         except PPaaSError as error:
             reply(error)
         self._drain()

@@ -1,0 +1,161 @@
+"""A node that leaves its home takes its timers and jobs with it, and the time that each node takes is its own."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from ppaas.clock import ManualClock
+from ppaas.errors import NotFound, PPaaSError
+from ppaas.messages import std_msgs, std_srvs
+from ppaas.messages.message import Message
+from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
+from ppaas.nodes.graph import Graph, Work
+
+IN, OUT = Topic("in", std_msgs.Float64), Topic("out", std_msgs.Float64)
+
+
+class Counter(Node):
+    """Counts what its timer tells it, in a job that somebody has to run."""
+
+    name = "counter"
+    subscribes = (IN,)
+    publishes = (OUT,)
+    services = (Service("count", std_srvs.Trigger),)
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self.ticks = 0
+        self.counted: list[object] = []
+
+    @property
+    def busy(self) -> bool:
+        return True
+
+    def start(self) -> None:
+        self.timer = self.context.every(1.0, self.tick)
+
+    def tick(self) -> None:
+        self.ticks += 1
+        self.context.publish("out", std_msgs.Float64(self.ticks))
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        self.job = self.context.start(lambda cancelled: cancelled(), self.counted.append)
+
+    def on_call(self, service: str, request: Message, reply: Reply) -> None:
+        reply(std_srvs.TriggerResponse(True, str(self.ticks)))
+
+    def checkpoint(self) -> bytes:
+        return str(self.ticks).encode()
+
+    def restore(self, state: bytes) -> None:
+        self.ticks = int(state)
+
+
+class Later:
+    """A worker that runs jobs when it is told to."""
+
+    def __init__(self) -> None:
+        self.waiting: list[Callable[[], None]] = []
+
+    def __call__(self, work: Work[Any], cancelled: Callable[[], bool], done: Callable[[Any], None]) -> None:
+        self.waiting.append(lambda: done(work(cancelled)))
+
+
+def test_a_node_that_was_removed_says_and_hears_nothing_more_and_can_be_put_in_again() -> None:
+    clock, later = ManualClock(), Later()
+    graph = Graph(later, clock=clock)
+    counter = graph.add(Counter)
+    heard: list[Payload] = []
+    graph.tap("out", lambda _, message: heard.append(message))
+    clock.advance(1.0)
+    graph.run_due()
+    graph.inject("in", std_msgs.Float64(1.0))
+    assert graph.remove("counter") == b"1"
+    clock.advance(1.0)
+    graph.run_due()
+    counter.tick()
+    [job] = later.waiting
+    job()
+    graph.inject("in", std_msgs.Float64(1.0))
+    assert (heard, counter.counted, later.waiting) == ([std_msgs.Float64(1.0)], [], [job])
+    assert (graph.busy, graph.services, list(graph.nodes)) == (False, {}, [])
+    again = graph.add(Counter)
+    clock.advance(1.0)
+    graph.run_due()
+    assert again.ticks == 1
+    assert len(heard) == 2, "who hears the topic hears it on"
+
+
+def test_a_job_of_a_node_that_leaves_is_told_to_stop() -> None:
+    later, seen = Later(), []
+
+    class Asking(Counter):
+        def on_message(self, topic: str, message: Payload) -> None:
+            self.context.start(lambda cancelled: seen.append(cancelled()), self.counted.append)
+
+    graph = Graph(later)
+    graph.add(Asking)
+    graph.inject("in", std_msgs.Float64(1.0))
+    graph.remove("counter")
+    later.waiting[0]()
+    assert seen == [True]
+
+
+def test_a_stranger_cannot_be_removed() -> None:
+    with pytest.raises(NotFound, match="counter"):
+        Graph().remove("counter")
+
+
+def test_what_nodes_publish_is_overheard_and_what_comes_from_outside_is_not() -> None:
+    clock = ManualClock()
+    graph = Graph(clock=clock)
+    graph.add(Counter)
+    heard: list[tuple[str, Payload]] = []
+    graph.overhear(lambda topic, message: heard.append((topic, message)))
+    graph.inject("out", std_msgs.Float64(7.0))
+    clock.advance(1.0)
+    graph.run_due()
+    assert heard == [("out", std_msgs.Float64(1.0))]
+
+
+def test_each_node_has_the_time_that_it_took_itself() -> None:
+    clock = ManualClock()
+
+    class Slow(Counter):
+        def on_message(self, topic: str, message: Payload) -> None:
+            clock.advance(2.0)
+            self.context.publish("out", std_msgs.Float64(0.0))
+            clock.advance(1.0)
+
+    class Other(Node):
+        name = "other"
+        subscribes = (OUT,)
+
+        def on_message(self, topic: str, message: Payload) -> None:
+            clock.advance(5.0)
+
+    graph = Graph(clock=clock)
+    graph.add(Slow)
+    graph.add(Other)
+    graph.inject("in", std_msgs.Float64(1.0))
+    assert graph.times.take() == {"counter": (1, 3.0), "other": (1, 5.0)}
+    assert graph.times.take() == {}
+
+
+def test_a_timer_that_was_stopped_is_not_kept() -> None:
+    graph = Graph(clock=ManualClock())
+    counter = graph.add(Counter)
+    for _ in range(3):
+        counter.context.every(1.0, counter.tick).stop()
+    assert len(counter.context._timers) == 1  # type: ignore[attr-defined]  # nothing else can tell
+
+
+def test_an_error_of_a_job_reaches_the_node() -> None:
+    def work(cancelled: Callable[[], bool]) -> None:
+        raise PPaaSError("no")
+
+    graph = Graph()
+    counter = graph.add(Counter)
+    counter.context.start(work, counter.counted.append)
+    assert isinstance(counter.counted[0], PPaaSError)
