@@ -1,4 +1,7 @@
-"""Where machines register: a Unix socket on which each agent tells what happens and takes orders."""
+"""Where machines register: each agent tells what happens and takes orders.
+
+The agent of this machine dials a Unix socket and shows a secret; machines of other hosts show their certificate.
+"""
 
 import asyncio
 import logging
@@ -10,6 +13,8 @@ import msgspec
 from engine import control
 from engine.awaited import is_same
 from engine.framing import FrameStream
+from engine.links.address import UnixAddress
+from engine.links.sockets import listen
 from ppaas.errors import NotPermitted, PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
@@ -41,7 +46,7 @@ class ControlServer:
     path : Path
         Of the socket; only this user may connect to it.
     secret : str
-        Shows that an agent is ours.
+        Shows that an agent of this machine is ours.
     events : ControlEvents
         Who is told.
     register_timeout : float
@@ -61,8 +66,7 @@ class ControlServer:
 
     async def start(self) -> None:
         """Listen."""
-        self._server = await asyncio.start_unix_server(self._connected, self.path)
-        self.path.chmod(0o600)
+        self._server = await listen(UnixAddress(self.path), self.connected)
 
     def order(self, machine: str, order: msgspec.Struct) -> None:
         """Send an order.
@@ -83,22 +87,29 @@ class ControlServer:
         if stream is not None:
             stream.abort()
 
-    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def connected(
+        self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, machine: str | None = None
+    ) -> None:
+        """Serve a connection; ``machine`` is whom its certificate names, where it has come with one."""
         stream: FrameStream[control.FromAgent] = FrameStream(reader, writer, control.FromAgent)
         self._streams.add(stream)
         try:
-            await self._serve(await self._registered(stream), stream)
+            await self._serve(await self._registered(stream, machine), stream)
         except (PPaaSError, TimeoutError) as error:
             logger.warning("a machine was cut off: %s", error or "it said nothing")
         finally:
             self._streams.discard(stream)
             await stream.close()
 
-    async def _registered(self, stream: FrameStream[control.FromAgent]) -> control.Register:
+    async def _registered(self, stream: FrameStream[control.FromAgent], machine: str | None) -> control.Register:
         async with asyncio.timeout(self._register_timeout):
             register = await stream.receive()
-        if not isinstance(register, control.Register) or not is_same(self._secret, register.secret):
+        if not isinstance(register, control.Register):
+            raise NotPermitted("something dialled the control link that is no machine")
+        if machine is None and not is_same(self._secret, register.secret):
             raise NotPermitted("something dialled the control link that is no machine of ours")
+        if machine not in (None, register.machine):
+            raise NotPermitted(f"machine {machine!r} calls itself {register.machine[:64]!r}")
         if register.machine in self._machines:
             raise NotPermitted(f"a second machine calls itself {register.machine!r}")
         return register

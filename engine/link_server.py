@@ -1,4 +1,4 @@
-"""Where containers dial: a Unix socket that hands each to the place that awaits it."""
+"""Where containers dial, by a Unix socket or from their own machine; each is handed to the place that awaits it."""
 
 import asyncio
 import logging
@@ -8,6 +8,8 @@ from pathlib import Path
 from engine import link
 from engine.awaited import Awaited
 from engine.framing import FrameStream
+from engine.links.address import UnixAddress
+from engine.links.sockets import listen
 from ppaas.errors import NotPermitted, PPaaSError
 
 logger = logging.getLogger(__name__)
@@ -38,49 +40,67 @@ class LinkServer:
         self._welcome = welcome
         self._failed = failed
         self._hello_timeout = hello_timeout
-        self._awaited: Awaited[str] = Awaited()
+        self._awaited: Awaited[str | None] = Awaited()
+        self._served: dict[str, FrameStream[link.FromContainer]] = {}
         self._server: asyncio.Server | None = None
         self._streams: set[FrameStream[link.FromContainer]] = set()
 
     async def start(self) -> None:
         """Listen."""
-        self._server = await asyncio.start_unix_server(self._connected, self.path)
-        self.path.chmod(0o600)
+        self._server = await listen(UnixAddress(self.path), self.connected)
 
-    def expect(self, container: str, secret: str) -> None:
-        """Await a container, once."""
-        self._awaited.expect(container, secret, container)
+    def expect(self, container: str, secret: str, machine: str | None = None) -> None:
+        """Await a container, once; if it comes from another host, then from this machine alone."""
+        self._awaited.expect(container, secret, machine)
 
     def forget(self, container: str) -> None:
         """Await it no more."""
         self._awaited.forget(container)
+
+    def hang_up(self, container: str) -> None:
+        """Cut a container off that was lost with its machine: nothing that it still says is heard."""
+        stream = self._served.get(container)
+        if stream is not None:
+            stream.abort()
 
     @property
     def awaited(self) -> int:
         """How many containers have not dialled yet."""
         return len(self._awaited)
 
-    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def connected(
+        self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, machine: str | None = None
+    ) -> None:
+        """Serve a connection; ``machine`` is whom its certificate names, where it has come with one."""
         stream: FrameStream[link.FromContainer] = FrameStream(reader, writer, link.FromContainer)
         self._streams.add(stream)
         try:
-            first = await self._first(stream)
+            first = await self._first(stream, machine)
             if isinstance(first, link.Failed):
                 self._failed(first)
             else:
-                await self._welcome(first, stream)
+                await self._serve(first, stream)
         except (PPaaSError, TimeoutError) as error:
             logger.warning("a container was cut off: %s", error or "it said nothing")
         finally:
             self._streams.discard(stream)
             await stream.close()
 
-    async def _first(self, stream: FrameStream[link.FromContainer]) -> link.Hello | link.Failed:
+    async def _serve(self, hello: link.Hello, stream: FrameStream[link.FromContainer]) -> None:
+        self._served[hello.container] = stream
+        try:
+            await self._welcome(hello, stream)
+        finally:
+            del self._served[hello.container]
+
+    async def _first(self, stream: FrameStream[link.FromContainer], machine: str | None) -> link.Hello | link.Failed:
         async with asyncio.timeout(self._hello_timeout):
             first = await stream.receive()
         if not isinstance(first, link.Hello | link.Failed):
             raise NotPermitted("something dialled the robot link that is no container")
-        self._awaited.admit(first.container, first.secret)
+        expected = self._awaited.admit(first.container, first.secret)
+        if machine not in (None, expected):
+            raise NotPermitted(f"container {first.container!r} of machine {expected!r} came from machine {machine!r}")
         return first
 
     async def close(self) -> None:

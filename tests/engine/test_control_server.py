@@ -1,5 +1,6 @@
 """The socket on which machines register, with machines and strangers."""
 
+import asyncio
 import stat
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -11,7 +12,7 @@ from engine import control
 from engine.control_server import ControlServer
 from engine.link import Refusal
 from ppaas.errors import Unavailable
-from tests.support.engine_links import dial_control, receive, register
+from tests.support.engine_links import connection, dial_control, receive, register
 from tests.support.waiting import until
 
 SECRET = "secret"
@@ -87,6 +88,19 @@ async def test_a_stranger_is_hung_up_on_and_nobody_is_told(
     assert [record.levelname for record in caplog.records] == ["WARNING"]
     with pytest.raises(Unavailable, match="m1"):
         server.order("m1", control.StopContainer("c1"))
+
+
+@pytest.mark.parametrize("named", ["m2", "m1"], ids=["own name", "name of another"])
+async def test_a_machine_of_another_host_registers_under_the_name_of_its_certificate_alone(
+    server: ControlServer, events: Events, named: str
+) -> None:
+    stream, reader, writer = await connection(control.ToAgent)
+    serving = asyncio.create_task(server.connected(reader, writer, "m2"))
+    await stream.send(register(named, secret=""))
+    await until(lambda: events.told or serving.done())
+    assert events.told == ([("registered", "m2")] if named == "m2" else [])
+    await stream.close()
+    await serving
 
 
 async def test_silence_is_cut_off(tmp_path: Path, events: Events) -> None:

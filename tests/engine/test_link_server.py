@@ -11,7 +11,7 @@ from engine import link
 from engine.framing import FrameStream
 from engine.link_server import LinkServer
 from ppaas.errors import NotFound, rebuild
-from tests.support.engine_links import dial_link, hello, receive
+from tests.support.engine_links import connection, dial_link, hello, receive
 from tests.support.waiting import until
 
 
@@ -151,3 +151,28 @@ async def test_closing_hangs_up_on_all_and_removes_the_socket(server: LinkServer
     assert not server.path.exists()
     with pytest.raises(OSError):
         await dial_link(server.path)
+
+
+@pytest.mark.parametrize("machine", ["m2", "m3"], ids=["its own", "another"])
+async def test_a_container_of_another_host_is_let_in_from_its_own_machine_alone(
+    server: LinkServer, welcomes: Welcomes, machine: str
+) -> None:
+    server.expect("c1", "s1", "m2")
+    stream, reader, writer = await connection(link.ToContainer)
+    serving = asyncio.create_task(server.connected(reader, writer, machine))
+    await stream.send(hello("c1", "s1"))
+    await until(lambda: welcomes.hellos or serving.done())
+    assert len(welcomes.hellos) == (1 if machine == "m2" else 0)
+    await stream.close()
+    await serving
+
+
+async def test_a_container_that_was_cut_off_is_heard_no_more(server: LinkServer, welcomes: Welcomes) -> None:
+    server.expect("c1", "s1")
+    stream = await dial_link(server.path)
+    stream.write(hello("c1", "s1"))
+    await until(lambda: welcomes.hellos)
+    server.hang_up("c1")
+    server.hang_up("nobody")
+    assert await receive(stream) == link.Subscribe("welcome", 0)
+    assert await receive(stream) is None

@@ -48,6 +48,13 @@ async def pair(near: Any, far: Any) -> tuple[FrameStream[Any], FrameStream[Any]]
     )
 
 
+async def connection(incoming: Any) -> tuple[FrameStream[Any], asyncio.StreamReader, asyncio.StreamWriter]:
+    """Return our end of a new connection, by what it receives, and the other as what listens is handed it."""
+    ours, theirs = socket.socketpair()
+    stream: FrameStream[Any] = FrameStream(*await asyncio.open_connection(sock=ours), incoming)
+    return (stream, *await asyncio.open_connection(sock=theirs))
+
+
 async def receive(stream: FrameStream[Any]) -> Any:
     """Return the next frame, which must come soon, or None if the other end hung up."""
     async with asyncio.timeout(10.0):

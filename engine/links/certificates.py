@@ -1,0 +1,113 @@
+"""Keys and certificates (X.509): those of the cloud's own authority, of the cloud, and of its machines.
+
+Keys are of the curve P-256. A machine's certificate is good for clients alone, so that no machine can pass for the
+cloud.
+"""
+
+import datetime
+
+from cryptography import x509
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives import hashes
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, load_pem_private_key
+from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+
+from ppaas.errors import InvalidInput
+
+LIFETIME = datetime.timedelta(days=3650)
+SLACK = datetime.timedelta(hours=1)
+"""By which the clock of another host may be behind."""
+
+Key = ec.EllipticCurvePrivateKey
+
+
+def new_key() -> Key:
+    """Return a new private key."""
+    return ec.generate_private_key(ec.SECP256R1())
+
+
+def key_pem(key: Key) -> bytes:
+    """Return a private key as PKCS #8 in PEM, not encrypted."""
+    return key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
+
+
+def read_key(pem: bytes) -> Key:
+    """Read what ``key_pem`` wrote."""
+    key = load_pem_private_key(pem, None)
+    if not isinstance(key, ec.EllipticCurvePrivateKey):
+        raise InvalidInput("the key is not one of an elliptic curve, so it is not ours")
+    return key
+
+
+def authority_certificate(key: Key, name: str) -> x509.Certificate:
+    """Return the certificate of an authority, signed by itself."""
+    made = _begin(name, name, key.public_key(), ca=True)
+    usage = x509.KeyUsage(
+        digital_signature=True, key_cert_sign=True, crl_sign=True, content_commitment=False, key_encipherment=False,
+        data_encipherment=False, key_agreement=False, encipher_only=False, decipher_only=False,
+    )  # fmt: skip
+    return made.add_extension(usage, critical=True).sign(key, hashes.SHA256())
+
+
+def issue(name: str, public: ec.EllipticCurvePublicKey, issuer: x509.Certificate, key: Key) -> x509.Certificate:
+    """Return the certificate of a machine, good for clients alone."""
+    made = _begin(name, common_name(issuer), public, ca=False)
+    usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.CLIENT_AUTH])
+    return made.add_extension(usage, critical=False).sign(key, hashes.SHA256())
+
+
+def issue_for_cloud(name: str, own: Key, issuer: x509.Certificate, key: Key) -> x509.Certificate:
+    """Return the certificate of the cloud, which is dialled by this name."""
+    made = _begin(name, common_name(issuer), own.public_key(), ca=False)
+    usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH])
+    dialled = x509.SubjectAlternativeName([x509.DNSName(name)])
+    return made.add_extension(usage, critical=False).add_extension(dialled, critical=False).sign(key, hashes.SHA256())
+
+
+def request_pem(key: Key, name: str) -> bytes:
+    """Return a request for a certificate (PKCS #10), so that the key itself never leaves its machine."""
+    builder = x509.CertificateSigningRequestBuilder().subject_name(_named(name))
+    return builder.sign(key, hashes.SHA256()).public_bytes(Encoding.PEM)
+
+
+def read_request(pem: bytes) -> ec.EllipticCurvePublicKey:
+    """Return the public key of a request that its owner signed.
+
+    Raises
+    ------
+    InvalidInput
+        It is no such request.
+    """
+    try:
+        request = x509.load_pem_x509_csr(pem)
+        public = request.public_key()
+        if not isinstance(public, ec.EllipticCurvePublicKey) or not request.is_signature_valid:
+            raise InvalidInput("a machine asks for its certificate with a key of an elliptic curve, and signs for it")
+    except (ValueError, InvalidSignature) as error:
+        raise InvalidInput(f"not a request for a certificate: {error}") from error
+    return public
+
+
+def common_name(certificate: x509.Certificate) -> str:
+    """Return whom a certificate names."""
+    (attribute,) = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
+    return str(attribute.value)
+
+
+def _named(name: str) -> x509.Name:
+    return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
+
+
+def _begin(name: str, issuer: str, public: ec.EllipticCurvePublicKey, *, ca: bool) -> x509.CertificateBuilder:
+    now = datetime.datetime.now(datetime.UTC)
+    return (
+        x509.CertificateBuilder()
+        .subject_name(_named(name))
+        .issuer_name(_named(issuer))
+        .public_key(public)
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(now - SLACK)
+        .not_valid_after(now + LIFETIME)
+        .add_extension(x509.BasicConstraints(ca=ca, path_length=0 if ca else None), critical=True)
+    )
