@@ -26,6 +26,10 @@ MAX_LOGGED = 64
 """Kinds of faults of one client that are told in the log; clients may think out topics without end."""
 
 
+PATH_SERVICES = frozenset({"move_base/compute_path", "move_base/make_plan"})
+"""Services of the clone that plan a path for whoever calls them."""
+
+
 class ClientSession:
     """One client of one place.
 
@@ -39,6 +43,8 @@ class ClientSession:
         What was said so far.
     name : str
         For the log.
+    count_plan : callable
+        Told of each path that the client asks for; raises where it may ask for no more.
 
     Attributes
     ----------
@@ -48,8 +54,16 @@ class ClientSession:
         Done once the client must go; its result is the reason.
     """
 
-    def __init__(self, place: PlaceLink, role: Role, wire: RosbridgeSession, name: str) -> None:
+    def __init__(
+        self,
+        place: PlaceLink,
+        role: Role,
+        wire: RosbridgeSession,
+        name: str,
+        count_plan: Callable[[], None] = lambda: None,
+    ) -> None:
         self._place = place
+        self._count_plan = count_plan
         self._role = role
         self._wire = wire
         self.name = name
@@ -59,7 +73,7 @@ class ClientSession:
         self._late: asyncio.TimerHandle | None = None
         self._client = place.join(self)
         self._goals = ClientGoals(place, self._client, wire, self.outbox, self._answer)
-        self._calls = ClientCalls(place, self._client, wire, self._answer, self._goals.cancel_all)
+        self._calls = ClientCalls(place, self._client, wire, self._answer, self._answer_first)
         self._takers: dict[type[operations.Operation], Callable[[Any], None]] = {
             operations.Publish: self._publish,
             operations.Advertise: self._advertise,
@@ -94,6 +108,11 @@ class ClientSession:
             self._takers[type(operation)](operation)
         except PPaaSError as error:
             self._tell(error, operation_id=getattr(operation, "id", None))
+
+    def _answer_first(self, service: str) -> bytes | None:
+        if service in PATH_SERVICES:
+            self._count_plan()
+        return self._goals.cancel_all(service)
 
     def _publish(self, operation: operations.Publish) -> None:
         topic = normalise(operation.topic)

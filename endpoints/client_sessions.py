@@ -9,6 +9,7 @@ import asyncio
 import logging
 import secrets
 from collections.abc import Iterable
+from functools import partial
 from typing import NamedTuple
 
 from endpoints.client_session import ClientSession
@@ -16,6 +17,7 @@ from endpoints.rights import Role
 from endpoints.visit import Visit
 from endpoints.websocket_protocol import Probe
 from engine.place_link import PlaceLink
+from engine.plan_rate import PlanRate
 from engine.robot_sessions import LINGER, RobotSessions
 from ppaas.errors import Conflict, PPaaSError
 from ppaas.wire import rosbridge
@@ -110,12 +112,15 @@ class ClientSessions:
     ----------
     robots : RobotSessions
         Opens the places.
+    plan_rate : PlanRate
+        Counts the paths that clients ask for.
     linger : float
         Seconds that a session is kept without a socket.
     """
 
-    def __init__(self, robots: RobotSessions, linger: float = LINGER) -> None:
+    def __init__(self, robots: RobotSessions, plan_rate: PlanRate, linger: float = LINGER) -> None:
         self._robots = robots
+        self._plan_rate = plan_rate
         self._linger = linger
         self._kept: dict[SessionKey, Kept] = {}
         self._seats: set[Seat] = set()
@@ -199,7 +204,8 @@ class ClientSessions:
 
     def _begin(self, user: str, visit: Visit, place: PlaceLink, key: SessionKey | None) -> Kept:
         wire = rosbridge.RosbridgeSession("error" if visit.status else "none")
-        session = ClientSession(place, visit.role, wire, f"{visit.role} {user}/{visit.robot}")
+        count_plan = partial(self._plan_rate.take, user)
+        session = ClientSession(place, visit.role, wire, f"{visit.role} {user}/{visit.robot}", count_plan)
         session.outbox.repeats = visit.counts
         kept = Kept(session, place, key)
         if key is not None:

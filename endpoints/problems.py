@@ -3,6 +3,7 @@
 import http
 import json
 import logging
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -68,8 +69,14 @@ def problem_response(error: errors.PPaaSError) -> Response:
     code = error.code if isinstance(error, errors.PlanningError) else 0
     members = {"code": code} if code else {}
     # The rest of a body that is too large is not read: without closing, it would be taken for the next request.
-    headers = {"Connection": "close"} if status == http.HTTPStatus.REQUEST_ENTITY_TOO_LARGE else None
+    headers = {"Connection": "close"} if status == http.HTTPStatus.REQUEST_ENTITY_TOO_LARGE else _retry(error)
     return problem(status, error.slug, title, str(error), headers, **members)
+
+
+def _retry(error: errors.PPaaSError) -> dict[str, str]:
+    """Return when to ask again (RFC 9110: whole seconds), where an error knows it."""
+    after = error.retry_after if isinstance(error, errors.QuotaExceeded) else None
+    return {} if after is None else {"Retry-After": str(math.ceil(after))}
 
 
 def add_problem_handlers(app: FastAPI) -> None:

@@ -98,6 +98,7 @@ async def serve_robot_socket(socket: WebSocket, services: Services, sessions: Cl
     try:
         visit = visit_of(socket.query_params)
         user = await authenticate(socket, services.accounts)
+        services.cloud.quotas.learn(user)
         seat = await sessions.enter(user.id, visit, connection_of(socket).probe)
     except PPaaSError as error:
         logger.warning("a WebSocket was refused: %s: %s", error.slug, error)

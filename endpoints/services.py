@@ -10,6 +10,8 @@ from endpoints.map_heads import MapHeads
 from endpoints.plan_keeper import PlanKeeper
 from endpoints.settings import Settings
 from engine.model import MapVersion
+from engine.plan_rate import PlanRate
+from engine.quotas import Quotas
 from engine.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
 from storage.ports import MapStore, Store
 from storage.records import User
@@ -17,6 +19,16 @@ from storage.records import User
 
 class Cloud(Protocol):
     """What the endpoints ask of the engine. Its views are taken from memory and do not block."""
+
+    @property
+    def quotas(self) -> Quotas:
+        """What each user may have."""
+        ...
+
+    @property
+    def plan_rate(self) -> PlanRate:
+        """How many paths each user may ask for."""
+        ...
 
     def machines(self) -> list[MachineView]:
         """Return all machines."""

@@ -51,7 +51,7 @@ class Web:
 
     def __init__(self, cloud: Cloud, *, linger: float, idle: float, dead: float, log_level: str) -> None:
         self.accounts = Accounts(cloud.store)
-        self._sessions = ClientSessions(cloud.sessions, linger)
+        self._sessions = ClientSessions(cloud.sessions, cloud.plan_rate, linger)
         self._idle = IdleWatch(self._sessions, cloud.sessions, idle)
         self._watching = Background()
         services = Services(cloud.store, cloud.map_store, self.accounts, cloud)

@@ -15,6 +15,7 @@ from engine.checkpoints import Checkpoints
 from engine.instances import instance_name
 from engine.master import Master
 from engine.model import MapVersion
+from engine.plan_rate import PlanRate
 from engine.planning import Planning
 from engine.quotas import Quota, Quotas
 from engine.robot_sessions import LINGER, RobotSessions
@@ -82,6 +83,7 @@ class Cloud:
         self._run_dir = make_run_dir()  # after what may be refused, so that it is not left behind
         secret, instance = secrets.token_urlsafe(24), instance_name()
         self.quotas = Quotas(config.quota)
+        self.plan_rate = PlanRate(self.quotas)
         self.service = CloudService(
             Master(balancer, self.quotas),
             Checkpoints(self.store, instance, config.linger),

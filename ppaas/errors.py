@@ -125,9 +125,22 @@ class NotPermitted(PPaaSError):
 
 
 class QuotaExceeded(PPaaSError):
-    """A limit of this user or machine was reached; the text names it."""
+    """A limit of this user or machine was reached; the text names it.
+
+    Parameters
+    ----------
+    text : str
+        Which limit, and what to do.
+    retry_after : float, optional
+        Time after which the same may be asked again [s], where time alone helps.
+    """
 
     slug = "quota-exceeded"
+    retry_after: float | None = None
+
+    def __init__(self, text: str, *, retry_after: float | None = None) -> None:
+        self.retry_after = retry_after
+        super().__init__(text)
 
 
 class Unavailable(PPaaSError):

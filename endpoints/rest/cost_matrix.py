@@ -24,6 +24,8 @@ router = APIRouter(tags=["plans"], route_class=StrictRoute)
 )
 async def compute_costs(map_id: MapId, file: CostFile, services: Provided, user: Caller) -> Response:
     """Tell what the cheapest path costs from each start to each goal; at most 50000 costs at a time."""
+    services.cloud.quotas.learn(user)
+    services.cloud.plan_rate.take(user.id, max(len(file.starts), 1))
     head = await readable_head(services, user, map_id)
     request = CostRequest(
         starts=tuple(map(triple, file.starts)),

@@ -49,6 +49,8 @@ async def make_plan(map_id: MapId, file: PlanFile, services: Provided, user: Cal
 
 async def plan_and_keep(services: Services, user: User, map_id: str, asked: PathRequest) -> "PlanResponse":
     """Return the path that a container plans, which is kept when it was told."""
+    services.cloud.quotas.learn(user)
+    services.cloud.plan_rate.take(user.id)
     head = await readable_head(services, user, map_id)
     answer = await services.cloud.compute_path(user, MapVersion(head.id, head.version), asked)
     keep = None

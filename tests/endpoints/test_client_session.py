@@ -3,14 +3,21 @@
 import asyncio
 import json
 from collections.abc import AsyncIterator
+from functools import partial
 from typing import Any
 
 import pytest
 
 from endpoints.client_calls import MAX_CALLS
+from endpoints.client_session import PATH_SERVICES
 from endpoints.outbox import Outbox
 from engine import link
+from engine.plan_rate import PlanRate
+from engine.quotas import Quota, Quotas
 from ppaas.errors import Unavailable
+from ppaas.messages.nav_msgs import GetPlan
+from ppaas.messages.ppaas_msgs import ComputePath
+from ppaas.nodes.move_base import MoveBaseNode
 from tests.support.still_place import StillClient, StillPlace
 from tests.support.waiting import until
 
@@ -50,6 +57,28 @@ async def answers(client: StillClient, count: int = 1) -> list[dict[str, Any]]:
     """Wait until so many frames are there."""
     await until(lambda: len(client.session.outbox) >= count)
     return client.told()
+
+
+# -- paths that clients ask for ----------------------------------------------------------------------------------------
+
+
+def test_the_services_that_count_are_those_of_move_base_that_plan() -> None:
+    planning = [service for service in MoveBaseNode.services if service.type in (GetPlan, ComputePath)]
+    assert {service.name for service in planning} == PATH_SERVICES
+
+
+@pytest.mark.parametrize("spelling", ["move_base/make_plan", "/move_base/make_plan"])
+async def test_a_path_too_many_is_refused_as_the_answer_and_reaches_nobody(place: StillPlace, spelling: str) -> None:
+    rate = PlanRate(Quotas(Quota(plans_per_minute=1)))
+    client = StillClient(place, count_plan=partial(rate.take, "ann"))
+    for number in ("first", "second"):
+        client.say(op="call_service", service=spelling, id=number, args={})
+    [call] = place.far.take(link.Call)
+    assert call.service == "move_base/make_plan"
+    [refused] = await answers(client)
+    assert (refused["id"], refused["result"]) == ("second", False)
+    assert refused["values"].startswith("user 'ann' may ask for 1 paths a minute")
+    client.session.end()
 
 
 # -- topics ------------------------------------------------------------------------------------------------------------

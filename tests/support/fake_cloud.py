@@ -6,6 +6,8 @@ import json
 import numpy as np
 
 from engine.model import MapVersion
+from engine.plan_rate import PlanRate
+from engine.quotas import Quotas
 from engine.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
 from ppaas.geometry import poses_along
 from storage.records import User
@@ -23,6 +25,8 @@ class FakeCloud:
     """Answers every request with the straight line from start to goal, or with an error."""
 
     def __init__(self) -> None:
+        self.quotas = Quotas()
+        self.plan_rate = PlanRate(self.quotas)
         self.asked: list[tuple[str, MapVersion, PathRequest]] = []
         self.costs_asked: list[tuple[str, MapVersion, CostRequest]] = []
         self.error: Exception | None = None

@@ -39,7 +39,7 @@ class World:
         self.machine = machine
         self.token = token
         self.sessions = RobotSessions(service, services.store, services.map_store, linger=0.0)
-        self.clients = ClientSessions(self.sessions, linger=0.0)
+        self.clients = ClientSessions(self.sessions, services.cloud.plan_rate, linger=0.0)
         self.port = 0
 
     def linger(self, seconds: float) -> None:
@@ -75,7 +75,7 @@ async def robot_world(folder: Path, services: Services) -> AsyncIterator[World]:
     await services.accounts.register("ann", PASSWORD)
     records.put_map(services.map_store, records.house())
     services.store.put_robot(records.robot("tb1", user="ann", map="house"))
-    service = CloudService(Master(FirstFit()), Checkpoints(services.store), folder, "secret")
+    service = CloudService(Master(FirstFit(), services.cloud.quotas), Checkpoints(services.store), folder, "secret")
     await service.start()
     machine = await FakeMachine.join(folder)
     await service.wait_for_machine(10)

@@ -1,6 +1,7 @@
 """A place whose container says nothing unless the test does: for clients without sockets."""
 
 import json
+from collections.abc import Callable
 from typing import Any, cast
 
 import msgspec
@@ -65,8 +66,14 @@ class StillPlace(PlaceLink):
 class StillClient:
     """A session without a socket."""
 
-    def __init__(self, place: PlaceLink, role: Role = "robot", level: str = "info") -> None:
-        self.session = ClientSession(place, role, RosbridgeSession(level), role)  # type: ignore[arg-type]
+    def __init__(
+        self,
+        place: PlaceLink,
+        role: Role = "robot",
+        level: str = "info",
+        count_plan: Callable[[], None] = lambda: None,
+    ) -> None:
+        self.session = ClientSession(place, role, RosbridgeSession(level), role, count_plan)  # type: ignore[arg-type]
 
     def say(self, **frame: Any) -> None:
         """Send a frame."""
