@@ -5,14 +5,14 @@ All sizes are decimal CPU cores: 0.25, 1, 2.
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import Literal
 
 from ppaas.errors import InvalidParameter, QuotaExceeded
 
-Sharing = Literal["shared", "dedicated"]
-
-OVERSUBSCRIPTION: Mapping[Sharing, float] = {"shared": 4.0, "dedicated": 1.0}
+OVERSUBSCRIPTION = 4.0
 """Cores that a machine gives away for each that it has: containers plan in bursts and idle between them."""
+
+MEMORY_PER_CORE = 128 << 20
+"""Bytes that a container counts for with each core of its size. A clone has 13 MB of its own, and shares its map."""
 
 
 def check(size: float, machine_cores: int) -> None:
@@ -41,9 +41,14 @@ def width(size: float) -> int:
     return math.ceil(size)
 
 
-def capacity(machine_cores: int, sharing: Sharing) -> float:
-    """Return the sum of the sizes that a machine takes."""
-    return machine_cores * OVERSUBSCRIPTION[sharing]
+def memory(size: float) -> int:
+    """Return how many bytes a container counts for: memory goes with size."""
+    return math.ceil(size * MEMORY_PER_CORE)
+
+
+def capacity(machine_cores: int, machine_memory: int, oversubscription: float = OVERSUBSCRIPTION) -> float:
+    """Return the sum of the sizes that a machine takes, by its CPUs and its memory [bytes]."""
+    return min(machine_cores * oversubscription, machine_memory / MEMORY_PER_CORE)
 
 
 def used(containers: Iterable[tuple[float, tuple[int, ...]]]) -> dict[int, float]:

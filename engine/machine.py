@@ -3,10 +3,9 @@
 from dataclasses import dataclass, field
 
 from engine.control import ContainerLoad
-from engine.cores import Sharing, capacity
+from engine.cores import capacity
+from engine.machine_settings import MachineSettings
 from engine.model import ContainerSpec
-
-MAX_CONTAINERS = 100
 
 DECIMALS = 6
 """Sums of sizes are rounded to these, so that what comes and goes leaves no traces of a float."""
@@ -26,10 +25,10 @@ class Machine:
         Bytes it has.
     pid : int
         Of its agent.
-    sharing : {"shared", "dedicated"}
-        How often each core is given out.
-    max_containers : int
-        Upper limit of containers.
+    labels : dict of str to str
+        What it is like, as its agent says.
+    settings : MachineSettings
+        What an administrator says of it.
     network : float
         Bytes that it can send and receive in a second; 0 where that is not known.
     cpu : float
@@ -38,8 +37,6 @@ class Machine:
         Bytes in use, and bytes sent and received in a second.
     round_trip : float
         To those that it serves and to other machines, on average [s].
-    draining : bool
-        It is given nothing new.
     given : float
         Sum of the sizes of its containers.
     """
@@ -48,22 +45,28 @@ class Machine:
     cores: int
     memory: int
     pid: int
-    sharing: Sharing = "shared"
-    max_containers: int = MAX_CONTAINERS
+    labels: dict[str, str] = field(default_factory=dict)
+    settings: MachineSettings = field(default_factory=MachineSettings)
     network: float = 0.0
     containers: dict[str, ContainerSpec] = field(default_factory=dict)
     cpu: float = 0.0
     memory_used: int = 0
     network_used: float = 0.0
     round_trip: float = 0.0
-    draining: bool = False
     given: float = 0.0
     loads: dict[str, ContainerLoad] = field(default_factory=dict)
 
     @property
+    def all_labels(self) -> dict[str, str]:
+        """What it is like; what an administrator says goes first."""
+        return self.labels | self.settings.labels
+
+    @property
     def capacity(self) -> float:
         """Size it has to give, in cores."""
-        return capacity(self.cores, self.sharing)
+        limit = self.settings.max_memory
+        memory = self.memory if limit is None else min(self.memory, limit)
+        return capacity(self.cores, memory, self.settings.oversubscription)
 
     @property
     def free(self) -> float:
@@ -73,13 +76,17 @@ class Machine:
     @property
     def room(self) -> float:
         """Size of the largest container that it takes now: of what is left, and of the CPUs that there are."""
-        if self.draining or len(self.containers) >= self.max_containers:
+        if self.settings.draining or len(self.containers) >= self.settings.max_containers:
             return 0.0
         return min(self.free, self.cores)
 
     def has_room(self, spec: ContainerSpec) -> bool:
-        """Tell whether it takes a container."""
-        return spec.cores <= self.room
+        """Tell whether it takes a container: it has the room, and the labels that are asked for."""
+        return spec.cores <= self.room and self.suits(spec.labels)
+
+    def suits(self, labels: dict[str, str]) -> bool:
+        """Tell whether it has these labels."""
+        return not labels or labels.items() <= self.all_labels.items()
 
     def place(self, spec: ContainerSpec) -> None:
         """Carry a container."""

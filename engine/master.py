@@ -10,16 +10,17 @@ the one that replaced it.
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Literal
 
 from engine.balancers.base import Balancer
 from engine.cores import check as check_size
 from engine.machine import Machine
-from engine.model import ContainerSpec, MapVersion, RobotConfig
+from engine.machine_settings import MachineSettings, check_settings, labels_text
+from engine.model import ContainerSpec
+from engine.orders import Close, End, Leave, Order, Start
+from engine.places import Place, PlaceRequest
 from engine.quotas import Quotas
 from ppaas.clock import Clock, monotonic
-from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, Unavailable
+from ppaas.errors import Conflict, InvalidInput, NotFound, NotPermitted, PPaaSError, Unavailable
 
 CRASH_LIMIT = 5
 CRASH_WINDOW = 30.0
@@ -29,64 +30,8 @@ RESTART_DELAYS = (0.0, 0.25, 1.0, 2.0, 4.0)
 """Seconds before what replaces a container starts, after its first, second … crash within the window: what is away for
 a moment, as a store, is back before the place is given up."""
 
-
-@dataclass(frozen=True, slots=True)
-class PlaceRequest:
-    """What a place is for."""
-
-    user: str
-    map: MapVersion
-    cores: float
-    robot: RobotConfig | None = None
-
-    @property
-    def key(self) -> str:
-        """Name of the place: one a robot, and one a user and map version for planning."""
-        if self.robot is not None:
-            return f"robot:{self.user}/{self.robot.id}"
-        return f"planning:{self.user}/{self.map.id}@{self.map.version}"
-
-
-@dataclass(slots=True)
-class Place:
-    """A place and the container that fills it now, if one does."""
-
-    request: PlaceRequest
-    spec: ContainerSpec | None = None
-    machine: str | None = None
-    state: Literal["waiting", "starting", "ready"] = "waiting"
-    pid: int | None = None
-    crashes: list[float] = field(default_factory=list)
-    session: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Start:
-    """Order: start this container on this machine after some seconds, from the last checkpoint of its session."""
-
-    place: str
-    machine: str
-    spec: ContainerSpec
-    delay: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class End:
-    """Order: end this container."""
-
-    machine: str
-    container: str
-
-
-@dataclass(frozen=True, slots=True)
-class Close:
-    """Order: tell whoever uses the place that it is no more, and why."""
-
-    place: str
-    reason: PPaaSError
-
-
-Order = Start | End | Close
+MOVES = 4
+"""Places that are moved at a time from machines that are drained: each does without its container for a moment."""
 
 
 class Master:
@@ -117,9 +62,12 @@ class Master:
         self._clock = clock
         self._new_id = new_id or (lambda: f"c{next(counter)}")
         self.machines: dict[str, Machine] = {}
+        self.settings: dict[str, MachineSettings] = {}
         self.places: dict[str, Place] = {}
         self._place_of: dict[str, str] = {}
         self._waiting: dict[str, None] = {}
+        self._moving: set[str] = set()
+        self._removed: set[str] = set()
 
     # -- what users want -----------------------------------------------------------------------------------------------
 
@@ -142,27 +90,94 @@ class Master:
         orders = self._fill(request.key, place)
         if not orders and self.machines:
             self._drop(request.key)
-            raise Unavailable(f"no machine has room for a container of {request.cores} cores: try again later")
+            raise Unavailable(self._why_not(request))
         return orders
 
     def close(self, key: str) -> list[Order]:
         """Give a place up, if it is there; what it had is room for places that wait."""
         place = self._drop(key)
-        return [*self._empty(place), *self._fill_waiting()] if place is not None else []
+        return [*self._empty(place), *self._use_room()] if place is not None else []
 
     def _check(self, request: PlaceRequest) -> None:
         if self.machines:
             check_size(request.cores, max(machine.cores for machine in self.machines.values()))
         self._quotas.check_container(request.user, request.cores)
 
+    def _why_not(self, request: PlaceRequest) -> str:
+        wanted = request.labels.items()
+        missing = {machine.id: dict(wanted - machine.all_labels.items()) for machine in self.machines.values()}
+        nearest = min(missing, key=lambda machine_id: len(missing[machine_id]))
+        if missing[nearest]:
+            lacks = labels_text(missing[nearest])
+            return f"no machine is labelled {labels_text(request.labels)}; {nearest!r} fits best, and lacks {lacks}"
+        such = f" labelled {labels_text(request.labels)}" if request.labels else ""
+        return f"no machine{such} has room for a container of {request.cores} cores: try again later"
+
+    # -- what administrators want --------------------------------------------------------------------------------------
+
+    def configure(self, machine_id: str, settings: MachineSettings) -> list[Order]:
+        """Take over what is said of a machine, also for when it comes again; from one that is drained all moves away.
+
+        What it carries already stays, whatever its limits are now.
+
+        Raises
+        ------
+        InvalidParameter
+            What is said cannot be meant.
+        NotFound
+            There is no such machine.
+        """
+        machine = self.machine(machine_id)
+        machine.settings = self.settings[machine_id] = check_settings(settings)
+        self._balancer.measured(machine)
+        return self._use_room()
+
+    def remove(self, machine_id: str, *, force: bool = False) -> list[Order]:
+        """Forget a machine and let it in no more.
+
+        With ``force`` also one that carries something, which is lost then as with a machine that vanishes.
+
+        Raises
+        ------
+        Conflict
+            It carries something.
+        NotFound
+            There is no such machine.
+        """
+        carries = len(self.machine(machine_id).containers)
+        if carries and not force:
+            raise Conflict(f"machine {machine_id!r} carries {carries} containers: drain it first, or force it")
+        self.settings.pop(machine_id, None)
+        self._removed.add(machine_id)
+        return self.machine_left(machine_id)
+
+    def admit(self, machine_id: str) -> None:
+        """Let a machine in again that was removed."""
+        self._removed.discard(machine_id)
+
+    def machine(self, machine_id: str) -> Machine:
+        """Return a machine; ``NotFound`` if there is none."""
+        if machine_id not in self.machines:
+            raise NotFound("machine", machine_id, list(self.machines))
+        return self.machines[machine_id]
+
     # -- what happens to machines --------------------------------------------------------------------------------------
 
     def machine_joined(self, machine: Machine) -> list[Order]:
-        """Take a machine in, and fill the places that wait for one."""
+        """Take a machine in with the settings that it had, and fill the places that wait for one.
+
+        Raises
+        ------
+        NotPermitted
+            An administrator removed it.
+        """
+        if machine.id in self._removed:
+            raise NotPermitted(f"machine {machine.id!r} was removed: an administrator can admit it again")
         orders = self.machine_left(machine.id)
+        machine.settings = self.settings.get(machine.id, machine.settings)
         self.machines[machine.id] = machine
         self._balancer.joined(machine)
-        return orders + self._fill_waiting()
+        return orders + self._use_room()
 
     def machine_left(self, machine_id: str) -> list[Order]:
         """Place what a vanished machine carried anew; what finds no room waits for the next machine."""
@@ -171,9 +186,13 @@ class Master:
             return []
         self._balancer.left(machine)
         orders: list[Order] = []
-        for key in [self._place_of[container] for container in machine.containers]:
-            self._empty(self.places[key])
-            orders += self._fill(key, self.places[key])
+        for container in tuple(machine.containers):
+            place = self._filled_by(container)
+            if place is not None:
+                self._empty(place)
+                orders += self._fill(place.request.key, place)
+            else:
+                self.places[self._place_of.pop(container)].successor = None
         return orders
 
     def machine_measured(self, machine_id: str) -> None:
@@ -195,6 +214,7 @@ class Master:
         if place is None:
             return None
         place.state, place.pid = "ready", pid
+        self._moving.discard(place.request.key)
         return place.request.key
 
     def container_lost(self, container: str, reason: PPaaSError) -> list[Order]:
@@ -206,8 +226,10 @@ class Master:
         place = self._filled_by(container)
         if place is None:
             return []
-        key = place.request.key
+        key, left = place.request.key, place.leaving
         self._empty(place)
+        if left:
+            return self._fill(key, place)
         if isinstance(reason, InvalidInput | NotFound | Conflict):
             return self._give_up(key, reason)
         now = self._clock()
@@ -218,18 +240,24 @@ class Master:
             return self._give_up(key, Unavailable(text))
         return self._fill(key, place, RESTART_DELAYS[crashes - 1])
 
+    def is_leaving(self, container: str) -> bool:
+        """Tell whether a container was ordered to leave its machine."""
+        place = self._filled_by(container)
+        return place is not None and place.leaving
+
     # -- inside --------------------------------------------------------------------------------------------------------
 
     def _filled_by(self, container: str) -> Place | None:
-        key = self._place_of.get(container)
-        return self.places.get(key) if key is not None else None
+        place = self.places.get(self._place_of.get(container, ""))
+        return place if place is not None and place.spec is not None and place.spec.id == container else None
 
     def _give_up(self, key: str, reason: PPaaSError) -> list[Order]:
         self._drop(key)
-        return [Close(key, reason), *self._fill_waiting()]
+        return [Close(key, reason), *self._use_room()]
 
-    def _fill_waiting(self) -> list[Order]:
-        return [order for key in tuple(self._waiting) for order in self._fill(key, self.places[key])]
+    def _use_room(self) -> list[Order]:
+        filled = [order for key in tuple(self._waiting) for order in self._fill(key, self.places[key])]
+        return [*filled, *self.move_on()]
 
     def _add(self, request: PlaceRequest) -> Place:
         place = self.places[request.key] = Place(request)
@@ -241,31 +269,48 @@ class Master:
         place = self.places.pop(key, None)
         if place is not None:
             self._waiting.pop(key, None)
+            self._moving.discard(key)
+            if place.successor is not None:
+                self._release(*place.successor)
             self._quotas.add(place.request.user, -1, -place.request.cores)
         return place
 
     def _fill(self, key: str, place: Place, delay: float = 0.0) -> list[Order]:
+        reserved = place.successor or self._reserve(place)
+        place.successor = None
+        if reserved is None:
+            self._moving.discard(key)
+            return []
+        self._waiting.pop(key, None)
+        place.machine, place.spec = reserved
+        place.state, place.pid, place.session = "starting", None, place.spec.session
+        return [Start(key, place.machine, place.spec, delay)]
+
+    def _reserve(self, place: Place) -> tuple[str, ContainerSpec] | None:
+        """Give the next container of a place the room that it needs, where the balancer wants it."""
         request, container = place.request, self._new_id()
         session = place.session or container
-        spec = ContainerSpec(container, request.user, request.map, request.cores, request.robot, session=session)
+        spec = ContainerSpec(
+            container, request.user, request.map, request.cores, request.robot, session=session, labels=request.labels
+        )
         machine = self._balancer.choose(spec)
         if machine is None:
-            return []
+            return None
         machine.place(spec)
         self._balancer.placed(machine, spec)
-        self._place_of[spec.id] = key
-        self._waiting.pop(key, None)
-        place.spec, place.machine, place.state, place.pid = spec, machine.id, "starting", None
-        place.session = session
-        return [Start(key, machine.id, spec, delay)]
+        self._place_of[spec.id] = request.key
+        return machine.id, spec
 
     def _empty(self, place: Place) -> list[Order]:
         spec, machine_id = place.spec, place.machine
-        place.spec, place.machine, place.state, place.pid = None, None, "waiting", None
+        place.spec, place.machine, place.state, place.pid, place.leaving = None, None, "waiting", None, False
         if place is self.places.get(place.request.key):
             self._waiting[place.request.key] = None
         if spec is None or machine_id is None:
             return []
+        return self._release(machine_id, spec)
+
+    def _release(self, machine_id: str, spec: ContainerSpec) -> list[Order]:
         self._place_of.pop(spec.id, None)
         machine = self.machines.get(machine_id)
         if machine is None:
@@ -273,3 +318,25 @@ class Master:
         machine.remove(spec.id)
         self._balancer.removed(machine, spec)
         return [End(machine_id, spec.id)]
+
+    # -- what moves ----------------------------------------------------------------------------------------------------
+
+    def move_on(self) -> list[Order]:
+        """Let containers leave machines that are drained, some at a time, those that are ready and fit elsewhere."""
+        draining = (machine for machine in self.machines.values() if machine.settings.draining)
+        ready = (place for machine in draining for place in self._ready_on(machine))
+        return [order for place in ready for order in self._move(place)]
+
+    def _ready_on(self, machine: Machine) -> list[Place]:
+        filled = (self._filled_by(container) for container in machine.containers)
+        return [place for place in filled if place is not None and place.state == "ready" and not place.leaving]
+
+    def _move(self, place: Place) -> list[Order]:
+        if len(self._moving) >= MOVES or place.spec is None or place.machine is None:
+            return []
+        place.successor = self._reserve(place)
+        if place.successor is None:
+            return []
+        place.leaving = True
+        self._moving.add(place.request.key)
+        return [Leave(place.request.key, place.machine, place.spec.id)]

@@ -55,6 +55,8 @@ class ContainerSpec(msgspec.Struct, frozen=True):
         no others.
     container_group : str
         Containers of one group are kept on one machine where a balancer can; without a name it is those of its map.
+    labels : dict of str to str
+        Its machine has all of these.
     """
 
     id: str
@@ -65,6 +67,7 @@ class ContainerSpec(msgspec.Struct, frozen=True):
     checkpoint: dict[str, bytes] = {}
     session: str = ""
     container_group: str = ""
+    labels: dict[str, str] = {}
 
     @property
     def kind(self) -> ContainerKind:

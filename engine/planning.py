@@ -5,8 +5,8 @@ import logging
 from dataclasses import dataclass
 
 from engine.background import Background
-from engine.master import PlaceRequest
 from engine.model import MapVersion
+from engine.places import PlaceRequest
 from engine.service import CloudService
 from engine.views import CostAnswer, CostRequest, PathAnswer, PathRequest
 from ppaas.errors import Unavailable

@@ -4,9 +4,9 @@ import asyncio
 import logging
 from collections import Counter
 
-from engine.master import PlaceRequest
 from engine.model import MapVersion, RobotConfig
 from engine.place_link import PlaceLink
+from engine.places import PlaceRequest
 from engine.service import CloudService
 from ppaas.errors import Conflict, NotFound, NotPermitted, PPaaSError, Unavailable
 from ppaas.robot_model.description import RobotDescription

@@ -10,6 +10,7 @@ import logging
 import secrets
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from engine import control, link
@@ -20,9 +21,13 @@ from engine.framing import FrameStream
 from engine.heartbeats import BEAT_PERIOD, MISSED, Heartbeats
 from engine.link_server import LinkServer
 from engine.machine import Machine
-from engine.master import Close, End, Master, Order, Place, PlaceRequest, Start
+from engine.machine_settings import MachineSettings
+from engine.master import Master
 from engine.model import ContainerSpec
+from engine.orders import Close, End, Leave, Order, Start
 from engine.place_link import PlaceLink
+from engine.places import Place, PlaceRequest
+from engine.viewing import container_view, machine_view
 from engine.views import ContainerView, MachineView
 from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable, rebuild
 
@@ -30,6 +35,9 @@ logger = logging.getLogger(__name__)
 
 START_TIMEOUT = 10.0
 """A container that has not dialled the robot link within these seconds is given up and replaced."""
+
+LEAVE_GRACE = 5.0
+"""Seconds that a container has to keep its state before it is moved as if it had died."""
 
 
 class CloudService:
@@ -49,6 +57,8 @@ class CloudService:
         Seconds that a container has to dial the robot link.
     machine_frozen : callable
         Told of a machine whose agent shows no sign of life, for whoever can end it; it was hung up on.
+    machine_removed : callable
+        Told of a machine that an administrator removed, for whoever would start its agent again.
     """
 
     def __init__(
@@ -60,10 +70,12 @@ class CloudService:
         *,
         start_timeout: float = START_TIMEOUT,
         machine_frozen: Callable[[str], None] = lambda _: None,
+        machine_removed: Callable[[str], None] = lambda _: None,
     ) -> None:
         self._master = master
         self._start_timeout = start_timeout
         self._machine_frozen = machine_frozen
+        self._machine_removed = machine_removed
         self._checkpoints = checkpoints
         self._links = LinkServer(run_dir / "link.sock", self._welcome, self._failed)
         self._control = ControlServer(run_dir / "control.sock", secret, self)
@@ -159,6 +171,39 @@ class CloudService:
                 return
         raise NotFound("container", container)
 
+    # -- machines ------------------------------------------------------------------------------------------------------
+
+    def machine_settings(self, machine: str) -> MachineSettings:
+        """Return what an administrator says of a machine; ``NotFound`` if there is none."""
+        return self._master.machine(machine).settings
+
+    def configure_machine(self, machine: str, settings: MachineSettings) -> None:
+        """Take over what an administrator says of a machine.
+
+        Raises
+        ------
+        InvalidParameter, NotFound
+            As the master says.
+        """
+        self._execute(self._master.configure(machine, settings))
+
+    def remove_machine(self, machine: str, *, force: bool = False) -> None:
+        """Cut a machine off, and let it in no more until it is admitted.
+
+        Raises
+        ------
+        Conflict, NotFound
+            As the master says.
+        """
+        self._lost_with(machine, partial(self._master.remove, force=force))
+        logger.warning("machine %s was removed", machine)
+        self._machine_removed(machine)
+        self._control.hang_up(machine)
+
+    def admit_machine(self, machine: str) -> None:
+        """Let a machine in again that was removed; its agent is started by whoever runs it."""
+        self._master.admit(machine)
+
     # -- orders --------------------------------------------------------------------------------------------------------
 
     def _execute(self, orders: list[Order]) -> None:
@@ -169,6 +214,8 @@ class CloudService:
                     self._background.run(self._start(order))
                 case End():
                     self._end(order)
+                case Leave():
+                    self._let_leave(order)
                 case Close():
                     place = self._places.pop(order.place, None)
                     logger.error("%s is closed: %s", order.place, order.reason)
@@ -208,6 +255,14 @@ class CloudService:
         except Unavailable:
             logger.info("container %s went with its machine", order.container)
 
+    def _let_leave(self, order: Leave) -> None:
+        logger.info("container %s leaves machine %s", order.container, order.machine)
+        place = self._places.get(order.place)
+        if place is not None:
+            place.release()
+        with contextlib.suppress(Unavailable):  # its machine went just now, which is told
+            self._control.order(order.machine, control.StopContainer(order.container, grace=LEAVE_GRACE))
+
     def _forget(self, container: str) -> None:
         self._started.pop(container, None)
         self._ready_seconds.pop(container, None)
@@ -223,6 +278,7 @@ class CloudService:
         began = self._started.pop(hello.container, None)
         if began is not None:
             self._ready_seconds[hello.container] = asyncio.get_running_loop().time() - began
+        self._execute(self._master.move_on())
         await place.serve(hello, stream)
 
     def _failed(self, failed: link.Failed) -> None:
@@ -254,18 +310,24 @@ class CloudService:
         """Place anew what a machine carried."""
         self._machine_beats.pop(machine, None)
         logger.log(logging.INFO if self._closing else logging.WARNING, "machine %s is gone", machine)
-        lost = self._master.machines[machine].containers if machine in self._master.machines else {}
+        self._lost_with(machine, self._master.machine_left)
+
+    def _lost_with(self, machine_id: str, lose: Callable[[str], list[Order]]) -> None:
+        machine = self._master.machines.get(machine_id)
+        lost = tuple(machine.containers) if machine is not None else ()
+        orders = lose(machine_id)
         for container in lost:
             self._links.forget(container)
             self._forget(container)
-        self._execute(self._master.machine_left(machine))
+        self._execute(orders)
 
     def _container_lost(self, container: str, reason: PPaaSError) -> None:
         self._links.forget(container)
         self._forget(container)
+        level = logging.INFO if self._master.is_leaving(container) else logging.WARNING
         orders = self._master.container_lost(container, reason)
         if orders:
-            logger.warning("container %s is lost: %s", container, reason)
+            logger.log(level, "container %s is lost: %s", container, reason)
         self._execute(orders)
 
     # -- what is frozen ------------------------------------------------------------------------------------------------
@@ -297,37 +359,17 @@ class CloudService:
 
     def machines(self) -> list[MachineView]:
         """Return all machines."""
-        return [
-            MachineView(m.id, m.cores, m.capacity, len(m.containers), m.memory, m.memory_used, m.cpu)
-            for m in self._master.machines.values()
-        ]
+        return [machine_view(machine) for machine in self._master.machines.values()]
 
     def containers(self, user: str | None) -> list[ContainerView]:
         """Return the containers of a user, or all."""
-        return [
-            self._view(place, place.spec)
-            for place in self._master.places.values()
-            if place.spec is not None and user in (None, place.request.user)
-        ]
+        places = (place for place in self._master.places.values() if user in (None, place.request.user))
+        return [view for place in places if (view := self._view(place)) is not None]
 
-    def _view(self, place: Place, spec: ContainerSpec) -> ContainerView:
+    def _view(self, place: Place) -> ContainerView | None:
+        container = place.spec.id if place.spec is not None else ""
         machine = self._master.machines.get(place.machine or "")
-        load = machine.loads.get(spec.id) if machine is not None else None
-        link = self._places.get(place.request.key)
         now = asyncio.get_running_loop().time()
-        return ContainerView(
-            id=spec.id,
-            kind=spec.kind,
-            user=spec.user,
-            robot=spec.robot.id if spec.robot is not None else None,
-            map=spec.map,
-            machine=place.machine or "",
-            cores=spec.cores,
-            state="ready" if place.state == "ready" else "starting",
-            pid=place.pid,
-            pss=load.pss if load is not None else None,
-            ready_seconds=self._ready_seconds.get(spec.id),
-            cpu=load.cpu if load is not None else None,
-            age=now - self._ordered.get(spec.id, now),
-            clients=link.clients if link is not None else 0,
-        )
+        age = now - self._ordered.get(container, now)
+        link = self._places.get(place.request.key)
+        return container_view(place, machine, link, age, self._ready_seconds.get(container))

@@ -4,10 +4,13 @@ from typing import Literal
 
 import msgspec
 
+from engine.cores import OVERSUBSCRIPTION
+from engine.machine_settings import MAX_CONTAINERS
 from engine.model import ContainerKind, MapVersion
 from ppaas.plans.stored import Origin
 
 ContainerState = Literal["starting", "ready"]
+MachineState = Literal["ready", "draining", "drained"]
 
 
 class MachineView(msgspec.Struct, frozen=True):
@@ -18,13 +21,29 @@ class MachineView(msgspec.Struct, frozen=True):
     cores : int
         CPUs it has.
     capacity : float
-        Size it may give to containers, in cores: its CPUs times the oversubscription.
+        Size it may give to containers, in cores: by its CPUs, the oversubscription and its memory.
     containers : int
         How many are placed on it.
     memory, memory_used : int
         Bytes.
     load : float
         CPU in use, in cores.
+    given : float
+        Sum of the sizes of its containers, in cores.
+    memory_given : int
+        Bytes that these count for.
+    state : {"ready", "draining", "drained"}
+        Whether it is given containers, or its own are moved to others, or that is done.
+    labels : dict of str to str
+        What it is like.
+    max_containers : int
+        Upper limit of containers.
+    max_memory : int, optional
+        Upper limit of the bytes that it may give; without it, what it has.
+    oversubscription : float
+        Cores that it gives away for each that it has.
+    draining : bool
+        Whether an administrator drains it.
     """
 
     id: str
@@ -34,6 +53,14 @@ class MachineView(msgspec.Struct, frozen=True):
     memory: int
     memory_used: int
     load: float
+    given: float = 0.0
+    memory_given: int = 0
+    state: MachineState = "ready"
+    labels: dict[str, str] = {}
+    max_containers: int = MAX_CONTAINERS
+    max_memory: int | None = None
+    oversubscription: float = OVERSUBSCRIPTION
+    draining: bool = False
 
 
 class ContainerView(msgspec.Struct, frozen=True):

@@ -14,7 +14,7 @@ from engine.control import StopContainer
 from engine.cores import OVERSUBSCRIPTION
 from engine.gate import SHARED_TOPIC, scope_of
 from engine.keys import shared_key, topic_key
-from engine.machine import MAX_CONTAINERS
+from engine.machine_settings import MAX_CONTAINERS
 from engine.mapcache import SPARE
 from engine.master import CRASH_LIMIT, CRASH_WINDOW
 from engine.model import ContainerSpec, MapVersion, RobotConfig
@@ -46,7 +46,7 @@ def test_places_and_machines_are_as_described() -> None:
     assert says(ARCHITECTURE, f"while a client is connected and {LINGER:g} s longer")
     assert says(ARCHITECTURE, f"until {IDLE:g} s after the last path") and says(DATA_FLOW, f"until {IDLE:g} s after")
     assert says(ARCHITECTURE, f"die more than {CRASH_LIMIT} times in {CRASH_WINDOW:g} s is closed")
-    assert OVERSUBSCRIPTION["shared"] == 4.0 and says(ARCHITECTURE, "gives out four times the cores it has")
+    assert OVERSUBSCRIPTION == 4.0 and says(ARCHITECTURE, "gives out four times the cores it has")
     assert says(ARCHITECTURE, f"It holds {MAX_CONTAINERS} at most")
     assert says(ARCHITECTURE, f"up to {quota.containers} containers and {quota.cores:g} cores")
     assert (config.quota, config.linger) == (quota, LINGER)

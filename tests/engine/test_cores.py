@@ -31,9 +31,11 @@ def test_more_than_the_machine_is_refused_by_name():
         cores.pick(2.5, (0, 1), {})
 
 
-def test_a_shared_machine_gives_more_than_it_has():
-    assert cores.capacity(4, "shared") == 16.0
-    assert cores.capacity(4, "dedicated") == 4.0
+def test_a_machine_gives_more_cores_than_it_has_and_no_more_memory():
+    assert cores.capacity(4, 8 << 30) == 16.0
+    assert cores.capacity(4, 8 << 30, 1.0) == 4.0
+    assert cores.capacity(4, 1 << 30) == 8.0
+    assert cores.memory(8.0) == 1 << 30
 
 
 def test_the_least_used_cpus_are_picked():

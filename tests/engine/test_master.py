@@ -10,11 +10,14 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from engine.balancers.first_fit import FirstFit
 from engine.machine import Machine
-from engine.master import CRASH_LIMIT, CRASH_WINDOW, RESTART_DELAYS, Close, End, Master, PlaceRequest, Start
+from engine.machine_settings import MachineSettings
+from engine.master import CRASH_LIMIT, CRASH_WINDOW, MOVES, RESTART_DELAYS, Master
 from engine.model import MapVersion, RobotConfig
+from engine.orders import Close, End, Start
+from engine.places import PlaceRequest
 from engine.quotas import Quota, Quotas
 from ppaas.clock import ManualClock
-from ppaas.errors import Conflict, InvalidMap, InvalidParameter, QuotaExceeded, Unavailable
+from ppaas.errors import Conflict, InvalidMap, InvalidParameter, NotFound, NotPermitted, QuotaExceeded, Unavailable
 
 MAP = MapVersion("office", "v1")
 
@@ -228,7 +231,24 @@ class MasterMachine(RuleBasedStateMachine):
 
     @rule(name=st.sampled_from(["m1", "m2"]), cores=st.integers(1, 3))
     def join(self, name: str, cores: int) -> None:
-        self.master.machine_joined(machine(name, cores))
+        with contextlib.suppress(NotPermitted):
+            self.master.machine_joined(machine(name, cores))
+
+    @rule(name=st.sampled_from(["m1", "m2"]), draining=st.booleans())
+    def drain(self, name: str, draining: bool) -> None:
+        with contextlib.suppress(NotFound):
+            self.master.configure(name, MachineSettings(draining=draining))
+
+    @rule(name=st.sampled_from(["m1", "m2"]), force=st.booleans())
+    def remove(self, name: str, force: bool) -> None:
+        with contextlib.suppress(NotFound, Conflict):
+            self.master.remove(name, force=force)
+            self.master.admit(name)
+
+    @rule(number=st.integers(1, 60))
+    def ready(self, number: int) -> None:
+        self.master.container_ready(f"c{number}", 1)
+        self.master.move_on()
 
     @rule(name=st.sampled_from(["m1", "m2"]))
     def vanish(self, name: str) -> None:
@@ -249,9 +269,16 @@ class MasterMachine(RuleBasedStateMachine):
         filled: dict[str, set[str]] = {name: set() for name in placed}
         for place in self.master.places.values():
             assert (place.spec is None) == (place.machine is None) == (place.state == "waiting")
-            if place.spec is not None and place.machine is not None:
-                filled[place.machine].add(place.spec.id)
+            assert place.successor is None or place.leaving
+            for machine_id, spec in filter(None, [(place.machine, place.spec), place.successor]):
+                if spec is not None and machine_id is not None:
+                    filled[machine_id].add(spec.id)
         assert placed == filled
+
+    @invariant()
+    def no_more_move_at_a_time_than_may(self) -> None:
+        assert sum(place.leaving for place in self.master.places.values()) <= MOVES
+        assert self.master._moving <= self.master.places.keys()
 
     @invariant()
     def no_machine_holds_more_than_it_has(self) -> None:

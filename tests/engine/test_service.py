@@ -14,30 +14,14 @@ from engine.master import CRASH_LIMIT, Master
 from engine.model import SESSION_STATE
 from engine.quotas import Quota, Quotas
 from engine.service import CloudService
-from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, Unavailable
+from ppaas.errors import Conflict, NotFound, QuotaExceeded, Unavailable
 from storage.memory import MemoryStore
 from storage.records import CloneCheckpoint
 from tests.support.engine_links import dial_link, receive
 from tests.support.fake_machine import FakeMachine, FarContainer
+from tests.support.listening import Listening
 from tests.support.specs import HOUSE, robot_request
 from tests.support.waiting import until
-
-
-class Client:
-    """Remembers what a place tells it."""
-
-    def __init__(self) -> None:
-        self.heard: list[tuple[str, bytes]] = []
-        self.reasons: list[PPaaSError] = []
-
-    def published(self, topic: str, payload: bytes) -> None:
-        self.heard.append((topic, payload))
-
-    def refused(self, topic: str, error: PPaaSError, sequence: int) -> None:
-        raise AssertionError(f"{topic}: {error}")
-
-    def closed(self, reason: PPaaSError) -> None:
-        self.reasons.append(reason)
 
 
 class SlowStore(MemoryStore):
@@ -119,7 +103,7 @@ async def test_machines_are_seen_with_their_load(service: CloudService, machine:
 async def test_a_machine_that_vanishes_has_its_places_filled_by_the_next(
     service: CloudService, machine: FakeMachine, tmp_path: Path
 ) -> None:
-    place, client = service.open_place(robot_request()), Client()
+    place, client = service.open_place(robot_request()), Listening()
     number = place.join(client)
     first = await machine.boot(await machine.started())
     await place.ready(10)
@@ -145,7 +129,7 @@ async def test_a_machine_that_vanishes_has_its_places_filled_by_the_next(
 
 
 async def test_a_place_is_filled_looked_at_and_closed(service: CloudService, machine: FakeMachine) -> None:
-    place, client = service.open_place(robot_request(cores=0.5)), Client()
+    place, client = service.open_place(robot_request(cores=0.5)), Listening()
     place.join(client)
     assert service.open_place(robot_request(cores=0.5)) is place is service.place(place.key)
     order = await machine.started()
@@ -184,7 +168,7 @@ async def test_what_the_master_refuses_leaves_no_trace(service: CloudService, ma
 async def test_a_lost_container_is_replaced_and_the_link_goes_on(
     service: CloudService, machine: FakeMachine, store: SlowStore
 ) -> None:
-    place, client = service.open_place(robot_request()), Client()
+    place, client = service.open_place(robot_request()), Listening()
     number = place.join(client)
     first = await machine.boot(await machine.started())
     await place.ready(10)
@@ -269,7 +253,7 @@ async def test_a_container_that_is_ready_is_not_ended_when_its_time_to_start_is_
 async def test_what_can_never_start_closes_the_place_with_its_reason(
     service: CloudService, machine: FakeMachine, told_by: str
 ) -> None:
-    place, client = service.open_place(robot_request()), Client()
+    place, client = service.open_place(robot_request()), Listening()
     place.join(client)
     order = await machine.started()
     error = NotFound("model", "toaster", ["turtlebot2"])
@@ -368,7 +352,7 @@ async def test_a_place_closed_while_its_container_boots_sends_it_home(
 
 
 async def test_a_container_that_is_given_up_is_replaced_by_another(service: CloudService, machine: FakeMachine) -> None:
-    place, client = service.open_place(robot_request()), Client()
+    place, client = service.open_place(robot_request()), Listening()
     place.join(client)
     first = await machine.boot(await machine.started())
     await place.ready(10)
@@ -399,7 +383,7 @@ async def test_news_of_containers_that_nobody_knows_change_nothing(service: Clou
 async def test_closing_closes_all_places_and_lets_all_machines_go(
     service: CloudService, machine: FakeMachine, tmp_path: Path
 ) -> None:
-    places, clients = [service.open_place(robot_request(f"tb{n}")) for n in range(2)], [Client(), Client()]
+    places, clients = [service.open_place(robot_request(f"tb{n}")) for n in range(2)], [Listening(), Listening()]
     for place, client in zip(places, clients, strict=True):
         place.join(client)
     ready: FarContainer = await machine.boot(await machine.started())

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from engine.master import PlaceRequest
 from engine.model import ContainerSpec, MapVersion, RobotConfig
+from engine.places import PlaceRequest
 
 HOUSE = MapVersion("house", "v1")
 
@@ -28,7 +28,13 @@ def planning_spec(container: str = "p1", user: str = "ann", version: MapVersion 
 
 
 def robot_request(
-    robot: str = "tb1", user: str = "ann", version: MapVersion = HOUSE, cores: float = 1.0, **fields: Any
+    robot: str = "tb1",
+    user: str = "ann",
+    version: MapVersion = HOUSE,
+    cores: float = 1.0,
+    *,
+    labels: dict[str, str] | None = None,
+    **fields: Any,
 ) -> PlaceRequest:
     """Return the wish for a place with the clone of a robot."""
-    return PlaceRequest(user, version, cores, robot_config(robot, **fields))
+    return PlaceRequest(user, version, cores, robot_config(robot, **fields), labels=labels or {})

@@ -1,6 +1,7 @@
 """Which machine a container is placed on."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -13,6 +14,7 @@ from engine.balancers.ppaas import SameMap
 from engine.balancers.registry import BALANCERS
 from engine.balancers.utilization import LATE, Weights, utilization
 from engine.machine import Machine
+from engine.machine_settings import MachineSettings
 from engine.model import ContainerSpec
 from ppaas.errors import NotFound
 from tests.support.placing import machine, spec
@@ -48,7 +50,7 @@ class Placing:
         """Lose a machine with all that it carries."""
         self.balancer.left(self.machines.pop(machine_id))
 
-    def measure(self, machine_id: str, **figures: float) -> None:
+    def measure(self, machine_id: str, **figures: Any) -> None:
         """Note what was measured of a machine."""
         for name, value in figures.items():
             setattr(self.machines[machine_id], name, value)
@@ -70,9 +72,12 @@ def test_first_fit_fills_one_machine_after_the_other() -> None:
 @pytest.mark.parametrize("name", BALANCERS.names())
 def test_what_is_drained_or_full_or_too_small_is_given_nothing(name: str) -> None:
     placing = Placing(
-        BALANCERS.create(name, {}), machine("drained"), machine("full", max_containers=1), machine("small", 1)
+        BALANCERS.create(name, {}),
+        machine("drained"),
+        machine("full", settings=MachineSettings(max_containers=1)),
+        machine("small", 1),
     )
-    placing.measure("drained", draining=True)
+    placing.measure("drained", settings=MachineSettings(draining=True))
     assert placing.place(spec("one", 2.0)) == "full"
     assert placing.place(spec("two", 2.0)) is None
     assert placing.place(spec("three", 1.0)) == "small"

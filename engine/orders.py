@@ -1,0 +1,44 @@
+"""What the master orders."""
+
+from dataclasses import dataclass
+
+from engine.model import ContainerSpec
+from ppaas.errors import PPaaSError
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """Order: start this container on this machine after some seconds, from the last checkpoint of its session."""
+
+    place: str
+    machine: str
+    spec: ContainerSpec
+    delay: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """Order: end this container."""
+
+    machine: str
+    container: str
+
+
+@dataclass(frozen=True, slots=True)
+class Leave:
+    """Order: have this container keep its state and end; when it is gone, another goes on elsewhere."""
+
+    place: str
+    machine: str
+    container: str
+
+
+@dataclass(frozen=True, slots=True)
+class Close:
+    """Order: tell whoever uses the place that it is no more, and why."""
+
+    place: str
+    reason: PPaaSError
+
+
+Order = Start | End | Leave | Close

@@ -1,0 +1,132 @@
+"""Machines that are drained and removed while robots are connected: real links, no processes."""
+
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+from engine import link
+from engine.balancers.first_fit import FirstFit
+from engine.checkpoints import Checkpoints
+from engine.machine_settings import MachineSettings
+from engine.master import Master
+from engine.model import SESSION_STATE
+from engine.service import CloudService
+from ppaas.errors import Conflict, NotFound
+from storage.memory import MemoryStore
+from storage.records import CloneCheckpoint
+from tests.support.fake_machine import FakeMachine
+from tests.support.listening import Listening
+from tests.support.specs import robot_request
+from tests.support.waiting import until
+
+DRAINING = MachineSettings(draining=True)
+
+
+@pytest.fixture
+def store() -> MemoryStore:
+    return MemoryStore()
+
+
+@pytest.fixture
+async def service(tmp_path: Path, store: MemoryStore) -> AsyncIterator[CloudService]:
+    opened = CloudService(Master(FirstFit()), Checkpoints(store), tmp_path, "secret")
+    await opened.start()
+    yield opened
+    await opened.close()
+
+
+@pytest.fixture
+async def machines(service: CloudService, tmp_path: Path) -> AsyncIterator[list[FakeMachine]]:
+    joined = []
+    for name in ("m1", "m2"):
+        joined.append(await FakeMachine.join(tmp_path, name))
+        await until(lambda: len(service.machines()) == len(joined))
+    yield joined
+    for machine in joined:
+        await machine.leave()
+
+
+async def test_a_robot_keeps_its_session_when_its_machine_is_drained(
+    service: CloudService, machines: list[FakeMachine], store: MemoryStore
+) -> None:
+    place, client = service.open_place(robot_request()), Listening()
+    number = place.join(client)
+    first = await machines[0].boot(await machines[0].started())
+    await place.ready(10)
+    place.subscribe("map", number)
+    assert isinstance(await first.next(), link.Subscribe)
+    service.configure_machine("m1", DRAINING)
+    assert await first.next() == link.Stop()
+    assert await machines[0].stopped() == first.spec.id
+    assert not machines[1].has_orders(), "nothing starts before the state is kept"
+    store.save_clone(CloneCheckpoint("ann", "tb1", {SESSION_STATE: first.spec.id.encode(), "amcl": b"{}"}, 1.0))
+    place.deliver("goal", b"1", number, must_arrive=True)
+    await machines[0].kill(first, 0)
+    order = await machines[1].started()
+    assert order.spec.checkpoint["amcl"] == b"{}"
+    second = await machines[1].boot(order)
+    assert [await second.next(), await second.next()] == [
+        link.Subscribe("map", 0),
+        link.Deliver("goal", b"1", number, 1),
+    ]
+    assert [view.machine for view in service.containers("ann")] == ["m2"]
+    assert {view.id: view.state for view in service.machines()} == {"m1": "drained", "m2": "ready"}
+    assert client.reasons == []
+
+
+async def test_the_next_leaves_when_the_one_before_is_ready(
+    service: CloudService, machines: list[FakeMachine], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("engine.master.MOVES", 1)
+    ran = []
+    for robot in ("tb1", "tb2"):
+        place = service.open_place(robot_request(robot))
+        ran.append(await machines[0].boot(await machines[0].started()))
+        await place.ready(10)
+    service.configure_machine("m1", DRAINING)
+    assert service.machines()[0].state == "draining"
+    for container in ran:
+        assert await machines[0].stopped() == container.spec.id
+        assert not machines[0].has_orders()
+        await machines[0].kill(container, 0)
+        await machines[1].boot(await machines[1].started())
+    await until(lambda: all(view.state == "ready" for view in service.containers("ann")))
+
+
+async def test_a_machine_that_is_removed_is_cut_off_and_not_let_in_until_it_is_admitted(
+    service: CloudService, machines: list[FakeMachine], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    service.open_place(robot_request())
+    first = await machines[0].started()
+    with pytest.raises(Conflict):
+        service.remove_machine("m1")
+    service.remove_machine("m1", force=True)
+    assert await machines[0].order() is None
+    order = await machines[1].started()
+    assert order.spec.id != first.spec.id
+    with pytest.raises(NotFound):
+        service.configure_machine("m1", DRAINING)
+    again = await FakeMachine.join(tmp_path, "m1")
+    assert await again.order() is None
+    assert "was removed" in caplog.text
+    assert [view.id for view in service.machines()] == ["m2"]
+    service.admit_machine("m1")
+    admitted = await FakeMachine.join(tmp_path, "m1")
+    await until(lambda: len(service.machines()) == 2)
+    await admitted.leave()
+    await again.leave()
+
+
+async def test_who_would_start_the_agent_again_is_told_of_a_machine_that_is_removed(tmp_path: Path) -> None:
+    told: list[str] = []
+    service = CloudService(
+        Master(FirstFit()), Checkpoints(MemoryStore()), tmp_path, "secret", machine_removed=told.append
+    )
+    await service.start()
+    machine = await FakeMachine.join(tmp_path)
+    await service.wait_for_machine(10)
+    service.remove_machine("m1")
+    assert told == ["m1"]
+    await service.close()
+    await machine.leave()
