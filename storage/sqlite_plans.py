@@ -17,9 +17,10 @@ from ppaas.plans.chunks import ENDS_BEFORE, GRANULARITY, inner_granularity
 from ppaas.plans.codes import entry_id, poses_in, unpack
 from ppaas.plans.passages import comes_near
 from ppaas.plans.recipes import numbers_in, read_recipe
+from storage.group_commit import GroupCommit
 from storage.names import check_name
 from storage.plan_checks import check_replacement
-from storage.plan_entry import context_of, entries_of, head_of, record_of
+from storage.plan_entry import PlanEntry, context_of, entries_of, head_of, record_of
 from storage.plan_search import PlanSearch
 from storage.records import PlanPart, PlanPassage, PlanRecord, PlanStatistics
 from storage.sqlite_connections import SqliteConnections
@@ -46,7 +47,7 @@ _PLAN = "SELECT record, body FROM plans JOIN contexts ON contexts.id = context W
 class SqlitePlans:
     """A ``PlanStore`` in an SQLite file.
 
-    A plan that was acknowledged is on the disk.
+    A plan that was acknowledged is on the disk. Those that several threads add at a time get there together.
 
     Parameters
     ----------
@@ -60,6 +61,7 @@ class SqlitePlans:
         self._plan_connections = connections
         self._granularity = inner_granularity(granularity)
         self._remembered = RememberedChunks()
+        self._adding: GroupCommit[list[PlanEntry], int] = GroupCommit(self._add_all)
 
     def add_plan(self, record: PlanRecord) -> None:
         """Keep a plan; keeping the same id twice changes nothing."""
@@ -67,10 +69,12 @@ class SqlitePlans:
 
     def add_plans(self, records: Iterable[PlanRecord]) -> int:
         """Keep plans, all or none; return how many were not there before."""
-        entries = list(entries_of(records, self._granularity))
+        return self._adding.submit(list(entries_of(records, self._granularity)))
+
+    def _add_all(self, given: Sequence[list[PlanEntry]]) -> list[int]:
         with self._plan_connections.writing() as connection:
             transaction = PlanTransaction(connection, self._remembered)
-            added = transaction.add(entries)
+            added = [transaction.add(entries) for entries in given]
         transaction.committed()
         return added
 

@@ -4,6 +4,7 @@ import sqlite3
 import tempfile
 import zlib
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 
 AT_ONCE = 1000
 ONE_BY_ONE, LOOKUPS, READS = 1000, 2000, 500
+WRITERS = 8
+"""Threads that keep plans one by one at a time, as a server does for robots."""
 TOLERANCE = 0.25
 SIZES = (1_000, 10_000, 100_000, 1_000_000)
 COMPARED = 2_000
@@ -86,24 +89,39 @@ def _fill(
 ) -> Iterator[dict[str, Any]]:
     task, kept = progress.add_task("keeping plans", total=sizes[-1]), 0
     for size in sizes:
-        alone = min(ONE_BY_ONE, size // 10)
+        alone = min(ONE_BY_ONE, size // 20)
         in_bulk, bulk = 0, _Took()
-        while kept < size - alone:
-            batch = list(driven.records(kept, min(kept + AT_ONCE, size - alone), smooth=smooth))
+        while kept < size - 2 * alone:
+            batch = list(driven.records(kept, min(kept + AT_ONCE, size - 2 * alone), smooth=smooth))
             bulk += _took(lambda batch=batch: store.add_plans(batch))  # type: ignore[misc]
             in_bulk += len(batch)
             kept += len(batch)
             progress.update(task, completed=kept)
-        singles = list(driven.records(kept, size, smooth=smooth))
-        single = sum((_took(lambda each=each: store.add_plan(each)) for each in singles), _Took())  # type: ignore[misc]
+        singles = list(driven.records(kept, size - alone, smooth=smooth))
+        together = list(driven.records(size - alone, size, smooth=smooth))
+        rates = _one_by_one(store, singles, together)
         kept = size
-        yield _state(store, driven, size, smooth) | {
-            "bulk_per_second": in_bulk / bulk.seconds,
-            "bulk_per_processor_second": in_bulk / bulk.processor,
-            "single_per_second": len(singles) / single.seconds,
-            "single_per_processor_second": len(singles) / single.processor,
-        }
+        yield (
+            _state(store, driven, size, smooth)
+            | rates
+            | {
+                "bulk_per_second": in_bulk / bulk.seconds,
+                "bulk_per_processor_second": in_bulk / bulk.processor,
+            }
+        )
     progress.remove_task(task)
+
+
+def _one_by_one(store: Store, singles: list[PlanRecord], together: list[PlanRecord]) -> dict[str, float]:
+    """Keep plans one at a time, each acknowledged for itself: first from one thread, then from several."""
+    single = sum((_took(lambda each=each: store.add_plan(each)) for each in singles), _Took())  # type: ignore[misc]
+    with ThreadPoolExecutor(WRITERS) as threads:
+        several = _took(lambda: list(threads.map(store.add_plan, together)))
+    return {
+        "single_per_second": len(singles) / single.seconds,
+        "single_per_processor_second": len(singles) / single.processor,
+        "several_per_second": len(together) / several.seconds,
+    }
 
 
 def _state(store: Store, driven: Routes, size: int, smooth: bool) -> dict[str, Any]:

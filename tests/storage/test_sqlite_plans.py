@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
@@ -166,6 +167,18 @@ def test_processes_that_write_the_same_stretches_at_once_lose_nothing(file: Path
     with closing(SqliteStore(file)) as store:
         assert len(store.plans("house")) == 90
         assert store.plan("w1-5") == path("w1-5", 2)
+    assert_sound(file)
+
+
+def test_threads_that_add_plans_at_a_time_keep_each_once(file: Path) -> None:
+    with ExitStack() as opened, ThreadPoolExecutor(6) as threads:
+        store = open_one(file, opened)
+        given = [path(f"p{number % 30}", lane=number % 7 * 0.05) for number in range(60)]
+        added = list(threads.map(lambda record: store.add_plans([record]), given))
+        assert sum(added) == 30
+        assert sorted(record.id for record in store.plans(given[0].map, limit=100)) == sorted(
+            {each.id for each in given}
+        )
     assert_sound(file)
 
 

@@ -1,0 +1,71 @@
+"""Several callers' work in one transaction: what comes while another commits is committed together after it.
+
+A commit that lasts waits for the disk once, however much is in it. Whoever comes alone waits for nobody.
+"""
+
+import threading
+from collections.abc import Callable, Sequence
+from typing import Generic, TypeVar
+
+Given = TypeVar("Given")
+Told = TypeVar("Told")
+
+
+class _Ticket(Generic[Given, Told]):
+    """What one caller gives, and is told when it is committed."""
+
+    def __init__(self, given: Given) -> None:
+        self.given = given
+        self.woken = threading.Event()
+        self.told: Told
+        self.error: BaseException | None = None
+        self.over = False
+
+
+class GroupCommit(Generic[Given, Told]):
+    """Hands what callers give to one of them at a time, all that waits together.
+
+    Parameters
+    ----------
+    commit : callable
+        Commits what several gave, all or nothing; returns what each is told, in their order. What it raises is raised
+        to all of them.
+    """
+
+    def __init__(self, commit: Callable[[Sequence[Given]], Sequence[Told]]) -> None:
+        self._commit = commit
+        self._lock = threading.Lock()
+        self._waiting: list[_Ticket[Given, Told]] = []
+        self._led = False
+
+    def submit(self, given: Given) -> Told:
+        """Return when it is committed."""
+        ticket = _Ticket[Given, Told](given)
+        with self._lock:
+            self._waiting.append(ticket)
+            first, self._led = not self._led, True
+        if not first:
+            ticket.woken.wait()
+        if not ticket.over:
+            self._lead()
+        if ticket.error is not None:
+            raise ticket.error
+        return ticket.told
+
+    def _lead(self) -> None:
+        """Commit all that waits, then let the next go on with what came meanwhile: nobody works for others for ever."""
+        with self._lock:
+            taken, self._waiting = self._waiting, []
+        try:
+            for ticket, told in zip(taken, self._commit([ticket.given for ticket in taken]), strict=True):
+                ticket.told = told
+        except BaseException as error:  # noqa: BLE001  # it is raised by each that waits
+            for ticket in taken:
+                ticket.error = error
+        with self._lock:
+            self._led = bool(self._waiting)
+            following = self._waiting[:1]
+        for ticket in taken:
+            ticket.over = True
+        for ticket in taken + following:
+            ticket.woken.set()
