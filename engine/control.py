@@ -7,13 +7,19 @@ from engine.model import ContainerSpec
 
 
 class Register(msgspec.Struct, tag="register"):
-    """A machine joins; it starts with no container."""
+    """A machine joins; it starts with no container.
+
+    ``memory`` is in bytes, ``network`` what it can send and receive in a second, 0 where that is not known; ``labels``
+    tell what it is like.
+    """
 
     machine: str
     secret: str
     pid: int
     cores: int
     memory: int
+    labels: dict[str, str] = {}
+    network: float = 0.0
 
 
 class ContainerLoad(msgspec.Struct, frozen=True):
@@ -25,11 +31,17 @@ class ContainerLoad(msgspec.Struct, frozen=True):
 
 
 class Heartbeat(msgspec.Struct, tag="heartbeat"):
-    """The machine lives: its load, in cores, and that of its containers."""
+    """The machine lives: its load, in cores, and that of its containers.
+
+    ``network_used`` is what it sent and received in a second [bytes]; ``round_trips`` are those to other machines, by
+    their names [s].
+    """
 
     cpu: float
     memory_used: int
     containers: list[ContainerLoad]
+    network_used: float = 0.0
+    round_trips: dict[str, float] = {}
 
 
 class Beat(msgspec.Struct, tag="beat"):

@@ -240,6 +240,18 @@ class Master:
             return self._give_up(key, Unavailable(text))
         return self._fill(key, place, RESTART_DELAYS[crashes - 1])
 
+    def check_carries(self, machine_id: str, container: str) -> None:
+        """Make sure that a machine speaks of what is its own, or was.
+
+        Raises
+        ------
+        NotPermitted
+            Another machine carries this container.
+        """
+        place = self._filled_by(container)
+        if place is not None and place.machine != machine_id:
+            raise NotPermitted(f"machine {machine_id!r} speaks of container {container!r}, which is on another")
+
     def is_leaving(self, container: str) -> bool:
         """Tell whether a container was ordered to leave its machine."""
         place = self._filled_by(container)

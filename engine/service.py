@@ -16,11 +16,11 @@ from pathlib import Path
 from engine import control, link
 from engine.background import Background
 from engine.checkpoints import Checkpoints
+from engine.claims import check_heartbeat, machine_of
 from engine.control_server import ControlServer
 from engine.framing import FrameStream
 from engine.heartbeats import BEAT_PERIOD, MISSED, Heartbeats
 from engine.link_server import LinkServer
-from engine.machine import Machine
 from engine.machine_settings import MachineSettings
 from engine.master import Master
 from engine.model import ContainerSpec
@@ -285,15 +285,32 @@ class CloudService:
         self._container_lost(failed.container, rebuild(failed.refusal.slug, failed.refusal.text))
 
     def machine_registered(self, register: control.Register) -> None:
-        """Take a machine in."""
-        machine = Machine(register.machine, register.cores, register.memory, register.pid)
+        """Take a machine in.
+
+        Raises
+        ------
+        InvalidInput
+            It is none.
+        NotPermitted
+            It was removed.
+        """
+        machine = machine_of(register)
+        orders = self._master.machine_joined(machine)
         self._machine_beats[machine.id] = 0
         logger.info("machine %s joined with %d cores", machine.id, machine.cores)
         self._machine_joined.set()
-        self._execute(self._master.machine_joined(machine))
+        self._execute(orders)
 
     def machine_said(self, machine: str, event: control.FromAgent) -> None:
-        """Take news of a machine."""
+        """Take news of a machine, which says nothing of the containers of others.
+
+        Raises
+        ------
+        InvalidParameter, NotPermitted
+            It says what cannot be: it is cut off.
+        """
+        if isinstance(event, control.Launched | control.LaunchFailed | control.Exited):
+            self._master.check_carries(machine, event.container)
         match event:
             case control.Beat():
                 self._machine_beats[machine] += 1
@@ -351,6 +368,7 @@ class CloudService:
     def _note_load(self, machine_id: str, heartbeat: control.Heartbeat) -> None:
         machine = self._master.machines.get(machine_id)
         if machine is not None:
+            check_heartbeat(machine, heartbeat)
             machine.cpu, machine.memory_used = heartbeat.cpu, heartbeat.memory_used
             machine.loads = {load.container: load for load in heartbeat.containers}
             self._master.machine_measured(machine_id)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from engine import link
+from engine import control, link
 from engine.balancers.first_fit import FirstFit
 from engine.checkpoints import Checkpoints
 from engine.machine_settings import MachineSettings
@@ -130,3 +130,53 @@ async def test_who_would_start_the_agent_again_is_told_of_a_machine_that_is_remo
     assert told == ["m1"]
     await service.close()
     await machine.leave()
+
+
+# -- machines that lie -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("cores", "name"), [(0, "m3"), (-1, "m3"), (1 << 20, "m3"), (2, "../m3"), (2, "")], ids=str)
+async def test_a_machine_that_is_none_is_hung_up_on(
+    service: CloudService, machines: list[FakeMachine], tmp_path: Path, cores: int, name: str
+) -> None:
+    liar = await FakeMachine.join(tmp_path, name, cores=cores)
+    assert await liar.order() is None
+    assert [view.id for view in service.machines()] == ["m1", "m2"]
+    await liar.leave()
+
+
+async def test_a_second_machine_of_a_name_changes_nothing_of_the_first(
+    service: CloudService, machines: list[FakeMachine], tmp_path: Path
+) -> None:
+    place = service.open_place(robot_request())
+    first = await machines[0].boot(await machines[0].started())
+    await place.ready(10)
+    double = await FakeMachine.join(tmp_path, "m1", cores=64)
+    assert await double.order() is None
+    assert [(view.id, view.cores, view.containers) for view in service.machines()] == [("m1", 2, 1), ("m2", 2, 0)]
+    assert place.container == first.spec.id
+    await double.leave()
+
+
+async def test_a_machine_that_speaks_of_the_container_of_another_is_cut_off(
+    service: CloudService, machines: list[FakeMachine], caplog: pytest.LogCaptureFixture
+) -> None:
+    place = service.open_place(robot_request())
+    first = await machines[0].boot(await machines[0].started())
+    await place.ready(10)
+    machines[1].tell(control.Exited(first.spec.id, -9))
+    assert await machines[1].order() is None
+    assert "which is on another" in caplog.text
+    assert place.container == first.spec.id
+    await until(lambda: [view.id for view in service.machines()] == ["m1"])
+
+
+async def test_a_machine_whose_load_cannot_be_is_cut_off_and_its_places_filled_elsewhere(
+    service: CloudService, machines: list[FakeMachine]
+) -> None:
+    service.open_place(robot_request())
+    order = await machines[0].started()
+    machines[0].tell(control.Heartbeat(0.5, 1 << 50, []))
+    assert await machines[0].order() is None
+    again = await machines[1].started()
+    assert again.spec.session == order.spec.id

@@ -1,0 +1,64 @@
+"""What machines say of themselves, and what of it can be believed.
+
+Nobody can tell from afar how many cores a machine has. But what no machine has is refused, and what a machine says of
+others: then it is cut off, as one whose agent is broken.
+"""
+
+import math
+
+from engine import control
+from engine.machine import Machine
+from engine.machine_settings import check_labels
+from ppaas.errors import InvalidParameter
+from storage.names import check_name
+
+MOST_CORES = 4096
+LEAST_MEMORY = 1 << 24
+MOST_MEMORY = 1 << 46
+MOST_NETWORK = 1e12
+
+
+def machine_of(register: control.Register) -> Machine:
+    """Return the machine that registers.
+
+    Raises
+    ------
+    InvalidInput
+        Its name is none, or a size or a label.
+    """
+    check_name("machine", register.machine)
+    check_labels(register.labels)
+    _check(register.machine, "cores", register.cores, 1, MOST_CORES)
+    _check(register.machine, "bytes of memory", register.memory, LEAST_MEMORY, MOST_MEMORY)
+    _check(register.machine, "bytes a second of its network", register.network, 0.0, MOST_NETWORK)
+    return Machine(
+        register.machine,
+        register.cores,
+        register.memory,
+        register.pid,
+        labels=register.labels,
+        network=register.network,
+    )
+
+
+def check_heartbeat(machine: Machine, heartbeat: control.Heartbeat) -> None:
+    """Make sure that a machine uses what a machine of its size can use.
+
+    Raises
+    ------
+    InvalidParameter
+        It does not.
+    """
+    _check(machine.id, "cores in use", heartbeat.cpu, 0.0, MOST_CORES)
+    _check(machine.id, "bytes in use", heartbeat.memory_used, 0, machine.memory)
+    _check(machine.id, "bytes a second", heartbeat.network_used, 0.0, MOST_NETWORK)
+    for round_trip in heartbeat.round_trips.values():
+        _check(machine.id, "seconds of a round trip", round_trip, 0.0, math.inf)
+    for load in heartbeat.containers:
+        _check(machine.id, "cores of a container", load.cpu, 0.0, MOST_CORES)
+        _check(machine.id, "bytes of a container", load.pss, 0, machine.memory)
+
+
+def _check(machine: str, what: str, value: float, least: float, most: float) -> None:
+    if not (math.isfinite(value) and least <= value <= most):
+        raise InvalidParameter(f"machine {machine!r} says {value} {what}: there are from {least:g} to {most:g}")
