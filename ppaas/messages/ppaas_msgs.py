@@ -1,7 +1,9 @@
 """``ppaas_msgs``: what ROS has no type for."""
 
+from msgspec import field
+
 from ppaas.messages.geometry_msgs import Pose
-from ppaas.messages.message import Message, ServiceType
+from ppaas.messages.message import Empty, Message, ServiceType
 
 
 class ComputePathRequest(Message):
@@ -105,4 +107,183 @@ class ComputeCostsResponse(Message):
 
 ComputeCosts = ServiceType("ppaas_msgs/ComputeCosts", ComputeCostsRequest, ComputeCostsResponse)
 
-SERVICES = (ComputePath, ComputeCosts)
+# -- the node monitor: which of its nodes a robot runs itself ----------------------------------------------------------
+
+
+class NodeHome(Message):
+    """``ppaas_msgs/NodeHome``: where a node runs, and where the node monitor wants it.
+
+    Parameters
+    ----------
+    node : str
+        Its name.
+    home : str
+        ``cloud`` or ``robot``.
+    wanted : str
+        The same, as the verdict says.
+    score : float
+        From −1, all speaks for the robot, to 1, all speaks for the cloud.
+    reasons : list of str
+        What the verdict rests on, what counts most first.
+    """
+
+    node: str
+    home: str = "cloud"
+    wanted: str = "cloud"
+    score: float = 0.0
+    reasons: list[str] = field(default_factory=list)
+
+
+class NodeHomes(Message):
+    """``ppaas_msgs/NodeHomes``: all nodes of a robot's clone."""
+
+    nodes: list[NodeHome]
+
+
+ListNodes = ServiceType("ppaas_msgs/ListNodes", Empty, NodeHomes)
+
+
+class TellRobotRequest(Message):
+    """``ppaas_msgs/TellRobot`` request: what a robot has to run nodes on, and how it reaches the cloud.
+
+    Parameters
+    ----------
+    cores : int
+        Of its processor.
+    clock : float
+        [GHz].
+    benchmark : float
+        How fast one core is, where a Raspberry Pi 4 is 1.
+    rtt : float
+        There and back over its link [s].
+    bandwidth : float
+        Of its link [bytes/s].
+    nodes : list of str
+        Names of the nodes that it can run.
+    """
+
+    cores: int
+    clock: float
+    benchmark: float
+    rtt: float
+    bandwidth: float
+    nodes: list[str] = field(default_factory=list)
+
+
+class TellRobotResponse(Message):
+    """``ppaas_msgs/TellRobot`` response.
+
+    Parameters
+    ----------
+    config : str
+        What its nodes are made of: JSON, the arguments of a clone but its map.
+    power : float
+        What the robot is worth, in cores of a Raspberry Pi 4.
+    """
+
+    config: str
+    power: float
+
+
+TellRobot = ServiceType("ppaas_msgs/TellRobot", TellRobotRequest, TellRobotResponse)
+
+
+class RunNodeRequest(Message):
+    """``ppaas_msgs/RunNode`` request: run a node, wherever it does best.
+
+    Parameters
+    ----------
+    node : str
+        Its name.
+    home : str
+        ``cloud`` or ``robot`` to have it there; empty for where the node monitor finds best.
+    """
+
+    node: str
+    home: str = ""
+
+
+RunNode = ServiceType("ppaas_msgs/RunNode", RunNodeRequest, NodeHome)
+
+
+class HoldNodeRequest(Message):
+    """``ppaas_msgs/HoldNode`` request: the robot takes a node over, or says that it still runs it.
+
+    Parameters
+    ----------
+    node : str
+        Its name.
+    lease : int
+        What the answer said when the node was taken over; 0 takes it over.
+    state : str
+        Its checkpoint: JSON.
+    seconds : float
+        What it took for each thing that it was told since the last time, in the mean [s]; 0 if it was told nothing.
+    rtt : float
+        There and back over the link, as the call before took [s]; 0 if it is not known.
+    """
+
+    node: str
+    lease: int = 0
+    state: str = ""
+    seconds: float = 0.0
+    rtt: float = 0.0
+
+
+class HoldNodeResponse(Message):
+    """``ppaas_msgs/HoldNode`` response.
+
+    Parameters
+    ----------
+    lease : int
+        0: the node is no longer the robot's, and runs in the cloud.
+    state : str
+        The node's checkpoint where it was taken over; else empty.
+    """
+
+    lease: int
+    state: str = ""
+
+
+HoldNode = ServiceType("ppaas_msgs/HoldNode", HoldNodeRequest, HoldNodeResponse)
+
+
+class GiveNodeRequest(Message):
+    """``ppaas_msgs/GiveNode`` request: the robot runs a node no more.
+
+    Parameters
+    ----------
+    node : str
+        Its name.
+    lease : int
+        Under which the robot had it; 0 if it could not take it over.
+    state : str
+        Its last checkpoint; empty for the one told before.
+    failure : str
+        Why it could not be run there; empty if it only goes back.
+    """
+
+    node: str
+    lease: int
+    state: str = ""
+    failure: str = ""
+
+
+GiveNode = ServiceType("ppaas_msgs/GiveNode", GiveNodeRequest, NodeHome)
+
+
+class ProbeLinkRequest(Message):
+    """``ppaas_msgs/ProbeLink`` request: send so many bytes, by which a robot measures its link."""
+
+    bytes: int
+
+
+class ProbeLinkResponse(Message):
+    """``ppaas_msgs/ProbeLink`` response."""
+
+    data: str
+
+
+ProbeLink = ServiceType("ppaas_msgs/ProbeLink", ProbeLinkRequest, ProbeLinkResponse)
+
+SERVICES = (ComputePath, ComputeCosts, ListNodes, TellRobot, RunNode, HoldNode, GiveNode, ProbeLink)

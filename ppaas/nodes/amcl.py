@@ -17,12 +17,14 @@ from ppaas.messages.geometry_msgs import Pose, PoseArray, PoseWithCovariance, Po
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header, Time
 from ppaas.messages.tf2_msgs import TFMessage
-from ppaas.nodes.base import Context, Node, Payload, Topic
+from ppaas.nodes.base import Context, Demands, Node, Payload, Topic
 from ppaas.nodes.checks import expect, finite_pose
 from ppaas.nodes.frames import BASE_LINK, MAP, ODOM, TF, TF_STATIC, FrameListener
 from ppaas.transforms import tf_time, transform_message
 
 SCAN_TOPIC = Topic("scan", LaserScan)
+SCAN_RATE = 80e3
+"""What a laser of 360 beams and 10 Hz says, as JSON [bytes/s]."""
 
 LONGEST_GAP = 5.0
 """A robot whose odometry is farther than this from where it was at the checkpoint [m] has reset its odometry."""
@@ -74,6 +76,7 @@ class AmclNode(Node):
     """
 
     name: ClassVar[str] = "amcl"
+    demands: ClassVar[Demands] = Demands(0.15, rates={SCAN_TOPIC.name: SCAN_RATE})
     subscribes: ClassVar[tuple[Topic, ...]] = (
         SCAN_TOPIC,
         TF,

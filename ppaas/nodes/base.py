@@ -5,8 +5,8 @@ its ``Context``. So one class runs in a cloud container, in a robot's local node
 """
 
 from abc import ABC
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import ClassVar, NamedTuple, Protocol, TypeVar
 
 import msgspec
@@ -108,6 +108,25 @@ class Checkpoint:
     state: bytes
 
 
+@dataclass(frozen=True, slots=True)
+class Demands:
+    """What a node that may live in either home wants of it, as its class declares.
+
+    Parameters
+    ----------
+    compute : float
+        What it keeps busy while its robot drives, in cores of a Raspberry Pi 4.
+    time_critical : bool
+        A late answer is as bad as none: no link should lie between it and the robot.
+    rates : dict of str to float
+        What comes to it from the robot's sensors, by topic [bytes/s].
+    """
+
+    compute: float
+    time_critical: bool = False
+    rates: Mapping[str, float] = field(default_factory=dict)
+
+
 class Node(ABC):
     """A capability with topics, services and parameters.
 
@@ -121,6 +140,8 @@ class Node(ABC):
     subscribes: ClassVar[tuple[Topic, ...]] = ()
     publishes: ClassVar[tuple[Topic, ...]] = ()
     services: ClassVar[tuple[Service, ...]] = ()
+    demands: ClassVar[Demands | None] = None
+    """None: it stays in the cloud."""
 
     def __init__(self, context: Context) -> None:
         self.context = context

@@ -1,6 +1,6 @@
 """Which nodes a robot's clone is made of, and which a container that only plans."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any, TypeVar
 
 from ppaas import controllers, recoveries
@@ -17,7 +17,7 @@ from ppaas.maps.layers import MapLayers
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.recovery import recovery_behaviors, recovery_defaults
 from ppaas.nodes.amcl import AmclNode
-from ppaas.nodes.base import Context, Parameters
+from ppaas.nodes.base import Context, Demands, Node, Parameters
 from ppaas.nodes.bodies import COSTMAP, FootprintParameters, robot_body
 from ppaas.nodes.body_planners import planner_of
 from ppaas.nodes.checks import read_parameters
@@ -74,6 +74,7 @@ def build_clone(
     parameters: Mapping[str, Any] | None = None,
     threads: int = 1,
     keeping: Keeping | None = None,
+    only: Collection[str] | None = None,
 ) -> None:
     """Add the nodes of a robot's clone to a graph: map server, state publisher, localization, Move Base, waypoints.
 
@@ -99,6 +100,8 @@ def build_clone(
         Most threads that kernels may use.
     keeping : Keeping, optional
         What is known of plans that were made before.
+    only : collection of str, optional
+        Names of nodes: those that are to be added, where the others live elsewhere or are here already.
 
     Raises
     ------
@@ -112,15 +115,32 @@ def build_clone(
     driving = _driving(given, base_global_planner, base_local_planner)
     amcl = given.read(AmclParameters, "amcl")
     state = given.read(StatePublisherParameters, "robot_state_publisher")
+    move_base = _move_base(given, driving, body, layers, threads=threads, keeping=keeping or Keeping())
+    touring = given.read(WaypointFollowerParameters, "waypoint_follower")
+    given.refuse_rest()
+    makers: dict[str, Callable[[Context], Node]] = {
+        MapServerNode.name: lambda context: MapServerNode(context, layers.grid),
+        StatePublisherNode.name: lambda context: StatePublisherNode(context, body, state),
+        AmclNode.name: lambda context: AmclNode(context, layers, Pose2D(*initial_pose), amcl),
+        MoveBaseNode.name: move_base,
+        WaypointFollowerNode.name: lambda context: WaypointFollowerNode(context, touring),
+        ParameterServerNode.name: lambda context: ParameterServerNode(context, given.in_use),
+        TfRepublisherNode.name: TfRepublisherNode,
+    }
+    for name in makers if only is None else only:
+        graph.add(makers[name])
+
+
+def _move_base(
+    given: "_Given", driving: MoveBaseParameters, body: RobotModel, layers: MapLayers, *, threads: int, keeping: Keeping
+) -> Callable[[Context], MoveBaseNode]:
     (planner, path_planners), controller = _planners(driving, given, body), _controller(driving, given, body)
     recovering = _recoveries(driving, given)
     local = given.read(LocalCostmapParameters, "local_costmap")
-    touring = given.read(WaypointFollowerParameters, "waypoint_follower")
-    given.refuse_rest()
-    processor = (keeping or Keeping()).processor(layers.costmap, body.robot_radius, _reuse(driving))
 
     def move_base(context: Context) -> MoveBaseNode:
         surroundings = _surroundings(layers, body, local, driving.transform_tolerance)
+        processor = keeping.processor(layers.costmap, body.robot_radius, _reuse(driving))
         return MoveBaseNode(
             context,
             layers=layers, surroundings=surroundings, planner=planner, path_planners=path_planners,
@@ -128,11 +148,7 @@ def build_clone(
             processor=processor,
         )  # fmt: skip
 
-    graph.add(lambda context: MapServerNode(context, layers.grid))
-    graph.add(lambda context: StatePublisherNode(context, body, state))
-    graph.add(lambda context: AmclNode(context, layers, Pose2D(*initial_pose), amcl))
-    graph.add(move_base)
-    _add_for_operators(graph, touring, given)
+    return move_base
 
 
 def _body(given: "_Given", body: RobotModel) -> RobotModel:
@@ -151,10 +167,10 @@ def _reuse(driving: MoveBaseParameters) -> ReuseParameters:
     return ReuseParameters(driving.reuse_tolerance, driving.reuse_bound)
 
 
-def _add_for_operators(graph: Graph, touring: WaypointFollowerParameters, given: "_Given") -> None:
-    graph.add(lambda context: WaypointFollowerNode(context, touring))
-    graph.add(lambda context: ParameterServerNode(context, given.in_use))
-    graph.add(TfRepublisherNode)
+MOVABLE: dict[str, Demands] = {
+    node.name: node.demands for node in (AmclNode, MoveBaseNode, WaypointFollowerNode) if node.demands is not None
+}
+"""The nodes of a clone that may live on the robot, and what they demand there."""
 
 
 def build_planning(

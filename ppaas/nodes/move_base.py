@@ -27,13 +27,13 @@ from ppaas.navigation.move_base import MoveBase
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.nodes import action_topics
 from ppaas.nodes.action_topics import ActionTopics
-from ppaas.nodes.amcl import SCAN_TOPIC
-from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Timer, Topic
+from ppaas.nodes.amcl import SCAN_RATE, SCAN_TOPIC
+from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Timer, Topic
 from ppaas.nodes.checks import expect, pose_in
 from ppaas.nodes.frames import MAP, TF, TF_STATIC
 from ppaas.nodes.path_services import PathServices, get_plan_response
 from ppaas.nodes.robot_plan import NoPlan, RobotPlanner
-from ppaas.nodes.state_publisher import ODOM_TOPIC
+from ppaas.nodes.state_publisher import ODOM_RATE, ODOM_TOPIC
 from ppaas.nodes.surroundings import Surroundings
 from ppaas.planners.base import Planner, PlanResult
 from ppaas.plans.processor import PlanProcessor
@@ -82,6 +82,7 @@ class MoveBaseNode(Node):
     """
 
     name: ClassVar[str] = "move_base"
+    demands: ClassVar[Demands] = Demands(0.6, rates={SCAN_TOPIC.name: SCAN_RATE, ODOM_TOPIC.name: ODOM_RATE})
     subscribes: ClassVar[tuple[Topic, ...]] = (
         action_topics.SIMPLE_GOAL, action_topics.GOAL, action_topics.CANCEL,
         SCAN_TOPIC, ODOM_TOPIC, TF, TF_STATIC, ROBOTS_TOPIC,

@@ -13,6 +13,8 @@ from ppaas.nodes.models import RobotModel
 from ppaas.transforms import transform_message
 
 ODOM_TOPIC = Topic("odom", Odometry)
+ODOM_RATE = 20e3
+"""What odometry of 20 Hz says, as JSON with its covariances [bytes/s]."""
 
 
 class StatePublisherParameters(Parameters, frozen=True):

@@ -15,7 +15,7 @@ from ppaas.navigation.events import CancelReceived
 from ppaas.navigation.goals import GoalList, cancels
 from ppaas.navigation.waypoints import Waypoints, check
 from ppaas.nodes import action_topics, waypoint_topics
-from ppaas.nodes.base import Context, Node, Parameters, Payload, Timer, Topic
+from ppaas.nodes.base import Context, Demands, Node, Parameters, Payload, Timer, Topic
 from ppaas.nodes.checks import pose_in
 from ppaas.nodes.frames import MAP, TF, TF_STATIC, FrameListener
 from ppaas.nodes.waypoint_topics import WaypointTopics
@@ -65,6 +65,7 @@ class WaypointFollowerNode(Node):
     """
 
     name: ClassVar[str] = "waypoint_follower"
+    demands: ClassVar[Demands] = Demands(0.02)
     subscribes: ClassVar[tuple[Topic, ...]] = (
         waypoint_topics.GOAL, waypoint_topics.CANCEL,
         *MOVE_BASE_GOALS, action_topics.CANCEL, action_topics.RESULT, TF, TF_STATIC,
