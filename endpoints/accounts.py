@@ -3,8 +3,12 @@
 import hashlib
 import logging
 import secrets
+import threading
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
+import msgspec
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.passwords import Passwords
@@ -75,6 +79,7 @@ class Accounts:
         self._passwords = passwords or Passwords()
         self._lifetime = lifetime
         self._cache = cache or TokenCache()
+        self._changing = threading.Lock()
 
     def close(self) -> None:
         """End the threads that hash passwords."""
@@ -163,9 +168,17 @@ class Accounts:
         return user
 
     async def change(
-        self, user_id: str, *, role: Role | None = None, password: str | None = None, keep_token: str | None = None
+        self,
+        user_id: str,
+        *,
+        role: Role | None = None,
+        password: str | None = None,
+        keep_token: str | None = None,
+        limits: Mapping[str, float | None] | None = None,
     ) -> User:
-        """Give a user another role or password; with the old password go all tokens but the one of this id.
+        """Give a user another role, password or limits; with the old password go all tokens but the one of this id.
+
+        Of the limits, those that are not named stay, and None is what every user may have.
 
         Raises
         ------
@@ -174,17 +187,15 @@ class Accounts:
         InvalidInput
             The password is too short or too long.
         """
-        user = await run_in_threadpool(self._store.user, user_id)
-        password_hash = user.password_hash
+        await run_in_threadpool(self._store.user, user_id)  # none is hashed for nobody
+        changes: dict[str, Any] = {} if role is None else {"role": role}
         if password is not None:
             _check_password(password)
-            password_hash = await self._passwords.hash(password)
-        changed = User(user_id, password_hash, role or user.role)
+            changes["password_hash"] = await self._passwords.hash(password)
         try:
-            await run_in_threadpool(self._store.change_user, changed, keep_token=keep_token)
+            return await run_in_threadpool(self._change, user_id, changes, limits or {}, keep_token)
         finally:
             self._cache.forget(user_id)
-        return changed
 
     async def check_password(self, user_id: str, password: str) -> None:
         """Raise ``NotPermitted`` unless this is the user's password."""
@@ -216,6 +227,16 @@ class Accounts:
             return await run_in_threadpool(self._store.user, user_id)
         except NotFound:
             return None
+
+    def _change(
+        self, user_id: str, changes: dict[str, Any], limits: Mapping[str, float | None], keep_token: str | None
+    ) -> User:
+        with self._changing:  # what two change at the same time is changed by both
+            user = self._store.user(user_id)
+            own = msgspec.structs.replace(user.limits, **limits)
+            changed = msgspec.structs.replace(user, limits=own, **changes)
+            self._store.change_user(changed, keep_token=keep_token)
+        return changed
 
     def _token_and_user(self, token_hash: str) -> tuple[Token, User]:
         try:

@@ -21,6 +21,7 @@ import msgspec
 import uvloop
 
 from engine.bootstrap import Cloud, CloudConfig
+from engine.quotas import Quota
 from engine.runtimes import store_kernels
 from ppaas.errors import InvalidInput, Unavailable
 
@@ -73,6 +74,7 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
         cores=arguments.cores,
         balancer=arguments.balancer,
         linger=arguments.linger,
+        quota=Quota(**dict(arguments.quota)),
     )
 
 

@@ -5,6 +5,7 @@ from typing import Protocol
 
 from endpoints.accounts import Accounts
 from endpoints.health import Health
+from endpoints.holdings import Holdings
 from endpoints.installed_planners import InstalledPlanners
 from endpoints.map_heads import MapHeads
 from endpoints.plan_keeper import PlanKeeper
@@ -91,4 +92,5 @@ class Services:
     health: Health = field(default_factory=Health)
     plan_keeper: PlanKeeper = field(default_factory=PlanKeeper)
     map_heads: MapHeads = field(default_factory=MapHeads)
+    holdings: Holdings = field(default_factory=Holdings)
     planners: InstalledPlanners = field(default_factory=InstalledPlanners)

@@ -70,6 +70,10 @@ class Quotas:
         else:
             self._own[user.id] = self._default.with_own(user.limits)
 
+    def forget(self, user: str) -> None:
+        """Forget the limits of a user who is no more."""
+        self._own.pop(user, None)
+
     def of(self, user: str) -> Quota:
         """Return what a user may have."""
         return self._own.get(user, self._default)

@@ -8,6 +8,8 @@ NAME = "up"
 HELP = "start the cloud on this machine"
 
 DEFAULT_PORT = 8500
+QUOTAS = ("containers", "cores", "robots", "maps", "plans_per_minute")
+"""As ``engine.quotas`` has them, which the command line does not load."""
 MAX_PORT = 65535
 
 
@@ -21,6 +23,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cores", type=_cores, help="CPUs that containers may use (all)")
     parser.add_argument(
         "--balancer", default="ppaas", metavar="NAME", help="chooses machines for containers (%(default)s)"
+    )
+    parser.add_argument(
+        "--quota",
+        type=_quota,
+        action="append",
+        default=[],
+        metavar="NAME=NUMBER",
+        help=f"what every user may have: {', '.join(QUOTAS)}; may be given for each",
     )
     parser.add_argument(
         "--linger", type=_seconds, default=30.0, help="seconds that a clone waits for its robot (%(default)s)"
@@ -55,6 +65,19 @@ def _cores(text: str) -> int:
     if cores < 1:
         raise argparse.ArgumentTypeError(f"containers need 1 CPU or more, not {cores}")
     return cores
+
+
+def _quota(text: str) -> tuple[str, float]:
+    name, _, number = text.partition("=")
+    if name not in QUOTAS:
+        raise argparse.ArgumentTypeError(f"there is no quota {name!r}; known: {', '.join(QUOTAS)}")
+    try:
+        limit = float(number) if name == "cores" else int(number)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"give {name}=NUMBER, not {text!r}") from error
+    if not (math.isfinite(limit) and limit >= 0):
+        raise argparse.ArgumentTypeError(f"give {name} from 0 up, not {number}")
+    return name, limit
 
 
 def _seconds(text: str) -> float:

@@ -35,10 +35,11 @@ IfMatch = Annotated[
 
 
 @router.post(
-    "", status_code=201, response_model=MapAnswer, responses=KNOWN | BODY | problems(409), openapi_extra=OPENAPI
+    "", status_code=201, response_model=MapAnswer, responses=KNOWN | BODY | problems(409, 429), openapi_extra=OPENAPI
 )
 async def publish_map(request: Request, services: Provided, user: Caller, if_match: IfMatch = None) -> MapAnswer:
     """Publish a map, or its new version: the two files of map_server, an octree of OctoMap, or all three."""
+    services.cloud.quotas.learn(user)
     async with received(request, services.map_store) as (form, draft):
         with _changed(services, form.id):
             return await run_in_threadpool(_publish, services, user, form, draft, if_match)
@@ -136,7 +137,8 @@ def _publish(services: Services, user: User, form: MapForm, draft: MapDraft, if_
         form.description,
         _version(if_match),
     )
-    return MapAnswer.of(services.map_store.publish(draft, said), **info)
+    with services.holdings.new_map(services.map_store, services.cloud.quotas, user.id, form.id):
+        return MapAnswer.of(services.map_store.publish(draft, said), **info)
 
 
 def _owner(services: Services, user: User, map_id: str) -> str:

@@ -26,7 +26,7 @@ router = APIRouter(prefix="/robots", tags=["robots"], route_class=StrictRoute)
 _NEW: Responses = {201: {"model": RobotAnswer, "description": "The robot is new"}}
 
 
-@router.put("/{robot_id}", response_model=RobotAnswer, responses={**_NEW, **KNOWN, **BODY, **problems(404)})
+@router.put("/{robot_id}", response_model=RobotAnswer, responses={**_NEW, **KNOWN, **BODY, **problems(404, 429)})
 async def put_robot(
     robot_id: RobotId, file: RobotFile, services: Provided, user: Caller, response: Response
 ) -> RobotRecord:
@@ -36,7 +36,8 @@ async def put_robot(
     """
     await readable_head(services, user, file.map)
     record = _record(robot_id, user, file)
-    if await run_in_threadpool(services.store.put_robot, record):
+    services.cloud.quotas.learn(user)
+    if await run_in_threadpool(_put, services, record):
         response.status_code = 201
     return record
 
@@ -78,6 +79,11 @@ async def remove_robot(robot_id: RobotId, services: Provided, user: Caller) -> N
     if robot_id in robots_in(services, user.id):
         raise Conflict(f"robot {robot_id!r} is connected: let it disconnect first")
     await run_in_threadpool(services.store.remove_robot, user.id, robot_id)
+
+
+def _put(services: Services, record: RobotRecord) -> bool:
+    with services.holdings.new_robot(services.store, services.cloud.quotas, record.user, record.id):
+        return services.store.put_robot(record)
 
 
 def _detail(services: Services, user: User, robot_id: str) -> RobotDetail:

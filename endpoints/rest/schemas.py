@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictBool
 
 from endpoints.rest.names import Name, PluginName
-from storage.records import PlanOrigin, Role
+from storage.records import PlanOrigin
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 MAX_COORDINATE = 1e9
@@ -64,7 +64,7 @@ class Problem(BaseModel):
     errors: list[Fault] | None = Field(None, description="Of invalid requests: all that is wrong")
 
 
-# -- tokens and users --------------------------------------------------------------------------------------------------
+# -- tokens ------------------------------------------------------------------------------------------------------------
 
 
 class Credentials(_Body):
@@ -89,34 +89,6 @@ class TokenSummary(_Answer):
     created: float = Field(description="Seconds since the epoch; 0 where it was not noted")
     expires: float = Field(description="Seconds since the epoch")
     current: bool = Field(description="Whether it is the one that is used now")
-
-
-Password = Annotated[str, Field(min_length=8, max_length=1024, examples=["correct horse"])]
-
-
-class NewUser(_Body):
-    """A user to be made."""
-
-    id: Name
-    password: Password
-    role: Role = "user"
-
-
-class UserChange(_Body):
-    """What is to change of a user; what is left out stays."""
-
-    role: Role | None = None
-    password: Password | None = None
-    old_password: str | None = Field(
-        None, max_length=1024, description="Of who changes the own password; an administrator needs none for others"
-    )
-
-
-class UserAnswer(_Answer):
-    """A user."""
-
-    id: str
-    role: Role
 
 
 # -- maps --------------------------------------------------------------------------------------------------------------

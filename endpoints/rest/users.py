@@ -1,17 +1,21 @@
-"""Users: made, listed, changed and removed by administrators; everybody changes the own password."""
+"""Users: made, listed, changed, limited and removed by administrators; everybody changes the own password."""
 
-from fastapi import APIRouter, Request
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Request
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts import ME, token_id
 from endpoints.auth import token_of
+from endpoints.holdings import maps_of, robots_of
 from endpoints.rest.dependencies import Admin, Caller, Paged, Provided, robots_in
 from endpoints.rest.names import UserId
 from endpoints.rest.openapi import ADMIN, BODY, problems
 from endpoints.rest.paging import Page
-from endpoints.rest.schemas import NewUser, UserAnswer, UserChange
-from endpoints.rest.strict_json import StrictRoute
+from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
+from endpoints.rest.user_schemas import LimitsAnswer, NewUser, QuotaAnswer, UserAnswer, UserChange, UserDetail
 from endpoints.services import Services
+from engine.quotas import QUOTAS
 from ppaas.errors import Conflict, InvalidParameter, NotPermitted
 from storage.records import User
 
@@ -31,23 +35,34 @@ async def list_users(services: Provided, _admin: Admin, paging: Paged) -> dict[s
     return paging.page(found, lambda user: user.id)
 
 
-@router.get("/{user_id}", response_model=UserAnswer, responses=ADMIN | problems(404))
-async def show_user(user_id: UserId, services: Provided, user: Caller) -> User:
-    """Show a user; an administrator may look at others too."""
-    return await run_in_threadpool(services.store.user, _whom(user_id, user))
+@router.get("/{user_id}", response_model=UserDetail, responses=ADMIN | problems(404))
+async def show_user(user_id: UserId, services: Provided, user: Caller) -> UserDetail:
+    """Show a user, and what the user has of what the user may have; an administrator may look at others too."""
+    found = await run_in_threadpool(services.store.user, _whom(user_id, user))
+    return await run_in_threadpool(_detail, services, found)
 
 
-@router.patch("/{user_id}", response_model=UserAnswer, responses=ADMIN | BODY | problems(404, 409))
-async def change_user(user_id: UserId, change: UserChange, request: Request, services: Provided, user: Caller) -> User:
-    """Change a password or a role.
+@router.patch("/{user_id}", response_model=UserDetail, responses=ADMIN | BODY | problems(404, 409))
+async def change_user(
+    user_id: UserId,
+    change: Annotated[UserChange, Body(media_type=MERGE_PATCH)],
+    request: Request,
+    services: Provided,
+    user: Caller,
+) -> UserDetail:
+    """Change a password, a role, or what a user may have.
 
-    Who changes the own password gives the old one; an administrator changes that of others, and their role. All
-    tokens of the user end with the old password, but for the one that this request came with.
+    Who changes the own password gives the old one; an administrator changes that of others, their role and the limits
+    of all. All tokens of the user end with the old password, but for the one that this request came with. Nothing is
+    taken from who has more than a new limit allows; there is only no more.
     """
     whom = _whom(user_id, user)
     await _check_may_change(services, user, whom, change)
     used = token_id(token_of(request))
-    return await services.accounts.change(whom, role=change.role, password=change.password, keep_token=used)
+    changed = await services.accounts.change(
+        whom, role=change.role, password=change.password, keep_token=used, limits=_limits(change)
+    )
+    return await run_in_threadpool(_detail, services, changed)
 
 
 @router.delete("/{user_id}", status_code=204, responses=ADMIN | problems(404, 409))
@@ -55,14 +70,41 @@ async def remove_user(user_id: UserId, services: Provided, admin: Admin) -> None
     """Remove a user with all tokens and robots. One who owns maps or has a robot connected is kept."""
     if user_id in (admin.id, ME):
         raise Conflict("you cannot remove yourself: let another administrator do it")
-    heads = await run_in_threadpool(services.map_store.maps)
-    owned = [head.id for head in heads if head.owner == user_id]
+    owned = await run_in_threadpool(maps_of, services.map_store, user_id)
     if owned:
         raise Conflict(f"the user {user_id!r} owns maps that others may use: remove them first: {', '.join(owned)}")
     connected = robots_in(services, user_id)
     if connected:
         raise Conflict(f"robots of {user_id!r} are connected: {', '.join(connected)}")
     await services.accounts.remove(user_id)
+    services.cloud.quotas.forget(user_id)
+
+
+def _detail(services: Services, user: User) -> UserDetail:
+    quotas, rate = services.cloud.quotas, services.cloud.plan_rate
+    quotas.learn(user)
+    runs = quotas.used(user.id)
+    used = QuotaAnswer(
+        containers=runs.containers,
+        cores=runs.cores,
+        robots=robots_of(services.store, user.id),
+        maps=len(maps_of(services.map_store, user.id)),
+        plans_per_minute=rate.used(user.id),
+    )
+    return UserDetail(
+        id=user.id,
+        role=user.role,
+        limits=LimitsAnswer.model_validate(user.limits),
+        quota=QuotaAnswer.model_validate(quotas.of(user.id)),
+        used=used,
+    )
+
+
+def _limits(change: UserChange) -> dict[str, float | None]:
+    """Return the limits that are to change, by name; all of them where null takes them back."""
+    if change.limits is not None:
+        return change.limits.model_dump(exclude_unset=True)
+    return dict.fromkeys(QUOTAS) if "limits" in change.model_fields_set else {}
 
 
 def _whom(user_id: str, caller: User) -> str:
@@ -76,6 +118,8 @@ def _whom(user_id: str, caller: User) -> str:
 async def _check_may_change(services: Services, caller: User, whom: str, change: UserChange) -> None:
     if change.role is not None and caller.role != "admin":
         raise NotPermitted("only an administrator gives roles")
+    if "limits" in change.model_fields_set and caller.role != "admin":
+        raise NotPermitted("only an administrator changes what users may have")
     if change.role not in (None, caller.role) and whom == caller.id:
         raise Conflict("you cannot give up your own role: let another administrator do it")
     if change.password is not None and whom == caller.id:

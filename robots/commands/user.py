@@ -10,13 +10,14 @@ from robots.commands.password import add_password_argument, read_password
 from robots.commands.resource import Resource
 from robots.commands.session import add_limit_argument, add_session_arguments, logged_in
 from robots.commands.table import show
+from robots.commands.user_limits import add_limit_options, limit, show_user
 from robots.rest_paths import path_of
 
 if TYPE_CHECKING:
     from robots.rest import RestClient
 
 NAME = "user"
-HELP = "create, list, show, change and delete users; change your password"
+HELP = "create, list, show, change, limit and delete users; change your password"
 
 USERS = Resource("users", ("id", "role"), "no users")
 ROLES = ("user", "admin")
@@ -28,11 +29,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     create = verbs.add_parser("create", help="create a user (admin)")
     listing = verbs.add_parser("list", help="list all users (admin)")
-    one = verbs.add_parser("show", help="show a user, or whose token you have")
+    one = verbs.add_parser("show", help="show a user, or whose token you have, and what of the quotas is used")
     change = verbs.add_parser("change", help="change a password, or a role (admin)")
+    limits = verbs.add_parser("limit", help="change what a user may have (admin)")
     delete = verbs.add_parser("delete", help="delete a user with tokens and robots (admin)")
-    for verb in (create, delete):
+    for verb in (create, limits, delete):
         verb.add_argument("id")
+    add_limit_options(limits)
     for verb in (one, change):
         verb.add_argument("id", nargs="?", default=ME, help="(you)")
     add_password_argument(create)
@@ -42,7 +45,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     change.add_argument("--password", action="store_true", help="you are asked for it; and for the old one, if yours")
     add_password_argument(change)
     change.add_argument("--old-password-file", type=Path, help="file with the password that you have now")
-    for verb in (create, listing, one, change, delete):
+    for verb in (create, listing, one, change, limits, delete):
         add_session_arguments(verb)
 
 
@@ -82,7 +85,8 @@ async def _passwords(client: "RestClient", arguments: argparse.Namespace) -> dic
 _VERBS = {
     "create": _create,
     "list": USERS.list,
-    "show": USERS.show,
+    "show": show_user,
     "change": _change,
+    "limit": limit,
     "delete": USERS.delete,
 }

@@ -25,7 +25,7 @@ async def test_a_user_changes_the_own_password_with_the_old_one_and_other_logins
 ) -> None:
     here, elsewhere = await log_in("ann"), await log_in("ann")
     change = {"password": NEW, "old_password": PASSWORD}
-    assert (await client.patch("/v1/users/me", headers=here, json=change)).json() == {"id": "ann", "role": "user"}
+    assert (await client.patch("/v1/users/me", headers=here, json=change)).json()["id"] == "ann"
     assert (await client.get("/v1/users/me", headers=here)).status_code == 200
     problem_of(await client.get("/v1/users/me", headers=elsewhere), 401, "not-authenticated")
     assert await services.accounts.login("ann", NEW)
@@ -46,7 +46,8 @@ async def test_an_administrator_gives_others_a_password_and_a_role(
 ) -> None:
     admin, ann = await log_in("admin"), await log_in("ann")
     changed = await client.patch("/v1/users/ann", headers=admin, json={"password": NEW, "role": "admin"})
-    assert changed.json() == (await client.get("/v1/users/ann", headers=admin)).json() == {"id": "ann", "role": "admin"}
+    assert changed.json() == (await client.get("/v1/users/ann", headers=admin)).json()
+    assert (changed.json()["id"], changed.json()["role"]) == ("ann", "admin")
     problem_of(await client.get("/v1/users/me", headers=ann), 401, "not-authenticated")
     again = {"Authorization": f"Bearer {await services.accounts.login('ann', NEW)}"}
     assert (await client.get("/v1/users", headers=again)).status_code == 200

@@ -1,11 +1,15 @@
 """``ppaas up`` with what it cannot start from; that it starts is in ``tests/journeys``."""
 
+import argparse
 import socket
 from pathlib import Path
 
 import pytest
 
 from endpoints.cli import main
+from endpoints.commands import up
+from endpoints.server import cloud_config
+from engine.quotas import QUOTAS, Quota
 
 
 @pytest.mark.parametrize(
@@ -13,7 +17,8 @@ from endpoints.cli import main
     [
         ["--port", "65536"], ["--port", "-1"], ["--port", "http"], ["--cores", "0"], ["--cores", "1.5"],
         ["--linger", "-1"], ["--linger", "nan"], ["--linger", "inf"],
-        ["--idle", "-1"], ["--dead", "0.5"], ["--dead", "nan"], ["--log-level", "loud"],
+        ["--quota", "cakes=1"], ["--quota", "maps"], ["--quota", "maps=1.5"], ["--quota", "cores=nan"],
+        ["--quota", "containers=-1"], ["--idle", "-1"], ["--dead", "0.5"], ["--dead", "nan"], ["--log-level", "loud"],
     ],
     ids=" ".join,
 )  # fmt: skip
@@ -22,6 +27,17 @@ def test_an_argument_that_cannot_be_is_named(wrong: list[str], capsys: pytest.Ca
         main(["up", *wrong])
     assert end.value.code == 2
     assert f"argument {wrong[0]}: " in capsys.readouterr().err
+
+
+def test_every_quota_may_be_given_to_all_users() -> None:
+    parser = argparse.ArgumentParser()
+    up.configure(parser)
+    given = [f"--quota={name}={number}" for number, name in enumerate(QUOTAS, 1)]
+    arguments = parser.parse_args([*given, "--quota=cores=0.5"])
+    assert cloud_config(arguments).quota == Quota(
+        **(dict(zip(QUOTAS, range(1, 6), strict=True)) | {"cores": 0.5})  # type: ignore[arg-type]
+    )
+    assert up.QUOTAS == QUOTAS
 
 
 def test_a_port_that_is_taken_is_told_with_what_to_do(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

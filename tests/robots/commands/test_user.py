@@ -70,3 +70,34 @@ async def test_a_list_is_as_long_as_told(ppaas: CommandLine) -> None:
         listed = json.loads((await ppaas("user", "list", "--json", "--limit", str(count), user="admin")).out)
         assert [one["id"] for one in listed] == ["admin", "ann", "bob"][:count]
     assert (await ppaas("user", "list", "--limit", "0", user="admin")).status == 2
+
+
+async def test_a_user_is_shown_with_what_is_used_of_what_may_be_had(ppaas: CommandLine) -> None:
+    put_map(ppaas.services.map_store, house())
+    rows = (await ppaas("user", "show")).rows
+    assert rows[3] == ["quota", "used", "limit", "own"]
+    assert rows[4:] == [
+        ["containers", "0", "64", "-"],
+        ["cores", "0", "64", "-"],
+        ["robots", "0", "1000", "-"],
+        ["maps", "1", "1000", "-"],
+        ["plans_per_minute", "0", "120000", "-"],
+    ]
+
+
+async def test_an_administrator_limits_a_user_and_takes_it_back(ppaas: CommandLine) -> None:
+    limited = await ppaas("user", "limit", "ann", "--cores", "1.5", "--plans-per-minute", "0", user="admin")
+    assert limited.rows[5] == ["cores", "0", "1.5", "1.5"], limited.err
+    assert limited.rows[8] == ["plans_per_minute", "0", "0", "0"]
+    shown = json.loads((await ppaas("user", "show", "--json")).out)
+    assert (shown["limits"]["cores"], shown["quota"]["cores"], shown["quota"]["maps"]) == (1.5, 1.5, 1000)
+    back = await ppaas("user", "limit", "ann", "--cores", "default", user="admin")
+    assert (back.rows[5], back.rows[8][3]) == (["cores", "0", "64", "-"], "0")
+
+
+async def test_a_limit_that_cannot_be_or_is_none_is_refused(ppaas: CommandLine) -> None:
+    for wrong in (["--cores", "nan"], ["--cores", "-1"], ["--maps", "1.5"], ["--robots", "many"]):
+        assert (await ppaas("user", "limit", "ann", *wrong, user="admin")).status == 2
+    assert (await ppaas("user", "limit", "ann", user="admin")).err.startswith("ppaas: invalid-input: nothing to change")
+    refused = await ppaas("user", "limit", "ann", "--maps", "9")
+    assert refused.err == "ppaas: not-permitted: only an administrator changes what users may have\n"

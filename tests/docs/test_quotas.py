@@ -1,0 +1,27 @@
+"""What quotas.md says in numbers and names is what the cloud has, and what it has its reader type works."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from engine.quotas import QUOTAS, Quota
+from tests.support.cloud import RunningCloud
+from tests.support.documents import run_shell, script, table
+
+PAGE = "docs/quotas.md"
+
+
+def test_the_table_has_every_quota_and_its_number() -> None:
+    told = {name.strip("`"): float(number) for name, number, _ in table(PAGE, "quota", "every user", "what counts")}
+    assert told == {name: float(getattr(Quota(), name)) for name in QUOTAS}
+
+
+@pytest.mark.journey
+def test_what_is_typed_into_a_shell_works(cloud: RunningCloud, tmp_path: Path) -> None:
+    [login] = [line for line in script("README.md").splitlines() if line.startswith("export PPAAS_TOKEN")]
+    (tmp_path / "password").write_text("correct horse\n")
+    make = "ppaas user create ann --password-file password"
+    answers = run_shell(f"{login}\n{make}\n{script(PAGE)}", tmp_path, cloud)
+    limited = json.loads(answers[answers.rindex('{"id":"ann"') :])
+    assert (limited["limits"]["containers"], limited["quota"]["cores"]) == (None, 2.5)
