@@ -7,7 +7,7 @@ checkpoint and dials: first its machine, then the endpoint. From then on it is e
 import asyncio
 import logging
 import os
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from engine.home import CloudHome
 from engine.layer_files import open_layers
 from engine.machine_client import MachineClient
 from engine.model import LINK_STATE, Launch
+from engine.monitor.monitoring import Monitoring, of_clone
 from engine.outside import Outside
 from engine.runtimes.threads import use_threads
 from engine.shared_indexes import SharedIndexes
@@ -48,8 +49,10 @@ def payload_bytes(payload: Payload) -> bytes:
     return encode(payload if isinstance(payload, Message) else payload.to_message())
 
 
-def build_graph(graph: Graph, launch: Launch, indexes: Indexes | None = None, keeping: Keeping | None = None) -> None:
-    """Put the nodes in that this container is for.
+def build_graph(
+    graph: Graph, launch: Launch, indexes: Indexes | None = None, keeping: Keeping | None = None
+) -> Monitoring | None:
+    """Put the nodes in that this container is for; return what monitors those of a clone.
 
     ``indexes`` gives what is prepared of its map, ``keeping`` the plans that were made there before.
     """
@@ -58,19 +61,26 @@ def build_graph(graph: Graph, launch: Launch, indexes: Indexes | None = None, ke
     robot = launch.spec.robot
     if robot is None:
         build_planning(graph, layers, threads=launch.threads, keeping=keeping)
-    else:
+        return None
+    bare = of_clone(robot)
+
+    def build(only: Sequence[str] | None = None) -> None:
         build_clone(
             graph,
             layers,
-            model=robot.model,
-            urdf=robot.urdf,
-            initial_pose=robot.initial_pose,
-            base_global_planner=robot.base_global_planner,
-            base_local_planner=robot.base_local_planner,
-            parameters=robot.parameters,
+            model=bare.model,
+            urdf=bare.urdf,
+            initial_pose=bare.initial_pose,
+            base_global_planner=bare.base_global_planner,
+            base_local_planner=bare.base_local_planner,
+            parameters=bare.parameters,
             threads=launch.threads,
             keeping=keeping,
+            only=only,
         )
+
+    build()
+    return Monitoring(graph, robot, build)
 
 
 def topic_info(topic: Topic) -> link.TopicInfo:
@@ -99,6 +109,8 @@ class Container:
         The machine link.
     notes : PlanningNotes
         What is to be told of planning.
+    monitoring : Monitoring, optional
+        Which of a clone's nodes run here.
     """
 
     def __init__(
@@ -108,8 +120,11 @@ class Container:
         stream: FrameStream[link.ToContainer],
         machine: MachineClient,
         notes: PlanningNotes,
+        *,
+        monitoring: Monitoring | None = None,
     ) -> None:
         self._notes = notes
+        self._monitoring = monitoring
         self._launch = launch
         self._home = home
         self._graph = home.graph
@@ -120,20 +135,27 @@ class Container:
         self._applied = int(launch.spec.checkpoint.get(LINK_STATE, b"0"))
         self._dirty = asyncio.Event()
         self._graph.watch(self._topic_changed)
+        if monitoring is not None:
+            monitoring.changed = lambda: stream.write(self._offers())
 
     # -- the robot link ------------------------------------------------------------------------------------------------
 
+    def _offers(self) -> link.Offers:
+        graph = self._graph
+        services = [link.ServiceInfo(service.name, service.type.name) for service in graph.services.values()]
+        return link.Offers(services, [node_info(graph, node) for node in graph.nodes.values()])
+
     def hello(self, pid: int) -> link.Hello:
         """Return what the endpoint is told first."""
-        graph = self._graph
+        graph, offers = self._graph, self._offers()
         return link.Hello(
             container=self._launch.spec.id,
             secret=self._launch.secret,
             pid=pid,
             applied=self._applied,
             topics=[topic_info(topic) for topic in graph.topics.values()],
-            services=[link.ServiceInfo(service.name, service.type.name) for service in graph.services.values()],
-            nodes=[node_info(graph, node) for node in graph.nodes.values()],
+            services=offers.services,
+            nodes=offers.nodes,
         )
 
     async def serve(self) -> None:
@@ -160,6 +182,8 @@ class Container:
     def _deliver(self, frame: link.Deliver) -> None:
         if 0 < frame.sequence <= self._applied:
             return
+        if self._monitoring is not None:
+            self._monitoring.rates.note(frame.topic, len(frame.payload))
         try:
             self._graph.inject(frame.topic, decode(self._graph.topic(frame.topic).type, frame.payload))
         except PPaaSError as error:
@@ -268,7 +292,7 @@ async def run(launch: Launch) -> None:
     plans, notes = SharedPlans(times, home.elsewhere), PlanningNotes(times)
     keeping = Keeping(launch.spec.map.id, launch.spec.map.version, plans, times, notes)
     try:
-        build_graph(home.graph, launch, indexes, keeping)
+        monitoring = build_graph(home.graph, launch, indexes, keeping)
         home.graph.restore([Checkpoint(name, state) for name, state in launch.spec.checkpoint.items()])
     except PPaaSError as error:
         refusal = link.Refusal(error.slug, str(error))
@@ -279,7 +303,7 @@ async def run(launch: Launch) -> None:
     machine = await MachineClient.connect(launch)
     indexes.ask(machine, asyncio.get_running_loop())
     plans.ask(machine)
-    container = Container(launch, home, stream, machine, notes)
+    container = Container(launch, home, stream, machine, notes, monitoring=monitoring)
     outside = Outside(launch, home.graph, machine)
     listening = asyncio.create_task(machine.serve(outside.shared))
     await notes.begin(machine)

@@ -74,6 +74,13 @@ class Undeclared(msgspec.Struct, tag="undeclared"):
     name: str
 
 
+class Offers(msgspec.Struct, tag="offers"):
+    """Nodes have come or gone since ``Hello``: those that are here now, and their services. Topics stay known."""
+
+    services: list[ServiceInfo]
+    nodes: list[NodeInfo]
+
+
 class Published(msgspec.Struct, tag="published"):
     """A message of a topic, as JSON, for all who hear it or for the client that asked last for a latched one."""
 
@@ -111,7 +118,7 @@ class Refused(msgspec.Struct, tag="refused"):
     sequence: int = 0
 
 
-FromContainer = Hello | Failed | Declared | Undeclared | Published | Answer | Ack | Beat | Refused
+FromContainer = Hello | Failed | Declared | Undeclared | Offers | Published | Answer | Ack | Beat | Refused
 
 # -- endpoint → container ----------------------------------------------------------------------------------------------
 

@@ -76,8 +76,7 @@ class PlaceLink:
             self._lost()
         self._stream, self.pid, self.container = stream, hello.pid, hello.container
         self.topics = {topic.name: topic for topic in hello.topics}
-        self.services = {service.name: service for service in hello.services}
-        self.nodes = {node.name: node for node in hello.nodes}
+        self._offered(hello)
         for topic in self.topics:
             self.client_topics.drop(topic)
         self._unacknowledged.acknowledge(hello.applied)
@@ -111,6 +110,8 @@ class PlaceLink:
                 self.topics.pop(frame.name, None)
                 for node in self.nodes:
                     self._publishes(node, lambda topics: tuple(topic for topic in topics if topic != frame.name))
+            case link.Offers():
+                self._offered(frame)
             case link.Answer():
                 refused = frame.refusal
                 self._calls.end(frame.call, rebuild(refused.slug, refused.text) if refused else frame.payload)
@@ -122,6 +123,10 @@ class PlaceLink:
             case link.Refused() if frame.client in self._clients:
                 error = rebuild(frame.refusal.slug, frame.refusal.text)
                 self._clients[frame.client].refused(frame.topic, error, frame.sequence)
+
+    def _offered(self, offers: link.Hello | link.Offers) -> None:
+        self.services = {service.name: service for service in offers.services}
+        self.nodes = {node.name: node for node in offers.nodes}
 
     def _published(self, topic: str, payload: bytes, client: int | None = None) -> None:
         hearers = self._hearers.get(topic, set()) if client is None else {client}

@@ -1,0 +1,80 @@
+"""What carries out the verdicts in a container: takes nodes out of its graph, and puts them in again."""
+
+from collections.abc import Callable, Mapping
+from typing import Protocol
+
+import msgspec
+
+from engine.model import RobotConfig
+from ppaas.nodes.base import Checkpoint, Demands
+from ppaas.nodes.clone import MOVABLE
+from ppaas.nodes.graph import Graph
+
+
+class Hands(Protocol):
+    """What the node monitor can do with the nodes of its home."""
+
+    config: str
+    """What the nodes are made of, as JSON."""
+
+    def nodes(self) -> Mapping[str, Demands | None]:
+        """Return all nodes of the clone, wherever they run, and what they demand."""
+        ...
+
+    def take_out(self, node: str) -> str:
+        """Let a node leave; return its checkpoint."""
+        ...
+
+    def put_in(self, node: str, state: str) -> None:
+        """Let a node go on here."""
+        ...
+
+    def run_times(self) -> Mapping[str, float]:
+        """Return what each node took here since the last call of this for each thing that it was told [s]."""
+        ...
+
+
+class GraphHands:
+    """Hands for the graph of a container.
+
+    Parameters
+    ----------
+    graph : Graph
+        With the whole clone in it.
+    robot : RobotConfig
+        Whose clone it is.
+    build : callable
+        Adds a node to the graph by its name, as it was built at first.
+    changed : callable
+        Called when nodes have come or gone.
+    """
+
+    def __init__(
+        self, graph: Graph, robot: RobotConfig, build: Callable[[str], None], changed: Callable[[], None]
+    ) -> None:
+        self.config = msgspec.json.encode(robot).decode()
+        self._graph = graph
+        self._build = build
+        self._changed = changed
+        self._names = tuple(graph.nodes)
+
+    def nodes(self) -> Mapping[str, Demands | None]:
+        """Return all nodes of the clone, wherever they run, and what they demand."""
+        return {name: MOVABLE.get(name) for name in self._names}
+
+    def take_out(self, node: str) -> str:
+        """Let a node leave; return its checkpoint."""
+        state = self._graph.remove(node)
+        self._changed()
+        return (state or b"").decode()
+
+    def put_in(self, node: str, state: str) -> None:
+        """Let a node go on here."""
+        self._build(node)
+        if state:
+            self._graph.restore([Checkpoint(node, state.encode())])
+        self._changed()
+
+    def run_times(self) -> Mapping[str, float]:
+        """Return what each node took here since the last call of this for each thing that it was told [s]."""
+        return {node: seconds / count for node, (count, seconds) in self._graph.times.take().items()}

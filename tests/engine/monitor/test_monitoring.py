@@ -1,0 +1,60 @@
+"""The nodes of a real clone leave its graph and come back, with what they knew."""
+
+from collections.abc import Sequence
+
+import pytest
+
+from engine.model import RobotConfig
+from engine.monitor.hands import GraphHands
+from engine.monitor.monitoring import Monitoring, of_clone
+from ppaas.costmap.build import build_layers
+from ppaas.errors import InvalidParameter
+from ppaas.maps.generate import office
+from ppaas.maps.layers import MapLayers
+from ppaas.nodes.clone import MOVABLE, build_clone
+from ppaas.nodes.graph import Graph
+
+ROBOT = RobotConfig("tb1", "turtlebot2", (2.0, 2.0, 0.5), "dijkstra", "dwa")
+
+
+@pytest.fixture(scope="module")
+def layers() -> MapLayers:
+    return build_layers(office(seed=1, width=12.0, height=10.0))
+
+
+def clone(graph: Graph, layers: MapLayers, only: Sequence[str] | None = None) -> None:
+    build_clone(graph, layers, model=ROBOT.model, initial_pose=ROBOT.initial_pose, only=only)
+
+
+@pytest.mark.parametrize("node", MOVABLE)
+def test_a_node_comes_back_as_it_went(node: str, layers: MapLayers) -> None:
+    graph = Graph()
+    clone(graph, layers)
+    services, topics = dict(graph.services), dict(graph.topics)
+    changes: list[set[str]] = []
+    hands = GraphHands(graph, ROBOT, lambda name: clone(graph, layers, (name,)), lambda: changes.append({*graph.nodes}))
+    state = hands.take_out(node)
+    assert state.startswith("{")
+    assert node not in graph.nodes
+    assert graph.topics == topics, "whoever hears what it says hears it on"
+    hands.put_in(node, state)
+    assert graph.services == services
+    assert (graph.nodes[node].checkpoint() or b"").decode() == state
+    assert [node in there for there in changes] == [False, True]
+    assert node in hands.nodes()
+
+
+def test_the_other_nodes_know_nothing_of_what_the_robots_file_says_of_the_node_monitor(layers: MapLayers) -> None:
+    said = {"node_monitor": {"priorities": ["network_bandwidth"]}, "amcl": {"seed": 3}}
+    robot = RobotConfig("tb1", "turtlebot2", (2.0, 2.0, 0.0), "dijkstra", "dwa", said)
+    assert of_clone(robot).parameters == {"amcl": {"seed": 3}}
+    graph = Graph()
+    Monitoring(graph, robot, lambda _: None)
+    assert list(graph.nodes) == ["node_monitor"]
+
+
+@pytest.mark.parametrize("said", [{"priorities": ["luck"]}, {"patience": 0.1}, {"no": 1}, {"priorities": []}])
+def test_a_parameter_that_cannot_be_is_refused(said: dict[str, object]) -> None:
+    robot = RobotConfig("tb1", "turtlebot2", (2.0, 2.0, 0.0), "dijkstra", "dwa", {"node_monitor": said})
+    with pytest.raises(InvalidParameter, match="node_monitor"):
+        Monitoring(Graph(), robot, lambda _: None)
