@@ -10,6 +10,7 @@ from endpoints.installed_planners import InstalledPlanners
 from endpoints.map_heads import MapHeads
 from endpoints.plan_keeper import PlanKeeper
 from endpoints.settings import Settings
+from engine.machine_settings import MachineSettings
 from engine.model import MapVersion
 from engine.plan_rate import PlanRate
 from engine.quotas import Quotas
@@ -33,6 +34,38 @@ class Cloud(Protocol):
 
     def machines(self) -> list[MachineView]:
         """Return all machines."""
+        ...
+
+    def machine_settings(self, machine: str) -> MachineSettings:
+        """Return what an administrator says of a machine; ``NotFound`` if there is none."""
+        ...
+
+    def configure_machine(self, machine: str, settings: MachineSettings) -> None:
+        """Take over what an administrator says of a machine.
+
+        Raises
+        ------
+        InvalidParameter
+            It cannot be meant.
+        NotFound
+            There is no such machine.
+        """
+        ...
+
+    def remove_machine(self, machine: str, *, force: bool = False) -> None:
+        """Cut a machine off, and let it in no more until it is admitted.
+
+        Raises
+        ------
+        Conflict
+            It carries something, and it is not forced.
+        NotFound
+            There is no such machine.
+        """
+        ...
+
+    def admit_machine(self, machine: str) -> None:
+        """Let a machine in again that was removed."""
         ...
 
     def containers(self, user: str | None) -> list[ContainerView]:

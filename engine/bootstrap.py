@@ -10,9 +10,11 @@ from pathlib import Path
 
 from engine.agent_config import AgentConfig
 from engine.agent_process import AgentProcess
+from engine.background import Background
 from engine.balancers.registry import BALANCERS, DEFAULT
 from engine.checkpoints import Checkpoints
 from engine.instances import instance_name
+from engine.machine_settings import MachineSettings
 from engine.master import Master
 from engine.model import MapVersion
 from engine.plan_rate import PlanRate
@@ -80,6 +82,8 @@ class Cloud:
         balancer = BALANCERS.create(config.balancer, {})
         self.store: Store = open_store(config.store, outbox=Path(config.outbox) if config.outbox else None)
         self.map_store: MapStore = open_map_store(config.map_store)
+        self._own = config.machine
+        self._background = Background()
         self._run_dir = make_run_dir()  # after what may be refused, so that it is not left behind
         secret, instance = secrets.token_urlsafe(24), instance_name()
         self.quotas = Quotas(config.quota)
@@ -90,6 +94,7 @@ class Cloud:
             self._run_dir,
             secret,
             machine_frozen=lambda _: self._agent.kill(),
+            machine_removed=self._end_if_own,
         )
         self.sessions = RobotSessions(self.service, self.store, self.map_store, config.linger)
         self._planning = Planning(self.service)
@@ -106,6 +111,10 @@ class Cloud:
                 cores=config.cores,
             )
         )
+
+    def _end_if_own(self, machine: str) -> None:
+        if machine == self._own:
+            self._background.run(self._agent.stop())
 
     async def start(self) -> None:
         """Start, and wait until this machine is in.
@@ -129,6 +138,7 @@ class Cloud:
             last_first.push_async_callback(asyncio.to_thread, shutil.rmtree, self._run_dir, ignore_errors=True)
             last_first.callback(self.store.close)
             last_first.push_async_callback(self._agent.stop)
+            last_first.push_async_callback(self._background.join)
             last_first.push_async_callback(self.service.close)
             last_first.push_async_callback(self.sessions.close)
             last_first.callback(self._planning.close)
@@ -138,6 +148,22 @@ class Cloud:
     def machines(self) -> list[MachineView]:
         """Return all machines."""
         return self.service.machines()
+
+    def machine_settings(self, machine: str) -> MachineSettings:
+        """Return what an administrator says of a machine."""
+        return self.service.machine_settings(machine)
+
+    def configure_machine(self, machine: str, settings: MachineSettings) -> None:
+        """Take over what an administrator says of a machine."""
+        self.service.configure_machine(machine, settings)
+
+    def remove_machine(self, machine: str, *, force: bool = False) -> None:
+        """Cut a machine off, and let it in no more until it is admitted."""
+        self.service.remove_machine(machine, force=force)
+
+    def admit_machine(self, machine: str) -> None:
+        """Let a machine in again that was removed."""
+        self.service.admit_machine(machine)
 
     def containers(self, user: str | None) -> list[ContainerView]:
         """Return the containers of a user, or all."""

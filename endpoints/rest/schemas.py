@@ -204,19 +204,7 @@ class HealthAnswer(_Answer):
     plans_waiting: int = Field(description="Paths that wait on the disk for the store to come back")
 
 
-# -- machines and containers -------------------------------------------------------------------------------------------
-
-
-class MachineAnswer(_Answer):
-    """A machine."""
-
-    id: str
-    cores: int
-    capacity: float = Field(description="Size it may give to containers, in cores")
-    containers: int
-    memory: int = Field(description="Bytes")
-    memory_used: int = Field(description="Bytes")
-    load: float = Field(description="CPU in use, in cores")
+# -- containers --------------------------------------------------------------------------------------------------------
 
 
 class PinnedMap(_Answer):

@@ -61,6 +61,8 @@ def _text(value: Any) -> str:
             return "yes" if value else "no"
         case {"id": name}:
             return _text(name)
+        case dict():
+            return ", ".join(f"{key}={_text(each)}" for key, each in sorted(value.items())) or "-"
         case _:
             return printable(str(value))
 
@@ -97,6 +99,7 @@ def size(value: float) -> str:
 _FORMATS: dict[str, Callable[[Any], str]] = {
     "version": lambda value: str(value)[:SHORT_HASH],
     "memory": size,
+    "max_memory": size,
     "memory_used": size,
     "pss": size,
     "created": _date,

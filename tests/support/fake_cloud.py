@@ -5,14 +5,22 @@ import json
 
 import numpy as np
 
-from engine.model import MapVersion
+from engine.machine import Machine
+from engine.machine_settings import MachineSettings
+from engine.model import ContainerSpec, MapVersion
 from engine.plan_rate import PlanRate
 from engine.quotas import Quotas
+from engine.viewing import machine_view
 from engine.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
+from ppaas.errors import Conflict, NotFound
 from ppaas.geometry import poses_along
 from storage.records import User
 
-MACHINE = MachineView("m1", cores=4, capacity=16.0, containers=1, memory=8 << 30, memory_used=1 << 30, load=0.5)
+
+def machine() -> Machine:
+    """Return a machine that carries a container."""
+    carries = {"c1": ContainerSpec("c1", "ann", MapVersion("house", "v"), 1.0)}
+    return Machine("m1", 4, 8 << 30, 1000, containers=carries, given=1.0, cpu=0.5, memory_used=1 << 30)
 
 
 def container(container_id: str = "c1", **fields: object) -> ContainerView:
@@ -31,12 +39,32 @@ class FakeCloud:
         self.costs_asked: list[tuple[str, MapVersion, CostRequest]] = []
         self.error: Exception | None = None
         self.running: list[ContainerView] = []
+        self.known = {"m1": machine()}
         self.given_up: list[str] = []
         self.reused = ""
         """Id of the plan that every request is answered with, if there is one."""
 
     def machines(self) -> list[MachineView]:
-        return [MACHINE]
+        return [machine_view(machine) for machine in self.known.values()]
+
+    def machine_settings(self, machine: str) -> MachineSettings:
+        return self._machine(machine).settings
+
+    def configure_machine(self, machine: str, settings: MachineSettings) -> None:
+        self._machine(machine).settings = settings
+
+    def remove_machine(self, machine: str, *, force: bool = False) -> None:
+        if self._machine(machine).containers and not force:
+            raise Conflict(f"machine {machine!r} carries 1 containers: drain it first, or force it")
+        del self.known[machine]
+
+    def admit_machine(self, machine: str) -> None:
+        self.known.setdefault(machine, Machine(machine, 2, 1 << 30, 1000))
+
+    def _machine(self, machine: str) -> Machine:
+        if machine not in self.known:
+            raise NotFound("machine", machine, list(self.known))
+        return self.known[machine]
 
     def containers(self, user: str | None) -> list[ContainerView]:
         return [c for c in self.running if user in (None, c.user)]
