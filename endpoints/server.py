@@ -34,6 +34,9 @@ T = TypeVar("T")
 
 ADMIN = "admin"
 
+MACHINES = "machines"
+"""Folder within the data folder for certificates and tickets of machines of other hosts."""
+
 
 class Ready(msgspec.Struct):
     """What the ready file says."""
@@ -71,6 +74,8 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
         store=arguments.store or f"sqlite:///{data / 'ppaas.sqlite'}",
         map_store=arguments.map_store or f"file:///{data / 'maps'}",
         outbox=str(data / "outbox.sqlite"),
+        listen_machines=arguments.listen_machines,
+        machines=str(data / MACHINES),
         cores=arguments.cores,
         balancer=arguments.balancer,
         linger=arguments.linger,

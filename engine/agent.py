@@ -2,6 +2,9 @@
 
 It starts, in this order, the warm fork server, the router, its session on the fabric and the gate; then it registers
 with the master and carries out orders until the master hangs up. Then it ends all it started, and itself.
+
+On another host than the master's it dials over TLS, relays what its containers say to their endpoint, and hangs up by
+itself when the master is silent: the connection may not tell that somebody cut the way.
 """
 
 import asyncio
@@ -23,15 +26,20 @@ from engine.agent_config import AgentConfig
 from engine.fabric import Fabric
 from engine.framing import FrameStream
 from engine.gate import Gate
-from engine.heartbeats import BEAT_PERIOD
+from engine.heartbeats import BEAT_PERIOD, MISSED
 from engine.hosting import Hosting
 from engine.layer_building import LayerBuilder
+from engine.lease import Lease
+from engine.links.address import parse_address
+from engine.links.identity import Identity, Purpose
+from engine.links.relay import Relay
+from engine.links.sockets import Streams, dial
 from engine.mapcache import MapCache
 from engine.router import RouterProcess
 from engine.runtimes import store_kernels
 from engine.runtimes.process import ProcessRuntime
 from engine.runtimes.rest_compiler import compiling_the_rest
-from ppaas.errors import PPaaSError, Unavailable
+from ppaas.errors import PPaaSError
 from storage.urls import open_map_store, open_store
 
 logger = logging.getLogger(__name__)
@@ -42,31 +50,44 @@ HEARTBEAT_PERIOD = 1.0
 class Agent:
     """What runs in the agent's process."""
 
-    def __init__(self, config: AgentConfig, stream: FrameStream[control.ToAgent], hosting: Hosting) -> None:
+    def __init__(
+        self, config: AgentConfig, stream: FrameStream[control.ToAgent], hosting: Hosting, lease: Lease | None
+    ) -> None:
         self._config = config
         self._stream = stream
         self._hosting = hosting
+        self._lease = lease
         self._cpu_seconds: dict[str, float] = {}
         self._measured = 0.0
 
     async def serve(self, cpus: int) -> None:
         """Register, then carry out orders until the master hangs up."""
         memory = psutil.virtual_memory().total
-        self._stream.write(control.Register(self._config.machine, self._config.secret, os.getpid(), cpus, memory))
+        own = self._config
+        self._stream.write(control.Register(own.machine, own.secret, os.getpid(), cpus, memory, own.labels))
         telling = [asyncio.create_task(self._send_beats()), asyncio.create_task(self._send_heartbeats())]
         try:
             while (order := await self._stream.receive()) is not None:
-                if isinstance(order, control.StartContainer):
-                    self._hosting.start(order)
-                else:
-                    self._hosting.stop(order)
+                self._carry_out(order)
         finally:
             for task in telling:
                 task.cancel()
             await asyncio.gather(*telling, return_exceptions=True)
 
+    def _carry_out(self, order: control.ToAgent) -> None:
+        match order:
+            case control.StartContainer():
+                self._hosting.start(order)
+            case control.StopContainer():
+                self._hosting.stop(order)
+            case control.Heard() if self._lease is not None:
+                self._lease.answered()
+
     async def _send_beats(self) -> None:
         while True:
+            if self._lease is not None and not self._lease.beat():
+                logger.error("the master did not answer %d beats: it is gone, or the way to it", MISSED)
+                self._stream.abort()
             self._stream.write(control.Beat())
             await asyncio.sleep(BEAT_PERIOD)
 
@@ -89,25 +110,24 @@ class Agent:
         ]
 
 
-async def _dial(config: AgentConfig) -> FrameStream[control.ToAgent]:
-    try:
-        reader, writer = await asyncio.open_unix_connection(config.control)
-    except OSError as error:
-        raise Unavailable(f"the master does not answer at {config.control}: {error}") from error
-    return FrameStream(reader, writer, control.ToAgent)
+async def dial_cloud(config: AgentConfig, purpose: Purpose) -> Streams:
+    """Dial the cloud, as the machine that we are where it is on another host."""
+    identity = Identity.in_folder(Path(config.away.identity), "machine") if config.away is not None else None
+    return await dial(parse_address(config.control), identity.client_context(purpose) if identity else None)
 
 
-async def run(config: AgentConfig) -> None:
-    """Be the agent of a machine until the master hangs up, or SIGTERM."""
+async def run(config: AgentConfig) -> bool:
+    """Be the agent of a machine until the master hangs up, or SIGTERM; return whether it was the former."""
     hung_up = False
     async with contextlib.AsyncExitStack() as stack:
-        with _until_told():
+        with until_told():
             cpus = tuple(sorted(os.sched_getaffinity(0)))[: config.cores]
             agent = await _start(config, cpus, stack)
             await agent.serve(len(cpus))
             hung_up = True
     if hung_up:  # if the master was killed, nobody else is left to remove the folder of its sockets
         shutil.rmtree(config.run_dir, ignore_errors=True)
+    return hung_up
 
 
 async def _start(config: AgentConfig, cpus: tuple[int, ...], stack: contextlib.AsyncExitStack) -> Agent:
@@ -116,7 +136,7 @@ async def _start(config: AgentConfig, cpus: tuple[int, ...], stack: contextlib.A
     stack.push_async_callback(runtime.close)
     # Both compile at the first start on a computer, each what it needs, beside each other.
     await asyncio.gather(runtime.start(), asyncio.to_thread(store_kernels.prepare))
-    router = RouterProcess(run_dir)
+    router = RouterProcess(run_dir, peering=config.peering)
     stack.push_async_callback(router.close)
     await router.start()
     fabric = await Fabric.open(router.endpoint, router.credentials)
@@ -125,19 +145,36 @@ async def _start(config: AgentConfig, cpus: tuple[int, ...], stack: contextlib.A
     stack.callback(store.close)
     cache = MapCache.of_instance(config.instance, LayerBuilder(open_map_store(config.map_store)))
     stack.callback(cache.remove_all)
-    gate = Gate(run_dir / f"gate-{config.machine}.sock", store, fabric, config.instance, link=config.machine)
+    lease = Lease() if config.away is not None else None
+    gate = Gate(
+        run_dir / "gate.sock",
+        store,
+        fabric,
+        config.away.cloud if config.away is not None else config.instance,
+        link=config.machine,
+        may_save=lease.holds if lease is not None else lambda: True,
+    )
     stack.push_async_callback(gate.close)
     await gate.start()
-    stream = await _dial(config)
+    relay = await _relay(config, run_dir, stack) if config.away is not None else None
+    stream: FrameStream[control.ToAgent] = FrameStream(*await dial_cloud(config, "control"), control.ToAgent)
     stack.push_async_callback(stream.close)
-    hosting = Hosting(runtime=runtime, gate=gate, cache=cache, cpus=cpus, tell=stream.write)
+    hosting = Hosting(runtime=runtime, gate=gate, cache=cache, cpus=cpus, tell=stream.write, link=relay)
     stack.push_async_callback(hosting.close)
     await stack.enter_async_context(compiling_the_rest())
-    return Agent(config, stream, hosting)
+    return Agent(config, stream, hosting, lease)
+
+
+async def _relay(config: AgentConfig, run_dir: Path, stack: contextlib.AsyncExitStack) -> str:
+    """Open the way of containers to an endpoint on another host; return its Unix socket."""
+    relay = Relay(run_dir / "link.sock", lambda: dial_cloud(config, "robot"))
+    stack.push_async_callback(relay.close)
+    await relay.start()
+    return str(relay.path)
 
 
 @contextlib.contextmanager
-def _until_told() -> Iterator[None]:
+def until_told() -> Iterator[None]:
     """Give up what is inside on SIGTERM; whatever comes after it, as the end of what was started, is not disturbed."""
     loop, task = asyncio.get_running_loop(), asyncio.current_task()
     if task is None:

@@ -2,6 +2,22 @@
 
 import msgspec
 
+from engine.zenoh_config import Peering
+
+class Away(msgspec.Struct, frozen=True):
+    """How a machine is part of a cloud of another host.
+
+    Parameters
+    ----------
+    identity : str
+        Folder with its key and certificates.
+    cloud : str
+        Name of the cloud process, by which checkpoints are known as its own.
+    """
+
+    identity: str
+    cloud: str
+
 
 class AgentConfig(msgspec.Struct, frozen=True):
     """How a machine finds its master, its stores and its folders.
@@ -11,7 +27,7 @@ class AgentConfig(msgspec.Struct, frozen=True):
     machine : str
         Name of the machine.
     control : str
-        Unix socket of the master.
+        Where the master takes machines: a Unix socket, or ``tls://host:port``.
     secret : str
         Shows the master that the agent is ours.
     run_dir : str
@@ -24,6 +40,12 @@ class AgentConfig(msgspec.Struct, frozen=True):
         File in which plans wait while a store that is not on this machine is away.
     cores : int, optional
         CPUs it may use; without it, all.
+    labels : dict of str to str
+        What the machine is like.
+    peering : Peering, optional
+        How its router reaches those of other hosts.
+    away : Away, optional
+        What it must know where the master is on another host.
     """
 
     machine: str
@@ -35,3 +57,6 @@ class AgentConfig(msgspec.Struct, frozen=True):
     map_store: str
     outbox: str | None = None
     cores: int | None = None
+    labels: dict[str, str] = {}
+    peering: Peering | None = None
+    away: Away | None = None

@@ -13,7 +13,9 @@ from engine.agent_process import AgentProcess
 from engine.background import Background
 from engine.balancers.registry import BALANCERS, DEFAULT
 from engine.checkpoints import Checkpoints
+from engine.far_machines import FarMachines
 from engine.instances import instance_name
+from engine.links.address import UnixAddress, parse_host_port
 from engine.machine_settings import MachineSettings
 from engine.master import Master
 from engine.model import MapVersion
@@ -45,6 +47,10 @@ class CloudConfig:
     ----------
     store, map_store : str
         URLs of the stores.
+    listen_machines : str, optional
+        Where machines of other hosts arrive, ``host:port``; the next port is taken as well.
+    machines : str
+        Folder for what tells those machines from others.
     outbox : str, optional
         File in which plans wait while a store that is not on this machine is away.
     machine : str
@@ -61,12 +67,25 @@ class CloudConfig:
 
     store: str
     map_store: str
+    listen_machines: str | None = None
+    machines: str = "machines"
     outbox: str | None = None
     machine: str = "local"
     cores: int | None = None
     quota: Quota = field(default_factory=Quota)
     linger: float = LINGER
     balancer: str = DEFAULT
+
+
+def _far_machines(config: CloudConfig, cloud: str) -> FarMachines:
+    return FarMachines(
+        Path(config.machines),
+        parse_host_port(config.listen_machines or ""),
+        cloud=cloud,
+        store=config.store,
+        map_store=config.map_store,
+        own=config.machine,
+    )
 
 
 class Cloud:
@@ -80,12 +99,14 @@ class Cloud:
 
     def __init__(self, config: CloudConfig) -> None:
         balancer = BALANCERS.create(config.balancer, {})
+        self._own = config.machine
         self.store: Store = open_store(config.store, outbox=Path(config.outbox) if config.outbox else None)
         self.map_store: MapStore = open_map_store(config.map_store)
         self._own = config.machine
         self._background = Background()
-        self._run_dir = make_run_dir()  # after what may be refused, so that it is not left behind
         secret, instance = secrets.token_urlsafe(24), instance_name()
+        self._far = _far_machines(config, instance) if config.listen_machines is not None else None
+        self._run_dir = make_run_dir()  # after what may be refused, so that it is not left behind
         self.quotas = Quotas(config.quota)
         self.plan_rate = PlanRate(self.quotas)
         self.service = CloudService(
@@ -93,7 +114,7 @@ class Cloud:
             Checkpoints(self.store, instance, config.linger),
             self._run_dir,
             secret,
-            machine_frozen=lambda _: self._agent.kill(),
+            machine_frozen=self._kill_if_own,
             machine_removed=self._end_if_own,
         )
         self.sessions = RobotSessions(self.service, self.store, self.map_store, config.linger)
@@ -101,7 +122,7 @@ class Cloud:
         self._agent = AgentProcess(
             AgentConfig(
                 machine=config.machine,
-                control=str(self._run_dir / "control.sock"),
+                control=str(UnixAddress(self._run_dir / "control.sock")),
                 secret=secret,
                 run_dir=str(self._run_dir),
                 instance=instance,
@@ -109,12 +130,17 @@ class Cloud:
                 map_store=config.map_store,
                 outbox=config.outbox,
                 cores=config.cores,
+                peering=self._far.peering if self._far is not None else None,
             )
         )
 
     def _end_if_own(self, machine: str) -> None:
         if machine == self._own:
             self._background.run(self._agent.stop())
+
+    def _kill_if_own(self, machine: str) -> None:
+        if machine == self._own:  # of one on another host no more is heard, and it does nothing by then
+            self._agent.kill()
 
     async def start(self) -> None:
         """Start, and wait until this machine is in.
@@ -127,6 +153,8 @@ class Cloud:
         patience = asyncio.get_running_loop().call_later(USUAL_START, logger.info, STILL_STARTING)
         try:
             await self.service.start()
+            if self._far is not None:
+                await self._far.start(*self.service.servers)
             await self._agent.start()
             await self.service.wait_for_machine(MACHINE_TIMEOUT)
         finally:
@@ -140,6 +168,8 @@ class Cloud:
             last_first.push_async_callback(self._agent.stop)
             last_first.push_async_callback(self._background.join)
             last_first.push_async_callback(self.service.close)
+            if self._far is not None:
+                last_first.push_async_callback(self._far.close)
             last_first.push_async_callback(self.sessions.close)
             last_first.callback(self._planning.close)
 

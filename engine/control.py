@@ -73,7 +73,7 @@ FromAgent = Register | Beat | Heartbeat | Launched | LaunchFailed | Exited
 
 
 class StartContainer(msgspec.Struct, tag="start"):
-    """Start a container, and let it dial this Unix socket."""
+    """Start a container, and let it dial this Unix socket; from another host it goes by the relay of its machine."""
 
     spec: ContainerSpec
     secret: str
@@ -87,4 +87,8 @@ class StopContainer(msgspec.Struct, tag="stop"):
     grace: float = 2.0
 
 
-ToAgent = StartContainer | StopContainer
+class Heard(msgspec.Struct, tag="heard"):
+    """A beat of a machine of another host has come; each is answered, in turn."""
+
+
+ToAgent = StartContainer | StopContainer | Heard

@@ -94,7 +94,7 @@ class ControlServer:
         stream: FrameStream[control.FromAgent] = FrameStream(reader, writer, control.FromAgent)
         self._streams.add(stream)
         try:
-            await self._serve(await self._registered(stream, machine), stream)
+            await self._serve(await self._registered(stream, machine), stream, answers=machine is not None)
         except (PPaaSError, TimeoutError) as error:
             logger.warning("a machine was cut off: %s", error or "it said nothing")
         finally:
@@ -114,13 +114,17 @@ class ControlServer:
             raise NotPermitted(f"a second machine calls itself {register.machine!r}")
         return register
 
-    async def _serve(self, register: control.Register, stream: FrameStream[control.FromAgent]) -> None:
+    async def _serve(
+        self, register: control.Register, stream: FrameStream[control.FromAgent], *, answers: bool
+    ) -> None:
         machine = register.machine
         self._machines[machine] = stream
         try:
             self._events.machine_registered(register)
             while (event := await stream.receive()) is not None:
                 self._events.machine_said(machine, event)
+                if answers and isinstance(event, control.Beat):
+                    stream.write(control.Heard())
         finally:
             del self._machines[machine]
             self._events.machine_gone(machine)

@@ -106,6 +106,8 @@ class Gate:
         Name of the cloud process whose machine this is.
     link : str
         What the way from this machine to the store is called in the history.
+    may_save : callable
+        Tells whether this machine may keep checkpoints now: another may have made later ones.
     attach_timeout : float
         Seconds that whoever dials has to say who it is.
     """
@@ -118,6 +120,7 @@ class Gate:
         instance: str = "",
         *,
         link: str = "machine",
+        may_save: Callable[[], bool] = lambda: True,
         attach_timeout: float = ATTACH_TIMEOUT,
     ) -> None:
         self.path = path
@@ -125,6 +128,7 @@ class Gate:
         self._plans = PlanDesk(store, link)
         self._fabric = fabric
         self._instance = instance
+        self._may_save = may_save
         self._attach_timeout = attach_timeout
         self._awaited: Awaited[_Expected] = Awaited()
         self._streams: set[Stream] = set()
@@ -235,6 +239,8 @@ class Gate:
     def _save_clone(self, spec: ContainerSpec, nodes: dict[str, bytes]) -> None:
         if spec.robot is None:
             raise NotPermitted("a container that only plans has no clone")
+        if not self._may_save():
+            raise Unavailable("this machine has not heard from its cloud: the robot may be served by another by now")
         marked = nodes | marks(spec, self._instance)
         self._store.save_clone(CloneCheckpoint(spec.user, spec.robot.id, marked, epoch()))
 

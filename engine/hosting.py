@@ -47,6 +47,8 @@ class Hosting:
         CPUs they may use.
     tell : callable
         Sends news to the master.
+    link : str, optional
+        Unix socket that leads to the endpoint, where the endpoint's own is on another host.
     """
 
     def __init__(
@@ -57,12 +59,14 @@ class Hosting:
         cache: MapCache,
         cpus: tuple[int, ...],
         tell: Callable[[msgspec.Struct], None],
+        link: str | None = None,
     ) -> None:
         self._runtime = runtime
         self._gate = gate
         self._cache = cache
         self._cpus = cpus
         self._tell = tell
+        self._link = link
         self._hosted: dict[str, _Hosted] = {}
         self._background = Background()
 
@@ -115,7 +119,7 @@ class Hosting:
         return Launch(
             spec=order.spec,
             layers=str(layers),
-            link=order.link,
+            link=self._link or order.link,
             machine=str(self._gate.path),
             secret=order.secret,
             cpus=cores.pick(size, self._cpus, given),

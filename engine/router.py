@@ -19,7 +19,7 @@ import msgspec
 import zenoh
 
 from engine.heartbeats import BEAT_PERIOD, MISSED, Heartbeats
-from engine.zenoh_config import Credentials, router_config
+from engine.zenoh_config import Credentials, Peering, router_config
 from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
@@ -47,17 +47,20 @@ class RouterSettings(msgspec.Struct, frozen=True):
         File with a line ``name:password`` for each client.
     own : Credentials
         By which the router names itself to other routers.
+    peering : Peering, optional
+        How it reaches the routers of other hosts.
     """
 
     listen: tuple[str, ...]
     credentials: str
     own: Credentials
+    peering: Peering | None = None
 
 
 def serve(settings: RouterSettings) -> None:
     """Be a router until standard input ends."""
     zenoh.init_log_from_env_or("error")
-    with zenoh.open(router_config(settings.listen, settings.credentials, settings.own)):
+    with zenoh.open(router_config(settings.listen, settings.credentials, settings.own, settings.peering)):
         os.write(sys.stdout.fileno(), READY)
         while asked := os.read(sys.stdin.fileno(), 4096):
             os.write(sys.stdout.fileno(), asked)
@@ -72,12 +75,15 @@ class RouterProcess:
         For its socket and its credentials; made with mode 700 if it is not there.
     tcp : str, optional
         A second address, ``host:port``, for the clients that cannot reach the socket.
+    peering : Peering, optional
+        How it reaches the routers of other hosts.
     """
 
-    def __init__(self, folder: Path, *, tcp: str | None = None) -> None:
+    def __init__(self, folder: Path, *, tcp: str | None = None, peering: Peering | None = None) -> None:
         self._folder = folder
+        self._peering = peering
         self.endpoint = f"unixsock-stream/{folder / 'router.sock'}"
-        self.credentials = Credentials("agent", secrets.token_urlsafe(32))
+        self.credentials = peering.credentials if peering else Credentials("agent", secrets.token_urlsafe(32))
         self._listen = (self.endpoint, f"tcp/{tcp}") if tcp else (self.endpoint,)
         self._process: Process | None = None
         self._keeper: asyncio.Task[None] | None = None
@@ -120,7 +126,8 @@ class RouterProcess:
         if process.stdin is None or process.stdout is None:
             raise RuntimeError("the router has no pipes")
         try:
-            settings = RouterSettings(self._listen, str(self._folder / "credentials"), self.credentials)
+            file = str(self._folder / "credentials")
+            settings = RouterSettings(self._listen, file, self.credentials, self._peering)
             process.stdin.write(msgspec.json.encode(settings) + b"\n")
             async with asyncio.timeout(START_TIMEOUT):
                 line = await process.stdout.readline()

@@ -89,6 +89,11 @@ class CloudService:
         self._machine_joined = asyncio.Event()
         self._closing = False
 
+    @property
+    def servers(self) -> tuple[ControlServer, LinkServer]:
+        """Return what serves control links and what serves robot links, for those that come from other hosts."""
+        return self._control, self._links
+
     async def start(self) -> None:
         """Listen for containers and machines."""
         await self._links.start()
@@ -244,7 +249,7 @@ class CloudService:
     def _send_start(self, machine: str, spec: ContainerSpec) -> None:
         self._started[spec.id] = asyncio.get_running_loop().time()
         secret = secrets.token_urlsafe(24)
-        self._links.expect(spec.id, secret)
+        self._links.expect(spec.id, secret, machine)
         self._control.order(machine, control.StartContainer(spec, secret, str(self._links.path)))
 
     def _end(self, order: End) -> None:
@@ -335,6 +340,7 @@ class CloudService:
         orders = lose(machine_id)
         for container in lost:
             self._links.forget(container)
+            self._links.hang_up(container)
             self._forget(container)
         self._execute(orders)
 

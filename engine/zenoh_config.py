@@ -1,4 +1,4 @@
-"""How Zenoh is set up: no scouting, no shared memory, nobody without a password."""
+"""How Zenoh is set up: no scouting, no shared memory, nobody without a password, no host without a certificate."""
 
 import json
 from collections.abc import Sequence
@@ -15,7 +15,32 @@ class Credentials(msgspec.Struct, frozen=True):
     password: str
 
 
-def router_config(listen: Sequence[str], dictionary: str, own: Credentials) -> zenoh.Config:
+class Peering(msgspec.Struct, frozen=True):
+    """How the routers of a cloud's machines reach each other, over mutual TLS.
+
+    Those of other hosts connect to that of the cloud, which hands on what they say to each other.
+
+    Parameters
+    ----------
+    key, certificate, authority : str
+        Files in PEM: what this router shows, and by what it knows the others.
+    credentials : Credentials
+        Of all routers of the cloud.
+    listen, connect : tuple of str
+        Zenoh endpoints, ``tls/host:port``.
+    """
+
+    key: str
+    certificate: str
+    authority: str
+    credentials: Credentials
+    listen: tuple[str, ...] = ()
+    connect: tuple[str, ...] = ()
+
+
+def router_config(
+    listen: Sequence[str], dictionary: str, own: Credentials, peering: Peering | None = None
+) -> zenoh.Config:
     """Return the configuration of a router.
 
     Parameters
@@ -26,16 +51,35 @@ def router_config(listen: Sequence[str], dictionary: str, own: Credentials) -> z
         File with a line ``name:password`` for each client.
     own : Credentials
         By which it names itself to other routers.
+    peering : Peering, optional
+        How it reaches those of other hosts.
     """
-    return _config(
-        {
-            "mode": "router",
-            "listen/endpoints": list(listen),
-            "scouting/delay": 0,  # there is nobody to wait for
-            "transport/auth/usrpwd/dictionary_file": dictionary,
+    settings = {
+        "mode": "router",
+        "listen/endpoints": [*listen, *(peering.listen if peering else ())],
+        "scouting/delay": 0,  # there is nobody to wait for
+        "transport/auth/usrpwd/dictionary_file": dictionary,
+    }
+    return _config(settings | (_between_hosts(peering) if peering else {}), own)
+
+
+def _between_hosts(peering: Peering) -> dict[str, Any]:
+    return {
+        "connect/endpoints": list(peering.connect),
+        "connect/timeout_ms": -1,  # the other router may come later, and come back
+        "connect/exit_on_failure": False,
+        "connect/retry": {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2},
+        "transport/link/tls": {
+            "root_ca_certificate": peering.authority,
+            "enable_mtls": True,
+            "listen_private_key": peering.key,
+            "listen_certificate": peering.certificate,
+            "connect_private_key": peering.key,
+            "connect_certificate": peering.certificate,
+            # Of our authority's certificates the cloud's alone is good for a server, whatever its host is called.
+            "verify_name_on_connect": False,
         },
-        own,
-    )
+    }
 
 
 def client_config(endpoint: str, credentials: Credentials) -> zenoh.Config:

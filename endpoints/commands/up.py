@@ -20,6 +20,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--data", type=Path, default=Path("var"), help="folder of the embedded stores (./%(default)s)")
     parser.add_argument("--store", help="URL of the store for all but maps (sqlite in the data folder)")
     parser.add_argument("--map-store", help="URL of the store for maps (files in the data folder)")
+    _add_machines(parser)
     parser.add_argument("--cores", type=_cores, help="CPUs that containers may use (all)")
     parser.add_argument(
         "--balancer", default="ppaas", metavar="NAME", help="chooses machines for containers (%(default)s)"
@@ -51,6 +52,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--ready-file", type=Path, help="write {url, pid, admin_user} here as JSON once all is up")
     parser.add_argument("--log-level", default="info", choices=["debug", "info", "warning", "error"])
+
+
+def _add_machines(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--listen-machines", metavar="HOST:PORT", help="take machines of other hosts here; uses the next port as well"
+    )
 
 
 def _port(text: str) -> int:

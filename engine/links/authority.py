@@ -14,6 +14,7 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from engine.links.certificates import (
     authority_certificate,
     common_name,
+    fingerprint,
     issue,
     issue_for_cloud,
     key_pem,
@@ -54,6 +55,8 @@ class Authority:
             self._key = read_key(self._key_file.read_bytes())
             self.pem = self._file.read_bytes()
             self._certificate = x509.load_pem_x509_certificate(self.pem)
+            own = x509.load_pem_x509_certificate(self.identity.certificate.read_bytes())
+            self.fingerprint = fingerprint(own.public_bytes(Encoding.DER))
         except (OSError, ValueError) as error:
             raise InvalidInput(f"the authority of the cloud cannot be read or made in {folder}: {error}") from error
 

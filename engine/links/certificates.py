@@ -5,6 +5,7 @@ cloud.
 """
 
 import datetime
+import hashlib
 
 from cryptography import x509
 from cryptography.exceptions import InvalidSignature
@@ -87,6 +88,11 @@ def read_request(pem: bytes) -> ec.EllipticCurvePublicKey:
     except (ValueError, InvalidSignature) as error:
         raise InvalidInput(f"not a request for a certificate: {error}") from error
     return public
+
+
+def fingerprint(certificate: bytes) -> str:
+    """Return the SHA-256 of a certificate in DER, in hexadecimal."""
+    return hashlib.sha256(certificate).hexdigest()
 
 
 def common_name(certificate: x509.Certificate) -> str:

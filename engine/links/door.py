@@ -25,19 +25,25 @@ class Door:
         Where to listen.
     authority : Authority
         Knows the machines.
-    control, robot : callable
-        Serve the control links and the robot links.
+    control, robot, terms : callable
+        Serve the control links, the robot links, and machines that ask what they must know first.
     join : callable
         Serves who has no certificate yet.
     """
 
     def __init__(
-        self, address: TlsAddress, authority: Authority, *, control: FromMachine, robot: FromMachine, join: Connected
+        self,
+        address: TlsAddress,
+        authority: Authority,
+        *,
+        control: FromMachine,
+        robot: FromMachine,
+        terms: FromMachine,
+        join: Connected,
     ) -> None:
         self.address = address
         self._authority = authority
-        self._control = control
-        self._robot = robot
+        self._serve: dict[str | None, FromMachine] = {"control": control, "robot": robot, "terms": terms}
         self._join = join
         self._server: asyncio.Server | None = None
         self._open: set[asyncio.StreamWriter] = set()
@@ -69,10 +75,9 @@ class Door:
         if purpose == "join":
             await self._join(reader, writer)
             return
-        if shown is None or purpose not in ("control", "robot"):
+        if shown is None or purpose not in self._serve:
             raise NotPermitted("it shows no certificate, or does not say what it comes for")
-        serve = self._control if purpose == "control" else self._robot
-        await serve(reader, writer, self._authority.machine_of(shown))
+        await self._serve[purpose](reader, writer, self._authority.machine_of(shown))
 
     async def close(self) -> None:
         """Hang up on all, and listen no more."""

@@ -8,10 +8,10 @@ from typing import Literal
 CLOUD_NAME = "cloud.ppaas"
 """Whom the certificate of every cloud names; whose cloud it is says the authority that issued it."""
 
-Purpose = Literal["control", "robot", "join"]
+Purpose = Literal["control", "robot", "terms", "join"]
 """What a connection is for; told by ALPN (RFC 7301), so that one port serves all."""
 
-PURPOSES: tuple[Purpose, ...] = ("control", "robot", "join")
+PURPOSES: tuple[Purpose, ...] = ("control", "robot", "terms", "join")
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Callable
+from importlib.metadata import entry_points
 from typing import Any
 
 from ppaas.errors import InvalidInput
@@ -12,7 +13,10 @@ from robots.commands.table import show
 from robots.rest_paths import path_of
 
 NAME = "machine"
-HELP = "list and show the machines; drain, label, limit, remove and admit one (admin)"
+HELP = "list and show the machines; drain, label, limit, remove and admit one; have one join (admin)"
+
+OTHERS = "ppaas.machine_verbs"
+"""Entry points of what packages that robots do not know add: modules with HELP, configure(parser), run(arguments)."""
 
 MACHINES = Resource(
     "machines",
@@ -49,6 +53,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     remove.add_argument("--force", action="store_true", help="though it carries containers: others take their place")
     for verb in (listing, *named):
         add_session_arguments(verb)
+    for entry in entry_points(group=OTHERS):
+        module = entry.load()
+        other = verbs.add_parser(entry.name, help=module.HELP, description=module.HELP)
+        module.configure(other)
+        other.set_defaults(carry_out=module.run)
 
 
 def _add_limits(limit: argparse.ArgumentParser) -> None:
@@ -64,6 +73,8 @@ def _add_limits(limit: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the verb."""
+    if arguments.verb not in _VERBS:
+        return int(arguments.carry_out(arguments))
     awaited.run(_VERBS[arguments.verb](arguments))
     return 0
 

@@ -46,6 +46,10 @@ def test_every_entry_point_loads(group, name, value):
         assert loaded.HELP
         assert callable(loaded.configure)
         assert callable(loaded.measure)
+    elif group == "ppaas.machine_verbs":
+        assert loaded.HELP
+        assert callable(loaded.configure)
+        assert callable(loaded.run)
     else:
         assert callable(loaded)
 

@@ -34,7 +34,8 @@ async def door(authority: Authority) -> AsyncIterator[Door]:
         return serve
 
     opened = Door(
-        ANYWHERE, authority, control=answering("control"), robot=answering("robot"), join=answering("join")
+        ANYWHERE, authority,
+        control=answering("control"), robot=answering("robot"), terms=answering("terms"), join=answering("join"),
     )  # fmt: skip
     await opened.start()
     yield opened
@@ -107,7 +108,7 @@ async def test_what_is_no_tls_is_hung_up_on(door: Door) -> None:
 async def test_a_port_that_is_taken_says_so(door: Door, authority: Authority) -> None:
     async def nobody(*_: object) -> None: ...
 
-    second = Door(door.address, authority, control=nobody, robot=nobody, join=nobody)
+    second = Door(door.address, authority, control=nobody, robot=nobody, terms=nobody, join=nobody)
     with pytest.raises(Unavailable, match="cannot listen"):
         await second.start()
 

@@ -1,0 +1,130 @@
+"""A machine of another host: ``python -m engine.joined FOLDER`` with ``Options`` as JSON on standard input.
+
+It asks its cloud for the terms and is the machine's agent until the cloud hangs up, again and again, until SIGTERM or
+Ctrl-C. A cloud that is started again, or was out of reach, so finds its machines.
+"""
+
+import asyncio
+import logging
+import os
+import shutil
+import signal
+import sys
+import tempfile
+from pathlib import Path
+
+import msgspec
+import uvloop
+
+from engine.agent import run, until_told
+from engine.agent_config import AgentConfig, Away
+from engine.far_machines import check_reachable
+from engine.instances import folder_of, instance_name, sweep_stale
+from engine.membership import Membership, membership_in
+from engine.terms import Terms
+from ppaas.clock import monotonic
+from ppaas.errors import PPaaSError, Unavailable
+from storage.urls import check_exists
+
+logger = logging.getLogger(__name__)
+
+RETRIES = (0.25, 0.5, 1.0, 2.0, 5.0)
+"""Seconds before the first, second … try in a row to reach a cloud that is away; a steady while begins the row anew."""
+
+STEADY = 30.0
+
+
+class Options(msgspec.Struct, frozen=True):
+    """What the machine gives: CPUs, all without a number, and what it is like."""
+
+    cores: int | None = None
+    labels: dict[str, str] = {}
+
+
+async def stay(membership: Membership, options: Options) -> None:
+    """Be a machine of the cloud until SIGTERM.
+
+    Raises
+    ------
+    InvalidInput, NotFound
+        The stores of the cloud cannot be reached from here.
+    """
+    base = Path(tempfile.gettempdir())
+    sweep_stale(base)  # of a life before that was ended by force
+    run_dir = folder_of(instance_name(), base)
+    tries = 0
+    try:
+        while True:
+            began = monotonic()
+            if not await _live(membership, options, run_dir):
+                return
+            tries = 0 if monotonic() - began > STEADY else tries + 1
+            if not await _rest(RETRIES[min(tries, len(RETRIES)) - 1]):
+                return
+    finally:
+        shutil.rmtree(run_dir, ignore_errors=True)
+
+
+async def _live(membership: Membership, options: Options, run_dir: Path) -> bool:
+    """Be the agent once; return whether to go on."""
+    config: AgentConfig | None = None
+    try:
+        with until_told():
+            config = config_of(membership, options, await membership.terms(), run_dir)
+        return config is not None and await run(config)
+    except Unavailable as error:
+        logger.warning("machine %s is not in its cloud: %s", membership.machine, error)
+        return True
+
+
+async def _rest(seconds: float) -> bool:
+    """Wait; return whether to go on."""
+    gave_up = True
+    with until_told():
+        await asyncio.sleep(seconds)
+        gave_up = False
+    return not gave_up
+
+
+def config_of(membership: Membership, options: Options, terms: Terms, run_dir: Path) -> AgentConfig:
+    """Return what the agent is told.
+
+    Raises
+    ------
+    InvalidInput, NotFound
+        The stores of the cloud cannot be reached from here.
+    """
+    for url in (terms.store, terms.map_store):
+        check_reachable(url)
+        check_exists(url)  # a path that is not shared would become an empty store
+    run_dir.mkdir(mode=0o700, exist_ok=True)
+    return AgentConfig(
+        machine=membership.machine,
+        control=str(membership.cloud),
+        secret="",  # the certificate says who it is
+        run_dir=str(run_dir),
+        instance=instance_name(),
+        store=terms.store,
+        map_store=terms.map_store,
+        outbox=str(membership.folder / "outbox.sqlite"),
+        cores=options.cores,
+        labels=options.labels,
+        peering=membership.peering(terms),
+        away=Away(str(membership.folder), terms.cloud),
+    )
+
+
+def main() -> None:
+    """Run until SIGTERM, or Ctrl-C, which is the same here."""
+    logging.basicConfig(level=logging.INFO, format="%(levelname)s agent %(name)s: %(message)s")
+    signal.signal(signal.SIGINT, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
+    options = msgspec.json.decode(sys.stdin.buffer.read(), type=Options)
+    try:
+        uvloop.run(stay(membership_in(Path(sys.argv[1])), options))
+    except PPaaSError as error:
+        logger.error("the machine cannot run: %s", error)
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()
