@@ -64,7 +64,7 @@ class Planning:
         """
         start, goal = (Pose.of(Pose2D(*pose)) for pose in (request.start, request.goal))
         question = ComputePathRequest(start, goal, request.planner, request.tolerance, request.timeout, request.reuse)
-        asked = await self._ask(user, version, "compute_path", question, request.timeout)
+        asked = await self._ask(_place(user, version, request), "compute_path", question, request.timeout)
         response = decode(ComputePathResponse, asked.answer)
         return PathAnswer(
             poses=response.poses,
@@ -93,12 +93,12 @@ class Planning:
         """
         starts, goals = ([Pose.of(Pose2D(*pose)) for pose in ends] for ends in (request.starts, request.goals))
         question = ComputeCostsRequest(starts, goals, request.timeout)
-        asked = await self._ask(user, version, "compute_costs", question, request.timeout)
+        asked = await self._ask(_place(user, version, request), "compute_costs", question, request.timeout)
         response = decode(ComputeCostsResponse, asked.answer)
         return CostAnswer(response.costs, response.seconds, asked.container, asked.pid)
 
-    async def _ask(self, user: str, version: MapVersion, service: str, question: Message, timeout: float) -> "_Asked":
-        place = self._service.open_place(PlaceRequest(user, version, CORES))
+    async def _ask(self, where: PlaceRequest, service: str, question: Message, timeout: float) -> "_Asked":
+        place = self._service.open_place(where)
         self._note_use(place.key)
         await place.ready(READY_TIMEOUT)
         # Who plans is asked before the call: the container may be gone, or another, when the answer is here.
@@ -130,3 +130,7 @@ class Planning:
         """Forget what was to be closed later."""
         for handle in self._closing.values():
             handle.cancel()
+
+
+def _place(user: str, version: MapVersion, request: PathRequest | CostRequest) -> PlaceRequest:
+    return PlaceRequest(user, version, CORES, labels=request.labels)

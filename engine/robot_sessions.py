@@ -102,7 +102,8 @@ class RobotSessions:
         version = self._map_store.map_head(record.map)
         if not version.readable_by(user):
             raise NotPermitted(f"map {record.map!r} is not shared with {user!r}")
-        return PlaceRequest(user, MapVersion(version.id, version.version), record.cores, robot_config(record, urdf))
+        config = robot_config(record, urdf)
+        return PlaceRequest(user, MapVersion(version.id, version.version), record.cores, config, labels=record.labels)
 
     def _urdf(self, user: str, robot: str) -> RobotDescription | None:
         try:

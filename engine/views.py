@@ -115,6 +115,8 @@ class PathRequest(msgspec.Struct, frozen=True):
         Time allowed to the planner [s].
     reuse : bool
         Whether a plan that is kept will do where it comes sooner than one that is computed.
+    labels : dict of str to str
+        The machine that computes it has all of these.
     """
 
     start: tuple[float, float, float]
@@ -123,6 +125,7 @@ class PathRequest(msgspec.Struct, frozen=True):
     tolerance: float = 0.0
     timeout: float = 10.0
     reuse: bool = True
+    labels: dict[str, str] = {}
 
 
 class CostRequest(msgspec.Struct, frozen=True):
@@ -134,11 +137,14 @@ class CostRequest(msgspec.Struct, frozen=True):
         x, y [m], yaw [rad] in the frame of the map.
     timeout : float
         Time allowed to all of it [s].
+    labels : dict of str to str
+        The machine that computes them has all of these.
     """
 
     starts: tuple[tuple[float, float, float], ...]
     goals: tuple[tuple[float, float, float], ...]
     timeout: float = 10.0
+    labels: dict[str, str] = {}
 
 
 class CostAnswer(msgspec.Struct, frozen=True):

@@ -33,6 +33,8 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         For people.
     properties : dict
         Whatever else there is to say; the cloud keeps it and does not read it.
+    labels : dict of str to str
+        Those that the machine of its container must have.
     """
 
     map: str
@@ -44,6 +46,7 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     parameters: dict[str, Any] = {}
     description: str = ""
     properties: dict[str, Any] = {}
+    labels: dict[str, str] = {}
 
     def __post_init__(self) -> None:
         if not self.map:

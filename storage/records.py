@@ -120,7 +120,8 @@ class RobotRecord(msgspec.Struct, frozen=True):
     """A robot: the JSON file that its maker writes.
 
     ``initial_pose`` is x [m], y [m], yaw [rad] in the map; ``cores`` the decimal size of its container; ``properties``
-    is any JSON object, which we keep and do not read. Its URDF is kept beside it.
+    is any JSON object, which we keep and do not read; ``labels`` are those that the machine of its container must have.
+    Its URDF is kept beside it.
     """
 
     id: str
@@ -134,6 +135,7 @@ class RobotRecord(msgspec.Struct, frozen=True):
     parameters: dict[str, Any] = {}
     description: str = ""
     properties: dict[str, Any] = {}
+    labels: dict[str, str] = {}
 
 
 class PlanRecord(msgspec.Struct, frozen=True):

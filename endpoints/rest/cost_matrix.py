@@ -31,6 +31,7 @@ async def compute_costs(map_id: MapId, file: CostFile, services: Provided, user:
         starts=tuple(map(triple, file.starts)),
         goals=tuple(map(triple, file.goals)),
         timeout=allowed_timeout(file.timeout, services.settings),
+        labels=file.labels,
     )
     answer = await services.cloud.compute_costs(user, MapVersion(head.id, head.version), request)
     told = {"costs": Raw(answer.costs), "seconds": answer.seconds, "map": head.id, "version": head.version}

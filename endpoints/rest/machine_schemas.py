@@ -11,8 +11,6 @@ from engine.machine_settings import MAX_CONTAINERS, MOST_CONTAINERS, MOST_LABELS
 MOST_MEMORY = 1 << 53
 """More than any machine has, and still a number that JavaScript tells from the next."""
 
-Labels = Annotated[dict[Name, Name], Field(max_length=MOST_LABELS, examples=[{"zone": "hall-2"}])]
-
 
 class MachineChange(BaseModel):
     """What is to change of a machine (JSON merge patch): what is left out stays, and null stands for the default."""

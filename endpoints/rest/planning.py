@@ -43,6 +43,7 @@ async def make_plan(map_id: MapId, file: PlanFile, services: Provided, user: Cal
         tolerance=file.tolerance,
         timeout=allowed_timeout(file.timeout, services.settings),
         reuse=file.reuse,
+        labels=file.labels,
     )
     return await plan_and_keep(services, user, map_id, asked)
 

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictBool
 
 from endpoints.rest.names import Name, PluginName
+from engine.machine_settings import MOST_LABELS
 from storage.records import PlanOrigin
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -109,6 +110,10 @@ Properties = Annotated[
     dict[str, Any], AfterValidator(_plain), Field(description="Whatever else there is to say, kept as it is")
 ]
 Parameters = Annotated[dict[str, Any], AfterValidator(_plain), Field(description="Of the clone's nodes, by node")]
+Labels = Annotated[
+    dict[Name, Name],
+    Field(max_length=MOST_LABELS, description="Those that its machine must have", examples=[{"zone": "hall-2"}]),
+]
 
 
 class RobotFile(_Body):
@@ -123,6 +128,7 @@ class RobotFile(_Body):
     parameters: Parameters = {}
     description: Description = ""
     properties: Properties = {}
+    labels: Labels = {}
 
 
 class RobotChange(_Body):
@@ -137,6 +143,7 @@ class RobotChange(_Body):
     parameters: Parameters | None = None
     description: Description | None = None
     properties: Properties | None = None
+    labels: Annotated[dict[Name, Name | None], Field(max_length=MOST_LABELS)] | None = None
 
 
 class RobotAnswer(_Answer):
@@ -153,6 +160,7 @@ class RobotAnswer(_Answer):
     parameters: dict[str, Any]
     description: str
     properties: dict[str, Any]
+    labels: dict[str, str]
 
 
 class SensorAnswer(_Answer):
@@ -245,6 +253,7 @@ class PlanFile(_Body):
     tolerance: Annotated[Number, Field(ge=0.0, description="How far off the goal will do, if it is blocked [m]")] = 0.0
     timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time allowed to the planner [s]")
     reuse: StrictBool = Field(True, description="Whether a kept path will do where it comes sooner than a new one")
+    labels: Labels = {}
 
 
 class CostFile(_Body):
@@ -253,6 +262,7 @@ class CostFile(_Body):
     starts: Annotated[list[Pose], Field(max_length=1000)]
     goals: Annotated[list[Pose], Field(max_length=1000)]
     timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time allowed to all of it [s]")
+    labels: Labels = {}
 
 
 class CostMatrixAnswer(_Answer):

@@ -45,9 +45,10 @@ async def test_what_is_taken_is_what_the_route_takes(file: dict[str, Any]) -> No
     taken = await asked(body)
     if taken is not None:
         route = PlanFile.model_validate(parse(body))
-        for name in PlanFile.model_fields:
+        for name in taken.__struct_fields__:
             assert getattr(taken, name) == getattr(route, name)
             assert type(getattr(taken, name)) is type(getattr(route, name))
+        assert route.model_fields_set <= set(taken.__struct_fields__)
 
 
 @pytest.mark.parametrize(

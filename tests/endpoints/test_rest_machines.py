@@ -25,6 +25,8 @@ async def test_a_machine_is_told_with_what_it_has_gives_and_uses(client: httpx.A
     expected |= {"memory": 8 << 30, "memory_given": 128 << 20, "memory_used": 1 << 30, "labels": {}}
     expected |= {"max_containers": 100, "max_memory": None, "oversubscription": 4.0, "draining": False}
     assert expected.items() <= shown.items()
+    unknown = await client.get("/v1/machines/m2", headers=admin)
+    assert "known: m1" in problem_of(unknown, 404, "not-found")["detail"]
 
 
 @pytest.mark.parametrize(

@@ -58,9 +58,10 @@ async def test_all_that_may_be_asked_for_reaches_the_planner(
     ann = await log_in("ann")
     await publish(ann)
     body = {"start": [1, 2], "goal": [3, 4, 0.5], "planner": "theta_star", "tolerance": 0.3, "timeout": 2}
-    body["reuse"] = False
+    body |= {"reuse": False, "labels": {"zone": "a"}}
     assert (await client.post("/v1/maps/house/plans", headers=ann, json=body)).status_code == 201
-    assert cloud.asked[0][2] == PathRequest((1.0, 2.0, 0.0), (3.0, 4.0, 0.5), "theta_star", 0.3, 2.0, reuse=False)
+    asked = PathRequest((1.0, 2.0, 0.0), (3.0, 4.0, 0.5), "theta_star", 0.3, 2.0, reuse=False, labels={"zone": "a"})
+    assert cloud.asked[0][2] == asked
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,7 @@ FILE: dict[str, Any] = {
     "parameters": {"DWAPlannerROS": {"max_vel_x": 0.26, "holonomic": False}},
     "description": "Carries trays on the second floor",
     "properties": {"serial": "TB-0042", "battery": {"cells": 4, "capacity": 2.2}, "sensors": ["rgbd", None]},
+    "labels": {"zone": "hall-2"},
 }
 
 
@@ -39,8 +40,22 @@ async def test_only_the_map_must_be_told(client: httpx.AsyncClient, log_in: LogI
     await publish(ann)
     answer = await client.put("/v1/robots/tb1", headers=ann, json={"map": "house"})
     defaults = {"model": "turtlebot2", "initial_pose": [0.0, 0.0, 0.0], "cores": 1.0, "parameters": {}}
-    defaults |= {"description": "", "properties": {}}
+    defaults |= {"description": "", "properties": {}, "labels": {}}
     assert answer.json() == FILE | defaults | {"id": "tb1", "user": "ann"}
+
+
+async def test_a_robot_may_ask_for_machines_with_labels(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    asks = {"map": "house", "labels": {"zone": "a", "gpu": "yes"}}
+    assert (await client.put("/v1/robots/tb1", headers=ann, json=asks)).json()["labels"] == asks["labels"]
+    changed = await client.patch("/v1/robots/tb1", headers=ann, json={"labels": {"gpu": None}})
+    assert changed.json()["labels"] == {"zone": "a"}
+    for labels in ({"a b": "c"}, {"zone": ""}, {"zone": 1}, ["zone"]):
+        answer = await client.put("/v1/robots/tb1", headers=ann, json={"map": "house", "labels": labels})
+        problem_of(answer, 422, "invalid-request")
 
 
 async def test_users_have_their_own_robots(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
@@ -188,13 +203,3 @@ async def test_users_see_their_containers_and_admins_all(
         "age": 90.0,
         "clients": 1,
     }
-
-
-async def test_admins_see_the_machines(client: httpx.AsyncClient, log_in: LogIn) -> None:
-    answer = await client.get("/v1/machines", headers=await log_in("admin"))
-    machine = {"id": "m1", "cores": 4, "capacity": 16.0, "containers": 1}
-    machine |= {"memory": 8 << 30, "memory_used": 1 << 30, "load": 0.5}
-    assert answer.json() == {"items": [machine], "next": None}
-    assert (await client.get("/v1/machines/m1", headers=await log_in("admin"))).json() == machine
-    unknown = await client.get("/v1/machines/m2", headers=await log_in("admin"))
-    assert "known: m1" in problem_of(unknown, 404, "not-found")["detail"]

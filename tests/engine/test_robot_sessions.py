@@ -239,3 +239,11 @@ async def test_a_place_knows_what_the_robots_urdf_tells(
         assert request.robot is not None
         assert request.robot.urdf == told
         assert msgspec.msgpack.decode(msgspec.msgpack.encode(request.robot), type=RobotConfig) == request.robot
+
+
+async def test_the_machine_of_a_robot_must_have_the_labels_that_its_file_asks_for(
+    sessions: RobotSessions, service: CloudService, store: MemoryStore
+) -> None:
+    store.put_robot(records.robot("tb1", user="ann", map="house", labels={"zone": "a"}))
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    assert service._master.places[place.key].request.labels == {"zone": "a"}

@@ -17,6 +17,7 @@ WHOLE = {
     "parameters": {"move_base": {"controller_frequency": 10.0}},
     "description": "Carries pallets",
     "properties": {"serial": "D-1", "forks": [1.2, 1.4]},
+    "labels": {"zone": "hall-2"},
 }
 
 
