@@ -20,7 +20,7 @@ UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --g
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser kernels test test-servers joints schemathesis lint bench performance lock clean
+.PHONY: help setup demo browser kernels test test-servers test-docker joints schemathesis lint bench performance lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -50,6 +50,10 @@ test-servers: $(INSTALLED) ## Run the tests over a real Cassandra and a real HDF
 	@echo "test-servers: starts the servers on this machine; the first time Maven fetches their jars into build/"
 	@$(BIN)/python -m tests.servers.jars
 	$(BIN)/python -m pytest -m servers $(PYTEST_ARGS)
+
+test-docker: $(INSTALLED) ## Run the tests over a real Docker engine (PPAAS_DOCKER_UP is the command that brings one up)
+	@echo "test-docker: builds the images of this checkout, minutes the first time"
+	$(BIN)/python -m pytest -m docker --timeout 1800 $(PYTEST_ARGS)
 
 schemathesis: $(INSTALLED) ## Send the REST service some ten thousand requests, good and bad, made from its description
 	@echo "schemathesis: 150 examples an operation; prints how each was answered"

@@ -1,4 +1,4 @@
-"""Which planners the cloud has: asked of a process that loads their kernels, so that this one need not.
+"""Which planners the cloud has, and lets run: asked of a process that loads their kernels, so that this one need not.
 
 It is asked once, and the answer kept for the next runs.
 """
@@ -12,11 +12,16 @@ import msgspec
 from endpoints import planner_cache
 from endpoints.planner_cache import Told
 from ppaas.errors import Unavailable
+from ppaas.plugins import permitted
 
 logger = logging.getLogger(__name__)
 
 SCRIPT = """
 import sys, msgspec
+from ppaas.plugins import permit_only
+allowed = ALLOWED
+if allowed is not None:
+    permit_only(allowed)
 from ppaas.planners.catalogue import catalogue
 sys.stdout.buffer.write(msgspec.json.encode(catalogue()))
 """
@@ -44,17 +49,18 @@ class InstalledPlanners:
 
 
 async def _find_out() -> Told:
-    file = await asyncio.to_thread(planner_cache.cache_file, SCRIPT)
+    script = SCRIPT.replace("ALLOWED", repr(permitted()))
+    file = await asyncio.to_thread(planner_cache.cache_file, script)
     known = planner_cache.kept(file)
     if known is None:
-        known = await _ask()
+        known = await _ask(script)
         planner_cache.keep(file, known)
     return known
 
 
-async def _ask() -> Told:
+async def _ask(script: str) -> Told:
     pipe = asyncio.subprocess.PIPE
-    process = await asyncio.create_subprocess_exec(sys.executable, "-c", SCRIPT, stdout=pipe, stderr=pipe)
+    process = await asyncio.create_subprocess_exec(sys.executable, "-c", script, stdout=pipe, stderr=pipe)
     out, err = await process.communicate()
     if process.returncode != 0:
         logger.error("cannot list the planners: %s", err.decode(errors="replace"))

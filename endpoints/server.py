@@ -24,6 +24,7 @@ from engine.bootstrap import Cloud, CloudConfig
 from engine.quotas import Quota
 from engine.runtimes import store_kernels
 from ppaas.errors import InvalidInput, Unavailable
+from ppaas.plugins import permit_only
 
 if TYPE_CHECKING:
     from endpoints.web import Web
@@ -52,13 +53,14 @@ def run_server(arguments: argparse.Namespace) -> int:
     Raises
     ------
     InvalidInput
-        The data folder or the password file cannot be used.
+        The data folder or the password file cannot be used, or a plug-in that is allowed has no such name.
     Unavailable
         The address cannot be listened at.
     """
     logging.basicConfig(
         level=arguments.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s", datefmt="%H:%M:%S"
     )
+    permit_only(arguments.allow)
     try:
         arguments.data.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -78,6 +80,9 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
         machines=str(data / MACHINES),
         cores=arguments.cores,
         balancer=arguments.balancer,
+        runtime=arguments.runtime,
+        image=arguments.image,
+        allowed=tuple(arguments.allow),
         linger=arguments.linger,
         quota=Quota(**dict(arguments.quota)),
     )

@@ -28,6 +28,7 @@ from engine.framing import FrameStream
 from engine.gate import Gate
 from engine.heartbeats import BEAT_PERIOD, MISSED
 from engine.hosting import Hosting
+from engine.instances import folder_of
 from engine.layer_building import LayerBuilder
 from engine.lease import Lease
 from engine.links.address import parse_address
@@ -37,9 +38,11 @@ from engine.links.sockets import Streams, dial
 from engine.mapcache import MapCache
 from engine.router import RouterProcess
 from engine.runtimes import store_kernels
-from engine.runtimes.process import ProcessRuntime
+from engine.runtimes.base import Premises
+from engine.runtimes.registry import RUNTIMES
 from engine.runtimes.rest_compiler import compiling_the_rest
 from ppaas.errors import PPaaSError
+from ppaas.plugins import permit_only
 from storage.urls import open_map_store, open_store
 
 logger = logging.getLogger(__name__)
@@ -132,7 +135,9 @@ async def run(config: AgentConfig) -> bool:
 
 async def _start(config: AgentConfig, cpus: tuple[int, ...], stack: contextlib.AsyncExitStack) -> Agent:
     run_dir = Path(config.run_dir)
-    runtime = ProcessRuntime(rehearsed="engine.rehearsed")
+    permit_only(config.allowed)
+    premises = Premises(config.instance, run_dir, folder_of(config.instance), config.image)
+    runtime = RUNTIMES.load(config.runtime).on(premises)
     stack.push_async_callback(runtime.close)
     # Both compile at the first start on a computer, each what it needs, beside each other.
     await asyncio.gather(runtime.start(), asyncio.to_thread(store_kernels.prepare))
@@ -159,7 +164,9 @@ async def _start(config: AgentConfig, cpus: tuple[int, ...], stack: contextlib.A
     relay = await _relay(config, run_dir, stack) if config.away is not None else None
     stream: FrameStream[control.ToAgent] = FrameStream(*await dial_cloud(config, "control"), control.ToAgent)
     stack.push_async_callback(stream.close)
-    hosting = Hosting(runtime=runtime, gate=gate, cache=cache, cpus=cpus, tell=stream.write, link=relay)
+    hosting = Hosting(
+        runtime=runtime, gate=gate, cache=cache, cpus=cpus, tell=stream.write, allowed=config.allowed, link=relay
+    )
     stack.push_async_callback(hosting.close)
     await stack.enter_async_context(compiling_the_rest())
     return Agent(config, stream, hosting, lease)

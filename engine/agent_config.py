@@ -2,7 +2,9 @@
 
 import msgspec
 
+from engine.runtimes.registry import DEFAULT
 from engine.zenoh_config import Peering
+
 
 class Away(msgspec.Struct, frozen=True):
     """How a machine is part of a cloud of another host.
@@ -46,6 +48,12 @@ class AgentConfig(msgspec.Struct, frozen=True):
         How its router reaches those of other hosts.
     away : Away, optional
         What it must know where the master is on another host.
+    runtime : str
+        Starts its containers.
+    image : str
+        Image that containers run from, for a runtime that has images.
+    allowed : tuple of str
+        Other people's plug-ins that may run, each as ``group:name`` of its entry point.
     """
 
     machine: str
@@ -60,3 +68,6 @@ class AgentConfig(msgspec.Struct, frozen=True):
     labels: dict[str, str] = {}
     peering: Peering | None = None
     away: Away | None = None
+    runtime: str = DEFAULT
+    image: str = ""
+    allowed: tuple[str, ...] = ()

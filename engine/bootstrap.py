@@ -24,6 +24,7 @@ from engine.planning import Planning
 from engine.quotas import Quota, Quotas
 from engine.robot_sessions import LINGER, RobotSessions
 from engine.run_dir import make_run_dir
+from engine.runtimes import registry as runtimes
 from engine.service import CloudService
 from engine.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
 from storage.ports import MapStore, Store
@@ -63,6 +64,12 @@ class CloudConfig:
         Seconds that a clone waits for its robot to come back.
     balancer : str
         Chooses machines for containers.
+    runtime : str
+        Starts the containers of this machine.
+    image : str
+        Image that they run from, for a runtime that has images.
+    allowed : tuple of str
+        Other people's plug-ins that may run in the cloud, each as ``group:name`` of its entry point.
     """
 
     store: str
@@ -75,6 +82,9 @@ class CloudConfig:
     quota: Quota = field(default_factory=Quota)
     linger: float = LINGER
     balancer: str = DEFAULT
+    runtime: str = runtimes.DEFAULT
+    image: str = ""
+    allowed: tuple[str, ...] = ()
 
 
 def _far_machines(config: CloudConfig, cloud: str) -> FarMachines:
@@ -99,6 +109,7 @@ class Cloud:
 
     def __init__(self, config: CloudConfig) -> None:
         balancer = BALANCERS.create(config.balancer, {})
+        runtimes.RUNTIMES.load(config.runtime)  # one that is unknown is told here, not by a machine that never comes
         self._own = config.machine
         self.store: Store = open_store(config.store, outbox=Path(config.outbox) if config.outbox else None)
         self.map_store: MapStore = open_map_store(config.map_store)
@@ -131,6 +142,9 @@ class Cloud:
                 outbox=config.outbox,
                 cores=config.cores,
                 peering=self._far.peering if self._far is not None else None,
+                runtime=config.runtime,
+                image=config.image,
+                allowed=config.allowed,
             )
         )
 

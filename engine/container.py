@@ -35,6 +35,7 @@ from ppaas.nodes.clone import build_clone, build_planning
 from ppaas.nodes.graph import Graph
 from ppaas.plans.processor import Keeping
 from ppaas.plans.times import Times
+from ppaas.plugins import permit_only
 
 logger = logging.getLogger(__name__)
 
@@ -336,5 +337,6 @@ async def _until_first(*works: Coroutine[Any, Any, None]) -> None:
 
 def main(launch: Launch) -> None:
     """Run a container in this process, and return when it has ended."""
+    permit_only(launch.allowed)
     logging.basicConfig(format=f"%(levelname)s {launch.spec.id} %(name)s: %(message)s")
     uvloop.run(run(launch))

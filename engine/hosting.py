@@ -47,6 +47,8 @@ class Hosting:
         CPUs they may use.
     tell : callable
         Sends news to the master.
+    allowed : tuple of str
+        Other people's plug-ins that may run in them.
     link : str, optional
         Unix socket that leads to the endpoint, where the endpoint's own is on another host.
     """
@@ -59,6 +61,7 @@ class Hosting:
         cache: MapCache,
         cpus: tuple[int, ...],
         tell: Callable[[msgspec.Struct], None],
+        allowed: tuple[str, ...] = (),
         link: str | None = None,
     ) -> None:
         self._runtime = runtime
@@ -66,6 +69,7 @@ class Hosting:
         self._cache = cache
         self._cpus = cpus
         self._tell = tell
+        self._allowed = allowed
         self._link = link
         self._hosted: dict[str, _Hosted] = {}
         self._background = Background()
@@ -102,7 +106,7 @@ class Hosting:
         if hosted.stopped.is_set():
             raise Unavailable("it was stopped before it ran")
         hosted.launch = self._launch_of(order, layers)
-        self._gate.expect(order.spec, order.secret, lambda planner: self._cache.prepare(layers, planner))
+        self._gate.expect(order.spec, order.secret, lambda planner: self._prepare(hosted, layers, planner))
         try:
             process = hosted.process = await self._runtime.launch(hosted.launch)
             self._tell(control.Launched(container, process.pid))
@@ -111,6 +115,11 @@ class Hosting:
             return await process.wait()
         finally:
             self._gate.forget(container)
+
+    async def _prepare(self, hosted: _Hosted, layers: Path, planner: str) -> None:
+        await self._cache.prepare(layers, planner)
+        if hosted.process is not None:
+            hosted.process.layers_grew()
 
     def _launch_of(self, order: control.StartContainer, layers: Path) -> Launch:
         size = order.spec.cores
@@ -124,6 +133,7 @@ class Hosting:
             secret=order.secret,
             cpus=cores.pick(size, self._cpus, given),
             threads=cores.threads(size),
+            allowed=self._allowed,
         )
 
     async def _layers(self, spec: ContainerSpec) -> Path:

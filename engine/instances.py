@@ -7,7 +7,7 @@ from pathlib import Path
 
 SHARED_MEMORY = Path("/dev/shm")
 
-_NAME = re.compile(r"ppaas-(\d+)-(\d+)-(\d+)")
+_NAME = re.compile(r"(\d+)-(\d+)-(\d+)")
 
 
 def instance_name() -> str:
@@ -28,14 +28,15 @@ def sweep_stale(base: Path = SHARED_MEMORY) -> list[Path]:
 
     Those of another PID namespace, which may live, are left alone.
     """
-    stale = [folder for folder in sorted(base.glob("ppaas-*")) if _is_dead(folder.name)]
+    stale = [folder for folder in sorted(base.glob("ppaas-*")) if is_dead(folder.name.removeprefix("ppaas-"))]
     for folder in stale:
         shutil.rmtree(folder, ignore_errors=True)  # another may sweep at the same time
     return stale
 
 
-def _is_dead(name: str) -> bool:
-    found = _NAME.fullmatch(name)
+def is_dead(instance: str) -> bool:
+    """Tell whether an instance is known to live no more: it was of this PID namespace, and its process is gone."""
+    found = _NAME.fullmatch(instance)
     if found is None:
         return False
     namespace, pid, started = map(int, found.groups())

@@ -102,6 +102,8 @@ class Launch(msgspec.Struct, frozen=True):
         CPUs it may run on.
     threads : int
         Most threads its kernels may use.
+    allowed : tuple of str
+        Other people's plug-ins that may run in it, each as ``group:name`` of its entry point.
     """
 
     spec: ContainerSpec
@@ -111,3 +113,4 @@ class Launch(msgspec.Struct, frozen=True):
     secret: str
     cpus: tuple[int, ...]
     threads: int
+    allowed: tuple[str, ...] = ()

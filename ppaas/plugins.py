@@ -1,5 +1,10 @@
-"""Plug-ins by entry point: planners and controllers, ours and other people's, found the same way."""
+"""Plug-ins by entry point: planners and controllers, ours and other people's, found the same way.
 
+What is installed runs with all that its process may do. So a process of a cloud loads of other people's only what an
+administrator has allowed (``permit_only``); on one's own computer nobody is asked.
+"""
+
+from collections.abc import Iterable
 from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
 from inspect import Parameter, signature
@@ -7,9 +12,49 @@ from typing import Any, Generic, TypeVar
 
 import msgspec
 
-from ppaas.errors import InvalidParameter, NotFound
+from ppaas.errors import InvalidParameter, NotFound, NotPermitted
 
 P = TypeVar("P")
+
+OWN = "ppaas"
+"""The distribution whose plug-ins come with us."""
+
+_permitted: frozenset[str] | None = None
+
+
+def permit_only(allowed: Iterable[str]) -> None:
+    """Let this process, from now on, load no plug-ins but our own and those that are named.
+
+    Parameters
+    ----------
+    allowed : iterable of str
+        Each as ``group:name`` of its entry point, such as ``ppaas.planners:mine``.
+
+    Raises
+    ------
+    InvalidParameter
+        One is not spelled so.
+    """
+    global _permitted  # noqa: PLW0603 - it is a property of the process
+    names = frozenset(allowed)
+    for name in names:
+        group, _, plugin = name.partition(":")
+        if not (group.startswith(f"{OWN}.") and plugin):
+            raise InvalidParameter(f"a plug-in is named as group:name, such as ppaas.planners:mine, not {name!r}")
+    _permitted = names
+
+
+def permitted() -> tuple[str, ...] | None:
+    """Return what other people's plug-ins this process may load, by name; None if it may load all."""
+    return None if _permitted is None else tuple(sorted(_permitted))
+
+
+def _is_own(entry: EntryPoint) -> bool:
+    return entry.dist is not None and entry.dist.name == OWN
+
+
+def _may_load(entry: EntryPoint) -> bool:
+    return _permitted is None or _is_own(entry) or f"{entry.group}:{entry.name}" in _permitted
 
 
 def parameters_in_use(of: object) -> dict[str, Any]:
@@ -85,11 +130,12 @@ class PluginRegistry(Generic[P]):
 
     @cached_property
     def _entries(self) -> dict[str, EntryPoint]:
-        return {entry.name: entry for entry in entry_points(group=self._group)}
+        # Nobody takes the place of one of ours by its name.
+        return {entry.name: entry for entry in sorted(entry_points(group=self._group), key=_is_own)}
 
     def names(self) -> tuple[str, ...]:
-        """Return the names of all plug-ins installed, sorted."""
-        return tuple(sorted(self._entries))
+        """Return the names of all plug-ins that are installed and allowed, sorted."""
+        return tuple(sorted(name for name, entry in self._entries.items() if _may_load(entry)))
 
     def own_name(self, name: str) -> str:
         """Return the own name of a plug-in that is given by its name or an alias, in either spelling of ROS 2."""
@@ -112,10 +158,15 @@ class PluginRegistry(Generic[P]):
         ------
         NotFound
             None of that name; the text lists those there are.
+        NotPermitted
+            It is installed, and no administrator has allowed it.
         """
         entry = self._entries.get(self.own_name(name))
         if entry is None:
             raise NotFound(self._kind, name, self.names())
+        if not _may_load(entry):
+            how = f"ppaas up --allow {self._group}:{entry.name}"
+            raise NotPermitted(f"{self._kind} {name!r} is installed, but no administrator has allowed it; {how}")
         loaded = entry.load()
         if not (isinstance(loaded, type) and issubclass(loaded, self._base)):
             raise InvalidParameter(f"{entry.value} is no {self._base.__name__}, as entry point {name!r} says it is")
@@ -128,6 +179,8 @@ class PluginRegistry(Generic[P]):
         ------
         NotFound
             None of that name.
+        NotPermitted
+            No administrator has allowed it.
         InvalidParameter
             It takes no such parameter, or none of that type.
         """

@@ -5,11 +5,17 @@ import logging
 import signal
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ppaas.errors import InvalidParameter
+from ppaas.errors import InvalidInput, InvalidParameter
+
+if TYPE_CHECKING:
+    from robots.sim.demonstration import CloudAccess
 
 NAME = "demo"
 HELP = "start a cloud on this machine and drive simulated robots in it"
+
+ADMIN = "admin"
 
 TERMINATED = 128 + signal.SIGTERM
 
@@ -26,6 +32,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--controller", default="dwa", help="local planner (%(default)s)")
     parser.add_argument("--headless", action="store_true", help="show no progress")
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
+    parser.add_argument("--cloud", metavar="URL", help="drive in this cloud, which is up (one is started)")
+    parser.add_argument(
+        "--admin-password-file", type=Path, metavar="FILE", help="password of its user 'admin' (with --cloud)"
+    )
     parser.add_argument("--keep-going", action="store_true", help="drive on until Ctrl-C; needs a terminal")
 
 
@@ -43,6 +53,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.seed < 0:
         raise InvalidParameter(f"--seed must be 0 or more, not {arguments.seed}")
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(message)s", stream=sys.stderr)
+    if (arguments.cloud is None) != (arguments.admin_password_file is None):
+        raise InvalidParameter("--cloud and --admin-password-file go together")
     import asyncio  # noqa: PLC0415 - ``ppaas --help`` loads this module
 
     try:
@@ -74,6 +86,7 @@ async def _run(arguments: argparse.Namespace) -> int:
             console=console if console.is_terminal and not arguments.headless else None,
             planner=arguments.planner,
             controller=arguments.controller,
+            cloud=_access(arguments),
         )
     )
     if arguments.json:
@@ -81,3 +94,14 @@ async def _run(arguments: argparse.Namespace) -> int:
     else:
         summary(report, console)
     return 0 if report.passed else 1
+
+
+def _access(arguments: argparse.Namespace) -> "CloudAccess | None":
+    from robots.sim.demonstration import CloudAccess  # noqa: PLC0415
+
+    if arguments.cloud is None:
+        return None
+    try:
+        return CloudAccess(arguments.cloud, ADMIN, arguments.admin_password_file.read_text().strip())
+    except OSError as error:
+        raise InvalidInput(f"the password file cannot be read: {error}") from error

@@ -26,6 +26,19 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--balancer", default="ppaas", metavar="NAME", help="chooses machines for containers (%(default)s)"
     )
     parser.add_argument(
+        "--runtime", default="process", metavar="NAME", help="starts containers: process, docker (%(default)s)"
+    )
+    parser.add_argument(
+        "--allow",
+        action="append",
+        default=[],
+        metavar="GROUP:NAME",
+        help="let a plug-in of others run, by its entry point, as ppaas.planners:mine; may be given again",
+    )
+    parser.add_argument(
+        "--image", default="ppaas-engine", metavar="NAME", help="what containers of docker run from (%(default)s)"
+    )
+    parser.add_argument(
         "--quota",
         type=_quota,
         action="append",

@@ -46,14 +46,14 @@ def resolve(entry: str) -> Entry:
 def run(entry: str, launch: Launch) -> None:
     """Settle in, and be the container: what ``entry`` returns becomes the exit status."""
     die_with_parent()
+    os.sched_setaffinity(0, launch.cpus)  # threads take it over from the thread that starts them
+    os.setsid()
     settle(launch)
     sys.exit(resolve(entry)(launch))
 
 
 def settle(launch: Launch) -> None:
     """Take the place that this container was given on its machine. No other thread may exist yet."""
-    os.sched_setaffinity(0, launch.cpus)  # threads take it over from the thread that starts them
-    os.setsid()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C in a terminal is for the agent, which ends its containers
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     # NUMBA_NUM_THREADS stays as it is: numba refuses another value once its threads run.
@@ -65,15 +65,19 @@ def settle(launch: Launch) -> None:
 
 
 def die_with_parent() -> None:
-    """Let the kernel kill this process when the agent is gone, even if it is stopped or holds the interpreter's lock.
-
-    The agent holds the other end of a pipe and never writes to it. Its end, by whatever death, is an event on our
-    end, for which we ask to be sent SIGKILL.
-    """
+    """End with the agent whose fork server forked this process, as ``die_with`` does."""
     parent = multiprocessing.parent_process()
     if parent is None:
         raise RuntimeError("a container is started by the fork server of an agent")
-    pipe = int(parent.sentinel)
+    die_with(int(parent.sentinel))
+
+
+def die_with(pipe: int) -> None:
+    """Let the kernel kill this process when the agent is gone, even if it is stopped or holds the interpreter's lock.
+
+    The agent holds the other end of a pipe, or of a socket, and never writes to it from now on. Its end, by whatever
+    death, is an event on our end, for which we ask to be sent SIGKILL.
+    """
     fcntl.fcntl(pipe, fcntl.F_SETOWN, os.getpid())
     fcntl.fcntl(pipe, fcntl.F_SETSIG, signal.SIGKILL)
     fcntl.fcntl(pipe, fcntl.F_SETFL, fcntl.fcntl(pipe, fcntl.F_GETFL) | os.O_ASYNC)

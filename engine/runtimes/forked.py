@@ -44,6 +44,9 @@ class ForkedContainer:
             with suppress(ProcessLookupError):
                 signal.pidfd_send_signal(self._pidfd, signal.SIGKILL)
 
+    def layers_grew(self) -> None:
+        """Do nothing: it sees the folder itself."""
+
     async def wait(self) -> int:
         """Return its exit status when it is gone, negative for the signal that killed it, 255 where nobody knows."""
         return await asyncio.shield(self._status)

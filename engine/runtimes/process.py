@@ -6,6 +6,7 @@ import logging
 from asyncio import Task
 
 from engine.model import Launch
+from engine.runtimes.base import Premises, Runtime
 from engine.runtimes.child import run
 from engine.runtimes.fork_server import ForkServer
 from engine.runtimes.forked import ForkedContainer
@@ -16,7 +17,7 @@ logger = logging.getLogger(__name__)
 _PR_SET_CHILD_SUBREAPER = 36
 
 
-class ProcessRuntime:
+class ProcessRuntime(Runtime):
     """Forks containers from a warm server.
 
     Parameters
@@ -34,6 +35,11 @@ class ProcessRuntime:
         self._tasks: set[Task[ForkedContainer] | Task[None]] = set()
         self._live: set[ForkedContainer] = set()
         self._closed = False
+
+    @classmethod
+    def on(cls, premises: Premises) -> "ProcessRuntime":  # noqa: ARG003 - its containers see what its user does
+        """Return the runtime of a machine."""
+        return cls(rehearsed="engine.rehearsed")
 
     async def start(self) -> None:
         """Start the fork server and wait until it is warm; do it before any other library starts threads.

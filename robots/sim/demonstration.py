@@ -47,6 +47,8 @@ class DemoOptions:
         Where to show progress; nowhere by default.
     planner, controller : str
         Move Base's global and local planner.
+    cloud : CloudAccess, optional
+        A cloud that is up already; without it one is started.
     """
 
     robots: int = 3
@@ -57,6 +59,16 @@ class DemoOptions:
     console: Console | None = None
     planner: str = "dijkstra"
     controller: str = "dwa"
+    cloud: "CloudAccess | None" = None
+
+
+@dataclass(frozen=True, slots=True)
+class CloudAccess:
+    """How a cloud is reached, and who may do everything in it."""
+
+    url: str
+    admin: str
+    password: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,25 +101,30 @@ def set_stage(options: DemoOptions) -> Stage:
 
 
 async def demonstrate(options: DemoOptions) -> Report:
-    """Run the demo in a cloud of its own; return how it went.
+    """Run the demo in the cloud given, or in one of its own; return how it went.
 
     Raises
     ------
     PPaaSError
-        The map or the options will not do, or the cloud does not start.
+        The map or the options will not do, or the cloud does not start, or does not let us in.
     """
     async with contextlib.AsyncExitStack() as stack:
         with _waiting(options.console):
             stage = await asyncio.to_thread(set_stage, options)
-            cloud = await stack.enter_async_context(CloudProcess())
-        rest = RestClient(cloud.ready.url)
-        login = await rest.login(cloud.ready.admin_user, cloud.password)
+            access = options.cloud or await _own_cloud(stack)
+        rest = RestClient(access.url)
+        login = await rest.login(access.admin, access.password)
         await introduce(rest, stage, options)
         began = monotonic()
         async with _simulated(stage, options):
-            await _run_missions(stage, cloud.ready.url, login.token, options.keep_going)
+            await _run_missions(stage, access.url, login.token, options.keep_going)
         seconds = monotonic() - began
     return Report(stage.map_id, round(seconds, 2), [mission.close() for mission in stage.missions])
+
+
+async def _own_cloud(stack: contextlib.AsyncExitStack) -> CloudAccess:
+    cloud = await stack.enter_async_context(CloudProcess())
+    return CloudAccess(cloud.ready.url, cloud.ready.admin_user, cloud.password)
 
 
 def _waiting(console: Console | None) -> contextlib.AbstractContextManager[object]:

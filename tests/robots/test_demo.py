@@ -8,7 +8,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from ppaas.errors import InvalidMap, InvalidParameter, Unavailable
+from ppaas.errors import InvalidInput, InvalidMap, InvalidParameter, Unavailable
 from robots import demo
 from robots.cloud_process import CloudProcess
 
@@ -95,3 +95,14 @@ def test_two_robots_reach_their_goals_without_a_touch_and_nothing_is_left(capsys
         assert 0.0 < robot["plan_seconds"][0] < report["seconds"]
         assert robot["ready_seconds"] > 0.0
     assert children() <= before
+
+
+@pytest.mark.parametrize("arguments", [("--cloud", "http://127.0.0.1:1"), ("--admin-password-file", "password")])
+def test_a_cloud_that_is_up_is_named_with_its_password(arguments: tuple[str, ...]) -> None:
+    with pytest.raises(InvalidParameter, match="go together"):
+        demo.run(parse("--headless", *arguments))
+
+
+def test_a_password_file_that_is_not_there_is_told(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="password file"):
+        demo.run(parse("--headless", "--cloud", "http://127.0.0.1:1", "--admin-password-file", str(tmp_path / "none")))

@@ -12,10 +12,11 @@ from cassandra.policies import RoundRobinPolicy
 
 from tests.servers.jars import jars_of, java, keytool
 from tests.servers.java_server import JavaServer, free_ports
+from tests.support.sources import ROOT
 
 logging.getLogger("cassandra").setLevel(logging.CRITICAL)  # of a server that is starting it has much to tell
 
-HERE = Path(__file__).parent / "cassandra"
+HERE = ROOT / "docker" / "cassandra"
 PASSWORD = "cassandra"  # of the user of the same name, whom a new server makes
 
 JVM = [

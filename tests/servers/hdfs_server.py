@@ -10,8 +10,9 @@ from hdfs import InsecureClient
 
 from tests.servers.jars import jars_of, java
 from tests.servers.java_server import JavaServer, free_ports
+from tests.support.sources import ROOT
 
-HERE = Path(__file__).parent / "hdfs"
+HERE = ROOT / "docker" / "hdfs"
 PACKAGE = "org.apache.hadoop.hdfs.server"
 JVM = [
     *("-Xmx128m", "-Xss256k", "-XX:+UseSerialGC", "-XX:TieredStopAtLevel=1", "-XX:ReservedCodeCacheSize=32m"),

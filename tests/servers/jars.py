@@ -65,8 +65,8 @@ def _fetch(pom: Path, folder: Path) -> None:
 
 
 def main() -> None:
-    """Fetch the jars of all servers; tell what cannot be had."""
-    for pom in sorted(Path(__file__).parent.glob("*/pom.xml")):
+    """Fetch the jars of all servers, which are those of the images; tell what cannot be had."""
+    for pom in sorted((ROOT / "docker").glob("*/pom.xml")):
         try:
             print(f"jars of {pom.parent.name}: {jars_of(pom)}")  # noqa: T201
         except Missing as error:

@@ -5,8 +5,12 @@ import socket
 import sys
 import threading
 import time
+from pathlib import Path
 
 from engine.model import Launch
+
+BURNING = 0.5
+"""Seconds."""
 
 
 def report(launch: Launch, text: str) -> socket.socket:
@@ -64,3 +68,37 @@ def live_again(launch: Launch) -> int:
     rehearse()
     report(launch, f"loaded: {sorted(loaded() - known)}").close()
     return 0
+
+
+def burn(launch: Launch) -> None:
+    """Keep two processes busy for half a second, and tell how many CPUs they got on the average."""
+    began = time.monotonic()
+    children = [_burn(BURNING) for _ in range(2)]
+    used = sum(usage.ru_utime + usage.ru_stime for _, _, usage in (os.wait4(child, 0) for child in children))
+    report(launch, str(used / (time.monotonic() - began))).close()
+
+
+def _burn(seconds: float) -> int:
+    child = os.fork()
+    if child == 0:
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            pass
+        os._exit(0)
+    return child
+
+
+def read_layers(launch: Launch) -> None:
+    """Tell what layers it sees, then what is put beside them."""
+    folder = Path(launch.layers)
+    with report(launch, (folder / "info.json").read_text()) as connection:
+        while not (late := folder / "late.index").exists():
+            time.sleep(0.005)
+        connection.sendall(f"{launch.spec.id} {os.getpid()} {late.read_text()}\n".encode())
+
+
+def take_memory(launch: Launch) -> None:
+    """Take more and more memory."""
+    taken = []
+    while True:
+        taken.append(bytearray(os.urandom(1 << 20)) * 32)

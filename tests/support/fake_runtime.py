@@ -14,6 +14,7 @@ class FakeProcess:
         self.launch = launch
         self.pid = os.getpid()
         self.killed = False
+        self.told_of_layers = 0
         self._status: asyncio.Future[int] = asyncio.get_running_loop().create_future()
 
     def kill(self) -> None:
@@ -23,6 +24,9 @@ class FakeProcess:
     def end(self, status: int) -> None:
         if not self._status.done():
             self._status.set_result(status)
+
+    def layers_grew(self) -> None:
+        self.told_of_layers += 1
 
     async def wait(self) -> int:
         return await asyncio.shield(self._status)

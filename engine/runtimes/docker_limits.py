@@ -1,0 +1,51 @@
+"""What a container of the Docker engine may use, in the engine's own terms.
+
+Its size is a limit here, not a share: a container of 0.5 cores has half of a CPU's time, even if nobody else wants the
+other half (``--cpus``, ``--cpuset-cpus``, ``--memory``). Spares, which only load, have all CPUs, behind all others.
+"""
+
+import math
+from typing import Any
+
+from engine.model import Launch
+
+PERIOD = 100_000
+"""Within which a container has its share of the CPUs [µs]."""
+
+LEAST_QUOTA = 1_000
+"""That the kernel takes [µs]."""
+
+SHARES = 1024
+"""Weight of a container of one core, where more is wanted than there is."""
+
+SPARE_SHARES = 64
+
+MEMORY = 512 << 20
+"""That a container of any size has [bytes]: an interpreter with its kernels, and what planning on a map takes."""
+
+MEMORY_PER_CORE = 512 << 20
+
+PROCESSES = 128
+"""And threads."""
+
+
+def of_spare() -> dict[str, Any]:
+    """Return what a container may use until it is told what it is, as ``docker run`` takes it."""
+    return {"cpu_shares": SPARE_SHARES, "pids_limit": PROCESSES, **_memory(0.0)}
+
+
+def of_launch(launch: Launch) -> dict[str, Any]:
+    """Return what it may use from then on, as ``docker update`` takes it."""
+    size = launch.spec.cores
+    return {
+        "cpu_period": PERIOD,
+        "cpu_quota": max(LEAST_QUOTA, math.ceil(size * PERIOD)),
+        "cpu_shares": max(2, math.ceil(size * SHARES)),
+        "cpuset_cpus": ",".join(map(str, launch.cpus)),
+        **_memory(size),
+    }
+
+
+def _memory(size: float) -> dict[str, int]:
+    limit = MEMORY + math.ceil(size * MEMORY_PER_CORE)
+    return {"mem_limit": limit, "memswap_limit": limit}

@@ -1,0 +1,8 @@
+"""The runtimes that are installed: ours, and other people's by entry point."""
+
+from engine.runtimes.base import Runtime
+from ppaas.plugins import PluginRegistry
+
+DEFAULT = "process"
+
+RUNTIMES: PluginRegistry[Runtime] = PluginRegistry("ppaas.runtimes", "runtime", Runtime, {})  # type: ignore[type-abstract]
