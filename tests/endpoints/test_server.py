@@ -29,8 +29,7 @@ def test_a_file_that_cannot_be_made_is_told(tmp_path: Path) -> None:
         admin_password(tmp_path / "nowhere" / "password")
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-@pytest.mark.parametrize("moment", ["engine.agent", "engine.router"])
+@pytest.mark.parametrize(("moment", "number"), [("engine.agent", signal.SIGTERM), ("engine.router", signal.SIGINT)])
 def test_a_signal_while_the_cloud_starts_ends_it_cleanly(tmp_path: Path, moment: str, number: int) -> None:
     up = Up(tmp_path)
     up.wait_for(lambda: up.children(moment))
