@@ -84,6 +84,18 @@ class Cloud(Protocol):
         """
         ...
 
+    def resize_container(self, container: str, cores: float) -> None:
+        """Give a container another size [cores] while it runs; its place keeps it while it is open.
+
+        Raises
+        ------
+        NotFound
+            There is no such container, or no longer.
+        InvalidParameter, QuotaExceeded, Unavailable
+            The size cannot be, its user may not have so much, or its machine has no room for it now.
+        """
+        ...
+
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
         """Have a container plan a path.
 

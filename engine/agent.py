@@ -83,6 +83,8 @@ class Agent:
                 self._hosting.start(order)
             case control.StopContainer():
                 self._hosting.stop(order)
+            case control.ResizeContainer():
+                self._hosting.resize(order)
             case control.Heard() if self._lease is not None:
                 self._lease.answered()
 

@@ -217,6 +217,10 @@ class Cloud:
         """Have a container ended; its place gets another."""
         self.service.give_up_container(container)
 
+    def resize_container(self, container: str, cores: float) -> None:
+        """Give a container another size while it runs."""
+        self.service.resize_container(container, cores)
+
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
         """Have a container plan a path."""
         return await self._planning.compute_path(user.id, map, request)

@@ -9,6 +9,7 @@ import logging
 import os
 from collections.abc import Callable, Coroutine, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from engine.machine_client import MachineClient
 from engine.model import LINK_STATE, Launch
 from engine.monitor.monitoring import Monitoring, of_clone
 from engine.outside import Outside
-from engine.runtimes.threads import use_threads
+from engine.runtimes.threads import KernelThreads, use_threads
 from engine.shared_indexes import SharedIndexes
 from engine.shared_plans import PlanningNotes, SharedPlans
 from ppaas.costmap.costmap import Indexes
@@ -33,6 +34,7 @@ from ppaas.messages.message import Message
 from ppaas.nodes.base import Checkpoint, Node, Payload, Topic
 from ppaas.nodes.clone import build_clone, build_planning
 from ppaas.nodes.graph import Graph
+from ppaas.nodes.kernel_threads import Threads
 from ppaas.plans.processor import Keeping
 from ppaas.plans.times import Times
 from ppaas.plugins import permit_only
@@ -51,17 +53,18 @@ def payload_bytes(payload: Payload) -> bytes:
 
 
 def build_graph(
-    graph: Graph, launch: Launch, indexes: Indexes | None = None, keeping: Keeping | None = None
+    graph: Graph, launch: Launch, threads: Threads, indexes: Indexes | None = None, keeping: Keeping | None = None
 ) -> Monitoring | None:
     """Put the nodes in that this container is for; return what monitors those of a clone.
 
-    ``indexes`` gives what is prepared of its map, ``keeping`` the plans that were made there before.
+    ``threads`` tells how many kernels may use, ``indexes`` gives what is prepared of its map, ``keeping`` the plans
+    that were made there before.
     """
     layers = open_layers(Path(launch.layers))
     layers = replace(layers, costmap=replace(layers.costmap, indexes=indexes))
     robot = launch.spec.robot
     if robot is None:
-        build_planning(graph, layers, threads=launch.threads, keeping=keeping)
+        build_planning(graph, layers, threads=threads, keeping=keeping)
         return None
     bare = of_clone(robot)
 
@@ -75,7 +78,7 @@ def build_graph(
             base_global_planner=bare.base_global_planner,
             base_local_planner=bare.base_local_planner,
             parameters=bare.parameters,
-            threads=launch.threads,
+            threads=threads,
             keeping=keeping,
             only=only,
         )
@@ -288,12 +291,13 @@ async def run(launch: Launch) -> None:
     """Be the container until the endpoint or the machine goes, or says stop."""
     reader, writer = await asyncio.open_unix_connection(launch.link)
     stream: FrameStream[link.ToContainer] = FrameStream(reader, writer, link.ToContainer)
-    home = CloudHome(lambda: use_threads(launch.threads))
+    threads = KernelThreads(launch.threads)
+    home = CloudHome(lambda: use_threads(threads.count))
     indexes, times = SharedIndexes(Path(launch.layers)), Times()
     plans, notes = SharedPlans(times, home.elsewhere), PlanningNotes(times)
     keeping = Keeping(launch.spec.map.id, launch.spec.map.version, plans, times, notes)
     try:
-        monitoring = build_graph(home.graph, launch, indexes, keeping)
+        monitoring = build_graph(home.graph, launch, threads, indexes, keeping)
         home.graph.restore([Checkpoint(name, state) for name, state in launch.spec.checkpoint.items()])
     except PPaaSError as error:
         refusal = link.Refusal(error.slug, str(error))
@@ -306,7 +310,7 @@ async def run(launch: Launch) -> None:
     plans.ask(machine)
     container = Container(launch, home, stream, machine, notes, monitoring=monitoring)
     outside = Outside(launch, home.graph, machine)
-    listening = asyncio.create_task(machine.serve(outside.shared))
+    listening = asyncio.create_task(machine.serve(outside.shared, partial(_resize, threads)))
     await notes.begin(machine)
     stream.write(container.hello(os.getpid()))
     home.attend()
@@ -316,6 +320,11 @@ async def run(launch: Launch) -> None:
         home.close()
         await stream.close()
         await machine.close()
+
+
+def _resize(threads: KernelThreads, count: int) -> None:
+    threads.count = count
+    threads()  # what runs on the loop's own thread
 
 
 async def _end_of(task: asyncio.Task[None]) -> None:

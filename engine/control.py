@@ -80,6 +80,13 @@ class StartContainer(msgspec.Struct, tag="start"):
     link: str
 
 
+class ResizeContainer(msgspec.Struct, tag="resize"):
+    """Hold a container to another size [cores] from now on; what does not run any more is left alone."""
+
+    container: str
+    cores: float
+
+
 class StopContainer(msgspec.Struct, tag="stop"):
     """End a container, by force if it has not gone by itself after ``grace`` seconds."""
 
@@ -91,4 +98,4 @@ class Heard(msgspec.Struct, tag="heard"):
     """A beat of a machine of another host has come; each is answered, in turn."""
 
 
-ToAgent = StartContainer | StopContainer | Heard
+ToAgent = StartContainer | StopContainer | ResizeContainer | Heard

@@ -132,6 +132,7 @@ class Gate:
         self._attach_timeout = attach_timeout
         self._awaited: Awaited[_Expected] = Awaited()
         self._streams: set[Stream] = set()
+        self._guests: dict[str, _Guest] = {}
         self._background = Background()
         self._server: asyncio.Server | None = None
 
@@ -147,6 +148,12 @@ class Gate:
     def forget(self, container: str) -> None:
         """Await it no more."""
         self._awaited.forget(container)
+
+    def resized(self, container: str, threads: int) -> None:
+        """Tell a container how many threads its kernels may use from now on; nothing happens where it is gone."""
+        guest = self._guests.get(container)
+        if guest is not None:
+            guest.stream.write(machine_link.Resized(threads))
 
     @property
     def awaited(self) -> int:
@@ -183,10 +190,12 @@ class Gate:
 
     async def _serve(self, guest: _Guest) -> None:
         subscription = self._hear_others(guest)
+        self._guests[guest.spec.id] = guest
         try:
             while (frame := await guest.stream.receive()) is not None:
                 self._take(frame, guest)
         finally:
+            del self._guests[guest.spec.id]
             if subscription is not None:
                 subscription.close()
 

@@ -122,19 +122,21 @@ class Hosting:
             hosted.process.layers_grew()
 
     def _launch_of(self, order: control.StartContainer, layers: Path) -> Launch:
-        size = order.spec.cores
-        launches = [hosted.launch for hosted in self._hosted.values() if hosted.launch is not None]
-        given = cores.used((launch.spec.cores, launch.cpus) for launch in launches)
         return Launch(
             spec=order.spec,
             layers=str(layers),
             link=self._link or order.link,
             machine=str(self._gate.path),
             secret=order.secret,
-            cpus=cores.pick(size, self._cpus, given),
-            threads=cores.threads(size),
+            cpus=self._cpus_for(order.spec),
+            threads=cores.threads(order.spec.cores),
             allowed=self._allowed,
         )
+
+    def _cpus_for(self, spec: ContainerSpec) -> tuple[int, ...]:
+        launches = [hosted.launch for hosted in self._hosted.values() if hosted.launch is not None]
+        others = [launch for launch in launches if launch.spec.id != spec.id]
+        return cores.pick(spec.cores, self._cpus, cores.used((other.spec.cores, other.cpus) for other in others))
 
     async def _layers(self, spec: ContainerSpec) -> Path:
         robot = spec.robot
@@ -149,6 +151,19 @@ class Hosting:
         hosted.stopped.set()
         if hosted.process is not None:
             asyncio.get_running_loop().call_later(order.grace, hosted.process.kill)
+
+    def resize(self, order: control.ResizeContainer) -> None:
+        """Hold a container to another size, which it learns; nothing happens where it has gone."""
+        hosted = self._hosted.get(order.container)
+        if hosted is None or hosted.launch is None or hosted.process is None:
+            return
+        spec = msgspec.structs.replace(hosted.launch.spec, cores=order.cores)
+        hosted.launch = msgspec.structs.replace(
+            hosted.launch, spec=spec, cpus=self._cpus_for(spec), threads=cores.threads(spec.cores)
+        )
+        hosted.process.resize(hosted.launch)
+        self._gate.resized(spec.id, hosted.launch.threads)
+        logger.info("container %s has %g cores now, on CPUs %s", spec.id, spec.cores, hosted.launch.cpus)
 
     def loads(self) -> list[control.ContainerLoad]:
         """Return what each container uses now; reading this may block for milliseconds."""

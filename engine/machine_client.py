@@ -42,13 +42,21 @@ class MachineClient:
         client._stream.write(machine_link.Attach(launch.spec.id, launch.secret))
         return client
 
-    async def serve(self, shared: Callable[[machine_link.Shared], None]) -> None:
-        """Take frames until the machine goes; ``shared`` gets what other robots publish."""
+    async def serve(
+        self, shared: Callable[[machine_link.Shared], None], resized: Callable[[int], None] = lambda _: None
+    ) -> None:
+        """Take frames until the machine goes.
+
+        ``shared`` gets what other robots publish, ``resized`` how many threads kernels may use from then on.
+        """
         while (frame := await self._stream.receive()) is not None:
-            if isinstance(frame, machine_link.Shared):
-                shared(frame)
-            else:
-                self._finish(frame)
+            match frame:
+                case machine_link.Shared():
+                    shared(frame)
+                case machine_link.Resized():
+                    resized(frame.threads)
+                case _:
+                    self._finish(frame)
 
     def _finish(self, answer: machine_link.Answer) -> None:
         future = self._requests.pop(answer.request, None)

@@ -115,6 +115,12 @@ class Shared(msgspec.Struct, tag="shared"):
     payload: bytes
 
 
+class Resized(msgspec.Struct, tag="resized"):
+    """The container has another size from now on: its kernels may use so many threads."""
+
+    threads: int
+
+
 Answer = Done | FoundPlans | History
 
-ToContainer = Answer | Shared
+ToContainer = Answer | Shared | Resized

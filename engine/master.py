@@ -19,6 +19,7 @@ from engine.model import ContainerSpec
 from engine.orders import Close, End, Leave, Order, Start
 from engine.places import Place, PlaceRequest
 from engine.quotas import Quotas
+from engine.resizing import resize
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Conflict, InvalidInput, NotFound, NotPermitted, PPaaSError, Unavailable
 
@@ -97,6 +98,20 @@ class Master:
         """Give a place up, if it is there; what it had is room for places that wait."""
         place = self._drop(key)
         return [*self._empty(place), *self._use_room()] if place is not None else []
+
+    def resize(self, container: str, cores: float) -> list[Order]:
+        """Give a container another size, which its place keeps while it is open.
+
+        Raises
+        ------
+        NotFound
+            There is no such container, or no longer.
+        InvalidParameter, QuotaExceeded, Unavailable
+            As ``engine.resizing.resize`` says.
+        """
+        machine = self.machine(self.carrier(container))
+        place = self.places[self._place_of[container]]
+        return [resize(place, machine, cores, self._balancer, self._quotas), *self._use_room()]
 
     def _check(self, request: PlaceRequest) -> None:
         if self.machines:
@@ -240,6 +255,13 @@ class Master:
             return self._give_up(key, Unavailable(text))
         return self._fill(key, place, RESTART_DELAYS[crashes - 1])
 
+    def carrier(self, container: str) -> str:
+        """Return the machine of a container; ``NotFound`` if there is no such container, or no longer."""
+        place = self._filled_by(container)
+        if place is None or place.machine is None:
+            raise NotFound("container", container)
+        return place.machine
+
     def check_carries(self, machine_id: str, container: str) -> None:
         """Make sure that a machine speaks of what is its own, or was.
 
@@ -284,7 +306,7 @@ class Master:
             self._moving.discard(key)
             if place.successor is not None:
                 self._release(*place.successor)
-            self._quotas.add(place.request.user, -1, -place.request.cores)
+            self._quotas.add(place.request.user, -1, -place.cores)
         return place
 
     def _fill(self, key: str, place: Place, delay: float = 0.0) -> list[Order]:
@@ -303,7 +325,7 @@ class Master:
         request, container = place.request, self._new_id()
         session = place.session or container
         spec = ContainerSpec(
-            container, request.user, request.map, request.cores, request.robot, session=session, labels=request.labels
+            container, request.user, request.map, place.cores, request.robot, session=session, labels=request.labels
         )
         machine = self._balancer.choose(spec)
         if machine is None:

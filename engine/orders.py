@@ -34,6 +34,15 @@ class Leave:
 
 
 @dataclass(frozen=True, slots=True)
+class Resize:
+    """Order: hold this container to another size [cores] while it runs."""
+
+    machine: str
+    container: str
+    cores: float
+
+
+@dataclass(frozen=True, slots=True)
 class Close:
     """Order: tell whoever uses the place that it is no more, and why."""
 
@@ -41,4 +50,4 @@ class Close:
     reason: PPaaSError
 
 
-Order = Start | End | Leave | Close
+Order = Start | End | Leave | Resize | Close

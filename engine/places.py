@@ -31,7 +31,7 @@ class Place:
     """A place and the container that fills it now, if one does.
 
     One whose container is to move has a ``successor``, a machine and what it keeps room for, from the order to leave
-    until the container is gone.
+    until the container is gone. One whose container was ``resized`` keeps that size [cores].
     """
 
     request: PlaceRequest
@@ -43,3 +43,9 @@ class Place:
     session: str = ""
     leaving: bool = False
     successor: tuple[str, ContainerSpec] | None = None
+    resized: float | None = None
+
+    @property
+    def cores(self) -> float:
+        """Size of its containers."""
+        return self.request.cores if self.resized is None else self.resized

@@ -90,9 +90,18 @@ class Quotas:
         QuotaExceeded
             It would be one too many, or too large.
         """
-        quota, used = self.of(user), self.used(user)
-        check_quota(user, "containers", quota.containers, used.containers)
-        check_quota(user, "cores", quota.cores, used.cores, cores)
+        check_quota(user, "containers", self.of(user).containers, self.used(user).containers)
+        self.check_cores(user, cores)
+
+    def check_cores(self, user: str, cores: float) -> None:
+        """Make sure that a user may have so many cores more.
+
+        Raises
+        ------
+        QuotaExceeded
+            They would be too many.
+        """
+        check_quota(user, "cores", self.of(user).cores, self.used(user).cores, cores)
 
     def add(self, user: str, containers: int, cores: float) -> None:
         """Note that a user has more, or less if they are negative."""

@@ -24,9 +24,10 @@ from engine.link_server import LinkServer
 from engine.machine_settings import MachineSettings
 from engine.master import Master
 from engine.model import ContainerSpec
-from engine.orders import Close, End, Leave, Order, Start
+from engine.orders import Close, End, Leave, Order, Resize, Start
 from engine.place_link import PlaceLink
 from engine.places import Place, PlaceRequest
+from engine.start_times import StartTimes
 from engine.viewing import container_view, machine_view
 from engine.views import ContainerView, MachineView
 from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable, rebuild
@@ -80,9 +81,7 @@ class CloudService:
         self._links = LinkServer(run_dir / "link.sock", self._welcome, self._failed)
         self._control = ControlServer(run_dir / "control.sock", secret, self)
         self._places: dict[str, PlaceLink] = {}
-        self._started: dict[str, float] = {}
-        self._ready_seconds: dict[str, float] = {}
-        self._ordered: dict[str, float] = {}
+        self._times = StartTimes()
         self._machine_beats: Counter[str] = Counter()
         self._background = Background()
         self._watching = Background()
@@ -170,11 +169,11 @@ class CloudService:
         Unavailable
             Its machine is away.
         """
-        for place in self._master.places.values():
-            if place.spec is not None and place.spec.id == container:
-                self._control.order(place.machine or "", control.StopContainer(container, grace=0.0))
-                return
-        raise NotFound("container", container)
+        self._control.order(self._master.carrier(container), control.StopContainer(container, grace=0.0))
+
+    def resize_container(self, container: str, cores: float) -> None:
+        """Give a container another size while it runs; raises as ``Master.resize`` does."""
+        self._execute(self._master.resize(container, cores))
 
     # -- machines ------------------------------------------------------------------------------------------------------
 
@@ -215,12 +214,14 @@ class CloudService:
         for order in orders:
             match order:
                 case Start():
-                    self._started[order.spec.id] = self._ordered[order.spec.id] = asyncio.get_running_loop().time()
+                    self._times.order(order.spec.id)
                     self._background.run(self._start(order))
                 case End():
                     self._end(order)
                 case Leave():
                     self._let_leave(order)
+                case Resize():
+                    self._resize(order)
                 case Close():
                     place = self._places.pop(order.place, None)
                     logger.error("%s is closed: %s", order.place, order.reason)
@@ -232,7 +233,7 @@ class CloudService:
         try:
             await asyncio.sleep(order.delay)
             spec = await asyncio.to_thread(self._checkpoints.give, order.spec)
-            if container not in self._started:
+            if not self._times.is_awaited(container):
                 return  # it was given up meanwhile
             self._send_start(order.machine, spec)
             await asyncio.sleep(self._start_timeout)
@@ -242,19 +243,19 @@ class CloudService:
         except Exception as error:
             logger.exception("container %s could not be started", container)
             reason = PPaaSError(f"internal error: {type(error).__name__}")
-        if container in self._started:
+        if self._times.is_awaited(container):
             self._execute([End(order.machine, container)])
             self._container_lost(container, reason)
 
     def _send_start(self, machine: str, spec: ContainerSpec) -> None:
-        self._started[spec.id] = asyncio.get_running_loop().time()
+        self._times.send(spec.id)
         secret = secrets.token_urlsafe(24)
         self._links.expect(spec.id, secret, machine)
         self._control.order(machine, control.StartContainer(spec, secret, str(self._links.path)))
 
     def _end(self, order: End) -> None:
         self._links.forget(order.container)
-        self._forget(order.container)
+        self._times.forget(order.container)
         try:
             self._control.order(order.machine, control.StopContainer(order.container))
         except Unavailable:
@@ -268,10 +269,9 @@ class CloudService:
         with contextlib.suppress(Unavailable):  # its machine went just now, which is told
             self._control.order(order.machine, control.StopContainer(order.container, grace=LEAVE_GRACE))
 
-    def _forget(self, container: str) -> None:
-        self._started.pop(container, None)
-        self._ready_seconds.pop(container, None)
-        self._ordered.pop(container, None)
+    def _resize(self, order: Resize) -> None:
+        with contextlib.suppress(Unavailable):  # its machine is away, and what replaces it has the new size
+            self._control.order(order.machine, control.ResizeContainer(order.container, order.cores))
 
     # -- what happens --------------------------------------------------------------------------------------------------
 
@@ -280,9 +280,7 @@ class CloudService:
         place = self._places.get(key) if key is not None else None
         if place is None:
             return
-        began = self._started.pop(hello.container, None)
-        if began is not None:
-            self._ready_seconds[hello.container] = asyncio.get_running_loop().time() - began
+        self._times.answer(hello.container)
         self._execute(self._master.move_on())
         await place.serve(hello, stream)
 
@@ -341,12 +339,12 @@ class CloudService:
         for container in lost:
             self._links.forget(container)
             self._links.hang_up(container)
-            self._forget(container)
+            self._times.forget(container)
         self._execute(orders)
 
     def _container_lost(self, container: str, reason: PPaaSError) -> None:
         self._links.forget(container)
-        self._forget(container)
+        self._times.forget(container)
         level = logging.INFO if self._master.is_leaving(container) else logging.WARNING
         orders = self._master.container_lost(container, reason)
         if orders:
@@ -393,7 +391,5 @@ class CloudService:
     def _view(self, place: Place) -> ContainerView | None:
         container = place.spec.id if place.spec is not None else ""
         machine = self._master.machines.get(place.machine or "")
-        now = asyncio.get_running_loop().time()
-        age = now - self._ordered.get(container, now)
         link = self._places.get(place.request.key)
-        return container_view(place, machine, link, age, self._ready_seconds.get(container))
+        return container_view(place, machine, link, self._times.age(container), self._times.took(container))

@@ -1,18 +1,30 @@
 """Containers: the caller's own, or all for an administrator."""
 
-from fastapi import APIRouter
+from typing import Annotated
+
+from fastapi import APIRouter, Body
+from pydantic import BaseModel, ConfigDict
 
 from endpoints.rest.dependencies import Caller, Paged, Provided
 from endpoints.rest.names import ContainerId
-from endpoints.rest.openapi import KNOWN, problems
+from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
-from endpoints.rest.schemas import ContainerAnswer
+from endpoints.rest.schemas import ContainerAnswer, Cores
+from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services import Services
 from engine.views import ContainerView
 from ppaas.errors import NotFound
 from storage.records import User
 
-router = APIRouter(prefix="/containers", tags=["containers"])
+router = APIRouter(prefix="/containers", tags=["containers"], route_class=StrictRoute)
+
+
+class ContainerChange(BaseModel):
+    """What is to change of a container that runs."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    cores: Cores
 
 
 @router.get("", response_model=Page[ContainerAnswer], responses=KNOWN)
@@ -41,6 +53,24 @@ async def give_up_container(container_id: ContainerId, services: Provided, user:
     """
     await show_container(container_id, services, user)
     services.cloud.give_up_container(container_id)
+
+
+@router.patch("/{container_id}", response_model=ContainerAnswer, responses=KNOWN | BODY | problems(404, 429))
+async def resize_container(
+    container_id: ContainerId,
+    change: Annotated[ContainerChange, Body(media_type=MERGE_PATCH)],
+    services: Provided,
+    user: Caller,
+) -> ContainerView:
+    """Give a container another size while it runs: CPUs, threads of its kernels, and what else goes with size.
+
+    Its clone goes on. What takes its place, should it die, has that size too; a robot that comes anew has the size of
+    its file.
+    """
+    container = await show_container(container_id, services, user)
+    if change.cores != container.cores:
+        services.cloud.resize_container(container_id, change.cores)
+    return await show_container(container_id, services, user)
 
 
 def _visible(services: Services, user: User) -> list[ContainerView]:

@@ -44,6 +44,10 @@ class ContainerProcess(Protocol):
         """Let it see what was put beside the layers of its map after it was launched; for most it is there already."""
         ...
 
+    def resize(self, launch: Launch) -> None:
+        """Hold it to another size from now on: that of this launch, on its CPUs; nothing happens where it is gone."""
+        ...
+
     async def wait(self) -> int:
         """Return its exit status when it is gone, negative for the signal that killed it. May be asked by many."""
         ...

@@ -8,7 +8,9 @@ from contextlib import suppress
 from multiprocessing.popen_forkserver import Popen
 from pathlib import Path
 
+from engine.model import Launch
 from engine.runtimes.fork_server import UNHEARD
+from engine.runtimes.moving import move_threads
 
 RETRY = 0.01
 """Seconds between two looks at a process that is dead and not yet ours."""
@@ -46,6 +48,11 @@ class ForkedContainer:
 
     def layers_grew(self) -> None:
         """Do nothing: it sees the folder itself."""
+
+    def resize(self, launch: Launch) -> None:
+        """Let all its threads run on the CPUs of its new size."""
+        if self._pidfd is not None:
+            move_threads(self.pid, launch.cpus)
 
     async def wait(self) -> int:
         """Return its exit status when it is gone, negative for the signal that killed it, 255 where nobody knows."""

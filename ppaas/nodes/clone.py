@@ -22,6 +22,7 @@ from ppaas.nodes.bodies import COSTMAP, FootprintParameters, robot_body
 from ppaas.nodes.body_planners import planner_of
 from ppaas.nodes.checks import read_parameters
 from ppaas.nodes.graph import Graph
+from ppaas.nodes.kernel_threads import Threads, one_thread
 from ppaas.nodes.map_server import MapServerNode
 from ppaas.nodes.models import PLANNING_MODEL, RobotModel, robot_model
 from ppaas.nodes.move_base import MoveBaseNode
@@ -72,7 +73,7 @@ def build_clone(
     base_global_planner: str = DEFAULT_PLANNER,
     base_local_planner: str = DEFAULT_CONTROLLER,
     parameters: Mapping[str, Any] | None = None,
-    threads: int = 1,
+    threads: Threads = one_thread,
     keeping: Keeping | None = None,
     only: Collection[str] | None = None,
 ) -> None:
@@ -96,8 +97,8 @@ def build_clone(
         Parameters of each node by its name, ``{"move_base": {...}, "amcl": {...}}``, and of planners, the
         controller, each recovery behaviour and the ``local_costmap`` by theirs. Planners other than the one that
         drives have theirs for requests that name them.
-    threads : int
-        Most threads that kernels may use.
+    threads : callable
+        Returns the most threads that kernels may use now.
     keeping : Keeping, optional
         What is known of plans that were made before.
     only : collection of str, optional
@@ -132,7 +133,13 @@ def build_clone(
 
 
 def _move_base(
-    given: "_Given", driving: MoveBaseParameters, body: RobotModel, layers: MapLayers, *, threads: int, keeping: Keeping
+    given: "_Given",
+    driving: MoveBaseParameters,
+    body: RobotModel,
+    layers: MapLayers,
+    *,
+    threads: Threads,
+    keeping: Keeping,
 ) -> Callable[[Context], MoveBaseNode]:
     (planner, path_planners), controller = _planners(driving, given, body), _controller(driving, given, body)
     recovering = _recoveries(driving, given)
@@ -177,7 +184,7 @@ def build_planning(
     graph: Graph,
     layers: MapLayers,
     *,
-    threads: int = 1,
+    threads: Threads = one_thread,
     base_global_planner: str = DEFAULT_PLANNER,
     keeping: Keeping | None = None,
 ) -> None:

@@ -13,6 +13,7 @@ from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.ppaas_msgs import ComputeCostsRequest, ComputeCostsResponse
 from ppaas.nodes.base import Context, Job, Reply
 from ppaas.nodes.checks import finite_pose
+from ppaas.nodes.kernel_threads import Threads
 from ppaas.nodes.path_services import MAX_TIMEOUT
 from ppaas.nodes.planner_queue import PlannerQueue
 from ppaas.planners.base import PlanRequest
@@ -34,11 +35,11 @@ class CostService:
         Of the node that offers the service.
     costmap : Costmap
         Of the map.
-    threads : int
-        Most threads to use.
+    threads : callable
+        Returns the most threads that kernels may use now.
     """
 
-    def __init__(self, context: Context, costmap: Costmap, threads: int) -> None:
+    def __init__(self, context: Context, costmap: Costmap, threads: Threads) -> None:
         self._costmap = costmap
         self._threads = threads
         self._queue = PlannerQueue(context)
@@ -69,7 +70,7 @@ class CostService:
 
             origin = self._costmap.info.origin
             watch = Watch(PlanRequest(origin, origin, timeout=request.timeout, cancelled=cancelled))
-            costs = cost_matrix(self._costmap, starts, goals, threads=self._threads, check=watch.check)
+            costs = cost_matrix(self._costmap, starts, goals, threads=self._threads(), check=watch.check)
             return ComputeCostsResponse(_text(costs), watch.seconds())
 
         return self._queue.submit(work, reply)

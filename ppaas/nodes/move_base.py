@@ -31,6 +31,7 @@ from ppaas.nodes.amcl import SCAN_RATE, SCAN_TOPIC
 from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Timer, Topic
 from ppaas.nodes.checks import expect, pose_in
 from ppaas.nodes.frames import MAP, TF, TF_STATIC
+from ppaas.nodes.kernel_threads import Threads
 from ppaas.nodes.path_services import PathServices, get_plan_response
 from ppaas.nodes.robot_plan import NoPlan, RobotPlanner
 from ppaas.nodes.state_publisher import ODOM_RATE, ODOM_TOPIC
@@ -75,8 +76,8 @@ class MoveBaseNode(Node):
         What to try when it is stuck, in order, and what each is called in status texts.
     parameters : MoveBaseParameters
         With the names of move_base.
-    threads : int
-        Most threads that kernels may use.
+    threads : callable
+        Returns the most threads that kernels may use now.
     processor : PlanProcessor
         By which plans that are kept are found.
     """
@@ -108,7 +109,7 @@ class MoveBaseNode(Node):
         controller: Controller,
         recoveries: Sequence[tuple[str, Recovery]],
         parameters: MoveBaseParameters,
-        threads: int,
+        threads: Threads,
         processor: PlanProcessor,
     ) -> None:
         super().__init__(context)
@@ -295,7 +296,7 @@ class MoveBaseNode(Node):
         around, costs = self._surroundings, self._surroundings.costs
         assert costs is not None, "a control tick brings the costs up to date"
         period = 1.0 / self._parameters.controller_frequency
-        request = ControlRequest(pose, around.velocity, costs, period, self._threads)
+        request = ControlRequest(pose, around.velocity, costs, period, self._threads())
         try:
             reached = self._controller.is_goal_reached(pose, around.velocity)
             velocity = Velocity() if reached else self._controller.compute_velocity(request)

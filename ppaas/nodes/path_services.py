@@ -14,6 +14,7 @@ from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
 from ppaas.nodes.base import Context, Job, Reply
 from ppaas.nodes.checks import finite_pose
 from ppaas.nodes.comparison import Comparison
+from ppaas.nodes.kernel_threads import Threads
 from ppaas.nodes.planner_queue import PlannerQueue
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.planners.path_text import rows_text
@@ -62,8 +63,8 @@ class PathServices:
         Of the bare map.
     default : str
         The planner of requests that name none.
-    threads : int
-        Most threads that kernels may use.
+    threads : callable
+        Returns the most threads that kernels may use now.
     processor : PlanProcessor
         By which plans that are kept are found.
     tuned : dict of str to Planner, optional
@@ -75,7 +76,7 @@ class PathServices:
         context: Context,
         costmap: Costmap,
         default: str,
-        threads: int,
+        threads: Threads,
         *,
         processor: PlanProcessor,
         tuned: Mapping[str, Planner] | None = None,
@@ -134,7 +135,7 @@ class PathServices:
 
         def work(cancelled: Cancelled) -> Response:
             nonlocal planned
-            request = PlanRequest(start, goal, tolerance, timeout, cancelled, self._threads)
+            request = PlanRequest(start, goal, tolerance, timeout, cancelled, self._threads())
             result = self._processor.plan(chosen, where, request, reuse=reuse)
             planned = request, result
             return respond(result)

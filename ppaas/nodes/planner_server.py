@@ -13,6 +13,7 @@ from ppaas.nodes.base import Context, Node, Reply, Service
 from ppaas.nodes.checks import finite_pose
 from ppaas.nodes.cost_service import CostService
 from ppaas.nodes.frames import MAP
+from ppaas.nodes.kernel_threads import Threads
 from ppaas.nodes.path_services import PathServices, get_plan_response
 from ppaas.plans.processor import PlanProcessor
 
@@ -30,8 +31,8 @@ class PlannerServerNode(Node):
         Of the map.
     base_global_planner : str
         The planner of requests that name none.
-    threads : int
-        Most threads that kernels may use.
+    threads : callable
+        Returns the most threads that kernels may use now.
     processor : PlanProcessor
         By which plans that are kept are found.
     """
@@ -48,7 +49,7 @@ class PlannerServerNode(Node):
         context: Context,
         costmap: Costmap,
         base_global_planner: str,
-        threads: int,
+        threads: Threads,
         *,
         processor: PlanProcessor,
     ) -> None:

@@ -17,6 +17,7 @@ from ppaas.errors import (
 from ppaas.geometry import Pose2D
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.nodes.base import Context, Job
+from ppaas.nodes.kernel_threads import Threads
 from ppaas.nodes.planner_queue import PlannerQueue
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.plans.processor import PlanProcessor
@@ -83,8 +84,8 @@ class RobotPlanner:
         Of the map alone.
     parameters : MoveBaseParameters
         How long to plan, and how near to the goal will do.
-    threads : int
-        Most threads that kernels may use.
+    threads : callable
+        Returns the most threads that kernels may use now.
     processor : PlanProcessor
         By which plans that are kept are found.
     """
@@ -96,7 +97,7 @@ class RobotPlanner:
         static: Costmap,
         parameters: MoveBaseParameters,
         *,
-        threads: int,
+        threads: Threads,
         processor: PlanProcessor,
     ) -> None:
         self._processor = processor
@@ -114,7 +115,7 @@ class RobotPlanner:
         p = self._parameters
 
         def work(cancelled: Callable[[], bool]) -> PlanResult | NoPlan:
-            request = PlanRequest(start, goal, p.default_tolerance, p.planner_timeout, cancelled, self._threads)
+            request = PlanRequest(start, goal, p.default_tolerance, p.planner_timeout, cancelled, self._threads())
             return plan_for_robot(self._processor, self._planner, self._static, current, request, reuse=p.reuse_plans)
 
         self._job = self._queue.submit(work, done)

@@ -1,13 +1,17 @@
 """``ppaas container``: what runs on the machines."""
 
 import argparse
+import math
 
+from ppaas.errors import InvalidInput
 from robots.commands import awaited
 from robots.commands.resource import Resource
-from robots.commands.session import add_limit_argument, add_session_arguments
+from robots.commands.session import add_limit_argument, add_session_arguments, logged_in
+from robots.commands.table import show
+from robots.rest_paths import path_of
 
 NAME = "container"
-HELP = "list, show and delete containers"
+HELP = "list, show, resize and delete containers"
 
 CONTAINERS = Resource(
     "containers",
@@ -22,10 +26,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     listing = verbs.add_parser("list", help="list your containers; all of them, if you are an admin")
     one = verbs.add_parser("show", help="show one container")
     delete = verbs.add_parser("delete", help="end a container; another takes its place, and the robot drives on")
+    resize = verbs.add_parser("resize", help="give a container more cores or fewer while it runs")
     add_limit_argument(listing)
-    for verb in (one, delete):
+    for verb in (one, resize, delete):
         verb.add_argument("id")
-    for verb in (listing, one, delete):
+    resize.add_argument("cores", type=float, help="its new size")
+    for verb in (listing, one, resize, delete):
         add_session_arguments(verb)
 
 
@@ -35,4 +41,12 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-_VERBS = {"list": CONTAINERS.list, "show": CONTAINERS.show, "delete": CONTAINERS.delete}
+async def _resize(arguments: argparse.Namespace) -> None:
+    if not math.isfinite(arguments.cores):
+        raise InvalidInput(f"a size is a number of cores, not {arguments.cores}")
+    path = path_of("containers", arguments.id)
+    resized = await logged_in(arguments).patch(path, {"cores": arguments.cores})
+    show(resized, CONTAINERS.columns, as_json=arguments.json)
+
+
+_VERBS = {"list": CONTAINERS.list, "show": CONTAINERS.show, "resize": _resize, "delete": CONTAINERS.delete}

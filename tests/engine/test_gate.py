@@ -99,6 +99,19 @@ def slug(done: machine_link.Done) -> str | None:
     return done.refusal.slug if done.refusal is not None else None
 
 
+# -- what is told ------------------------------------------------------------------------------------------------------
+
+
+async def test_a_container_learns_its_new_size_and_who_is_gone_is_left_alone(gate: Gate, attach: Attach) -> None:
+    stream = await attach(robot_spec("c1"))
+    gate.resized("c2", 4)
+    gate.resized("c1", 2)
+    assert await receive(stream) == machine_link.Resized(2)
+    await stream.close()
+    await until(lambda: gate._guests == {})
+    gate.resized("c1", 1)
+
+
 # -- who is let in -----------------------------------------------------------------------------------------------------
 
 

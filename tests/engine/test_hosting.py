@@ -108,6 +108,20 @@ async def test_a_container_is_launched_with_what_it_needs_and_watched_to_its_end
     host.assert_forgotten()
 
 
+async def test_a_container_is_held_to_another_size_on_the_cpus_that_others_leave(host: Host) -> None:
+    host.start(spec("c1"))
+    await host.told(launched("c1"))
+    host.start(spec("c2"))
+    await host.told(launched("c2"))
+    host.hosting.resize(control.ResizeContainer("c1", 2.5))
+    resized = host.runtime.processes["c1"].launch
+    assert (resized.spec.cores, resized.cpus, resized.threads) == (2.5, (0, 2, 3), 2)
+    host.start(spec("c3"))
+    await host.told(launched("c3"))
+    assert host.runtime.processes["c3"].launch.cpus == (0,), "the CPU of which least is given away now"
+    host.hosting.resize(control.ResizeContainer("c9", 1.0))
+
+
 async def test_layers_are_inflated_for_the_robot_or_for_the_usual_one(host: Host) -> None:
     host.start(small_spec("c1"))
     await host.told(launched("c1"))

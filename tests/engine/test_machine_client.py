@@ -67,6 +67,17 @@ async def test_an_index_may_take_longer_than_other_answers(ends: Ends, monkeypat
     await asking
 
 
+async def test_a_new_size_is_handed_on() -> None:
+    near, far = await pair(machine_link.ToContainer, machine_link.FromContainer)
+    client, sizes = MachineClient(near), list[int]()
+    serving = asyncio.create_task(client.serve(lambda _: None, sizes.append))
+    far.write(machine_link.Resized(2))
+    await far.close()
+    await asyncio.wait_for(serving, 10)
+    assert sizes == [2]
+    await client.close()
+
+
 async def test_what_others_share_is_handed_on(ends: Ends) -> None:
     client, machine, heard = ends
     machine.write(machine_link.Shared("bob", "tb1", "amcl_pose", b"{}"))

@@ -3,6 +3,7 @@
 import hashlib
 import json
 
+import msgspec
 import numpy as np
 
 from engine.machine import Machine
@@ -73,6 +74,13 @@ class FakeCloud:
         [gone] = [one for one in self.running if one.id == container]
         self.running.remove(gone)
         self.given_up.append(container)
+
+    def resize_container(self, container: str, cores: float) -> None:
+        if self.error is not None:
+            raise self.error
+        self.running = [
+            msgspec.structs.replace(one, cores=cores) if one.id == container else one for one in self.running
+        ]
 
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
         self.asked.append((user.id, map, request))

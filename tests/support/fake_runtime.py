@@ -28,6 +28,9 @@ class FakeProcess:
     def layers_grew(self) -> None:
         self.told_of_layers += 1
 
+    def resize(self, launch: Launch) -> None:
+        self.launch = launch
+
     async def wait(self) -> int:
         return await asyncio.shield(self._status)
 

@@ -22,7 +22,7 @@ STARTS, GOALS = [Pose2D(1.0, 1.0), Pose2D(5.0, 3.0)], [Pose2D(5.0, 1.0), Pose2D(
 
 def ask(service: str, request):
     graph = Graph()
-    build_planning(graph, LAYERS, threads=2)
+    build_planning(graph, LAYERS, threads=lambda: 2)
     answers: list = []
     graph.call(service, request, answers.append)
     (answer,) = answers

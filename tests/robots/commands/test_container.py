@@ -26,3 +26,12 @@ async def test_a_container_is_given_up_by_its_user_alone(ppaas: CommandLine) -> 
     assert (refused.status, refused.err) == (1, "ppaas: not-found: unknown container 'c1'\n")
     assert (await ppaas("container", "delete", "c1")).status == 0
     assert ppaas.cloud.given_up == ["c1"]
+
+
+async def test_a_container_is_resized(ppaas: CommandLine) -> None:
+    ppaas.cloud.running = [container("c1")]
+    assert (await ppaas("container", "resize", "c1", "0.5")).rows[1][6] == "0.5"
+    assert ppaas.cloud.running[0].cores == 0.5
+    assert (await ppaas("container", "resize", "c1", "nan")).err.startswith("ppaas: invalid-input: a size is a number")
+    assert (await ppaas("container", "resize", "c1", "-1")).err.startswith("ppaas: invalid-input: body.cores")
+    assert (await ppaas("container", "resize", "c1", "0.5", user="bob")).err.startswith("ppaas: not-found: ")
