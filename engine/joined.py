@@ -51,18 +51,20 @@ async def stay(membership: Membership, options: Options) -> None:
     """
     base = Path(tempfile.gettempdir())
     sweep_stale(base)  # of a life before that was ended by force
-    run_dir = folder_of(instance_name(), base)
+    folder = folder_of(instance_name(), base)
+    folder.mkdir(mode=0o700)
+    tempfile.tempdir = str(folder)  # where the fork server listens, for as long as this process lives
     tries = 0
     try:
         while True:
             began = monotonic()
-            if not await _live(membership, options, run_dir):
+            if not await _live(membership, options, folder / "run"):
                 return
             tries = 0 if monotonic() - began > STEADY else tries + 1
             if not await _rest(RETRIES[min(tries, len(RETRIES)) - 1]):
                 return
     finally:
-        shutil.rmtree(run_dir, ignore_errors=True)
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 async def _live(membership: Membership, options: Options, run_dir: Path) -> bool:

@@ -1,0 +1,33 @@
+"""A machine that may have been given up keeps no checkpoint: another may have made a later one."""
+
+from pathlib import Path
+
+import pytest
+
+from engine import machine_link
+from engine.gate import Gate
+from ppaas.errors import NotFound
+from storage.memory import MemoryStore
+from tests.support.engine_links import dial_gate, receive
+from tests.support.fake_fabric import FakeFabric
+from tests.support.specs import robot_spec
+
+
+async def test_checkpoints_are_kept_only_while_the_lease_holds(tmp_path: Path) -> None:
+    store, may = MemoryStore(), False
+    gate = Gate(tmp_path / "gate.sock", store, FakeFabric(), may_save=lambda: may)
+    await gate.start()
+    gate.expect(robot_spec("c1", "ann", "tb1"), "secret")
+    stream = await dial_gate(gate.path)
+    stream.write(machine_link.Attach("c1", "secret"))
+    stream.write(machine_link.SaveClone(1, {"n": b"old"}))
+    refused = await receive(stream)
+    assert refused.refusal.slug == "unavailable" and "has not heard from its cloud" in refused.refusal.text
+    with pytest.raises(NotFound):
+        store.clone("ann", "tb1")
+    may = True
+    stream.write(machine_link.SaveClone(2, {"n": b"new"}))
+    assert await receive(stream) == machine_link.Done(2)
+    assert store.clone("ann", "tb1").nodes["n"] == b"new"
+    await stream.close()
+    await gate.close()

@@ -1,0 +1,134 @@
+"""A cloud of two machines, the second joined over TLS: robots of two maps, one on each, whatever happens to it."""
+
+import asyncio
+import itertools
+import signal
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import psutil
+import pytest
+
+from ppaas.maps.grid import GridMap
+from ppaas.messages.actionlib_msgs import Status
+from robots.rest import RestClient
+from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud
+from tests.support.drive import Drive, driving
+from tests.support.joined_machine import JoinedMachine, container_of, machines, ticket
+from tests.support.places import free_pose, reachable_pose
+from tests.support.processes import has_ended
+from tests.support.waiting import until
+
+pytestmark = pytest.mark.journey
+
+HERE, THERE = "local", "m2"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("two")
+
+
+@pytest.fixture(scope="module")
+def two_machines(folder: Path) -> Iterator[RunningCloud]:
+    """Return a cloud that takes machines of other hosts."""
+    with running_cloud(folder, "--listen-machines", "127.0.0.1:0", "--linger", "1") as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def second(two_machines: RunningCloud, folder: Path) -> Iterator[JoinedMachine]:
+    """Return a machine that has a ticket, and leaves nothing behind at the end."""
+    machine = JoinedMachine(folder / "m2", THERE)
+    machine.start(ticket(folder / "data"))
+    yield machine
+    machine.end()
+
+
+@asynccontextmanager
+async def driving_on_both(
+    cloud: RunningCloud, rest: RestClient, grid: GridMap, names: tuple[str, str]
+) -> AsyncIterator[dict[str, Drive]]:
+    """Have two robots under way, each on a map and a machine of its own; yield that of the second machine last."""
+    async with asyncio.timeout(30.0):
+        while await rest.items("/v1/containers"):
+            await asyncio.sleep(0.05)
+    await give_each(rest, 1)  # so each gets one
+    start = free_pose(grid, seed=30)
+    goal = reachable_pose(grid, start, seed=40, at_least=2.0)
+    for name in names:
+        await publish_map(rest, name, grid)
+        token = await register_robot(rest, name, name, start)
+    async with (
+        driving(cloud.url, token, names[0], grid, start) as one,
+        driving(cloud.url, token, names[1], grid, start) as other,
+    ):
+        served = {(await container_of(rest, name))["machine"]: name for name in names}
+        assert set(served) == {HERE, THERE}, "each map has a machine of its own"
+        await give_each(rest, 100)
+        drives = dict(zip(names, (one, other), strict=True))
+        for name, drive in drives.items():
+            await drive.send(goal, goal_id=name)
+        await until(lambda: all(len(drive.commands) > 5 for drive in drives.values()), 30.0)
+        yield {served[HERE]: drives[served[HERE]], served[THERE]: drives[served[THERE]]}
+
+
+async def give_each(rest: RestClient, containers: int) -> None:
+    """Say how many containers each machine takes."""
+    for machine in (HERE, THERE):
+        await rest.patch(f"/v1/machines/{machine}", {"max_containers": containers})
+
+
+async def all_arrive(drives: dict[str, Drive]) -> float:
+    """Wait until each robot has arrived, once, its socket kept open; return the longest time without a command [s]."""
+    for name, drive in drives.items():
+        result = await drive.result()
+        assert (result.status.goal_id.id, result.status.status) == (name, Status.SUCCEEDED), result.status.text
+        assert drive.results.empty(), "one result a goal"
+        assert drive.robot.connections == 1, "the robot's socket was kept open"
+    times = [[time for time, _ in drive.commands] for drive in drives.values()]
+    return max(after - before for one in times for before, after in itertools.pairwise(one))
+
+
+async def test_robots_of_a_machine_that_is_killed_drive_on_from_the_other_and_it_can_join_again(
+    two_machines: RunningCloud,
+    second: JoinedMachine,
+    office_map: GridMap,
+    record_property: Callable[[str, object], None],
+) -> None:
+    rest = await two_machines.admin()
+    await second.is_in(rest)
+    async with driving_on_both(two_machines, rest, office_map, ("k1", "k2")) as drives:
+        second.signal(signal.SIGKILL)
+        assert await second.has_ended() == -signal.SIGKILL
+        record_property("longest_gap_s", await all_arrive(drives))
+        for name in drives:
+            assert (await container_of(rest, name))["machine"] == HERE
+        assert await machines(rest) == [HERE]
+    second.start()  # it has joined already
+    await second.is_in(rest)
+
+
+async def test_a_machine_that_stood_still_serves_no_robot_twice_and_comes_back(
+    two_machines: RunningCloud,
+    second: JoinedMachine,
+    office_map: GridMap,
+    record_property: Callable[[str, object], None],
+) -> None:
+    rest = await two_machines.admin()
+    await second.is_in(rest)
+    async with driving_on_both(two_machines, rest, office_map, ("f1", "f2")) as drives:
+        left = (await container_of(rest, tuple(drives)[1]))["pid"]
+        second.process.send_signal(signal.SIGSTOP)
+        record_property("longest_gap_s", await all_arrive(drives))
+        for name in drives:
+            assert (await container_of(rest, name))["machine"] == HERE
+        assert psutil.pid_exists(left), "nobody could end it"
+        second.process.send_signal(signal.SIGCONT)
+        async with asyncio.timeout(20.0):
+            while not has_ended(left):
+                await asyncio.sleep(0.02)
+        await second.is_in(rest)
+        for drive in drives.values():
+            assert drive.results.empty(), "what it had still to say was not heard"
