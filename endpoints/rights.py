@@ -7,7 +7,13 @@ from ppaas.errors import InvalidParameter, NotPermitted
 Role = Literal["robot", "operator"]
 
 SENSOR_TOPICS = frozenset({"scan", "odom", "tf", "tf_static"})
-"""What only the robot itself can know. The next one makes up for a lost one."""
+"""What only the robot itself can know."""
+
+STREAMS = SENSOR_TOPICS | {
+    "cmd_vel", "amcl_pose", "particlecloud", "plan",
+    "move_base/feedback", "move_base/status", "follow_waypoints/feedback", "follow_waypoints/status",
+}  # fmt: skip
+"""Topics on which the next message makes up for a lost one, whoever speaks: a node of the clone may be on the robot."""
 
 
 def role_of(name: str) -> Role:
@@ -37,4 +43,4 @@ def check_may_publish(role: Role, topic: str) -> None:
 
 def must_arrive(topic: str) -> bool:
     """Tell whether a message is kept until the clone has acknowledged it."""
-    return topic not in SENSOR_TOPICS
+    return topic not in STREAMS

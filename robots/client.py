@@ -14,8 +14,10 @@ import asyncio
 import logging
 from collections.abc import Callable, Iterator
 from types import TracebackType
-from typing import Self, TypeVar, cast
+from typing import Protocol, Self, TypeVar, cast
 from uuid import uuid4
+
+import msgspec
 
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.messages import Message, ServiceType, decode
@@ -29,6 +31,18 @@ from robots.subscription import Subscription
 logger = logging.getLogger(__name__)
 
 M = TypeVar("M", bound=Message)
+
+
+class Nearby(Protocol):
+    """Nodes of the robot that run beside the client."""
+
+    def published(self, topic: str, message: Message) -> None:
+        """Take what the client publishes."""
+        ...
+
+    def owns(self, topic: str) -> bool:
+        """Tell whether these nodes alone say things on a topic, so that the cloud's word on it is not heard."""
+        ...
 
 
 def _log_status(error: PPaaSError) -> None:
@@ -90,6 +104,7 @@ class RobotClient:
         )
         self._subscriptions: dict[str, list[Subscription[Message]]] = {}
         self._calls: dict[str, asyncio.Future[ServiceResponse]] = {}
+        self._nearby: Nearby | None = None
         self._failure: PPaaSError | None = None
         self._runner: asyncio.Task[None] | None = None
 
@@ -201,6 +216,8 @@ class RobotClient:
         """
         self._check()
         frame = self._session.publish(topic, message)
+        if self._nearby is not None:
+            self._nearby.published(normalise(topic), message)
         if newest_only:
             self._outbox.put_newest(normalise(topic), frame)
         else:
@@ -285,6 +302,23 @@ class RobotClient:
             raise failure
         return decode(kind.response, response.values)
 
+    # -- nodes beside it -------------------------------------------------------------------------------------------
+
+    def attach(self, nearby: Nearby | None) -> None:
+        """Let nodes beside the client hear what it publishes, and speak for the cloud; None ends it."""
+        self._nearby = nearby
+
+    def hear(self, topic: str, payload: msgspec.Raw) -> None:
+        """Take a message of a node beside the client, for those who subscribed here.
+
+        Raises
+        ------
+        MalformedMessage
+            It is not of the topic's type.
+        """
+        for subscription in tuple(self._subscriptions.get(normalise(topic), ())):
+            subscription.deliver(payload)
+
     # -- what the connection tells -----------------------------------------------------------------------------------
 
     async def _run(self) -> None:
@@ -307,17 +341,14 @@ class RobotClient:
         try:
             operation = self._session.receive(frame)
             if isinstance(operation, Heard):
-                self._deliver(operation)
+                if self._nearby is None or not self._nearby.owns(normalise(operation.topic)):
+                    self.hear(operation.topic, operation.msg)
             elif isinstance(operation, ServiceResponse):
                 self._answer(operation)
             elif isinstance(operation, StatusReport):
                 self._on_status(operation.error())
         except PPaaSError as error:
             logger.warning("a frame of the cloud was refused: %s", error)
-
-    def _deliver(self, heard: Heard) -> None:
-        for subscription in tuple(self._subscriptions.get(normalise(heard.topic), ())):
-            subscription.deliver(heard.msg)
 
     def _answer(self, response: ServiceResponse) -> None:
         future = self._calls.get(response.id or "")

@@ -1,0 +1,172 @@
+"""The robot's home of nodes: a process of its own, so that a node that plans or falls holds up nothing else.
+
+It reads what it is told from its standard input, and writes what its nodes say to its standard output. It ends when
+the one that started it closes either, or is gone.
+"""
+
+import asyncio
+import logging
+import os
+import sys
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import TypeVar
+
+import msgspec
+
+from ppaas.costmap.build import build_layers
+from ppaas.errors import PPaaSError
+from ppaas.geometry import Pose2D
+from ppaas.maps.layers import MapLayers
+from ppaas.maps.occupancy import from_message
+from ppaas.messages import decode, encode, type_name
+from ppaas.messages.message import Message
+from ppaas.messages.nav_msgs import OccupancyGrid
+from ppaas.nodes.base import Checkpoint, Payload
+from ppaas.nodes.bodies import robot_body
+from ppaas.nodes.clone import build_clone
+from ppaas.nodes.graph import Graph, Work
+from robots.local import frames
+from robots.local.warm_up import warm_up
+
+logger = logging.getLogger(__name__)
+
+T = TypeVar("T")
+
+
+class LocalHome:
+    """Runs nodes of a clone on an event loop, and their jobs in a thread.
+
+    Parameters
+    ----------
+    write : callable
+        Takes each frame for the one that started this.
+    """
+
+    def __init__(self, write: Callable[[frames.FromHome], None]) -> None:
+        self._write = write
+        self._loop = asyncio.get_running_loop()
+        self._executor = ThreadPoolExecutor(1, "job")
+        self._alarm: asyncio.TimerHandle | None = None
+        self._config: frames.CloneConfig | None = None
+        self._layers: MapLayers | None = None
+        self.graph = Graph(self._work)
+        self.graph.overhear(self._said)
+
+    # -- what it is told -----------------------------------------------------------------------------------------------
+
+    def take(self, frame: frames.ToHome) -> None:
+        """Do what a frame says; what cannot be done is told."""
+        try:
+            self._take(frame)
+        except (PPaaSError, msgspec.MsgspecError, ValueError) as error:
+            if isinstance(frame, frames.Tell):
+                logger.warning("%s was not taken: %s", frame.topic, error)
+            else:
+                self._write(frames.Failed(getattr(error, "slug", PPaaSError.slug), str(error)))
+        self._attend()
+
+    def _take(self, frame: frames.ToHome) -> None:
+        match frame:
+            case frames.Begin():
+                self._begin(frame)
+            case frames.Add():
+                self._write(self._add(frame))
+            case frames.Remove():
+                self._write(frames.Removed(frame.node, (self.graph.remove(frame.node) or b"").decode()))
+            case frames.Tell() if frame.topic in self.graph.topics:
+                self.graph.inject(frame.topic, decode(self.graph.topic(frame.topic).type, frame.payload))
+            case frames.AskStates():
+                self._write(frames.States(self._states()))
+
+    def _begin(self, frame: frames.Begin) -> None:
+        grid = from_message(decode(OccupancyGrid, frame.map))
+        body = robot_body(frame.config.model, frame.config.urdf, frame.config.parameters)
+        self._config, self._layers = frame.config, build_layers(grid, robot_radius=body.robot_radius)
+        warm_up(self._build, Pose2D(*frame.config.initial_pose))
+        self._write(frames.Ready())
+
+    def _build(self, graph: Graph, node: str | None = None) -> None:
+        if self._config is None or self._layers is None:
+            raise PPaaSError("there is no map yet")
+        config = self._config
+        build_clone(
+            graph,
+            self._layers,
+            model=config.model,
+            urdf=config.urdf,
+            initial_pose=config.initial_pose,
+            base_global_planner=config.base_global_planner,
+            base_local_planner=config.base_local_planner,
+            parameters=config.parameters,
+            only=None if node is None else (node,),
+        )
+
+    def _add(self, frame: frames.Add) -> frames.Added:
+        self._build(self.graph, frame.node)
+        if frame.state:
+            self.graph.restore([Checkpoint(frame.node, frame.state.encode())])
+        node = self.graph.nodes[frame.node]
+        hears = [frames.TopicName(topic.name, type_name(topic.type)) for topic in node.subscribes]
+        return frames.Added(frame.node, hears, list(self.graph.published_by(node)))
+
+    def _states(self) -> dict[str, frames.NodeState]:
+        times = self.graph.times.take()
+        states = {checkpoint.node: checkpoint.state.decode() for checkpoint in self.graph.checkpoints()}
+        return {node: frames.NodeState(states.get(node, ""), _mean(times.get(node))) for node in self.graph.nodes}
+
+    # -- what nodes do -------------------------------------------------------------------------------------------------
+
+    def _said(self, topic: str, payload: Payload) -> None:
+        message = payload if isinstance(payload, Message) else payload.to_message()
+        self._write(frames.Said(topic, type_name(type(message)), msgspec.Raw(encode(message))))
+
+    def _work(self, work: Work[T], cancelled: Callable[[], bool], done: Callable[[T | PPaaSError], None]) -> None:
+        def hand_over(ended: "Future[T]") -> None:
+            self._loop.call_soon_threadsafe(self._finish, ended, done)
+
+        self._executor.submit(work, cancelled).add_done_callback(hand_over)
+
+    def _finish(self, ended: "Future[T]", done: Callable[[T | PPaaSError], None]) -> None:
+        error = ended.exception()
+        if error is None:
+            done(ended.result())
+        else:
+            if not isinstance(error, PPaaSError):
+                logger.error("a job failed", exc_info=error)
+            done(error if isinstance(error, PPaaSError) else PPaaSError(f"internal error: {type(error).__name__}"))
+        self._attend()
+
+    def _attend(self) -> None:
+        """Fire the timers that are due, and set the alarm for the next."""
+        if self._alarm is not None:
+            self._alarm.cancel()
+        self._alarm = self._loop.call_later(min(self.graph.run_due(), 3600.0), self._attend)
+
+
+def _mean(times: tuple[int, float] | None) -> float:
+    return times[1] / times[0] if times is not None else 0.0
+
+
+async def serve(output: int) -> None:
+    """Be the home until the standard input ends."""
+    reader = asyncio.StreamReader(limit=frames.MAX_LINE)
+    loop = asyncio.get_running_loop()
+    await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin.buffer)
+    transport, _ = await loop.connect_write_pipe(asyncio.BaseProtocol, os.fdopen(output, "wb", 0))
+    home = LocalHome(lambda frame: transport.write(frames.line(frame)))
+    while told := await reader.readline():
+        home.take(frames.to_home.decode(told))
+
+
+def main() -> None:
+    """Serve on the standard input and output; what others print goes to the standard error."""
+    output = os.dup(1)
+    os.dup2(2, 1)
+    logging.basicConfig(format="%(levelname)s local node: %(message)s", stream=sys.stderr)
+    asyncio.run(serve(output))
+    os._exit(0)  # a job under way in a thread is nobody's any more
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,137 @@
+"""The process that local nodes run in, as the local node manager holds it."""
+
+import asyncio
+import contextlib
+import logging
+import sys
+from asyncio.subprocess import PIPE, Process
+from collections.abc import Callable
+from typing import TypeVar
+
+import msgspec
+
+from ppaas.errors import Unavailable, rebuild
+from robots.local import frames
+
+logger = logging.getLogger(__name__)
+
+A = TypeVar("A", bound=frames.Answer)
+
+START_TIMEOUT = 90.0
+"""Seconds to get ready; the first start on a computer compiles the kernels."""
+ANSWER_TIMEOUT = 5.0
+"""Seconds; who takes longer is frozen."""
+
+
+class NodeProcess:
+    """Starts the process, tells it things, and is told what its nodes say.
+
+    Parameters
+    ----------
+    said : callable
+        Takes what a node says.
+    ended : callable
+        Called once the process is gone.
+    """
+
+    def __init__(self, said: Callable[[frames.Said], None], ended: Callable[[], None]) -> None:
+        self._said = said
+        self._ended = ended
+        self._process: Process | None = None
+        self._reading: asyncio.Task[None] | None = None
+        self._answer: asyncio.Future[frames.Answer] | None = None
+        self._one_at_a_time = asyncio.Lock()
+
+    @property
+    def alive(self) -> bool:
+        """Tell whether it runs."""
+        return self._process is not None and self._process.returncode is None and not self._is_read_out
+
+    @property
+    def pid(self) -> int | None:
+        """Of the process; None where there is none."""
+        return self._process.pid if self._process is not None else None
+
+    @property
+    def _is_read_out(self) -> bool:
+        return self._reading is None or self._reading.done()
+
+    async def start(self, begin: frames.Begin) -> None:
+        """Start it, and wait until nodes may come.
+
+        Raises
+        ------
+        Unavailable
+            It ended, or is not ready in time.
+        PPaaSError
+            What it was told cannot be.
+        """
+        command = (sys.executable, "-m", "robots.local.home")
+        self._process = await asyncio.create_subprocess_exec(*command, stdin=PIPE, stdout=PIPE, limit=frames.MAX_LINE)
+        self._reading = asyncio.create_task(self._read(self._process))
+        await self.ask(begin, frames.Ready, START_TIMEOUT)
+
+    async def ask(self, frame: frames.ToHome, kind: type[A], timeout: float = ANSWER_TIMEOUT) -> A:
+        """Tell it something that it answers.
+
+        Raises
+        ------
+        Unavailable
+            It is gone, or does not answer in time.
+        PPaaSError
+            It cannot.
+        """
+        async with self._one_at_a_time:
+            self._answer = asyncio.get_running_loop().create_future()
+            self._write(frame)
+            try:
+                async with asyncio.timeout(timeout):
+                    answer = await self._answer
+            except TimeoutError as error:
+                raise Unavailable(f"the process of local nodes did not answer in {timeout:g} s") from error
+            finally:
+                self._answer = None
+        if isinstance(answer, frames.Failed):
+            raise rebuild(answer.slug, answer.text)
+        if not isinstance(answer, kind):
+            raise Unavailable(f"the process of local nodes answered {type(answer).__name__}, not {kind.__name__}")
+        return answer
+
+    def tell(self, topic: str, payload: bytes) -> None:
+        """Tell its nodes a message; one that is gone hears nothing."""
+        if self.alive:
+            self._write(frames.Tell(topic, msgspec.Raw(payload)))
+
+    def _write(self, frame: frames.ToHome) -> None:
+        if self._process is None or self._process.stdin is None or self._is_read_out:
+            raise Unavailable("the process of local nodes is gone")
+        self._process.stdin.write(frames.line(frame))
+
+    async def _read(self, process: Process) -> None:
+        assert process.stdout is not None
+        try:
+            while told := await process.stdout.readline():
+                self._take(frames.from_home.decode(told))
+        except (ConnectionError, msgspec.MsgspecError, ValueError) as error:
+            logger.warning("the process of local nodes is given up: %s", error)
+        finally:
+            if self._answer is not None and not self._answer.done():
+                self._answer.set_exception(Unavailable("the process of local nodes has ended"))
+            self._ended()
+
+    def _take(self, frame: frames.FromHome) -> None:
+        if isinstance(frame, frames.Said):
+            self._said(frame)
+        elif self._answer is not None and not self._answer.done():
+            self._answer.set_result(frame)
+
+    async def stop(self) -> None:
+        """End it, whatever it does."""
+        if self._process is None:
+            return
+        with contextlib.suppress(ProcessLookupError):
+            self._process.kill()
+        await self._process.wait()
+        if self._reading is not None:
+            self._reading.cancel()
+            await asyncio.gather(self._reading, return_exceptions=True)

@@ -1,0 +1,97 @@
+"""Nodes on the robot, over real sockets and processes: who runs them, and what becomes of them when they are killed."""
+
+import asyncio
+import os
+import signal
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+import pytest
+
+from ppaas.maps.grid import GridMap
+from ppaas.messages import ppaas_msgs
+from ppaas.messages.message import Empty
+from robots.client import RobotClient
+from robots.local.computer import Computer
+from robots.local.node_manager import LocalNodes
+from tests.support.cloud import RunningCloud, publish_map, register_robot, until
+from tests.support.drive import driving
+from tests.support.places import free_pose, reachable_pose
+from tests.support.slow_link import SlowLink
+
+pytestmark = pytest.mark.journey
+
+WEAK = Computer(4, 1.5, 1.0)
+ABLE = Computer(4, 2.0, 2.2)
+BAD_LINK = 150e3
+
+
+@asynccontextmanager
+async def managing(client: RobotClient, computer: Computer) -> AsyncIterator[LocalNodes]:
+    """Let a local node manager run beside a client."""
+    manager = LocalNodes(client, computer)
+    running = asyncio.create_task(manager.run())
+    ready = asyncio.create_task(manager.ready.wait())
+    await asyncio.wait({running, ready}, timeout=30, return_when=asyncio.FIRST_COMPLETED)
+    assert ready.done() and not running.done(), running
+    try:
+        yield manager
+    finally:
+        running.cancel()
+        await asyncio.gather(running, return_exceptions=True)
+
+
+async def homes(client: RobotClient) -> dict[str, str]:
+    """Return where each node runs."""
+    told = await client.call("node_monitor/list_nodes", ppaas_msgs.ListNodes, Empty())
+    assert isinstance(told, ppaas_msgs.NodeHomes)
+    return {node.node: node.home for node in told.nodes}
+
+
+async def test_a_weak_robot_is_served_by_the_cloud(cloud: RunningCloud, office_map: GridMap) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    start = free_pose(office_map, seed=21)
+    token = await register_robot(rest, "pi", "office", start)
+    async with (
+        RobotClient(cloud.url, robot="pi", token=token) as client,
+        managing(client, WEAK) as manager,
+    ):
+        answer = await manager.ask("move_base")
+        assert (answer.home, answer.wanted) == ("cloud", "cloud")
+        assert "the robot is weak" in answer.reasons[0]
+        assert set((await homes(client)).values()) == {"cloud"}
+        assert (manager.running, manager.pid) == (frozenset(), None)
+
+
+async def test_a_strong_one_with_a_bad_link_drives_itself_and_the_cloud_goes_on_when_that_is_killed(
+    cloud: RunningCloud, office_map: GridMap
+) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    start = free_pose(office_map, seed=23)
+    first, second = (reachable_pose(office_map, start, seed=n, at_least=1.5, at_most=2.5) for n in (24, 26))
+    token = await register_robot(rest, "laptop", "office", start)
+    async with SlowLink(cloud.url, BAD_LINK) as link, driving(link.url, token, "laptop", office_map, start) as drive:
+        async with managing(drive.robot, ABLE) as manager:
+            answer = await manager.ask("move_base")
+            assert answer.wanted == "robot", answer.reasons
+            assert any("over a link of" in reason for reason in answer.reasons)
+            await until(lambda: manager.running == {"move_base"}, 60)
+            assert (await homes(drive.operator))["move_base"] == "robot"
+            driven = len(drive.commands)
+            await drive.send(first, "first")
+            await until(lambda: len(drive.commands) > driven + 5, 30)
+            assert manager.pid is not None
+            os.kill(manager.pid, signal.SIGKILL)
+            result = await drive.result()
+            assert (result.status.goal_id.id, result.status.status) == ("first", 3)
+            assert drive.scorer.error(0, first) <= 0.25, "it went on from its state in the cloud"
+            assert (await homes(drive.operator))["move_base"] == "cloud"
+            back = await manager.ask("move_base", "robot")
+            assert back.wanted == "robot"
+            await until(lambda: manager.running == {"move_base"}, 60)
+            assert await drive.go(second) <= 0.25
+            assert (await homes(drive.operator))["move_base"] == "robot"
+        assert (await homes(drive.operator))["move_base"] == "cloud", "who leaves gives back what it has"
+        assert drive.scorer.collisions(0) == 0

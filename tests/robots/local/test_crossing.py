@@ -1,0 +1,126 @@
+"""What local nodes hear and say: each thing once, by the nearest way."""
+
+import asyncio
+from typing import Any
+
+import msgspec
+
+from ppaas.messages import decode, encode
+from ppaas.messages.geometry_msgs import Twist, Vector3
+from ppaas.messages.message import Message
+from ppaas.messages.move_base_msgs import MoveBaseActionResult
+from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.tf2_msgs import TFMessage
+from robots.local import frames
+from robots.local.crossing import Crossing, has_many_speakers
+
+FAST = Twist(Vector3(x=0.5))
+TF = frames.TopicName("tf", "tf2_msgs/TFMessage")
+ODOM = frames.TopicName("odom", "nav_msgs/Odometry")
+
+
+class FakeClient:
+    """Notes what it is asked, and delivers what it is told to hear to who subscribed."""
+
+    def __init__(self) -> None:
+        self.subscriptions: dict[str, Any] = {}
+        self.sent: list[tuple[str, Message, bool]] = []
+        self.heard: list[str] = []
+
+    async def subscribe(self, topic: str, kind: type[Message], callback: Any) -> str:
+        self.subscriptions[topic] = lambda payload: callback(decode(kind, payload))
+        return topic
+
+    async def unsubscribe(self, topic: str) -> None:
+        del self.subscriptions[topic]
+
+    async def publish(self, topic: str, message: Message, *, newest_only: bool) -> None:
+        self.sent.append((topic, message, newest_only))
+
+    def hear(self, topic: str, payload: msgspec.Raw) -> None:
+        self.heard.append(topic)
+        if topic in self.subscriptions:
+            self.subscriptions[topic](payload)
+
+
+class FakeProcess:
+    """Notes what its nodes are told."""
+
+    def __init__(self) -> None:
+        self.told: list[str] = []
+
+    def tell(self, topic: str, payload: bytes) -> None:
+        self.told.append(topic)
+
+
+async def crossing(*nodes: frames.Added) -> tuple[Crossing, FakeClient, FakeProcess]:
+    client, process = FakeClient(), FakeProcess()
+    made = Crossing(client, ("scan", "odom"))  # type: ignore[arg-type]
+    for node in nodes:
+        await made.open(node, process)  # type: ignore[arg-type]
+    return made, client, process
+
+
+DRIVER = frames.Added("driver", [TF, ODOM], ["cmd_vel"])
+LOCATOR = frames.Added("locator", [TF], ["tf", "pose"])
+
+
+async def test_what_the_robot_senses_reaches_its_nodes_without_the_cloud() -> None:
+    made, client, process = await crossing(DRIVER)
+    assert list(client.subscriptions) == ["tf"]
+    made.published("odom", decode(Odometry, ODOMETRY))
+    made.published("chatter", Twist())
+    assert process.told == ["odom"]
+    client.subscriptions["tf"](encode(TFMessage([])))
+    assert process.told == ["odom", "tf"]
+
+
+async def test_what_a_node_says_is_heard_here_at_once_and_told_to_the_cloud() -> None:
+    made, client, process = await crossing(LOCATOR)
+    running = asyncio.create_task(made.run())
+    made.said(frames.Said("tf", "tf2_msgs/TFMessage", msgspec.Raw(encode(TFMessage([])))))
+    assert client.heard == ["tf"]
+    assert process.told == [], "its own word does not come back to it"
+    await asyncio.sleep(0)
+    await asyncio.sleep(0)
+    assert client.sent == [("tf", TFMessage([]), True)]
+    running.cancel()
+
+
+async def test_results_and_goals_wait_for_the_link_and_commands_do_not() -> None:
+    made, client, _ = await crossing(DRIVER)
+    result = encode(
+        decode(MoveBaseActionResult, b'{"header":{},"status":{"goal_id":{"id":"g"},"status":3},"result":{}}')
+    )
+    made.said(frames.Said("move_base/result", "move_base_msgs/MoveBaseActionResult", msgspec.Raw(result)))
+    made.said(frames.Said("cmd_vel", "geometry_msgs/Twist", msgspec.Raw(encode(FAST))))
+    running = asyncio.create_task(made.run())
+    await asyncio.sleep(0)
+    await asyncio.sleep(0)
+    assert [(topic, newest) for topic, _, newest in client.sent] == [("move_base/result", False), ("cmd_vel", True)]
+    running.cancel()
+
+
+async def test_only_what_nobody_else_says_is_an_echo() -> None:
+    made, _, _ = await crossing(DRIVER, LOCATOR)
+    assert made.owns("cmd_vel")
+    assert made.owns("pose")
+    assert not made.owns("tf")
+    assert not made.owns("map")
+    assert has_many_speakers("move_base/goal")
+    await made.close("driver")
+    assert not made.owns("cmd_vel")
+
+
+async def test_a_topic_is_heard_while_some_node_wants_it() -> None:
+    made, client, _ = await crossing(DRIVER, LOCATOR)
+    await made.close("driver")
+    assert list(client.subscriptions) == ["tf"]
+    await made.close("locator")
+    assert client.subscriptions == {}
+
+
+ODOMETRY = (
+    b'{"header":{"frame_id":"odom"},"child_frame_id":"base_link","pose":{"pose":{"position":{"x":0,"y":0},'
+    b'"orientation":{"z":0,"w":1}}},"twist":{"twist":{}}}'
+)

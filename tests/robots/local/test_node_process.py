@@ -1,0 +1,49 @@
+"""The process of local nodes, for real: it starts, answers, dies and is stopped."""
+
+import asyncio
+import os
+import signal
+
+import msgspec
+import psutil
+import pytest
+
+from ppaas.errors import NotFound, Unavailable
+from robots.local import frames
+from robots.local.node_process import NodeProcess
+from tests.robots.local.test_home import CONFIG, MAP
+
+
+async def test_a_process_that_is_killed_is_told_of_and_answers_nothing_more() -> None:
+    ended, said = asyncio.Event(), []
+    process = NodeProcess(said.append, ended.set)
+    assert (process.alive, process.pid) == (False, None)
+    await process.start(frames.Begin(CONFIG, MAP))
+    added = await process.ask(frames.Add("waypoint_follower", ""), frames.Added)
+    assert added.node == "waypoint_follower"
+    with pytest.raises(NotFound, match="unknown node 'amcl'"):
+        await process.ask(frames.Remove("amcl"), frames.Removed)
+    assert process.alive
+    assert process.pid is not None
+    asking = asyncio.create_task(process.ask(frames.AskStates(), frames.States, 30.0))
+    os.kill(process.pid, signal.SIGSTOP)
+    await asyncio.sleep(0)
+    os.kill(process.pid, signal.SIGKILL)
+    with pytest.raises(Unavailable, match="has ended"):
+        await asking
+    await asyncio.wait_for(ended.wait(), 10)
+    assert not process.alive
+    with pytest.raises(Unavailable, match="is gone"):
+        await process.ask(frames.AskStates(), frames.States)
+    process.tell("odom", b"{}")
+    await process.stop()
+
+
+async def test_a_map_that_is_none_is_refused_and_a_process_that_is_stopped_is_gone() -> None:
+    process = NodeProcess(lambda _: None, lambda: None)
+    with pytest.raises(Exception, match="OccupancyGrid"):
+        await process.start(frames.Begin(CONFIG, msgspec.Raw(b"{}")))
+    pid = process.pid
+    await process.stop()
+    assert pid is not None
+    assert not psutil.pid_exists(pid)
