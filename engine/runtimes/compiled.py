@@ -2,9 +2,10 @@
 
 Before numba looks into its cache it loads all that it would compile with, which takes a quarter of a second and 10 MB
 of the memory that all containers share. Only its runtime is needed for code that is compiled. With that code comes the
-bitcode from which other kernels could be compiled; numba unpacks it to 6 MB of objects. And a kernel names the modules
-of numba that its parts were written in, which only code that runs as Python looks into: 5 MB more. What is not in the
-cache is compiled as ever: whatever compiles loads the compiler itself, and unpacks what it asks for.
+bitcode from which other kernels could be compiled, which numba unpacks to 6 MB of objects; it is read again where
+something is linked with it. And a kernel names the modules of numba that its parts were written in, which only code
+that runs as Python looks into: 5 MB more. What is not in the cache is compiled as ever: whatever compiles loads the
+compiler itself, and reads what it asks for.
 
 Bytecode may differ where Python leaves documentation out (``-OO``), and numba looks for a kernel by its bytecode too. A
 kernel that was compiled with its documentation is taken all the same: an index is of one function of one source file.
@@ -12,7 +13,6 @@ kernel that was compiled with its documentation is taken all the same: an index 
 
 import functools
 import sys
-import zlib
 from collections.abc import Callable
 from typing import Any
 
@@ -37,7 +37,7 @@ def load_without_compiler() -> None:
             del vars(context)["refresh"]
         if loaded is None:
             return None
-        _pack(loaded.library)
+        _leave_in_cache(loaded.library, cache, signature)
         return loaded._replace(type_annotation="", metadata={})  # what it tells of itself, for nobody here to read
 
     Cache.load_overload = load_overload  # type: ignore[method-assign]
@@ -78,16 +78,20 @@ def _load_documented_too(file: IndexDataCacheFile, key: tuple[Any, Any, tuple[st
     return next((found for other in documented if (found := _load(file, other)) is not None), None)
 
 
-def _pack(library: CPUCodeLibrary) -> None:
-    """Keep a library's bitcode packed until something is linked with it."""
+def _leave_in_cache(library: CPUCodeLibrary, cache: Cache, signature: Any) -> None:
+    """Let go of a library's bitcode, and read it again when something is linked with it."""
     module: llvm.ModuleRef = library._get_module_for_linking()  # type: ignore[no-untyped-call]
-    packed = zlib.compress(module.as_bitcode(), level=1)
 
-    def unpack() -> llvm.ModuleRef:
-        library._shared_module = llvm.parse_bitcode(zlib.decompress(packed))
+    def read() -> llvm.ModuleRef:
+        key = cache._index_key(signature, library.codegen)  # type: ignore[no-untyped-call]
+        found = cache._cache_file.load(key)  # type: ignore[no-untyped-call]
+        if found is None:
+            raise RuntimeError(f"kernels were taken from the cache or changed in it since {library.name}: start anew")
+        (_, _, (_, bitcode)), *_ = found
+        library._shared_module = llvm.parse_bitcode(bitcode)
         del vars(library)["_get_module_for_linking"]
         return library._shared_module
 
     library._shared_module = None
-    vars(library)["_get_module_for_linking"] = unpack
+    vars(library)["_get_module_for_linking"] = read
     module.close()
