@@ -105,6 +105,8 @@ async def serve_robot_socket(socket: WebSocket, services: Services, sessions: Cl
         await socket.send_denial_response(problem_response(error))
         return
     carrier = RobotSocket(socket, seat)
+    if visit.role == "robot":
+        connection_of(socket).tell_round_trips(seat.kept.place.note_round_trip)
     try:
         await socket.accept(headers=seat.headers)
         await carrier.run()

@@ -35,6 +35,7 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         self._probes: dict[bytes, asyncio.Future[None]] = {}
         self._taker: Taker | None = None
         self._on_ready: Callable[[], None] | None = None
+        self._on_round_trip: Callable[[float], None] | None = None
 
     # -- frames --------------------------------------------------------------------------------------------------------
 
@@ -90,6 +91,10 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         if self.response.status_code == 101:
             self.scope["state"][CONNECTION] = self
 
+    def tell_round_trips(self, told: Callable[[float], None]) -> None:
+        """Have ``told`` called with the round trip of each of uvicorn's pings that is answered [s]."""
+        self._on_round_trip = told
+
     async def probe(self, timeout: float) -> bool:
         """Ping the other end; tell whether it answered in so many seconds."""
         if self.disconnected or self.close_sent or self.transport.is_closing():
@@ -111,7 +116,10 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         """Take the answer to a probe; uvicorn takes those to its own pings."""
         answered = self._probes.get(bytes(event.data))
         if answered is None:
+            awaited = bytes(event.data) == self.pending_ping_payload
             super().handle_pong(event)
+            if awaited and self._on_round_trip is not None:
+                self._on_round_trip(self.last_ping_rtt)
         elif not answered.done():
             answered.set_result(None)
 

@@ -27,6 +27,7 @@ from engine.fabric import Fabric
 from engine.framing import FrameStream
 from engine.gate import Gate
 from engine.heartbeats import BEAT_PERIOD, MISSED
+from engine.host_load import HostLoad
 from engine.hosting import Hosting
 from engine.instances import folder_of
 from engine.layer_building import LayerBuilder
@@ -36,6 +37,8 @@ from engine.links.identity import Identity, Purpose
 from engine.links.relay import Relay
 from engine.links.sockets import Streams, dial
 from engine.mapcache import MapCache
+from engine.neighbours import Neighbours
+from engine.network_load import NetworkLoad
 from engine.router import RouterProcess
 from engine.runtimes import store_kernels
 from engine.runtimes.base import Premises
@@ -54,20 +57,25 @@ class Agent:
     """What runs in the agent's process."""
 
     def __init__(
-        self, config: AgentConfig, stream: FrameStream[control.ToAgent], hosting: Hosting, lease: Lease | None
+        self,
+        config: AgentConfig,
+        stream: FrameStream[control.ToAgent],
+        hosting: Hosting,
+        lease: Lease | None,
+        host: HostLoad,
     ) -> None:
         self._config = config
         self._stream = stream
         self._hosting = hosting
         self._lease = lease
-        self._cpu_seconds: dict[str, float] = {}
-        self._measured = 0.0
+        self._host = host
 
     async def serve(self, cpus: int) -> None:
         """Register, then carry out orders until the master hangs up."""
         memory = psutil.virtual_memory().total
         own = self._config
-        self._stream.write(control.Register(own.machine, own.secret, os.getpid(), cpus, memory, own.labels))
+        pid, network = os.getpid(), self._host.network
+        self._stream.write(control.Register(own.machine, own.secret, pid, cpus, memory, own.labels, network))
         telling = [asyncio.create_task(self._send_beats()), asyncio.create_task(self._send_heartbeats())]
         try:
             while (order := await self._stream.receive()) is not None:
@@ -97,22 +105,9 @@ class Agent:
             await asyncio.sleep(BEAT_PERIOD)
 
     async def _send_heartbeats(self) -> None:
-        psutil.cpu_percent()
         while True:
             await asyncio.sleep(HEARTBEAT_PERIOD)
-            loads = await asyncio.to_thread(self._hosting.loads)
-            cpu = psutil.cpu_percent() / 100.0 * (psutil.cpu_count() or 1)
-            used = psutil.virtual_memory().used
-            self._stream.write(control.Heartbeat(cpu, used, self._as_rates(loads)))
-
-    def _as_rates(self, loads: list[control.ContainerLoad]) -> list[control.ContainerLoad]:
-        now = asyncio.get_running_loop().time()
-        seconds, self._measured = now - self._measured, now
-        before, self._cpu_seconds = self._cpu_seconds, {load.container: load.cpu for load in loads}
-        return [
-            control.ContainerLoad(load.container, (load.cpu - before.get(load.container, load.cpu)) / seconds, load.pss)
-            for load in loads
-        ]
+            self._stream.write(await self._host.measure())
 
 
 async def dial_cloud(config: AgentConfig, purpose: Purpose) -> Streams:
@@ -170,8 +165,11 @@ async def _start(config: AgentConfig, cpus: tuple[int, ...], stack: contextlib.A
         runtime=runtime, gate=gate, cache=cache, cpus=cpus, tell=stream.write, allowed=config.allowed, link=relay
     )
     stack.push_async_callback(hosting.close)
+    neighbours = Neighbours(fabric, config.machine)
+    stack.push_async_callback(neighbours.close)
+    await neighbours.start()
     await stack.enter_async_context(compiling_the_rest())
-    return Agent(config, stream, hosting, lease)
+    return Agent(config, stream, hosting, lease, HostLoad(hosting.loads, NetworkLoad(), neighbours))
 
 
 async def _relay(config: AgentConfig, run_dir: Path, stack: contextlib.AsyncExitStack) -> str:

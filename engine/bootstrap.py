@@ -109,12 +109,11 @@ class Cloud:
 
     def __init__(self, config: CloudConfig) -> None:
         balancer = BALANCERS.create(config.balancer, {})
-        runtimes.RUNTIMES.load(config.runtime)  # one that is unknown is told here, not by a machine that never comes
-        self._own = config.machine
-        self.store: Store = open_store(config.store, outbox=Path(config.outbox) if config.outbox else None)
-        self.map_store: MapStore = open_map_store(config.map_store)
         self._own = config.machine
         self._background = Background()
+        runtimes.RUNTIMES.load(config.runtime)  # one that is unknown is told here, not by a machine that never comes
+        self.store: Store = open_store(config.store, outbox=Path(config.outbox) if config.outbox else None)
+        self.map_store: MapStore = open_map_store(config.map_store)
         secret, instance = secrets.token_urlsafe(24), instance_name()
         self._far = _far_machines(config, instance) if config.listen_machines is not None else None
         self._run_dir = make_run_dir()  # after what may be refused, so that it is not left behind
@@ -195,19 +194,19 @@ class Cloud:
 
     def machine_settings(self, machine: str) -> MachineSettings:
         """Return what an administrator says of a machine."""
-        return self.service.machine_settings(machine)
+        return self.service.administration.settings(machine)
 
     def configure_machine(self, machine: str, settings: MachineSettings) -> None:
         """Take over what an administrator says of a machine."""
-        self.service.configure_machine(machine, settings)
+        self.service.administration.configure(machine, settings)
 
     def remove_machine(self, machine: str, *, force: bool = False) -> None:
         """Cut a machine off, and let it in no more until it is admitted."""
-        self.service.remove_machine(machine, force=force)
+        self.service.administration.remove(machine, force=force)
 
     def admit_machine(self, machine: str) -> None:
         """Let a machine in again that was removed."""
-        self.service.admit_machine(machine)
+        self.service.administration.admit(machine)
 
     def containers(self, user: str | None) -> list[ContainerView]:
         """Return the containers of a user, or all."""

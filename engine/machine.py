@@ -37,6 +37,8 @@ class Machine:
         Bytes in use, and bytes sent and received in a second.
     round_trip : float
         To those that it serves and to other machines, on average [s].
+    neighbours, served : dict of str to float
+        Round trips to other machines, by their names, and to the robots of its containers [s].
     given : float
         Sum of the sizes of its containers.
     """
@@ -53,6 +55,8 @@ class Machine:
     memory_used: int = 0
     network_used: float = 0.0
     round_trip: float = 0.0
+    neighbours: dict[str, float] = field(default_factory=dict)
+    served: dict[str, float] = field(default_factory=dict)
     given: float = 0.0
     loads: dict[str, ContainerLoad] = field(default_factory=dict)
 
@@ -93,9 +97,15 @@ class Machine:
         self.containers[spec.id] = spec
         self.given = round(self.given + spec.cores, DECIMALS)
 
+    def average_round_trips(self) -> None:
+        """Take what was measured to others, and to whom it serves, into its round trip."""
+        known = (*self.neighbours.values(), *self.served.values())
+        self.round_trip = sum(known) / len(known) if known else 0.0
+
     def remove(self, container: str) -> ContainerSpec | None:
         """Carry a container no more; return what it was, if it was here."""
         spec = self.containers.pop(container, None)
+        self.served.pop(container, None)
         if spec is not None:
             self.given = round(self.given - spec.cores, DECIMALS) if self.containers else 0.0
         return spec

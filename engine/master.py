@@ -215,6 +215,14 @@ class Master:
         if machine_id in self.machines:
             self._balancer.measured(self.machines[machine_id])
 
+    def robot_timed(self, key: str, round_trip: float) -> None:
+        """Note the round trip between a robot and the machine that serves it [s]."""
+        place = self.places.get(key)
+        machine = self.machines.get(place.machine or "") if place is not None else None
+        if place is not None and place.spec is not None and machine is not None:
+            machine.served[place.spec.id] = round_trip
+            self._balancer.timed(place.spec.serves, machine.id, round_trip)
+
     # -- what happens to containers ------------------------------------------------------------------------------------
 
     def container_launched(self, container: str, pid: int) -> None:

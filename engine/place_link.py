@@ -54,6 +54,7 @@ class PlaceLink:
         self.container: str | None = None
         self.beats = 0
         self.busy = False
+        self.round_trip: float | None = None
         self.topics: dict[str, link.TopicInfo] = {}
         self.services: dict[str, link.ServiceInfo] = {}
         self.nodes: dict[str, link.NodeInfo] = {}
@@ -158,6 +159,10 @@ class PlaceLink:
         for client in tuple(self._clients.values()):
             client.closed(reason)
         self._clients.clear()
+
+    def note_round_trip(self, seconds: float) -> None:
+        """Note how far the robot is: the round trip of a ping [s]."""
+        self.round_trip = seconds
 
     # -- the clients ---------------------------------------------------------------------------------------------------
 

@@ -10,10 +10,10 @@ import logging
 import secrets
 from collections import Counter
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 from engine import control, link
+from engine.administration import Administration, Losing
 from engine.background import Background
 from engine.checkpoints import Checkpoints
 from engine.claims import check_heartbeat, machine_of
@@ -21,7 +21,6 @@ from engine.control_server import ControlServer
 from engine.framing import FrameStream
 from engine.heartbeats import BEAT_PERIOD, MISSED, Heartbeats
 from engine.link_server import LinkServer
-from engine.machine_settings import MachineSettings
 from engine.master import Master
 from engine.model import ContainerSpec
 from engine.orders import Close, End, Leave, Order, Resize, Start
@@ -78,6 +77,7 @@ class CloudService:
         self._machine_frozen = machine_frozen
         self._machine_removed = machine_removed
         self._checkpoints = checkpoints
+        self.administration = Administration(master, self._execute, self._cut_off)
         self._links = LinkServer(run_dir / "link.sock", self._welcome, self._failed)
         self._control = ControlServer(run_dir / "control.sock", secret, self)
         self._places: dict[str, PlaceLink] = {}
@@ -174,39 +174,6 @@ class CloudService:
     def resize_container(self, container: str, cores: float) -> None:
         """Give a container another size while it runs; raises as ``Master.resize`` does."""
         self._execute(self._master.resize(container, cores))
-
-    # -- machines ------------------------------------------------------------------------------------------------------
-
-    def machine_settings(self, machine: str) -> MachineSettings:
-        """Return what an administrator says of a machine; ``NotFound`` if there is none."""
-        return self._master.machine(machine).settings
-
-    def configure_machine(self, machine: str, settings: MachineSettings) -> None:
-        """Take over what an administrator says of a machine.
-
-        Raises
-        ------
-        InvalidParameter, NotFound
-            As the master says.
-        """
-        self._execute(self._master.configure(machine, settings))
-
-    def remove_machine(self, machine: str, *, force: bool = False) -> None:
-        """Cut a machine off, and let it in no more until it is admitted.
-
-        Raises
-        ------
-        Conflict, NotFound
-            As the master says.
-        """
-        self._lost_with(machine, partial(self._master.remove, force=force))
-        logger.warning("machine %s was removed", machine)
-        self._machine_removed(machine)
-        self._control.hang_up(machine)
-
-    def admit_machine(self, machine: str) -> None:
-        """Let a machine in again that was removed; its agent is started by whoever runs it."""
-        self._master.admit(machine)
 
     # -- orders --------------------------------------------------------------------------------------------------------
 
@@ -332,7 +299,13 @@ class CloudService:
         logger.log(logging.INFO if self._closing else logging.WARNING, "machine %s is gone", machine)
         self._lost_with(machine, self._master.machine_left)
 
-    def _lost_with(self, machine_id: str, lose: Callable[[str], list[Order]]) -> None:
+    def _cut_off(self, machine: str, lose: Losing) -> None:
+        self._lost_with(machine, lose)
+        logger.warning("machine %s was removed", machine)
+        self._machine_removed(machine)
+        self._control.hang_up(machine)
+
+    def _lost_with(self, machine_id: str, lose: Losing) -> None:
         machine = self._master.machines.get(machine_id)
         lost = tuple(machine.containers) if machine is not None else ()
         orders = lose(machine_id)
@@ -360,6 +333,9 @@ class CloudService:
             await asyncio.sleep(BEAT_PERIOD)
             frozen = machines.look(self._machine_beats)
             beats = {place.container: place.beats for place in self._places.values() if place.container is not None}
+            for key, place in self._places.items():
+                if place.round_trip is not None:
+                    self._master.robot_timed(key, place.round_trip)
             for machine in frozen:
                 logger.error("machine %s missed %d beats: its agent is frozen, and given up", machine, MISSED)
                 self._control.hang_up(machine)
@@ -374,6 +350,8 @@ class CloudService:
         if machine is not None:
             check_heartbeat(machine, heartbeat)
             machine.cpu, machine.memory_used = heartbeat.cpu, heartbeat.memory_used
+            machine.network_used, machine.neighbours = heartbeat.network_used, heartbeat.round_trips
+            machine.average_round_trips()
             machine.loads = {load.container: load for load in heartbeat.containers}
             self._master.machine_measured(machine_id)
 

@@ -26,6 +26,10 @@ def machine_view(machine: Machine) -> MachineView:
         max_memory=settings.max_memory,
         oversubscription=settings.oversubscription,
         draining=settings.draining,
+        network=machine.network or None,
+        network_used=machine.network_used,
+        round_trip=machine.round_trip,
+        round_trips=machine.neighbours,
     )
 
 
@@ -65,4 +69,5 @@ def container_view(
         cpu=load.cpu if load is not None else None,
         age=age,
         clients=link.clients if link is not None else 0,
+        round_trip=link.round_trip if link is not None else None,
     )

@@ -44,6 +44,14 @@ class MachineView(msgspec.Struct, frozen=True):
         Cores that it gives away for each that it has.
     draining : bool
         Whether an administrator drains it.
+    network : float, optional
+        What it can send and receive in a second [bytes], where that is known.
+    network_used : float
+        What it sends and receives in a second [bytes].
+    round_trip : float
+        To the robots that it serves and to other machines, on average [s].
+    round_trips : dict of str to float
+        To other machines, by their names [s].
     """
 
     id: str
@@ -61,6 +69,10 @@ class MachineView(msgspec.Struct, frozen=True):
     max_memory: int | None = None
     oversubscription: float = OVERSUBSCRIPTION
     draining: bool = False
+    network: float | None = None
+    network_used: float = 0.0
+    round_trip: float = 0.0
+    round_trips: dict[str, float] = {}
 
 
 class ContainerView(msgspec.Struct, frozen=True):
@@ -84,6 +96,8 @@ class ContainerView(msgspec.Struct, frozen=True):
         Since the order to start it [s].
     clients : int
         Sockets of the robot and its operators.
+    round_trip : float, optional
+        To the robot, once it was measured [s].
     """
 
     id: str
@@ -100,6 +114,7 @@ class ContainerView(msgspec.Struct, frozen=True):
     cpu: float | None = None
     age: float = 0.0
     clients: int = 0
+    round_trip: float | None = None
 
 
 class PathRequest(msgspec.Struct, frozen=True):

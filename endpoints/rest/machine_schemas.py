@@ -60,3 +60,7 @@ class MachineAnswer(BaseModel):
     max_memory: int | None
     oversubscription: float
     draining: bool
+    network: float | None = Field(description="What it can send and receive in a second [bytes], where it is known")
+    network_used: float = Field(description="What it sends and receives in a second [bytes]")
+    round_trip: float = Field(description="To the robots that it serves and to other machines, on average [s]")
+    round_trips: dict[str, float] = Field(description="To other machines [s]")

@@ -239,6 +239,7 @@ class ContainerAnswer(_Answer):
     cpu: float | None = Field(description="CPU in use, in cores, once it was measured")
     age: float = Field(description="Since the order to start it [s]")
     clients: int = Field(description="Sockets of the robot and its operators")
+    round_trip: float | None = Field(description="To the robot, once it was measured [s]")
 
 
 # -- plans -------------------------------------------------------------------------------------------------------------

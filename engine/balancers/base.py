@@ -44,5 +44,8 @@ class Balancer(ABC):
     def removed(self, machine: Machine, spec: ContainerSpec) -> None:
         """Learn that it carries it no more."""
 
+    def timed(self, serves: str, machine_id: str, round_trip: float) -> None:
+        """Learn how far a robot is from a machine, as a test of round trips between the two has shown [s]."""
+
     def measured(self, machine: Machine) -> None:
         """Learn that its load, or what it may be given, is another now."""

@@ -15,6 +15,9 @@ from engine.balancers.utilization import Weights, utilization
 from engine.machine import Machine
 from engine.model import ContainerSpec
 
+MOST_TIMED = 100_000
+"""Robots whose round trips are known at a time, of those that are connected and those that may come again."""
+
 _NO_TRIPS: Mapping[str, float] = {}
 
 
@@ -98,9 +101,7 @@ class SameMap(Balancer):
         self._put(machine)
 
     def timed(self, serves: str, machine_id: str, round_trip: float) -> None:
-        """Learn how far a robot is from a machine, as a test of round trips between the two has shown [s]."""
+        """Learn how far a robot is from a machine; of too many robots those are forgotten that were told of first."""
         self._trips[serves][machine_id] = round_trip
-
-    def untimed(self, serves: str) -> None:
-        """Forget how far a robot is from any machine."""
-        self._trips.pop(serves, None)
+        if len(self._trips) > MOST_TIMED:
+            del self._trips[next(iter(self._trips))]

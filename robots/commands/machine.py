@@ -18,10 +18,12 @@ HELP = "list and show the machines; drain, label, limit, remove and admit one; h
 OTHERS = "ppaas.machine_verbs"
 """Entry points of what packages that robots do not know add: modules with HELP, configure(parser), run(arguments)."""
 
+LISTED = ("id", "state", "cores", "capacity", "given", "containers", "load", "memory_used", "memory", "labels")
 MACHINES = Resource(
     "machines",
-    ("id", "state", "cores", "capacity", "given", "containers", "load", "memory_used", "memory", "labels"),
+    (*LISTED, "network_used", "network", "round_trip"),
     "no machine is there now: see the log of the cloud",
+    LISTED,
 )
 LIMITS = ("id", "state", "max_containers", "oversubscription", "max_memory", "labels")
 

@@ -96,6 +96,14 @@ def size(value: float) -> str:
     return f"{gib:.1f} GiB" if gib >= 1.0 else f"{value / 2**20:.1f} MiB"
 
 
+def _milliseconds(seconds: float) -> str:
+    return f"{seconds * 1e3:.1f} ms"
+
+
+def _a_second(value: float) -> str:
+    return f"{size(value)}/s"
+
+
 _FORMATS: dict[str, Callable[[Any], str]] = {
     "version": lambda value: str(value)[:SHORT_HASH],
     "memory": size,
@@ -106,4 +114,7 @@ _FORMATS: dict[str, Callable[[Any], str]] = {
     "expires": _date,
     "age": duration,
     "cpu": percent,
+    "network": _a_second,
+    "network_used": _a_second,
+    "round_trip": _milliseconds,
 }

@@ -8,6 +8,7 @@ from engine.cores import MEMORY_PER_CORE
 from engine.heartbeats import BEAT_PERIOD, MISSED
 from engine.machine_settings import MOST_LABELS, MachineSettings
 from engine.master import MOVES
+from engine.neighbours import AT_A_TIME, PERIOD
 from engine.service import LEAVE_GRACE
 from tests.support.cloud import RunningCloud
 from tests.support.documents import run_shell, script, table, text_of
@@ -33,4 +34,5 @@ def test_the_numbers_are_those_of_the_code() -> None:
     assert f"up to {MOST_LABELS} of" in text
     assert MOVES == 4 and "up to four at a time" in text
     assert f"has not ended after {LEAVE_GRACE:.0f} s" in text
+    assert f"every {PERIOD:.0f} s each machine pings up to {AT_A_TIME} others" in text
     assert MISSED * BEAT_PERIOD == 4.0 and "for four seconds" in text

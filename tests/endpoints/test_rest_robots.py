@@ -202,4 +202,5 @@ async def test_users_see_their_containers_and_admins_all(
         "cpu": 0.25,
         "age": 90.0,
         "clients": 1,
+        "round_trip": None,
     }

@@ -246,3 +246,29 @@ def test_one_that_carries_something_is_removed_by_force_only(master: Master) -> 
     assert started(master.remove("m1", force=True)).machine == "m2"
     with pytest.raises(NotFound):
         master.remove("m1", force=True)
+
+
+# -- how far -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_robot_goes_where_it_was_near_and_its_machine_forgets_it_with_its_container() -> None:
+    master = Master(SameMap())
+    for name in ("m1", "m2"):
+        master.machine_joined(machine(name))
+        master.machines[name].neighbours = {"other": 0.09}
+        master.machines[name].average_round_trips()
+        master.machine_measured(name)
+    first = run(master, "r1")
+    master.robot_timed("robot:ann/r1", 0.001)
+    near = master.places["robot:ann/r1"].machine
+    assert near is not None and master.machines[near].served == {first: 0.001}
+    master.machines[near].average_round_trips()
+    assert master.machines[near].round_trip == pytest.approx((0.09 + 0.001) / 2)
+    master.close("robot:ann/r1")
+    assert master.machines[near].served == {}
+    for machine_id in ("m1", "m2"):
+        master.machines[machine_id].round_trip = 0.09
+        master.machines[machine_id].cpu = 1.0 if machine_id == near else 0.5
+        master.machine_measured(machine_id)
+    assert started(master.open(robot_request("r1"))).machine == near, "its own round trip counts for more"
+    master.robot_timed("robot:ann/nobody", 0.001)

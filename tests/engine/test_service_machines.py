@@ -56,7 +56,7 @@ async def test_a_robot_keeps_its_session_when_its_machine_is_drained(
     await place.ready(10)
     place.subscribe("map", number)
     assert isinstance(await first.next(), link.Subscribe)
-    service.configure_machine("m1", DRAINING)
+    service.administration.configure("m1", DRAINING)
     assert await first.next() == link.Stop()
     assert await machines[0].stopped() == first.spec.id
     assert not machines[1].has_orders(), "nothing starts before the state is kept"
@@ -84,7 +84,7 @@ async def test_the_next_leaves_when_the_one_before_is_ready(
         place = service.open_place(robot_request(robot))
         ran.append(await machines[0].boot(await machines[0].started()))
         await place.ready(10)
-    service.configure_machine("m1", DRAINING)
+    service.administration.configure("m1", DRAINING)
     assert service.machines()[0].state == "draining"
     for container in ran:
         assert await machines[0].stopped() == container.spec.id
@@ -100,18 +100,18 @@ async def test_a_machine_that_is_removed_is_cut_off_and_not_let_in_until_it_is_a
     service.open_place(robot_request())
     first = await machines[0].started()
     with pytest.raises(Conflict):
-        service.remove_machine("m1")
-    service.remove_machine("m1", force=True)
+        service.administration.remove("m1")
+    service.administration.remove("m1", force=True)
     assert await machines[0].order() is None
     order = await machines[1].started()
     assert order.spec.id != first.spec.id
     with pytest.raises(NotFound):
-        service.configure_machine("m1", DRAINING)
+        service.administration.configure("m1", DRAINING)
     again = await FakeMachine.join(tmp_path, "m1")
     assert await again.order() is None
     assert "was removed" in caplog.text
     assert [view.id for view in service.machines()] == ["m2"]
-    service.admit_machine("m1")
+    service.administration.admit("m1")
     admitted = await FakeMachine.join(tmp_path, "m1")
     await until(lambda: len(service.machines()) == 2)
     await admitted.leave()
@@ -126,10 +126,31 @@ async def test_who_would_start_the_agent_again_is_told_of_a_machine_that_is_remo
     await service.start()
     machine = await FakeMachine.join(tmp_path)
     await service.wait_for_machine(10)
-    service.remove_machine("m1")
+    service.administration.remove("m1")
     assert told == ["m1"]
     await service.close()
     await machine.leave()
+
+
+# -- how far and how busy ----------------------------------------------------------------------------------------------
+
+
+async def test_what_a_machine_and_a_robot_measure_is_seen_and_counts_where_the_next_is_placed(
+    service: CloudService, machines: list[FakeMachine], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("engine.service.BEAT_PERIOD", 0.01)
+    place = service.open_place(robot_request())
+    await machines[0].boot(await machines[0].started())
+    await place.ready(10)
+    place.note_round_trip(0.04)
+    machines[0].tell(control.Heartbeat(0.5, 1 << 20, [], 3e6, {"m2": 0.02}))
+    await until(lambda: service.machines()[0].round_trips and service._master.machines["m1"].served)
+    machines[0].tell(control.Heartbeat(0.5, 1 << 20, [], 3e6, {"m2": 0.02}))
+    await until(lambda: service.machines()[0].round_trip != 0.02)
+    view = service.machines()[0]
+    assert (view.network, view.network_used, view.round_trips) == (None, 3e6, {"m2": 0.02})
+    assert view.round_trip == pytest.approx((0.02 + 0.04) / 2)
+    assert service.containers("ann")[0].round_trip == 0.04
 
 
 # -- machines that lie -------------------------------------------------------------------------------------------------

@@ -21,7 +21,18 @@ from storage.records import User
 def machine() -> Machine:
     """Return a machine that carries a container."""
     carries = {"c1": ContainerSpec("c1", "ann", MapVersion("house", "v"), 1.0)}
-    return Machine("m1", 4, 8 << 30, 1000, containers=carries, given=1.0, cpu=0.5, memory_used=1 << 30)
+    return Machine(
+        "m1",
+        4,
+        8 << 30,
+        1000,
+        containers=carries,
+        given=1.0,
+        cpu=0.5,
+        memory_used=1 << 30,
+        network_used=2.0 * (1 << 20),
+        round_trip=0.0015,
+    )
 
 
 def container(container_id: str = "c1", **fields: object) -> ContainerView:

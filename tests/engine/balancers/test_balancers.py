@@ -122,8 +122,19 @@ def test_what_was_measured_between_a_robot_and_a_machine_counts_for_that_robot(s
     balancer.timed("ann/far", "m0", 0.09)
     assert same_map.place(spec("a", 1.0, "one", robot="near")) == "m2"
     assert same_map.place(spec("b", 1.0, "two", robot="far")) == "m1"
-    balancer.untimed("ann/far")
+    balancer.timed("ann/far", "m0", 0.001)
     assert same_map.place(spec("c", 1.0, "three", robot="far")) == "m0"
+
+
+def test_of_too_many_robots_that_were_timed_the_first_are_forgotten(
+    same_map: Placing, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("engine.balancers.ppaas.MOST_TIMED", 2)
+    for number in range(3):
+        same_map.measure(f"m{number}", round_trip=0.05)
+        same_map.balancer.timed(f"ann/r{number}", "m2", 0.001)
+    assert same_map.place(spec("a", 1.0, "one", robot="r0")) == "m0"
+    assert same_map.place(spec("b", 1.0, "two", robot="r1")) == "m2"
 
 
 def test_the_score_weighs_what_it_is_told_to_weigh() -> None:

@@ -25,7 +25,9 @@ async def test_nobody_else_does(ppaas: CommandLine, verb: str) -> None:
 
 async def test_one_machine_is_shown_by_its_id(ppaas: CommandLine) -> None:
     shown = await ppaas("machine", "show", "m1", user="admin")
-    assert shown.out == (await ppaas("machine", "list", user="admin")).out
+    listed = await ppaas("machine", "list", user="admin")
+    assert shown.rows[0] == [*listed.rows[0], "network_used", "network", "round_trip"]
+    assert shown.rows[1] == [*listed.rows[1], "2.0", "MiB/s", "-", "1.5", "ms"]
     assert (
         await ppaas("machine", "show", "m2", user="admin")
     ).err == "ppaas: not-found: unknown machine 'm2'; known: m1\n"
