@@ -7,7 +7,7 @@ import pytest
 
 from endpoints.outbox import EXPIRY
 from engine import outside, place_link, unacknowledged
-from engine.balancers.first_fit import FirstFit
+from engine.balancers.registry import DEFAULT as BALANCER
 from engine.bootstrap import CloudConfig
 from engine.container import CHECKPOINT_PERIOD
 from engine.control import StopContainer
@@ -50,7 +50,7 @@ def test_places_and_machines_are_as_described() -> None:
     assert says(ARCHITECTURE, f"It holds {MAX_CONTAINERS} at most")
     assert says(ARCHITECTURE, f"up to {quota.containers} containers and {quota.cores:g} cores")
     assert (config.quota, config.linger) == (quota, LINGER)
-    assert FirstFit.name == "first_fit" and says(ARCHITECTURE, "*First fit*")
+    assert says(ARCHITECTURE, f"**Balancer.** `{BALANCER}`")
 
 
 def test_shared_keys_are_as_described() -> None:
