@@ -6,10 +6,13 @@ import signal
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager
 from pathlib import Path
+from urllib.parse import urlsplit
 
+import msgspec
 import psutil
 import pytest
 
+from engine.links.tickets import read_ticket
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
 from robots.rest import RestClient
@@ -19,6 +22,7 @@ from tests.support.joined_machine import JoinedMachine, container_of, machines, 
 from tests.support.places import free_pose, reachable_pose
 from tests.support.processes import has_ended
 from tests.support.waiting import until
+from tests.support.wire import wire_to
 
 pytestmark = pytest.mark.journey
 
@@ -132,3 +136,54 @@ async def test_a_machine_that_stood_still_serves_no_robot_twice_and_comes_back(
         await second.is_in(rest)
         for drive in drives.values():
             assert drive.results.empty(), "what it had still to say was not heard"
+
+
+async def test_robots_of_a_machine_that_is_drained_drive_on_from_the_other_and_what_was_measured_is_seen(
+    two_machines: RunningCloud,
+    second: JoinedMachine,
+    office_map: GridMap,
+    record_property: Callable[[str, object], None],
+) -> None:
+    rest = await two_machines.admin()
+    await second.is_in(rest)
+    async with driving_on_both(two_machines, rest, office_map, ("d1", "d2")) as drives:
+        drained = await rest.patch(f"/v1/machines/{THERE}", {"draining": True})
+        assert drained["state"] == "draining"
+        record_property("longest_gap_s", await all_arrive(drives))
+        for name in drives:
+            assert (await container_of(rest, name))["machine"] == HERE
+        seen = await rest.get(f"/v1/machines/{THERE}")
+        assert (seen["state"], seen["containers"]) == ("drained", 0)
+        assert 0.0 < seen["round_trips"][HERE] < 1.0 and seen["round_trip"] > 0.0
+    await rest.patch(f"/v1/machines/{THERE}", {"draining": False})
+
+
+async def test_a_machine_that_is_cut_off_ends_what_it_ran_by_itself_and_joins_again(
+    two_machines: RunningCloud, second: JoinedMachine, office_map: GridMap, folder: Path
+) -> None:
+    rest = await two_machines.admin()
+    await second.is_in(rest)
+    cut_off = JoinedMachine(folder / "m3", "m3")
+    direct = read_ticket(ticket(folder / "data"))
+    await publish_map(rest, "silent", office_map)
+    start = free_pose(office_map, seed=30)
+    token = await register_robot(rest, "s1", "silent", start)
+    async with wire_to(f"http://{direct.address.authority}") as wire:
+        port = urlsplit(wire.url).port
+        assert port is not None
+        cut_off.start(str(msgspec.structs.replace(direct, port=port)))
+        await cut_off.is_in(rest)
+        await give_each(rest, 0)
+        async with driving(two_machines.url, token, "s1", office_map, start) as drive:
+            await give_each(rest, 100)
+            there = await container_of(rest, "s1")
+            assert there["machine"] == "m3"
+            wire.fall_silent()
+            await drive.send(reachable_pose(office_map, start, seed=40, at_least=2.0), goal_id="s1")
+            await all_arrive({"s1": drive})
+            assert (await container_of(rest, "s1"))["machine"] in (HERE, THERE)
+            async with asyncio.timeout(20.0):
+                while not has_ended(there["pid"]):
+                    await asyncio.sleep(0.02)
+        await cut_off.is_in(rest)  # by a new connection, which is served
+        cut_off.end()
