@@ -44,6 +44,8 @@ class FarMachines:
     ------
     InvalidInput
         The folder cannot be used, or another host cannot reach the stores.
+    Unavailable
+        The address is not ours.
     """
 
     def __init__(self, folder: Path, address: TlsAddress, *, cloud: str, store: str, map_store: str, own: str) -> None:
@@ -141,5 +143,9 @@ def make_ticket(folder: Path, *, valid: float, machine: str | None = None, host:
 
 
 def _free_port(host: str) -> int:
-    with socket.create_server((host, 0)) as listener:
-        return int(listener.getsockname()[1])
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        with socket.create_server((host, 0), family=family) as listener:
+            return int(listener.getsockname()[1])
+    except OSError as error:
+        raise Unavailable(f"cannot listen at {host} for machines: {error.strerror}; give an address of ours") from error
