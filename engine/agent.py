@@ -116,11 +116,11 @@ async def dial_cloud(config: AgentConfig, purpose: Purpose) -> Streams:
     return await dial(parse_address(config.control), identity.client_context(purpose) if identity else None)
 
 
-async def run(config: AgentConfig) -> bool:
-    """Be the agent of a machine until the master hangs up, or SIGTERM; return whether it was the former."""
+async def run(config: AgentConfig, told: asyncio.Event) -> bool:
+    """Be the agent of a machine until the master hangs up, which is true then, or SIGTERM, which sets ``told``."""
     hung_up = False
     async with contextlib.AsyncExitStack() as stack:
-        with until_told():
+        with until_told(told):
             cpus = tuple(sorted(os.sched_getaffinity(0)))[: config.cores]
             agent = await _start(config, cpus, stack)
             await agent.serve(len(cpus))
@@ -181,17 +181,23 @@ async def _relay(config: AgentConfig, run_dir: Path, stack: contextlib.AsyncExit
 
 
 @contextlib.contextmanager
-def until_told() -> Iterator[None]:
-    """Give up what is inside on SIGTERM; whatever comes after it, as the end of what was started, is not disturbed."""
+def until_told(told: asyncio.Event) -> Iterator[None]:
+    """Give up what is inside on SIGTERM; whatever comes after it, as the end of what was started, is not disturbed.
+
+    Parameters
+    ----------
+    told : asyncio.Event
+        Set by the signal, also where it comes after what is inside.
+    """
     loop, task = asyncio.get_running_loop(), asyncio.current_task()
     if task is None:
         raise RuntimeError("there is no task to give up")
-    told = asyncio.Event()
+    inside = True
 
     def tell() -> None:
-        if not told.is_set():
-            told.set()
+        if inside and not told.is_set():
             task.cancel()
+        told.set()
 
     loop.add_signal_handler(signal.SIGTERM, tell)
     try:
@@ -201,7 +207,7 @@ def until_told() -> Iterator[None]:
             raise
         task.uncancel()
     finally:
-        told.set()
+        inside = False
 
 
 def main() -> None:
@@ -210,7 +216,7 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     config = msgspec.json.decode(sys.stdin.buffer.read(), type=AgentConfig)
     try:
-        uvloop.run(run(config))
+        uvloop.run(run(config, asyncio.Event()))
     except PPaaSError as error:
         logger.error("the machine cannot run: %s", error)
         sys.exit(1)

@@ -35,10 +35,11 @@ STEADY = 30.0
 
 
 class Options(msgspec.Struct, frozen=True):
-    """What the machine gives: CPUs, all without a number, and what it is like."""
+    """What the machine gives: CPUs, all without a number, what it is like; how long the cloud may be away [s]."""
 
     cores: int | None = None
     labels: dict[str, str] = {}
+    patience: float = sys.float_info.max
 
 
 async def stay(membership: Membership, options: Options) -> None:
@@ -48,44 +49,47 @@ async def stay(membership: Membership, options: Options) -> None:
     ------
     InvalidInput, NotFound
         The stores of the cloud cannot be reached from here.
+    Unavailable
+        The cloud was away for longer than the options allow.
     """
     base = Path(tempfile.gettempdir())
     sweep_stale(base)  # of a life before that was ended by force
     folder = folder_of(instance_name(), base)
     folder.mkdir(mode=0o700)
     tempfile.tempdir = str(folder)  # where the fork server listens, for as long as this process lives
-    tries = 0
     try:
-        while True:
-            began = monotonic()
-            if not await _live(membership, options, folder / "run"):
-                return
-            tries = 0 if monotonic() - began > STEADY else tries + 1
-            if not await _rest(RETRIES[min(tries, len(RETRIES)) - 1]):
-                return
+        await _stay(membership, options, folder / "run")
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-async def _live(membership: Membership, options: Options, run_dir: Path) -> bool:
-    """Be the agent once; return whether to go on."""
+async def _stay(membership: Membership, options: Options, run_dir: Path) -> None:
+    told, tries, heard = asyncio.Event(), 0, monotonic()
+    while True:
+        began = monotonic()
+        if await _live(membership, options, run_dir, told):
+            heard = monotonic()
+        if told.is_set():
+            return
+        if monotonic() - heard > options.patience:
+            raise Unavailable(f"the cloud of machine {membership.machine} was away for {options.patience:g} s")
+        tries = 0 if monotonic() - began > STEADY else tries + 1
+        with until_told(told):
+            await asyncio.sleep(RETRIES[min(tries, len(RETRIES)) - 1])
+        if told.is_set():
+            return
+
+
+async def _live(membership: Membership, options: Options, run_dir: Path, told: asyncio.Event) -> bool:
+    """Be the agent once; return whether the cloud was there, and hung up."""
     config: AgentConfig | None = None
     try:
-        with until_told():
+        with until_told(told):
             config = config_of(membership, options, await membership.terms(), run_dir)
-        return config is not None and await run(config)
+        return config is not None and await run(config, told)
     except Unavailable as error:
         logger.warning("machine %s is not in its cloud: %s", membership.machine, error)
-        return True
-
-
-async def _rest(seconds: float) -> bool:
-    """Wait; return whether to go on."""
-    gave_up = True
-    with until_told():
-        await asyncio.sleep(seconds)
-        gave_up = False
-    return not gave_up
+        return False
 
 
 def config_of(membership: Membership, options: Options, terms: Terms, run_dir: Path) -> AgentConfig:
