@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 
 Row = dict[str, Any]
 
-MACHINES = ("id", "cores", "capacity", "load", "memory_used", "memory", "containers")
+MACHINES = ("id", "state", "cores", "capacity", "load", "memory_used", "memory", "containers")
 CONTAINERS = ("id", "kind", "user", "robot", "map", "machine", "state", "cores", "cpu", "pss", "age", "clients")
-NUMBERS = frozenset(MACHINES[1:] + CONTAINERS[7:])
+NUMBERS = frozenset(MACHINES[2:] + CONTAINERS[7:])
 
 
 SORT_KEYS: dict[str, Callable[[Row], Any]] = {

@@ -28,8 +28,8 @@ async def test_an_administrator_sees_machines_and_containers(busy: CommandLine) 
         r"^\S+  1 robots connected  3 containers  CPU 75 %  memory 40.0 MiB  oldest 1h 6m$", ended.out, re.M
     )
     rows = [row for row in ended.rows if row]
-    assert rows[1][:4] == ["id", "cores", "capacity", "load"]
-    assert rows[2][:4] == ["m1", "4", "16", "0.5"]
+    assert rows[1][:5] == ["id", "state", "cores", "capacity", "load"]
+    assert rows[2][:5] == ["m1", "ready", "4", "16", "0.5"]
     assert ["c1", "robot", "ann", "tb1", "house", "m1", "ready", "1", "50", "%", "10.0", "MiB", "30s", "2"] in rows
     assert ["c2", "planning", "bob", "-", "house", "m1", "starting", "1", "-", "-", "0s", "0"] in rows
 

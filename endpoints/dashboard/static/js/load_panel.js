@@ -67,7 +67,7 @@ export function showMachines(machines) {
   say(none, machines ? "No machine has registered." : "Administrators see the machines of the cloud here.");
   show(byId("machines"), machines ?? [], ({ id }) => id, create, (item, machine) => {
     const given = `${plural(machine.containers, "container")} · ${number(machine.capacity, 0)} cores to give`;
-    fill(item, machine.id, given, machineGauges(machine));
+    fill(item, machine.id, machine.state === "ready" ? given : `${machine.state} · ${given}`, machineGauges(machine));
   });
 }
 
