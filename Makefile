@@ -20,7 +20,7 @@ UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --g
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser kernels test test-servers test-docker joints schemathesis lint bench performance lock clean
+.PHONY: help setup demo browser kernels test test-servers test-docker test-ray joints schemathesis lint bench performance lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -54,6 +54,10 @@ test-servers: $(INSTALLED) ## Run the tests over a real Cassandra and a real HDF
 test-docker: $(INSTALLED) ## Run the tests over a real Docker engine (PPAAS_DOCKER_UP is the command that brings one up)
 	@echo "test-docker: builds the images of this checkout, minutes the first time"
 	$(BIN)/python -m pytest -m docker --timeout 1800 $(PYTEST_ARGS)
+
+test-ray: $(INSTALLED) ## Run the tests over a real Ray cluster, whose nodes join, die and leave
+	@echo "test-ray: starts the nodes of a cluster on this machine, each with an address of its own"
+	$(BIN)/python -m pytest -m ray $(PYTEST_ARGS)
 
 schemathesis: $(INSTALLED) ## Send the REST service some ten thousand requests, good and bad, made from its description
 	@echo "schemathesis: 150 examples an operation; prints how each was answered"

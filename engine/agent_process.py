@@ -7,11 +7,11 @@ import os
 import signal
 from asyncio.subprocess import PIPE, Process
 from collections.abc import Sequence
+from typing import Protocol
 
 import msgspec
 
 from engine import lean_python
-from engine.agent_config import AgentConfig
 
 logger = logging.getLogger(__name__)
 
@@ -24,20 +24,32 @@ STOP_GRACE = 5.0
 COMMAND = (*lean_python.PYTHON, "-m", "engine.agent")
 
 
+class Told(Protocol):
+    """What an agent is told at its start: a ``msgspec.Struct``."""
+
+    @property
+    def machine(self) -> str:
+        """Name of its machine."""
+        ...
+
+
 class AgentProcess:
     """Keeps an agent running.
 
     Parameters
     ----------
-    config : AgentConfig
+    config : Told
         Handed over on its standard input, so that no secret shows among the processes.
     command : sequence of str
         That runs it.
+    done : int, optional
+        Status by which an agent says that it is not to be started again.
     """
 
-    def __init__(self, config: AgentConfig, command: Sequence[str] = COMMAND) -> None:
+    def __init__(self, config: Told, command: Sequence[str] = COMMAND, done: int | None = None) -> None:
         self._config = config
         self._command = command
+        self._done = done
         self._process: Process | None = None
         self._keeper: asyncio.Task[None] | None = None
 
@@ -50,23 +62,33 @@ class AgentProcess:
         """Start the agent, and go on starting it."""
         self._keeper = asyncio.create_task(self._keep())
 
+    async def ended(self) -> None:
+        """Wait until it is started no more."""
+        if self._keeper is not None:
+            await asyncio.wait([self._keeper])
+
     async def _keep(self) -> None:
         deaths = 0
         loop = asyncio.get_running_loop()
         while True:
             began = loop.time()
-            ended = await self._live()
-            logger.warning("the agent of machine %r ended: %s", self._config.machine, ended)
+            status = await self._live()
+            if status is not None and status == self._done:
+                return
             deaths = 0 if loop.time() - began > STEADY else deaths + 1
             await asyncio.sleep(RESTART_DELAYS[min(deaths, len(RESTART_DELAYS)) - 1] if deaths else 0.0)
 
-    async def _live(self) -> str:
-        """Run the agent once; return how it ended."""
+    async def _live(self) -> int | None:
+        """Run the agent once; return its status, or None if it could not be started."""
+        machine = self._config.machine
         try:
             self._process = await self._spawn()
         except OSError as error:
-            return f"it could not be started: {error}"
-        return f"status {await self._process.wait()}"
+            logger.warning("the agent of machine %r could not be started: %s", machine, error)
+            return None
+        status = await self._process.wait()
+        logger.warning("the agent of machine %r ended: status %s", machine, status)
+        return status
 
     async def _spawn(self) -> Process:
         # In a session of its own, a signal to the terminal's processes does not end it before those who need it.

@@ -63,6 +63,14 @@ async def test_an_agent_that_dies_again_and_again_is_started_again_but_not_at_on
     await kept.process.stop()
 
 
+async def test_an_agent_that_says_that_it_is_done_is_not_started_again(tmp_path: Path) -> None:
+    process = AgentProcess(AgentConfig("die", "", "", str(tmp_path), "", "", ""), STAND_IN, done=3)
+    await process.start()
+    await process.ended()
+    assert len((tmp_path / "agents").read_text().splitlines()) == 1
+    await process.stop()
+
+
 async def test_a_command_that_cannot_be_run_is_tried_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -1,0 +1,46 @@
+"""The machines of a cloud that are nodes of a Ray cluster, as the cloud has them started and ended."""
+
+from engine.ray_nodes.config import WatchConfig
+from engine.ray_nodes.watcher_process import WatcherProcess
+from engine.router import RouterProcess
+
+
+class RayMachines:
+    """Has an agent kept on each node, in place of the one agent of this machine.
+
+    Parameters
+    ----------
+    config : WatchConfig
+        Which cluster, for which cloud.
+    router : RouterProcess
+        Of the cloud: the routers of the nodes meet there, as there is no agent here that has one.
+
+    Raises
+    ------
+    InvalidInput
+        The extra is not installed, or the address is none.
+    """
+
+    def __init__(self, config: WatchConfig, router: RouterProcess) -> None:
+        self._watcher = WatcherProcess(config)
+        self._router = router
+
+    async def start(self) -> None:
+        """Begin to have agents started; there may be no node yet.
+
+        Raises
+        ------
+        Unavailable
+            There is no such cluster, or it does not let us in.
+        """
+        await self._router.start()
+        await self._watcher.start()
+
+    def kill(self, machine: str) -> None:
+        """End the agent of a machine by force: it is frozen, and is started again."""
+        self._watcher.kill(machine)
+
+    async def stop(self) -> None:
+        """End all agents."""
+        await self._watcher.stop()
+        await self._router.close()
