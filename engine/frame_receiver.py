@@ -33,9 +33,12 @@ class FrameReceiver(asyncio.Protocol):
     ----------
     reader, writer
         Of the connection; what the reader holds already is taken from it.
+    most : int
+        Bytes of a frame.
     """
 
-    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, most: int = MAX_FRAME) -> None:
+        self._most = most
         self._transport = cast(asyncio.Transport, writer.transport)
         self._rest = self._transport.get_protocol()
         self._buffer = bytearray()
@@ -56,7 +59,7 @@ class FrameReceiver(asyncio.Protocol):
         Raises
         ------
         MessageTooLarge
-            It would have more than ``MAX_FRAME`` bytes.
+            It would have more bytes than a frame may have here.
         """
         while not self._frames:
             if self._fault is not None:
@@ -146,8 +149,8 @@ class FrameReceiver(asyncio.Protocol):
             while len(view) - begin >= LENGTH and self._fault is None:
                 body = begin + LENGTH
                 size = int.from_bytes(view[begin:body], "big")
-                if size > MAX_FRAME:
-                    self._fault = MessageTooLarge(f"a frame of {size} bytes is over the limit of {MAX_FRAME}")
+                if size > self._most:
+                    self._fault = MessageTooLarge(f"a frame of {size} bytes is over the limit of {self._most}")
                 elif len(view) < body + size:
                     break
                 else:

@@ -11,7 +11,7 @@ from typing import Any, Generic, TypeVar
 
 import msgspec
 
-from engine.frame_receiver import LENGTH, FrameReceiver
+from engine.frame_receiver import LENGTH, MAX_FRAME, FrameReceiver
 from ppaas.errors import MalformedMessage
 
 CLOSE_GRACE = 2.0
@@ -37,10 +37,14 @@ class FrameStream(Generic[In]):
         Of the connection.
     incoming : type
         The type, or union of tagged structs, that the peer sends.
+    most : int
+        Bytes of a frame from the peer.
     """
 
-    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, incoming: Any) -> None:
-        self._receiver = FrameReceiver(reader, writer)
+    def __init__(
+        self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, incoming: Any, most: int = MAX_FRAME
+    ) -> None:
+        self._receiver = FrameReceiver(reader, writer, most)
         self._writer = writer
         self._decoder: msgspec.msgpack.Decoder[In] = msgspec.msgpack.Decoder(incoming)
 

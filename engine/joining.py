@@ -23,6 +23,10 @@ PATIENCE = 5.0
 """Seconds that either end waits for the other."""
 
 
+MAX_JOIN = 1 << 14
+"""Bytes that somebody may say who has no certificate."""
+
+
 class Join(msgspec.Struct, tag="join"):
     """A machine wants to join; ``request`` is for its certificate (PKCS #10, PEM)."""
 
@@ -64,7 +68,7 @@ class JoinDesk:
 
     async def connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Serve a connection."""
-        stream: FrameStream[Join] = FrameStream(reader, writer, Join)
+        stream: FrameStream[Join] = FrameStream(reader, writer, Join, most=MAX_JOIN)
         try:
             async with asyncio.timeout(PATIENCE):
                 asked = await stream.receive()

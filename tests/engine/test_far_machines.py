@@ -13,6 +13,7 @@ from engine.framing import FrameStream
 from engine.joined import Options, config_of
 from engine.link_server import LinkServer
 from engine.links.address import TlsAddress
+from engine.links.identity import stranger_context
 from engine.links.sockets import dial
 from engine.membership import Membership, join, membership_in
 from ppaas.errors import Conflict, InvalidInput, NotFound, NotPermitted, Unavailable
@@ -175,12 +176,13 @@ def test_stores_in_memory_are_refused(tmp_path: Path, urls: tuple[str, str]) -> 
     assert list(tmp_path.iterdir()) == []
 
 
-async def test_rubbish_at_the_desk_is_hung_up_on(cloud: Cloud, caplog: pytest.LogCaptureFixture) -> None:
+@pytest.mark.parametrize("said", [(100).to_bytes(4, "big") + b"\xc1" * 100, (1 << 20).to_bytes(4, "big")])
+async def test_who_says_rubbish_or_too_much_at_the_desk_is_hung_up_on(
+    cloud: Cloud, caplog: pytest.LogCaptureFixture, said: bytes
+) -> None:
     ticket = make_ticket(cloud.folder, valid=VALID)
-    from engine.links.identity import stranger_context
-
     reader, writer = await dial(ticket.address, stranger_context())
-    writer.write((100).to_bytes(4, "big") + b"\xc1" * 100)
+    writer.write(said)
     async with asyncio.timeout(10.0):
         assert await reader.read() == b""
     assert "did not ask to join" in caplog.text
