@@ -2,28 +2,41 @@
 #   docker build -f docker/engine.Dockerfile -t ppaas-engine .
 # Kernels are compiled for the CPU that builds, so build where it runs: on another CPU each container would compile anew.
 
-FROM python:3.11-slim AS build
+FROM python:3.11-slim AS dependencies
 # The certificates of the base image are those that this network trusts.
-ENV UV_NATIVE_TLS=1 UV_COMPILE_BYTECODE=1
+ENV UV_NATIVE_TLS=1
 WORKDIR /src
 COPY deploy/bootstrap.lock deploy/requirements.lock deploy/
 RUN python -m venv /opt/uv && /opt/uv/bin/pip install --quiet --require-hashes -r deploy/bootstrap.lock \
  && python -m venv --without-pip /opt/ppaas
 COPY pyproject.toml ./
-ARG EXTRAS="--extra cloud --extra sim --extra cassandra --extra hdfs"
 RUN /opt/uv/bin/uv pip install --quiet --no-cache --python /opt/ppaas/bin/python \
-      --constraints deploy/requirements.lock -r pyproject.toml $EXTRAS
+      --constraints deploy/requirements.lock -r pyproject.toml \
+      --extra cloud --extra sim --extra cassandra --extra hdfs
+
+# Kernels take minutes, and change seldom: nothing but what they are compiled from is here. numba knows a kernel by the
+# time of its file too, so that is made the same here and below.
+FROM dependencies AS kernels
+WORKDIR /opt/ppaas/lib/python3.11/site-packages
+COPY ppaas ppaas
+COPY engine/__init__.py engine/background.py engine/disk_notes.py engine/
+COPY engine/runtimes engine/runtimes
+RUN find ppaas -name '*.py' -exec touch -d @0 {} + \
+ && NUMBA_CACHE_DIR=/opt/ppaas/kernels /opt/ppaas/bin/python -m engine.runtimes.rest_compiler
+
+FROM dependencies AS installed
 COPY . .
-RUN /opt/uv/bin/uv pip install --quiet --no-cache --python /opt/ppaas/bin/python --no-deps .
+RUN /opt/uv/bin/uv pip install --quiet --no-cache --python /opt/ppaas/bin/python --no-deps . \
+ && find /opt/ppaas/lib/python3.11/site-packages/ppaas -name '*.py' -exec touch -d @0 {} +
 
 FROM python:3.11-slim
-COPY --from=build /opt/ppaas /opt/ppaas
-ENV PATH=/opt/ppaas/bin:$PATH NUMBA_CACHE_DIR=/opt/ppaas/kernels
+RUN useradd --system --uid 10001 --home-dir /var/lib/ppaas --create-home ppaas && mkdir /tickets && chown ppaas /tickets
+COPY --from=installed /opt/ppaas /opt/ppaas
+COPY --from=kernels --chown=ppaas /opt/ppaas/kernels /opt/ppaas/kernels
+ENV PATH=/opt/ppaas/bin:$PATH NUMBA_CACHE_DIR=/opt/ppaas/kernels PYTHONPYCACHEPREFIX=/opt/ppaas/modules
 # The root is read-only later: what Python and numba would write on their first day is written now.
-RUN python -m engine.runtimes.rest_compiler \
- && python -OO -c "import engine.runtimes.preload, engine.rehearsed"
-RUN python -OO -m compileall -q -x 'lib2to3|/tests?/' /usr/local/lib/python3.11 /opt/ppaas/lib \
- && useradd --system --uid 10001 --home-dir /var/lib/ppaas --create-home ppaas
+RUN for how in "" -OO; do python $how -m compileall -q -x 'lib2to3|/tests?/' /usr/local/lib/python3.11 /opt/ppaas/lib; done
 USER ppaas
+RUN python -OO -c "import engine.runtimes.preload, engine.rehearsed"
 ENTRYPOINT ["ppaas"]
 CMD ["up"]

@@ -236,7 +236,8 @@ class Master:
         place = self._filled_by(container)
         if place is None:
             return None
-        place.state, place.pid = "ready", pid
+        place.state = "ready"
+        place.pid = place.pid or pid  # its machine knows better: it may have a number of its own in a container of Docker
         self._moving.discard(place.request.key)
         return place.request.key
 

@@ -112,6 +112,16 @@ def test_a_lost_container_is_replaced_by_one_of_another_id(master: Master) -> No
     assert master.container_ready(first, 77) is None
 
 
+def test_the_process_that_its_machine_tells_is_the_one_that_is_shown(master: Master) -> None:
+    master.machine_joined(machine("m1"))
+    first, second = (started(master.open(robot(name)))[0].spec.id for name in ("r1", "r2"))
+    master.container_launched(first, 4711)
+    for container in (first, second):
+        master.container_ready(container, 7)
+    master.container_launched(second, 4712)
+    assert {place.pid for place in master.places.values()} == {4711, 4712}
+
+
 def test_a_crash_loop_closes_the_place_and_says_why(master: Master, clock: ManualClock) -> None:
     master.machine_joined(machine("m1"))
     orders = master.open(robot("r1"))
