@@ -168,6 +168,10 @@ class ClientSession:
         if status is not None:
             self.outbox.put("", status, DEFAULT_KEEP)
 
+    def inform(self, slug: str, text: str) -> None:
+        """Tell the client of something that is no fault, if it wants to hear of such."""
+        self._report(rebuild(slug, text), "info", None)
+
     def _put(self, topic: str, frame: bytes) -> None:
         self.outbox.put(topic, frame, self._wire.queue_length(topic, KEEP.get(topic, DEFAULT_KEEP)))
 

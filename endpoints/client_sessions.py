@@ -16,10 +16,11 @@ from endpoints.client_session import ClientSession
 from endpoints.rights import Role
 from endpoints.visit import Visit
 from endpoints.websocket_protocol import Probe
+from engine.background import Background
 from engine.place_link import PlaceLink
 from engine.plan_rate import PlanRate
 from engine.robot_sessions import LINGER, RobotSessions
-from ppaas.errors import Conflict, PPaaSError
+from ppaas.errors import Conflict, PPaaSError, Unavailable
 from ppaas.wire import rosbridge
 from ppaas.wire.resumption import ID_HEADER, NEW, RESUMED, STATE_HEADER, TAKEN_HEADER
 
@@ -28,6 +29,9 @@ logger = logging.getLogger(__name__)
 READY_TIMEOUT = 15.0
 PROBE_TIMEOUT = 2.0
 """Seconds that the socket of a robot may be silent when another comes for the same robot; then it is dead."""
+
+POSITION_PERIOD = 0.5
+"""Seconds between two looks at how far a robot has come in the queue."""
 
 MAX_AWAY = 64
 """Sessions of one user that are kept without a socket; of more the one that is away longest is ended first."""
@@ -98,6 +102,11 @@ class Seat:
             self.gone.set_result(why)
         await self._left.wait()
 
+    @property
+    def has_left(self) -> bool:
+        """The socket is gone, or the place is no more."""
+        return self._left.is_set() or self.session.over.done()
+
     def leave(self) -> None:
         """Touch the session no more."""
         self._left.set()
@@ -124,6 +133,7 @@ class ClientSessions:
         self._linger = linger
         self._kept: dict[SessionKey, Kept] = {}
         self._seats: set[Seat] = set()
+        self._telling = Background()
 
     def seats(self) -> Iterable[Seat]:
         """Return all who are connected now."""
@@ -154,15 +164,36 @@ class ClientSessions:
         """
         if visit.role == "robot":
             await self._make_way(user, visit)
-        place = await self._robots.join(user, visit.robot, as_robot=visit.role == "robot", hold=visit.hold)
+        place = await self._robots.join(
+            user, visit.robot, as_robot=visit.role == "robot", hold=visit.hold, queue=visit.queue
+        )
         try:
-            await place.ready(READY_TIMEOUT)
+            await self._ready(visit, place)
             seat = await self._seat(user, visit, place, probe)
         except BaseException:
             self._leave_place(place, visit)
             raise
         self._seats.add(seat)
+        if self._robots.position(place) is not None:
+            self._telling.run(self._tell_position(seat))
         return seat
+
+    async def _ready(self, visit: Visit, place: PlaceLink) -> None:
+        position = self._robots.position(place)
+        if position is None:
+            await place.ready(READY_TIMEOUT)
+        elif not visit.queue:
+            raise Unavailable(f"the robot waits at position {position} of the queue: connect with queue=1 to wait, too")
+
+    async def _tell_position(self, seat: Seat) -> None:
+        told = None
+        while not seat.has_left and (position := self._robots.position(seat.kept.place)) is not None:
+            if position != told:
+                seat.session.inform("queued", f"position {position} in the queue")
+                told = position
+            await asyncio.sleep(POSITION_PERIOD)
+        if not seat.has_left:
+            seat.session.inform("queued", "it is this robot's turn: its container starts")
 
     async def _make_way(self, user: str, visit: Visit) -> None:
         """Take the robot's place from a socket of the same session, or from one that is dead."""
@@ -203,7 +234,7 @@ class ClientSessions:
         return not visit.counts or (visit.resume is not None and visit.resume.id == kept.id)
 
     def _begin(self, user: str, visit: Visit, place: PlaceLink, key: SessionKey | None) -> Kept:
-        wire = rosbridge.RosbridgeSession("error" if visit.status else "none")
+        wire = rosbridge.RosbridgeSession("info" if visit.queue else "error" if visit.status else "none")
         count_plan = partial(self._plan_rate.take, user)
         session = ClientSession(place, visit.role, wire, f"{visit.role} {user}/{visit.robot}", count_plan)
         session.outbox.repeats = visit.counts

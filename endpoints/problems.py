@@ -24,6 +24,9 @@ TYPE = "urn:ppaas:problem:"
 RETRY_AFTER = 1
 """Seconds after which what is unavailable may be tried again."""
 
+QUEUE_RETRY = 2
+"""Seconds after which whoever waits in the queue asks again."""
+
 MAX_PROBLEMS = 20
 """Faults of one body that are told."""
 
@@ -64,7 +67,13 @@ def problem(
 
 
 def problem_response(error: errors.PPaaSError) -> Response:
-    """Return the answer for an error of the domain; a planning error tells its Nav2 ``code`` (201–208)."""
+    """Return the answer for an error of the domain; a planning error tells its Nav2 ``code`` (201–208).
+
+    What waits in the queue, as was asked for, is no problem: it is accepted, and told its position.
+    """
+    if isinstance(error, errors.Queued):
+        body = {"position": error.position, "detail": str(error)}
+        return Response(json.dumps(body), 202, {"Retry-After": str(QUEUE_RETRY)}, "application/json")
     status, title = next(STATUS[kind] for kind in type(error).__mro__ if kind in STATUS)
     code = error.code if isinstance(error, errors.PlanningError) else 0
     members = {"code": code} if code else {}

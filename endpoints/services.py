@@ -84,6 +84,10 @@ class Cloud(Protocol):
         """
         ...
 
+    def quotas_changed(self) -> None:
+        """Serve whoever waits for what users may have now."""
+        ...
+
     def resize_container(self, container: str, cores: float) -> None:
         """Give a container another size [cores] while it runs; its place keeps it while it is open.
 

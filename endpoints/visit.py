@@ -28,6 +28,8 @@ class Visit:
         The place is opened for this client, and kept for it.
     status : bool
         Tell it of errors from the start.
+    queue : bool
+        It waits for its turn where there is no container for it now, and is told its position.
     """
 
     robot: str
@@ -37,6 +39,7 @@ class Visit:
     counts: bool = False
     hold: bool = True
     status: bool = False
+    queue: bool = False
 
 
 def visit_of(query: Mapping[str, str]) -> Visit:
@@ -67,4 +70,5 @@ def visit_of(query: Mapping[str, str]) -> Visit:
         counts=resume is not None,
         hold=hold == "1",
         status=query.get("status") == "1",
+        queue=query.get("queue") == "1",
     )

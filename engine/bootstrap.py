@@ -216,6 +216,10 @@ class Cloud:
         """Have a container ended; its place gets another."""
         self.service.give_up_container(container)
 
+    def quotas_changed(self) -> None:
+        """Serve whoever waits for what users may have now."""
+        self.service.quotas_changed()
+
     def resize_container(self, container: str, cores: float) -> None:
         """Give a container another size while it runs."""
         self.service.resize_container(container, cores)

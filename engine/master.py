@@ -59,7 +59,7 @@ class Master:
     ) -> None:
         counter = itertools.count(1)
         self._balancer = balancer
-        self._quotas = quotas or Quotas()
+        self.quotas = quotas or Quotas()
         self._clock = clock
         self._new_id = new_id or (lambda: f"c{next(counter)}")
         self.machines: dict[str, Machine] = {}
@@ -111,12 +111,12 @@ class Master:
         """
         machine = self.machine(self.carrier(container))
         place = self.places[self._place_of[container]]
-        return [resize(place, machine, cores, self._balancer, self._quotas), *self._use_room()]
+        return [resize(place, machine, cores, self._balancer, self.quotas), *self._use_room()]
 
     def _check(self, request: PlaceRequest) -> None:
         if self.machines:
             check_size(request.cores, max(machine.cores for machine in self.machines.values()))
-        self._quotas.check_container(request.user, request.cores)
+        self.quotas.check_container(request.user, request.cores)
 
     def _why_not(self, request: PlaceRequest) -> str:
         wanted = request.labels.items()
@@ -305,7 +305,7 @@ class Master:
     def _add(self, request: PlaceRequest) -> Place:
         place = self.places[request.key] = Place(request)
         self._waiting[request.key] = None
-        self._quotas.add(request.user, 1, request.cores)
+        self.quotas.add(request.user, 1, request.cores)
         return place
 
     def _drop(self, key: str) -> Place | None:
@@ -315,7 +315,7 @@ class Master:
             self._moving.discard(key)
             if place.successor is not None:
                 self._release(*place.successor)
-            self._quotas.add(place.request.user, -1, -place.cores)
+            self.quotas.add(place.request.user, -1, -place.cores)
         return place
 
     def _fill(self, key: str, place: Place, delay: float = 0.0) -> list[Order]:

@@ -9,7 +9,7 @@ from engine.model import MapVersion
 from engine.places import PlaceRequest
 from engine.service import CloudService
 from engine.views import CostAnswer, CostRequest, PathAnswer, PathRequest
-from ppaas.errors import Unavailable
+from ppaas.errors import Queued, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages import decode, encode
 from ppaas.messages.geometry_msgs import Pose
@@ -29,6 +29,9 @@ IDLE = 120.0
 
 CORES = 1.0
 READY_TIMEOUT = 15.0
+PATIENCE = 10.0
+"""Seconds after which whoever does not ask again leaves the queue."""
+
 ANSWER_MARGIN = 5.0
 """Seconds that a container may take beyond the time that the planner is given."""
 
@@ -48,6 +51,7 @@ class Planning:
         self._idle = idle
         self._used: dict[str, float] = {}
         self._closing: dict[str, asyncio.TimerHandle] = {}
+        self._leaving: dict[str, asyncio.TimerHandle] = {}
         self._background = Background()
 
     async def compute_path(self, user: str, version: MapVersion, request: PathRequest) -> PathAnswer:
@@ -64,7 +68,8 @@ class Planning:
         """
         start, goal = (Pose.of(Pose2D(*pose)) for pose in (request.start, request.goal))
         question = ComputePathRequest(start, goal, request.planner, request.tolerance, request.timeout, request.reuse)
-        asked = await self._ask(_place(user, version, request), "compute_path", question, request.timeout)
+        where = _place(user, version, request)
+        asked = await self._ask(where, "compute_path", question, request.timeout, queue=request.queue)
         response = decode(ComputePathResponse, asked.answer)
         return PathAnswer(
             poses=response.poses,
@@ -97,9 +102,16 @@ class Planning:
         response = decode(ComputeCostsResponse, asked.answer)
         return CostAnswer(response.costs, response.seconds, asked.container, asked.pid)
 
-    async def _ask(self, where: PlaceRequest, service: str, question: Message, timeout: float) -> "_Asked":
-        place = self._service.open_place(where)
+    async def _ask(
+        self, where: PlaceRequest, service: str, question: Message, timeout: float, *, queue: bool = False
+    ) -> "_Asked":
+        place = self._service.open_place(where, queue=queue)
         self._note_use(place.key)
+        if (position := self._service.position(place.key)) is not None:
+            if not queue:
+                raise Unavailable(f"a container for this is asked for, at position {position} of the queue: wait, too")
+            self._keep_in_queue(place.key)
+            raise Queued(position)
         await place.ready(READY_TIMEOUT)
         # Who plans is asked before the call: the container may be gone, or another, when the answer is here.
         container, pid = place.container, place.pid
@@ -108,6 +120,17 @@ class Planning:
         if container is None or pid is None:
             raise Unavailable("the container was lost; ask again")
         return _Asked(answer, container, pid)
+
+    def _keep_in_queue(self, key: str) -> None:
+        loop = asyncio.get_running_loop()
+        if key in self._leaving:
+            self._leaving[key].cancel()
+        self._leaving[key] = loop.call_later(PATIENCE, self._leave_queue, key)
+
+    def _leave_queue(self, key: str) -> None:
+        del self._leaving[key]
+        if self._service.position(key) is not None:
+            self._background.run(self._service.close_place(key, Unavailable("nobody asked for it any more")))
 
     def _note_use(self, key: str) -> None:
         now = self._used[key] = asyncio.get_running_loop().time()
@@ -128,7 +151,7 @@ class Planning:
 
     def close(self) -> None:
         """Forget what was to be closed later."""
-        for handle in self._closing.values():
+        for handle in (*self._closing.values(), *self._leaving.values()):
             handle.cancel()
 
 

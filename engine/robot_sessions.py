@@ -42,7 +42,7 @@ class RobotSessions:
         self._robots: set[str] = set()
         self._closing: dict[str, asyncio.Task[None]] = {}
 
-    async def join(self, user: str, robot: str, *, as_robot: bool, hold: bool = True) -> PlaceLink:
+    async def join(self, user: str, robot: str, *, as_robot: bool, hold: bool = True, queue: bool = False) -> PlaceLink:
         """Return the place of a robot for one more client, which must ``leave`` it.
 
         Parameters
@@ -53,6 +53,8 @@ class RobotSessions:
             It is the robot itself, of which there is one.
         hold : bool
             Open the place, and keep it open for this client. A client that does not hold it does not ``leave`` either.
+        queue : bool
+            Let the place wait for its turn where there is no container for it now.
 
         Raises
         ------
@@ -71,7 +73,7 @@ class RobotSessions:
             return self._open_already(key)
         if as_robot and key in self._robots:
             raise Conflict(f"robot {robot!r} is connected already; close its other socket first")
-        place = await self._open(request)
+        place = await self._open(request, queue=queue)
         closing = self._closing.pop(key, None)
         if closing is not None:
             closing.cancel()
@@ -86,15 +88,19 @@ class RobotSessions:
             raise Unavailable("the robot has no container now: wait until it connects, or connect without hold=0")
         return place
 
-    async def _open(self, request: PlaceRequest) -> PlaceLink:
+    async def _open(self, request: PlaceRequest, *, queue: bool) -> PlaceLink:
         try:
-            return self._service.open_place(request)
+            return self._service.open_place(request, queue=queue)
         except Conflict:
             if request.key not in self._closing:
                 raise
         # Nobody is connected: what was changed meanwhile, as the map, need not wait for the old place to end.
         await self._service.close_place(request.key, Unavailable("its robot or map was changed"))
-        return self._service.open_place(request)
+        return self._service.open_place(request, queue=queue)
+
+    def position(self, place: PlaceLink) -> int | None:
+        """Return the position of a place in the queue, the first being 1; None if it does not wait there."""
+        return self._service.position(place.key)
 
     def _request(self, user: str, robot: str) -> PlaceRequest:
         record = self._store.robot(user, robot)
@@ -119,17 +125,18 @@ class RobotSessions:
         self._clients[key] -= 1
         if self._clients[key] <= 0:
             del self._clients[key]
-            self._closing[key] = asyncio.create_task(self._close_later(key))
+            waits = self._service.position(key) is not None
+            self._closing[key] = asyncio.create_task(self._close_later(key, 0.0 if waits else self._linger))
 
     async def let_go(self, place: PlaceLink, reason: PPaaSError) -> None:
         """Give a place up though clients are connected, and tell them why."""
         if self._service.place(place.key) is place:
             await self._service.close_place(place.key, reason)
 
-    async def _close_later(self, key: str) -> None:
-        await asyncio.sleep(self._linger)
+    async def _close_later(self, key: str, linger: float) -> None:
+        await asyncio.sleep(linger)
         self._closing.pop(key, None)
-        await self._service.close_place(key, Unavailable(f"nobody was connected for {self._linger:g} s"))
+        await self._service.close_place(key, Unavailable(f"nobody was connected for {linger:g} s"))
 
     async def close(self) -> None:
         """Forget what was to be closed later."""

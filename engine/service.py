@@ -26,6 +26,7 @@ from engine.model import ContainerSpec
 from engine.orders import Close, End, Leave, Order, Resize, Start
 from engine.place_link import PlaceLink
 from engine.places import Place, PlaceRequest
+from engine.queueing import Queue
 from engine.start_times import StartTimes
 from engine.viewing import container_view, machine_view
 from engine.views import ContainerView, MachineView
@@ -82,6 +83,7 @@ class CloudService:
         self._control = ControlServer(run_dir / "control.sock", secret, self)
         self._places: dict[str, PlaceLink] = {}
         self._times = StartTimes()
+        self._queue = Queue(master.quotas)
         self._machine_beats: Counter[str] = Counter()
         self._background = Background()
         self._watching = Background()
@@ -129,8 +131,8 @@ class CloudService:
         """Return an open place."""
         return self._places.get(key)
 
-    def open_place(self, request: PlaceRequest) -> PlaceLink:
-        """Open a place, or return it if it is open.
+    def open_place(self, request: PlaceRequest, *, queue: bool = False) -> PlaceLink:
+        """Open a place, or return it if it is open; with ``queue`` it may have to wait for its turn.
 
         Raises
         ------
@@ -141,13 +143,26 @@ class CloudService:
         """
         known = self._places.get(request.key)
         if known is not None:
-            if self._master.places[request.key].request != request:
+            if self._request_of(request.key) != request:
                 raise Conflict(f"{request.key} is running; disconnect it to run it anew with what was changed")
             return known
-        orders = self._master.open(request)
+        orders = self._queue.open(request, self._master.open) if queue else self._master.open(request)
         place = self._places[request.key] = PlaceLink(request.key)
+        place.busy = queue  # who waits is not idle
         self._execute(orders)
         return place
+
+    def _request_of(self, key: str) -> PlaceRequest | None:
+        place = self._master.places.get(key)
+        return place.request if place is not None else self._queue.get(key)
+
+    def position(self, key: str) -> int | None:
+        """Return the position of a place in the queue, the first being 1; None if it does not wait there."""
+        return self._queue.position(key)
+
+    def quotas_changed(self) -> None:
+        """Serve whoever waits for what users may have now."""
+        self._execute([])
 
     async def close_place(self, key: str, reason: PPaaSError) -> None:
         """Give a place up and tell its clients; one that was idle goes on when somebody comes again."""
@@ -157,6 +172,7 @@ class CloudService:
         place = self._places.pop(key, None)
         if place is not None:
             place.close(reason)
+        self._queue.remove(key)
         self._execute(self._master.close(key))
 
     def give_up_container(self, container: str) -> None:
@@ -178,7 +194,7 @@ class CloudService:
     # -- orders --------------------------------------------------------------------------------------------------------
 
     def _execute(self, orders: list[Order]) -> None:
-        for order in orders:
+        for order in [*orders, *([] if self._closing else self._queue.serve(self._master.open))]:
             match order:
                 case Start():
                     self._times.order(order.spec.id)

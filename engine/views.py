@@ -132,6 +132,8 @@ class PathRequest(msgspec.Struct, frozen=True):
         Whether a plan that is kept will do where it comes sooner than one that is computed.
     labels : dict of str to str
         The machine that computes it has all of these.
+    queue : bool
+        Whether it may wait for its turn where there is no container for it now.
     """
 
     start: tuple[float, float, float]
@@ -141,6 +143,7 @@ class PathRequest(msgspec.Struct, frozen=True):
     timeout: float = 10.0
     reuse: bool = True
     labels: dict[str, str] = {}
+    queue: bool = False
 
 
 class CostRequest(msgspec.Struct, frozen=True):

@@ -16,6 +16,7 @@
     ├── NotPermitted                we know who you are, and no
     ├── QuotaExceeded               a limit of this user or machine, named
     ├── Unavailable                 try again: no capacity, a dead store, a container that was lost
+    │   ├── Queued                  it waits for its turn, as was asked for
     │   └── Idle                    let go, since nothing was said: try again when there is something to say
     ├── TransformError              no path between two frames, or not at that time
     └── PlanningError               the failure codes of Nav2's ComputePathToPose, 201–208
@@ -153,6 +154,23 @@ class Idle(Unavailable):
     """Nobody said anything for long, and there was no goal: come again when there is something to say."""
 
     slug = "idle"
+
+
+class Queued(Unavailable):
+    """It waits for its turn, as was asked for.
+
+    Parameters
+    ----------
+    position : int
+        In the queue, the first being 1.
+    """
+
+    slug = "queued"
+    position: int = 0
+
+    def __init__(self, position: int) -> None:
+        self.position = position
+        super().__init__(f"it has position {position} in the queue: ask the same again to stay there")
 
 
 class TransformError(PPaaSError):

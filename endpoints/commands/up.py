@@ -38,6 +38,23 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--image", default="ppaas-engine", metavar="NAME", help="what containers of docker run from (%(default)s)"
     )
+    _add_limits(parser)
+    parser.add_argument(
+        "--admin-password-file",
+        type=Path,
+        help="password of user 'admin'; made if it is not there (admin-password in the data folder)",
+    )
+    parser.add_argument("--ready-file", type=Path, help="write {url, pid, admin_user} here as JSON once all is up")
+    parser.add_argument("--log-level", default="info", choices=["debug", "info", "warning", "error"])
+
+
+def _add_machines(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--listen-machines", metavar="HOST:PORT", help="take machines of other hosts here; uses the next port as well"
+    )
+
+
+def _add_limits(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--quota",
         type=_quota,
@@ -57,19 +74,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--dead", type=_dead, default=15.0, help="seconds after which a silent connection counts as dead (%(default)s)"
-    )
-    parser.add_argument(
-        "--admin-password-file",
-        type=Path,
-        help="password of user 'admin'; made if it is not there (admin-password in the data folder)",
-    )
-    parser.add_argument("--ready-file", type=Path, help="write {url, pid, admin_user} here as JSON once all is up")
-    parser.add_argument("--log-level", default="info", choices=["debug", "info", "warning", "error"])
-
-
-def _add_machines(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--listen-machines", metavar="HOST:PORT", help="take machines of other hosts here; uses the next port as well"
     )
 
 

@@ -9,12 +9,13 @@ import msgspec
 import numpy as np
 from fastapi import APIRouter
 from msgspec import Raw
+from pydantic import BaseModel, Field
 from starlette.responses import Response
 from starlette.types import Receive, Scope, Send
 
 from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId
-from endpoints.rest.openapi import BODY, KNOWN, problems
+from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.schemas import NewPlanAnswer, PlanFile, triple
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services import Services
@@ -28,14 +29,24 @@ from storage.records import MapRecord, PlanRecord, User
 router = APIRouter(tags=["plans"], route_class=StrictRoute)
 
 
+class QueueAnswer(BaseModel):
+    """It waits for its turn: ask the same again after `Retry-After` seconds, or it leaves the queue."""
+
+    position: int = Field(description="In the queue, the first being 1")
+    detail: str
+
+
+_WAITS: Responses = {202: {"model": QueueAnswer, "description": "It waits for its turn, as was asked for"}}
+
+
 @router.post(
     "/maps/{map_id}/plans",
     status_code=201,
     response_model=NewPlanAnswer,
-    responses=KNOWN | BODY | problems(404, 409, 429),
+    responses=_WAITS | KNOWN | BODY | problems(404, 409, 429),
 )
 async def make_plan(map_id: MapId, file: PlanFile, services: Provided, user: Caller) -> Response:
-    """Plan a path on a map, and keep it."""
+    """Plan a path on a map, and keep it; with `queue`, in turn where there is no container for it now (202)."""
     asked = PathRequest(
         start=triple(file.start),
         goal=triple(file.goal),
@@ -43,6 +54,7 @@ async def make_plan(map_id: MapId, file: PlanFile, services: Provided, user: Cal
         tolerance=file.tolerance,
         timeout=allowed_timeout(file.timeout, services.settings),
         reuse=file.reuse,
+        queue=file.queue,
         labels=file.labels,
     )
     return await plan_and_keep(services, user, map_id, asked)

@@ -254,6 +254,7 @@ class PlanFile(_Body):
     tolerance: Annotated[Number, Field(ge=0.0, description="How far off the goal will do, if it is blocked [m]")] = 0.0
     timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time allowed to the planner [s]")
     reuse: StrictBool = Field(True, description="Whether a kept path will do where it comes sooner than a new one")
+    queue: StrictBool = Field(False, description="Whether to wait for a turn (202) where there is no container now")
     labels: Labels = {}
 
 

@@ -62,7 +62,9 @@ async def change_user(
     changed = await services.accounts.change(
         whom, role=change.role, password=change.password, keep_token=used, limits=_limits(change)
     )
-    return await run_in_threadpool(_detail, services, changed)
+    detail = await run_in_threadpool(_detail, services, changed)
+    services.cloud.quotas_changed()
+    return detail
 
 
 @router.delete("/{user_id}", status_code=204, responses=ADMIN | problems(404, 409))

@@ -1,13 +1,16 @@
 """What quotas.md says in numbers and names is what the cloud has, and what it has its reader type works."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
 
+from engine.planning import PATIENCE
+from engine.queueing import MAX_QUEUED, MAX_QUEUED_OF_USER
 from engine.quotas import QUOTAS, Quota
 from tests.support.cloud import RunningCloud
-from tests.support.documents import run_shell, script, table
+from tests.support.documents import run_shell, script, table, text_of
 
 PAGE = "docs/quotas.md"
 
@@ -15,6 +18,12 @@ PAGE = "docs/quotas.md"
 def test_the_table_has_every_quota_and_its_number() -> None:
     told = {name.strip("`"): float(number) for name, number, _ in table(PAGE, "quota", "every user", "what counts")}
     assert told == {name: float(getattr(Quota(), name)) for name in QUOTAS}
+
+
+def test_the_numbers_of_the_queue_are_those_of_the_code() -> None:
+    text = re.sub(r"\s+", " ", text_of(PAGE))
+    assert f"The queue holds {MAX_QUEUED}, and {MAX_QUEUED_OF_USER} of one user" in text
+    assert f"does not ask again for {PATIENCE:g} s" in text
 
 
 @pytest.mark.journey

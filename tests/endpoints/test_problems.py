@@ -1,5 +1,6 @@
 """Errors as problems, all of them."""
 
+import json
 import logging
 from collections.abc import Iterator
 
@@ -7,7 +8,7 @@ import httpx
 import pytest
 
 from endpoints.app import create_app
-from endpoints.problems import STATUS, problem_response
+from endpoints.problems import QUEUE_RETRY, STATUS, problem_response
 from endpoints.rest.schemas import Problem
 from endpoints.services import Services
 from ppaas import errors
@@ -22,7 +23,14 @@ def kinds(base: type[errors.PPaaSError] = errors.PPaaSError) -> Iterator[type[er
         yield from kinds(kind)
 
 
-@pytest.mark.parametrize("kind", list(kinds()))
+def test_what_waits_in_the_queue_is_accepted_and_no_problem() -> None:
+    response = problem_response(errors.Queued(3))
+    assert (response.status_code, response.media_type) == (202, "application/json")
+    assert json.loads(bytes(response.body))["position"] == 3
+    assert response.headers["retry-after"] == str(QUEUE_RETRY)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in kinds() if kind is not errors.Queued])
 def test_every_error_of_the_tree_is_a_problem(kind: type[errors.PPaaSError]) -> None:
     error = kind("map", "house") if kind is errors.NotFound else kind("do this")  # type: ignore[call-arg]
     response = problem_response(error)

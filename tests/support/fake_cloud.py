@@ -47,6 +47,7 @@ class FakeCloud:
     def __init__(self) -> None:
         self.quotas = Quotas()
         self.plan_rate = PlanRate(self.quotas)
+        self.quota_changes = 0
         self.asked: list[tuple[str, MapVersion, PathRequest]] = []
         self.costs_asked: list[tuple[str, MapVersion, CostRequest]] = []
         self.error: Exception | None = None
@@ -85,6 +86,9 @@ class FakeCloud:
         [gone] = [one for one in self.running if one.id == container]
         self.running.remove(gone)
         self.given_up.append(container)
+
+    def quotas_changed(self) -> None:
+        self.quota_changes += 1
 
     def resize_container(self, container: str, cores: float) -> None:
         if self.error is not None:
