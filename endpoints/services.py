@@ -15,6 +15,7 @@ from engine.model import MapVersion
 from engine.plan_rate import PlanRate
 from engine.quotas import Quotas
 from engine.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
+from ppaas.messages.ppaas_msgs import NodeHome
 from storage.ports import MapStore, Store
 from storage.records import User
 
@@ -97,6 +98,22 @@ class Cloud(Protocol):
             There is no such container, or no longer.
         InvalidParameter, QuotaExceeded, Unavailable
             The size cannot be, its user may not have so much, or its machine has no room for it now.
+        """
+        ...
+
+    async def node_homes(self, user: str, robot: str) -> list[NodeHome]:
+        """Return where each node of a robot runs, and why; ``Unavailable`` where it has no container."""
+        ...
+
+    async def run_node(self, user: str, robot: str, node: str, home: str) -> NodeHome:
+        """Have a node run in a home, or with none named where it does best.
+
+        Raises
+        ------
+        NotFound
+            The robot has no such node.
+        Unavailable
+            It has no container.
         """
         ...
 

@@ -22,11 +22,13 @@ from engine.model import MapVersion
 from engine.plan_rate import PlanRate
 from engine.planning import Planning
 from engine.quotas import Quota, Quotas
+from engine.robot_nodes import RobotNodes
 from engine.robot_sessions import LINGER, RobotSessions
 from engine.run_dir import make_run_dir
 from engine.runtimes import registry as runtimes
 from engine.service import CloudService
 from engine.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
+from ppaas.messages.ppaas_msgs import NodeHome
 from storage.ports import MapStore, Store
 from storage.records import User
 from storage.urls import open_map_store, open_store
@@ -129,6 +131,7 @@ class Cloud:
         )
         self.sessions = RobotSessions(self.service, self.store, self.map_store, config.linger)
         self._planning = Planning(self.service)
+        self._nodes = RobotNodes(self.service)
         self._agent = AgentProcess(
             AgentConfig(
                 machine=config.machine,
@@ -223,6 +226,14 @@ class Cloud:
     def resize_container(self, container: str, cores: float) -> None:
         """Give a container another size while it runs."""
         self.service.resize_container(container, cores)
+
+    async def node_homes(self, user: str, robot: str) -> list[NodeHome]:
+        """Return where each node of a robot runs, and why."""
+        return await self._nodes.homes(user, robot)
+
+    async def run_node(self, user: str, robot: str, node: str, home: str) -> NodeHome:
+        """Have a node of a robot run in a home, or where it does best."""
+        return await self._nodes.run(user, robot, node, home)
 
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
         """Have a container plan a path."""

@@ -7,6 +7,11 @@ from engine.machine_settings import labels_text
 from engine.model import ContainerSpec, MapVersion, RobotConfig
 
 
+def robot_key(user: str, robot: str) -> str:
+    """Return the name of a robot's place."""
+    return f"robot:{user}/{robot}"
+
+
 @dataclass(frozen=True, slots=True)
 class PlaceRequest:
     """What a place is for; its machine has all of the labels."""
@@ -21,7 +26,7 @@ class PlaceRequest:
     def key(self) -> str:
         """Name of the place: one a robot, and one a user, map version and choice of labels for planning."""
         if self.robot is not None:
-            return f"robot:{self.user}/{self.robot.id}"
+            return robot_key(self.user, self.robot.id)
         where = f" on {labels_text(self.labels)}" if self.labels else ""
         return f"planning:{self.user}/{self.map.id}@{self.map.version}{where}"
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ppaas.errors import InvalidInput
-from robots.commands import awaited, robot_urdf
+from robots.commands import awaited, robot_nodes, robot_urdf
 from robots.commands.resource import Resource
 from robots.commands.session import add_limit_argument, add_session_arguments, logged_in
 from robots.commands.table import show
@@ -31,6 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     one = verbs.add_parser("show", help="show one robot")
     change = verbs.add_parser("change", help="change some of a robot's file")
     delete = verbs.add_parser("delete", help="delete a robot")
+    robot_nodes.configure(verbs.add_parser("nodes", help="show where the nodes of a robot run, or have one run"))
     robot_urdf.configure(verbs.add_parser("urdf", help="put, get and delete the URDF of a robot"))
     for verb in (put, one, change, delete):
         verb.add_argument("id")
@@ -112,5 +113,6 @@ _VERBS = {
     "show": _show,
     "change": _change,
     "delete": ROBOTS.delete,
+    "nodes": robot_nodes.run,
     "urdf": robot_urdf.run,
 }

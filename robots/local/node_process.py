@@ -40,6 +40,7 @@ class NodeProcess:
         self._process: Process | None = None
         self._reading: asyncio.Task[None] | None = None
         self._answer: asyncio.Future[frames.Answer] | None = None
+        self._given_up = 0
         self._one_at_a_time = asyncio.Lock()
 
     @property
@@ -82,15 +83,16 @@ class NodeProcess:
             It cannot.
         """
         async with self._one_at_a_time:
-            self._answer = asyncio.get_running_loop().create_future()
             self._write(frame)
+            waiting = self._answer = asyncio.get_running_loop().create_future()
             try:
                 async with asyncio.timeout(timeout):
-                    answer = await self._answer
+                    answer = await waiting
             except TimeoutError as error:
                 raise Unavailable(f"the process of local nodes did not answer in {timeout:g} s") from error
             finally:
                 self._answer = None
+                self._given_up += waiting.cancelled()  # its answer still comes, before that to the next
         if isinstance(answer, frames.Failed):
             raise rebuild(answer.slug, answer.text)
         if not isinstance(answer, kind):
@@ -122,6 +124,8 @@ class NodeProcess:
     def _take(self, frame: frames.FromHome) -> None:
         if isinstance(frame, frames.Said):
             self._said(frame)
+        elif self._given_up:
+            self._given_up -= 1
         elif self._answer is not None and not self._answer.done():
             self._answer.set_result(frame)
 

@@ -3,6 +3,8 @@
 import asyncio
 import os
 import signal
+import subprocess
+import sys
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -14,6 +16,7 @@ from ppaas.messages.message import Empty
 from robots.client import RobotClient
 from robots.local.computer import Computer
 from robots.local.node_manager import LocalNodes
+from robots.rest import RestClient
 from tests.support.cloud import RunningCloud, publish_map, register_robot, until
 from tests.support.drive import driving
 from tests.support.places import free_pose, reachable_pose
@@ -48,6 +51,17 @@ async def homes(client: RobotClient) -> dict[str, str]:
     return {node.node: node.home for node in told.nodes}
 
 
+async def shown_by_rest_and_command(rest: RestClient, url: str, token: str, robot: str) -> None:
+    """See that Move Base runs on the robot, and why, as programs and as people do."""
+    shown = {node["node"]: node for node in await rest.items(f"/v1/robots/{robot}/nodes")}
+    assert (shown["move_base"]["home"], shown["amcl"]["home"]) == ("robot", "cloud")
+    command = [sys.executable, "-m", "endpoints.cli", "robot", "nodes", robot, "--url", url, "--token", token]
+    told = await asyncio.to_thread(subprocess.run, command, capture_output=True, text=True, timeout=60, check=True)
+    [line] = [line for line in told.stdout.splitlines() if line.startswith("move_base")]
+    assert line.split()[1:3] == ["robot", "robot"]
+    assert "over a link of" in line
+
+
 async def test_a_weak_robot_is_served_by_the_cloud(cloud: RunningCloud, office_map: GridMap) -> None:
     rest = await cloud.admin()
     await publish_map(rest, "office", office_map)
@@ -78,7 +92,7 @@ async def test_a_strong_one_with_a_bad_link_drives_itself_and_the_cloud_goes_on_
             assert answer.wanted == "robot", answer.reasons
             assert any("over a link of" in reason for reason in answer.reasons)
             await until(lambda: manager.running == {"move_base"}, 60)
-            assert (await homes(drive.operator))["move_base"] == "robot"
+            await shown_by_rest_and_command(rest, cloud.url, token, "laptop")
             driven = len(drive.commands)
             await drive.send(first, "first")
             await until(lambda: len(drive.commands) > driven + 5, 30)

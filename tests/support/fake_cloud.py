@@ -15,6 +15,7 @@ from engine.viewing import machine_view
 from engine.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
 from ppaas.errors import Conflict, NotFound
 from ppaas.geometry import poses_along
+from ppaas.messages.ppaas_msgs import NodeHome
 from storage.records import User
 
 
@@ -96,6 +97,16 @@ class FakeCloud:
         self.running = [
             msgspec.structs.replace(one, cores=cores) if one.id == container else one for one in self.running
         ]
+
+    async def node_homes(self, user: str, robot: str) -> list[NodeHome]:
+        if self.error is not None:
+            raise self.error
+        return [NodeHome("move_base", "robot", "robot", -0.5, ["it is near"]), NodeHome("amcl")]
+
+    async def run_node(self, user: str, robot: str, node: str, home: str) -> NodeHome:
+        if self.error is not None:
+            raise self.error
+        return NodeHome(node, "cloud", home or "cloud", 0.5, ["the robot is weak"])
 
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
         self.asked.append((user.id, map, request))

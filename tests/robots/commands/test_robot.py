@@ -151,3 +151,15 @@ async def test_a_name_that_is_none_is_refused_in_one_line(ppaas: CommandLine, na
         assert (ended.status, ended.out) == (1, "")
         assert ended.err.startswith("ppaas: ") and ended.err.count("\n") == 1
         assert "\x1b" not in ended.err
+
+
+async def test_the_nodes_of_a_robot_are_shown_with_their_homes_and_why(ppaas: CommandLine, file: Path) -> None:
+    await ppaas("robot", "put", "tb1", str(file))
+    shown = await ppaas("robot", "nodes", "tb1")
+    assert shown.rows[2] == ["move_base", "robot", "robot", "-0.5", "it", "is", "near"]
+    [amcl, _] = json.loads((await ppaas("robot", "nodes", "tb1", "--json")).out)
+    assert (amcl["node"], amcl["home"]) == ("amcl", "cloud")
+    asked = await ppaas("robot", "nodes", "tb1", "--run", "amcl", "--home", "robot")
+    assert asked.rows[1][:3] == ["amcl", "cloud", "robot"]
+    assert (await ppaas("robot", "nodes", "tb1", "--run", "amcl")).rows[1][:3] == ["amcl", "cloud", "cloud"]
+    assert "unknown robot" in (await ppaas("robot", "nodes", "tb2")).err

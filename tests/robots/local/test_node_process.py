@@ -23,6 +23,15 @@ async def test_a_process_that_is_killed_is_told_of_and_answers_nothing_more() ->
     assert added.node == "waypoint_follower"
     with pytest.raises(NotFound, match="unknown node 'amcl'"):
         await process.ask(frames.Remove("amcl"), frames.Removed)
+    for _ in range(2):
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(process.ask(frames.AskStates(), frames.States), 0.0)
+        waiting = asyncio.create_task(process.ask(frames.AskStates(), frames.States))
+        await asyncio.sleep(0)
+        await asyncio.sleep(0)
+        waiting.cancel()
+    removed = await process.ask(frames.Remove("waypoint_follower"), frames.Removed)
+    assert removed.node == "waypoint_follower", "an answer that nobody waits for any more is not taken for another"
     assert process.alive
     assert process.pid is not None
     asking = asyncio.create_task(process.ask(frames.AskStates(), frames.States, 30.0))

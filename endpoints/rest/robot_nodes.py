@@ -1,0 +1,57 @@
+"""The nodes of a robot's clone: where each runs, in the cloud or on the robot, and why."""
+
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Path
+from pydantic import BaseModel, ConfigDict, Field
+from starlette.concurrency import run_in_threadpool
+
+from endpoints.rest.dependencies import Caller, Paged, Provided
+from endpoints.rest.names import Name, RobotId
+from endpoints.rest.openapi import BODY, KNOWN, problems
+from endpoints.rest.paging import Page
+from endpoints.rest.strict_json import StrictRoute
+from ppaas.messages.ppaas_msgs import NodeHome
+
+router = APIRouter(prefix="/robots/{robot_id}/nodes", tags=["robots"], route_class=StrictRoute)
+
+Home = Literal["cloud", "robot"]
+NodeName = Annotated[Name, Path(examples=["move_base"])]
+
+
+class NodeAnswer(BaseModel):
+    """A node of a robot."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    node: str
+    home: Home = Field(description="Where it runs")
+    wanted: Home = Field(description="Where it shall run; a robot takes it over within a second, if it is there")
+    score: float = Field(description="From -1, all speaks for the robot, to 1, all speaks for the cloud")
+    reasons: list[str] = Field(description="What the verdict rests on, what counts most first")
+
+
+class NodeRequest(BaseModel):
+    """Where a node is to run."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    home: Home | None = Field(default=None, description="There; null for where the node monitor finds best")
+
+
+@router.get("", response_model=Page[NodeAnswer], responses=KNOWN | problems(404, 503))
+async def list_nodes(robot_id: RobotId, services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
+    """List the nodes of a robot that is connected, by name: where each runs, and why."""
+    await run_in_threadpool(services.store.robot, user.id, robot_id)
+    homes = sorted(await services.cloud.node_homes(user.id, robot_id), key=lambda home: home.node)
+    after = paging.key(str, "")
+    return paging.page([home for home in homes if home.node > after], lambda home: home.node)
+
+
+@router.post("/{node}", response_model=NodeAnswer, responses=KNOWN | BODY | problems(404, 503))
+async def run_node(
+    robot_id: RobotId, node: NodeName, request: NodeRequest, services: Provided, user: Caller
+) -> NodeHome:
+    """Have a node of a robot run where it does best, or where it is asked for."""
+    await run_in_threadpool(services.store.robot, user.id, robot_id)
+    return await services.cloud.run_node(user.id, robot_id, node, request.home or "")

@@ -1,0 +1,42 @@
+"""What node-monitor.md says in numbers and names is what the code has."""
+
+import itertools
+import re
+
+import msgspec
+
+from engine.monitor.node import HOMES, NodeMonitorNode
+from engine.monitor.parameters import CRITERIA, NodeMonitorParameters
+from ppaas.nodes.clone import MOVABLE
+from robots.local.node_manager import HOLD_PERIOD, NODES
+from tests.support.documents import blocks, table, text_of
+
+PAGE = "docs/node-monitor.md"
+
+
+def test_the_services_and_the_topic_are_those_of_the_node_monitor() -> None:
+    listed = table(PAGE, "service of the node monitor", "type", "who calls it, and when")
+    assert {name: kind for name, kind, _ in listed} == {s.name: s.type.name for s in NodeMonitorNode.services}
+    assert f"`{HOMES.name}`" in text_of(PAGE)
+    assert f"every {HOLD_PERIOD:g} s" in text_of(PAGE)
+
+
+def test_the_parameters_and_their_defaults_are_those_of_the_code() -> None:
+    rows = itertools.takewhile(lambda row: row[1] != "type", table(PAGE, "parameter", "default", "what it is"))
+    listed = {name: default for name, default, _ in rows}
+    defaults = msgspec.structs.asdict(NodeMonitorParameters())
+    assert tuple(re.findall(r"\w+", listed.pop("priorities"))) == defaults.pop("priorities") == CRITERIA
+    assert (listed.pop("time_critical"), defaults.pop("time_critical")) == ("none", ())
+    assert {name: float(value) for name, value in listed.items()} == defaults
+
+
+def test_what_a_robots_file_may_say_can_be_read() -> None:
+    [block] = blocks(PAGE, "json")
+    said = msgspec.json.decode(block)["node_monitor"]
+    assert msgspec.convert(said, NodeMonitorParameters).time_critical == ("move_base",)
+
+
+def test_the_criteria_and_the_nodes_are_those_of_the_code() -> None:
+    assert [row[0] for row in table(PAGE, "criterion", "what it says")] == list(CRITERIA)
+    assert tuple(MOVABLE) == NODES
+    assert all(f"`{node}`" in text_of(PAGE) for node in NODES)
