@@ -13,8 +13,9 @@ from collections.abc import Callable
 
 from engine.balancers.base import Balancer
 from engine.cores import check as check_size
+from engine.fitting import why_none
 from engine.machine import Machine
-from engine.machine_settings import MachineSettings, check_settings, labels_text
+from engine.machine_settings import MachineSettings, check_settings
 from engine.model import ContainerSpec
 from engine.orders import Close, End, Leave, Order, Start
 from engine.places import Place, PlaceRequest
@@ -68,6 +69,7 @@ class Master:
         self._place_of: dict[str, str] = {}
         self._waiting: dict[str, None] = {}
         self._moving: set[str] = set()
+        self._draining: set[str] = set()
         self._removed: set[str] = set()
 
     # -- what users want -----------------------------------------------------------------------------------------------
@@ -91,7 +93,7 @@ class Master:
         orders = self._fill(request.key, place)
         if not orders and self.machines:
             self._drop(request.key)
-            raise Unavailable(self._why_not(request))
+            raise Unavailable(why_none(request, self.machines))
         return orders
 
     def close(self, key: str) -> list[Order]:
@@ -118,16 +120,6 @@ class Master:
             check_size(request.cores, max(machine.cores for machine in self.machines.values()))
         self.quotas.check_container(request.user, request.cores)
 
-    def _why_not(self, request: PlaceRequest) -> str:
-        wanted = request.labels.items()
-        missing = {machine.id: dict(wanted - machine.all_labels.items()) for machine in self.machines.values()}
-        nearest = min(missing, key=lambda machine_id: len(missing[machine_id]))
-        if missing[nearest]:
-            lacks = labels_text(missing[nearest])
-            return f"no machine is labelled {labels_text(request.labels)}; {nearest!r} fits best, and lacks {lacks}"
-        such = f" labelled {labels_text(request.labels)}" if request.labels else ""
-        return f"no machine{such} has room for a container of {request.cores} cores: try again later"
-
     # -- what administrators want --------------------------------------------------------------------------------------
 
     def configure(self, machine_id: str, settings: MachineSettings) -> list[Order]:
@@ -143,7 +135,8 @@ class Master:
             There is no such machine.
         """
         machine = self.machine(machine_id)
-        machine.settings = self.settings[machine_id] = check_settings(settings)
+        self.settings[machine_id] = check_settings(settings)
+        self._apply(settings, machine)
         self._balancer.measured(machine)
         return self._use_room()
 
@@ -165,6 +158,13 @@ class Master:
         self.settings.pop(machine_id, None)
         self._removed.add(machine_id)
         return self.machine_left(machine_id)
+
+    def _apply(self, settings: MachineSettings, machine: Machine) -> None:
+        machine.settings = settings
+        if settings.draining:
+            self._draining.add(machine.id)
+        else:
+            self._draining.discard(machine.id)
 
     def admit(self, machine_id: str) -> None:
         """Let a machine in again that was removed."""
@@ -189,7 +189,7 @@ class Master:
         if machine.id in self._removed:
             raise NotPermitted(f"machine {machine.id!r} was removed: an administrator can admit it again")
         orders = self.machine_left(machine.id)
-        machine.settings = self.settings.get(machine.id, machine.settings)
+        self._apply(self.settings.get(machine.id, machine.settings), machine)
         self.machines[machine.id] = machine
         self._balancer.joined(machine)
         return orders + self._use_room()
@@ -200,6 +200,7 @@ class Master:
         if machine is None:
             return []
         self._balancer.left(machine)
+        self._draining.discard(machine_id)
         orders: list[Order] = []
         for container in tuple(machine.containers):
             place = self._filled_by(container)
@@ -237,7 +238,7 @@ class Master:
         if place is None:
             return None
         place.state = "ready"
-        place.pid = place.pid or pid  # its machine knows better: it may have a number of its own in a container of Docker
+        place.pid = place.pid or pid  # its machine knows better: in a container of Docker it may have another
         self._moving.discard(place.request.key)
         return place.request.key
 
@@ -366,8 +367,7 @@ class Master:
 
     def move_on(self) -> list[Order]:
         """Let containers leave machines that are drained, some at a time, those that are ready and fit elsewhere."""
-        draining = (machine for machine in self.machines.values() if machine.settings.draining)
-        ready = (place for machine in draining for place in self._ready_on(machine))
+        ready = (place for machine_id in sorted(self._draining) for place in self._ready_on(self.machines[machine_id]))
         return [order for place in ready for order in self._move(place)]
 
     def _ready_on(self, machine: Machine) -> list[Place]:

@@ -1,0 +1,22 @@
+"""Why no machine takes a container, in words for whoever asked for it."""
+
+from collections.abc import Mapping
+
+from engine.machine import Machine
+from engine.machine_settings import labels_text
+from engine.places import PlaceRequest
+
+
+def why_none(request: PlaceRequest, machines: Mapping[str, Machine]) -> str:
+    """Return why none of the machines, of which there is one at least, takes what is asked for.
+
+    Where none has the labels, the machine that fits best is named with what it lacks.
+    """
+    wanted = request.labels.items()
+    missing = {machine.id: dict(wanted - machine.all_labels.items()) for machine in machines.values()}
+    nearest = min(missing, key=lambda machine_id: len(missing[machine_id]))
+    if missing[nearest]:
+        lacks = labels_text(missing[nearest])
+        return f"no machine is labelled {labels_text(request.labels)}; {nearest!r} fits best, and lacks {lacks}"
+    such = f" labelled {labels_text(request.labels)}" if request.labels else ""
+    return f"no machine{such} has room for a container of {request.cores} cores: try again later"
