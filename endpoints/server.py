@@ -35,6 +35,10 @@ T = TypeVar("T")
 
 ADMIN = "admin"
 
+RAY = "ray"
+RAY_LISTENS = "0.0.0.0:8501"
+"""Where the nodes of a Ray cluster arrive, and at the next port their routers, unless something else is said."""
+
 MACHINES = "machines"
 """Folder within the data folder for certificates and tickets of machines of other hosts."""
 
@@ -72,15 +76,19 @@ def run_server(arguments: argparse.Namespace) -> int:
 def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
     """Return what the arguments say the cloud is made of."""
     data = arguments.data.resolve()
+    on_ray = arguments.runtime == RAY
+    if arguments.ray_address and not on_ray:
+        raise InvalidInput("--ray-address goes with --runtime ray")
     return CloudConfig(
         store=arguments.store or f"sqlite:///{data / 'ppaas.sqlite'}",
         map_store=arguments.map_store or f"file:///{data / 'maps'}",
         outbox=str(data / "outbox.sqlite"),
-        listen_machines=arguments.listen_machines,
+        listen_machines=arguments.listen_machines or (RAY_LISTENS if on_ray else None),
         machines=str(data / MACHINES),
         cores=arguments.cores,
         balancer=arguments.balancer,
-        runtime=arguments.runtime,
+        runtime="process" if on_ray else arguments.runtime,
+        ray_address=arguments.ray_address or ("auto" if on_ray else None),
         image=arguments.image,
         allowed=tuple(arguments.allow),
         linger=arguments.linger,

@@ -22,12 +22,17 @@ from engine.model import MapVersion
 from engine.plan_rate import PlanRate
 from engine.planning import Planning
 from engine.quotas import Quota, Quotas
+from engine.ray_nodes.config import WatchConfig
+from engine.ray_nodes.machines import RayMachines
+from engine.ray_nodes.watcher_process import WatcherProcess
 from engine.robot_nodes import RobotNodes
 from engine.robot_sessions import LINGER, RobotSessions
+from engine.router import RouterProcess
 from engine.run_dir import make_run_dir
 from engine.runtimes import registry as runtimes
 from engine.service import CloudService
 from engine.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
+from ppaas.errors import InvalidInput
 from ppaas.messages.ppaas_msgs import NodeHome
 from storage.ports import MapStore, Store
 from storage.records import User
@@ -72,6 +77,8 @@ class CloudConfig:
         Image that they run from, for a runtime that has images.
     allowed : tuple of str
         Other people's plug-ins that may run in the cloud, each as ``group:name`` of its entry point.
+    ray_address : str, optional
+        ``host:port`` of a Ray cluster, or ``auto``: its nodes are the machines then, in place of this one.
     """
 
     store: str
@@ -87,6 +94,7 @@ class CloudConfig:
     runtime: str = runtimes.DEFAULT
     image: str = ""
     allowed: tuple[str, ...] = ()
+    ray_address: str | None = None
 
 
 def _far_machines(config: CloudConfig, cloud: str) -> FarMachines:
@@ -98,6 +106,12 @@ def _far_machines(config: CloudConfig, cloud: str) -> FarMachines:
         map_store=config.map_store,
         own=config.machine,
     )
+
+
+def _watcher(config: CloudConfig, far: FarMachines | None) -> WatcherProcess:
+    if far is None:
+        raise InvalidInput("the nodes of a Ray cluster reach the cloud by --listen-machines HOST:PORT")
+    return WatcherProcess(WatchConfig(config.ray_address or "", config.machines, far.host, config.cores))
 
 
 class Cloud:
@@ -118,6 +132,7 @@ class Cloud:
         self.map_store: MapStore = open_map_store(config.map_store)
         secret, instance = secrets.token_urlsafe(24), instance_name()
         self._far = _far_machines(config, instance) if config.listen_machines is not None else None
+        watcher = _watcher(config, self._far) if config.ray_address is not None else None
         self._run_dir = make_run_dir()  # after what may be refused, so that it is not left behind
         self.quotas = Quotas(config.quota)
         self.plan_rate = PlanRate(self.quotas)
@@ -126,13 +141,17 @@ class Cloud:
             Checkpoints(self.store, instance, config.linger),
             self._run_dir,
             secret,
-            machine_frozen=self._kill_if_own,
+            machine_frozen=self._kill_frozen,
             machine_removed=self._end_if_own,
         )
         self.sessions = RobotSessions(self.service, self.store, self.map_store, config.linger)
         self._planning = Planning(self.service)
         self._nodes = RobotNodes(self.service)
-        self._agent = AgentProcess(
+        self._agents = self._on_ray(watcher) if watcher is not None else self._here(config, secret, instance)
+
+    def _here(self, config: CloudConfig, secret: str, instance: str) -> AgentProcess:
+        """Return what keeps the agent of this machine."""
+        return AgentProcess(
             AgentConfig(
                 machine=config.machine,
                 control=str(UnixAddress(self._run_dir / "control.sock")),
@@ -150,13 +169,20 @@ class Cloud:
             )
         )
 
+    def _on_ray(self, watcher: WatcherProcess) -> RayMachines:
+        """Return what keeps the agents of the nodes of a Ray cluster."""
+        peering = self._far.peering if self._far is not None else None
+        return RayMachines(watcher, RouterProcess(self._run_dir, peering=peering))
+
     def _end_if_own(self, machine: str) -> None:
         if machine == self._own:
-            self._background.run(self._agent.stop())
+            self._background.run(self._agents.stop())
 
-    def _kill_if_own(self, machine: str) -> None:
-        if machine == self._own:  # of one on another host no more is heard, and it does nothing by then
-            self._agent.kill()
+    def _kill_frozen(self, machine: str) -> None:
+        if isinstance(self._agents, RayMachines):
+            self._agents.kill(machine)
+        elif machine == self._own:  # of one on another host no more is heard, and it does nothing by then
+            self._agents.kill()
 
     async def start(self) -> None:
         """Start, and wait until this machine is in.
@@ -171,8 +197,9 @@ class Cloud:
             await self.service.start()
             if self._far is not None:
                 await self._far.start(*self.service.servers)
-            await self._agent.start()
-            await self.service.wait_for_machine(MACHINE_TIMEOUT)
+            await self._agents.start()
+            if isinstance(self._agents, AgentProcess):  # nodes of a cluster may join at any time
+                await self.service.wait_for_machine(MACHINE_TIMEOUT)
         finally:
             patience.cancel()
 
@@ -181,7 +208,7 @@ class Cloud:
         async with contextlib.AsyncExitStack() as last_first:
             last_first.push_async_callback(asyncio.to_thread, shutil.rmtree, self._run_dir, ignore_errors=True)
             last_first.callback(self.store.close)
-            last_first.push_async_callback(self._agent.stop)
+            last_first.push_async_callback(self._agents.stop)
             last_first.push_async_callback(self._background.join)
             last_first.push_async_callback(self.service.close)
             if self._far is not None:

@@ -64,6 +64,11 @@ class FarMachines:
         )  # fmt: skip
         self._door: Door | None = None
 
+    @property
+    def host(self) -> str | None:
+        """By which machines reach the cloud, where it listens at one address alone."""
+        return None if self._address.host in EVERYWHERE else self._address.host
+
     async def start(self, control: ControlServer, robots: LinkServer) -> None:
         """Listen, and say where, for those who make tickets.
 

@@ -26,7 +26,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--balancer", default="ppaas", metavar="NAME", help="chooses machines for containers (%(default)s)"
     )
     parser.add_argument(
-        "--runtime", default="process", metavar="NAME", help="starts containers: process, docker (%(default)s)"
+        "--runtime",
+        default="process",
+        metavar="NAME",
+        help="starts containers: process, docker; ray: processes on the nodes of a Ray cluster (%(default)s)",
+    )
+    parser.add_argument(
+        "--ray-address",
+        metavar="HOST:PORT",
+        help="head of the Ray cluster for --runtime ray (auto: the one that was started on this host)",
     )
     parser.add_argument(
         "--allow",
