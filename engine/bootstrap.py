@@ -31,6 +31,7 @@ from engine.router import RouterProcess
 from engine.run_dir import make_run_dir
 from engine.runtimes import registry as runtimes
 from engine.service import CloudService
+from engine.terms import Runs
 from engine.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
 from ppaas.errors import InvalidInput
 from ppaas.messages.ppaas_msgs import NodeHome
@@ -105,6 +106,7 @@ def _far_machines(config: CloudConfig, cloud: str) -> FarMachines:
         store=config.store,
         map_store=config.map_store,
         own=config.machine,
+        runs=Runs(config.runtime, config.image, config.allowed),
     )
 
 

@@ -14,7 +14,7 @@ from engine.links.authority import Authority
 from engine.links.door import Door
 from engine.links.private_files import write_private
 from engine.links.tickets import Ticket, Tickets
-from engine.terms import Terms
+from engine.terms import Runs, Terms
 from engine.zenoh_config import Credentials, Peering
 from ppaas.errors import InvalidInput, NotFound, Unavailable
 
@@ -39,6 +39,8 @@ class FarMachines:
         URLs of the stores.
     own : str
         Name of the cloud's own machine.
+    runs : Runs
+        How containers run.
 
     Raises
     ------
@@ -48,7 +50,17 @@ class FarMachines:
         The address is not ours.
     """
 
-    def __init__(self, folder: Path, address: TlsAddress, *, cloud: str, store: str, map_store: str, own: str) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        address: TlsAddress,
+        *,
+        cloud: str,
+        store: str,
+        map_store: str,
+        own: str,
+        runs: Runs = Runs(),  # noqa: B008 - it is frozen
+    ) -> None:
         for url in (store, map_store):
             check_reachable(url)
         self._folder = folder
@@ -56,10 +68,11 @@ class FarMachines:
         self._address = address
         self._desk = JoinDesk(self._authority, Tickets(folder / "tickets"), frozenset((own,)))
         router = address._replace(port=address.port + 1 if address.port else _free_port(address.host))
-        self._terms = Terms(cloud, store, map_store, router.port, Credentials("agent", secrets.token_urlsafe(32)))
+        credentials = Credentials("agent", secrets.token_urlsafe(32))
+        self._terms = Terms(cloud, store, map_store, router.port, credentials, runs)
         identity = self._authority.identity
         self.peering = Peering(
-            str(identity.key), str(identity.certificate), str(identity.authority), self._terms.fabric,
+            str(identity.key), str(identity.certificate), str(identity.authority), credentials,
             listen=(f"tls/{router.authority}",),
         )  # fmt: skip
         self._door: Door | None = None

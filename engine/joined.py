@@ -117,6 +117,9 @@ def config_of(membership: Membership, options: Options, terms: Terms, run_dir: P
         labels=options.labels,
         peering=membership.peering(terms),
         away=Away(str(membership.folder), terms.cloud),
+        runtime=terms.runs.runtime,
+        image=terms.runs.image,
+        allowed=terms.runs.allowed,
     )
 
 

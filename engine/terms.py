@@ -2,7 +2,26 @@
 
 import msgspec
 
+from engine.runtimes.registry import DEFAULT
 from engine.zenoh_config import Credentials
+
+
+class Runs(msgspec.Struct, frozen=True):
+    """How containers run, on all machines alike: none must be less strict with them than the administrator wants.
+
+    Parameters
+    ----------
+    runtime : str
+        Starts them.
+    image : str
+        Image that they run from, for a runtime that has images.
+    allowed : tuple of str
+        Other people's plug-ins that may run, each as ``group:name`` of its entry point.
+    """
+
+    runtime: str = DEFAULT
+    image: str = ""
+    allowed: tuple[str, ...] = ()
 
 
 class Terms(msgspec.Struct, tag="terms"):
@@ -18,6 +37,8 @@ class Terms(msgspec.Struct, tag="terms"):
         Where the cloud's router takes those of other hosts.
     fabric : Credentials
         Of all routers of the cloud.
+    runs : Runs
+        How containers run.
     """
 
     cloud: str
@@ -25,3 +46,4 @@ class Terms(msgspec.Struct, tag="terms"):
     map_store: str
     fabric_port: int
     fabric: Credentials
+    runs: Runs = Runs()

@@ -16,6 +16,7 @@ from engine.links.address import TlsAddress
 from engine.links.identity import stranger_context
 from engine.links.sockets import dial
 from engine.membership import Membership, join, membership_in
+from engine.terms import Runs
 from ppaas.errors import Conflict, InvalidInput, NotFound, NotPermitted, Unavailable
 from tests.engine.test_control_server import Events
 from tests.support.engine_links import receive, register
@@ -34,8 +35,9 @@ class Cloud:
         (folder / "store.sqlite").touch()
         self.stores = f"sqlite:///{folder / 'store.sqlite'}", f"file:///{folder}"
         self.far = FarMachines(
-            self.folder, ANYWHERE, cloud="the cloud", store=self.stores[0], map_store=self.stores[1], own="local"
-        )
+            self.folder, ANYWHERE, cloud="the cloud", store=self.stores[0], map_store=self.stores[1], own="local",
+            runs=Runs("docker", "an-image", ("ppaas.planners:mine",)),
+        )  # fmt: skip
         self.control = ControlServer(sockets / "control.sock", "secret", self.events)
 
     async def start(self) -> None:
@@ -87,6 +89,7 @@ async def test_it_learns_the_terms_and_what_its_agent_is_told_follows_from_them(
     assert config.peering is not None and config.peering.connect == (f"tls/127.0.0.1:{terms.fabric_port}",)
     assert config.peering.credentials == cloud.far.peering.credentials
     assert (config.cores, config.labels) == (2, {"gpu": "no"})
+    assert (config.runtime, config.image, config.allowed) == ("docker", "an-image", ("ppaas.planners:mine",))
 
 
 async def test_stores_that_are_not_there_are_not_made(cloud: Cloud, tmp_path: Path) -> None:
