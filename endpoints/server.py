@@ -39,6 +39,9 @@ RAY = "ray"
 RAY_LISTENS = "0.0.0.0:8501"
 """Where the nodes of a Ray cluster arrive, and at the next port their routers, unless something else is said."""
 
+MACHINE_SETTINGS = "machine-settings.json"
+"""File within the data folder for what administrators say of machines."""
+
 MACHINES = "machines"
 """Folder within the data folder for certificates and tickets of machines of other hosts."""
 
@@ -85,6 +88,7 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
         outbox=str(data / "outbox.sqlite"),
         listen_machines=arguments.listen_machines or (RAY_LISTENS if on_ray else None),
         machines=str(data / MACHINES),
+        machine_settings=str(data / MACHINE_SETTINGS),
         cores=arguments.cores,
         balancer=arguments.balancer,
         runtime="process" if on_ray else arguments.runtime,

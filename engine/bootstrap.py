@@ -70,6 +70,8 @@ class CloudConfig:
         Of each user who has no limits of the user's own.
     linger : float
         Seconds that a clone waits for its robot to come back.
+    machine_settings : str, optional
+        File for what administrators say of machines; without it, that ends with the cloud.
     balancer : str
         Chooses machines for containers.
     runtime : str
@@ -91,6 +93,7 @@ class CloudConfig:
     cores: int | None = None
     quota: Quota = field(default_factory=Quota)
     linger: float = LINGER
+    machine_settings: str | None = None
     balancer: str = DEFAULT
     runtime: str = runtimes.DEFAULT
     image: str = ""
@@ -146,6 +149,9 @@ class Cloud:
             machine_frozen=self._kill_frozen,
             machine_removed=self._end_if_own,
         )
+        if config.machine_settings is not None:
+            self.service.administration.keep_in(Path(config.machine_settings))
+        self.service.administration.admit(config.machine)  # its agent is started with us
         self.sessions = RobotSessions(self.service, self.store, self.map_store, config.linger)
         self._planning = Planning(self.service)
         self._nodes = RobotNodes(self.service)

@@ -70,7 +70,7 @@ class Master:
         self._waiting: dict[str, None] = {}
         self._moving: set[str] = set()
         self._draining: set[str] = set()
-        self._removed: set[str] = set()
+        self.removed: set[str] = set()
 
     # -- what users want -----------------------------------------------------------------------------------------------
 
@@ -156,7 +156,7 @@ class Master:
         if carries and not force:
             raise Conflict(f"machine {machine_id!r} carries {carries} containers: drain it first, or force it")
         self.settings.pop(machine_id, None)
-        self._removed.add(machine_id)
+        self.removed.add(machine_id)
         return self.machine_left(machine_id)
 
     def _apply(self, settings: MachineSettings, machine: Machine) -> None:
@@ -168,7 +168,7 @@ class Master:
 
     def admit(self, machine_id: str) -> None:
         """Let a machine in again that was removed."""
-        self._removed.discard(machine_id)
+        self.removed.discard(machine_id)
 
     def machine(self, machine_id: str) -> Machine:
         """Return a machine; ``NotFound`` if there is none."""
@@ -186,7 +186,7 @@ class Master:
         NotPermitted
             An administrator removed it.
         """
-        if machine.id in self._removed:
+        if machine.id in self.removed:
             raise NotPermitted(f"machine {machine.id!r} was removed: an administrator can admit it again")
         orders = self.machine_left(machine.id)
         self._apply(self.settings.get(machine.id, machine.settings), machine)
