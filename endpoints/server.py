@@ -95,6 +95,7 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
         ray_address=arguments.ray_address or ("auto" if on_ray else None),
         image=arguments.image,
         allowed=tuple(arguments.allow),
+        node_priorities=tuple(filter(None, arguments.node_priorities.split(","))),
         linger=arguments.linger,
         quota=Quota(**dict(arguments.quota)),
     )

@@ -19,6 +19,7 @@ from engine.links.address import UnixAddress, parse_host_port
 from engine.machine_settings import MachineSettings
 from engine.master import Master
 from engine.model import MapVersion
+from engine.monitor.parameters import monitor_parameters
 from engine.plan_rate import PlanRate
 from engine.planning import Planning
 from engine.quotas import Quota, Quotas
@@ -78,6 +79,8 @@ class CloudConfig:
         Starts the containers of this machine.
     image : str
         Image that they run from, for a runtime that has images.
+    node_priorities : tuple of str
+        What node monitors go by, where a robot's file says nothing else; empty for their own order.
     allowed : tuple of str
         Other people's plug-ins that may run in the cloud, each as ``group:name`` of its entry point.
     ray_address : str, optional
@@ -97,6 +100,7 @@ class CloudConfig:
     balancer: str = DEFAULT
     runtime: str = runtimes.DEFAULT
     image: str = ""
+    node_priorities: tuple[str, ...] = ()
     allowed: tuple[str, ...] = ()
     ray_address: str | None = None
 
@@ -130,6 +134,7 @@ class Cloud:
 
     def __init__(self, config: CloudConfig) -> None:
         balancer = BALANCERS.create(config.balancer, {})
+        monitor_parameters({"priorities": config.node_priorities} if config.node_priorities else {})
         self._own = config.machine
         self._background = Background()
         runtimes.RUNTIMES.load(config.runtime)  # one that is unknown is told here, not by a machine that never comes
@@ -152,7 +157,9 @@ class Cloud:
         if config.machine_settings is not None:
             self.service.administration.keep_in(Path(config.machine_settings))
         self.service.administration.admit(config.machine)  # its agent is started with us
-        self.sessions = RobotSessions(self.service, self.store, self.map_store, config.linger)
+        self.sessions = RobotSessions(
+            self.service, self.store, self.map_store, config.linger, node_priorities=config.node_priorities
+        )
         self._planning = Planning(self.service)
         self._nodes = RobotNodes(self.service)
         self._agents = self._on_ray(watcher) if watcher is not None else self._here(config, secret, instance)

@@ -4,7 +4,10 @@ import asyncio
 import logging
 from collections import Counter
 
+from msgspec.structs import replace
+
 from engine.model import MapVersion, RobotConfig
+from engine.monitor.parameters import with_priorities
 from engine.place_link import PlaceLink
 from engine.places import PlaceRequest
 from engine.service import CloudService
@@ -31,9 +34,20 @@ class RobotSessions:
         Know the robots and the versions of their maps.
     linger : float
         Seconds that a place without clients is kept.
+    node_priorities : tuple of str
+        What the node monitor goes by, where a robot's file says nothing else; empty for its own order.
     """
 
-    def __init__(self, service: CloudService, store: Store, map_store: MapStore, linger: float = LINGER) -> None:
+    def __init__(
+        self,
+        service: CloudService,
+        store: Store,
+        map_store: MapStore,
+        linger: float = LINGER,
+        *,
+        node_priorities: tuple[str, ...] = (),
+    ) -> None:
+        self._node_priorities = node_priorities
         self._service = service
         self._store = store
         self._map_store = map_store
@@ -109,6 +123,7 @@ class RobotSessions:
         if not version.readable_by(user):
             raise NotPermitted(f"map {record.map!r} is not shared with {user!r}")
         config = robot_config(record, urdf)
+        config = replace(config, parameters=with_priorities(config.parameters, self._node_priorities))
         return PlaceRequest(user, MapVersion(version.id, version.version), record.cores, config, labels=record.labels)
 
     def _urdf(self, user: str, robot: str) -> RobotDescription | None:

@@ -72,6 +72,13 @@ def _add_limits(parser: argparse.ArgumentParser) -> None:
         help=f"what every user may have: {', '.join(QUOTAS)}; may be given for each",
     )
     parser.add_argument(
+        "--node-priorities",
+        default="",
+        metavar="CRITERION,...",
+        help="what says which nodes robots run themselves, the weightiest first (computation_power, node_properties, "
+        "network_bandwidth)",
+    )
+    parser.add_argument(
         "--linger", type=_seconds, default=30.0, help="seconds that a clone waits for its robot (%(default)s)"
     )
     parser.add_argument(

@@ -8,8 +8,7 @@ from engine.model import RobotConfig
 from engine.monitor.hands import GraphHands
 from engine.monitor.history import Rates
 from engine.monitor.node import NodeMonitorNode
-from engine.monitor.parameters import NAME, NodeMonitorParameters
-from ppaas.nodes.checks import read_parameters
+from engine.monitor.parameters import NAME, monitor_parameters
 from ppaas.nodes.graph import Graph
 
 
@@ -39,7 +38,7 @@ class Monitoring:
     def __init__(self, graph: Graph, robot: RobotConfig, build: Callable[[Sequence[str]], None]) -> None:
         self.changed: Callable[[], None] = lambda: None
         self.rates = Rates()
-        parameters = read_parameters(NodeMonitorParameters, NAME, robot.parameters.get(NAME, {}))
+        parameters = monitor_parameters(robot.parameters.get(NAME, {}))
         hands = GraphHands(graph, of_clone(robot), lambda node: build((node,)), self._nodes_changed)
         graph.add(lambda context: NodeMonitorNode(context, hands, self.rates, parameters))
 

@@ -1,11 +1,12 @@
 """Parameters of the node monitor."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from msgspec import Meta
 
 from ppaas.errors import InvalidParameter
 from ppaas.nodes.base import Parameters
+from ppaas.nodes.checks import read_parameters
 
 NAME = "node_monitor"
 
@@ -60,3 +61,22 @@ class NodeMonitorParameters(Parameters, frozen=True):
             raise InvalidParameter(f"priorities of {NAME} name one or more of {', '.join(CRITERIA)}, each once")
         if self.weak_power >= self.strong_power:
             raise InvalidParameter(f"weak_power of {NAME} must be less than strong_power")
+
+
+def monitor_parameters(table: dict[str, Any]) -> NodeMonitorParameters:
+    """Return the parameters that a table gives.
+
+    Raises
+    ------
+    InvalidParameter
+        One is unknown, or cannot be.
+    """
+    return read_parameters(NodeMonitorParameters, NAME, table)
+
+
+def with_priorities(parameters: dict[str, Any], priorities: tuple[str, ...]) -> dict[str, Any]:
+    """Return the parameters of a clone by node, with the cloud's priorities where the robot's file names none."""
+    own = parameters.get(NAME, {})
+    if not priorities or not isinstance(own, dict):  # what is no table of parameters is told by the clone
+        return parameters
+    return {**parameters, NAME: {"priorities": list(priorities), **own}}

@@ -4,6 +4,7 @@ import pytest
 
 from engine import bootstrap
 from engine.bootstrap import Cloud, CloudConfig
+from ppaas.errors import InvalidParameter
 
 
 @pytest.mark.parametrize(("usual", "told"), [(0.0, True), (600.0, False)])
@@ -17,4 +18,10 @@ async def test_a_start_that_takes_longer_than_usual_says_why(tmp_path, short_pat
     finally:
         await cloud.close()
     assert (bootstrap.STILL_STARTING in caplog.text) is told
+    assert list(short_path.iterdir()) == []
+
+
+async def test_priorities_that_are_none_are_refused_before_anything_is_made(short_path):
+    with pytest.raises(InvalidParameter, match="node_monitor"):
+        Cloud(CloudConfig("memory:", "memory:", node_priorities=("luck",)))
     assert list(short_path.iterdir()) == []

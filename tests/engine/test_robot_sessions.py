@@ -247,3 +247,14 @@ async def test_the_machine_of_a_robot_must_have_the_labels_that_its_file_asks_fo
     store.put_robot(records.robot("tb1", user="ann", map="house", labels={"zone": "a"}))
     place = await sessions.join("ann", "tb1", as_robot=True)
     assert service._master.places[place.key].request.labels == {"zone": "a"}
+
+
+async def test_a_place_knows_what_the_cloud_says_of_node_monitors(
+    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    sessions = RobotSessions(service, store, map_store, LONG, node_priorities=("network_bandwidth",))
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    request = service._master.places[place.key].request
+    assert request.robot is not None
+    assert request.robot.parameters["node_monitor"] == {"priorities": ["network_bandwidth"]}
+    await sessions.close()

@@ -7,6 +7,7 @@ import pytest
 from engine.model import RobotConfig
 from engine.monitor.hands import GraphHands
 from engine.monitor.monitoring import Monitoring, of_clone
+from engine.monitor.parameters import NodeMonitorParameters, monitor_parameters, with_priorities
 from ppaas.costmap.build import build_layers
 from ppaas.errors import InvalidParameter
 from ppaas.maps.generate import office
@@ -58,3 +59,14 @@ def test_a_parameter_that_cannot_be_is_refused(said: dict[str, object]) -> None:
     robot = RobotConfig("tb1", "turtlebot2", (2.0, 2.0, 0.0), "dijkstra", "dwa", {"node_monitor": said})
     with pytest.raises(InvalidParameter, match="node_monitor"):
         Monitoring(Graph(), robot, lambda _: None)
+
+
+def test_the_priorities_of_the_cloud_hold_where_the_robots_file_names_none() -> None:
+    cloud = ("network_bandwidth",)
+    assert with_priorities({"amcl": {}}, cloud) == {"amcl": {}, "node_monitor": {"priorities": ["network_bandwidth"]}}
+    own = {"node_monitor": {"priorities": ["node_properties"], "patience": 9.0}}
+    assert with_priorities(own, cloud) == own
+    merged = with_priorities({"node_monitor": {"patience": 9.0}}, cloud)
+    assert monitor_parameters(merged["node_monitor"]) == NodeMonitorParameters(priorities=cloud, patience=9.0)
+    assert with_priorities({}, ()) == {}
+    assert with_priorities({"node_monitor": 3}, cloud) == {"node_monitor": 3}
