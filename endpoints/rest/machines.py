@@ -44,8 +44,8 @@ async def change_machine(
     """Change labels and limits of a machine, or drain it, by a JSON merge patch (RFC 7396).
 
     What it carries already stays, whatever its new limits. From a machine that is drained the clones move one after
-    the other to machines that have room; their robots stay connected. All of it is kept while the cloud runs, also
-    while the machine is away.
+    the other to machines that have room; their robots stay connected. All of it is kept, also while the machine is
+    away.
     """
     before = services.cloud.machine_settings(machine_id)
     services.cloud.configure_machine(machine_id, _changed(before, change.model_dump(exclude_unset=True)))
