@@ -16,7 +16,7 @@ from engine.runtimes.base import Premises, Runtime
 from engine.runtimes.docker_container import Booth, DockerContainer
 from engine.runtimes.docker_engine import DockerEngine
 from engine.runtimes.docker_limits import of_spare
-from engine.runtimes.fork_server import ForkServer
+from engine.runtimes.fork_server import UNHEARD, ForkServer
 from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
@@ -65,6 +65,8 @@ class DockerRuntime(Runtime):
         self._live: dict[str, DockerContainer] = {}
         self._ended: dict[str, int] = {}
         self._background = Background()
+        self._connecting = asyncio.Lock()
+        self._connected = False
         self._closed = False
 
     @classmethod
@@ -80,12 +82,18 @@ class DockerRuntime(Runtime):
         Unavailable
             There is no engine, no such image, or nothing can be run from it.
         """
-        await self._engine.connect(self._died)
+        await self._connect()
         await self._maps.warm(self._maps.forget)  # layers of maps are made in processes of the machine itself
         for _ in range(self._wanted):
             self._order()
         if self._spares:
             await asyncio.shield(self._spares[0])
+
+    async def _connect(self) -> None:
+        async with self._connecting:
+            if not self._connected:
+                await self._engine.connect(self._died, self._lost)
+                self._connected = True
 
     async def launch(self, launch: Launch) -> DockerContainer:
         """Tell a spare what it is.
@@ -97,6 +105,8 @@ class DockerRuntime(Runtime):
         """
         for _ in range(ATTEMPTS):
             container = await self._next()
+            if container.has_ended:
+                continue
             try:
                 await container.become(launch)
             except BaseException as error:
@@ -130,6 +140,7 @@ class DockerRuntime(Runtime):
         """Take a spare out, the warm ones first, and have another started."""
         if self._closed:
             raise Unavailable("this runtime is closed")
+        await self._connect()
         self._order()
         taken = next((spare for spare in self._spares if spare.done()), self._spares[0])
         self._spares.remove(taken)
@@ -163,3 +174,11 @@ class DockerRuntime(Runtime):
             self._live.pop(container).end(status)
         else:
             self._ended[container] = status  # before the engine had answered that it is started
+
+    def _lost(self) -> None:
+        """Give up what the engine had: whether it runs on, nobody tells, and what does is removed."""
+        logger.error("the Docker engine ended; its %d containers are lost", len(self._live))
+        self._connected = False
+        lost, self._live = tuple(self._live.values()), {}
+        for container in lost:
+            container.end(UNHEARD)

@@ -7,6 +7,7 @@ import os
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -61,15 +62,18 @@ class DockerEngine:
         self._threads = ThreadPoolExecutor(THREADS, "docker")
         self._client: DockerClient | None = None
         self._events: Any = None
+        self._closed = False
         self._under_way: set[asyncio.Future[Any]] = set()
 
-    async def connect(self, died: Died) -> None:
+    async def connect(self, died: Died, lost: Callable[[], None]) -> None:
         """Find the engine and the image, remove what dead clouds have left, and watch.
 
         Parameters
         ----------
         died : callable
             Told on the loop of each container that ended: its id, and its exit status, negative for a signal.
+        lost : callable
+            Told on the loop when the engine tells nothing any more: it has ended. To go on, connect again.
 
         Raises
         ------
@@ -80,7 +84,8 @@ class DockerEngine:
         await self._call(self._sweep)
         self._events = await self._call(self._listen)
         loop = asyncio.get_running_loop()
-        threading.Thread(target=self._watch, args=(self._events, loop, died), name="docker-events", daemon=True).start()
+        watch = (self._events, partial(_tell, loop, died), partial(_tell, loop, lost))
+        threading.Thread(target=self._watch, args=watch, name="docker-events", daemon=True).start()
 
     async def run(self, command: Sequence[str], places: Mapping[str, Path], limits: Mapping[str, Any]) -> str:
         """Start a container that may do nothing but compute, and return its id.
@@ -129,6 +134,7 @@ class DockerEngine:
             await asyncio.wait(self._under_way)  # else one that is just being started would be left
         with contextlib.suppress(Unavailable):
             await self._call(self._remove_all)
+        self._closed = True
         if self._events is not None:
             self._events.close()
         if self._client is not None:
@@ -179,12 +185,17 @@ class DockerEngine:
         filters = {"type": "container", "event": "die", "label": f"{INSTANCE}={self._instance}"}
         return self._client.events(decode=True, filters=filters)
 
-    def _watch(self, events: Any, loop: asyncio.AbstractEventLoop, died: Died) -> None:
-        for event in events:
-            actor = event["Actor"]
-            status = int(actor["Attributes"]["exitCode"])
-            with contextlib.suppress(RuntimeError):  # the loop has ended, and nobody waits any longer
-                loop.call_soon_threadsafe(died, actor["ID"], KILLED - status if status > KILLED else status)
+    def _watch(self, events: Any, died: Died, lost: Callable[[], None]) -> None:
+        try:
+            for event in events:
+                actor = event["Actor"]
+                status = int(actor["Attributes"]["exitCode"])
+                died(actor["ID"], KILLED - status if status > KILLED else status)
+        except (DockerException, RequestException, OSError, ValueError) as error:
+            logger.warning("the Docker engine broke off: %s", error)
+        finally:
+            if not self._closed:
+                lost()
 
     def _run(self, command: Sequence[str], mounts: list[Mount], limits: Mapping[str, Any]) -> str:
         container = self._containers.run(
@@ -216,6 +227,11 @@ class DockerEngine:
         ours = {"label": f"{INSTANCE}={self._instance}"}
         for container in self._containers.list(all=True, filters=ours, ignore_removed=True):
             _remove(container)
+
+
+def _tell(loop: asyncio.AbstractEventLoop, told: Callable[..., None], *arguments: object) -> None:
+    with contextlib.suppress(RuntimeError):  # the loop has ended, and nobody waits any longer
+        loop.call_soon_threadsafe(told, *arguments)
 
 
 def _remove(container: Any) -> None:

@@ -15,6 +15,7 @@ import pytest
 from engine.instances import instance_name
 from engine.runtimes.base import Premises
 from engine.runtimes.docker import DockerRuntime
+from engine.runtimes.fork_server import UNHEARD
 from ppaas.errors import Unavailable
 from tests.support.docker_engine import TEST_IMAGE, containers, image_for_tests, run
 from tests.support.launches import Reports
@@ -141,3 +142,19 @@ async def test_the_extra_that_is_missing_is_named() -> None:
     script = "import sys; sys.modules['docker'] = None\nimport engine.runtimes.docker"
     done = await asyncio.to_thread(subprocess.run, [sys.executable, "-c", script], capture_output=True, text=True)
     assert "pip install 'ppaas[docker]'" in done.stderr
+
+
+@pytest.mark.docker
+async def test_an_engine_that_breaks_off_loses_its_containers_and_is_found_again(
+    runtime: DockerRuntime, reports: Reports, premises: Premises
+) -> None:
+    container = await runtime.launch(reports.launch())
+    assert (await reports.next()).pid
+    runtime._engine._events.close()
+    assert await container.wait() == UNHEARD
+    launch = reports.launch()
+    again = await runtime.launch(launch)
+    assert (await reports.next()).container == launch.spec.id
+    again.kill()
+    assert await again.wait() == -signal.SIGKILL
+    await until(lambda: container.id not in containers(premises.instance), 10.0)
