@@ -1,6 +1,5 @@
 """The machines of a cloud that are nodes of a Ray cluster, as the cloud has them started and ended."""
 
-from engine.ray_nodes.config import WatchConfig
 from engine.ray_nodes.watcher_process import WatcherProcess
 from engine.router import RouterProcess
 
@@ -10,19 +9,14 @@ class RayMachines:
 
     Parameters
     ----------
-    config : WatchConfig
-        Which cluster, for which cloud.
+    watcher : WatcherProcess
+        Of the cluster.
     router : RouterProcess
         Of the cloud: the routers of the nodes meet there, as there is no agent here that has one.
-
-    Raises
-    ------
-    InvalidInput
-        The extra is not installed, or the address is none.
     """
 
-    def __init__(self, config: WatchConfig, router: RouterProcess) -> None:
-        self._watcher = WatcherProcess(config)
+    def __init__(self, watcher: WatcherProcess, router: RouterProcess) -> None:
+        self._watcher = watcher
         self._router = router
 
     async def start(self) -> None:
