@@ -78,9 +78,8 @@ class RayNode:
         return found
 
     def agent(self) -> psutil.Process:
-        """Return the agent of its machine."""
-        (found,) = self.find("engine.ray_nodes.agent")
-        return found
+        """Return the agent of its machine; one whose actor was killed may be about to end."""
+        return max(self.find("engine.ray_nodes.agent"), key=lambda process: process.create_time())
 
     def raylet(self) -> psutil.Process:
         """Return what makes it a node."""
@@ -134,14 +133,20 @@ class RayCluster:
         """Return a node that has joined; Ray tells of it a moment later."""
         return self._begin(f"--address={self.address}", f"--num-cpus={cores}", *arguments)
 
+    def _wait_until_clean(self) -> None:
+        """Wait until the last agents have ended by themselves, and left nothing."""
+        deadline = time.monotonic() + END_TIMEOUT
+        while left := sorted(path.name for path in self.runs.glob("ppaas-*")):
+            assert time.monotonic() < deadline, f"left in the folder for temporary files: {left}"
+            time.sleep(0.05)
+
     def stop(self) -> None:
         """End all nodes, the head last, and look at whether something was left."""
         try:
             for node in reversed(self.nodes):
                 if node.process.poll() is None:
                     node.leave()
-            left = sorted(path.name for path in self.runs.glob("ppaas-*"))
-            assert not left, f"left in the folder for temporary files: {left}"
+            self._wait_until_clean()
         finally:
             for node in self.nodes:
                 _kill(node.family())

@@ -138,6 +138,7 @@ async def test_robots_of_two_maps_drive_on_two_nodes_and_go_on_where_nodes_die_a
             record_property("ready_s", [container["ready_seconds"] for container in before.values()])
             crashed = await crash(rest, before["r1"])
             record_property("crash_to_ready_s", crashed)
+            record_property("ready_again_s", (await containers(rest))["r1"]["ready_seconds"])
             await limit(rest, host_of, 100)
             lost = nodes.pop(host_of[before["r2"]["machine"]])
             record_property("node_lost_to_ready_s", await lose(rest, lost, before["r2"]))
@@ -203,8 +204,7 @@ async def test_what_dies_on_a_node_or_watches_nodes_comes_back_by_itself(
         (watcher,) = cloud.find("engine.ray_nodes.watcher")
         watcher.kill()
         for victim in ("engine.ray_nodes.agent", "ray::AgentActor"):
-            (process,) = node.find(victim)
-            process.kill()
+            max(node.find(victim), key=lambda process: process.create_time()).kill()
             await machines_when(rest, lambda all_: not all_)
             (again,) = await machines_when(rest, len)
             assert again["id"] == machine["id"], "it is the same node"
@@ -215,8 +215,11 @@ async def test_what_dies_on_a_node_or_watches_nodes_comes_back_by_itself(
         start = free_pose(office_map, seed=3)
         answer = await rest.plan("office-1", start, reachable_pose(office_map, start, seed=4, at_least=4.0))
         assert answer["plan_id"]
-        node.raylet().kill()
+        node.raylet().kill()  # Ray kills what is below it
         await machines_when(rest, lambda all_: not all_)
+        await asyncio.to_thread(cluster.join)
+        (other,) = await machines_when(rest, len)
+        assert other["id"] != machine["id"], "another node, which sweeps what the killed agent left"
 
 
 async def test_a_cloud_that_was_killed_finds_its_nodes_again(tmp_path: Path, cluster: RayCluster) -> None:
