@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from ppaas import plugins
 from tests.support.shares import place_in_line
 
 pytest_plugins = ["tests.servers.fixtures"]
@@ -35,6 +36,12 @@ def data() -> Path:
     if not folder.is_dir():
         pytest.skip("no real data: set PPAAS_DATA")
     return folder
+
+
+@pytest.fixture(autouse=True)
+def _permits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let no test permit plug-ins for those after it."""
+    monkeypatch.setattr(plugins, "_permitted", plugins._permitted)
 
 
 @pytest.fixture

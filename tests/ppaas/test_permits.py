@@ -1,6 +1,5 @@
 """Which plug-ins a process may load."""
 
-from collections.abc import Iterator
 from importlib.metadata import EntryPoint, distribution
 
 import pytest
@@ -32,13 +31,6 @@ def registry(monkeypatch: pytest.MonkeyPatch) -> PluginRegistry[Planner]:
     entries = [entry("ours", "ppaas"), entry("theirs", "another"), entry("more", "another"), entry("ours", "another")]
     monkeypatch.setattr(plugins, "entry_points", lambda group: entries)
     return PluginRegistry(GROUP, "planner", Planner, {})  # type: ignore[type-abstract]
-
-
-@pytest.fixture(autouse=True)
-def of_this_process() -> Iterator[None]:
-    before = plugins._permitted
-    yield
-    plugins._permitted = before
 
 
 def test_whoever_is_no_cloud_loads_what_is_installed(registry: PluginRegistry[Planner]) -> None:

@@ -34,6 +34,7 @@ KNOWN = {
     "token": "current",
     "machine_id": "m1",
     "container_id": "c1",
+    "node": "amcl",
 }
 """What is there, by the names of the paths' parameters."""
 
