@@ -12,7 +12,7 @@ def test_what_is_named_is_there(place):
 
 
 def test_tests_that_share_a_cloud_stay_together_and_go_first():
-    drives = {PurePath("tests/journeys/test_drive.py"), PurePath("tests/docs/test_readme.py")}
+    drives = {PurePath("tests/journeys/test_drive.py"), PurePath("tests/journeys/test_reuse.py")}
     assert {share_of(file) for file in drives} == {"drives"}
     other = PurePath("tests/ppaas/maps/test_files.py")
     assert share_of(other) == other.as_posix()

@@ -1,15 +1,23 @@
 """Which tests run one after the other where several processes share them (pytest-xdist).
 
-Robots drive in real time, so most of such a test is waiting: those that drive, those that kill, and all others run side
-by side. Within the first two a cloud is shared or the machine is strained, so they stay together; they go first, since
-they take longest.
+Robots drive in real time, so most of such a test is waiting: those that kill, those that bring machines and clouds of
+their own, those that share one cloud, and all others run side by side. Within the first three a cloud is shared or the
+machine is strained, so they stay together; they go first, since they take longest.
 """
 
 from pathlib import PurePath
 
-SHARES: dict[str, tuple[str, ...]] = {
+SHARES: dict[str, tuple[str, ...]] = {  # the first that a file is part of
     "deaths": ("tests/faults", "tests/joints", "tests/endpoints/test_server.py"),
-    "drives": ("tests/journeys", "tests/docs", "tests/robots/test_demo.py", "tests/robots/test_simulate.py"),
+    "clouds": (
+        "tests/journeys/test_two_machines.py",
+        "tests/journeys/test_local_nodes.py",
+        "tests/journeys/test_come_and_go.py",
+        "tests/docs",
+        "tests/robots/test_demo.py",
+        "tests/robots/test_simulate.py",
+    ),
+    "drives": ("tests/journeys",),
 }
 
 
