@@ -45,6 +45,7 @@ class Crossing:
         self._subscriptions: dict[str, Subscription[Message]] = {}
         self._hearing = ""
         self._waiting: deque[tuple[str, Message]] = deque(maxlen=MAX_WAITING)
+        self._unkept: deque[tuple[str, Message]] = deque(maxlen=MAX_WAITING)
         self._arrived = asyncio.Event()
 
     # -- nodes come and go ---------------------------------------------------------------------------------------------
@@ -68,6 +69,8 @@ class Crossing:
         def tell(message: Message) -> None:
             if self._process is not None and self._hearing != topic.name:
                 self._process.tell(topic.name, encode(message))
+                if topic.name.endswith(MUST_ARRIVE):
+                    self._unkept.append((topic.name, message))
 
         return await self._client.subscribe(topic.name, message_type(topic.type), tell)
 
@@ -101,6 +104,24 @@ class Crossing:
         finally:
             self._hearing = ""
         self._waiting.append((said.topic, message))
+        self._arrived.set()
+
+    # -- what a state that is known does not have in it ----------------------------------------------------------------
+
+    @property
+    def heard(self) -> int:
+        """How many messages that must arrive nodes were told since the last state that has them in it."""
+        return len(self._unkept)
+
+    def kept(self, count: int) -> None:
+        """Forget the first of these: a state that was asked for after them is known."""
+        for _ in range(min(count, len(self._unkept))):
+            self._unkept.popleft()
+
+    def say_again(self) -> None:
+        """Have the rest told to whoever goes on from the last state that is known."""
+        self._waiting.extend(self._unkept)
+        self._unkept.clear()
         self._arrived.set()
 
     async def run(self) -> None:

@@ -77,6 +77,7 @@ class LocalNodes:
         self._wanted: dict[str, str] = {}
         self._leases: dict[str, int] = {}
         self._states: dict[str, str] = {}
+        self._lost: dict[str, tuple[int, str]] = {}
         self._rtt = 0.0
         self.ready = asyncio.Event()
 
@@ -167,6 +168,8 @@ class LocalNodes:
 
     async def _see_to_nodes(self) -> None:
         try:
+            if self._lost:
+                await self._give_up()
             if self._process is not None and not self._process.alive:
                 await self._lose("the process of local nodes has ended")
             for node, wanted in tuple(self._wanted.items()):
@@ -214,10 +217,11 @@ class LocalNodes:
         return process
 
     async def _give_back(self, node: str) -> None:
-        process, lease = self._process, self._leases[node]
+        process, lease, heard = self._process, self._leases[node], self._crossing.heard
         if process is not None:
             try:
                 self._states[node] = (await process.ask(frames.Remove(node), frames.Removed)).state
+                self._crossing.kept(heard)
             except PPaaSError as error:
                 await self._lose(str(error))
                 return
@@ -237,14 +241,17 @@ class LocalNodes:
     async def _hold(self) -> None:
         """Say what still runs here, and how it is; what the cloud has given up meanwhile ends."""
         assert self._process is not None
+        heard = self._crossing.heard  # before it is asked, so these are in its states
         try:
             states = (await self._process.ask(frames.AskStates(), frames.States)).nodes
         except PPaaSError as error:
             await self._lose(str(error))
             return
+        told_states = {node: states.get(node, frames.NodeState(self._states[node])) for node in self._leases}
+        self._states |= {node: told.state for node, told in told_states.items()}
+        self._crossing.kept(heard)
         for node, lease in tuple(self._leases.items()):
-            told = states.get(node, frames.NodeState(self._states[node]))
-            self._states[node] = told.state
+            told = told_states[node]
             if not await self._still_held(ppaas_msgs.HoldNodeRequest(node, lease, told.state, told.seconds, self._rtt)):
                 logger.warning("%s goes on in the cloud, which heard nothing of it for too long", node)
                 await self._process.ask(frames.Remove(node), frames.Removed)
@@ -264,8 +271,15 @@ class LocalNodes:
         for node in lost:
             self._wanted[node] = "cloud"
             await self._crossing.close(node)
-        for node, lease in lost.items():
+        self._lost |= {node: (lease, failure) for node, lease in lost.items()}
+        await self._give_up()
+
+    async def _give_up(self) -> None:
+        """Tell the cloud what is lost here, until it has heard it, then what came for it since it was last known."""
+        for node, (lease, failure) in tuple(self._lost.items()):
             await self._give(node, lease, self._states.get(node, ""), failure)
+            del self._lost[node]
+        self._crossing.say_again()
 
     async def _end_process(self) -> None:
         process, self._process = self._process, None

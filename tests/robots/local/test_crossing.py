@@ -120,6 +120,33 @@ async def test_a_topic_is_heard_while_some_node_wants_it() -> None:
     assert client.subscriptions == {}
 
 
+async def test_goals_that_no_known_state_has_in_it_are_said_again() -> None:
+    planner = frames.Added("planner", [TF, frames.TopicName("move_base/goal", "move_base_msgs/MoveBaseActionGoal")], [])
+    made, client, process = await crossing(planner)
+    hear = client.subscriptions["move_base/goal"]
+    hear(_goal("first"))
+    heard = made.heard
+    hear(_goal("second"))
+    client.subscriptions["tf"](encode(TFMessage([])))
+    made.kept(heard)
+    made.say_again()
+    running = asyncio.create_task(made.run())
+    await asyncio.sleep(0)
+    await asyncio.sleep(0)
+    assert process.told == ["move_base/goal", "move_base/goal", "tf"]
+    assert [(topic, goal.goal_id.id, newest) for topic, goal, newest in client.sent] == [
+        ("move_base/goal", "second", False)
+    ]
+    assert made.heard == 0
+    running.cancel()
+
+
+def _goal(name: str) -> bytes:
+    pose = b'{"position":{"x":0,"y":0},"orientation":{"z":0,"w":1}}'
+    goal = b'{"target_pose":{"header":{"frame_id":"map"},"pose":%s}}' % pose
+    return b'{"header":{},"goal_id":{"id":"%s"},"goal":%s}' % (name.encode(), goal)
+
+
 ODOMETRY = (
     b'{"header":{"frame_id":"odom"},"child_frame_id":"base_link","pose":{"pose":{"position":{"x":0,"y":0},'
     b'"orientation":{"z":0,"w":1}}},"twist":{"twist":{}}}'
