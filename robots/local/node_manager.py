@@ -78,13 +78,14 @@ class LocalNodes:
         self._leases: dict[str, int] = {}
         self._states: dict[str, str] = {}
         self._lost: dict[str, tuple[int, str]] = {}
+        self._told = set[str]()
         self._rtt = 0.0
         self.ready = asyncio.Event()
 
     @property
     def running(self) -> frozenset[str]:
-        """Names of the nodes that run here."""
-        return frozenset(self._leases)
+        """Names of the nodes that run here, and are told by the cloud what they shall hear."""
+        return frozenset(self._leases.keys() & self._told)
 
     @property
     def pid(self) -> int | None:
@@ -198,7 +199,10 @@ class LocalNodes:
         except PPaaSError as error:
             await self._lose(str(error))
             return
+        self._told.discard(node)
         await self._crossing.open(added, process)
+        await self._call("list_nodes", ppaas_msgs.ListNodes, Empty())  # answered after what was subscribed before it
+        self._told.add(node)
         logger.info("%s runs here", node)
 
     async def _started(self) -> NodeProcess:
