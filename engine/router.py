@@ -19,6 +19,7 @@ import msgspec
 import zenoh
 
 from engine.heartbeats import BEAT_PERIOD, MISSED, Heartbeats
+from engine.links.private_files import write_private
 from engine.zenoh_config import Credentials, Peering, router_config
 from ppaas.errors import Unavailable
 
@@ -103,7 +104,7 @@ class RouterProcess:
             It did not come up.
         """
         self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        _write_private(self._folder / "credentials", f"{self.credentials.user}:{self.credentials.password}\n")
+        write_private(self._folder / "credentials", f"{self.credentials.user}:{self.credentials.password}\n".encode())
         self._process = await self._spawn()
         self._keeper = asyncio.create_task(self._keep(self._process))
 
@@ -190,13 +191,6 @@ async def _end(process: Process) -> None:
     except TimeoutError:
         process.kill()
         await process.wait()
-
-
-def _write_private(path: Path, text: str) -> None:
-    path.unlink(missing_ok=True)
-    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    with os.fdopen(descriptor, "w") as file:
-        file.write(text)
 
 
 def main() -> None:

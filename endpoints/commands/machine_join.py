@@ -6,6 +6,8 @@ import socket
 import tempfile
 from pathlib import Path
 
+from endpoints.core_count import core_count
+
 HELP = "make this host a machine of a cloud on another host, until SIGTERM or Ctrl-C"
 
 
@@ -15,7 +17,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "ticket", nargs="?", metavar="TICKET", help="of 'ppaas machine ticket' (not needed once it has joined)"
     )
     parser.add_argument("--name", default=socket.gethostname(), help="of the machine (%(default)s)")
-    parser.add_argument("--cores", type=_cores, help="CPUs that containers may use (all)")
+    parser.add_argument("--cores", type=core_count, help="CPUs that containers may use (all)")
     parser.add_argument(
         "--label", type=_label, action="append", default=[], metavar="KEY=VALUE", help="what the machine is like"
     )
@@ -52,13 +54,6 @@ def _become(folder: Path, options: object) -> None:
     os.execve(
         lean_python.PYTHON[0], [*lean_python.PYTHON, "-m", "engine.joined", str(folder)], lean_python.environment()
     )
-
-
-def _cores(text: str) -> int:
-    cores = int(text)
-    if cores < 1:
-        raise argparse.ArgumentTypeError(f"containers need 1 CPU or more, not {cores}")
-    return cores
 
 
 def _label(text: str) -> tuple[str, str]:

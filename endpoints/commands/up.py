@@ -4,6 +4,8 @@ import argparse
 import math
 from pathlib import Path
 
+from endpoints.core_count import core_count
+
 NAME = "up"
 HELP = "start the cloud on this machine"
 
@@ -21,7 +23,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--store", help="URL of the store for all but maps (sqlite in the data folder)")
     parser.add_argument("--map-store", help="URL of the store for maps (files in the data folder)")
     _add_machines(parser)
-    parser.add_argument("--cores", type=_cores, help="CPUs that containers may use (all)")
+    parser.add_argument("--cores", type=core_count, help="CPUs that containers may use (all)")
     parser.add_argument(
         "--balancer", default="ppaas", metavar="NAME", help="chooses machines for containers (%(default)s)"
     )
@@ -97,13 +99,6 @@ def _port(text: str) -> int:
     if not 0 <= port <= MAX_PORT:
         raise argparse.ArgumentTypeError(f"a port is from 0 to {MAX_PORT}, not {port}")
     return port
-
-
-def _cores(text: str) -> int:
-    cores = int(text)
-    if cores < 1:
-        raise argparse.ArgumentTypeError(f"containers need 1 CPU or more, not {cores}")
-    return cores
 
 
 def _quota(text: str) -> tuple[str, float]:
