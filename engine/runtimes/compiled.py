@@ -2,19 +2,23 @@
 
 Before numba looks into its cache it loads all that it would compile with, which takes a quarter of a second and 10 MB
 of the memory that all containers share. Only its runtime is needed for code that is compiled. With that code comes the
-bitcode from which other kernels could be compiled, which numba unpacks to 6 MB of objects; it is read again where
-something is linked with it. And a kernel names the modules of numba that its parts were written in, which only code
-that runs as Python looks into: 5 MB more. What is not in the cache is compiled as ever: whatever compiles loads the
-compiler itself, and reads what it asks for.
+bitcode from which other kernels could be compiled, which numba unpacks to 6 MB of objects; it is set aside in a file
+without a name, and read where something is linked with it. The cache is no place to read it from again: another process
+may have compiled the same kernel meanwhile, under other names. And a kernel names the modules of numba that its parts
+were written in, which only code that runs as Python looks into: 5 MB more. What is not in the cache is compiled as
+ever: whatever compiles loads the compiler itself, and reads what it asks for.
 
 Bytecode may differ where Python leaves documentation out (``-OO``), and numba looks for a kernel by its bytecode too. A
 kernel that was compiled with its documentation is taken all the same: an index is of one function of one source file.
 """
 
+import errno
 import functools
+import os
 import sys
+import tempfile
 from collections.abc import Callable
-from typing import Any
+from typing import IO, Any
 
 import llvmlite.binding as llvm
 from numba.core import environment
@@ -37,10 +41,10 @@ def load_without_compiler() -> None:
             del vars(context)["refresh"]
         if loaded is None:
             return None
-        _leave_in_cache(loaded.library, cache, signature)
         return loaded._replace(type_annotation="", metadata={})  # what it tells of itself, for nobody here to read
 
     Cache.load_overload = load_overload  # type: ignore[method-assign]
+    CPUCodeLibrary._unserialize = classmethod(_without_bitcode)  # type: ignore[method-assign,assignment]
     if sys.flags.optimize > 1:
         IndexDataCacheFile.load = _load_documented_too  # type: ignore[method-assign]
     environment._rebuild_env = _environment_without_module
@@ -78,20 +82,50 @@ def _load_documented_too(file: IndexDataCacheFile, key: tuple[Any, Any, tuple[st
     return next((found for other in documented if (found := _load(file, other)) is not None), None)
 
 
-def _leave_in_cache(library: CPUCodeLibrary, cache: Cache, signature: Any) -> None:
-    """Let go of a library's bitcode, and read it again when something is linked with it."""
-    module: llvm.ModuleRef = library._get_module_for_linking()  # type: ignore[no-untyped-call]
+_unserialize: Callable[..., CPUCodeLibrary] = CPUCodeLibrary._unserialize.__func__  # type: ignore[attr-defined]
+
+
+def _without_bitcode(kind: type[CPUCodeLibrary], codegen: Any, state: tuple[str, str, Any]) -> CPUCodeLibrary:
+    """Return a library that reads its bitcode when something is linked with it."""
+    library = _unserialize(kind, codegen, state)
+    module: llvm.ModuleRef | None = library._shared_module
+    if module is None:
+        return library
+    _, bitcode = state[2]
+    try:
+        read_back = _aside.put(bitcode)
+    except OSError:  # no room for it: it stays in memory
+        return library
 
     def read() -> llvm.ModuleRef:
-        key = cache._index_key(signature, library.codegen)  # type: ignore[no-untyped-call]
-        found = cache._cache_file.load(key)  # type: ignore[no-untyped-call]
-        if found is None:
-            raise RuntimeError(f"kernels were taken from the cache or changed in it since {library.name}: start anew")
-        (_, _, (_, bitcode)), *_ = found
-        library._shared_module = llvm.parse_bitcode(bitcode)
+        library._shared_module = llvm.parse_bitcode(read_back())
         del vars(library)["_get_module_for_linking"]
         return library._shared_module
 
     library._shared_module = None
     vars(library)["_get_module_for_linking"] = read
     module.close()
+    return library
+
+
+class _Aside:
+    """Bytes in a file without a name, which is gone with the last process that could read it."""
+
+    def __init__(self) -> None:
+        self._file: IO[bytes] | None = None
+        os.register_at_fork(after_in_child=self._begin_another)
+
+    def put(self, content: bytes) -> Callable[[], bytes]:
+        """Write bytes to the file; return what reads them, here and in processes that are forked from this one."""
+        if self._file is None:
+            self._file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  # as long as a kernel may ask
+        file, begin = self._file, self._file.seek(0, os.SEEK_END)
+        if file.write(content) < len(content):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return lambda: os.pread(file.fileno(), len(content), begin)
+
+    def _begin_another(self) -> None:
+        self._file = None  # both would write to the same place
+
+
+_aside = _Aside()

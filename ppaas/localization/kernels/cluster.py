@@ -6,12 +6,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.geometry import Pose2D
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mean_around(
     particles: NDArray[np.float64],
     weights: NDArray[np.float64],
-    pose: tuple[float, float, float],
+    pose: Pose2D,
     radius: float,
     turn: float,
 ) -> tuple[float, float, float]:
@@ -23,7 +25,7 @@ def mean_around(
         x, y [m], theta [rad].
     weights : (n,) array
         At least one that is near has a weight above 0.
-    pose : tuple of float
+    pose : Pose2D
         x, y [m], theta [rad].
     radius, turn : float
         How far off a particle may be [m, rad].
@@ -49,4 +51,4 @@ def mean_around(
 
 def warm() -> None:
     """Compile, or load what was compiled."""
-    mean_around(np.zeros((1, 3)), np.ones(1), (0.0, 0.0, 0.0), 1.0, 1.0)
+    mean_around(np.zeros((1, 3)), np.ones(1), Pose2D(0.0, 0.0, 0.0), 1.0, 1.0)

@@ -104,4 +104,5 @@ def score_scan(
 def warm() -> None:
     """Compile, or load what was compiled."""
     distance = np.zeros((1, 1), dtype=np.float32)
+    distance.flags.writeable = False  # as layers of a map are, which all robots share
     score_scan(np.zeros((1, 3)), np.zeros((1, 2)), distance, 0.05, np.zeros(3), np.ones(1))

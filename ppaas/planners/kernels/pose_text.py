@@ -125,3 +125,9 @@ def write_rows(rows: NDArray[np.float64], pieces: Text, ends: NDArray[np.uint64]
             behind[column + 1] += at - old
         at = _copy(text, old, old_end, text, at)
     return np.int64(at)
+
+
+def warm() -> None:
+    """Compile, or load what was compiled."""
+    pieces, text = np.frombuffer(bytes(1 + BLOCK), np.uint8), np.zeros(1 + WIDEST + BLOCK, np.uint8)
+    write_rows(np.zeros((1, 1)), pieces, np.ones(2, np.uint64), text)

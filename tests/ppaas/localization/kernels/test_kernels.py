@@ -80,8 +80,8 @@ def test_the_mean_around_a_pose_is_that_of_its_twin(seed, theta):
     particles = rng.normal((1.0, 2.0, theta), (0.6, 0.6, 0.7), (50, 3))
     particles[0] = 1.0, 2.0, theta
     weights = rng.uniform(0.1, 1.0, 50)
-    x, y, mean_theta = cluster.mean_around(particles, weights, (1.0, 2.0, theta), 0.75, 0.8)
-    expected = twin.mean_around(particles, weights, (1.0, 2.0, theta), 0.75, 0.8)
+    x, y, mean_theta = cluster.mean_around(particles, weights, Pose2D(1.0, 2.0, theta), 0.75, 0.8)
+    expected = twin.mean_around(particles, weights, Pose2D(1.0, 2.0, theta), 0.75, 0.8)
     assert (x, y) == pytest.approx(expected[:2])
     assert math.remainder(mean_theta - expected[2], 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
 
