@@ -12,10 +12,11 @@ from typing import Any
 from endpoints.client_calls import ClientCalls
 from endpoints.client_goals import ClientGoals
 from endpoints.outbox import DEFAULT_KEEP, KEEP, Outbox
-from endpoints.rights import Role, check_may_publish, must_arrive
+from endpoints.rights import Role, check_may_publish
 from engine.place_link import PlaceLink
 from ppaas.clock import monotonic
 from ppaas.errors import MalformedMessage, NotFound, PPaaSError, rebuild
+from ppaas.nodes.arrivals import must_arrive
 from ppaas.wire import operations
 from ppaas.wire.names import normalise, ros1_type
 from ppaas.wire.rosbridge import RosbridgeSession

@@ -1,4 +1,4 @@
-"""What a socket may say, by its role, and what must arrive."""
+"""What a socket may say, by its role."""
 
 from typing import Literal, cast
 
@@ -8,12 +8,6 @@ Role = Literal["robot", "operator"]
 
 SENSOR_TOPICS = frozenset({"scan", "odom", "tf", "tf_static"})
 """What only the robot itself can know."""
-
-STREAMS = SENSOR_TOPICS | {
-    "cmd_vel", "amcl_pose", "particlecloud", "plan",
-    "move_base/feedback", "move_base/status", "follow_waypoints/feedback", "follow_waypoints/status",
-}  # fmt: skip
-"""Topics on which the next message makes up for a lost one, whoever speaks: a node of the clone may be on the robot."""
 
 
 def role_of(name: str) -> Role:
@@ -39,8 +33,3 @@ def check_may_publish(role: Role, topic: str) -> None:
     """
     if role != "robot" and topic in SENSOR_TOPICS:
         raise NotPermitted(f"only the robot itself publishes {topic!r}")
-
-
-def must_arrive(topic: str) -> bool:
-    """Tell whether a message is kept until the clone has acknowledged it."""
-    return topic not in STREAMS

@@ -9,7 +9,8 @@ from typing import TypeVar
 
 from engine.short_jobs import Outcome, ShortJobs
 from ppaas.errors import PPaaSError
-from ppaas.nodes.graph import Graph, Work
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.jobs import Work
 
 logger = logging.getLogger(__name__)
 

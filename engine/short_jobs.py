@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Generic, NamedTuple, TypeVar
 
 from ppaas.clock import Clock, monotonic
-from ppaas.nodes.graph import Work
+from ppaas.nodes.jobs import Work
 
 T = TypeVar("T")
 

@@ -6,9 +6,12 @@ from typing import Protocol
 import msgspec
 
 from engine.model import RobotConfig
+from ppaas.messages import decode
+from ppaas.messages.ppaas_msgs import TopicMessage
+from ppaas.nodes.arrivals import must_arrive
 from ppaas.nodes.base import Checkpoint, Demands
 from ppaas.nodes.clone import MOVABLE
-from ppaas.nodes.graph import Graph
+from ppaas.nodes.graph import Graph, Tap
 
 
 class Hands(Protocol):
@@ -21,12 +24,16 @@ class Hands(Protocol):
         """Return all nodes of the clone, wherever they run, and what they demand."""
         ...
 
-    def take_out(self, node: str) -> str:
-        """Let a node leave; return its checkpoint."""
+    def take_out(self, node: str, came: Tap) -> str:
+        """Let a node leave; return its checkpoint. ``came`` is told what must arrive at it, until it is put in."""
         ...
 
     def put_in(self, node: str, state: str) -> None:
         """Let a node go on here."""
+        ...
+
+    def tell(self, node: str, message: TopicMessage) -> None:
+        """Tell a node what came for it while it was away."""
         ...
 
     def run_times(self) -> Mapping[str, float]:
@@ -57,23 +64,33 @@ class GraphHands:
         self._build = build
         self._changed = changed
         self._names = tuple(graph.nodes)
+        self._untap: dict[str, list[Callable[[], None]]] = {}
 
     def nodes(self) -> Mapping[str, Demands | None]:
         """Return all nodes of the clone, wherever they run, and what they demand."""
         return {name: MOVABLE.get(name) for name in self._names}
 
-    def take_out(self, node: str) -> str:
-        """Let a node leave; return its checkpoint."""
+    def take_out(self, node: str, came: Tap) -> str:
+        """Let a node leave; return its checkpoint. ``came`` is told what must arrive at it, until it is put in."""
+        hears = [topic.name for topic in self._graph.nodes[node].subscribes] if node in self._graph.nodes else []
         state = self._graph.remove(node)
+        self._untap[node] = [self._graph.tap(topic, came) for topic in hears if must_arrive(topic)]
         self._changed()
         return (state or b"").decode()
 
     def put_in(self, node: str, state: str) -> None:
         """Let a node go on here."""
+        for untap in self._untap.pop(node, ()):
+            untap()
         self._build(node)
         if state:
             self._graph.restore([Checkpoint(node, state.encode())])
         self._changed()
+
+    def tell(self, node: str, message: TopicMessage) -> None:
+        """Tell a node what came for it while it was away."""
+        kind = self._graph.topic(message.topic).type
+        self._graph.tell(node, message.topic, decode(kind, message.message.encode()))
 
     def run_times(self) -> Mapping[str, float]:
         """Return what each node took here since the last call of this for each thing that it was told [s]."""

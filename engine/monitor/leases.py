@@ -4,6 +4,7 @@ import msgspec
 
 from engine.monitor.facts import Home
 from engine.monitor.history import History
+from engine.monitor.unheard import Unheard
 
 
 class Lease(msgspec.Struct):
@@ -17,11 +18,14 @@ class Lease(msgspec.Struct):
         The node's last checkpoint.
     heard : float
         When the robot said last that it runs it [s since the epoch].
+    unheard : Unheard
+        What came for it since, and is not in that checkpoint.
     """
 
     number: int
     state: str
     heard: float
+    unheard: Unheard = msgspec.field(default_factory=Unheard)
 
 
 class Record(msgspec.Struct):

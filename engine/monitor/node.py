@@ -11,6 +11,7 @@ from engine.monitor.hands import Hands
 from engine.monitor.history import History, Rates
 from engine.monitor.leases import Lease, Record
 from engine.monitor.parameters import NAME, NodeMonitorParameters
+from engine.monitor.unheard import Unheard
 from engine.monitor.verdict import asked, judge
 from ppaas.errors import InvalidInput, InvalidParameter, NotFound, PPaaSError, Unavailable
 from ppaas.messages.message import Message
@@ -160,20 +161,23 @@ class NodeMonitorNode(Node):
             return HoldNodeResponse(0)
         record.lease.heard = self.context.now()
         record.lease.state = _checked(told.state) or record.lease.state
+        record.lease.unheard.heard(told.heard)
         record.robot_seconds.note(told.seconds)
         self._round_trips.note(told.rtt)
-        return HoldNodeResponse(told.lease)
+        return HoldNodeResponse(told.lease, unheard=record.lease.unheard.all())
 
     def _hand_over(self, node: str, record: Record) -> Message:
         if record.wanted != "robot":
             raise Unavailable(f"{node} shall run in the cloud; ask for it by node_monitor/run_node first")
-        # A robot that takes what it has already has lost it, and begins with what it told last.
-        state = self._hands.take_out(node) if record.lease is None else record.lease.state
         self._leases += 1
-        record.lease = Lease(self._leases, state, self.context.now())
+        if record.lease is None:
+            unheard = Unheard()
+            record.lease = Lease(0, self._hands.take_out(node, unheard.note), 0.0, unheard)
+        # A robot that takes what it has already has lost it, and begins with what it told last.
+        record.lease.number, record.lease.heard = self._leases, self.context.now()
         logger.info("%s goes on on the robot", node)
         self._tell()
-        return HoldNodeResponse(record.lease.number, state)
+        return HoldNodeResponse(record.lease.number, record.lease.state)
 
     def _give_node(self, message: Message) -> Message:
         told = expect(message, GiveNodeRequest)
@@ -182,6 +186,7 @@ class NodeMonitorNode(Node):
             state = _checked(told.state)
             if record.lease is not None and state:
                 record.lease.state = state
+                record.lease.unheard.heard(told.heard)
             self._take_back(told.node, told.failure[:200])
         return self._home_of(told.node)
 
@@ -249,14 +254,19 @@ class NodeMonitorNode(Node):
             record.score, record.reasons = 1.0, (f"it could not be run on the robot: {failure}",)
             logger.warning("%s goes on in the cloud: %s", node, failure)
         if lease is not None:
-            self._put_in(node, lease.state)
+            self._put_in(node, lease)
         self._tell()
 
-    def _put_in(self, node: str, state: str) -> None:
+    def _put_in(self, node: str, lease: Lease) -> None:
         try:
-            self._hands.put_in(node, state)
+            self._hands.put_in(node, lease.state)
         except (PPaaSError, msgspec.MsgspecError, ValueError) as error:
             logger.warning("%s begins anew in the cloud, since its state cannot be taken: %s", node, error)
+        for message in lease.unheard.all():
+            try:
+                self._hands.tell(node, message)
+            except PPaaSError as error:
+                logger.warning("%s refuses what came on %s meanwhile: %s", node, message.topic, error)
 
     # -- going on elsewhere --------------------------------------------------------------------------------------------
 
@@ -274,7 +284,7 @@ class NodeMonitorNode(Node):
             record = self._records[node] = restored.records[node]
             if record.lease is not None:
                 record.lease.heard = self.context.now()
-                self._hands.take_out(node)
+                self._hands.take_out(node, record.lease.unheard.note)
         self._tell()
 
 

@@ -206,6 +206,21 @@ class RunNodeRequest(Message):
 RunNode = ServiceType("ppaas_msgs/RunNode", RunNodeRequest, NodeHome)
 
 
+class TopicMessage(Message):
+    """``ppaas_msgs/TopicMessage``: what was published on a topic.
+
+    Parameters
+    ----------
+    topic : str
+        Its name.
+    message : str
+        As JSON.
+    """
+
+    topic: str
+    message: str
+
+
 class HoldNodeRequest(Message):
     """``ppaas_msgs/HoldNode`` request: the robot takes a node over, or says that it still runs it.
 
@@ -221,6 +236,8 @@ class HoldNodeRequest(Message):
         What it took for each thing that it was told since the last time, in the mean [s]; 0 if it was told nothing.
     rtt : float
         There and back over the link, as the call before took [s]; 0 if it is not known.
+    heard : list of str
+        Fingerprints of what must arrive, and had reached the node before that state.
     """
 
     node: str
@@ -228,6 +245,7 @@ class HoldNodeRequest(Message):
     state: str = ""
     seconds: float = 0.0
     rtt: float = 0.0
+    heard: list[str] = field(default_factory=list)
 
 
 class HoldNodeResponse(Message):
@@ -239,10 +257,14 @@ class HoldNodeResponse(Message):
         0: the node is no longer the robot's, and runs in the cloud.
     state : str
         The node's checkpoint where it was taken over; else empty.
+    unheard : list of TopicMessage
+        What must arrive at the node, came since it was taken over, and is not in ``heard`` of any request so far. The
+        robot may have it by now: it goes by the fingerprints.
     """
 
     lease: int
     state: str = ""
+    unheard: list[TopicMessage] = field(default_factory=list)
 
 
 HoldNode = ServiceType("ppaas_msgs/HoldNode", HoldNodeRequest, HoldNodeResponse)
@@ -261,12 +283,15 @@ class GiveNodeRequest(Message):
         Its last checkpoint; empty for the one told before.
     failure : str
         Why it could not be run there; empty if it only goes back.
+    heard : list of str
+        Fingerprints of what must arrive, and had reached the node before that state.
     """
 
     node: str
     lease: int
     state: str = ""
     failure: str = ""
+    heard: list[str] = field(default_factory=list)
 
 
 GiveNode = ServiceType("ppaas_msgs/GiveNode", GiveNodeRequest, NodeHome)

@@ -10,12 +10,13 @@ import logging
 from collections import deque
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError
 from ppaas.messages.message import Message
 from ppaas.nodes.base import Checkpoint, Context, Node, Payload, Reply, Service, Topic
+from ppaas.nodes.jobs import GraphJob, GraphTimer, Worker, run_inline
 from ppaas.nodes.tenancy import RunTimes, Tenancy
 
 logger = logging.getLogger(__name__)
@@ -25,55 +26,6 @@ N = TypeVar("N", bound=Node)
 Tap = Callable[[str, Payload], None]
 TopicWatch = Callable[[Node, str, Topic | None], None]
 """Told the node, the name, and the topic that it declared, or None when that is no more."""
-
-
-Work = Callable[[Callable[[], bool]], T]
-"""What a job does; it asks now and then whether it is cancelled, and may be run again from the beginning."""
-
-
-class Worker(Protocol):
-    """How a home runs jobs: ``work(cancelled)``, elsewhere if it is long, then ``done`` on the thread of the graph."""
-
-    def __call__(self, work: Work[T], cancelled: Callable[[], bool], done: Callable[[T | PPaaSError], None]) -> None:
-        """Run it."""
-        ...
-
-
-def run_inline(work: Work[T], cancelled: Callable[[], bool], done: Callable[[T | PPaaSError], None]) -> None:
-    """Be the worker of tests and of programs with one thread: run the job here and now."""
-    try:
-        result: T | PPaaSError = work(cancelled)
-    except PPaaSError as error:
-        result = error
-    done(result)
-
-
-class GraphTimer:
-    """A timer; ``stop`` it when it is no longer needed."""
-
-    def __init__(self, period: float, callback: Callable[[], None]) -> None:
-        self.period = period
-        self.callback = callback
-        self.stopped = False
-
-    def stop(self) -> None:
-        """Fire no more."""
-        self.stopped = True
-
-
-class GraphJob:
-    """Work under way."""
-
-    def __init__(self) -> None:
-        self.cancelled = False
-
-    def cancel(self) -> None:
-        """Ask it to stop."""
-        self.cancelled = True
-
-    def is_cancelled(self) -> bool:
-        """Be the cancel checker that the work is given."""
-        return self.cancelled
 
 
 class Graph:
@@ -282,6 +234,19 @@ class Graph:
         self._drain()
         if refusals:
             raise refusals[0]
+
+    def tell(self, node: str, topic: str, message: Payload) -> None:
+        """Tell one node alone what was published when it was not here; raises what the node does.
+
+        Raises
+        ------
+        NotFound
+            No such node is here.
+        """
+        if node not in self.nodes:
+            raise NotFound("node", node, list(self.nodes))
+        self.nodes[node].on_message(topic, message)
+        self._drain()
 
     def latched(self, topic: str) -> Payload | None:
         """Return the last message of a latched topic, if there was one."""

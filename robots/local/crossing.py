@@ -3,10 +3,12 @@
 import asyncio
 import logging
 from collections import deque
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 from ppaas.messages import decode, encode, message_type
 from ppaas.messages.message import Message
+from ppaas.messages.ppaas_msgs import TopicMessage
+from ppaas.nodes.arrivals import fingerprint, must_arrive
 from robots.client import RobotClient
 from robots.local import frames
 from robots.local.node_process import NodeProcess
@@ -14,10 +16,11 @@ from robots.subscription import Subscription
 
 logger = logging.getLogger(__name__)
 
-MUST_ARRIVE = ("/goal", "/cancel", "/result")
-"""How the names of topics end on which no message makes up for another."""
 MAX_WAITING = 1000
-"""Messages that must arrive and may wait while the link is down."""
+"""Messages that may wait while the link is down."""
+
+MAX_HEARD = 100
+"""Fingerprints of the last things that must arrive, and reached a node."""
 
 
 def has_many_speakers(topic: str) -> bool:
@@ -41,14 +44,19 @@ class Crossing:
         self._sensors = frozenset(sensors)
         self._process: NodeProcess | None = None
         self._hears: dict[str, set[str]] = {}
+        self._kinds: dict[str, type[Message]] = {}
         self._says: dict[str, set[str]] = {}
         self._subscriptions: dict[str, Subscription[Message]] = {}
         self._hearing = ""
         self._waiting: deque[tuple[str, Message]] = deque(maxlen=MAX_WAITING)
-        self._unkept: deque[tuple[str, Message]] = deque(maxlen=MAX_WAITING)
+        self._heard: dict[str, deque[str]] = {}
         self._arrived = asyncio.Event()
 
     # -- nodes come and go ---------------------------------------------------------------------------------------------
+
+    def expect(self, node: str) -> None:
+        """Note from now on what reaches a node; to be called as it is put into the process."""
+        self._heard[node] = deque(maxlen=MAX_HEARD)
 
     async def open(self, added: frames.Added, process: NodeProcess) -> None:
         """Begin to carry what a node hears and says.
@@ -61,6 +69,7 @@ class Crossing:
         self._process = process
         self._says[added.node] = set(added.publishes)
         self._hears[added.node] = {topic.name for topic in added.subscribes}
+        self._kinds |= {topic.name: message_type(topic.type) for topic in added.subscribes}
         for topic in added.subscribes:
             if topic.name not in self._subscriptions and topic.name not in self._sensors:
                 self._subscriptions[topic.name] = await self._subscribe(topic)
@@ -69,13 +78,13 @@ class Crossing:
         def tell(message: Message) -> None:
             if self._process is not None and self._hearing != topic.name:
                 self._process.tell(topic.name, encode(message))
-                if topic.name.endswith(MUST_ARRIVE):
-                    self._unkept.append((topic.name, message))
+                self._note(topic.name, message)
 
         return await self._client.subscribe(topic.name, message_type(topic.type), tell)
 
     async def close(self, node: str) -> None:
         """Carry no more of what this node alone hears and says."""
+        self._heard.pop(node, None)
         self._says.pop(node, None)
         self._hears.pop(node, None)
         wanted = {topic for topics in self._hears.values() for topic in topics}
@@ -103,26 +112,33 @@ class Crossing:
             self._client.hear(said.topic, said.payload)
         finally:
             self._hearing = ""
+        self._note(said.topic, message)
         self._waiting.append((said.topic, message))
         self._arrived.set()
 
-    # -- what a state that is known does not have in it ----------------------------------------------------------------
+    # -- what must arrive ----------------------------------------------------------------------------------------------
 
-    @property
-    def heard(self) -> int:
-        """How many messages that must arrive nodes were told since the last state that has them in it."""
-        return len(self._unkept)
+    def _note(self, topic: str, message: Message) -> None:
+        if must_arrive(topic):
+            mark = fingerprint(topic, message)
+            for heard in self._heard.values():
+                heard.append(mark)
 
-    def kept(self, count: int) -> None:
-        """Forget the first of these: a state that was asked for after them is known."""
-        for _ in range(min(count, len(self._unkept))):
-            self._unkept.popleft()
+    def heard(self, node: str) -> list[str]:
+        """Return the fingerprints of what must arrive, and has reached a node since it was put into the process."""
+        return list(self._heard.get(node, ()))
 
-    def say_again(self) -> None:
-        """Have the rest told to whoever goes on from the last state that is known."""
-        self._waiting.extend(self._unkept)
-        self._unkept.clear()
-        self._arrived.set()
+    def tell_unheard(self, node: str, messages: Sequence[TopicMessage], process: NodeProcess) -> None:
+        """Tell a node what came for it in the cloud, and has not reached it."""
+        for came in messages:
+            kind = self._kinds.get(came.topic)
+            if kind is None:
+                continue
+            message = decode(kind, came.message.encode())
+            mark = fingerprint(came.topic, message)
+            if mark not in self._heard[node]:
+                process.tell(came.topic, encode(message), node)
+                self._heard[node].append(mark)
 
     async def run(self) -> None:
         """Tell the cloud what nodes say, until cancelled.
@@ -137,4 +153,4 @@ class Crossing:
             self._arrived.clear()
             while self._waiting:
                 topic, message = self._waiting.popleft()
-                await self._client.publish(topic, message, newest_only=not topic.endswith(MUST_ARRIVE))
+                await self._client.publish(topic, message, newest_only=not must_arrive(topic))

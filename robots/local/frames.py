@@ -47,10 +47,11 @@ class Remove(msgspec.Struct, tag="remove"):
 
 
 class Tell(msgspec.Struct, tag="tell"):
-    """A message for the nodes."""
+    """A message for the nodes, or for one alone."""
 
     topic: str
     payload: msgspec.Raw
+    node: str = ""
 
 
 class AskStates(msgspec.Struct, tag="ask_states"):

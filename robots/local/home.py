@@ -25,7 +25,8 @@ from ppaas.messages.nav_msgs import OccupancyGrid
 from ppaas.nodes.base import Checkpoint, Payload
 from ppaas.nodes.bodies import robot_body
 from ppaas.nodes.clone import build_clone
-from ppaas.nodes.graph import Graph, Work
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.jobs import Work
 from robots.local import frames
 from robots.local.warm_up import warm_up
 
@@ -75,9 +76,16 @@ class LocalHome:
             case frames.Remove():
                 self._write(frames.Removed(frame.node, (self.graph.remove(frame.node) or b"").decode()))
             case frames.Tell() if frame.topic in self.graph.topics:
-                self.graph.inject(frame.topic, decode(self.graph.topic(frame.topic).type, frame.payload))
+                self._tell(frame)
             case frames.AskStates():
                 self._write(frames.States(self._states()))
+
+    def _tell(self, frame: frames.Tell) -> None:
+        message = decode(self.graph.topic(frame.topic).type, frame.payload)
+        if frame.node:
+            self.graph.tell(frame.node, frame.topic, message)
+        else:
+            self.graph.inject(frame.topic, message)
 
     def _begin(self, frame: frames.Begin) -> None:
         grid = from_message(decode(OccupancyGrid, frame.map))

@@ -14,6 +14,7 @@ without the cloud; what else they hear, and all that they say, goes over the cli
 import asyncio
 import logging
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 
 import msgspec
 
@@ -38,6 +39,14 @@ LEAVE_TIMEOUT = 3.0
 
 HOLD_PERIOD = 0.5
 """Seconds between two words to the cloud about what runs here."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """A state of a node, and the fingerprints of what must arrive and had reached the node before."""
+
+    state: str
+    heard: list[str]
 
 
 class LocalNodes:
@@ -76,16 +85,16 @@ class LocalNodes:
         self._config: frames.CloneConfig | None = None
         self._wanted: dict[str, str] = {}
         self._leases: dict[str, int] = {}
-        self._states: dict[str, str] = {}
+        self._states: dict[str, Known] = {}
         self._lost: dict[str, tuple[int, str]] = {}
-        self._told = set[str]()
+        self._settled = set[str]()
         self._rtt = 0.0
         self.ready = asyncio.Event()
 
     @property
     def running(self) -> frozenset[str]:
-        """Names of the nodes that run here, and are told by the cloud what they shall hear."""
-        return frozenset(self._leases.keys() & self._told)
+        """Names of the nodes that run here, and have heard what came for them while they moved."""
+        return frozenset(self._leases.keys() & self._settled)
 
     @property
     def pid(self) -> int | None:
@@ -193,16 +202,15 @@ class LocalNodes:
             return
         taken = await self._call("hold_node", ppaas_msgs.HoldNode, ppaas_msgs.HoldNodeRequest(node))
         assert isinstance(taken, ppaas_msgs.HoldNodeResponse)
-        self._leases[node], self._states[node] = taken.lease, taken.state
+        self._leases[node], self._states[node] = taken.lease, Known(taken.state, [])
+        self._settled.discard(node)
+        self._crossing.expect(node)
         try:
             added = await process.ask(frames.Add(node, taken.state), frames.Added)
         except PPaaSError as error:
             await self._lose(str(error))
             return
-        self._told.discard(node)
         await self._crossing.open(added, process)
-        await self._call("list_nodes", ppaas_msgs.ListNodes, Empty())  # answered after what was subscribed before it
-        self._told.add(node)
         logger.info("%s runs here", node)
 
     async def _started(self) -> NodeProcess:
@@ -221,14 +229,14 @@ class LocalNodes:
         return process
 
     async def _give_back(self, node: str) -> None:
-        process, lease, heard = self._process, self._leases[node], self._crossing.heard
+        process, lease, heard = self._process, self._leases[node], self._crossing.heard(node)
         if process is not None:
             try:
-                self._states[node] = (await process.ask(frames.Remove(node), frames.Removed)).state
-                self._crossing.kept(heard)
+                state = (await process.ask(frames.Remove(node), frames.Removed)).state
             except PPaaSError as error:
                 await self._lose(str(error))
                 return
+            self._states[node] = Known(state, heard)
         await self._forget(node)
         await self._give(node, lease, self._states.pop(node))
 
@@ -238,34 +246,40 @@ class LocalNodes:
         if not self._leases:
             await self._end_process()
 
-    async def _give(self, node: str, lease: int, state: str = "", failure: str = "") -> None:
-        told = ppaas_msgs.GiveNodeRequest(node, lease, state, failure)
+    async def _give(self, node: str, lease: int, known: Known | None = None, failure: str = "") -> None:
+        last = known or Known("", [])
+        told = ppaas_msgs.GiveNodeRequest(node, lease, last.state, failure, last.heard)
         await self._call("give_node", ppaas_msgs.GiveNode, told)
 
     async def _hold(self) -> None:
         """Say what still runs here, and how it is; what the cloud has given up meanwhile ends."""
-        assert self._process is not None
-        heard = self._crossing.heard  # before it is asked, so these are in its states
+        process = self._process
+        assert process is not None
+        heard = {node: self._crossing.heard(node) for node in self._leases}  # before it is asked: it is in its states
         try:
-            states = (await self._process.ask(frames.AskStates(), frames.States)).nodes
+            states = (await process.ask(frames.AskStates(), frames.States)).nodes
         except PPaaSError as error:
             await self._lose(str(error))
             return
-        told_states = {node: states.get(node, frames.NodeState(self._states[node])) for node in self._leases}
-        self._states |= {node: told.state for node, told in told_states.items()}
-        self._crossing.kept(heard)
         for node, lease in tuple(self._leases.items()):
-            told = told_states[node]
-            if not await self._still_held(ppaas_msgs.HoldNodeRequest(node, lease, told.state, told.seconds, self._rtt)):
+            told = states.get(node, frames.NodeState(self._states[node].state))
+            self._states[node] = Known(told.state, heard[node])
+            request = ppaas_msgs.HoldNodeRequest(node, lease, told.state, told.seconds, self._rtt, heard[node])
+            answer = await self._tell_held(request)
+            if answer.lease == lease:
+                self._crossing.tell_unheard(node, answer.unheard, process)
+                self._settled.add(node)
+            else:
                 logger.warning("%s goes on in the cloud, which heard nothing of it for too long", node)
-                await self._process.ask(frames.Remove(node), frames.Removed)
+                await process.ask(frames.Remove(node), frames.Removed)
                 await self._forget(node)
 
-    async def _still_held(self, told: ppaas_msgs.HoldNodeRequest) -> bool:
+    async def _tell_held(self, told: ppaas_msgs.HoldNodeRequest) -> ppaas_msgs.HoldNodeResponse:
         began = self._clock()
         answer = await self._call("hold_node", ppaas_msgs.HoldNode, told)
         self._rtt = self._clock() - began
-        return isinstance(answer, ppaas_msgs.HoldNodeResponse) and answer.lease == told.lease
+        assert isinstance(answer, ppaas_msgs.HoldNodeResponse)
+        return answer
 
     async def _lose(self, failure: str) -> None:
         """Let the cloud go on with all that ran here, from what was last known of it."""
@@ -279,11 +293,10 @@ class LocalNodes:
         await self._give_up()
 
     async def _give_up(self) -> None:
-        """Tell the cloud what is lost here, until it has heard it, then what came for it since it was last known."""
+        """Tell the cloud what is lost here, until it has heard it."""
         for node, (lease, failure) in tuple(self._lost.items()):
-            await self._give(node, lease, self._states.get(node, ""), failure)
+            await self._give(node, lease, self._states.get(node), failure)
             del self._lost[node]
-        self._crossing.say_again()
 
     async def _end_process(self) -> None:
         process, self._process = self._process, None

@@ -99,10 +99,10 @@ class NodeProcess:
             raise Unavailable(f"the process of local nodes answered {type(answer).__name__}, not {kind.__name__}")
         return answer
 
-    def tell(self, topic: str, payload: bytes) -> None:
-        """Tell its nodes a message; one that is gone hears nothing."""
+    def tell(self, topic: str, payload: bytes, node: str = "") -> None:
+        """Tell its nodes, or one alone, a message; a process that is gone hears nothing."""
         if self.alive:
-            self._write(frames.Tell(topic, msgspec.Raw(payload)))
+            self._write(frames.Tell(topic, msgspec.Raw(payload), node))
 
     def _write(self, frame: frames.ToHome) -> None:
         if self._process is None or self._process.stdin is None or self._is_read_out:

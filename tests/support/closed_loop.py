@@ -8,7 +8,8 @@ from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceSt
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
 from ppaas.messages.std_msgs import Header
 from ppaas.nodes.clone import build_clone
-from ppaas.nodes.graph import Graph, Worker, run_inline
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.jobs import Worker, run_inline
 from ppaas.planners.base import PlanResult
 from tests.support.planar_world import World, error_of
 

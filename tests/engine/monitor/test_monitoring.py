@@ -12,6 +12,10 @@ from ppaas.costmap.build import build_layers
 from ppaas.errors import InvalidParameter
 from ppaas.maps.generate import office
 from ppaas.maps.layers import MapLayers
+from ppaas.messages import decode
+from ppaas.messages.actionlib_msgs import GoalID
+from ppaas.messages.message import Message
+from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.nodes.clone import MOVABLE, build_clone
 from ppaas.nodes.graph import Graph
 
@@ -27,6 +31,17 @@ def clone(graph: Graph, layers: MapLayers, only: Sequence[str] | None = None) ->
     build_clone(graph, layers, model=ROBOT.model, initial_pose=ROBOT.initial_pose, only=only)
 
 
+def said(kind: type[Message]) -> Message:
+    return decode(kind, {GoalID: b'{"id":"of nobody"}', LaserScan: SCAN}.get(kind, POSE))
+
+
+SCAN = (
+    b'{"header":{"frame_id":"base_scan"},"angle_min":0,"angle_max":1,"angle_increment":1,"range_min":0,"range_max":9,'
+    b'"ranges":[1,1]}'
+)
+POSE = b'{"header":{"frame_id":"map"},"pose":{"pose":{"position":{"x":2,"y":2},"orientation":{"z":0,"w":1}}}}'
+
+
 @pytest.mark.parametrize("node", MOVABLE)
 def test_a_node_comes_back_as_it_went(node: str, layers: MapLayers) -> None:
     graph = Graph()
@@ -34,11 +49,18 @@ def test_a_node_comes_back_as_it_went(node: str, layers: MapLayers) -> None:
     services, topics = dict(graph.services), dict(graph.topics)
     changes: list[set[str]] = []
     hands = GraphHands(graph, ROBOT, lambda name: clone(graph, layers, (name,)), lambda: changes.append({*graph.nodes}))
-    state = hands.take_out(node)
+    came: list[str] = []
+    state = hands.take_out(node, lambda topic, _: came.append(topic))
     assert state.startswith("{")
     assert node not in graph.nodes
     assert graph.topics == topics, "whoever hears what it says hears it on"
+    for topic in ("move_base/cancel", "initialpose", "follow_waypoints/cancel", "scan"):
+        graph.inject(topic, said(graph.topic(topic).type))
+    assert came and "scan" not in came
     hands.put_in(node, state)
+    there = list(came)
+    graph.inject("move_base/cancel", GoalID(id="of nobody"))
+    assert came == there, "it hears by itself again"
     assert graph.services == services
     assert (graph.nodes[node].checkpoint() or b"").decode() == state
     assert [node in there for there in changes] == [False, True]

@@ -7,8 +7,11 @@ import pytest
 from engine.monitor.history import Rates
 from engine.monitor.node import MAX_PROBE, MAX_STATE, NodeMonitorNode
 from engine.monitor.parameters import NodeMonitorParameters
+from engine.monitor.unheard import MOST
 from ppaas.clock import ManualClock
 from ppaas.errors import InvalidInput, NotFound, PPaaSError, Unavailable
+from ppaas.messages import decode
+from ppaas.messages.actionlib_msgs import GoalID
 from ppaas.messages.message import Empty, Message
 from ppaas.messages.ppaas_msgs import (
     GiveNodeRequest,
@@ -21,9 +24,11 @@ from ppaas.messages.ppaas_msgs import (
     RunNodeRequest,
     TellRobotRequest,
     TellRobotResponse,
+    TopicMessage,
 )
+from ppaas.nodes.arrivals import fingerprint
 from ppaas.nodes.base import Demands, Payload
-from ppaas.nodes.graph import Graph
+from ppaas.nodes.graph import Graph, Tap
 
 STRONG = TellRobotRequest(8, 3.0, 5.0, 0.3, 100e3, ["driver", "locator"])
 WEAK = TellRobotRequest(4, 1.5, 1.0, 0.3, 100e3, ["driver", "locator"])
@@ -39,12 +44,15 @@ class FakeHands:
         self.done: list[tuple[str, str]] = []
         self.times: dict[str, float] = {}
         self.broken = False
+        self.came: dict[str, Tap] = {}
+        self.told: list[tuple[str, str]] = []
 
     def nodes(self) -> Mapping[str, Demands | None]:
         return {"driver": Demands(0.6, rates={"scan": 80e3}), "locator": Demands(0.1), "map_server": None}
 
-    def take_out(self, node: str) -> str:
+    def take_out(self, node: str, came: Tap) -> str:
         self.done.append(("out", node))
+        self.came[node] = came
         return self.here.pop(node)
 
     def put_in(self, node: str, state: str) -> None:
@@ -52,6 +60,9 @@ class FakeHands:
         self.here[node] = state
         if self.broken:
             raise ValueError("no state")
+
+    def tell(self, node: str, message: TopicMessage) -> None:
+        self.told.append((node, decode(GoalID, message.message.encode()).id))
 
     def run_times(self) -> Mapping[str, float]:
         return self.times
@@ -274,3 +285,60 @@ def test_what_stays_in_the_cloud_stays_there_whoever_asks(cloud: Cloud) -> None:
     cloud.ask("tell_robot", STRONG)
     answer = cloud.run_node("map_server", "robot")
     assert (answer.wanted, answer.reasons) == ("cloud", ["map_server stays in the cloud"])
+
+
+def lent(cloud: Cloud) -> int:
+    """Hand a node to the robot; return the lease."""
+    cloud.ask("tell_robot", STRONG)
+    cloud.run_node("driver", "robot")
+    return cloud.hold("driver").lease
+
+
+def came(cloud: Cloud, *names: str) -> list[str]:
+    """Let cancels come for the node that is away; return their fingerprints."""
+    for name in names:
+        cloud.hands.came["driver"]("move_base/cancel", GoalID(id=name))
+    return [fingerprint("move_base/cancel", GoalID(id=name)) for name in names]
+
+
+def names(messages: list[TopicMessage]) -> list[str]:
+    return [decode(GoalID, message.message.encode()).id for message in messages]
+
+
+def test_what_came_while_a_node_moved_is_told_to_the_robot_until_its_state_has_it(cloud: Cloud) -> None:
+    lease = lent(cloud)
+    a, _ = came(cloud, "a", "b")
+    assert names(cloud.hold("driver", lease, state="{}").unheard) == ["a", "b"]
+    assert names(cloud.hold("driver", lease, state="{}", heard=[a]).unheard) == ["b"]
+    assert names(cloud.hold("driver", lease, state="{}", heard=["another"]).unheard) == ["b"]
+
+
+def test_what_no_known_state_has_is_told_to_the_node_when_it_goes_on_in_the_cloud(cloud: Cloud) -> None:
+    lease = lent(cloud)
+    a, b, _ = came(cloud, "a", "b", "c")
+    cloud.hold("driver", lease, state='{"with":"a"}', heard=[a])
+    cloud.ask("give_node", GiveNodeRequest("driver", lease, '{"with":"b"}', "killed", [b]))
+    assert cloud.hands.here["driver"] == '{"with":"b"}'
+    assert cloud.hands.told == [("driver", "c")]
+
+
+def test_what_came_for_a_robot_that_was_lost_is_told_to_its_node(cloud: Cloud) -> None:
+    lent(cloud)
+    came(cloud, "a")
+    cloud.wait(4.0)
+    assert cloud.hands.told == [("driver", "a")]
+
+
+def test_what_came_outlives_the_container(cloud: Cloud) -> None:
+    lease = lent(cloud)
+    came(cloud, "a")
+    after = Cloud(state=cloud.node.checkpoint())
+    came(after, "b")
+    assert names(after.hold("driver", lease, state="{}").unheard) == ["a", "b"]
+
+
+def test_of_more_than_can_be_kept_the_oldest_goes(cloud: Cloud) -> None:
+    lease = lent(cloud)
+    came(cloud, *map(str, range(MOST + 1)), "50")
+    unheard = names(cloud.hold("driver", lease, state="{}").unheard)
+    assert (len(unheard), unheard[0], unheard[-1]) == (MOST, "1", "50")

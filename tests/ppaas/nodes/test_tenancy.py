@@ -10,7 +10,8 @@ from ppaas.errors import NotFound, PPaaSError
 from ppaas.messages import std_msgs, std_srvs
 from ppaas.messages.message import Message
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
-from ppaas.nodes.graph import Graph, Work
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.jobs import Work
 
 IN, OUT = Topic("in", std_msgs.Float64), Topic("out", std_msgs.Float64)
 

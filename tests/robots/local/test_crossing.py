@@ -8,9 +8,11 @@ import msgspec
 from ppaas.messages import decode, encode
 from ppaas.messages.geometry_msgs import Twist, Vector3
 from ppaas.messages.message import Message
-from ppaas.messages.move_base_msgs import MoveBaseActionResult
+from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult
 from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.ppaas_msgs import TopicMessage
 from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.nodes.arrivals import fingerprint
 from robots.local import frames
 from robots.local.crossing import Crossing, has_many_speakers
 
@@ -48,15 +50,20 @@ class FakeProcess:
 
     def __init__(self) -> None:
         self.told: list[str] = []
+        self.told_alone: list[tuple[str, str]] = []
 
-    def tell(self, topic: str, payload: bytes) -> None:
-        self.told.append(topic)
+    def tell(self, topic: str, payload: bytes, node: str = "") -> None:
+        if node:
+            self.told_alone.append((node, decode(MoveBaseActionGoal, payload).goal_id.id))
+        else:
+            self.told.append(topic)
 
 
 async def crossing(*nodes: frames.Added) -> tuple[Crossing, FakeClient, FakeProcess]:
     client, process = FakeClient(), FakeProcess()
     made = Crossing(client, ("scan", "odom"))  # type: ignore[arg-type]
     for node in nodes:
+        made.expect(node.node)
         await made.open(node, process)  # type: ignore[arg-type]
     return made, client, process
 
@@ -120,25 +127,43 @@ async def test_a_topic_is_heard_while_some_node_wants_it() -> None:
     assert client.subscriptions == {}
 
 
-async def test_goals_that_no_known_state_has_in_it_are_said_again() -> None:
-    planner = frames.Added("planner", [TF, frames.TopicName("move_base/goal", "move_base_msgs/MoveBaseActionGoal")], [])
-    made, client, process = await crossing(planner)
+PLANNER = frames.Added("planner", [TF, frames.TopicName("move_base/goal", "move_base_msgs/MoveBaseActionGoal")], [])
+SECOND = frames.Added("second", PLANNER.subscribes, [])
+
+
+async def test_what_came_while_a_node_moved_reaches_it_once() -> None:
+    made, client, process = await crossing(PLANNER)
     hear = client.subscriptions["move_base/goal"]
     hear(_goal("first"))
-    heard = made.heard
-    hear(_goal("second"))
     client.subscriptions["tf"](encode(TFMessage([])))
-    made.kept(heard)
-    made.say_again()
-    running = asyncio.create_task(made.run())
-    await asyncio.sleep(0)
-    await asyncio.sleep(0)
-    assert process.told == ["move_base/goal", "move_base/goal", "tf"]
-    assert [(topic, goal.goal_id.id, newest) for topic, goal, newest in client.sent] == [
-        ("move_base/goal", "second", False)
-    ]
-    assert made.heard == 0
-    running.cancel()
+    assert made.heard("planner") == [_mark("first")]
+    came = [TopicMessage("move_base/goal", _goal(name).decode()) for name in ("first", "second")]
+    for _ in range(2):
+        made.tell_unheard("planner", came, process)  # type: ignore[arg-type]
+    assert process.told == ["move_base/goal", "tf"]
+    assert process.told_alone == [("planner", "second")]
+    assert made.heard("planner") == [_mark("first"), _mark("second")]
+
+
+async def test_a_node_that_comes_later_has_heard_nothing_of_what_another_has() -> None:
+    made, client, process = await crossing(PLANNER)
+    client.subscriptions["move_base/goal"](_goal("first"))
+    made.expect("second")
+    await made.open(SECOND, process)  # type: ignore[arg-type]
+    assert made.heard("second") == []
+    made.tell_unheard("second", [TopicMessage("move_base/goal", _goal("first").decode())], process)  # type: ignore[arg-type]
+    assert process.told_alone == [("second", "first")]
+    assert made.heard("planner") == [_mark("first")]
+
+
+async def test_what_a_local_node_says_has_reached_the_others() -> None:
+    made, _, _ = await crossing(PLANNER)
+    made.said(frames.Said("move_base/goal", "move_base_msgs/MoveBaseActionGoal", msgspec.Raw(_goal("own"))))
+    assert made.heard("planner") == [_mark("own")]
+
+
+def _mark(name: str) -> str:
+    return fingerprint("move_base/goal", decode(MoveBaseActionGoal, _goal(name)))
 
 
 def _goal(name: str) -> bytes:
