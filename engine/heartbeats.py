@@ -36,14 +36,15 @@ class Heartbeats:
         Parameters
         ----------
         beats : mapping of str to int
-            How often each has beaten so far; it is watched from its first beat on.
+            How often each that should beat has done so; it is watched from the first look that it is here, since it may
+            freeze before its first beat.
         """
         now = self._clock()
         stood_still = now - self._looked > 2.0 * BEAT_PERIOD
         self._looked = now
         before, self._known = self._known, {}
         for name, count in beats.items():
-            counted, missed = before.get(name, (0, 0))
-            missed = 0 if count != counted or stood_still or not count else missed + 1
+            counted, missed = before.get(name, (None, 0))
+            missed = 0 if count != counted or stood_still else missed + 1
             self._known[name] = (count, missed)
         return [name for name, (_, missed) in self._known.items() if missed >= MISSED]

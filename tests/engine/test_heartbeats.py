@@ -34,8 +34,9 @@ def test_who_misses_as_many_beats_as_are_forgiven_is_frozen_and_the_others_are_n
     assert looks == [[]] * (MISSED - 1) + [["stuck"]]
 
 
-def test_who_has_not_beaten_yet_is_waited_for(heartbeats: Heartbeats, clock: ManualClock) -> None:
-    assert [look(heartbeats, clock, {"starting": 0}) for _ in range(3 * MISSED)] == [[]] * 3 * MISSED
+def test_who_froze_before_its_first_beat_is_frozen(heartbeats: Heartbeats, clock: ManualClock) -> None:
+    looks = [look(heartbeats, clock, {"new": 0}) for _ in range(MISSED + 1)]
+    assert looks == [[]] * MISSED + [["new"]]
 
 
 def test_after_a_sleep_of_our_own_nobody_is_blamed(heartbeats: Heartbeats, clock: ManualClock) -> None:
