@@ -116,7 +116,8 @@ class Master:
         return [resize(place, machine, cores, self._balancer, self.quotas), *self._use_room()]
 
     def _check(self, request: PlaceRequest) -> None:
-        if self.machines:
+        # Among thousands of machines the largest is looked for only where there is something to refuse.
+        if not any(0.0 < request.cores <= machine.cores for machine in self.machines.values()) and self.machines:
             check_size(request.cores, max(machine.cores for machine in self.machines.values()))
         self.quotas.check_container(request.user, request.cores)
 
