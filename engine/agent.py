@@ -14,6 +14,7 @@ import os
 import shutil
 import signal
 import sys
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -215,6 +216,7 @@ def main() -> None:
     logging.basicConfig(level=logging.INFO, format="%(levelname)s agent %(name)s: %(message)s")
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     config = msgspec.json.decode(sys.stdin.buffer.read(), type=AgentConfig)
+    tempfile.tempdir = config.run_dir  # where the fork server listens; it goes with the cloud, should this be killed
     try:
         uvloop.run(run(config, asyncio.Event()))
     except PPaaSError as error:

@@ -9,8 +9,8 @@ from ppaas.errors import InvalidInput
 LONGEST_PATH = 107
 """Bytes of a Unix socket's path, without its terminating zero (``sun_path`` in unix(7))."""
 
-LONGEST_NAME = 20
-"""Bytes of a socket's name in the folder."""
+LONGEST_NAME = len("pymp-12345678/listener-12345678")
+"""Bytes of a socket's name in the folder: the longest is that of the fork server, by Python's library."""
 
 
 def make_run_dir() -> Path:

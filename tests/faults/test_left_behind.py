@@ -1,0 +1,22 @@
+"""A machine process that is killed could not remove what it had made: nothing of it is left when the cloud ends."""
+
+import signal
+from pathlib import Path
+
+import psutil
+import pytest
+
+from tests.support.up_process import Up
+
+pytestmark = pytest.mark.journey
+
+
+def test_of_a_killed_machine_process_nothing_is_left_when_the_cloud_ends(tmp_path: Path) -> None:
+    up = Up(tmp_path)
+    up.wait_for(up.ready.exists)
+    (agent,) = up.children("engine.agent")
+    (server,) = [child for child in agent.children() if "forkserver" in " ".join(child.cmdline())]
+    agent.kill()
+    up.wait_for(lambda: not server.is_running() or server.status() == psutil.STATUS_ZOMBIE)
+    up.wait_for(lambda: [child for child in up.children("engine.router") if child.pid != agent.pid])
+    assert up.end(signal.SIGTERM) == 0  # which looks at its folder for temporary files
