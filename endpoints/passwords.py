@@ -25,8 +25,12 @@ T = TypeVar("T")
 
 WAITING = 64
 
-NICE = 19
-"""Of the threads that hash: whoever logs in waits a little longer, so that no robot waits for its commands."""
+NICE = 10
+"""Of the threads that hash: whoever logs in waits a little longer, so that no robot waits for its commands.
+
+It is a tenth of what a container gets where both want a core. With 19, a seventieth, a login took half a minute on a
+computer whose cores all were busy, and that is when its client gives up.
+"""
 
 
 def _be_nice() -> None:
