@@ -6,7 +6,7 @@ import logging
 import os
 import signal
 from asyncio.subprocess import PIPE, Process
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import msgspec
@@ -44,12 +44,21 @@ class AgentProcess:
         That runs it.
     done : int, optional
         Status by which an agent says that it is not to be started again.
+    environment : mapping of str to str
+        That it and its containers get of this process's.
     """
 
-    def __init__(self, config: Told, command: Sequence[str] = COMMAND, done: int | None = None) -> None:
+    def __init__(
+        self,
+        config: Told,
+        command: Sequence[str] = COMMAND,
+        done: int | None = None,
+        environment: Mapping[str, str] = os.environ,
+    ) -> None:
         self._config = config
         self._command = command
         self._done = done
+        self._environment = environment
         self._process: Process | None = None
         self._keeper: asyncio.Task[None] | None = None
 
@@ -93,7 +102,7 @@ class AgentProcess:
     async def _spawn(self) -> Process:
         # In a session of its own, a signal to the terminal's processes does not end it before those who need it.
         process = await asyncio.create_subprocess_exec(
-            *self._command, stdin=PIPE, start_new_session=True, env=lean_python.environment()
+            *self._command, stdin=PIPE, start_new_session=True, env=lean_python.environment(self._environment)
         )
         if process.stdin is None:
             raise RuntimeError("the agent has no standard input")

@@ -8,6 +8,7 @@ import asyncio
 import os
 import shutil
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 import msgspec
@@ -19,6 +20,11 @@ from engine.instances import folder_of, instance_name
 from engine.ray_nodes.config import DONE, NodeConfig
 
 COMMAND = (*lean_python.PYTHON, "-m", "engine.ray_nodes.agent")
+
+
+def without_ray(environment: Mapping[str, str]) -> dict[str, str]:
+    """Return an environment without what is Ray's, such as the token with which its nodes can be told what to do."""
+    return {name: value for name, value in environment.items() if not name.startswith("RAY_")}
 
 
 class AgentActor:
@@ -34,7 +40,7 @@ class AgentActor:
         self._folder = folder_of(instance_name(), Path(tempfile.gettempdir()))
         told = msgspec.json.decode(config, type=NodeConfig)
         here = msgspec.structs.replace(told, folder=str(self._folder), keeper=os.getpid())
-        self._agent = AgentProcess(here, COMMAND, done=DONE)
+        self._agent = AgentProcess(here, COMMAND, done=DONE, environment=without_ray(os.environ))
         self._keeping = asyncio.get_running_loop().create_task(self._keep())
 
     async def _keep(self) -> None:

@@ -19,9 +19,6 @@ from engine.ray_nodes.config import NodeConfig, WatchConfig
 from engine.ray_nodes.nodes import Node, read_nodes
 from ppaas.errors import Unavailable
 
-END_TIMEOUT = 10.0
-"""Seconds that an agent has to end by itself, before Ray ends it by force."""
-
 TICKET_VALID = 300.0
 """Seconds; the first worker of a node may take some of them to start."""
 
@@ -61,10 +58,10 @@ class RayKeeper:
         """Begin to end the agent and what keeps it."""
         self._actor.stop.remote()
 
-    def join(self) -> None:
-        """Wait until it has ended; by force, if it takes too long."""
+    def join(self, timeout: float) -> None:
+        """Wait until it has ended; by force, if it takes longer than so many seconds."""
         with contextlib.suppress(RayError):  # which tells that it has gone, or that it is time
-            ray.get(self._life, timeout=END_TIMEOUT)
+            ray.get(self._life, timeout=timeout)
         self.kill()
 
     def kill(self) -> None:

@@ -24,8 +24,8 @@ class Keeper(Protocol):
         """Begin to end the agent and what keeps it."""
         ...
 
-    def join(self) -> None:
-        """Wait until it has ended; by force, if it takes too long."""
+    def join(self, timeout: float) -> None:
+        """Wait until it has ended; by force, if it takes longer than so many seconds."""
         ...
 
     def kill(self) -> None:

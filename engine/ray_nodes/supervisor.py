@@ -12,6 +12,12 @@ logger = logging.getLogger(__name__)
 START_TIMEOUT = 30.0
 """Seconds after which an agent that Ray has not started is given up: other work took the cores in between."""
 
+END_TIMEOUT = 10.0
+"""Seconds that all agents together have to end by themselves, before Ray ends those that are left by force."""
+
+STEADY = 60.0
+"""Seconds after which an agent has run so long that the next try is a first one again."""
+
 RETRY_DELAYS = (0.0, 1.0, 5.0, 15.0)
 """Seconds before the second, third … try on a node."""
 
@@ -74,6 +80,8 @@ class Supervisor:
             keeper.kill()
         logger.warning("the agent of node %s is gone and begun anew: %s", self._nodes[node].machine, reason)
         del self._keepers[node]
+        if self._clock() - tries.not_before > STEADY:
+            tries.count = 1
         tries.not_before = self._clock() + RETRY_DELAYS[min(tries.count, len(RETRY_DELAYS)) - 1]
 
     def _begin(self, node: Node) -> None:
@@ -105,6 +113,7 @@ class Supervisor:
         """End all agents, and wait until they have."""
         for keeper in self._keepers.values():
             keeper.end()
+        deadline = self._clock() + END_TIMEOUT
         for keeper in self._keepers.values():
-            keeper.join()
+            keeper.join(max(0.0, deadline - self._clock()))
         self._keepers.clear()

@@ -1,11 +1,12 @@
 """What is done about nodes and agents, over a cluster in the hands of the test."""
 
 import logging
+from collections.abc import Callable
 
 import pytest
 
 from engine.ray_nodes.nodes import Node
-from engine.ray_nodes.supervisor import START_TIMEOUT, Supervisor
+from engine.ray_nodes.supervisor import END_TIMEOUT, RETRY_DELAYS, START_TIMEOUT, STEADY, Supervisor
 
 
 class FakeKeeper:
@@ -14,6 +15,7 @@ class FakeKeeper:
     def __init__(self) -> None:
         self.up, self.reason = True, None
         self.calls: list[str] = []
+        self.takes_to_end: Callable[[float], None] = lambda _: None
 
     def started(self) -> bool:
         return self.up
@@ -27,8 +29,9 @@ class FakeKeeper:
     def end(self) -> None:
         self.calls.append("end")
 
-    def join(self) -> None:
+    def join(self, timeout: float) -> None:
         self.calls.append("join")
+        self.takes_to_end(timeout)
 
     def kill(self) -> None:
         self.calls.append("kill")
@@ -138,6 +141,17 @@ def test_what_ended_is_begun_anew_later_each_time(caplog: pytest.LogCaptureFixtu
     assert "No module named 'engine'" in caplog.text
 
 
+def test_what_ended_after_a_steady_while_is_begun_anew_at_once():
+    clock, cluster = Hand(), FakeCluster(node("a"))
+    supervisor = Supervisor(cluster, clock=clock)
+    for count in range(1, len(RETRY_DELAYS) + 3):
+        supervisor.look()
+        assert len(cluster.kept) == count
+        clock.now += STEADY + 1.0
+        cluster.kept[-1][2].reason = "killed"
+        supervisor.look()
+
+
 def test_what_ray_does_not_start_is_given_up_and_tried_again():
     clock, cluster = Hand(), FakeCluster(node("a"))
     cluster.up = False
@@ -170,3 +184,17 @@ def test_all_are_ended_before_the_first_is_waited_for(caplog: pytest.LogCaptureF
     supervisor.end_all()
     assert [keeper.calls for _, _, keeper in cluster.kept] == [["end", "join"]] * 2
     assert supervisor.machines == []
+
+
+def test_agents_that_do_not_end_by_themselves_are_waited_for_together():
+    clock, cluster = Hand(), FakeCluster(node("a"), node("b"), node("c"))
+    supervisor = Supervisor(cluster, clock=clock)
+    supervisor.look()
+
+    def take_all(timeout: float) -> None:
+        clock.now += timeout
+
+    for _, _, keeper in cluster.kept:
+        keeper.takes_to_end = take_all
+    supervisor.end_all()
+    assert clock.now == END_TIMEOUT
