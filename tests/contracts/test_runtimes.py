@@ -2,35 +2,32 @@
 
 import asyncio
 import itertools
+import os
 import signal
 import tempfile
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from engine.instances import instance_name
+from engine.model import Launch
 from engine.runtimes.base import Premises, Runtime
+from engine.runtimes.fork_server import UNHEARD
 from engine.runtimes.process import ProcessRuntime
-from ppaas.errors import Unavailable
+from ppaas.errors import PPaaSError, Unavailable
+from tests.servers.ray_cluster import RayCluster
 from tests.support.docker_engine import image_for_tests
 from tests.support.launches import Reports
 from tests.support.processes import is_gone, until
+from tests.support.sources import ROOT
 
 ENTRIES = "tests.support.container_entries"
 
 _numbers = itertools.count(1)
-
-
-def process_runtime(entry: str, premises: Premises) -> Runtime:
-    return ProcessRuntime(entry)
-
-
-def docker_runtime(entry: str, premises: Premises) -> Runtime:
-    from engine.runtimes.docker import DockerRuntime
-
-    return DockerRuntime(premises._replace(image=image_for_tests()), entry, spares=1)
 
 
 @dataclass
@@ -41,6 +38,8 @@ class Machine:
     premises: Premises
     reports: Reports
     runtime: Runtime | None = None
+    status_at_close: int = -signal.SIGKILL
+    """That a container has which the end of its runtime ends."""
 
     async def start(self, entry: str) -> Runtime:
         """Start the runtime, whose containers run a function of the entries of tests."""
@@ -55,17 +54,82 @@ class Machine:
         (folder / "info.json").write_text("the layers")
         return folder
 
+    async def launch_with_layers(self, runtime: Runtime) -> tuple[Any, Path]:
+        """Start a container that sees layers of a map; return it, and the folder that these are in."""
+        layers = self.layers()
+        return await runtime.launch(self.reports.launch(layers=str(layers))), layers
 
-@pytest.fixture(params=[process_runtime, pytest.param(docker_runtime, marks=pytest.mark.docker)])
+
+class RayMachine(Machine):
+    """A node of a real cluster, whose agent makes the layers of a real map."""
+
+    async def launch_with_layers(self, runtime: Any) -> tuple[Any, Path]:
+        container = await runtime.launch(self.reports.launch())
+        return container, runtime.layers()
+
+
+Make = Callable[[pytest.FixtureRequest, Premises, Reports], Machine]
+
+
+def by_processes(_: pytest.FixtureRequest, premises: Premises, reports: Reports) -> Machine:
+    return Machine(lambda entry, _: ProcessRuntime(entry), premises, reports)
+
+
+def by_docker(_: pytest.FixtureRequest, premises: Premises, reports: Reports) -> Machine:
+    from engine.runtimes.docker import DockerRuntime
+
+    image = premises._replace(image=image_for_tests())
+    return Machine(lambda entry, premises: DockerRuntime(premises, entry, spares=1), image, reports)
+
+
+def by_ray(request: pytest.FixtureRequest, premises: Premises, reports: Reports) -> Machine:
+    from tests.servers.ray_runtime import RayRuntime
+
+    cluster = request.getfixturevalue("ray_cluster")
+    made = RayMachine(lambda entry, premises: RayRuntime(entry, premises, cluster, reports), premises, reports)
+    made.status_at_close = UNHEARD  # the agent ends before them, and nobody else could tell
+    return made
+
+
+PROCESS, DOCKER, RAY = (
+    by_processes,
+    pytest.param(by_docker, marks=pytest.mark.docker),
+    pytest.param(by_ray, marks=pytest.mark.ray),
+)
+
+
+@pytest.fixture(scope="module")
+def ray_cluster() -> Iterator[RayCluster]:
+    """Return a cluster with one node, on which the agents of these tests run one after the other."""
+    from tests.servers.ray_runtime import PLUGIN
+
+    with pytest.MonkeyPatch.context() as patch:
+        running = RayCluster(PYTHONPATH=f"{ROOT}:{PLUGIN}")
+        for name, value in running.credentials.items():
+            patch.setenv(name, value)
+        try:
+            running.join()
+            yield running
+        finally:
+            running.stop()
+
+
+@pytest.fixture(params=[PROCESS, DOCKER, RAY])
 async def machine(request: pytest.FixtureRequest) -> AsyncIterator[Machine]:
+    make: Make = request.param
     instance = f"{instance_name()}-{next(_numbers)}"
     with tempfile.TemporaryDirectory(prefix="t-") as name:  # a path that is short enough for sockets
         folder = Path(name)
         async with Reports(folder) as reports:
-            started = Machine(request.param, Premises(instance, folder, folder / "shm"), reports)
+            started = make(request, Premises(instance, folder, folder / "shm"), reports)
             yield started
             if started.runtime is not None:
                 await started.runtime.close()
+
+
+def sized(launch: Launch, cores: float, *cpus: int) -> Launch:
+    """Return a launch of another size, on other CPUs."""
+    return replace(launch, spec=replace(launch.spec, cores=cores), cpus=cpus)
 
 
 async def test_a_container_is_ready_when_it_dials_and_runs_until_it_is_killed(machine: Machine) -> None:
@@ -85,7 +149,31 @@ async def test_its_size_is_cpus_and_threads_and_its_exit_status_is_told(machine:
     container = await runtime.launch(machine.reports.launch(cpus=(0,), threads=1))
     facts = dict(fact.split("=") for fact in (await machine.reports.next()).text.split())
     assert (facts["cpus"], facts["threads"], facts["omp"], facts["main"]) == ("0", "1", "1", "False")
+    assert facts["told_of_ray"] == "False", "whoever has its token can do what all its nodes can"
     assert await container.wait() == 7
+
+
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one CPU: no other to run on")
+async def test_another_size_is_other_cpus_while_it_runs(machine: Machine) -> None:
+    runtime = await machine.start("tell_cpus")
+    launch = machine.reports.launch(cpus=(0,))
+    container = await runtime.launch(launch)
+    assert (await machine.reports.next()).text == "0"
+    container.resize(sized(launch, 2.0, 0, 1))
+    assert (await machine.reports.next()).text == "0,1"
+    container.resize(sized(launch, 0.5, 0))
+    assert (await machine.reports.next()).text == "0"
+    container.kill()
+    assert await container.wait() == -signal.SIGKILL
+    container.resize(launch)
+
+
+async def test_that_somebody_else_killed_it_is_told(machine: Machine) -> None:
+    runtime = await machine.start("dial_and_stay")
+    container = await runtime.launch(machine.reports.launch())
+    await machine.reports.next()
+    os.kill(container.pid, signal.SIGKILL)
+    assert await container.wait() == -signal.SIGKILL
 
 
 async def test_many_may_wait_for_the_end(machine: Machine) -> None:
@@ -105,10 +193,9 @@ async def test_a_container_of_one_core_cannot_use_two(machine: Machine) -> None:
 
 
 async def test_layers_are_seen_and_so_is_what_is_put_beside_them_later(machine: Machine) -> None:
-    layers = machine.layers()
     runtime = await machine.start("read_layers")
-    container = await runtime.launch(machine.reports.launch(layers=str(layers)))
-    assert (await machine.reports.next()).text == "the layers"
+    container, layers = await machine.launch_with_layers(runtime)
+    assert (await machine.reports.next()).text == (layers / "info.json").read_text()
     (layers / "late.index").write_text("an index")
     container.layers_grew()
     assert (await machine.reports.next()).text == "an index"
@@ -118,8 +205,8 @@ async def test_layers_are_seen_and_so_is_what_is_put_beside_them_later(machine: 
 async def test_what_cannot_begin_is_told(machine: Machine) -> None:
     runtime = await machine.start("dial_and_stay")
     try:
-        status = await (await runtime.launch(machine.reports.launch(cpus=(4095,)))).wait()
-    except Unavailable:
+        status = await (await runtime.launch(sized(machine.reports.launch(), 4096.0, 4095))).wait()
+    except PPaaSError:
         return
     assert status == 1
 
@@ -131,9 +218,9 @@ async def test_several_at_a_time_are_all_ended_by_close_and_no_more_start(machin
     assert len(reported) == 3
     await runtime.close()
     await until(lambda: all(is_gone(container.pid) for container in started))
-    assert [await container.wait() for container in started] == [-signal.SIGKILL] * 3
+    assert [await container.wait() for container in started] == [machine.status_at_close] * 3
     assert [entry.name for entry in machine.premises.run_dir.iterdir() if entry.name.startswith("c-")] == []
-    with pytest.raises(Unavailable, match="closed"):
+    with pytest.raises(Unavailable, match=r"closed|gone"):
         await runtime.launch(machine.reports.launch())
 
 
@@ -149,6 +236,7 @@ async def test_a_launch_that_is_given_up_leaves_no_container(machine: Machine) -
     assert (await machine.reports.next()).container == launch.spec.id
 
 
+@pytest.mark.parametrize("machine", [PROCESS, DOCKER], indirect=True)  # on a Ray node its agent is told, and logs it
 async def test_an_entry_that_does_not_exist_is_told_at_the_start(machine: Machine) -> None:
     with pytest.raises(Unavailable, match="nothing"):
         await machine.start("nothing")

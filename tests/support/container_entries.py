@@ -12,6 +12,9 @@ from engine.model import Launch
 BURNING = 0.5
 """Seconds."""
 
+HELD = 1100
+"""MiB."""
+
 
 def report(launch: Launch, text: str) -> socket.socket:
     """Dial ``launch.link``, say something, and return the connection, still open."""
@@ -33,11 +36,12 @@ def describe(launch: Launch) -> int:
     import numba
 
     facts = {
-        "cpus": ",".join(map(str, sorted(os.sched_getaffinity(0)))),
+        "cpus": _cpus(),
         "threads": numba.get_num_threads(),
         "session": os.getsid(0) == os.getpid(),
         "omp": os.environ["OMP_NUM_THREADS"],
         "main": "pytest" in sys.modules,
+        "told_of_ray": any(name.startswith("RAY_") for name in os.environ),
         "alone": threading.active_count(),
     }
     report(launch, " ".join(f"{name}={value}" for name, value in facts.items())).close()
@@ -95,6 +99,28 @@ def read_layers(launch: Launch) -> None:
         while not (late := folder / "late.index").exists():
             time.sleep(0.005)
         connection.sendall(f"{launch.spec.id} {os.getpid()} {late.read_text()}\n".encode())
+
+
+def tell_cpus(launch: Launch) -> None:
+    """Say on which CPUs it may run, and again whenever these change."""
+    with report(launch, cpus := _cpus()) as connection:
+        while True:
+            if (now := _cpus()) != cpus:
+                cpus = now
+                connection.sendall(f"{launch.spec.id} {os.getpid()} {cpus}\n".encode())
+            time.sleep(0.005)
+
+
+def _cpus() -> str:
+    return ",".join(map(str, sorted(os.sched_getaffinity(0))))
+
+
+def hold_memory(launch: Launch) -> None:
+    """Take most of the memory that a container of two cores has, say so, and keep it."""
+    taken = bytearray(os.urandom(1 << 20)) * HELD
+    with report(launch, f"{len(taken) >> 20} MiB"):
+        while True:
+            time.sleep(60)
 
 
 def take_memory(launch: Launch) -> None:

@@ -33,14 +33,15 @@ class Reports:
         self._server: asyncio.Server | None = None
 
     async def __aenter__(self) -> "Reports":
-        self._server = await asyncio.start_unix_server(self._connected, self.path)
+        self._server = await asyncio.start_unix_server(self.connected, self.path)
         return self
 
     async def __aexit__(self, *_: object) -> None:
         assert self._server is not None
         self._server.close()
 
-    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, _: str = "") -> None:
+        """Hear what a container says; it may have come by a machine of another host."""
         while line := (await reader.readline()).decode():
             container, pid, text = line.strip().split(" ", 2)
             self._queue.put_nowait(Report(container, int(pid), text))
