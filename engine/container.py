@@ -138,6 +138,7 @@ class Container:
         self._taps: dict[str, Callable[[], None]] = {}
         self._applied = int(launch.spec.checkpoint.get(LINK_STATE, b"0"))
         self._dirty = asyncio.Event()
+        self._held: list[link.Published] = []
         self._graph.watch(self._topic_changed)
         if monitoring is not None:
             monitoring.changed = lambda: stream.write(self._offers())
@@ -230,8 +231,11 @@ class Container:
             self._taps[name] = self._graph.tap(name, self._forward)
 
     def _forward(self, topic: str, payload: Payload) -> None:
-        droppable = not self._graph.topics[topic].latched
-        if not (droppable and self._stream.waiting > MAX_WAITING):
+        kind = self._graph.topics[topic]
+        if kind.said_once:
+            self._held.append(link.Published(topic, payload_bytes(payload)))
+            self._dirty.set()
+        elif kind.latched or self._stream.waiting <= MAX_WAITING:
             self._stream.write(link.Published(topic, payload_bytes(payload)))
 
     def _call(self, frame: link.Call) -> None:
@@ -276,15 +280,17 @@ class Container:
         if self._launch.spec.robot is None:
             return
         self._dirty.clear()
-        applied = self._applied
+        applied, told, self._held = self._applied, self._held, []
         nodes = {checkpoint.node: checkpoint.state for checkpoint in self._graph.checkpoints()}
         nodes[LINK_STATE] = str(applied).encode()
         try:
             await self._machine.save_clone(nodes)
         except PPaaSError as error:
             logger.warning("the checkpoint was not kept, and will be tried again: %s", error)
-            return
-        self._stream.write(link.Ack(applied))
+        else:
+            self._stream.write(link.Ack(applied))
+        for published in told:  # where nothing can be kept, that it is told goes before that it is told once
+            self._stream.write(published)
 
 
 async def run(launch: Launch) -> None:

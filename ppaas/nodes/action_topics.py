@@ -21,7 +21,7 @@ CANCEL = Topic("move_base/cancel", GoalID)
 CURRENT_GOAL = Topic("move_base/current_goal", PoseStamped)
 STATUS = Topic("move_base/status", GoalStatusArray)
 FEEDBACK = Topic("move_base/feedback", MoveBaseActionFeedback)
-RESULT = Topic("move_base/result", MoveBaseActionResult)
+RESULT = Topic("move_base/result", MoveBaseActionResult, said_once=True)
 
 
 class ActionTopics:

@@ -23,12 +23,14 @@ Reply = Callable[[Payload | PPaaSError], None]
 class Topic(NamedTuple):
     """A topic that a node publishes or subscribes to.
 
-    ``latched`` topics give their last message to whoever subscribes later.
+    ``latched`` topics give their last message to whoever subscribes later. What is ``said_once`` leaves its home when
+    the state of the node is kept that says so: no other, which goes on from before it, says it again.
     """
 
     name: str
     type: type[Message]
     latched: bool = False
+    said_once: bool = False
 
 
 class Service(NamedTuple):

@@ -23,7 +23,7 @@ GOAL = Topic("follow_waypoints/goal", FollowWaypointsActionGoal)
 CANCEL = Topic("follow_waypoints/cancel", GoalID)
 STATUS = Topic("follow_waypoints/status", GoalStatusArray)
 FEEDBACK = Topic("follow_waypoints/feedback", FollowWaypointsActionFeedback)
-RESULT = Topic("follow_waypoints/result", FollowWaypointsActionResult)
+RESULT = Topic("follow_waypoints/result", FollowWaypointsActionResult, said_once=True)
 
 
 class WaypointTopics:

@@ -6,7 +6,7 @@ import subprocess
 import sys
 from collections.abc import AsyncIterator
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ from ppaas.maps.layers import MapLayers
 from ppaas.messages import decode
 from ppaas.messages.std_msgs import String
 from ppaas.messages.std_srvs import TriggerResponse
-from ppaas.nodes.base import Checkpoint, Topic
+from ppaas.nodes.base import Checkpoint, Node, Payload, Topic
 from ppaas.plans.times import Times
 from tests.support.echo_node import EchoNode
 from tests.support.engine_links import pair, receive
@@ -302,6 +302,40 @@ async def test_what_must_arrive_is_acknowledged_once_it_is_checkpointed_and_not_
     assert await outer.heard() == "one"  # and no Ack came before this answer
     assert (await outer.checkpoint())["echo"] == b"one"
     assert await receive(outer.endpoint) == link.Ack(1)
+    keeping.cancel()
+
+
+class Ending(Node):
+    """Says on ``ended`` what it hears on ``end``, and keeps that it has."""
+
+    name: ClassVar[str] = "ending"
+    subscribes: ClassVar[tuple[Topic, ...]] = (Topic("end", String),)
+    publishes: ClassVar[tuple[Topic, ...]] = (Topic("ended", String, said_once=True),)
+    said = b""
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        assert isinstance(message, String)
+        self.said = message.data.encode()
+        self.context.publish("ended", message)
+
+    def checkpoint(self) -> bytes:
+        return self.said
+
+
+@pytest.mark.parametrize("refusal", [None, link.Refusal("unavailable", "the disk is full")])
+async def test_what_is_said_once_is_said_when_the_state_that_knows_of_it_is_kept_or_cannot_be(
+    outer: Outer, refusal: link.Refusal | None
+) -> None:
+    outer.home.graph.add(Ending)
+    keeping = asyncio.create_task(outer.container.keep_checkpoints())
+    outer.endpoint.write(link.Subscribe("ended", 0))
+    outer.endpoint.write(link.Deliver("end", b'{"data":"here"}', 7))
+    assert await outer.heard() == ""  # and it was not said before this answer
+    while (await outer.checkpoint(refusal))["ending"] != b"here":
+        assert await receive(outer.endpoint) == link.Ack(0)
+    if refusal is None:
+        assert await receive(outer.endpoint) == link.Ack(0)
+    assert await receive(outer.endpoint) == link.Published("ended", b'{"data":"here"}')
     keeping.cancel()
 
 
