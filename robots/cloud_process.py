@@ -73,8 +73,7 @@ class CloudProcess:
             It ended or was not up in time; the text has the end of its log.
         """
         try:
-            await self._start()
-            self.ready = await self._wait_ready(self._start_timeout)
+            await self._come_up()
         except BaseException:
             await self._stop()
             raise
@@ -85,12 +84,37 @@ class CloudProcess:
     ) -> None:
         await self._stop()
 
+    async def ended(self) -> None:
+        """Wait until it has ended, however that came."""
+        if self._process is not None:
+            await self._process.wait()
+
+    async def again(self) -> None:
+        """Start it again with the data that it had, after it has ended.
+
+        Raises
+        ------
+        Unavailable
+            It ended or was not up in time; the text has the end of its log.
+        """
+        (self.folder / "ready.json").unlink(missing_ok=True)
+        await self._come_up()
+
+    async def end(self) -> None:
+        """End it, by force if it does not go by itself; its folder stays."""
+        if self._process is not None:
+            await self._end(self._process)
+
+    async def _come_up(self) -> None:
+        await self._start()
+        self.ready = await self._wait_ready(self._start_timeout)
+
     async def _start(self) -> None:
         command = [sys.executable, "-m", "endpoints.cli", "up", "--host", "127.0.0.1", "--port", "0"]
         command += ["--data", str(self.folder / "data"), "--ready-file", str(self.folder / "ready.json")]
         command += ["--admin-password-file", str(self.folder / "password"), "--log-level", "warning"]
         command += self._arguments
-        with (self.folder / "log").open("wb") as log:
+        with (self.folder / "log").open("ab") as log:
             # A session of its own: Ctrl-C ends the demo, and the demo ends the cloud. Its temporary files go with ours.
             self._process = await asyncio.create_subprocess_exec(
                 *command,
@@ -130,8 +154,7 @@ class CloudProcess:
 
     async def _stop(self) -> None:
         try:
-            if self._process is not None:
-                await self._end(self._process)
+            await self.end()
         finally:
             self._folder.cleanup()
 

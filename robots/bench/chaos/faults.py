@@ -1,0 +1,70 @@
+"""Which faults there are, and when: the same seed gives the same, as far as what they meet is the same."""
+
+from collections.abc import Iterator
+from random import Random
+from typing import Literal, NamedTuple
+
+import msgspec
+
+How = Literal["kill", "stop", "drain"]
+
+
+class Kind(NamedTuple):
+    """A kind of fault: ``kill`` is SIGKILL, ``stop`` SIGSTOP, ``drain`` moves all that a machine carries."""
+
+    victim: str
+    how: How
+
+    def __str__(self) -> str:
+        return f"{self.victim}, {_IN_WORDS[self.how]}"
+
+
+_IN_WORDS = {"kill": "killed", "stop": "stopped", "drain": "drained"}
+
+OF_ONE_MACHINE = (
+    Kind("container", "kill"), Kind("container", "kill"), Kind("container", "stop"),
+    Kind("fork server", "kill"), Kind("fork server", "stop"),
+    Kind("router", "kill"), Kind("router", "stop"),
+    Kind("agent", "kill"), Kind("agent", "stop"),
+    Kind("helper", "kill"),
+    Kind("web", "kill"), Kind("web", "stop"),
+)  # fmt: skip
+"""What can be done to a cloud; containers die more often than all else."""
+
+OF_MORE = (Kind("joined machine", "kill"), Kind("joined machine", "stop"), Kind("machine", "drain"))
+"""What can be done beside that where it has machines of other hosts."""
+
+PAUSE = {"web": 3.0, "joined machine": 8.0}
+"""Seconds after which what was stopped goes on, where nobody of the cloud can end it: no machine that it has lost."""
+
+LONGEST_STOP = 25.0
+"""Seconds after which all else that was stopped, and is still there, goes on."""
+
+
+class Fault(msgspec.Struct, frozen=True):
+    """One that was done.
+
+    Parameters
+    ----------
+    name : str
+        Its kind, in words.
+    at : float
+        Monotonic seconds.
+    home : str
+        Whose process it was: the folder of the cloud or the name of a machine.
+    pid : int
+        Of the process; 0 where it was none.
+    """
+
+    name: str
+    at: float
+    home: str = ""
+    pid: int = 0
+
+
+def deck(random: Random, machines: int) -> Iterator[Kind]:
+    """Yield kinds without end, each as often as the others, in an order that nobody knows."""
+    kinds = [*OF_ONE_MACHINE, *(OF_MORE if machines > 1 else ())]
+    while True:
+        random.shuffle(kinds)
+        yield from kinds

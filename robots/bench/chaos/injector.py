@@ -1,0 +1,143 @@
+"""Does the faults, one after the other, and sees that nothing stays stopped that nobody else can set going."""
+
+import asyncio
+import logging
+import signal
+from collections.abc import Callable, Coroutine, Sequence
+from random import Random
+from typing import Any
+
+import psutil
+
+from ppaas.clock import Clock, monotonic
+from ppaas.errors import PPaaSError
+from robots.bench.chaos.family import FORKED, Member
+from robots.bench.chaos.faults import LONGEST_STOP, PAUSE, Fault, Kind, deck
+from robots.rest import RestClient
+
+logger = logging.getLogger(__name__)
+
+HELPERS = frozenset((FORKED, "compiler", "resource tracker"))
+"""What works beside: containers that only plan, what makes the layers of maps, compilers of kernels."""
+
+DRAIN = 5.0
+"""Seconds for which a machine is drained."""
+
+SPREAD = 0.5, 1.5
+"""Of the time between two faults, as parts of its mean."""
+
+
+class Injector:
+    """Does faults at random times.
+
+    Parameters
+    ----------
+    rest : RestClient
+        Of an administrator: only the cloud knows which process is whose container.
+    look : callable
+        Returns the processes of the cloud.
+    random : Random
+        Decides what, whom and when.
+    machines : int
+        How many the cloud has.
+    clock : callable
+        Monotonic seconds.
+    """
+
+    def __init__(
+        self,
+        rest: RestClient,
+        look: Callable[[], list[Member]],
+        random: Random,
+        machines: int,
+        clock: Clock = monotonic,
+    ) -> None:
+        self._rest = rest
+        self._look = look
+        self._random = random
+        self._kinds = deck(random, machines)
+        self._clock = clock
+        self._going_on: set[asyncio.Task[None]] = set()
+        self.faults: list[Fault] = []
+        self.wrong: list[str] = []
+
+    async def run(self, seconds: float, every: float) -> None:
+        """Do faults for a while; then let all that was stopped go on.
+
+        Parameters
+        ----------
+        seconds : float
+            How long.
+        every : float
+            Mean time between two faults [s].
+        """
+        end = self._clock() + seconds
+        while (left := end - self._clock()) > 0.0:
+            await self._do(next(self._kinds))
+            await asyncio.sleep(min(left, every * self._random.uniform(*SPREAD)))
+        await asyncio.gather(*self._going_on)
+
+    async def _do(self, kind: Kind) -> None:
+        try:
+            if kind.how == "drain":
+                await self._drain(kind)
+            else:
+                await self._signal(kind)
+        except (PPaaSError, psutil.Error) as error:  # the cloud is away, or the victim went just now
+            logger.info("no fault (%s): %s", kind, error)
+
+    async def _signal(self, kind: Kind) -> None:
+        found = self._look()
+        victims = await self._victims(kind, found)
+        if not victims:
+            logger.info("no fault (%s): there is none", kind)
+            return
+        victim = self._random.choice(sorted(victims, key=lambda member: member.process.pid))
+        self.faults.append(Fault(str(kind), self._clock(), victim.home, victim.process.pid))
+        if kind.how == "kill":
+            victim.process.kill()
+            return
+        victim.process.suspend()
+        self._later(self._go_on(victim, PAUSE.get(kind.victim, LONGEST_STOP)))
+
+    async def _victims(self, kind: Kind, found: Sequence[Member]) -> list[Member]:
+        if kind.victim not in ("container", "helper"):
+            return [member for member in found if member.kind == kind.victim]
+        clones = {one["pid"] for one in await self._rest.items("/v1/containers") if one["robot"] is not None}
+        if kind.victim == "container":
+            return [member for member in found if member.process.pid in clones]
+        return [member for member in found if member.kind in HELPERS and member.process.pid not in clones]
+
+    async def _go_on(self, victim: Member, pause: float) -> None:
+        """Set a process going that was stopped and that nobody has ended."""
+        await asyncio.sleep(pause)
+        try:
+            if victim.process.status() == psutil.STATUS_STOPPED:
+                victim.process.send_signal(signal.SIGCONT)
+        except psutil.NoSuchProcess:
+            return
+
+    async def _drain(self, kind: Kind) -> None:
+        """Drain the machine that carries most, so that robots come to others too."""
+        machines = await self._rest.items("/v1/machines")
+        fullest = max(machines, key=lambda machine: machine["containers"])["id"]
+        self.faults.append(Fault(str(kind), self._clock(), fullest))
+        await self._rest.patch(f"/v1/machines/{fullest}", {"draining": True})
+        self._later(self._undrain(fullest))
+
+    async def _undrain(self, machine: str) -> None:
+        """Give a machine work again; it may be away meanwhile, as the cloud may be."""
+        await asyncio.sleep(DRAIN)
+        for _ in range(60):
+            try:
+                await self._rest.patch(f"/v1/machines/{machine}", {"draining": False})
+                return
+            except PPaaSError as error:
+                logger.info("machine %s is not undrained yet: %s", machine, error)
+                await asyncio.sleep(1.0)
+        self.wrong.append(f"machine {machine} was drained, and is away since")
+
+    def _later(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(work)
+        self._going_on.add(task)
+        task.add_done_callback(self._going_on.discard)

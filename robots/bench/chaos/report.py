@@ -1,0 +1,100 @@
+"""What a run of faults came to, for people and for programs."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+import msgspec
+
+from robots.bench.chaos.faults import Fault
+from robots.bench.chaos.witness import Gap
+
+BEFORE = 1.0
+"""Seconds before a gap within which a fault may have caused it: a robot drives on by what is still on its way."""
+
+NO_FAULT = "none"
+
+
+class Report(msgspec.Struct, frozen=True):
+    """What was done, and what came of it.
+
+    Parameters
+    ----------
+    seed, robots, machines : int
+        Of the run.
+    seconds : float
+        How long faults were done.
+    faults : dict of str to int
+        How many of each kind.
+    longest_gap_s : dict of str to float
+        Longest time that a robot with a goal was commanded nothing, by the first fault that can have caused it;
+        under ``none`` such as no fault can.
+    goals : dict of str to int
+        How many were sent; of how many a ``result`` came, the ``status`` was told, or it was told that they are
+        ``lost``.
+    statuses : dict of str to int
+        How goals ended.
+    paths : dict of str to int
+        Requests by REST that were answered with a path, or refused, and why.
+    commands : int
+        That robots were given.
+    sessions : int
+        That robots began, one each if none was lost.
+    cloud_starts : int
+        How often the cloud was started again.
+    wrong : list of str
+        What should not have been.
+    """
+
+    seed: int
+    robots: int
+    machines: int
+    seconds: float
+    faults: dict[str, int]
+    longest_gap_s: dict[str, float]
+    goals: dict[str, int]
+    statuses: dict[str, int]
+    paths: dict[str, int]
+    commands: int
+    sessions: int
+    cloud_starts: int
+    wrong: list[str]
+
+    @property
+    def passed(self) -> bool:
+        """Tell whether all was as it should be."""
+        return not self.wrong
+
+    def rows(self) -> list[dict[str, object]]:
+        """Return a row for each kind of fault."""
+        names = sorted({*self.faults, *self.longest_gap_s})
+        return [
+            {"fault": name, "times": self.faults.get(name, 0), "longest gap s": self.longest_gap_s.get(name)}
+            for name in names
+        ]
+
+    def sentences(self) -> list[str]:
+        """Return the rest, for people."""
+        goals = self.goals
+        return [
+            f"{self.robots} robots on {self.machines} machines, {sum(self.faults.values())} faults in "
+            f"{self.seconds:.0f} s (seed {self.seed}); {self.commands} commands",
+            f"goals: {goals['sent']} sent; the end of {goals['result']} told by their result, of {goals['status']} by "
+            f"the list of statuses; {goals['lost']} lost with the cloud, which was told",
+            f"paths by REST: {_counted(self.paths)}; the cloud was started {self.cloud_starts} times again",
+            *(f"WRONG: {one}" for one in self.wrong),
+            "nothing was lost, said twice or left behind" if self.passed else f"{len(self.wrong)} things are wrong",
+        ]
+
+
+def longest_by_fault(faults: Sequence[Fault], gaps: Sequence[Gap]) -> dict[str, float]:
+    """Return the longest gap for each kind of fault; one that several can have caused counts for the first."""
+    longest: dict[str, float] = {}
+    for gap in gaps:
+        causes = (fault.name for fault in faults if gap.begin - BEFORE <= fault.at <= gap.end)
+        cause = next(causes, NO_FAULT)
+        longest[cause] = round(max(gap.seconds, longest.get(cause, 0.0)), 2)
+    return longest
+
+
+def _counted(counts: dict[str, int]) -> str:
+    return ", ".join(f"{count} {name}" for name, count in sorted(Counter(counts).items())) or "none"

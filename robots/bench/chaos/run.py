@@ -1,0 +1,178 @@
+"""The run: a cloud of some machines, robots that drive in it, faults, and the reckoning at the end."""
+
+import asyncio
+import contextlib
+from collections import Counter
+from collections.abc import AsyncIterator, Coroutine, Sequence
+from dataclasses import dataclass
+from random import Random
+from typing import Any
+
+from rich.progress import Progress
+
+from ppaas.clock import monotonic
+from ppaas.maps.files import save_map
+from ppaas.maps.generate import office
+from ppaas.maps.grid import GridMap
+from robots.bench.chaos.asker import Asker
+from robots.bench.chaos.injector import Injector
+from robots.bench.chaos.report import Report, longest_by_fault
+from robots.bench.chaos.site import Site
+from robots.bench.chaos.traces import Traces
+from robots.bench.chaos.wanderer import Wanderer
+from robots.rest import RestClient
+from robots.robot_file import RobotFile
+from robots.sim.goals import Course, CoursePlanner
+from robots.sim.simulator import Simulator
+from robots.sim.world import World
+
+SIDES = 16.0, 14.0
+"""Of the office in which robots drive [m]."""
+
+CORES = 0.1
+"""Size of a container: so small that one machine carries all robots when the others are away."""
+
+MAPS = 2
+"""As the balancer keeps robots of a map together, robots of several maps use several machines."""
+
+LOOK = 1.0
+MORE_FILES = 16
+FILES_A_ROBOT = 8
+"""More files may be open at the end than at the beginning: all robots may be on one machine then."""
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What is run.
+
+    Parameters
+    ----------
+    seconds : float
+        How long faults are done.
+    robots, machines : int
+        How many, the cloud's own machine included.
+    every : float
+        Mean time between two faults [s].
+    seed : int
+        Of the faults, the maps and the courses.
+    """
+
+    seconds: float = 600.0
+    robots: int = 10
+    machines: int = 3
+    every: float = 5.0
+    seed: int = 1
+
+
+async def run(options: Options, progress: Progress) -> Report:
+    """Do faults in a cloud of one's own, and tell what came of them.
+
+    Raises
+    ------
+    PPaaSError
+        The cloud did not start.
+    """
+    site = Site(options.machines)
+    traces = Traces(site.folder)
+    stage = [_scene(options, number) for number in range(min(MAPS, options.robots))]
+    async with site:
+        rest = await site.login()
+        wanderers = [wanderer for scene in stage for wanderer in await scene.enter(rest, site.url)]
+        asker = Asker(rest, stage[0].map_id, stage[0].courses)
+        injector = Injector(rest, traces.look, Random(options.seed), options.machines)
+        async with _going_on(*(scene.simulator.run() for scene in stage), asker.run(), _look_on(traces)):
+            await _drive(options, wanderers, injector, traces, progress)
+        await site.stop()
+        traces.at_end()
+        wrong = [one for w in wanderers for one in (*w.goals.wrong, *w.witness.wrong)]
+        wrong += [*injector.wrong, *traces.wrong]
+        return _reckon(options, wanderers, injector, paths=dict(asker.answers), cloud_starts=site.restarts, wrong=wrong)
+
+
+@dataclass(frozen=True, slots=True)
+class _Scene:
+    map_id: str
+    grid: GridMap
+    world: World
+    courses: Sequence[Course]
+    simulator: Simulator
+
+    async def enter(self, rest: RestClient, url: str) -> list[Wanderer]:
+        yaml, image = save_map(self.grid, f"{self.map_id}.pgm")
+        await rest.upload_map(self.map_id, yaml, image)
+        wanderers = []
+        for number, course in enumerate(self.courses):
+            name = f"{self.map_id}-{number}"
+            await rest.put_robot(name, RobotFile(map=self.map_id, initial_pose=course.start, cores=CORES))
+            robot = self.world.add_robot(course.start)
+            wanderers.append(Wanderer((url, rest.token or ""), name, robot, course))
+        return wanderers
+
+
+def _scene(options: Options, number: int) -> _Scene:
+    grid = office(options.seed + number, *SIDES)
+    robots = len(range(number, options.robots, MAPS))
+    courses = CoursePlanner(grid, options.seed + number).choose(robots, 2)
+    world = World(grid, options.seed + number)
+    return _Scene(f"chaos-{number}", grid, world, courses, Simulator(world))
+
+
+@contextlib.asynccontextmanager
+async def _going_on(*works: Coroutine[Any, Any, None]) -> AsyncIterator[None]:
+    tasks = [asyncio.create_task(work) for work in works]
+    try:
+        yield
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+async def _look_on(traces: Traces) -> None:
+    while True:
+        traces.look()
+        await asyncio.sleep(LOOK)
+
+
+async def _drive(
+    options: Options, wanderers: list[Wanderer], injector: Injector, traces: Traces, progress: Progress
+) -> None:
+    """Let robots drive, begin with the faults when all of them do, and let each come to the end of its goal."""
+    async with asyncio.TaskGroup() as group:
+        for wanderer in wanderers:
+            group.create_task(wanderer.run())
+        await asyncio.gather(*(wanderer.witness.driven.wait() for wanderer in wanderers))
+        traces.count_files(traces.look())
+        faults = group.create_task(injector.run(options.seconds, options.every))
+        await _show(faults, options.seconds, injector, progress)
+        for wanderer in wanderers:
+            wanderer.enough()
+    traces.count_files(traces.look(), MORE_FILES + FILES_A_ROBOT * options.robots)
+
+
+async def _show(faults: "asyncio.Task[None]", seconds: float, injector: Injector, progress: Progress) -> None:
+    task, began = progress.add_task("faults", total=seconds), monotonic()
+    while not faults.done():
+        last = injector.faults[-1].name if injector.faults else ""
+        progress.update(task, completed=monotonic() - began, description=f"{len(injector.faults)} faults: {last}")
+        await asyncio.wait({faults}, timeout=LOOK)
+    progress.remove_task(task)
+    faults.result()
+
+
+def _reckon(options: Options, wanderers: list[Wanderer], injector: Injector, **rest: Any) -> Report:
+    endings = sum((Counter(wanderer.goals.endings) for wanderer in wanderers), Counter())
+    gaps = [gap for wanderer in wanderers for gap in wanderer.witness.gaps]
+    return Report(
+        seed=options.seed,
+        robots=options.robots,
+        machines=options.machines,
+        seconds=options.seconds,
+        faults=dict(Counter(fault.name for fault in injector.faults)),
+        longest_gap_s=longest_by_fault(injector.faults, gaps),
+        goals={"sent": sum(w.goals.sent for w in wanderers)} | {e: endings[e] for e in ("result", "status", "lost")},
+        statuses=dict(sum((w.goals.statuses for w in wanderers), Counter())),
+        commands=sum(wanderer.witness.commands for wanderer in wanderers),
+        sessions=sum(wanderer.sessions for wanderer in wanderers),
+        **rest,
+    )

@@ -1,0 +1,199 @@
+"""A cloud with machines of other hosts, as far as it can tell: all on loopback, each with a folder of its own."""
+
+import asyncio
+import os
+import signal
+import socket
+import sys
+from asyncio.subprocess import DEVNULL, PIPE, Process
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from ppaas.errors import Unavailable
+from robots.cloud_process import CloudProcess
+from robots.rest import RestClient
+
+STOP_TIMEOUT = 20.0
+JOIN_TIMEOUT = 60.0
+BLINK = 0.05
+
+LINGER = 60.0
+"""Seconds for which a robot's clone is kept: a cloud that is killed is back within them on a busy computer too."""
+
+
+class JoinedMachine:
+    """A machine that has a ticket; whenever it dies it is started again, as a supervisor does it.
+
+    Parameters
+    ----------
+    folder : Path
+        For its log, its key and its temporary files.
+    name : str
+        Of the machine.
+    """
+
+    def __init__(self, folder: Path, name: str) -> None:
+        self._folder = folder
+        self._name = name
+        self._process: Process | None = None
+        self._keeper: asyncio.Task[None] | None = None
+
+    async def start(self, ticket: str) -> None:
+        """Join, and stay."""
+        (self._folder / "t").mkdir(parents=True)
+        self._process = await self._spawn(ticket)
+        self._keeper = asyncio.create_task(self._keep(self._process))
+
+    async def _keep(self, process: Process) -> None:
+        while True:
+            await process.wait()
+            process = self._process = await self._spawn()
+
+    async def _spawn(self, *ticket: str) -> Process:
+        arguments = ["machine", "join", *ticket, "--name", self._name, "--data", str(self._folder / "data")]
+        with (self._folder / "log").open("ab") as log:
+            return await asyncio.create_subprocess_exec(
+                sys.executable, "-m", "endpoints.cli", *arguments, stdin=DEVNULL, stdout=log, stderr=log,
+                env=os.environ | {"TMPDIR": str(self._folder / "t")}, start_new_session=True,
+            )  # fmt: skip
+
+    async def stop(self) -> None:
+        """Start it no more, and end it in order.
+
+        Raises
+        ------
+        Unavailable
+            It did not end, and was killed.
+        """
+        if self._keeper is None or self._process is None:
+            return
+        self._keeper.cancel()
+        await asyncio.gather(self._keeper, return_exceptions=True)
+        if self._process.returncode is not None:
+            return
+        self._process.send_signal(signal.SIGTERM)
+        try:
+            async with asyncio.timeout(STOP_TIMEOUT):
+                await self._process.wait()
+        except TimeoutError as error:
+            self._process.kill()
+            raise Unavailable(f"machine {self._name} did not end within {STOP_TIMEOUT:g} s of SIGTERM") from error
+
+
+class Site:
+    """The cloud and its machines.
+
+    Parameters
+    ----------
+    machines : int
+        How many, the cloud's own included.
+    """
+
+    def __init__(self, machines: int) -> None:
+        self._port = free_port()
+        listen = ("--listen-machines", f"127.0.0.1:{_free_pair()}") if machines > 1 else ()
+        self._cloud = CloudProcess(arguments=("--port", str(self._port), "--linger", f"{LINGER:g}", *listen))
+        self._machines = [self._machine(f"m{number}") for number in range(2, machines + 1)]
+        self._closing = False
+        self._keeper: asyncio.Task[None] | None = None
+        self.restarts = 0
+
+    def _machine(self, name: str) -> JoinedMachine:
+        return JoinedMachine(self.folder / "machines" / name, name)
+
+    @property
+    def folder(self) -> Path:
+        """Where all of it keeps its files."""
+        return self._cloud.folder
+
+    @property
+    def url(self) -> str:
+        """Of the cloud, the same each time that it is started."""
+        return f"http://127.0.0.1:{self._port}"
+
+    async def __aenter__(self) -> Self:
+        """Start all of it, and wait until all machines are in.
+
+        Raises
+        ------
+        Unavailable
+            Something did not come up.
+        """
+        await self._cloud.__aenter__()
+        try:
+            self._keeper = asyncio.create_task(self._keep())
+            for machine in self._machines:
+                await machine.start(await self._ticket())
+            await self._all_in(await self.login())
+        except BaseException:
+            await self.stop()
+            raise
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Remove the folder, after all was stopped."""
+        await self.stop()
+        await self._cloud.__aexit__(kind, error, trace)
+
+    async def _keep(self) -> None:
+        """Start the cloud again on the same data, whenever it dies."""
+        while True:
+            await self._cloud.ended()
+            await self._cloud.again()
+            self.restarts += 1
+
+    async def _ticket(self) -> str:
+        process = await asyncio.create_subprocess_exec(
+            sys.executable, "-m", "endpoints.cli", "machine", "ticket", "--data", str(self.folder / "data"), stdout=PIPE
+        )
+        told, _ = await process.communicate()
+        return told.decode().strip()
+
+    async def login(self) -> RestClient:
+        """Return a client of the administrator."""
+        rest = RestClient(self.url)
+        await rest.login(self._cloud.ready.admin_user, self._cloud.password)
+        return rest
+
+    async def _all_in(self, rest: RestClient) -> None:
+        wanted = len(self._machines) + 1
+        try:
+            async with asyncio.timeout(JOIN_TIMEOUT):
+                while len(await rest.items("/v1/machines")) < wanted:  # noqa: ASYNC110 - the cloud tells nobody
+                    await asyncio.sleep(BLINK)
+        except TimeoutError as error:
+            raise Unavailable(f"not all of {wanted} machines were in the cloud within {JOIN_TIMEOUT:g} s") from error
+
+    async def stop(self) -> None:
+        """End all of it in order; what it kept stays.
+
+        Raises
+        ------
+        Unavailable
+            A part did not end.
+        """
+        if self._keeper is not None:
+            self._keeper.cancel()
+            await asyncio.gather(self._keeper, return_exceptions=True)
+        await asyncio.gather(*(machine.stop() for machine in self._machines))
+        await self._cloud.end()
+
+
+def free_port() -> int:
+    """Return a port of loopback that nobody uses now."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        return int(listener.getsockname()[1])
+
+
+def _free_pair() -> int:
+    """Return a port of loopback that is free with the next one."""
+    while True:
+        port = free_port()
+        try:
+            with socket.create_server(("127.0.0.1", port + 1)):
+                return port
+        except OSError:
+            continue

@@ -1,0 +1,93 @@
+"""What a robot hears, and what it should not have heard: a command twice, or two clones at a time."""
+
+import asyncio
+from collections import deque
+from typing import NamedTuple
+
+NOTEWORTHY = 0.5
+"""Seconds without a command that are a gap: as long as a base drives on by its last one."""
+
+MOST_CYCLES = 32
+"""Control cycles that a clone may have begun within a second. It begins 20, and two clones would begin 40."""
+
+
+class Gap(NamedTuple):
+    """Time without a command while there was a goal, from and to [monotonic s]."""
+
+    begin: float
+    end: float
+
+    @property
+    def seconds(self) -> float:
+        """How long it was."""
+        return self.end - self.begin
+
+
+class Witness:
+    """Listens for one robot.
+
+    A clone stamps what it says of each control cycle (``move_base/feedback``, which goes with each ``cmd_vel``) when it
+    says it, and where the robot is (``amcl_pose``) with the stamp of the scan that told it. So a stamp that was heard
+    before was said twice, an earlier one comes from another clone, and too many in a second come from two clones.
+
+    Parameters
+    ----------
+    robot : str
+        Its name.
+    """
+
+    def __init__(self, robot: str) -> None:
+        self._robot = robot
+        self._since: float | None = None
+        self._cycle = self._scan = 0.0
+        self._cycles: deque[float] = deque()
+        self.commands = 0
+        self.driven = asyncio.Event()
+        self.gaps: list[Gap] = []
+        self.wrong: list[str] = []
+
+    def goal_sent(self, now: float) -> None:
+        """Expect commands from now on."""
+        self._since = now
+
+    def goal_ended(self, now: float) -> None:
+        """Expect no more."""
+        self._note_gap(now)
+        self._since = None
+
+    def commanded(self, now: float) -> None:
+        """Note a ``cmd_vel``."""
+        self.commands += 1
+        self.driven.set()
+        if self._since is not None:
+            self._note_gap(now)
+            self._since = now
+
+    def _note_gap(self, now: float) -> None:
+        if self._since is not None and now - self._since >= NOTEWORTHY:
+            self.gaps.append(Gap(self._since, now))
+
+    def cycled(self, stamp: float) -> None:
+        """Note the feedback of a control cycle."""
+        if stamp <= self._cycle:
+            self._tell(f"heard of a control cycle {_again(stamp, self._cycle)}")
+        self._cycle = max(self._cycle, stamp)
+        self._cycles.append(stamp)
+        while self._cycles[0] < self._cycle - 1.0:
+            self._cycles.popleft()
+        if len(self._cycles) > MOST_CYCLES:
+            self._tell(f"heard of {len(self._cycles)} control cycles within a second")
+            self._cycles.clear()
+
+    def localized(self, stamp: float) -> None:
+        """Note an ``amcl_pose``."""
+        if stamp <= self._scan:
+            self._tell(f"was told where it is by a scan {_again(stamp, self._scan)}")
+        self._scan = max(self._scan, stamp)
+
+    def _tell(self, what: str) -> None:
+        self.wrong.append(f"{self._robot} {what}")
+
+
+def _again(stamp: float, newest: float) -> str:
+    return "again" if stamp == newest else f"that is {newest - stamp:.3f} s older than the last one"
