@@ -32,10 +32,13 @@ class JoinedMachine:
         For its data and its log.
     name : str
         Of the machine.
+    within : tuple of str
+        Words before its command, which run it somewhere else.
     """
 
-    def __init__(self, folder: Path, name: str) -> None:
+    def __init__(self, folder: Path, name: str, within: tuple[str, ...] = ()) -> None:
         self.name = name
+        self._within = within
         self.log = folder / "log"
         self._data = folder / "data"
         self._runs = Path(tempfile.mkdtemp(prefix="m-"))  # not below the folder: sockets need a short path
@@ -44,7 +47,7 @@ class JoinedMachine:
 
     def start(self, *arguments: str) -> None:
         """Start it, for the first time with a ticket."""
-        command = [sys.executable, "-m", "endpoints.cli", "machine", "join", *arguments]
+        command = [*self._within, sys.executable, "-m", "endpoints.cli", "machine", "join", *arguments]
         with self.log.open("ab") as output:
             self.process = subprocess.Popen(
                 [*command, "--name", self.name, "--data", str(self._data)],

@@ -30,10 +30,11 @@ class Wire:
             self.refused += 1
             writer.transport.abort()
             return
+        flows = self._flows
+        await flows.wait()
         parts = urlsplit(self._far)
         far_reader, far_writer = await asyncio.open_connection(parts.hostname, parts.port)
         self._writers |= {writer, far_writer}
-        flows = self._flows
         try:
             await asyncio.gather(_pass(reader, far_writer, flows), _pass(far_reader, writer, flows))
         finally:
@@ -54,6 +55,14 @@ class Wire:
         """Pass nothing more on the connections that there are, though they stand; new ones are served."""
         self._flows.clear()
         self._flows = asyncio.Event()
+        self._flows.set()
+
+    def stall(self) -> None:
+        """Pass nothing, on no connection, old or new, until ``flow``: what is lost until then is sent again, by TCP."""
+        self._flows.clear()
+
+    def flow(self) -> None:
+        """Pass again, what was held back first."""
         self._flows.set()
 
 

@@ -1,0 +1,114 @@
+"""The way between two machines loses all packets for some seconds, and heals: nobody is served twice meanwhile."""
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import pytest
+
+from ppaas.maps.grid import GridMap
+from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
+from ppaas.messages.move_base_msgs import MoveBaseActionFeedback
+from robots.bench.chaos.witness import Witness
+from robots.rest import RestClient
+from tests.journeys.test_two_machines import HERE, THERE, all_arrive, driving_on_both
+from tests.support.cloud import running_cloud
+from tests.support.drive import Drive
+from tests.support.joined_machine import JoinedMachine, container_of, machines, ticket
+from tests.support.partition import Namespace, Way, through_a_proxy
+from tests.support.processes import has_ended
+
+pytestmark = pytest.mark.journey
+
+CUT = 6.0
+"""Seconds without a packet; the master gives a machine up after four."""
+
+
+@pytest.fixture
+def namespace() -> Iterator[Namespace]:
+    """Return a network namespace, where this is allowed."""
+    made = Namespace()
+    made.add()
+    yield made
+    made.remove()
+
+
+async def test_a_partition_of_the_network_heals(
+    namespace: Namespace, tmp_path: Path, office_map: GridMap, record_property: Callable[[str, object], None]
+) -> None:
+    with running_cloud(tmp_path, "--listen-machines", f"{namespace.address}:0", "--linger", "1") as cloud:
+        rest = await cloud.admin()
+        async with (
+            second_machine(tmp_path, rest, namespace.way, ticket(tmp_path / "data")),
+            driving_on_both(cloud, rest, office_map, ("n1", "n2")) as drives,
+        ):
+            await cut_for_a_while(namespace.way, rest, drives)
+            record_property("longest_gap_s", await all_arrive(drives))
+
+
+async def test_links_that_lose_all_packets_heal(
+    tmp_path: Path, office_map: GridMap, record_property: Callable[[str, object], None]
+) -> None:
+    with running_cloud(tmp_path, "--listen-machines", "127.0.0.1:0", "--linger", "1") as cloud:
+        rest = await cloud.admin()
+        async with (
+            through_a_proxy(tmp_path / "data") as (way, shown),
+            second_machine(tmp_path, rest, way, shown),
+            driving_on_both(cloud, rest, office_map, ("p1", "p2")) as drives,
+        ):
+            await cut_for_a_while(way, rest, drives)
+            record_property("longest_gap_s", await all_arrive(drives))
+
+
+@asynccontextmanager
+async def second_machine(folder: Path, rest: RestClient, way: Way, shown: str) -> AsyncIterator[None]:
+    """Have a machine join over a way; whatever happens to it, it is in again at the end, and leaves nothing behind."""
+    machine = JoinedMachine(folder / THERE, THERE, way.within)
+    machine.start(shown)
+    try:
+        await machine.is_in(rest)
+        yield
+        await machine.is_in(rest)
+    finally:
+        machine.end()
+
+
+async def cut_for_a_while(way: Way, rest: RestClient, drives: dict[str, Drive]) -> None:
+    """Cut the way, see who serves whom, and mend it; no robot hears two clones."""
+    loop = asyncio.get_running_loop()
+    witnesses = [await witness_of(name, drive) for name, drive in drives.items()]
+    cut_off = tuple(drives)[1]
+    left = await container_of(rest, cut_off)
+    assert left["machine"] == THERE
+    way.cut()
+    healed = loop.time() + CUT
+    async with asyncio.timeout(20.0):
+        while await machines(rest) != [HERE]:
+            await asyncio.sleep(0.02)
+        while not has_ended(left["pid"]):
+            await asyncio.sleep(0.02)  # by itself: nobody can reach it
+        while [c["machine"] for c in await rest.items("/v1/containers") if c["robot"] == cut_off] != [HERE]:
+            await asyncio.sleep(0.02)
+    await asyncio.sleep(max(0.0, healed - loop.time()))
+    assert await machines(rest) == [HERE], "nothing came through"
+    way.mend()
+    async with asyncio.timeout(60.0):
+        while await machines(rest) != [HERE, THERE]:
+            await asyncio.sleep(0.02)
+    assert [one for witness in witnesses for one in witness.wrong] == []
+
+
+async def witness_of(name: str, drive: Drive) -> Witness:
+    """Note what a robot hears from now on."""
+    witness = Witness(name)
+
+    def cycled(message: MoveBaseActionFeedback) -> None:
+        witness.cycled(message.header.stamp.seconds())
+
+    def localized(message: PoseWithCovarianceStamped) -> None:
+        witness.localized(message.header.stamp.seconds())
+
+    await drive.robot.subscribe("move_base/feedback", MoveBaseActionFeedback, cycled)
+    await drive.robot.subscribe("amcl_pose", PoseWithCovarianceStamped, localized)
+    return witness
