@@ -57,9 +57,14 @@ class Target:
 async def own_cloud() -> AsyncIterator[Target]:
     """Start a cloud and end it afterwards."""
     async with CloudProcess(arguments=("--linger", str(LINGER))) as cloud:
-        rest = RestClient(cloud.ready.url)
-        login = await rest.login(cloud.ready.admin_user, cloud.password)
-        yield Target(rest, cloud.ready.url, login.token, cloud.ready.pid)
+        yield await logged_in(cloud)
+
+
+async def logged_in(cloud: CloudProcess) -> Target:
+    """Return a cloud of one's own, as its administrator."""
+    rest = RestClient(cloud.ready.url)
+    login = await rest.login(cloud.ready.admin_user, cloud.password)
+    return Target(rest, cloud.ready.url, login.token, cloud.ready.pid)
 
 
 @contextlib.asynccontextmanager

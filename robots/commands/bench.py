@@ -5,7 +5,7 @@ from collections.abc import Callable
 from importlib.metadata import EntryPoint, entry_points
 from typing import TYPE_CHECKING, Any
 
-from robots.commands import bench_planners, bench_report
+from robots.commands import bench_engine, bench_planners, bench_report
 from robots.commands.session import add_cloud_arguments, token_of
 from robots.commands.table import print_line
 from robots.commands.table import show as show_rows
@@ -38,6 +38,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         kind.add_argument("--json", action="store_true", help="print the result as one JSON object")
     bench_planners.configure(kinds)
     bench_report.configure(kinds)
+    bench_engine.configure(kinds)
     for entry in entry_points(group=OTHERS):
         _configure_other(kinds, entry)
 

@@ -1,0 +1,64 @@
+"""How soon a robot is served again whose container is killed while it drives."""
+
+import asyncio
+import os
+import signal
+from typing import Any
+
+from rich.progress import Progress
+
+from ppaas.clock import monotonic
+from ppaas.errors import Unavailable
+from robots.bench.engine import yardsticks
+from robots.bench.engine.driving import MAP, PATIENCE, Looker, driven, grid_to_drive_on
+from robots.bench.engine.options import Options
+from robots.bench.engine.samples import median_and_worst, served_after
+from robots.bench.engine.site import Site
+from robots.bench.figures import Figure, median_of
+
+PART = "crash"
+CRASHES, QUICK = 10, 1
+LIMIT_MS = 500.0
+
+
+async def measure(site: Site, options: Options, progress: Progress) -> list[Figure]:
+    """Kill a container of each of some robots, one a robot: what crashes again soon is replaced later each time."""
+    grid = grid_to_drive_on()
+    await site.target.publish(MAP, grid)
+    silences, started = [], []
+    for number in progress.track(range(options.of(CRASHES, QUICK)), description="killing containers"):
+        robot = f"bench-crash-{number}"
+        async with driven(site, robot, grid) as looker:
+            silences.append(await _crash(site, robot, looker))
+        started.append(await yardsticks.python())
+    note = f"{options.runtime}; it drives; from kill -9 of its container until it is commanded again"
+    return [
+        *median_and_worst(PART, "robot served again", silences, limit=LIMIT_MS, note=note),
+        median_of(PART, "python -c pass", started, yardstick=True, note="fork, exec and a bare interpreter"),
+    ]
+
+
+async def _crash(site: Site, robot: str, looker: Looker) -> float:
+    before = await site.container(robot)
+    killed = monotonic()
+    os.kill(before["pid"], signal.SIGKILL)
+    await served_by_another(site, robot, before)
+    await looker.hears(1)
+    return served_after(looker.commands, killed)
+
+
+async def served_by_another(site: Site, robot: str, than: dict[str, Any]) -> dict[str, Any]:
+    """Return the container of a robot once it is another, and answers.
+
+    Raises
+    ------
+    Unavailable
+        None comes.
+    """
+    deadline = monotonic() + PATIENCE
+    while monotonic() < deadline:
+        for view in await site.containers(robot):
+            if view["robot"] == robot and view["id"] != than["id"] and view["state"] == "ready":
+                return view
+        await asyncio.sleep(0.02)
+    raise Unavailable(f"robot {robot!r} got no other container within {PATIENCE:g} s")

@@ -1,0 +1,59 @@
+"""Two nodes of one graph that answer each other: what a message costs that stays in its container."""
+
+from typing import ClassVar
+
+from ppaas.clock import monotonic
+from ppaas.geometry import Pose2D
+from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped
+from ppaas.messages.std_msgs import Header
+from ppaas.nodes.base import Node, Payload, Topic
+from ppaas.nodes.graph import Graph
+
+PING, PONG = Topic("ping", PoseWithCovarianceStamped), Topic("pong", PoseWithCovarianceStamped)
+
+MESSAGE = PoseWithCovarianceStamped(Header(frame_id="map"), PoseWithCovariance(Pose.of(Pose2D(1.0, 2.0, 0.5))))
+
+
+class Answerer(Node):
+    """Says again what it hears."""
+
+    name: ClassVar[str] = "answerer"
+    subscribes: ClassVar[tuple[Topic, ...]] = (PING,)
+    publishes: ClassVar[tuple[Topic, ...]] = (PONG,)
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        """Answer."""
+        self.context.publish(PONG.name, message)
+
+
+class Asker(Node):
+    """Speaks, and notes when it is answered.
+
+    Attributes
+    ----------
+    answered : float
+        When that was [s].
+    """
+
+    name: ClassVar[str] = "asker"
+    subscribes: ClassVar[tuple[Topic, ...]] = (PONG,)
+    publishes: ClassVar[tuple[Topic, ...]] = (PING,)
+    answered: float = 0.0
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        """Note the answer."""
+        self.answered = monotonic()
+
+    def ask(self) -> float:
+        """Return how long the answer took [s]."""
+        began = monotonic()
+        self.context.publish(PING.name, MESSAGE)
+        return self.answered - began
+
+
+def in_one_container(rounds: int) -> list[float]:
+    """Return how long a pose takes from a node to another of the same graph, and back [s]."""
+    graph = Graph()
+    graph.add(Answerer)
+    asker = graph.add(Asker)
+    return [asker.ask() for _ in range(rounds)]

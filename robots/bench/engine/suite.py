@@ -1,0 +1,47 @@
+"""All that the engine is measured by, part by part."""
+
+import contextlib
+from collections.abc import AsyncIterator, Awaitable, Callable
+
+from rich.progress import Progress
+
+from robots.bench.engine import crash, crowd, lost, master, messages, ready
+from robots.bench.engine.joined import LocalHosts
+from robots.bench.engine.options import Options
+from robots.bench.engine.site import Hosts, Site, cloud_on
+from robots.bench.figures import Figure
+
+Measure = Callable[[Site, Options, Progress], Awaitable[list[Figure]]]
+
+PARTS: dict[str, Measure] = {
+    ready.PART: ready.measure,
+    crowd.PART: crowd.measure,
+    crash.PART: crash.measure,
+    lost.PART: lost.measure,
+    messages.PART: messages.measure,
+}
+"""What is measured at a cloud that is up; the master is measured without one."""
+
+
+async def measure(options: Options, progress: Progress) -> list[Figure]:
+    """Measure the parts one after the other.
+
+    Raises
+    ------
+    PPaaSError
+        A cloud does not start, or refuses something.
+    """
+    figures: list[Figure] = []
+    wanted = [measure_part for part, measure_part in PARTS.items() if options.wants(part)]
+    if wanted:
+        async with _hosts(options) as hosts, cloud_on(hosts, options) as site:
+            for measure_part in wanted:
+                figures += await measure_part(site, options, progress)
+    if options.wants(master.PART):
+        figures += await master.measure(options, progress)
+    return figures
+
+
+@contextlib.asynccontextmanager
+async def _hosts(options: Options) -> AsyncIterator[Hosts]:
+    yield LocalHosts(("--runtime", options.runtime))

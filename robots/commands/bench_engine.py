@@ -1,0 +1,62 @@
+"""``ppaas bench engine``: containers that start, crash and are many; machines that are lost; the master; messages."""
+
+import argparse
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from robots.commands.table import print_line
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+NAME = "engine"
+HELP = "the engine: how soon containers are ready and served again, how many, placements, messages"
+
+PARTS = ("ready", "crowd", "crash", "lost", "messages", "master")
+RUNTIMES = ("process", "docker", "ray")
+MOST_CONTAINERS, MOST_PLACEMENTS, MOST_MACHINES = 2_000, 1_000_000, 10_000
+
+
+def configure(kinds: Any) -> None:
+    """Add the bench and its arguments to the subparsers of ``ppaas bench``."""
+    parser = kinds.add_parser(NAME, help=HELP, description=HELP)
+    parser.add_argument("--only", choices=PARTS, metavar="NAME", action="append", help=f"of {', '.join(PARTS)}")
+    parser.add_argument("--runtime", choices=RUNTIMES, default="process", help="starts containers (%(default)s)")
+    parser.add_argument("--containers", type=_up_to(MOST_CONTAINERS), default=100, metavar="N",
+                        help="at a time on one machine (%(default)s)")  # fmt: skip
+    parser.add_argument("--placements", type=_up_to(MOST_PLACEMENTS), default=10_000, metavar="N",
+                        help="by the master (%(default)s)")  # fmt: skip
+    parser.add_argument("--machines", type=_up_to(MOST_MACHINES), default=1_000, metavar="N",
+                        help="that these are on (%(default)s)")  # fmt: skip
+    parser.add_argument("--quick", action="store_true", help="few samples: to see that it runs, not to compare")
+    parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
+    parser.set_defaults(what=NAME, measure=measure)
+
+
+def measure(arguments: argparse.Namespace, progress: "Progress") -> Callable[[], None]:
+    """Measure; return what prints the figures."""
+    import uvloop  # noqa: PLC0415 - ``ppaas --help`` loads this
+    from rich.console import Console  # noqa: PLC0415
+
+    from robots.bench.engine.options import Options  # noqa: PLC0415
+    from robots.bench.engine.suite import measure as measure_all  # noqa: PLC0415
+    from robots.bench.figures import show, to_json  # noqa: PLC0415
+
+    options = Options(
+        tuple(arguments.only or ()), arguments.quick, arguments.runtime, arguments.containers,
+        arguments.placements, arguments.machines,
+    )  # fmt: skip
+    figures = uvloop.run(measure_all(options, progress))
+    if arguments.json:
+        return lambda: print_line(to_json(figures))
+    return lambda: show(figures, Console())
+
+
+def _up_to(most: int) -> Callable[[str], int]:
+    def read(text: str) -> int:
+        number = int(text) if text.isdecimal() else 0
+        if not 1 <= number <= most:
+            raise argparse.ArgumentTypeError(f"give a whole number from 1 to {most}, not {text!r}")
+        return number
+
+    return read
