@@ -85,6 +85,21 @@ async def _weights(site: Site, containers: int) -> list[int]:
 def crowd_figures(
     wanted: int, ready: list[float], stopped: list[str], again: list[float], weights: list[int]
 ) -> list[Figure]:
+    """Return what a crowd came to.
+
+    Parameters
+    ----------
+    wanted : int
+        How many were opened.
+    ready : list of float
+        How long each took that answers [s].
+    stopped : list of str
+        Why others do not.
+    again : list of float
+        How long each took to answer once more [s].
+    weights : list of int
+        Proportional set size of each [bytes].
+    """
     why = f"what stopped the next: {stopped[0]}" if stopped else f"of {CORES:g} cores each, opened at once"
     figures = [Figure(PART, "containers that answer", len(ready), "containers", limit=wanted, floor=True, note=why)]
     if ready:
