@@ -163,6 +163,7 @@ async def _start(cloud: Cloud, arguments: argparse.Namespace, last_first: contex
     machine = asyncio.create_task(cloud.start())
     try:
         module = await asyncio.to_thread(importlib.import_module, "endpoints.web")
+        await asyncio.to_thread(store_kernels.prepare)
         web: Web = module.Web(
             cloud, linger=arguments.linger, idle=arguments.idle, dead=arguments.dead, log_level=arguments.log_level
         )
@@ -171,7 +172,6 @@ async def _start(cloud: Cloud, arguments: argparse.Namespace, last_first: contex
         await web.accounts.ensure_admin(await asyncio.to_thread(admin_password, password_file))
         logger.info("user %r has the password in %s", ADMIN, password_file)
         await machine
-        await asyncio.to_thread(store_kernels.prepare)  # its machine has compiled what there was to compile
     finally:
         machine.cancel()
         await asyncio.gather(machine, return_exceptions=True)

@@ -1,8 +1,10 @@
 """What was found out at some cost, noted on the disk for as long as what it was made from stays the same."""
 
+import contextlib
+import fcntl
 import hashlib
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -30,3 +32,20 @@ def write_note(file: Path, told: Any) -> None:
     partial = file.with_suffix(f".{os.getpid()}")
     partial.write_bytes(msgspec.json.encode(told))
     partial.replace(file)
+
+
+@contextlib.contextmanager
+def alone(file: Path) -> Iterator[None]:
+    """Wait until no other process is in here by the same file: each would do the same work.
+
+    Where no file can be kept nobody waits, and nothing that is found out is kept either.
+    """
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        lock = file.open("w")
+    except OSError:
+        yield
+        return
+    with lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 from ppaas.errors import Unavailable
 from ppaas.plans.body import Body
-from ppaas.plans.buckets import Place, scope_of
 from ppaas.plans.chunks import ENDS_AFTER, ENDS_BEFORE
 from ppaas.plans.codes import ID_BYTES, entry_id
+from ppaas.plans.squares import Place, scope_of
 from storage.plan_entry import PlanEntry, entries_of
 from storage.records import PlanRecord
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from ppaas.errors import Conflict, NotFound, Unavailable
 from ppaas.plans.body import read_body
-from ppaas.plans.buckets import scope_of
 from ppaas.plans.codes import pack, poses_of, waypoints_in
+from ppaas.plans.squares import scope_of
 from storage.cassandra_entries import CassandraEntries, code_of
 from storage.cassandra_plan_rows import PlanRow, ends_of, led, listed, loose_in, plan_rows
 from storage.cassandra_plan_sums import PlanSums, Sums, added

@@ -6,8 +6,8 @@ from collections import OrderedDict
 from collections.abc import Iterable, Iterator, Sequence
 
 from ppaas.clock import Clock, monotonic
-from ppaas.plans.buckets import Place, squares_near, squares_touched
 from ppaas.plans.codes import poses_of
+from ppaas.plans.squares import Place, squares_near, squares_touched
 from storage.cassandra_plan_rows import PlanRow
 from storage.cassandra_session import CassandraSession, Write
 from storage.plan_checks import array_of

@@ -9,19 +9,11 @@ from dataclasses import dataclass, field
 
 from ppaas.errors import NotFound
 from ppaas.plans.body import read_body
-from ppaas.plans.buckets import (
-    Place,
-    bucket_in,
-    holds,
-    length_in,
-    place_of,
-    spots_near,
-    squares_near,
-    squares_touched,
-)
+from ppaas.plans.buckets import bucket_in, holds, length_in, place_of, spots_near
 from ppaas.plans.chunks import ENDS_BEFORE, GRANULARITY, inner_granularity
 from ppaas.plans.codes import entry_id, poses_of, waypoints_in
 from ppaas.plans.passages import comes_near
+from ppaas.plans.squares import Place, squares_near, squares_touched
 from storage.names import check_name
 from storage.plan_checks import check_replacement
 from storage.plan_entry import PlanEntry, entries_of, head_of, record_of

@@ -10,9 +10,10 @@ import numpy as np
 
 from ppaas.geometry import Poses
 from ppaas.plans.body import Body, read_body, write_bodies
-from ppaas.plans.buckets import scope_of, spots_of
+from ppaas.plans.buckets import spots_of
 from ppaas.plans.chunks import ENDS_AFTER, ENDS_BEFORE, cut_plans, words_of
 from ppaas.plans.codes import codes_of
+from ppaas.plans.squares import scope_of
 from storage.encoding import decode, encode
 from storage.plan_checks import POSE_BYTES, check_plans
 from storage.records import PlanOrigin, PlanRecord

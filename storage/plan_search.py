@@ -4,8 +4,8 @@ from collections.abc import Iterable
 
 import msgspec
 
-from ppaas.plans.buckets import Place, scope_of
 from ppaas.plans.passages import check_search, joins, length_between, passage
+from ppaas.plans.squares import Place, scope_of
 from storage.names import check_name
 from storage.plan_checks import array_of
 from storage.records import PlanPassage, PlanRecord

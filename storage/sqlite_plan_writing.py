@@ -12,10 +12,11 @@ import numpy as np
 
 from ppaas.errors import InvalidInput
 from ppaas.plans.body import id_in, read_body
-from ppaas.plans.buckets import place_of, scope_of, spots_of, squares_touched
+from ppaas.plans.buckets import place_of, spots_of
 from ppaas.plans.chunks import GRANULARITY, inner_granularity
 from ppaas.plans.codes import entry_id, pack, poses_of, unpack, waypoints_in
 from ppaas.plans.recipes import read_recipe, recipes_of
+from ppaas.plans.squares import scope_of, squares_touched
 from storage.encoding import decode
 from storage.plan_entry import PlanEntry, context_of, entries_of
 from storage.records import PlanRecord

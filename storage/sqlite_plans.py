@@ -12,11 +12,12 @@ import numpy as np
 
 from ppaas.errors import NotFound
 from ppaas.plans.body import read_bodies
-from ppaas.plans.buckets import Place, holds, length_in, may_join, place_of, scope_of, spots_near, squares_near
+from ppaas.plans.buckets import holds, length_in, may_join, place_of, spots_near
 from ppaas.plans.chunks import ENDS_BEFORE, GRANULARITY, inner_granularity
 from ppaas.plans.codes import entry_id, poses_in, unpack
 from ppaas.plans.passages import comes_near
 from ppaas.plans.recipes import numbers_in, read_recipe
+from ppaas.plans.squares import Place, scope_of, squares_near
 from storage.group_commit import GroupCommit
 from storage.names import check_name
 from storage.plan_checks import check_replacement

@@ -13,7 +13,6 @@ from pathlib import Path
 from types import ModuleType
 
 import msgspec
-from llvmlite import binding
 
 from engine.disk_notes import note_file, source_of, write_note
 
@@ -33,6 +32,8 @@ def stamp_file(root: Path, layer: str) -> Path:
     layer : str
         Threading layer that they are compiled for.
     """
+    from llvmlite import binding  # noqa: PLC0415  # with LLVM, which the agent needs not
+
     sources = sorted(file for file in root.rglob("*.py") if KERNELS in file.relative_to(root).parts)
     made_from = [
         sys.version, version("numba"), version("llvmlite"), layer, str(root),

@@ -8,20 +8,20 @@ that is called later is loaded from there, in milliseconds; one called earlier i
 
 import asyncio
 import contextlib
-import fcntl
 import importlib
 import logging
 import multiprocessing
 import os
 import sys
 import threading
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from types import ModuleType
 
 import ppaas
 from engine.background import Background
+from engine.disk_notes import alone
 from engine.runtimes import kernel_stamp, threading_layer
 
 logger = logging.getLogger(__name__)
@@ -59,7 +59,7 @@ def main() -> None:
     stamp = kernel_stamp.stamp_file(Path(ppaas.__path__[0]), threading_layer.choose())
     if kernel_stamp.all_compiled(stamp):
         return
-    with _alone(stamp):
+    with alone(stamp.with_suffix(".lock")):
         if not kernel_stamp.all_compiled(stamp):  # another may just have done it
             kernel_stamp.note(stamp, _compile_all())
 
@@ -101,15 +101,6 @@ def _compile(name: str) -> list[str]:
     module = importlib.import_module(name)
     module.warm()
     return list(kernel_stamp.cache_files(module))
-
-
-@contextlib.contextmanager
-def _alone(stamp: Path) -> Iterator[None]:
-    """Wait until no other process compiles; of several clouds on one computer each would do the same work."""
-    stamp.parent.mkdir(parents=True, exist_ok=True)
-    with stamp.with_suffix(".lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        yield
 
 
 if __name__ == "__main__":

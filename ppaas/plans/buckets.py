@@ -6,33 +6,17 @@ roughly, so that most of what lies too far off is passed over unread. A spot may
 looks at the plan itself.
 """
 
-import hashlib
-import itertools
-import math
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.plans.kernels import placing
+from ppaas.plans.squares import Place
 
 EDGE = placing.EDGE
 """Edge of a square [m]: at a tolerance of a half of it, which is common, what is sought lies in 16 buckets, but for
 places right on a corner."""
-
-PLACE_EDGE = 2.0
-"""Edge of the squares by which it is found which entries pass a place [m]."""
-
-_FARTHEST = 2**40
-
-Place = tuple[float, float]
-
-
-@lru_cache(256)
-def scope_of(map_id: str, version: str) -> bytes:
-    """Return 16 bytes for a version of a map: plans and what they share never reach beyond one."""
-    return hashlib.blake2b(f"{map_id}\0{version}".encode(), digest_size=16).digest()
 
 
 def spots_of(scopes: Sequence[bytes], ends: NDArray[np.float64], lengths: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -89,24 +73,6 @@ def holds(bucket: Sequence[int], spot: int) -> bool:
 def place_of(scope: bytes, square: tuple[int, int]) -> int:
     """Return a number of 31 bits for a square of ``PLACE_EDGE``."""
     return int(placing.mixed(_word(scope), np.array(square, np.int64))) >> 33
-
-
-def squares_near(place: Place, tolerance: float) -> list[tuple[int, int]]:
-    """Return the squares of ``PLACE_EDGE`` that reach within a tolerance of a place [m]."""
-    rows, columns = (
-        [math.floor(_limited((value + side * tolerance) / PLACE_EDGE)) for side in (-1, 1)] for value in place
-    )
-    return list(itertools.product(range(rows[0], rows[1] + 1), range(columns[0], columns[1] + 1)))
-
-
-def squares_touched(points: NDArray[np.float64]) -> set[tuple[int, int]]:
-    """Return the squares of ``PLACE_EDGE`` in which some of (n, 2) points lie [m]."""
-    squares = np.floor(np.clip(points / PLACE_EDGE, -_FARTHEST, _FARTHEST)).astype(np.int64)
-    return set(zip(*squares.T.tolist(), strict=True))
-
-
-def _limited(value: float) -> float:
-    return min(max(value, -_FARTHEST), _FARTHEST)
 
 
 def _word(scope: bytes) -> np.uint64:
