@@ -16,7 +16,7 @@ import msgspec
 from engine.model import Launch
 from engine.runtimes.contained import FOLDER, LAYERS, LINK, MACHINE, START
 from engine.runtimes.docker_engine import DockerEngine
-from engine.runtimes.docker_limits import of_launch
+from engine.runtimes.docker_limits import cpus_of_launch, of_launch
 from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
@@ -104,6 +104,7 @@ class DockerContainer:
         self._last_words: asyncio.Future[str] = loop.create_future()
         self._server: asyncio.Server | None = None
         self._launched = False
+        self._sizing = asyncio.Lock()
         self._layers: Path | None = None
         self.id = ""
         self.pid = 0
@@ -167,9 +168,22 @@ class DockerContainer:
             self._booth.link_layers(self._layers)
 
     def resize(self, launch: Launch) -> None:
-        """Hold it to another size from now on; nothing happens where it is gone."""
+        """Hold it to another size from now on; nothing happens where it is gone.
+
+        The engine takes no memory away that is in use: then its memory stays, and its CPUs alone are those of its size.
+        """
         if not self.has_ended:
-            self._spawn(self._engine.limit(self.id, of_launch(launch)))
+            self._spawn(self._hold_to_size(launch))
+
+    async def _hold_to_size(self, launch: Launch) -> None:
+        async with self._sizing:  # the engine may carry out two orders in any order, and the last one counts
+            try:
+                await self._engine.limit(self.id, of_launch(launch))
+            except Unavailable as error:
+                if self.has_ended:
+                    return
+                logger.warning("container %s keeps the memory that it had: %s", launch.spec.id, error)
+                await self._engine.limit(self.id, cpus_of_launch(launch))
 
     def kill(self) -> None:
         """End it by force; nothing happens where it is gone."""

@@ -36,13 +36,17 @@ def of_spare() -> dict[str, Any]:
 
 def of_launch(launch: Launch) -> dict[str, Any]:
     """Return what it may use from then on, as ``docker update`` takes it."""
+    return {**cpus_of_launch(launch), **_memory(launch.spec.cores)}
+
+
+def cpus_of_launch(launch: Launch) -> dict[str, Any]:
+    """Return what of that are CPUs."""
     size = launch.spec.cores
     return {
         "cpu_period": PERIOD,
         "cpu_quota": max(LEAST_QUOTA, math.ceil(size * PERIOD)),
         "cpu_shares": max(2, math.ceil(size * SHARES)),
         "cpuset_cpus": ",".join(map(str, launch.cpus)),
-        **_memory(size),
     }
 
 

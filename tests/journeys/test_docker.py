@@ -60,10 +60,10 @@ async def test_a_robot_drives_and_goes_on_when_its_container_is_killed(
     assert after != before
 
 
-async def findings(rest: RestClient, start: Pose2D, goal: Pose2D) -> dict[str, Any]:
+async def findings(rest: RestClient, map_id: str, start: Pose2D, goal: Pose2D) -> dict[str, Any]:
     """Return what the hostile planner found."""
     with pytest.raises(NoValidPath) as raised:
-        await rest.plan("anns", (start.x, start.y), (goal.x, goal.y), planner="hostile")
+        await rest.plan(map_id, (start.x, start.y), (goal.x, goal.y), planner="hostile")
     text = str(raised.value)
     found: dict[str, Any] = json.loads(text[text.index("{") : text.rindex("}") + 1])
     return found
@@ -81,7 +81,7 @@ async def test_a_hostile_plugin_reads_no_files_or_topics_of_other_users(
     async with driving(contained.url, token, "bobs", office_map, start):
         outside = hostile._of_others()
         assert any(path.startswith("/dev/shm/") for path in outside), "there is something to find"
-        found = await findings(ann, start, goal)
+        found = await findings(ann, "anns", start, goal)
     assert found["of_others"] == []
     assert found["sockets"] == ["/run/ppaas/gate.sock", "/run/ppaas/link.sock", "/run/ppaas/start.sock"]
     assert len(found["processes"]) <= 2, "its own, and the init that reaps"
@@ -89,6 +89,32 @@ async def test_a_hostile_plugin_reads_no_files_or_topics_of_other_users(
     assert found["reached"] == found["wrote"] == []
     assert (found["capabilities"], found["no_new_privileges"], found["became_root"]) == (0, "1", False)
     assert found["user"] > 0
+
+
+async def test_a_container_of_another_size_has_other_limits_and_its_kernels_other_threads(
+    contained: RunningCloud, office_map: GridMap
+) -> None:
+    dora = await user(contained, "dora")
+    start = free_pose(office_map, seed=1)
+    goal = reachable_pose(office_map, start, seed=2, at_least=4.0)
+    await publish_map(dora, "doras", office_map)
+    plan = await dora.plan("doras", (start.x, start.y), (goal.x, goal.y))
+    for cores, threads, memory in ((2.0, 2, 1536), (0.5, 1, 768)):
+        told = await dora.patch(f"/v1/containers/{plan['container']}", {"cores": cores})
+        assert told["cores"] == cores
+        await until(lambda pid=told["pid"], size=(cores, memory): limits_of(pid) == size)
+        found = await findings(dora, "doras", start, goal)
+        assert found["threads"] == threads
+        again = await dora.plan("doras", (goal.x, goal.y), (start.x, start.y))
+        assert (again["container"], again["pid"]) == (plan["container"], plan["pid"]), "it is the same process"
+
+
+def limits_of(pid: int) -> tuple[float, int]:
+    """Return the CPUs and the MiB that the engine lets the container of a process have."""
+    cgroup = Path(f"/proc/{pid}/cgroup").read_text()
+    [container] = [name for name in run("docker", "ps", "--quiet", "--no-trunc").split() if name in cgroup]
+    host = json.loads(run("docker", "inspect", container))[0]["HostConfig"]
+    return host["CpuQuota"] / host["CpuPeriod"], host["Memory"] >> 20
 
 
 async def test_a_plugin_that_nobody_allowed_does_not_run(contained: RunningCloud, office_map: GridMap) -> None:

@@ -11,8 +11,10 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from engine.instances import instance_name
+from engine.model import Launch
 from engine.runtimes.base import Premises
 from engine.runtimes.docker import DockerRuntime
 from engine.runtimes.fork_server import UNHEARD
@@ -61,6 +63,43 @@ async def test_a_container_has_no_network_no_privileges_and_nothing_to_write_to(
     assert (host["CpuQuota"] / host["CpuPeriod"], host["CpusetCpus"]) == (1.0, "0")
     assert 0 < host["Memory"] == host["MemorySwap"]
     assert [mount["RW"] for mount in told["Mounts"]] == [False, False]
+
+
+def limits(container: str) -> tuple[float, str, int, int]:
+    """Return what the engine holds a container to: CPUs, which, MiB, and with swap."""
+    host = json.loads(run("docker", "inspect", container))[0]["HostConfig"]
+    return host["CpuQuota"] / host["CpuPeriod"], host["CpusetCpus"], host["Memory"] >> 20, host["MemorySwap"] >> 20
+
+
+def sized(launch: Launch, cores: float, *cpus: int) -> Launch:
+    return replace(launch, spec=replace(launch.spec, cores=cores), cpus=cpus)
+
+
+@pytest.mark.docker
+async def test_the_last_of_many_sizes_is_the_one_that_it_has(runtime: DockerRuntime, reports: Reports) -> None:
+    launch = reports.launch(cpus=(0,))
+    container = await runtime.launch(launch)
+    for cores in (1.75, 0.25, 1.5, 0.75, 1.25, 0.5):
+        container.resize(sized(launch, cores, 0))
+    await until(lambda: limits(container.id) == (0.5, "0", 768, 768), 10.0)
+    container.resize(sized(launch, 2.0, 0, 1))
+    await until(lambda: limits(container.id) == (2.0, "0,1", 1536, 1536), 10.0)
+
+
+@pytest.mark.docker
+async def test_memory_in_use_stays_where_a_container_gets_smaller_and_its_cpus_follow(
+    premises: Premises, reports: Reports
+) -> None:
+    image_for_tests()
+    runtime = DockerRuntime(premises, f"{ENTRIES}:hold_memory", spares=1)
+    await runtime.start()
+    launch = sized(reports.launch(), 2.0, 0, 1)
+    container = await runtime.launch(launch)
+    assert (await reports.next()).text == "1100 MiB"
+    container.resize(sized(launch, 0.5, 0))
+    await until(lambda: limits(container.id) == (0.5, "0", 1536, 1536), 10.0)
+    assert not container.has_ended
+    await runtime.close()
 
 
 @pytest.mark.docker

@@ -6,6 +6,8 @@ import socket
 from pathlib import Path
 from typing import Any
 
+import numba
+
 from ppaas.errors import NoValidPath
 from ppaas.planners.base import Planner
 
@@ -33,6 +35,7 @@ def findings() -> dict[str, Any]:
         "reached": [str(address) for address in OUTSIDE if _can(lambda to=address: socket.create_connection(to, 0.3))],
         "interfaces": [name for _, name in socket.if_nameindex()],
         "wrote": [folder for folder in TO_WRITE if _can(lambda at=folder: _write(at))],
+        "threads": numba.get_num_threads(),
         "became_root": _can(lambda: os.setuid(0)),
     }
 
