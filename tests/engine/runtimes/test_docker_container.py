@@ -1,14 +1,18 @@
-"""What a container of the Docker engine is shown of its machine; no engine is needed for that."""
+"""What a container of the Docker engine is shown of its machine, and how it is resized; no engine is needed for that."""
 
+import asyncio
 import socket
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 from msgspec.structs import replace
 
+from engine.background import Background
 from engine.model import Launch
-from engine.runtimes.docker_container import Booth
+from engine.runtimes.docker_container import Booth, DockerContainer
+from ppaas.errors import Unavailable
 from tests.support.launches import Reports
 
 
@@ -64,3 +68,45 @@ def test_what_the_machine_has_stays_when_the_container_goes(booth: Booth, launch
 
 def test_layers_lie_where_no_other_user_of_the_computer_comes(booth: Booth) -> None:
     assert booth.layers.parent.stat().st_mode & 0o077 == 0
+
+
+class Engine:
+    """An engine that takes its time for some orders, and takes no memory away that is in use."""
+
+    def __init__(self, *seconds: float, memory_in_use: int = 0) -> None:
+        self.seconds = list(seconds)
+        self.memory_in_use = memory_in_use
+        self.held: dict[str, Any] = {}
+
+    async def limit(self, container: str, limits: Mapping[str, Any]) -> None:
+        if self.seconds:
+            await asyncio.sleep(self.seconds.pop(0))
+        if limits.get("mem_limit", self.memory_in_use) < self.memory_in_use:
+            raise Unavailable("device or resource busy")
+        self.held |= limits
+
+
+def resized(engine: Any, booth: Booth, work: Background) -> DockerContainer:
+    return DockerContainer(engine, booth, work.run, lambda _: None)
+
+
+async def test_of_two_sizes_it_has_the_later_even_where_the_engine_is_slow_with_the_first(
+    booth: Booth, launch: Launch
+) -> None:
+    engine, work = Engine(0.05, 0.0), Background()
+    container = resized(engine, booth, work)
+    for cores in (2.0, 0.5):
+        container.resize(replace(launch, spec=replace(launch.spec, cores=cores)))
+    await work.join()
+    assert engine.held["cpu_quota"] / engine.held["cpu_period"] == 0.5
+
+
+async def test_memory_that_is_in_use_stays_and_the_cpus_follow(
+    booth: Booth, launch: Launch, caplog: pytest.LogCaptureFixture
+) -> None:
+    engine, work = Engine(memory_in_use=1 << 40), Background()
+    resized(engine, booth, work).resize(launch)
+    await work.join()
+    assert engine.held["cpu_quota"] == engine.held["cpu_period"]
+    assert "mem_limit" not in engine.held
+    assert "keeps the memory that it had" in caplog.text
