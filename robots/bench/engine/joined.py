@@ -77,6 +77,7 @@ class LocalHosts:
 
     def __init__(self, arguments: tuple[str, ...]) -> None:
         self.arguments = (*arguments, "--listen-machines", "127.0.0.1:0")
+        self.environment: dict[str, str] = {}
         self._count = 0
 
     @contextlib.asynccontextmanager

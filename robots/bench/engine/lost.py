@@ -19,8 +19,8 @@ LOSSES, QUICK = 3, 1
 LIMIT_MS = 5000.0
 
 FAULTS: dict[str, tuple[str, Callable[[Machine], None]]] = {
-    "machine killed": ("kill -9 of its agent", lambda machine: machine.kill()),
-    "machine frozen": ("its agent stands still, and its connection with it", lambda machine: machine.freeze()),
+    "machine killed": ("kill -9 of its agent, on Ray of all of its node", lambda machine: machine.kill()),
+    "machine frozen": ("its agent stands still, and says nothing", lambda machine: machine.freeze()),
 }
 """What is done to a machine, by what it is called."""
 

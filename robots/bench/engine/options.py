@@ -5,6 +5,9 @@ from dataclasses import dataclass
 READY_LIMIT_MS = {"process": 100.0, "ray": 100.0, "docker": 400.0}
 """In which a container must be ready, by its runtime; on Ray beyond the first start of a node."""
 
+PAUSES = {"docker": 5.0}
+"""Seconds between two robots that are opened, where a runtime has containers in reserve and makes others meanwhile."""
+
 RUNTIMES = tuple(READY_LIMIT_MS)
 
 

@@ -1,18 +1,20 @@
 """How soon a robot has a container that is of use: from the opening of its WebSocket to the first answer."""
 
+import asyncio
+
 from rich.progress import Progress
 from websockets.asyncio.client import connect
 
 from ppaas.clock import monotonic
 from robots.bench.engine import yardsticks
 from robots.bench.engine.asking import MAP, Question, prepared
-from robots.bench.engine.options import READY_LIMIT_MS, Options
+from robots.bench.engine.options import PAUSES, READY_LIMIT_MS, Options
 from robots.bench.engine.samples import median_and_p99
 from robots.bench.engine.site import Site
 from robots.bench.figures import Figure
 
 PART = "ready"
-OPENS, QUICK = 100, 3
+OPENS, OPENS_WITH_PAUSES, QUICK = 100, 20, 3
 
 FIRST_MESSAGE = '{"op":"subscribe","topic":"tf_static"}'
 """Of a topic that is latched: the clone has it ready."""
@@ -20,14 +22,17 @@ FIRST_MESSAGE = '{"op":"subscribe","topic":"tf_static"}'
 
 async def measure(site: Site, options: Options, progress: Progress) -> list[Figure]:
     """Open robots one after the other, each beside a Python; the first, for which the map is new, does not count."""
-    opens = options.of(OPENS, QUICK)
+    pause = PAUSES.get(options.runtime, 0.0)
+    opens = options.of(OPENS_WITH_PAUSES if pause else OPENS, QUICK)
     question = await prepared(site.target)
     opened, started = [], []
     for number in progress.track(range(opens + 1), description="opening robots"):
         opened.append(await _open(site, f"bench-ready-{number}", question))
         started.append(await yardsticks.python())
+        await asyncio.sleep(pause)
     ready, answered = zip(*opened[1:], strict=True)
-    limit, how = READY_LIMIT_MS[options.runtime], f"{options.runtime}; from opening the socket to"
+    paced = f", one each {pause:g} s" if pause else ""
+    limit, how = READY_LIMIT_MS[options.runtime], f"{options.runtime}{paced}; from opening the socket to"
     return [
         *median_and_p99(PART, "container ready", ready, limit=limit, note=f"{how} the clone's first message"),
         *median_and_p99(PART, "first path", answered, limit=limit, note=f"{how} a path by its planner"),

@@ -1,12 +1,14 @@
 """The cloud that the engine's bench measures: its own, on loopback, and a second machine where one is needed."""
 
+import asyncio
 import contextlib
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from ppaas.errors import NotFound
+from ppaas.clock import monotonic
+from ppaas.errors import NotFound, Unavailable
 from robots.bench.engine.options import Options
 from robots.bench.target import LINGER, Target, logged_in
 from robots.cloud_process import CloudProcess
@@ -14,6 +16,10 @@ from robots.rest_paths import path_of
 
 SPARE = 16
 """Containers that a user may have beyond those of the largest crowd."""
+
+
+JOIN_TIMEOUT = 60.0
+"""Seconds in which a machine must have joined: what Ray starts takes its time."""
 
 
 class Machine(Protocol):
@@ -35,6 +41,9 @@ class Hosts(Protocol):
 
     arguments: tuple[str, ...]
     """Of the cloud that takes them."""
+
+    environment: dict[str, str]
+    """For that cloud."""
 
     def joined(self, target: Target, folder: Path) -> contextlib.AbstractAsyncContextManager[Machine]:
         """Let one more machine join the cloud in a folder."""
@@ -112,7 +121,24 @@ async def cloud_on(hosts: Hosts, options: Options) -> AsyncIterator[Site]:
     """
     most = options.containers + SPARE
     quotas = ("--quota", f"containers={most}", "--quota", f"cores={most}", "--quota", f"robots={10 * most}")
-    async with CloudProcess(arguments=("--linger", str(LINGER), *quotas, *hosts.arguments)) as cloud:
+    arguments = ("--linger", str(LINGER), *quotas, *hosts.arguments)
+    async with CloudProcess(arguments=arguments, environment=hosts.environment) as cloud:
         target = await logged_in(cloud)
-        machine = (await target.rest.items("/v1/machines"))[0]["id"]
-        yield Site(target, machine, cloud.folder, hosts)
+        yield Site(target, (await machines_beyond(target, ()))[0], cloud.folder, hosts)
+
+
+async def machines_beyond(target: Target, known: Collection[str]) -> list[str]:
+    """Return the names of the machines that have joined since, once there is one.
+
+    Raises
+    ------
+    Unavailable
+        None joins.
+    """
+    deadline = monotonic() + JOIN_TIMEOUT
+    while monotonic() < deadline:
+        there = [view["id"] for view in await target.rest.items("/v1/machines") if view["id"] not in known]
+        if there:
+            return there
+        await asyncio.sleep(0.05)
+    raise Unavailable(f"no machine joined within {JOIN_TIMEOUT:g} s")

@@ -8,6 +8,7 @@ from rich.progress import Progress
 from robots.bench.engine import crash, crowd, lost, master, messages, ready
 from robots.bench.engine.joined import LocalHosts
 from robots.bench.engine.options import Options
+from robots.bench.engine.ray_cluster import ray_hosts
 from robots.bench.engine.site import Hosts, Site, cloud_on
 from robots.bench.figures import Figure
 
@@ -44,4 +45,8 @@ async def measure(options: Options, progress: Progress) -> list[Figure]:
 
 @contextlib.asynccontextmanager
 async def _hosts(options: Options) -> AsyncIterator[Hosts]:
-    yield LocalHosts(("--runtime", options.runtime))
+    if options.runtime == "ray":
+        async with ray_hosts() as hosts:
+            yield hosts
+    else:
+        yield LocalHosts(("--runtime", options.runtime))
