@@ -1,4 +1,4 @@
-"""What a container of the Docker engine is shown of its machine, and how it is resized; no engine is needed for that."""
+"""What a container of the Docker engine is shown of its machine, and how it is resized; no engine is needed here."""
 
 import asyncio
 import socket
