@@ -5,7 +5,7 @@ from collections.abc import Callable
 from importlib.metadata import EntryPoint, entry_points
 from typing import TYPE_CHECKING, Any
 
-from robots.commands import bench_engine, bench_planners, bench_report
+from robots.commands import bench_chaos, bench_engine, bench_planners, bench_report
 from robots.commands.session import add_cloud_arguments, token_of
 from robots.commands.table import print_line
 from robots.commands.table import show as show_rows
@@ -38,23 +38,24 @@ def configure(parser: argparse.ArgumentParser) -> None:
         kind.add_argument("--json", action="store_true", help="print the result as one JSON object")
     bench_planners.configure(kinds)
     bench_report.configure(kinds)
+    bench_chaos.configure(kinds)
     bench_engine.configure(kinds)
     for entry in entry_points(group=OTHERS):
         _configure_other(kinds, entry)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Measure and print; the exit status is 0 whatever the figures are."""
+    """Measure and print; the exit status is 0 whatever the figures are, but 1 where a cloud did not stand the chaos."""
     from rich.console import Console  # noqa: PLC0415 - a robot's install has neither rich nor the simulation
     from rich.progress import Progress  # noqa: PLC0415
 
-    verbs = {name: module.measure for module in (bench_planners, bench_report) for name in module.HELP}
+    verbs = {name: module.measure for module in (bench_planners, bench_report, bench_chaos) for name in module.HELP}
     measure = getattr(arguments, "measure", None) or verbs.get(arguments.what, _measure_figures)
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         print_told = measure(arguments, progress)
-    print_told()  # not before the progress is gone: while it is shown, whatever is printed goes where it goes
-    return 0
+    # Not before the progress is gone: while it is shown, whatever is printed goes where it goes.
+    return print_told() or 0
 
 
 def _configure_other(kinds: Any, entry: EntryPoint) -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from ppaas.maps.grid import GridMap
-from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback
 from robots.bench.chaos.witness import Witness
 from robots.rest import RestClient
@@ -77,7 +76,9 @@ async def second_machine(folder: Path, rest: RestClient, way: Way, shown: str) -
 async def cut_for_a_while(way: Way, rest: RestClient, drives: dict[str, Drive]) -> None:
     """Cut the way, see who serves whom, and mend it; no robot hears two clones."""
     loop = asyncio.get_running_loop()
-    witnesses = [await witness_of(name, drive) for name, drive in drives.items()]
+    wrong: list[str] = []
+    for name, drive in drives.items():
+        await listen(drive, Witness(name, wrong.append))
     cut_off = tuple(drives)[1]
     left = await container_of(rest, cut_off)
     assert left["machine"] == THERE
@@ -96,19 +97,13 @@ async def cut_for_a_while(way: Way, rest: RestClient, drives: dict[str, Drive]) 
     async with asyncio.timeout(60.0):
         while await machines(rest) != [HERE, THERE]:
             await asyncio.sleep(0.02)
-    assert [one for witness in witnesses for one in witness.wrong] == []
+    assert wrong == []
 
 
-async def witness_of(name: str, drive: Drive) -> Witness:
-    """Note what a robot hears from now on."""
-    witness = Witness(name)
+async def listen(drive: Drive, witness: Witness) -> None:
+    """Let a witness note what a robot hears of control cycles, from now on."""
 
     def cycled(message: MoveBaseActionFeedback) -> None:
         witness.cycled(message.header.stamp.seconds())
 
-    def localized(message: PoseWithCovarianceStamped) -> None:
-        witness.localized(message.header.stamp.seconds())
-
     await drive.robot.subscribe("move_base/feedback", MoveBaseActionFeedback, cycled)
-    await drive.robot.subscribe("amcl_pose", PoseWithCovarianceStamped, localized)
-    return witness

@@ -1,6 +1,7 @@
 """What became of goals: each that was sent gets one result, or who sent it learns that it is lost."""
 
 from collections import Counter
+from collections.abc import Callable
 from typing import Literal
 
 Ending = Literal["result", "status", "lost"]
@@ -13,14 +14,16 @@ class Goals:
     ----------
     robot : str
         Its name.
+    tell : callable
+        Told of what should not have been.
     """
 
-    def __init__(self, robot: str) -> None:
+    def __init__(self, robot: str, tell: Callable[[str], None]) -> None:
         self._robot = robot
+        self._tell = tell
         self._sent: dict[str, int] = {}
         self.endings: Counter[Ending] = Counter()
         self.statuses: Counter[str] = Counter()
-        self.wrong: list[str] = []
 
     @property
     def sent(self) -> int:
@@ -34,11 +37,11 @@ class Goals:
     def result(self, goal: str) -> None:
         """Note a result."""
         if goal not in self._sent:
-            self.wrong.append(f"{self._robot} heard of a goal that it never had: {goal}")
+            self._tell(f"{self._robot} heard of a goal that it never had: {goal}")
             return
         self._sent[goal] += 1
         if self._sent[goal] > 1:
-            self.wrong.append(f"{self._robot} heard of the end of {goal} {self._sent[goal]} times")
+            self._tell(f"{self._robot} heard of the end of {goal} {self._sent[goal]} times")
 
     def end(self, ending: Ending, status: str) -> None:
         """Note what became of a goal.
@@ -56,8 +59,8 @@ class Goals:
 
     def forgotten(self, goal: str) -> None:
         """Note that a clone does not know a goal, and nobody was told that it is lost."""
-        self.wrong.append(f"{self._robot}: {goal} was forgotten, and nobody was told")
+        self._tell(f"{self._robot}: {goal} was forgotten, and nobody was told")
 
     def missing(self, goal: str, seconds: float) -> None:
         """Note that nobody told of the end of a goal."""
-        self.wrong.append(f"{self._robot}: nothing was heard of the end of {goal} in {seconds:.0f} s")
+        self._tell(f"{self._robot}: nothing was heard of the end of {goal} in {seconds:.0f} s")

@@ -9,7 +9,7 @@ from typing import Any
 
 import psutil
 
-from ppaas.clock import Clock, monotonic
+from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
 from robots.bench.chaos.family import FORKED, Member
 from robots.bench.chaos.faults import LONGEST_STOP, PAUSE, Fault, Kind, deck
@@ -40,8 +40,8 @@ class Injector:
         Decides what, whom and when.
     machines : int
         How many the cloud has.
-    clock : callable
-        Monotonic seconds.
+    tell : callable
+        Told of what should not have been.
     """
 
     def __init__(
@@ -50,16 +50,15 @@ class Injector:
         look: Callable[[], list[Member]],
         random: Random,
         machines: int,
-        clock: Clock = monotonic,
+        tell: Callable[[str], None],
     ) -> None:
         self._rest = rest
         self._look = look
         self._random = random
         self._kinds = deck(random, machines)
-        self._clock = clock
+        self._tell = tell
         self._going_on: set[asyncio.Task[None]] = set()
         self.faults: list[Fault] = []
-        self.wrong: list[str] = []
 
     async def run(self, seconds: float, every: float) -> None:
         """Do faults for a while; then let all that was stopped go on.
@@ -71,8 +70,8 @@ class Injector:
         every : float
             Mean time between two faults [s].
         """
-        end = self._clock() + seconds
-        while (left := end - self._clock()) > 0.0:
+        end = monotonic() + seconds
+        while (left := end - monotonic()) > 0.0:
             await self._do(next(self._kinds))
             await asyncio.sleep(min(left, every * self._random.uniform(*SPREAD)))
         await asyncio.gather(*self._going_on)
@@ -93,7 +92,7 @@ class Injector:
             logger.info("no fault (%s): there is none", kind)
             return
         victim = self._random.choice(sorted(victims, key=lambda member: member.process.pid))
-        self.faults.append(Fault(str(kind), self._clock(), victim.home, victim.process.pid))
+        self.faults.append(Fault(str(kind), monotonic(), victim.home, victim.process.pid))
         if kind.how == "kill":
             victim.process.kill()
             return
@@ -121,7 +120,7 @@ class Injector:
         """Drain the machine that carries most, so that robots come to others too."""
         machines = await self._rest.items("/v1/machines")
         fullest = max(machines, key=lambda machine: machine["containers"])["id"]
-        self.faults.append(Fault(str(kind), self._clock(), fullest))
+        self.faults.append(Fault(str(kind), monotonic(), fullest))
         await self._rest.patch(f"/v1/machines/{fullest}", {"draining": True})
         self._later(self._undrain(fullest))
 
@@ -135,7 +134,7 @@ class Injector:
             except PPaaSError as error:
                 logger.info("machine %s is not undrained yet: %s", machine, error)
                 await asyncio.sleep(1.0)
-        self.wrong.append(f"machine {machine} was drained, and is away since")
+        self._tell(f"machine {machine} was drained, and is away since")
 
     def _later(self, work: Coroutine[Any, Any, None]) -> None:
         task = asyncio.create_task(work)

@@ -41,8 +41,10 @@ class Report(msgspec.Struct, frozen=True):
         That robots began, one each if none was lost.
     cloud_starts : int
         How often the cloud was started again.
+    log : list of Fault
+        What was done, when: seconds since the run began.
     wrong : list of str
-        What should not have been.
+        What should not have been, and when.
     """
 
     seed: int
@@ -57,6 +59,7 @@ class Report(msgspec.Struct, frozen=True):
     commands: int
     sessions: int
     cloud_starts: int
+    log: list[Fault]
     wrong: list[str]
 
     @property

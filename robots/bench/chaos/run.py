@@ -3,11 +3,12 @@
 import asyncio
 import contextlib
 from collections import Counter
-from collections.abc import AsyncIterator, Coroutine, Sequence
+from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
 from dataclasses import dataclass
 from random import Random
 from typing import Any
 
+import msgspec
 from rich.progress import Progress
 
 from ppaas.clock import monotonic
@@ -73,20 +74,26 @@ async def run(options: Options, progress: Progress) -> Report:
         The cloud did not start.
     """
     site = Site(options.machines)
-    traces = Traces(site.folder)
+    wrong: list[str] = []
+    began = monotonic()
+
+    def tell(what: str) -> None:
+        wrong.append(f"{monotonic() - began:.1f} s: {what}")
+
+    traces = Traces(site.folder, tell)
     stage = [_scene(options, number) for number in range(min(MAPS, options.robots))]
     async with site:
         rest = await site.login()
-        wanderers = [wanderer for scene in stage for wanderer in await scene.enter(rest, site.url)]
+        wanderers = [wanderer for scene in stage for wanderer in await scene.enter(rest, site.url, tell)]
         asker = Asker(rest, stage[0].map_id, stage[0].courses)
-        injector = Injector(rest, traces.look, Random(options.seed), options.machines)
+        injector = Injector(rest, traces.look, Random(options.seed), options.machines, tell)
         async with _going_on(*(scene.simulator.run() for scene in stage), asker.run(), _look_on(traces)):
             await _drive(options, wanderers, injector, traces, progress)
         await site.stop()
         traces.at_end()
-        wrong = [one for w in wanderers for one in (*w.goals.wrong, *w.witness.wrong)]
-        wrong += [*injector.wrong, *traces.wrong]
-        return _reckon(options, wanderers, injector, paths=dict(asker.answers), cloud_starts=site.restarts, wrong=wrong)
+        log = [msgspec.structs.replace(fault, at=round(fault.at - began, 1)) for fault in injector.faults]
+        told = {"paths": dict(asker.answers), "cloud_starts": site.restarts, "log": log, "wrong": wrong}
+        return _reckon(options, wanderers, injector, **told)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +104,7 @@ class _Scene:
     courses: Sequence[Course]
     simulator: Simulator
 
-    async def enter(self, rest: RestClient, url: str) -> list[Wanderer]:
+    async def enter(self, rest: RestClient, url: str, tell: Callable[[str], None]) -> list[Wanderer]:
         yaml, image = save_map(self.grid, f"{self.map_id}.pgm")
         await rest.upload_map(self.map_id, yaml, image)
         wanderers = []
@@ -105,7 +112,7 @@ class _Scene:
             name = f"{self.map_id}-{number}"
             await rest.put_robot(name, RobotFile(map=self.map_id, initial_pose=course.start, cores=CORES))
             robot = self.world.add_robot(course.start)
-            wanderers.append(Wanderer((url, rest.token or ""), name, robot, course))
+            wanderers.append(Wanderer((url, rest.token or ""), name, robot, course, tell))
         return wanderers
 
 

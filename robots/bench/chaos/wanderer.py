@@ -3,18 +3,21 @@
 import asyncio
 import itertools
 import logging
+from collections.abc import Callable
 
-from ppaas.clock import Clock, monotonic
+from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
+from ppaas.messages.message import Message
 from ppaas.messages.move_base_msgs import (
     MoveBaseActionFeedback,
     MoveBaseActionGoal,
     MoveBaseActionResult,
     MoveBaseGoal,
 )
+from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header
 from robots.bench.chaos.following import Following
 from robots.bench.chaos.goals import Goals
@@ -41,26 +44,27 @@ class Wanderer:
 
     Parameters
     ----------
-    url, token, name : str
-        Of the cloud, and the robot in it.
+    address : tuple of str
+        URL of the cloud, and the token of the robot's owner.
+    name : str
+        Of the robot.
     robot : SimulatedRobot
         What drives.
     course : Course
         Where it goes, in a circle.
-    clock : callable
-        Monotonic seconds.
+    tell : callable
+        Told of what should not have been.
     """
 
     def __init__(
-        self, address: tuple[str, str], name: str, robot: SimulatedRobot, course: Course, clock: Clock = monotonic
+        self, address: tuple[str, str], name: str, robot: SimulatedRobot, course: Course, tell: Callable[[str], None]
     ) -> None:
         self.name = name
-        self.goals = Goals(name)
-        self.witness = Witness(name)
+        self.goals = Goals(name, tell)
+        self.witness = Witness(name, tell)
         self.sessions = 0
         self._address = address
         self._robot = robot
-        self._clock = clock
         self._ways = itertools.cycle((*course.goals, course.start))
         self._numbers = itertools.count(1)
         self._enough = asyncio.Event()
@@ -84,7 +88,8 @@ class Wanderer:
                 await asyncio.sleep(RETRY)
 
     async def _drive(self, client: RobotClient) -> None:
-        await client.subscribe("cmd_vel", Twist, lambda _: self.witness.commanded(self._clock()))
+        client.attach(self)
+        await client.subscribe("cmd_vel", Twist, lambda _: self.witness.commanded(monotonic()))
         await client.subscribe("move_base/feedback", MoveBaseActionFeedback, self._on_feedback)
         await client.subscribe("amcl_pose", PoseWithCovarianceStamped, self._on_pose)
         await client.subscribe("move_base/result", MoveBaseActionResult, self._on_result)
@@ -97,6 +102,17 @@ class Wanderer:
             driving.cancel()
             gave_up.cancel()
 
+    # -- what it says and hears ----------------------------------------------------------------------------------------
+
+    def published(self, topic: str, message: Message) -> None:
+        """Take note of what the robot sends."""
+        if isinstance(message, LaserScan):
+            self.witness.scanned(message.header.stamp.seconds())
+
+    def owns(self, topic: str) -> bool:
+        """Tell that all topics are heard from the cloud."""
+        return False
+
     def _on_feedback(self, message: MoveBaseActionFeedback) -> None:
         self.witness.cycled(message.header.stamp.seconds())
 
@@ -105,18 +121,20 @@ class Wanderer:
 
     def _on_status(self, message: GoalStatusArray) -> None:
         if self._following is not None:
-            self._following.listed(message, self._clock())
+            self._following.listed(message, monotonic())
 
     def _on_result(self, message: MoveBaseActionResult) -> None:
         self.goals.result(message.status.goal_id.id)
         if self._following is not None:
             self._following.ended(message)
 
+    # -- one goal ------------------------------------------------------------------------------------------------------
+
     async def _go(self, client: RobotClient, target: Pose2D) -> None:
         goal = f"{self.name}-goal-{next(self._numbers)}"
         following = self._following = Following(goal)
         self.goals.send(goal)
-        self.witness.goal_sent(self._clock())
+        self.witness.goal_sent(monotonic())
         pose = PoseStamped(Header(frame_id="map"), Pose.of(target))
         try:
             session = _session_of(client)
@@ -126,13 +144,13 @@ class Wanderer:
             self.goals.end("lost", "the client gave up")
             raise
         finally:
-            self.witness.goal_ended(self._clock())
+            self.witness.goal_ended(monotonic())
 
     async def _follow(self, client: RobotClient, following: Following, session: int) -> None:
-        began = now = self._clock()
+        began = now = monotonic()
         while now - began < PATIENCE:
             await asyncio.wait([following.result], timeout=LOOK)
-            now = self._clock()
+            now = monotonic()
             if following.result.done():
                 self.goals.end("result", following.result.result().name)
                 return

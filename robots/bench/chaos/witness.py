@@ -1,7 +1,8 @@
 """What a robot hears, and what it should not have heard: a command twice, or two clones at a time."""
 
 import asyncio
-from collections import deque
+from collections import Counter, deque
+from collections.abc import Callable
 from typing import NamedTuple
 
 NOTEWORTHY = 0.5
@@ -34,17 +35,20 @@ class Witness:
     ----------
     robot : str
         Its name.
+    tell : callable
+        Told of what should not have been heard.
     """
 
-    def __init__(self, robot: str) -> None:
+    def __init__(self, robot: str, tell: Callable[[str], None]) -> None:
         self._robot = robot
+        self._tell = tell
         self._since: float | None = None
         self._cycle = self._scan = 0.0
         self._cycles: deque[float] = deque()
         self.commands = 0
         self.driven = asyncio.Event()
         self.gaps: list[Gap] = []
-        self.wrong: list[str] = []
+        self._scans: Counter[float] = Counter()
 
     def goal_sent(self, now: float) -> None:
         """Expect commands from now on."""
@@ -70,23 +74,26 @@ class Witness:
     def cycled(self, stamp: float) -> None:
         """Note the feedback of a control cycle."""
         if stamp <= self._cycle:
-            self._tell(f"heard of a control cycle {_again(stamp, self._cycle)}")
+            self._tell(f"{self._robot} heard of a control cycle {_again(stamp, self._cycle)}")
         self._cycle = max(self._cycle, stamp)
         self._cycles.append(stamp)
         while self._cycles[0] < self._cycle - 1.0:
             self._cycles.popleft()
         if len(self._cycles) > MOST_CYCLES:
-            self._tell(f"heard of {len(self._cycles)} control cycles within a second")
+            self._tell(f"{self._robot} heard of {len(self._cycles)} control cycles within a second")
             self._cycles.clear()
+
+    def scanned(self, stamp: float) -> None:
+        """Note a scan that the robot sent; a simulated world that was held up sends several at the same moment."""
+        self._scans[stamp] += 1
 
     def localized(self, stamp: float) -> None:
         """Note an ``amcl_pose``."""
-        if stamp <= self._scan:
-            self._tell(f"was told where it is by a scan {_again(stamp, self._scan)}")
+        if stamp < self._scan or not self._scans[stamp]:
+            self._tell(f"{self._robot} was told where it is by a scan {_again(stamp, self._scan)}")
         self._scan = max(self._scan, stamp)
-
-    def _tell(self, what: str) -> None:
-        self.wrong.append(f"{self._robot} {what}")
+        self._scans = Counter({sent: left for sent, left in self._scans.items() if sent >= self._scan})
+        self._scans[stamp] -= 1
 
 
 def _again(stamp: float, newest: float) -> str:
