@@ -1,9 +1,11 @@
 """The folder of a process's Unix sockets: short enough that each can be bound."""
 
+import contextlib
 import shutil
 import tempfile
 from pathlib import Path
 
+from engine.instances import instance_name, is_dead
 from ppaas.errors import InvalidInput
 
 LONGEST_PATH = 107
@@ -13,8 +15,12 @@ LONGEST_NAME = len("pymp-12345678/listener-12345678")
 """Bytes of a socket's name in the folder: the longest is that of the fork server, by Python's library."""
 
 
+OWNER = "owner"
+"""File in the folder that tells whose it is, so that it can be removed when that process was killed."""
+
+
 def make_run_dir() -> Path:
-    """Make a folder for sockets, which this user alone may enter.
+    """Make a folder for sockets, which this user alone may enter, and remove those of processes that are dead.
 
     Raises
     ------
@@ -23,8 +29,18 @@ def make_run_dir() -> Path:
     OSError
         The folder could not be made.
     """
+    sweep_dead(Path(tempfile.gettempdir()))
     folder = Path(tempfile.mkdtemp(prefix="ppaas-"))
     if len(bytes(folder)) + 1 + LONGEST_NAME > LONGEST_PATH:
         shutil.rmtree(folder)
         raise InvalidInput(f"{folder.parent} has too long a path for Unix sockets; set TMPDIR to a shorter one")
+    (folder / OWNER).write_text(instance_name())
     return folder
+
+
+def sweep_dead(base: Path) -> None:
+    """Remove the folders of processes that ended without removing them."""
+    for owner in base.glob(f"ppaas-*/{OWNER}"):
+        with contextlib.suppress(OSError):  # another sweeps as well, or it is somebody else's
+            if is_dead(owner.read_text()):
+                shutil.rmtree(owner.parent, ignore_errors=True)

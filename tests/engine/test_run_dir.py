@@ -1,10 +1,15 @@
+import os
+import signal
 import socket
 import stat
+import subprocess
+import sys
 import tempfile
 
 import pytest
 
-from engine.run_dir import LONGEST_NAME, LONGEST_PATH, make_run_dir
+from engine.instances import instance_name
+from engine.run_dir import LONGEST_NAME, LONGEST_PATH, OWNER, make_run_dir, sweep_dead
 from ppaas.errors import InvalidInput
 
 MADE = len("/ppaas-12345678/")
@@ -29,3 +34,21 @@ def test_a_socket_of_the_longest_name_can_be_bound_or_it_says_why_not(short_path
     else:
         with socket.socket(socket.AF_UNIX) as bound:
             bound.bind(str(make_run_dir() / ("s" * LONGEST_NAME)))
+
+
+def test_the_folder_of_a_process_that_was_killed_is_removed_by_the_next_that_makes_one(short_path):
+    code = "import os; from engine.run_dir import make_run_dir; make_run_dir(); os.kill(os.getpid(), 9)"
+    killed = subprocess.run([sys.executable, "-c", code], env=os.environ | {"TMPDIR": str(short_path)}, check=False)
+    assert killed.returncode == -signal.SIGKILL
+    (left,) = short_path.iterdir()
+    made = make_run_dir()
+    assert not left.exists()
+    assert (made / OWNER).read_text() == instance_name()
+
+
+def test_the_folders_of_living_processes_and_of_nobody_stay(short_path):
+    mine, nobodys = make_run_dir(), short_path / "ppaas-notes"
+    nobodys.mkdir()
+    (short_path / "ppaas-file").write_text("notes")
+    sweep_dead(short_path)
+    assert mine.exists() and nobodys.exists()
