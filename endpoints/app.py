@@ -32,6 +32,7 @@ from endpoints.rest import (
 )
 from endpoints.rest.direct_plans import DirectPlans
 from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
+from endpoints.rest.viewer import add_viewer
 from endpoints.services import Services
 
 PREFIX = "/v1"
@@ -96,11 +97,14 @@ def create_app(services: Services) -> FastAPI:
         openapi_tags=TAGS,
         generate_unique_id_function=operation_id,
         redirect_slashes=False,
+        docs_url=None,
+        redoc_url=None,
     )
     describe(app)
     app.state.services = services
     for resource in RESOURCES:
         app.include_router(resource.router, prefix=PREFIX)
+    add_viewer(app)
     add_problem_handlers(app)
     add_dashboard(app)
     return app

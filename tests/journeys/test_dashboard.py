@@ -313,3 +313,16 @@ async def too_small(page: Page) -> list[str]:
         .filter(([, box]) => Math.min(box.width, box.height) < {TOUCH})
         .map(([one, box]) => `${{one.outerHTML.slice(0, 60)}} ${{box.width}}×${{box.height}}`)"""
     return list(await page.evaluate(script))
+
+
+async def test_the_description_of_the_service_is_shown_and_nothing_is_fetched_from_elsewhere(
+    scene: Scene, context: BrowserContext
+) -> None:
+    asked: list[str] = []
+    async with looking(context) as page:
+        page.on("request", lambda request: asked.append(request.url))
+        await page.goto(f"{scene.cloud.url}/docs")
+        await expect(page.get_by_role("heading", name=re.compile("PPaaS"))).to_be_visible()
+        await expect(page.get_by_text("/v1/plans", exact=True).first).to_be_visible()
+    assert len(asked) >= 4, asked
+    assert [url for url in asked if not url.startswith((scene.cloud.url, "data:"))] == []

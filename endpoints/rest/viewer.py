@@ -1,0 +1,27 @@
+"""Shows the description of the service in a browser, which fetches nothing from elsewhere: labs are often cut off."""
+
+from importlib.resources import as_file, files
+
+from fastapi import FastAPI
+from fastapi.openapi.docs import get_swagger_ui_html
+from fastapi.responses import HTMLResponse
+from fastapi.staticfiles import StaticFiles
+
+PAGE = "/docs"
+FILES = "/docs/viewer"
+
+
+def add_viewer(app: FastAPI) -> None:
+    """Serve the page and what it is made of."""
+    with as_file(files("fastapi_offline") / "static") as folder:
+        app.mount(FILES, StaticFiles(directory=folder))
+
+    @app.get(PAGE, include_in_schema=False)
+    async def show() -> HTMLResponse:
+        return get_swagger_ui_html(
+            openapi_url=str(app.openapi_url),
+            title=app.title,
+            swagger_js_url=f"{FILES}/swagger-ui-bundle.js",
+            swagger_css_url=f"{FILES}/swagger-ui.css",
+            swagger_favicon_url=f"{FILES}/favicon.png",
+        )
