@@ -5,12 +5,13 @@ from collections.abc import Mapping
 from ppaas.clock import Clock, monotonic
 
 BEAT_PERIOD = 1.0
-"""Seconds between two beats, and between two looks at who has beaten."""
+"""Seconds between two beats, and, where nothing else is said, between two looks at who has beaten."""
 
 MISSED = 4
-"""Looks in a row that find no new beat; then its process is taken for frozen. A busy machine delays a beat by tenths of
-a second: with 16 containers driving on two cores at a load of eight, commands were half a second apart at most. What
-holds an event loop longest is a large map: a copy of one of 4000 by 4000 cells takes a client's container 0.3 s."""
+"""Periods in a row in which looks find no new beat; then its process is taken for frozen. A busy machine delays a beat
+by tenths of a second: with 16 containers driving on two cores at a load of eight, commands were half a second apart at
+most. What holds an event loop longest is a large map: a copy of one of 4000 by 4000 cells takes a client's container
+0.3 s."""
 
 
 class Heartbeats:
@@ -23,10 +24,14 @@ class Heartbeats:
     ----------
     clock : callable
         Monotonic seconds.
+    looks : int
+        In each period. With more of them who is frozen is known sooner after the last period that is forgiven, and no
+        earlier.
     """
 
-    def __init__(self, clock: Clock = monotonic) -> None:
+    def __init__(self, clock: Clock = monotonic, looks: int = 1) -> None:
         self._clock = clock
+        self._most = MISSED * looks
         self._looked = clock()
         self._known: dict[str, tuple[int, int]] = {}
 
@@ -47,4 +52,4 @@ class Heartbeats:
             counted, missed = before.get(name, (None, 0))
             missed = 0 if count != counted or stood_still else missed + 1
             self._known[name] = (count, missed)
-        return [name for name, (_, missed) in self._known.items() if missed >= MISSED]
+        return [name for name, (_, missed) in self._known.items() if missed >= self._most]

@@ -37,6 +37,10 @@ logger = logging.getLogger(__name__)
 START_TIMEOUT = 10.0
 """A container that has not dialled the robot link within these seconds is given up and replaced."""
 
+LOOKS = 2
+"""Looks in each period of beats: what is frozen is given up 4 to 4.5 s after its last beat, and a robot is served again
+within five."""
+
 LEAVE_GRACE = 5.0
 """Seconds that a container has to keep its state before it is moved as if it had died."""
 
@@ -344,9 +348,9 @@ class CloudService:
 
     async def _watch(self) -> None:
         """End what is connected and shows no sign of life, so that it is replaced as if it had died."""
-        containers, machines = Heartbeats(), Heartbeats()
+        containers, machines = Heartbeats(looks=LOOKS), Heartbeats(looks=LOOKS)
         while True:
-            await asyncio.sleep(BEAT_PERIOD)
+            await asyncio.sleep(BEAT_PERIOD / LOOKS)
             frozen = machines.look(self._machine_beats)
             beats = {place.container: place.beats for place in self._places.values() if place.container is not None}
             for key, place in self._places.items():

@@ -52,3 +52,11 @@ def test_who_went_and_came_again_by_the_same_name_is_new(heartbeats: Heartbeats,
         look(heartbeats, clock, {"a": 5})
     look(heartbeats, clock, {})
     assert look(heartbeats, clock, {"a": 5}) == []
+
+
+def test_with_more_looks_in_a_period_nobody_is_blamed_earlier(clock: ManualClock) -> None:
+    heartbeats = Heartbeats(clock, looks=2)
+    half = BEAT_PERIOD / 2.0
+    look(heartbeats, clock, {"stuck": 7}, half)
+    looks = [look(heartbeats, clock, {"stuck": 7}, half) for _ in range(2 * MISSED)]
+    assert looks == [[]] * (2 * MISSED - 1) + [["stuck"]]
