@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from engine.agent_config import AgentConfig
-from engine.agent_process import AgentProcess
 from engine.background import Background
 from engine.balancers.registry import BALANCERS, DEFAULT
 from engine.checkpoints import Checkpoints
@@ -20,6 +19,7 @@ from engine.machine_settings import MachineSettings
 from engine.master import Master
 from engine.model import MapVersion
 from engine.monitor.parameters import monitor_parameters
+from engine.own_machine import Agents, OwnMachine
 from engine.plan_rate import PlanRate
 from engine.planning import Planning
 from engine.quotas import Quota, Quotas
@@ -162,11 +162,11 @@ class Cloud:
         )
         self._planning = Planning(self.service)
         self._nodes = RobotNodes(self.service)
-        self._agents = self._on_ray(watcher) if watcher is not None else self._here(config, secret, instance)
+        self._agents: Agents = self._on_ray(watcher) if watcher is not None else self._here(config, secret, instance)
 
-    def _here(self, config: CloudConfig, secret: str, instance: str) -> AgentProcess:
+    def _here(self, config: CloudConfig, secret: str, instance: str) -> OwnMachine:
         """Return what keeps the agent of this machine."""
-        return AgentProcess(
+        return OwnMachine(
             AgentConfig(
                 machine=config.machine,
                 control=str(UnixAddress(self._run_dir / "control.sock")),
@@ -194,10 +194,7 @@ class Cloud:
             self._background.run(self._agents.stop())
 
     def _kill_frozen(self, machine: str) -> None:
-        if isinstance(self._agents, RayMachines):
-            self._agents.kill(machine)
-        elif machine == self._own:  # of one on another host no more is heard, and it does nothing by then
-            self._agents.kill()
+        self._agents.kill(machine)
 
     async def start(self) -> None:
         """Start, and wait until this machine is in.
@@ -213,7 +210,7 @@ class Cloud:
             if self._far is not None:
                 await self._far.start(*self.service.servers)
             await self._agents.start()
-            if isinstance(self._agents, AgentProcess):  # nodes of a cluster may join at any time
+            if self._agents.come_at_once:
                 await self.service.wait_for_machine(MACHINE_TIMEOUT)
         finally:
             patience.cancel()

@@ -15,6 +15,8 @@ class RayMachines:
         Of the cloud: the routers of the nodes meet there, as there is no agent here that has one.
     """
 
+    come_at_once = False  # nodes may join at any time
+
     def __init__(self, watcher: WatcherProcess, router: RouterProcess) -> None:
         self._watcher = watcher
         self._router = router
