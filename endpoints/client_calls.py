@@ -15,6 +15,7 @@ from ppaas.wire import rosapi
 from ppaas.wire.arguments import as_object
 from ppaas.wire.names import normalise, ros1_type
 from ppaas.wire.operations import AdvertiseService, CallService, ServiceResponse, UnadvertiseService
+from ppaas.wire.refusals import error_of_text
 from ppaas.wire.rosbridge import RosbridgeSession
 
 CALL_TIMEOUT = 60.0
@@ -146,7 +147,7 @@ class ClientCalls:
         if not (number.isascii() and number.isdigit() and len(number) < 16):
             raise NotFound("open call", number[:64])
         values = bytes(operation.values)
-        answer = values if operation.result else PPaaSError(_reason(values, operation.service))
+        answer = values if operation.result else error_of_text(_reason(values, operation.service))
         self._place.client_services.answer(int(number), self._client, answer)
 
 

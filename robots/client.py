@@ -7,7 +7,8 @@
         await client.publish("odom", odometry)
 
 The connection is kept: when it is lost, the client connects again and finds its session as it left it, or begins a new
-one and renews its subscriptions. It gives up only where the cloud says no, and then every method raises why.
+one and renews its subscriptions and what it offers. It gives up only where the cloud says no, and then every method
+raises why.
 """
 
 import asyncio
@@ -20,11 +21,14 @@ from uuid import uuid4
 import msgspec
 
 from ppaas.errors import PPaaSError, Unavailable
-from ppaas.messages import Message, ServiceType, decode
+from ppaas.messages import Message, ServiceType
 from ppaas.wire.names import normalise
-from ppaas.wire.rosbridge_client import Heard, RosbridgeClientSession, ServiceResponse, StatusReport, failure_of
+from ppaas.wire.operations import CallService
+from ppaas.wire.rosbridge_client import Heard, RosbridgeClientSession, ServiceResponse, StatusReport
+from robots.calls import Calls
 from robots.connection import Address, Link, Role, backoff
 from robots.connection_keeper import ConnectionKeeper
+from robots.offers import Handler, Offers
 from robots.outbox import SUBSCRIPTION, Outbox
 from robots.subscription import Subscription
 
@@ -50,7 +54,7 @@ def _log_status(error: PPaaSError) -> None:
 
 
 class RobotClient:
-    """Publishes, subscribes and calls services for one robot.
+    """Publishes, subscribes, calls services and offers them for one robot.
 
     Parameters
     ----------
@@ -100,10 +104,11 @@ class RobotClient:
             reconnect_delays,
             greeting=self._session.reconnected,
             received=self._take,
-            lost=self._fail_calls,
+            lost=self._session_lost,
         )
         self._subscriptions: dict[str, list[Subscription[Message]]] = {}
-        self._calls: dict[str, asyncio.Future[ServiceResponse]] = {}
+        self._calls = Calls(self._session, self._outbox)
+        self._offers = Offers(self._session, self._outbox)
         self._nearby: Nearby | None = None
         self._failure: PPaaSError | None = None
         self._runner: asyncio.Task[None] | None = None
@@ -186,9 +191,8 @@ class RobotClient:
     def _end(self, for_senders: PPaaSError, for_readers: PPaaSError | None) -> None:
         self._failure = self._failure or for_senders
         self._outbox.close(self._failure)
-        for future in self._calls.values():
-            if not future.done():
-                future.set_exception(self._failure)
+        self._calls.fail(self._failure)
+        self._offers.end()
         for subscriptions in self._subscriptions.values():
             for subscription in subscriptions:
                 subscription.close(for_readers)
@@ -275,7 +279,7 @@ class RobotClient:
         await self._outbox.put(frame, SUBSCRIPTION)
 
     async def call(self, service: str, kind: ServiceType, request: Message, timeout: float = 10.0) -> Message:
-        """Call a service of this robot's clone and return its response, a ``kind.response``.
+        """Call a service of this robot's clone, or of a client, and return its response, a ``kind.response``.
 
         Raises
         ------
@@ -285,22 +289,46 @@ class RobotClient:
             What the service says it failed with.
         """
         self._check()
-        call_id, frame = self._session.call(service, request)
-        self._calls[call_id] = asyncio.get_running_loop().create_future()
-        try:
-            async with asyncio.timeout(timeout):
-                await self._outbox.put(frame, call_id)
-                response = await self._calls[call_id]
-        except TimeoutError as error:
-            raise Unavailable(f"{service!r} did not answer in {timeout:g} s") from error
-        finally:
-            del self._calls[call_id]
-            self._session.give_up(call_id)
-            self._outbox.discard(call_id)
-        failure = failure_of(response)
-        if failure is not None:
-            raise failure
-        return decode(kind.response, response.values)
+        return await self._calls.call(service, kind, request, timeout)
+
+    async def advertise_service(self, service: str, kind: ServiceType, handler: Handler) -> None:
+        """Offer a service to all who may speak to this robot, or for it.
+
+        What the cloud refuses, such as a name of the clone's own, it tells of as a status.
+
+        Parameters
+        ----------
+        service : str
+            Of this robot.
+        kind : ServiceType
+            What it takes and gives.
+        handler : callable
+            Called on the event loop with each request, a ``kind.request``; returns the response, a ``kind.response``,
+            or is a coroutine function that does. Several calls may be under way at once. A ``PPaaSError`` that it
+            raises is what the caller is told. It is cancelled when the session is lost: nobody waits for it any more.
+
+        Raises
+        ------
+        Conflict
+            This client offers the service already.
+        PPaaSError
+            Not a ROS graph name; the client has given up, or is closed.
+        """
+        self._check()
+        await self._offers.advertise(service, kind, handler)
+
+    async def unadvertise_service(self, service: str) -> None:
+        """Offer a service no more; calls under way are still answered.
+
+        Raises
+        ------
+        NotFound
+            This client does not offer it.
+        PPaaSError
+            The client has given up, or is closed.
+        """
+        self._check()
+        await self._offers.unadvertise(service)
 
     # -- nodes beside it -------------------------------------------------------------------------------------------
 
@@ -331,11 +359,9 @@ class RobotClient:
             failure = PPaaSError(f"a callback of the client failed: {error!r}")
             self._end(failure, failure)
 
-    def _fail_calls(self) -> None:
-        for call_id, error in self._session.disconnected(self._outbox.waiting()).items():
-            future = self._calls.get(call_id)
-            if future is not None and not future.done():
-                future.set_exception(error)
+    def _session_lost(self) -> None:
+        self._calls.lost()
+        self._offers.lost()
 
     def _take(self, frame: str | bytes) -> None:
         try:
@@ -344,13 +370,10 @@ class RobotClient:
                 if self._nearby is None or not self._nearby.owns(normalise(operation.topic)):
                     self.hear(operation.topic, operation.msg)
             elif isinstance(operation, ServiceResponse):
-                self._answer(operation)
+                self._calls.answered(operation)
+            elif isinstance(operation, CallService):
+                self._offers.called(operation)
             elif isinstance(operation, StatusReport):
                 self._on_status(operation.error())
         except PPaaSError as error:
             logger.warning("a frame of the cloud was refused: %s", error)
-
-    def _answer(self, response: ServiceResponse) -> None:
-        future = self._calls.get(response.id or "")
-        if future is not None and not future.done():
-            future.set_result(response)

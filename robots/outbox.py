@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from ppaas.errors import PPaaSError
 
 SUBSCRIPTION = "subscription"
-"""What frames are bound to that tell what is subscribed: where a session begins anew, its greeting says it all."""
+"""What frames are bound to that tell what is subscribed or offered: where a session begins anew, its greeting says it
+all."""
 
 
 @dataclass(slots=True)
@@ -67,7 +68,7 @@ class Outbox:
         frame : str
             The frame.
         bound : str, optional
-            A key, if the frame means nothing in another session: of a call, or ``SUBSCRIPTION``.
+            A key, if the frame means nothing in another session: of a call, an answer, or ``SUBSCRIPTION``.
 
         Raises
         ------
@@ -153,7 +154,7 @@ class Outbox:
         Parameters
         ----------
         greeting : list of str
-            Frames that tell what is subscribed.
+            Frames that tell what is subscribed and offered.
         """
         doubtful, self._sending = self._sending, None
         if doubtful is not None and doubtful.bound is not None:

@@ -1,4 +1,4 @@
-"""``std_srvs``: services without a payload."""
+"""``std_srvs``: services that need no types of their own."""
 
 from ppaas.messages.message import Empty, Message, ServiceType
 
@@ -10,7 +10,21 @@ class TriggerResponse(Message):
     message: str = ""
 
 
+class SetBoolRequest(Message):
+    """Request of ``std_srvs/SetBool``."""
+
+    data: bool = False
+
+
+class SetBoolResponse(Message):
+    """Answer of ``std_srvs/SetBool``."""
+
+    success: bool
+    message: str = ""
+
+
 EmptyService = ServiceType("std_srvs/Empty", Empty, Empty)
 Trigger = ServiceType("std_srvs/Trigger", Empty, TriggerResponse)
+SetBool = ServiceType("std_srvs/SetBool", SetBoolRequest, SetBoolResponse)
 
-SERVICES = (EmptyService, Trigger)
+SERVICES = (EmptyService, Trigger, SetBool)

@@ -1,7 +1,7 @@
 """The client side of rosbridge v2: what a robot or an operator says, and what it is told. Frames in, events out.
 
 The frames themselves are those of the server side, ``ppaas.wire.rosbridge``. A session outlives its connections: it
-remembers what was subscribed, so that a client that lost its connection can say so again on the next.
+remembers what was subscribed and offered, so that a client that lost its connection can say so again on the next.
 """
 
 import itertools
@@ -10,9 +10,18 @@ from collections.abc import Collection
 import msgspec
 
 from ppaas.errors import MalformedMessage, PPaaSError, Unavailable
-from ppaas.messages import Message, encode, type_name
+from ppaas.messages import Message, ServiceType, encode, type_name
+from ppaas.wire import operations
 from ppaas.wire.names import normalise
-from ppaas.wire.operations import CallService, Operation, Publish, Subscribe, Unsubscribe
+from ppaas.wire.operations import (
+    AdvertiseService,
+    CallService,
+    Operation,
+    Publish,
+    Subscribe,
+    UnadvertiseService,
+    Unsubscribe,
+)
 from ppaas.wire.refusals import error_of_text
 
 _encoder = msgspec.json.Encoder()
@@ -46,7 +55,7 @@ class StatusReport(Operation, tag="status"):
         return error_of_text(self.msg)
 
 
-ServerOperation = Heard | ServiceResponse | StatusReport
+ServerOperation = Heard | ServiceResponse | StatusReport | CallService
 
 _decoder: msgspec.json.Decoder[ServerOperation] = msgspec.json.Decoder(ServerOperation)
 
@@ -56,6 +65,7 @@ class RosbridgeClientSession:
 
     def __init__(self) -> None:
         self._subscriptions: dict[str, Subscribe] = {}
+        self._offers: dict[str, AdvertiseService] = {}
         self._calls: dict[str, str] = {}
         self._sequence = itertools.count(1)
 
@@ -123,9 +133,35 @@ class RosbridgeClientSession:
         """Wait no longer for the answer to a call."""
         self._calls.pop(call_id, None)
 
+    def advertise_service(self, service: str, kind: ServiceType) -> str:
+        """Return the frame that offers a service.
+
+        Raises
+        ------
+        MalformedMessage
+            Not a ROS graph name.
+        """
+        offer = self._offers[normalise(service)] = AdvertiseService(service, kind.name)
+        return _text(offer)
+
+    def unadvertise_service(self, service: str) -> str:
+        """Return the frame that ends the offer of a service."""
+        self._offers.pop(normalise(service), None)
+        return _text(UnadvertiseService(service))
+
+    def respond(self, call: CallService, response: Message) -> str:
+        """Return the frame that answers a call of a service that is offered here."""
+        values = msgspec.Raw(encode(response))
+        return _text(operations.ServiceResponse(call.service, result=True, values=values, id=call.id))
+
+    def refuse(self, call: CallService, error: PPaaSError) -> str:
+        """Return the frame that says why a call of a service that is offered here has no answer."""
+        reason = msgspec.Raw(_encoder.encode(f"{error.slug}: {error}"))
+        return _text(operations.ServiceResponse(call.service, result=False, values=reason, id=call.id))
+
     def reconnected(self) -> list[str]:
-        """Return the frames with which a new connection begins: what was subscribed before."""
-        return [_text(subscription) for subscription in self._subscriptions.values()]
+        """Return the frames with which a new connection begins: what was subscribed and offered before."""
+        return [_text(wanted) for wanted in (*self._subscriptions.values(), *self._offers.values())]
 
     def disconnected(self, unsent: Collection[str] = ()) -> dict[str, Unavailable]:
         """Return the calls that were lost with the connection, each with its error; they are not waited for.

@@ -181,6 +181,7 @@ async def test_a_client_serves_another(client: StillClient, other: StillClient) 
     ("response", "reason"),
     [
         ({"result": False, "values": "no bulb"}, "no bulb"),
+        ({"result": False, "values": "unavailable: no bulb"}, "no bulb"),
         ({"result": False}, "the client that offers 'lights' said no"),
         ({"result": None, "values": {}}, "the client that offers 'lights' said no"),
     ],

@@ -9,6 +9,7 @@ from ppaas.messages import decode
 from ppaas.messages.geometry_msgs import Twist, Vector3
 from ppaas.messages.message import Empty
 from ppaas.messages.std_msgs import Float64, String
+from ppaas.messages.std_srvs import Trigger, TriggerResponse
 from ppaas.wire import operations, rosbridge
 from ppaas.wire.rosbridge_client import Heard, RosbridgeClientSession, ServiceResponse, StatusReport, failure_of
 
@@ -61,6 +62,23 @@ def test_a_refused_call_gives_its_reason() -> None:
     assert "unknown service 'stop'" in str(failure)
 
 
+def test_a_service_that_the_client_offers_is_asked_and_answered() -> None:
+    client, server = RosbridgeClientSession(), rosbridge.RosbridgeSession()
+    offer = server.receive(client.advertise_service("/lights", Trigger))
+    assert isinstance(offer, operations.AdvertiseService)
+    assert (offer.service, offer.type) == ("/lights", "std_srvs/Trigger")
+    call = client.receive(server.request("/lights", 7, b"{}"))
+    assert isinstance(call, operations.CallService)
+    assert (call.service, call.id, bytes(call.args)) == ("/lights", "7", b"{}")
+    answer = server.receive(client.respond(call, TriggerResponse(True, "on")))
+    assert isinstance(answer, operations.ServiceResponse)
+    assert (answer.id, answer.result, bytes(answer.values)) == ("7", True, b'{"success":true,"message":"on"}')
+    refusal = server.receive(client.refuse(call, NotPermitted("not now")))
+    assert isinstance(refusal, operations.ServiceResponse)
+    assert (refusal.result, bytes(refusal.values)) == (False, b'"not-permitted: not now"')
+    assert isinstance(server.receive(client.unadvertise_service("lights")), operations.UnadvertiseService)
+
+
 def test_a_failure_without_a_reason_names_the_service() -> None:
     failure = failure_of(ServiceResponse("stop", False))
     assert failure is not None
@@ -76,8 +94,11 @@ def test_answers_to_calls_that_nobody_waits_for_are_left_out() -> None:
     assert client.receive('{"op":"service_response","service":"stop","values":{},"result":true}') is None
 
 
-def test_a_lost_connection_loses_the_calls_and_keeps_the_subscriptions() -> None:
+def test_a_lost_connection_loses_the_calls_and_keeps_subscriptions_and_offers() -> None:
     client = RosbridgeClientSession()
+    offer = client.advertise_service("lights", Trigger)
+    client.advertise_service("horn", Trigger)
+    client.unadvertise_service("/horn")
     client.subscribe("cmd_vel", Twist)
     wanted = client.subscribe("chatter", String)
     client.unsubscribe("/cmd_vel")
@@ -86,7 +107,7 @@ def test_a_lost_connection_loses_the_calls_and_keeps_the_subscriptions() -> None
     assert list(lost) == [call_id]
     assert isinstance(lost[call_id], Unavailable)
     assert client.disconnected() == {}
-    assert client.reconnected() == [wanted]
+    assert client.reconnected() == [wanted, offer]
 
 
 @pytest.mark.parametrize("name", ["", "5", "a b", "a//b", "x" * 256])
@@ -96,6 +117,7 @@ def test_names_that_are_none_are_refused_before_they_are_sent(name: str) -> None
         lambda: client.publish(name, String("x")),
         lambda: client.subscribe(name, String),
         lambda: client.call(name, Empty()),
+        lambda: client.advertise_service(name, Trigger),
     ):
         with pytest.raises(MalformedMessage):
             act()
