@@ -14,7 +14,6 @@ import os
 import shutil
 import signal
 import sys
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -41,6 +40,7 @@ from engine.mapcache import MapCache
 from engine.neighbours import Neighbours
 from engine.network_load import NetworkLoad
 from engine.router import RouterProcess
+from engine.run_dir import keep_temporary_files_in
 from engine.runtimes import store_kernels
 from engine.runtimes.base import Premises
 from engine.runtimes.registry import RUNTIMES
@@ -216,7 +216,7 @@ def main() -> None:
     logging.basicConfig(level=logging.INFO, format="%(levelname)s agent %(name)s: %(message)s")
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     config = msgspec.json.decode(sys.stdin.buffer.read(), type=AgentConfig)
-    tempfile.tempdir = config.run_dir  # where the fork server listens; it goes with the cloud, should this be killed
+    keep_temporary_files_in(Path(config.run_dir))  # it goes with the cloud, should this be killed
     try:
         uvloop.run(run(config, asyncio.Event()))
     except PPaaSError as error:

@@ -21,6 +21,7 @@ from engine.agent_config import AgentConfig, Away
 from engine.far_machines import check_reachable
 from engine.instances import folder_of, instance_name, sweep_stale
 from engine.membership import Membership, membership_in
+from engine.run_dir import keep_temporary_files_in
 from engine.terms import Terms
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError, Unavailable
@@ -56,7 +57,7 @@ async def stay(membership: Membership, options: Options) -> None:
     sweep_stale(base)  # of a life before that was ended by force
     folder = folder_of(instance_name(), base)
     folder.mkdir(mode=0o700)
-    tempfile.tempdir = str(folder)  # where the fork server listens, for as long as this process lives
+    keep_temporary_files_in(folder)  # for as long as this process lives: the fork server listens there
     try:
         await _stay(membership, options, folder / "run")
     finally:

@@ -70,6 +70,7 @@ RADIUS = 2.5
 """Of the round room [m]."""
 
 _ANOTHER = PoseWithCovarianceStamped(Header(frame_id="map"), PoseWithCovariance(Pose.of(Pose2D(-1.5, 0.0))))
+_LONGEST_NAME = len("planning-link")
 _SIDE, _RESOLUTION = 120, 0.05
 _CLIENT = 1
 
@@ -93,7 +94,7 @@ def rehearse() -> set[str]:
     """
     before = set(threading.enumerate())
     heard: set[str] = set()
-    folder = make_run_dir()
+    folder = make_run_dir(_LONGEST_NAME)
     try:
         write_layers(folder, build_layers(_round_room(), robot_radius=robot_model(MODEL).robot_radius), created=0.0)
         uvloop.run(_stage(folder, ROBOT, lambda stream: _drive(stream, heard)))

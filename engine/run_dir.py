@@ -1,6 +1,7 @@
 """The folder of a process's Unix sockets: short enough that each can be bound."""
 
 import contextlib
+import os
 import shutil
 import tempfile
 from pathlib import Path
@@ -19,8 +20,13 @@ OWNER = "owner"
 """File in the folder that tells whose it is, so that it can be removed when that process was killed."""
 
 
-def make_run_dir() -> Path:
+def make_run_dir(longest: int = LONGEST_NAME) -> Path:
     """Make a folder for sockets, which this user alone may enter, and remove those of processes that are dead.
+
+    Parameters
+    ----------
+    longest : int
+        Bytes of the longest name of a socket in it.
 
     Raises
     ------
@@ -31,7 +37,7 @@ def make_run_dir() -> Path:
     """
     sweep_dead(Path(tempfile.gettempdir()))
     folder = Path(tempfile.mkdtemp(prefix="ppaas-"))
-    if len(bytes(folder)) + 1 + LONGEST_NAME > LONGEST_PATH:
+    if len(bytes(folder)) + 1 + longest > LONGEST_PATH:
         shutil.rmtree(folder)
         raise InvalidInput(f"{folder.parent} has too long a path for Unix sockets; set TMPDIR to a shorter one")
     (folder / OWNER).write_text(instance_name())
@@ -44,3 +50,8 @@ def sweep_dead(base: Path) -> None:
         with contextlib.suppress(OSError):  # another sweeps as well, or it is somebody else's
             if is_dead(owner.read_text()):
                 shutil.rmtree(owner.parent, ignore_errors=True)
+
+
+def keep_temporary_files_in(folder: Path) -> None:
+    """Have this process and those that it starts make temporary files in a folder that somebody removes for certain."""
+    os.environ["TMPDIR"] = tempfile.tempdir = str(folder)

@@ -7,6 +7,12 @@ import psutil
 
 FORKED = "forkserver"
 
+MACHINES = "machines"
+"""Folder of a cloud's folder in which each machine that joined has one by its name."""
+
+OWN = "local"
+"""Name of the cloud's own machine."""
+
 _BY_COMMAND = {
     "endpoints.cli up": "web",
     "engine.joined": "joined machine",
@@ -30,7 +36,7 @@ class Member:
         ``web``, ``agent``, ``joined machine``, ``router``, ``fork server``, ``forked`` (a container, or what makes the
         layers of a map), ``compiler``, ``resource tracker`` or ``other``.
     home : str
-        Name of the folder for temporary files, which each machine has for itself.
+        Name of the machine that it belongs to.
     """
 
     process: psutil.Process
@@ -43,12 +49,17 @@ def members(folder: Path) -> list[Member]:
     found = []
     for process in psutil.process_iter():
         try:
-            home = process.environ().get("TMPDIR", "")
-            if home == str(folder) or home.startswith(f"{folder}/"):
-                found.append(Member(process, _kind(process), Path(home).name))
+            home = Path(process.environ().get("TMPDIR", ""))
+            if home.is_relative_to(folder):
+                found.append(Member(process, _kind(process), machine_of(home.relative_to(folder))))
         except psutil.Error:  # it ended just now, or is somebody else's
             continue
     return found
+
+
+def machine_of(home: Path) -> str:
+    """Return the machine that has a folder for temporary files, given below that of the cloud."""
+    return home.parts[1] if home.parts[:1] == (MACHINES,) else OWN
 
 
 def _kind(process: psutil.Process) -> str:

@@ -17,7 +17,7 @@ from robots.rest import RestClient
 
 logger = logging.getLogger(__name__)
 
-HELPERS = frozenset((FORKED, "compiler", "resource tracker"))
+HELPERS = frozenset((FORKED, "compiler"))
 """What works beside: containers that only plan, what makes the layers of maps, compilers of kernels."""
 
 DRAIN = 5.0

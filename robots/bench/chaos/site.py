@@ -11,6 +11,7 @@ from types import TracebackType
 from typing import Self
 
 from ppaas.errors import Unavailable
+from robots.bench.chaos.family import MACHINES
 from robots.cloud_process import CloudProcess
 from robots.rest import RestClient
 
@@ -100,7 +101,7 @@ class Site:
         self.restarts = 0
 
     def _machine(self, name: str) -> JoinedMachine:
-        return JoinedMachine(self.folder / "machines" / name, name)
+        return JoinedMachine(self.folder / MACHINES / name, name)
 
     @property
     def folder(self) -> Path:

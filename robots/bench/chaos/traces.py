@@ -6,7 +6,7 @@ from pathlib import Path
 import psutil
 
 from ppaas.clock import Clock, monotonic
-from robots.bench.chaos.family import Member, members
+from robots.bench.chaos.family import MACHINES, Member, members
 
 SHARED_MEMORY = Path("/dev/shm")
 CGROUPS = Path("/sys/fs/cgroup")
@@ -14,7 +14,7 @@ CGROUPS = Path("/sys/fs/cgroup")
 ZOMBIE_GRACE = 10.0
 """Seconds in which whoever has to must have taken note of a process that ended."""
 
-KEPT = frozenset(("data", "password", "ready.json", "log", "machines"))
+KEPT = frozenset(("data", "password", "ready.json", "log", MACHINES))
 """What of a cloud's folder is meant to stay."""
 
 COUNTED = frozenset(("web", "agent", "joined machine", "router"))
@@ -91,7 +91,7 @@ class Traces:
             controller, path = group.split(":", 2)[1:]
             if (CGROUPS / controller / path.lstrip("/")).is_dir():
                 self._tell(f"control group {group} is left")
-        for home in (self._folder, *sorted((self._folder / "machines").glob("*/t"))):
+        for home in (self._folder, *sorted((self._folder / MACHINES).glob("*/t"))):
             for left in sorted(home.iterdir()):
                 if left.name not in KEPT:
                     self._tell(f"{left} is left")

@@ -11,6 +11,9 @@ NOTEWORTHY = 0.5
 MOST_CYCLES = 32
 """Control cycles that a clone may have begun within a second. It begins 20, and two clones would begin 40."""
 
+DIGITS = 4
+"""Of a second, by which scans are told apart: stamps that were numbers meanwhile are not exact to the nanosecond."""
+
 
 class Gap(NamedTuple):
     """Time without a command while there was a goal, from and to [monotonic s]."""
@@ -85,10 +88,11 @@ class Witness:
 
     def scanned(self, stamp: float) -> None:
         """Note a scan that the robot sent; a simulated world that was held up sends several at the same moment."""
-        self._scans[stamp] += 1
+        self._scans[round(stamp, DIGITS)] += 1
 
     def localized(self, stamp: float) -> None:
         """Note an ``amcl_pose``."""
+        stamp = round(stamp, DIGITS)
         if stamp < self._scan or not self._scans[stamp]:
             self._tell(f"{self._robot} was told where it is by a scan {_again(stamp, self._scan)}")
         self._scan = max(self._scan, stamp)

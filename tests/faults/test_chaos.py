@@ -1,0 +1,24 @@
+"""Faults of all kinds at random under driving robots, for some seconds; ``make chaos`` does it for ten minutes."""
+
+from collections.abc import Callable
+
+import pytest
+from rich.console import Console
+from rich.progress import Progress
+
+from robots.bench.chaos.run import Options, run
+
+pytestmark = pytest.mark.journey
+
+
+async def test_nothing_is_lost_said_twice_or_left_behind_whatever_dies(
+    record_property: Callable[[str, object], None],
+) -> None:
+    options = Options(seconds=8.0, robots=2, machines=1, every=1.6, seed=3)
+    report = await run(options, Progress(console=Console(stderr=True), disable=True))
+    record_property("longest_gap_s", report.longest_gap_s)
+    assert report.wrong == [], report
+    assert sum(report.faults.values()) >= 3
+    goals = report.goals
+    assert goals["sent"] == goals["result"] + goals["status"] + goals["lost"] >= 2
+    assert report.commands > 20
