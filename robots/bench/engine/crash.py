@@ -14,7 +14,7 @@ from robots.bench.engine.driving import MAP, PATIENCE, Looker, driven, grid_to_d
 from robots.bench.engine.options import Options
 from robots.bench.engine.samples import median_and_worst, served_after
 from robots.bench.engine.site import Site
-from robots.bench.figures import Figure, median_of
+from robots.bench.figures import Figure
 
 PART = "crash"
 CRASHES, QUICK = 10, 1
@@ -34,7 +34,7 @@ async def measure(site: Site, options: Options, progress: Progress) -> list[Figu
     note = f"{options.runtime}; it drives; from kill -9 of its container until it is commanded again"
     return [
         *median_and_worst(PART, "robot served again", silences, limit=LIMIT_MS, note=note),
-        median_of(PART, "python -c pass", started, yardstick=True, note="fork, exec and a bare interpreter"),
+        yardsticks.python_figure(PART, started),
     ]
 
 

@@ -11,6 +11,7 @@ from websockets.exceptions import WebSocketException
 
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
+from robots.bench.engine import yardsticks
 from robots.bench.engine.asking import MAP, Question, prepared
 from robots.bench.engine.options import Options
 from robots.bench.engine.site import Site
@@ -63,7 +64,15 @@ async def _crowd(site: Site, question: Question, wanted: int, progress: Progress
         ready = [one for one in opened if not isinstance(one, str)]
         again = [await _asked(question, socket) for socket, _ in ready]
         weights = await _weights(site, len(ready))
-    return crowd_figures(wanted, [seconds for _, seconds in ready], stopped, again, weights)
+    figures = crowd_figures(wanted, [seconds for _, seconds in ready], stopped, again, weights)
+    return [*figures, await _pythons(wanted)]
+
+
+async def _pythons(count: int) -> Figure:
+    began = monotonic()
+    await asyncio.gather(*(yardsticks.python() for _ in range(count)))
+    took = round(monotonic() - began, 3)
+    return Figure(PART, "python -c pass, as many", took, "s", yardstick=True, note="bare interpreters, all at once")
 
 
 async def _asked(question: Question, socket: ClientConnection) -> float:

@@ -7,6 +7,7 @@ from rich.progress import Progress
 
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
+from robots.bench.engine import yardsticks
 from robots.bench.engine.crash import served_by_another
 from robots.bench.engine.driving import MAP, driven, grid_to_drive_on
 from robots.bench.engine.options import Options
@@ -34,7 +35,7 @@ async def measure(site: Site, options: Options, progress: Progress) -> list[Figu
         silences = [await _lose(site, f"bench-lost-{len(figures)}-{number}", fault) for number in losses]
         note = f"{options.runtime}; {how}, until its robot is commanded from another machine"
         figures += median_and_worst(PART, name, silences, limit=LIMIT_MS, note=note)
-    return figures
+    return [*figures, yardsticks.python_figure(PART, [await yardsticks.python() for _ in range(LOSSES)])]
 
 
 async def _lose(site: Site, robot: str, fault: Callable[[Machine], None]) -> float:

@@ -90,10 +90,15 @@ async def _measured(kind: str, count: int) -> list[float]:
     return msgspec.json.decode(told, type=list[float])
 
 
+def python_figure(part: str, started: list[float]) -> Figure:
+    """Return what it takes to start a Python that does nothing."""
+    return median_of(part, "python -c pass", started, yardstick=True, note="fork, exec and a bare interpreter")
+
+
 def figures(part: str, started: list[float], forked: list[float]) -> list[Figure]:
     """Return the yardsticks of what starts."""
     return [
-        median_of(part, "python -c pass", started, yardstick=True, note="fork, exec and a bare interpreter"),
+        python_figure(part, started),
         median_of(part, "fork, answered", forked, yardstick=True, note="os.fork of a small process, a byte by a pipe"),
     ]
 

@@ -28,7 +28,7 @@ def test_containers_machines_and_messages_are_measured_beside_their_yardsticks(
     assert told["memory of each"]["value"] > 1.0
     assert told["machine killed"]["limit"] == 5000.0
     assert {name for name, figure in told.items() if figure.get("yardstick")} == {
-        "python -c pass", "fork, answered", "a byte to a process and back",
+        "python -c pass", "python -c pass, as many", "fork, answered", "a byte to a process and back",
     }  # fmt: skip
     assert {"in a container", "between containers of a machine", "between two machines"} <= set(told)
 
