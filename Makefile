@@ -20,7 +20,7 @@ UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --g
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser kernels test test-servers test-docker test-ray joints schemathesis lint bench performance lock clean
+.PHONY: help setup demo browser kernels test test-servers test-docker test-ray joints chaos schemathesis lint bench performance lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -66,6 +66,10 @@ schemathesis: $(INSTALLED) ## Send the REST service some ten thousand requests, 
 joints: $(INSTALLED) ## Run the load-bearing joints of the engine for a minute each
 	@echo "joints: 60 s each, over real processes"
 	PPAAS_JOINT_SECONDS=60 $(BIN)/python -m pytest -m joint $(PYTEST_ARGS)
+
+chaos: $(INSTALLED) ## Kill and stop processes of a cloud at random for ten minutes while robots drive in it
+	@echo "chaos: ten minutes, and what it takes to start and end; CHAOS_ARGS=\"--minutes 1 --seed 7\" does other faults"
+	$(BIN)/ppaas bench chaos $(CHAOS_ARGS)
 
 lint: $(INSTALLED) ## Check style, types and the arrows between packages
 	@failed=; for check in "ruff check ." "ruff format --check ." mypy lint-imports; do \

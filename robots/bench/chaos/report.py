@@ -11,7 +11,7 @@ from robots.bench.chaos.witness import Gap
 BEFORE = 1.0
 """Seconds before a gap within which a fault may have caused it: a robot drives on by what is still on its way."""
 
-NO_FAULT = "none"
+NO_FAULT, SEVERAL = "none", "several"
 
 
 class Report(msgspec.Struct, frozen=True):
@@ -26,8 +26,8 @@ class Report(msgspec.Struct, frozen=True):
     faults : dict of str to int
         How many of each kind.
     longest_gap_s : dict of str to float
-        Longest time that a robot with a goal was commanded nothing, by the first fault that can have caused it;
-        under ``none`` such as no fault can.
+        Longest time that a robot with a goal was commanded nothing, by the fault that can have caused it; under
+        ``several`` where another came before it was over, under ``none`` where there was no fault.
     goals : dict of str to int
         How many were sent; of how many a ``result`` came, the ``status`` was told, or it was told that they are
         ``lost``.
@@ -90,11 +90,11 @@ class Report(msgspec.Struct, frozen=True):
 
 
 def longest_by_fault(faults: Sequence[Fault], gaps: Sequence[Gap]) -> dict[str, float]:
-    """Return the longest gap for each kind of fault; one that several can have caused counts for the first."""
+    """Return the longest gap for each kind of fault, for several at a time, and for none."""
     longest: dict[str, float] = {}
     for gap in gaps:
-        causes = (fault.name for fault in faults if gap.begin - BEFORE <= fault.at <= gap.end)
-        cause = next(causes, NO_FAULT)
+        causes = [fault.name for fault in faults if gap.begin - BEFORE <= fault.at <= gap.end]
+        cause = (causes or [NO_FAULT])[0] if len(causes) < 2 else SEVERAL
         longest[cause] = round(max(gap.seconds, longest.get(cause, 0.0)), 2)
     return longest
 
