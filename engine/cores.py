@@ -14,6 +14,11 @@ OVERSUBSCRIPTION = 4.0
 MEMORY_PER_CORE = 128 << 20
 """Bytes that a container counts for with each core of its size. A clone has 13 MB of its own, and shares its map."""
 
+MEMORY_LIMIT = 512 << 20
+"""Bytes that a container of any size may take, where it is held to some: its interpreter, and what planning takes."""
+
+MEMORY_LIMIT_PER_CORE = 512 << 20
+
 
 def check(size: float, machine_cores: int) -> None:
     """Make sure that a machine can hold a container at all.
@@ -44,6 +49,11 @@ def width(size: float) -> int:
 def memory(size: float) -> int:
     """Return how many bytes a container counts for: memory goes with size."""
     return math.ceil(size * MEMORY_PER_CORE)
+
+
+def memory_limit(size: float) -> int:
+    """Return how many bytes a container may take, where it is held to some."""
+    return MEMORY_LIMIT + math.ceil(size * MEMORY_LIMIT_PER_CORE)
 
 
 def capacity(machine_cores: int, machine_memory: int, oversubscription: float = OVERSUBSCRIPTION) -> float:

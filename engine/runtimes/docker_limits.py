@@ -7,6 +7,7 @@ other half (``--cpus``, ``--cpuset-cpus``, ``--memory``). Spares, which only loa
 import math
 from typing import Any
 
+from engine.cores import memory_limit
 from engine.model import Launch
 
 PERIOD = 100_000
@@ -19,11 +20,6 @@ SHARES = 1024
 """Weight of a container of one core, where more is wanted than there is."""
 
 SPARE_SHARES = 64
-
-MEMORY = 512 << 20
-"""That a container of any size has [bytes]: an interpreter with its kernels, and what planning on a map takes."""
-
-MEMORY_PER_CORE = 512 << 20
 
 PROCESSES = 128
 """And threads."""
@@ -51,5 +47,5 @@ def cpus_of_launch(launch: Launch) -> dict[str, Any]:
 
 
 def _memory(size: float) -> dict[str, int]:
-    limit = MEMORY + math.ceil(size * MEMORY_PER_CORE)
+    limit = memory_limit(size)
     return {"mem_limit": limit, "memswap_limit": limit}

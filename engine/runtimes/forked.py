@@ -9,6 +9,7 @@ from multiprocessing.popen_forkserver import Popen
 from pathlib import Path
 
 from engine.model import Launch
+from engine.runtimes.control_groups import ControlGroups
 from engine.runtimes.fork_server import UNHEARD
 from engine.runtimes.moving import move_threads
 
@@ -25,11 +26,20 @@ class ForkedContainer:
         That was started.
     gone : callable
         Told once, when the process is.
+    launch : Launch
+        What it was told.
+    groups : ControlGroups
+        That hold it to its size.
     """
 
-    def __init__(self, process: Popen, gone: Callable[["ForkedContainer"], None]) -> None:
+    def __init__(
+        self, process: Popen, gone: Callable[["ForkedContainer"], None], launch: Launch, groups: ControlGroups
+    ) -> None:
         self._process = process
         self._gone = gone
+        self._name = launch.spec.id
+        self._groups = groups
+        groups.put(process.pid, launch)
         self._pidfd = _pidfd(process.pid)
         loop = asyncio.get_running_loop()
         self._status: asyncio.Future[int] = loop.create_future()
@@ -50,9 +60,10 @@ class ForkedContainer:
         """Do nothing: it sees the folder itself."""
 
     def resize(self, launch: Launch) -> None:
-        """Let all its threads run on the CPUs of its new size."""
+        """Let all its threads run on the CPUs of its new size, and hold it to that."""
         if self._pidfd is not None:
             move_threads(self.pid, launch.cpus)
+            self._groups.resize(launch)
 
     async def wait(self) -> int:
         """Return its exit status when it is gone, negative for the signal that killed it, 255 where nobody knows."""
@@ -92,6 +103,7 @@ class ForkedContainer:
         if self._pidfd is not None:
             os.close(self._pidfd)
             self._pidfd = None
+        self._groups.remove(self._name)
         self._status.set_result(status)
         self._gone(self)
 

@@ -8,6 +8,7 @@ from asyncio import Task
 from engine.model import Launch
 from engine.runtimes.base import Premises, Runtime
 from engine.runtimes.child import run
+from engine.runtimes.control_groups import ControlGroups, own_hierarchies
 from engine.runtimes.fork_server import ForkServer
 from engine.runtimes.forked import ForkedContainer
 from ppaas.errors import Unavailable
@@ -26,10 +27,18 @@ class ProcessRuntime(Runtime):
         ``"module:function"`` that takes the ``Launch`` in the new process; its result is the exit status.
     rehearsed : str, optional
         Module that the fork server loads after that of ``entry``: loading it does once what each container would do.
+    groups : ControlGroups, optional
+        That hold containers to their sizes; without it, they are held to their CPUs alone.
     """
 
-    def __init__(self, entry: str = "engine.container:main", rehearsed: str | None = None) -> None:
+    def __init__(
+        self,
+        entry: str = "engine.container:main",
+        rehearsed: str | None = None,
+        groups: ControlGroups | None = None,
+    ) -> None:
         self._entry = entry
+        self._groups = groups or ControlGroups("", ())
         self._server = ForkServer(entry, rehearsed)
         self._forking = asyncio.Lock()
         self._tasks: set[Task[ForkedContainer] | Task[None]] = set()
@@ -37,9 +46,9 @@ class ProcessRuntime(Runtime):
         self._closed = False
 
     @classmethod
-    def on(cls, premises: Premises) -> "ProcessRuntime":  # noqa: ARG003 - its containers see what its user does
+    def on(cls, premises: Premises) -> "ProcessRuntime":
         """Return the runtime of a machine."""
-        return cls(rehearsed="engine.rehearsed")
+        return cls(rehearsed="engine.rehearsed", groups=ControlGroups(premises.instance, own_hierarchies()))
 
     async def start(self) -> None:
         """Start the fork server and wait until it is warm; do it before any other library starts threads.
@@ -79,6 +88,7 @@ class ProcessRuntime(Runtime):
         for container in live:
             container.kill()
         await asyncio.gather(*(container.wait() for container in live))
+        await self._groups.close()
         self._server.close()
         _adopt_orphans(False)
 
@@ -92,7 +102,7 @@ class ProcessRuntime(Runtime):
                     logger.warning("the fork server failed to start container %r: %s", launch.spec.id, error)
                     await self._server.end()
                     continue
-                container = ForkedContainer(process, self._live.discard)
+                container = ForkedContainer(process, self._live.discard, launch, self._groups)
                 self._live.add(container)
                 return container
         raise Unavailable(f"container {launch.spec.id!r} could not be started: the fork server died twice")

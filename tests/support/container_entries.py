@@ -92,6 +92,14 @@ def _burn(seconds: float) -> int:
     return child
 
 
+def compete(launch: Launch) -> None:
+    """Be busy for a second, and tell how much of it there was a CPU for."""
+    began, used = time.monotonic(), time.process_time()
+    while time.monotonic() - began < 1.0:
+        pass
+    report(launch, str(time.process_time() - used)).close()
+
+
 def read_layers(launch: Launch) -> None:
     """Tell what layers it sees, then what is put beside them."""
     folder = Path(launch.layers)
@@ -121,6 +129,13 @@ def hold_memory(launch: Launch) -> None:
     with report(launch, f"{len(taken) >> 20} MiB"):
         while True:
             time.sleep(60)
+
+
+def take_memory_if_told(launch: Launch) -> None:
+    """Take more and more memory if the secret says so, else stay."""
+    if launch.secret == "take":
+        take_memory(launch)
+    dial_and_stay(launch)
 
 
 def take_memory(launch: Launch) -> None:

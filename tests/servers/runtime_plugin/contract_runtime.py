@@ -1,6 +1,7 @@
 """The runtime of processes as a machine of tests has it: its containers run what the name of the image says."""
 
 from engine.runtimes.base import Premises
+from engine.runtimes.control_groups import ControlGroups, own_hierarchies
 from engine.runtimes.process import ProcessRuntime
 
 
@@ -9,4 +10,4 @@ class ContractRuntime(ProcessRuntime):
 
     @classmethod
     def on(cls, premises: Premises) -> "ContractRuntime":
-        return cls(premises.image)
+        return cls(premises.image, groups=ControlGroups(premises.instance, own_hierarchies()))
