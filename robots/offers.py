@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import Any
 
-from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded
+from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.messages import Message, ServiceType, decode
 from ppaas.wire.names import normalise
 from ppaas.wire.operations import CallService
@@ -113,7 +113,7 @@ class Offers:
     async def _response(self, call: CallService) -> Message:
         offer = self._offers.get(normalise(call.service))
         if offer is None:
-            raise NotFound("offered service", call.service, list(self._offers))
+            raise Unavailable(f"{call.service!r} is offered here no more; call again, to find who offers it now")
         answer = offer.handler(decode(offer.kind.request, call.args))
         response = await answer if inspect.isawaitable(answer) else answer
         if not isinstance(response, offer.kind.response):

@@ -314,10 +314,11 @@ class Graph:
         if server is None:
             reply(NotFound("service", service, list(self.services)))
             return
-        try:
-            self.times.run(server.name, partial(server.on_call, service, request, reply))
-        except PPaaSError as error:
-            reply(error)
+
+        def on_call(answer: Reply) -> None:
+            self.times.run(server.name, partial(server.on_call, service, request, answer))
+
+        self._tenancies[server.name].serve(on_call, reply)
         self._drain()
 
     # -- timers and jobs: the Context that nodes are given -----------------------------------------------------------

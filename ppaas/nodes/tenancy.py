@@ -1,11 +1,12 @@
-"""What a home gives one node, for as long as it lives there: its timers and jobs end when it leaves."""
+"""What a home gives one node, for as long as it lives there: its timers, jobs and calls end when it leaves."""
 
+import itertools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeVar
 
 from ppaas.clock import Clock
-from ppaas.errors import PPaaSError
-from ppaas.nodes.base import Context, Job, Payload, Timer, Topic
+from ppaas.errors import PPaaSError, Unavailable
+from ppaas.nodes.base import Context, Job, Payload, Reply, Timer, Topic
 
 if TYPE_CHECKING:
     from ppaas.nodes.base import Node
@@ -82,14 +83,37 @@ class Tenancy:
         self._gone = False
         self._timers: set[Timer] = set()
         self._jobs: set[Job] = set()
+        self._numbers = itertools.count()
+        self._calls: dict[int, Reply] = {}
 
     def end(self) -> None:
-        """Stop all that the node began; whatever it says from now on is not heard."""
+        """Stop all that the node began; whatever it says from now on is not heard, and who asked it is told so."""
         self._gone = True
         for timer in tuple(self._timers):
             timer.stop()
         for job in self._jobs:
             job.cancel()
+        calls, self._calls = self._calls, {}
+        for reply in calls.values():
+            reply(Unavailable(f"{self.node} left for another home while it worked on this; call again"))
+
+    def serve(self, on_call: Callable[[Reply], None], reply: Reply) -> None:
+        """Let the node answer a call, now or later; ``reply`` is called once, even if the node leaves before it has."""
+        number = next(self._numbers)
+        self._calls[number] = reply
+
+        def answer(result: Payload | PPaaSError) -> None:
+            waiting = self._calls.pop(number, None)
+            if waiting is not None:
+                waiting(result)
+
+        try:
+            on_call(answer)
+        except PPaaSError as error:
+            answer(error)
+        except Exception:
+            self._calls.pop(number, None)
+            raise
 
     def now(self) -> float:
         """Return seconds since the epoch, for stamps."""

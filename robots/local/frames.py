@@ -23,6 +23,13 @@ class TopicName(msgspec.Struct, frozen=True):
     type: str
 
 
+class ServiceName(msgspec.Struct, frozen=True):
+    """A service and its ROS type."""
+
+    name: str
+    type: str
+
+
 # -- to the process ----------------------------------------------------------------------------------------------------
 
 
@@ -58,7 +65,15 @@ class AskStates(msgspec.Struct, tag="ask_states"):
     """Say how the nodes are."""
 
 
-ToHome = Begin | Add | Remove | Tell | AskStates
+class Call(msgspec.Struct, tag="call"):
+    """A call of a service of a node; several may be under way, and each is answered by its number."""
+
+    call: int
+    service: str
+    request: msgspec.Raw
+
+
+ToHome = Begin | Add | Remove | Tell | AskStates | Call
 
 # -- from the process --------------------------------------------------------------------------------------------------
 
@@ -68,11 +83,12 @@ class Ready(msgspec.Struct, tag="ready"):
 
 
 class Added(msgspec.Struct, tag="added"):
-    """A node is here: what it hears, and what it says."""
+    """A node is here: what it hears, what it says, and what it can be asked."""
 
     node: str
     subscribes: list[TopicName]
     publishes: list[str]
+    services: list[ServiceName] = []
 
 
 class Removed(msgspec.Struct, tag="removed"):
@@ -88,6 +104,15 @@ class Said(msgspec.Struct, tag="said"):
     topic: str
     kind: str
     payload: msgspec.Raw
+
+
+class Replied(msgspec.Struct, tag="replied"):
+    """What came of a call: the response, or an error by its slug and text."""
+
+    call: int
+    response: msgspec.Raw = msgspec.Raw(b"null")
+    slug: str = ""
+    text: str = ""
 
 
 class NodeState(msgspec.Struct):
@@ -111,7 +136,7 @@ class Failed(msgspec.Struct, tag="failed"):
 
 
 Answer = Ready | Added | Removed | States | Failed
-FromHome = Answer | Said
+FromHome = Answer | Said | Replied
 
 to_home = msgspec.json.Decoder(ToHome)
 from_home = msgspec.json.Decoder(FromHome)

@@ -79,6 +79,8 @@ class LocalHome:
                 self._tell(frame)
             case frames.AskStates():
                 self._write(frames.States(self._states()))
+            case frames.Call():
+                self._call(frame)
 
     def _tell(self, frame: frames.Tell) -> None:
         message = decode(self.graph.topic(frame.topic).type, frame.payload)
@@ -86,6 +88,22 @@ class LocalHome:
             self.graph.tell(frame.node, frame.topic, message)
         else:
             self.graph.inject(frame.topic, message)
+
+    def _call(self, frame: frames.Call) -> None:
+        def reply(result: Payload | PPaaSError) -> None:
+            if isinstance(result, PPaaSError):
+                self._write(frames.Replied(frame.call, slug=result.slug, text=str(result)))
+            else:
+                self._write(frames.Replied(frame.call, msgspec.Raw(encode(_message(result)))))
+
+        try:
+            request = decode(self.graph.service(frame.service).type.request, frame.request)
+            self.graph.call(frame.service, request, reply)
+        except PPaaSError as error:
+            reply(error)
+        except Exception as error:  # who asks must not end what drives
+            logger.exception("a call of %s broke a node", frame.service)
+            reply(PPaaSError(f"internal error: {type(error).__name__}"))
 
     def _begin(self, frame: frames.Begin) -> None:
         grid = from_message(decode(OccupancyGrid, frame.map))
@@ -116,7 +134,8 @@ class LocalHome:
             self.graph.restore([Checkpoint(frame.node, frame.state.encode())])
         node = self.graph.nodes[frame.node]
         hears = [frames.TopicName(topic.name, type_name(topic.type)) for topic in node.subscribes]
-        return frames.Added(frame.node, hears, list(self.graph.published_by(node)))
+        serves = [frames.ServiceName(service.name, service.type.name) for service in node.services]
+        return frames.Added(frame.node, hears, list(self.graph.published_by(node)), serves)
 
     def _states(self) -> dict[str, frames.NodeState]:
         times = self.graph.times.take()
@@ -126,7 +145,7 @@ class LocalHome:
     # -- what nodes do -------------------------------------------------------------------------------------------------
 
     def _said(self, topic: str, payload: Payload) -> None:
-        message = payload if isinstance(payload, Message) else payload.to_message()
+        message = _message(payload)
         self._write(frames.Said(topic, type_name(type(message)), msgspec.Raw(encode(message))))
 
     def _work(self, work: Work[T], cancelled: Callable[[], bool], done: Callable[[T | PPaaSError], None]) -> None:
@@ -150,6 +169,10 @@ class LocalHome:
         if self._alarm is not None:
             self._alarm.cancel()
         self._alarm = self._loop.call_later(min(self.graph.run_due(), 3600.0), self._attend)
+
+
+def _message(payload: Payload) -> Message:
+    return payload if isinstance(payload, Message) else payload.to_message()
 
 
 def _mean(times: tuple[int, float] | None) -> float:

@@ -29,6 +29,7 @@ from robots.local.computer import Computer
 from robots.local.crossing import Crossing
 from robots.local.link_probe import measure_link
 from robots.local.node_process import NodeProcess
+from robots.local.node_services import NodeServices
 
 logger = logging.getLogger(__name__)
 
@@ -82,6 +83,7 @@ class LocalNodes:
         self._changed = asyncio.Event()
         self._process: NodeProcess | None = None
         self._crossing = Crossing(client, sensors)
+        self._services = NodeServices(client)
         self._config: frames.CloneConfig | None = None
         self._wanted: dict[str, str] = {}
         self._leases: dict[str, int] = {}
@@ -211,6 +213,7 @@ class LocalNodes:
             await self._lose(str(error))
             return
         await self._crossing.open(added, process)
+        await self._services.open(added, process)
         logger.info("%s runs here", node)
 
     async def _started(self) -> NodeProcess:
@@ -230,6 +233,7 @@ class LocalNodes:
 
     async def _give_back(self, node: str) -> None:
         process, lease, heard = self._process, self._leases[node], self._crossing.heard(node)
+        await self._services.close(node)
         if process is not None:
             try:
                 state = (await process.ask(frames.Remove(node), frames.Removed)).state
@@ -243,6 +247,7 @@ class LocalNodes:
     async def _forget(self, node: str) -> None:
         self._leases.pop(node, None)
         await self._crossing.close(node)
+        await self._services.close(node)
         if not self._leases:
             await self._end_process()
 
@@ -289,6 +294,7 @@ class LocalNodes:
         for node in lost:
             self._wanted[node] = "cloud"
             await self._crossing.close(node)
+            await self._services.close(node)
         self._lost |= {node: (lease, failure) for node, lease in lost.items()}
         await self._give_up()
 

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import itertools
 import logging
 import sys
 from asyncio.subprocess import PIPE, Process
@@ -21,6 +22,8 @@ START_TIMEOUT = 90.0
 """Seconds to get ready; the first start on a computer compiles the kernels."""
 ANSWER_TIMEOUT = 5.0
 """Seconds; who takes longer is frozen."""
+CALL_TIMEOUT = 60.0
+"""Seconds that a call of a service may take, as in the cloud."""
 
 
 class NodeProcess:
@@ -42,6 +45,8 @@ class NodeProcess:
         self._answer: asyncio.Future[frames.Answer] | None = None
         self._given_up = 0
         self._one_at_a_time = asyncio.Lock()
+        self._numbers = itertools.count(1)
+        self._calls: dict[int, asyncio.Future[frames.Replied]] = {}
 
     @property
     def alive(self) -> bool:
@@ -104,6 +109,31 @@ class NodeProcess:
         if self.alive:
             self._write(frames.Tell(topic, msgspec.Raw(payload), node))
 
+    async def call(self, service: str, request: bytes, timeout: float = CALL_TIMEOUT) -> msgspec.Raw:
+        """Call a service of its nodes; return the response as JSON. Several calls may be under way at once.
+
+        Raises
+        ------
+        Unavailable
+            It is gone, or does not answer in time, or the node has left.
+        PPaaSError
+            What the node says.
+        """
+        number = next(self._numbers)
+        self._write(frames.Call(number, service, msgspec.Raw(request)))
+        waiting: asyncio.Future[frames.Replied] = asyncio.get_running_loop().create_future()
+        self._calls[number] = waiting
+        try:
+            async with asyncio.timeout(timeout):
+                replied = await waiting
+        except TimeoutError as error:
+            raise Unavailable(f"service {service!r} did not answer within {timeout:g} s") from error
+        finally:
+            del self._calls[number]
+        if replied.slug:
+            raise rebuild(replied.slug, replied.text)
+        return replied.response
+
     def _write(self, frame: frames.ToHome) -> None:
         if self._process is None or self._process.stdin is None or self._is_read_out:
             raise Unavailable("the process of local nodes is gone")
@@ -117,17 +147,28 @@ class NodeProcess:
         except (ConnectionError, msgspec.MsgspecError, ValueError) as error:
             logger.warning("the process of local nodes is given up: %s", error)
         finally:
-            if self._answer is not None and not self._answer.done():
-                self._answer.set_exception(Unavailable("the process of local nodes has ended"))
+            self._fail(Unavailable("the process of local nodes has ended"))
             self._ended()
+
+    def _fail(self, error: Unavailable) -> None:
+        for waiting in (self._answer, *self._calls.values()):
+            if waiting is not None and not waiting.done():
+                waiting.set_exception(error)
 
     def _take(self, frame: frames.FromHome) -> None:
         if isinstance(frame, frames.Said):
             self._said(frame)
+        elif isinstance(frame, frames.Replied):
+            self._replied(frame)
         elif self._given_up:
             self._given_up -= 1
         elif self._answer is not None and not self._answer.done():
             self._answer.set_result(frame)
+
+    def _replied(self, frame: frames.Replied) -> None:
+        waiting = self._calls.get(frame.call)
+        if waiting is not None and not waiting.done():
+            waiting.set_result(frame)
 
     async def stop(self) -> None:
         """End it, whatever it does."""

@@ -10,9 +10,14 @@ from contextlib import asynccontextmanager
 
 import pytest
 
+from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages import ppaas_msgs
+from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.message import Empty
+from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, GetPlanResponse
+from ppaas.messages.rosapi import ServiceNode, ServiceNodeResponse, ServiceRequest
+from ppaas.messages.std_msgs import Header
 from robots.client import RobotClient
 from robots.local.computer import Computer
 from robots.local.node_manager import LocalNodes
@@ -27,6 +32,7 @@ pytestmark = pytest.mark.journey
 WEAK = Computer(4, 1.5, 1.0)
 ABLE = Computer(4, 2.0, 2.2)
 BAD_LINK = 150e3
+CLIENTS = "/rosbridge_websocket"
 
 
 @asynccontextmanager
@@ -49,6 +55,16 @@ async def homes(client: RobotClient) -> dict[str, str]:
     told = await client.call("node_monitor/list_nodes", ppaas_msgs.ListNodes, Empty())
     assert isinstance(told, ppaas_msgs.NodeHomes)
     return {node.node: node.home for node in told.nodes}
+
+
+async def planned_by(client: RobotClient, start: Pose2D, goal: Pose2D) -> str:
+    """Have Move Base plan, wherever it runs; return the node that rosapi says has the service."""
+    there, back = (PoseStamped(Header(frame_id="map"), Pose.of(pose)) for pose in (start, goal))
+    told = await client.call("move_base/make_plan", GetPlan, GetPlanRequest(there, back), 30.0)
+    assert isinstance(told, GetPlanResponse) and told.plan.poses
+    node = await client.call("rosapi/service_node", ServiceNode, ServiceRequest("/move_base/make_plan"))
+    assert isinstance(node, ServiceNodeResponse)
+    return node.node
 
 
 async def shown_by_rest_and_command(rest: RestClient, url: str, token: str, robot: str) -> None:
@@ -93,6 +109,7 @@ async def test_a_strong_one_with_a_bad_link_drives_itself_and_the_cloud_goes_on_
             assert any("over a link of" in reason for reason in answer.reasons)
             await until(lambda: manager.running == {"move_base"}, 60)
             await shown_by_rest_and_command(rest, cloud.url, token, "laptop")
+            assert await planned_by(drive.operator, start, first) == CLIENTS
             driven = len(drive.commands)
             await drive.send(first, "first")
             await until(lambda: len(drive.commands) > driven + 5, 30)
@@ -102,10 +119,12 @@ async def test_a_strong_one_with_a_bad_link_drives_itself_and_the_cloud_goes_on_
             assert (result.status.goal_id.id, result.status.status) == ("first", 3)
             assert drive.scorer.error(0, first) <= 0.25, "it went on from its state in the cloud"
             assert (await homes(drive.operator))["move_base"] == "cloud"
+            assert await planned_by(drive.operator, first, second) == "/move_base"
             back = await manager.ask("move_base", "robot")
             assert back.wanted == "robot"
             assert await drive.go(second) <= 0.25, "sent while the node moves"
             assert manager.running == {"move_base"}
             assert (await homes(drive.operator))["move_base"] == "robot"
+            assert await planned_by(drive.operator, second, first) == CLIENTS
         assert (await homes(drive.operator))["move_base"] == "cloud", "who leaves gives back what it has"
         assert drive.scorer.collisions(0) == 0

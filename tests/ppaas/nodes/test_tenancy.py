@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 
 from ppaas.clock import ManualClock
-from ppaas.errors import NotFound, PPaaSError
+from ppaas.errors import NotFound, PPaaSError, Unavailable
 from ppaas.messages import std_msgs, std_srvs
-from ppaas.messages.message import Message
+from ppaas.messages.message import Empty, Message
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.jobs import Work
@@ -101,6 +101,32 @@ def test_a_job_of_a_node_that_leaves_is_told_to_stop() -> None:
     graph.remove("counter")
     later.waiting[0]()
     assert seen == [True]
+
+
+def test_who_waits_for_an_answer_of_a_node_that_leaves_is_told_so_once() -> None:
+    open_replies: list[Reply] = []
+    answers: list[Payload | PPaaSError] = []
+
+    class Slow(Counter):
+        def on_call(self, service: str, request: Message, reply: Reply) -> None:
+            if open_replies:
+                open_replies.append(reply)
+                raise ZeroDivisionError
+            open_replies.append(reply)
+
+    graph = Graph()
+    graph.add(Slow)
+    graph.call("count", Empty(), answers.append)
+    with pytest.raises(ZeroDivisionError):
+        graph.call("count", Empty(), answers.append)
+    assert answers == []
+    graph.remove("counter")
+    [told] = answers
+    assert isinstance(told, Unavailable)
+    assert "counter left for another home" in str(told)
+    for reply in open_replies:
+        reply(std_srvs.TriggerResponse(True))
+    assert answers == [told]
 
 
 def test_a_stranger_cannot_be_removed() -> None:

@@ -1,5 +1,6 @@
 """The robot's home of nodes, in this process: what it is told, and what its nodes say."""
 
+import asyncio
 from collections.abc import Callable
 
 import msgspec
@@ -8,11 +9,13 @@ import pytest
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import office
 from ppaas.maps.occupancy import to_message
-from ppaas.messages import encode
+from ppaas.messages import decode, encode
 from ppaas.messages.actionlib_msgs import GoalID
-from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, Twist, TwistWithCovariance
-from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, Twist, TwistWithCovariance
+from ppaas.messages.message import Message
+from ppaas.messages.nav_msgs import GetPlanRequest, GetPlanResponse, Odometry
 from ppaas.messages.std_msgs import Header
+from ppaas.nodes.base import Reply
 from robots.local import frames
 from robots.local.home import LocalHome
 
@@ -77,6 +80,53 @@ async def test_a_message_that_cannot_be_taken_does_no_harm(
     assert told == []
     assert "move_base/cancel was not taken" in caplog.text
     home.take(frames.Tell("move_base/cancel", msgspec.Raw(encode(GoalID(id="g")))))
+
+
+async def test_its_nodes_answer_calls_by_their_numbers(home: LocalHome, told: list[frames.FromHome]) -> None:
+    begin(home)
+    home.take(frames.Add("move_base", ""))
+    added = told[-1]
+    assert isinstance(added, frames.Added)
+    assert frames.ServiceName("move_base/make_plan", "nav_msgs/GetPlan") in added.services
+    told.clear()
+    free = PoseStamped(Header(frame_id="map"), Pose.of(Pose2D(2.0, 2.0)))
+    home.take(frames.Call(7, "move_base/make_plan", msgspec.Raw(encode(GetPlanRequest(free, free)))))
+    home.take(frames.Call(8, "move_base/clear_costmaps", msgspec.Raw(b"{}")))
+    home.take(frames.Call(9, "move_base/make_plan", msgspec.Raw(b'{"start": 3}')))
+    home.take(frames.Call(10, "amcl/nothing", msgspec.Raw(b"{}")))
+    while len(told) < 4:
+        await asyncio.sleep(0.005)
+    replies = {reply.call: reply for reply in told if isinstance(reply, frames.Replied)}
+    assert [told[0], replies[8]] == [frames.Replied(8, msgspec.Raw(b"{}"))] * 2, "what takes long holds up nothing"
+    assert decode(GetPlanResponse, replies[7].response).plan.poses
+    assert [(replies[n].slug, replies[n].response) for n in (9, 10)] == [
+        ("malformed-message", msgspec.Raw(b"null")),
+        ("not-found", msgspec.Raw(b"null")),
+    ]
+
+
+async def test_a_call_that_breaks_a_node_is_refused_and_one_that_it_leaves_behind_too(
+    home: LocalHome, told: list[frames.FromHome], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begin(home)
+    home.take(frames.Add("move_base", ""))
+    told.clear()
+
+    open_replies: list[Reply] = []
+
+    def wait_or_break(service: str, request: Message, reply: Reply) -> None:
+        if open_replies:
+            raise ZeroDivisionError("secret")
+        open_replies.append(reply)
+
+    monkeypatch.setattr(home.graph.nodes["move_base"], "on_call", wait_or_break)
+    for number in (1, 2):
+        home.take(frames.Call(number, "move_base/clear_costmaps", msgspec.Raw(b"{}")))
+    assert told == [frames.Replied(2, slug="error", text="internal error: ZeroDivisionError")]
+    home.take(frames.Remove("move_base"))
+    left = told[1]
+    assert isinstance(left, frames.Replied)
+    assert (left.call, left.slug) == (1, "unavailable")
 
 
 @pytest.mark.parametrize(

@@ -34,16 +34,28 @@ async def test_a_process_that_is_killed_is_told_of_and_answers_nothing_more() ->
     assert removed.node == "waypoint_follower", "an answer that nobody waits for any more is not taken for another"
     assert process.alive
     assert process.pid is not None
+    await process.ask(frames.Add("move_base", ""), frames.Added)
+    clear = [process.call("move_base/clear_costmaps", b"{}") for _ in range(3)]
+    assert await asyncio.gather(*clear) == [msgspec.Raw(b"{}")] * 3, "several at once, though asks wait for one another"
+    with pytest.raises(NotFound, match="unknown service 'amcl/nothing'"):
+        await process.call("amcl/nothing", b"{}")
+    with pytest.raises(Unavailable, match="did not answer within 0 s"):
+        await process.call("move_base/clear_costmaps", b"{}", 0.0)
     asking = asyncio.create_task(process.ask(frames.AskStates(), frames.States, 30.0))
+    calling = asyncio.create_task(process.call("move_base/clear_costmaps", b"{}"))
     os.kill(process.pid, signal.SIGSTOP)
     await asyncio.sleep(0)
     os.kill(process.pid, signal.SIGKILL)
     with pytest.raises(Unavailable, match="has ended"):
         await asking
+    with pytest.raises(Unavailable, match="has ended"):
+        await calling
     await asyncio.wait_for(ended.wait(), 10)
     assert not process.alive
     with pytest.raises(Unavailable, match="is gone"):
         await process.ask(frames.AskStates(), frames.States)
+    with pytest.raises(Unavailable, match="is gone"):
+        await process.call("move_base/clear_costmaps", b"{}")
     process.tell("odom", b"{}")
     await process.stop()
 
