@@ -29,7 +29,7 @@ from engine.gate import Gate
 from engine.heartbeats import BEAT_PERIOD, MISSED
 from engine.host_load import HostLoad
 from engine.hosting import Hosting
-from engine.instances import folder_of
+from engine.instances import folder_of, is_dead
 from engine.layer_building import LayerBuilder
 from engine.lease import Lease
 from engine.links.address import parse_address
@@ -222,6 +222,9 @@ def main() -> None:
     except PPaaSError as error:
         logger.error("the machine cannot run: %s", error)
         sys.exit(1)
+    finally:
+        if is_dead(config.instance):  # it was killed before we reached it
+            shutil.rmtree(config.run_dir, ignore_errors=True)
 
 
 if __name__ == "__main__":

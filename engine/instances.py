@@ -48,9 +48,10 @@ def _namespace() -> int:
 
 
 def _start_of(pid: int) -> int | None:
-    """Return when a process started, in ticks since the machine did."""
+    """Return when a process started, in ticks since the machine did; None where it runs no more."""
     try:
         stat = Path(f"/proc/{pid}/stat").read_text()
     except (FileNotFoundError, ProcessLookupError):
         return None
-    return int(stat.rpartition(")")[2].split()[19])
+    state, *fields = stat.rpartition(")")[2].split()
+    return int(fields[18]) if state not in "ZX" else None

@@ -2,7 +2,7 @@ import os
 import subprocess
 import sys
 
-from engine.instances import folder_of, instance_name, sweep_stale
+from engine.instances import folder_of, instance_name, is_dead, sweep_stale
 
 
 def name_of_a_dead_process() -> str:
@@ -31,6 +31,15 @@ def test_a_process_that_took_over_the_number_of_a_dead_one_is_another(tmp_path):
     earlier.mkdir()
     assert int(pid) == os.getpid()
     assert sweep_stale(tmp_path) == [earlier]
+
+
+def test_a_process_that_ended_is_dead_though_nobody_has_taken_note_of_it_yet():
+    code = "from engine.instances import instance_name; print(instance_name())"
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as process:
+        name = process.stdout.read().strip()
+        os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+        assert is_dead(name)
+    assert not is_dead(instance_name())
 
 
 def test_what_is_not_ours_or_not_of_this_pid_namespace_stays(tmp_path):

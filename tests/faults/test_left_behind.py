@@ -1,4 +1,4 @@
-"""A machine process that is killed could not remove what it had made: nothing of it is left when the cloud ends."""
+"""Who is killed cannot remove what it had made: nothing of it is left when the cloud ends, or was missed."""
 
 import signal
 from pathlib import Path
@@ -6,6 +6,8 @@ from pathlib import Path
 import psutil
 import pytest
 
+from robots.bench.chaos.family import members
+from tests.support.cloud import until
 from tests.support.up_process import Up
 
 pytestmark = pytest.mark.journey
@@ -20,3 +22,14 @@ def test_of_a_killed_machine_process_nothing_is_left_when_the_cloud_ends(tmp_pat
     up.wait_for(lambda: not server.is_running() or server.status() == psutil.STATUS_ZOMBIE)
     up.wait_for(lambda: [child for child in up.children("engine.router") if child.pid != agent.pid])
     assert up.end(signal.SIGTERM) == 0  # which looks at its folder for temporary files
+
+
+async def test_of_a_cloud_that_is_killed_while_it_starts_nothing_is_left_when_its_machine_misses_it(
+    tmp_path: Path,
+) -> None:
+    up = Up(tmp_path)
+    up.wait_for(lambda: up.children("engine.agent"))
+    up.process.kill()
+    up.process.wait()
+    await until(lambda: not members(up.runs), timeout=30.0)
+    up.runs.rmdir()  # so it is empty
