@@ -84,6 +84,11 @@ class CloudProcess:
     ) -> None:
         await self._stop()
 
+    @property
+    def status(self) -> int | None:
+        """With which it ended, the last time that it did; None while it runs."""
+        return self._process.returncode if self._process is not None else None
+
     async def ended(self) -> None:
         """Wait until it has ended, however that came."""
         if self._process is not None:

@@ -4,6 +4,7 @@ import asyncio
 import logging
 import signal
 from collections.abc import Callable, Coroutine, Sequence
+from pathlib import Path
 from random import Random
 from typing import Any
 
@@ -11,7 +12,7 @@ import psutil
 
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
-from robots.bench.chaos.family import FORKED, Member
+from robots.bench.chaos.family import FORKED, Member, members
 from robots.bench.chaos.faults import LONGEST_STOP, PAUSE, Fault, Kind, deck
 from robots.rest import RestClient
 
@@ -34,8 +35,8 @@ class Injector:
     ----------
     rest : RestClient
         Of an administrator: only the cloud knows which process is whose container.
-    look : callable
-        Returns the processes of the cloud.
+    folder : Path
+        Of the cloud, for its temporary files.
     random : Random
         Decides what, whom and when.
     machines : int
@@ -47,13 +48,13 @@ class Injector:
     def __init__(
         self,
         rest: RestClient,
-        look: Callable[[], list[Member]],
+        folder: Path,
         random: Random,
         machines: int,
         tell: Callable[[str], None],
     ) -> None:
         self._rest = rest
-        self._look = look
+        self._folder = folder
         self._random = random
         self._kinds = deck(random, machines)
         self._tell = tell
@@ -86,7 +87,7 @@ class Injector:
             logger.info("no fault (%s): %s", kind, error)
 
     async def _signal(self, kind: Kind) -> None:
-        found = self._look()
+        found = await asyncio.to_thread(members, self._folder)
         victims = await self._victims(kind, found)
         if not victims:
             logger.info("no fault (%s): there is none", kind)

@@ -1,9 +1,8 @@
 """The run: a cloud of some machines, robots that drive in it, faults, and the reckoning at the end."""
 
 import asyncio
-import contextlib
 from collections import Counter
-from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from random import Random
 from typing import Any
@@ -12,6 +11,7 @@ import msgspec
 from rich.progress import Progress
 
 from ppaas.clock import monotonic
+from ppaas.errors import Unavailable
 from ppaas.maps.files import save_map
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
@@ -86,11 +86,14 @@ async def run(options: Options, progress: Progress) -> Report:
         rest = await site.login()
         wanderers = [wanderer for scene in stage for wanderer in await scene.enter(rest, site.url, tell)]
         asker = Asker(rest, stage[0].map_id, stage[0].courses)
-        injector = Injector(rest, traces.look, Random(options.seed), options.machines, tell)
-        async with _going_on(*(scene.simulator.run() for scene in stage), asker.run(), _look_on(traces)):
+        injector = Injector(rest, site.folder, Random(options.seed), options.machines, tell)
+        async with asyncio.TaskGroup() as group:
+            works = (*(scene.simulator.run() for scene in stage), asker.run(), _look_on(traces))
+            meanwhile = [group.create_task(work) for work in works]
             await _drive(options, wanderers, injector, traces, progress)
-        await site.stop()
-        traces.at_end()
+            for task in meanwhile:
+                task.cancel()
+        await _end(site, traces, tell)
         log = [msgspec.structs.replace(fault, at=round(fault.at - began, 1)) for fault in injector.faults]
         told = {"paths": dict(asker.answers), "cloud_starts": site.restarts, "log": log, "wrong": wrong}
         return _reckon(options, wanderers, injector, **told)
@@ -124,20 +127,9 @@ def _scene(options: Options, number: int) -> _Scene:
     return _Scene(f"chaos-{number}", grid, world, courses, Simulator(world))
 
 
-@contextlib.asynccontextmanager
-async def _going_on(*works: Coroutine[Any, Any, None]) -> AsyncIterator[None]:
-    tasks = [asyncio.create_task(work) for work in works]
-    try:
-        yield
-    finally:
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
-
-
 async def _look_on(traces: Traces) -> None:
     while True:
-        traces.look()
+        await asyncio.to_thread(traces.look)
         await asyncio.sleep(LOOK)
 
 
@@ -149,12 +141,20 @@ async def _drive(
         for wanderer in wanderers:
             group.create_task(wanderer.run())
         await asyncio.gather(*(wanderer.witness.driven.wait() for wanderer in wanderers))
-        traces.count_files(traces.look())
+        await asyncio.to_thread(traces.count_files)
         faults = group.create_task(injector.run(options.seconds, options.every))
         await _show(faults, options.seconds, injector, progress)
         for wanderer in wanderers:
             wanderer.enough()
-    traces.count_files(traces.look(), MORE_FILES + FILES_A_ROBOT * options.robots)
+    await asyncio.to_thread(traces.count_files, MORE_FILES + FILES_A_ROBOT * options.robots)
+
+
+async def _end(site: Site, traces: Traces, tell: Callable[[str], None]) -> None:
+    try:
+        await site.stop()
+    except Unavailable as error:
+        tell(str(error))
+    traces.at_end()
 
 
 async def _show(faults: "asyncio.Task[None]", seconds: float, injector: Injector, progress: Progress) -> None:

@@ -1,6 +1,7 @@
 """A cloud with machines of other hosts, as far as it can tell: all on loopback, each with a folder of its own."""
 
 import asyncio
+import contextlib
 import os
 import signal
 import socket
@@ -10,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from ppaas.errors import Unavailable
+from ppaas.errors import PPaaSError, Unavailable
 from robots.bench.chaos.family import MACHINES
 from robots.cloud_process import CloudProcess
 from robots.rest import RestClient
@@ -18,6 +19,9 @@ from robots.rest import RestClient
 STOP_TIMEOUT = 20.0
 JOIN_TIMEOUT = 60.0
 BLINK = 0.05
+
+RESTART = 0.5
+"""Seconds after which a machine that died is started again."""
 
 LINGER = 60.0
 """Seconds for which a robot's clone is kept: a cloud that is killed is back within them on a busy computer too."""
@@ -49,6 +53,7 @@ class JoinedMachine:
     async def _keep(self, process: Process) -> None:
         while True:
             await process.wait()
+            await asyncio.sleep(RESTART)
             process = self._process = await self._spawn()
 
     async def _spawn(self, *ticket: str) -> Process:
@@ -128,15 +133,16 @@ class Site:
                 await machine.start(await self._ticket())
             await self._all_in(await self.login())
         except BaseException:
-            await self.stop()
+            await self.__aexit__(None, None, None)
             raise
         return self
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Remove the folder, after all was stopped."""
-        await self.stop()
+        """End what still runs, and remove the folder."""
+        with contextlib.suppress(Unavailable):  # who wants to know stops it before
+            await self.stop()
         await self._cloud.__aexit__(kind, error, trace)
 
     async def _keep(self) -> None:
@@ -174,13 +180,18 @@ class Site:
         Raises
         ------
         Unavailable
-            A part did not end.
+            A part did not end in order, or the cloud did not come up again.
         """
-        if self._keeper is not None:
-            self._keeper.cancel()
-            await asyncio.gather(self._keeper, return_exceptions=True)
-        await asyncio.gather(*(machine.stop() for machine in self._machines))
+        keepers = [self._keeper] if self._keeper is not None else []
+        for keeper in keepers:
+            keeper.cancel()
+        ended = await asyncio.gather(*keepers, *(machine.stop() for machine in self._machines), return_exceptions=True)
         await self._cloud.end()
+        wrong = [str(error) for error in ended if isinstance(error, PPaaSError)]
+        if self._cloud.status:
+            wrong.append(f"the cloud ended with status {self._cloud.status}, not in order")
+        if wrong:
+            raise Unavailable("; ".join(wrong))
 
 
 def free_port() -> int:

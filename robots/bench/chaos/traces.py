@@ -1,6 +1,6 @@
 """What processes leave behind: zombies, shared memory, control groups, temporary files, open files."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 
 import psutil
@@ -47,7 +47,7 @@ class Traces:
         self._files: dict[str, int] = {}
 
     def look(self) -> list[Member]:
-        """Note what there is now; return the processes that run."""
+        """Note what there is now; return the processes that run. It takes tenths of a second on a busy computer."""
         found = members(self._folder)
         new = _names(SHARED_MEMORY) - self._before - self._shared
         for member in found:
@@ -66,9 +66,9 @@ class Traces:
                 kind = self._seen.pop(process)
                 self._tell(f"process {process.pid} ({kind}) has been a zombie for {now - since:.0f} s")
 
-    def count_files(self, found: Iterable[Member], more: int | None = None) -> None:
+    def count_files(self, more: int | None = None) -> None:
         """Note how many files each kind of process has open; with ``more``, tell of those that have so many more."""
-        for member in found:
+        for member in members(self._folder):
             if member.kind not in COUNTED:
                 continue
             try:
