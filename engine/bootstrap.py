@@ -13,7 +13,7 @@ from engine.background import Background
 from engine.balancers.registry import BALANCERS, DEFAULT
 from engine.checkpoints import Checkpoints
 from engine.far_machines import FarMachines
-from engine.instances import instance_name
+from engine.instances import folder_of, instance_name
 from engine.links.address import UnixAddress, parse_host_port
 from engine.machine_settings import MachineSettings
 from engine.master import Master
@@ -218,7 +218,8 @@ class Cloud:
     async def close(self) -> None:
         """End everything that was started, be it only half; what fails at it does not keep the rest from ending."""
         async with contextlib.AsyncExitStack() as last_first:
-            last_first.push_async_callback(asyncio.to_thread, shutil.rmtree, self._run_dir, ignore_errors=True)
+            for folder in (self._run_dir, folder_of(instance_name())):  # that stays where an agent was killed
+                last_first.push_async_callback(asyncio.to_thread, shutil.rmtree, folder, ignore_errors=True)
             last_first.callback(self.store.close)
             last_first.push_async_callback(self._agents.stop)
             last_first.push_async_callback(self._background.join)

@@ -4,6 +4,7 @@ import pytest
 
 from engine import bootstrap
 from engine.bootstrap import Cloud, CloudConfig
+from engine.instances import folder_of, instance_name
 from ppaas.errors import InvalidParameter
 
 
@@ -25,3 +26,10 @@ async def test_priorities_that_are_none_are_refused_before_anything_is_made(shor
     with pytest.raises(InvalidParameter, match="node_monitor"):
         Cloud(CloudConfig("memory:", "memory:", node_priorities=("luck",)))
     assert list(short_path.iterdir()) == []
+
+
+async def test_what_a_machine_that_had_to_be_killed_left_in_shared_memory_goes_with_the_cloud(short_path):
+    cloud, left = Cloud(CloudConfig("memory:", "memory:")), folder_of(instance_name())
+    left.mkdir()
+    await cloud.close()
+    assert not left.exists()
