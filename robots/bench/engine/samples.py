@@ -19,8 +19,10 @@ def median_and_p99(
     ]
 
 
-def median_and_worst(part: str, name: str, samples: Sequence[float], *, limit: float, note: str = "") -> list[Figure]:
-    """Return the median of samples [s] and the worst of them, both with the limit [ms]."""
+def median_and_worst(
+    part: str, name: str, samples: Sequence[float], *, limit: float | None, note: str = ""
+) -> list[Figure]:
+    """Return the median of samples [s] and the worst of them, both with the limit, if any [ms]."""
     return [
         median_of(part, name, samples, limit=limit, note=note),
         Figure(part, f"{name}, worst", round(1e3 * max(samples), 3), "ms", limit=limit, note=f"of {len(samples)}"),

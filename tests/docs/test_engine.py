@@ -1,0 +1,32 @@
+"""What engine.md says of the bench of the engine is what the bench has."""
+
+import re
+
+from robots.bench.engine import crash, lost, master
+from robots.bench.engine.crowd import CORES
+from robots.bench.engine.master import BALANCERS
+from robots.bench.engine.options import PAUSES, READY_LIMIT_MS, Options
+from robots.commands import bench_engine
+from tests.support.documents import text_of
+
+PAGE = "docs/engine.md"
+
+
+def test_every_part_is_told_and_no_other() -> None:
+    named = re.findall(r"^\| `(\w+)` \|", text_of(PAGE).partition("## What is measured")[2], re.MULTILINE)
+    assert sorted(named[: len(bench_engine.PARTS)]) == sorted(bench_engine.PARTS)
+    options = re.findall(r"`(--[a-z]+)", text_of(PAGE).partition("## What is measured")[0])
+    assert set(options) == {"--only", "--runtime", "--containers", "--placements", "--machines", "--quick", "--json"}
+
+
+def test_the_limits_are_those_that_are_kept() -> None:
+    text = text_of(PAGE)
+    assert ", ".join(f"{name} {limit:g} ms" for name, limit in READY_LIMIT_MS.items()) in text
+    assert ", ".join(f"{name} {limit:g} ms" for name, limit in crash.LIMITS_MS.items()) in text
+    assert f"| {lost.LIMIT_MS:g} ms |" in text
+    assert f"| {master.RATE_LIMIT:g} a second |" in text
+    default = Options()
+    assert f"({default.containers})" in text and f"({default.placements} on {default.machines})" in text
+    assert f"containers of {CORES:g} cores" in text
+    assert PAUSES == {"docker": 5.0} and "five seconds apart" in text
+    assert all(f"by `{balancer}`" in text for balancer in BALANCERS)
