@@ -14,7 +14,7 @@ pytestmark = pytest.mark.journey
 async def test_nothing_is_lost_said_twice_or_left_behind_whatever_dies(
     record_property: Callable[[str, object], None],
 ) -> None:
-    options = Options(seconds=8.0, robots=2, machines=1, every=1.6, seed=3)
+    options = Options(seconds=6.0, robots=2, machines=1, every=1.5, seed=3, sides=(9.0, 10.0))
     report = await run(options, Progress(console=Console(stderr=True), disable=True))
     record_property("longest_gap_s", report.longest_gap_s)
     assert report.wrong == [], report

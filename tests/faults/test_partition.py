@@ -12,7 +12,7 @@ from ppaas.messages.move_base_msgs import MoveBaseActionFeedback
 from robots.bench.chaos.witness import Witness
 from robots.rest import RestClient
 from tests.journeys.test_two_machines import HERE, THERE, all_arrive, driving_on_both
-from tests.support.cloud import running_cloud
+from tests.support.cloud import RunningCloud, running_cloud
 from tests.support.drive import Drive
 from tests.support.joined_machine import JoinedMachine, container_of, machines, ticket
 from tests.support.partition import Namespace, Way, through_a_proxy
@@ -22,6 +22,18 @@ pytestmark = pytest.mark.journey
 
 CUT = 6.0
 """Seconds without a packet; the master gives a machine up after four."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("cut")
+
+
+@pytest.fixture(scope="module")
+def wide(folder: Path) -> Iterator[RunningCloud]:
+    """Return a cloud that takes machines at all of its addresses."""
+    with running_cloud(folder, "--listen-machines", "0.0.0.0:0", "--linger", "1") as running:
+        yield running
 
 
 @pytest.fixture
@@ -34,36 +46,39 @@ def namespace() -> Iterator[Namespace]:
 
 
 async def test_a_partition_of_the_network_heals(
-    namespace: Namespace, tmp_path: Path, office_map: GridMap, record_property: Callable[[str, object], None]
+    namespace: Namespace,
+    wide: RunningCloud,
+    folder: Path,
+    office_map: GridMap,
+    record_property: Callable[[str, object], None],
 ) -> None:
-    with running_cloud(tmp_path, "--listen-machines", f"{namespace.address}:0", "--linger", "1") as cloud:
-        rest = await cloud.admin()
-        async with (
-            second_machine(tmp_path, rest, namespace.way, ticket(tmp_path / "data")),
-            driving_on_both(cloud, rest, office_map, ("n1", "n2")) as drives,
-        ):
-            await cut_for_a_while(namespace.way, rest, drives)
-            record_property("longest_gap_s", await all_arrive(drives))
+    rest = await wide.admin()
+    shown = ticket(folder / "data", "--host", namespace.address, "--name", THERE)
+    async with (
+        second_machine(folder / "n", rest, namespace.way, shown),
+        driving_on_both(wide, rest, office_map, ("n1", "n2")) as drives,
+    ):
+        await cut_for_a_while(namespace.way, rest, drives)
+        record_property("longest_gap_s", await all_arrive(drives))
 
 
 async def test_links_that_lose_all_packets_heal(
-    tmp_path: Path, office_map: GridMap, record_property: Callable[[str, object], None]
+    wide: RunningCloud, folder: Path, office_map: GridMap, record_property: Callable[[str, object], None]
 ) -> None:
-    with running_cloud(tmp_path, "--listen-machines", "127.0.0.1:0", "--linger", "1") as cloud:
-        rest = await cloud.admin()
-        async with (
-            through_a_proxy(tmp_path / "data") as (way, shown),
-            second_machine(tmp_path, rest, way, shown),
-            driving_on_both(cloud, rest, office_map, ("p1", "p2")) as drives,
-        ):
-            await cut_for_a_while(way, rest, drives)
-            record_property("longest_gap_s", await all_arrive(drives))
+    rest = await wide.admin()
+    async with (
+        through_a_proxy(folder / "data", THERE) as (way, shown),
+        second_machine(folder / "p", rest, way, shown),
+        driving_on_both(wide, rest, office_map, ("p1", "p2")) as drives,
+    ):
+        await cut_for_a_while(way, rest, drives)
+        record_property("longest_gap_s", await all_arrive(drives))
 
 
 @asynccontextmanager
 async def second_machine(folder: Path, rest: RestClient, way: Way, shown: str) -> AsyncIterator[None]:
     """Have a machine join over a way; whatever happens to it, it is in again at the end, and leaves nothing behind."""
-    machine = JoinedMachine(folder / THERE, THERE, way.within)
+    machine = JoinedMachine(folder, THERE, way.within)
     machine.start(shown)
     try:
         await machine.is_in(rest)
@@ -71,6 +86,13 @@ async def second_machine(folder: Path, rest: RestClient, way: Way, shown: str) -
         await machine.is_in(rest)
     finally:
         machine.end()
+        await until_gone(rest)
+
+
+async def until_gone(rest: RestClient) -> None:
+    async with asyncio.timeout(10.0):
+        while await machines(rest) != [HERE]:
+            await asyncio.sleep(0.02)
 
 
 async def cut_for_a_while(way: Way, rest: RestClient, drives: dict[str, Drive]) -> None:
@@ -85,8 +107,7 @@ async def cut_for_a_while(way: Way, rest: RestClient, drives: dict[str, Drive]) 
     way.cut()
     healed = loop.time() + CUT
     async with asyncio.timeout(20.0):
-        while await machines(rest) != [HERE]:
-            await asyncio.sleep(0.02)
+        await until_gone(rest)
         while not has_ended(left["pid"]):
             await asyncio.sleep(0.02)  # by itself: nobody can reach it
         while [c["machine"] for c in await rest.items("/v1/containers") if c["robot"] == cut_off] != [HERE]:

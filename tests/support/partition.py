@@ -38,9 +38,9 @@ class Way:
 
 
 @asynccontextmanager
-async def through_a_proxy(data: Path) -> AsyncIterator[tuple[Way, str]]:
+async def through_a_proxy(data: Path, machine: str) -> AsyncIterator[tuple[Way, str]]:
     """Lay a way for the links of a machine, past that of what is shared; yield it with a ticket for its other end."""
-    direct = read_ticket(ticket(data))
+    direct = read_ticket(ticket(data, "--host", "127.0.0.1", "--name", machine))
     async with wire_to(f"http://{direct.address.authority}") as wire:
         port = urlsplit(wire.url).port
         assert port is not None

@@ -27,9 +27,6 @@ from robots.sim.goals import Course, CoursePlanner
 from robots.sim.simulator import Simulator
 from robots.sim.world import World
 
-SIDES = 16.0, 14.0
-"""Of the office in which robots drive [m]."""
-
 CORES = 0.1
 """Size of a container: so small that one machine carries all robots when the others are away."""
 
@@ -56,6 +53,8 @@ class Options:
         Mean time between two faults [s].
     seed : int
         Of the faults, the maps and the courses.
+    sides : tuple of float
+        Of the office in which robots drive [m].
     """
 
     seconds: float = 600.0
@@ -63,6 +62,7 @@ class Options:
     machines: int = 3
     every: float = 5.0
     seed: int = 1
+    sides: tuple[float, float] = (16.0, 14.0)
 
 
 async def run(options: Options, progress: Progress) -> Report:
@@ -120,7 +120,7 @@ class _Scene:
 
 
 def _scene(options: Options, number: int) -> _Scene:
-    grid = office(options.seed + number, *SIDES)
+    grid = office(options.seed + number, *options.sides)
     robots = len(range(number, options.robots, MAPS))
     courses = CoursePlanner(grid, options.seed + number).choose(robots, 2)
     world = World(grid, options.seed + number)
