@@ -94,7 +94,7 @@ def by_ray(request: pytest.FixtureRequest, premises: Premises, reports: Reports)
 PROCESS, DOCKER, RAY = (
     by_processes,
     pytest.param(by_docker, marks=pytest.mark.docker),
-    pytest.param(by_ray, marks=pytest.mark.ray),
+    pytest.param(by_ray, marks=[pytest.mark.ray, pytest.mark.timeout(600)]),
 )
 
 
