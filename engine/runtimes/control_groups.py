@@ -2,7 +2,8 @@
 
 In version 1 they are made below those of this process, one for each controller. Version 2 lets no group have processes
 and also groups with limits: there they are made beside that of this process, in one that was delegated to its user, as
-by ``Delegate=yes`` with ``DelegateSubgroup=`` (systemd.resource-control(5)).
+by ``Delegate=yes`` with ``DelegateSubgroup=`` (systemd.resource-control(5)). No group of ours is around them: on a busy
+computer all containers together would weigh as much as a single process.
 """
 
 import asyncio
@@ -10,7 +11,7 @@ import logging
 import math
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from engine.cores import memory_limit
@@ -21,7 +22,7 @@ logger = logging.getLogger(__name__)
 
 PREFIX = "ppaas-"
 
-PROCESSES, CHILDREN_HAVE = "cgroup.procs", "cgroup.subtree_control"
+PROCESSES, CHILDREN_HAVE, WEIGHT = "cgroup.procs", "cgroup.subtree_control", "cpu.weight"
 
 TASKS_PER_CORE = 4
 """A container of a quarter of a core, as a clone has, weighs as much as any process; others in proportion."""
@@ -39,9 +40,9 @@ V1: Mapping[str, Settings] = {
     "memory": {"memory.limit_in_bytes": memory_limit},
 }
 
-V2: Settings = {"cpu.weight": _weight(100, 1, 10_000), "memory.max": memory_limit}
+MOST_WEIGHT = 10_000
 
-ENABLE = "+cpu +memory"
+V2: Settings = {WEIGHT: _weight(100, 1, MOST_WEIGHT), "memory.max": memory_limit}
 
 
 @dataclass(frozen=True)
@@ -54,13 +55,13 @@ class Hierarchy:
         Group in which they are.
     settings : mapping
         Their files.
-    enable : str
-        What has to be written into each group above them, so that they have these files.
+    first : mapping of Path to str
+        What has to be written before the first is made.
     """
 
     parent: Path
     settings: Settings
-    enable: str = ""
+    first: Mapping[Path, str] = field(default_factory=dict)
 
 
 def hierarchies(mounts: str, own: str) -> list[Hierarchy]:
@@ -81,9 +82,11 @@ def hierarchies(mounts: str, own: str) -> list[Hierarchy]:
             for names, path in named:
                 found += [Hierarchy(_below(place, path), V1[name]) for name in names.split(",") if name in V1]
         elif kind == "cgroup2" and groups.get("", "/") != "/":
-            parent = _below(place, groups[""]).parent
-            if {"cpu", "memory"} <= set(_read(parent / "cgroup.controllers").split()):
-                found.append(Hierarchy(parent, V2, ENABLE))
+            group = _below(place, groups[""])
+            if {"cpu", "memory"} <= set(_read(group.parent / "cgroup.controllers").split()):
+                # All that is no container is in one group, which must not wait for any of them.
+                first = {group.parent / CHILDREN_HAVE: "+cpu +memory", group / WEIGHT: str(MOST_WEIGHT)}
+                found.append(Hierarchy(group.parent, V2, first))
     return found
 
 
@@ -132,7 +135,7 @@ class ControlGroups:
     # -- in the thread -------------------------------------------------------------------------------------------------
 
     def _groups(self, container: str) -> list[tuple[Path, Settings]]:
-        return [(place.parent / self._name / container, place.settings) for place in self._places]
+        return [(place.parent / f"{self._name}.{container}", place.settings) for place in self._places]
 
     def _put(self, pid: int, launch: Launch) -> None:
         for group, settings in self._groups(launch.spec.id):
@@ -159,20 +162,20 @@ class ControlGroups:
     def _close(self) -> None:
         self._worker.shutdown()
         for place in self._places:
-            _remove_all(place.parent / self._name)
+            _remove_all(place.parent, self._name)
         self._places = []
 
 
 def _is_ours(place: Hierarchy, name: str) -> bool:
-    """Tell whether we can make groups there, after the first one was made."""
-    own = place.parent / name
+    """Tell whether we can make groups there, where nothing is left of agents before this one that were killed."""
+    probe = place.parent / f"{name}.probe"
     try:
         _sweep(place.parent)
-        own.mkdir(exist_ok=True)
-        _remove_inner(own)  # of an agent before this one, which was killed
-        if place.enable:
-            for above in (place.parent, own):
-                (above / CHILDREN_HAVE).write_text(place.enable)
+        _remove_all(place.parent, name)
+        for file, text in place.first.items():
+            file.write_text(text)
+        probe.mkdir()
+        probe.rmdir()
     except OSError as error:
         logger.info("sizes are not held by control groups in %s: %s", place.parent, error)
         return False
@@ -198,18 +201,13 @@ def _read(path: Path) -> str:
 def _sweep(parent: Path) -> None:
     """Remove what dead clouds have left."""
     for left in parent.glob(f"{PREFIX}*"):
-        if is_dead(left.name.removeprefix(PREFIX)):
-            _remove_all(left)
+        if is_dead(left.name.removeprefix(PREFIX).partition(".")[0]):
+            _remove(left)
 
 
-def _remove_all(group: Path) -> None:
-    _remove_inner(group)
-    _remove(group)
-
-
-def _remove_inner(group: Path) -> None:
-    for inner in [entry for entry in group.iterdir() if entry.is_dir()]:
-        _remove(inner)
+def _remove_all(parent: Path, name: str) -> None:
+    for group in parent.glob(f"{name}.*"):
+        _remove(group)
 
 
 def _remove(group: Path) -> None:

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from engine.instances import instance_name
 from engine.model import Launch
-from engine.runtimes.control_groups import ENABLE, V2, ControlGroups, Hierarchy, hierarchies, own_hierarchies
+from engine.runtimes.control_groups import V2, ControlGroups, Hierarchy, hierarchies, own_hierarchies
 from engine.runtimes.process import ProcessRuntime
 from tests.support.launches import Reports
 from tests.support.processes import is_gone, until
@@ -68,21 +68,24 @@ def test_in_version_2_groups_are_beside_ours_where_both_controllers_are(tmp_path
     controllers.write_text("pids\n")
     assert hierarchies(mounts, own) == []
     controllers.write_text("cpu io memory pids\n")
-    assert hierarchies(mounts, own) == [Hierarchy(tmp_path / "ppaas.service", V2, ENABLE)]
+    [place] = hierarchies(mounts, own)
+    assert (place.parent, place.settings) == (tmp_path / "ppaas.service", V2)
+    assert {str(file.relative_to(tmp_path)): text for file, text in place.first.items()} == {
+        "ppaas.service/cgroup.subtree_control": "+cpu +memory", "ppaas.service/main/cpu.weight": "10000",
+    }  # fmt: skip
     assert hierarchies(mounts, "0::/\n") == [], "we are in the outermost, beside which there is nothing"
 
 
 def test_a_size_is_weight_and_memory(tmp_path: Path, instance: str, launch: Launch) -> None:
-    groups = ControlGroups(instance, [Hierarchy(tmp_path, V2, ENABLE)])
-    group = tmp_path / f"ppaas-{instance}" / launch.spec.id
+    groups = ControlGroups(instance, [Hierarchy(tmp_path, V2, {tmp_path / "first": "done"})])
+    group = tmp_path / f"ppaas-{instance}.{launch.spec.id}"
+    assert entries(tmp_path) == ["first"]
     groups.put(77, sized(launch, 0.25)).result()
     assert [(group / file).read_text() for file in ("cpu.weight", "memory.max", "cgroup.procs")] == [
         "100", str(640 * MIB), "77",
     ]  # fmt: skip
     groups.resize(sized(launch, 2.0)).result()
     assert [(group / file).read_text() for file in V2] == ["800", str(1536 * MIB)]
-    for above in (group.parent, tmp_path):
-        assert (above / "cgroup.subtree_control").read_text() == ENABLE
 
 
 async def test_where_no_groups_can_be_made_nothing_is_held(tmp_path: Path, instance: str, launch: Launch) -> None:
@@ -94,12 +97,13 @@ async def test_where_no_groups_can_be_made_nothing_is_held(tmp_path: Path, insta
     assert entries(tmp_path) == []
 
 
-def test_what_a_dead_cloud_has_left_is_removed(tmp_path: Path, instance: str) -> None:
-    dead = instance_name().split("-")
-    left = tmp_path / f"ppaas-{dead[0]}-{dead[1]}-1"
-    (left / "c1").mkdir(parents=True)
+def test_what_a_dead_cloud_or_an_agent_before_has_left_is_removed(tmp_path: Path, instance: str) -> None:
+    namespace, pid, _ = instance_name().split("-")
+    living = f"ppaas-{instance_name()}.c1"
+    for left in (f"ppaas-{namespace}-{pid}-1.c1", f"ppaas-{instance}.c1", living):
+        (tmp_path / left).mkdir()
     ControlGroups(instance, [Hierarchy(tmp_path, {})])
-    assert entries(tmp_path) == [f"ppaas-{instance}"]
+    assert entries(tmp_path) == [living]
 
 
 # -- over a real kernel ------------------------------------------------------------------------------------------------
@@ -121,14 +125,14 @@ class Controlled:
     def files(self, container: str) -> dict[str, int]:
         """Return what stands in the files of a container's groups."""
         return {
-            file: int((place.parent / f"ppaas-{self.instance}" / container / file).read_text())
+            file: int((place.parent / f"ppaas-{self.instance}.{container}" / file).read_text())
             for place in self.places
             for file in place.settings
         }
 
     def left(self) -> list[Path]:
         """Return the groups of the runtime that are there."""
-        return [group for place in self.places if (group := place.parent / f"ppaas-{self.instance}").exists()]
+        return [group for place in self.places for group in place.parent.glob(f"ppaas-{self.instance}.*")]
 
 
 @pytest.fixture
@@ -161,13 +165,13 @@ async def test_groups_follow_the_size_and_end_with_the_container(controlled: Con
     launch = controlled.reports.launch(cpus=(0,))
     container = await runtime.launch(launch)
     await until(lambda: launch.spec.id in groups_of(container.pid))
+    assert len(controlled.left()) == len(controlled.places)
     small = controlled.files(launch.spec.id)
     container.resize(sized(launch, 2.0))
     await until(lambda: all(small[file] < now for file, now in controlled.files(launch.spec.id).items()))
     container.kill()
     assert await container.wait() == -signal.SIGKILL
-    await until(lambda: not any((group / launch.spec.id).exists() for group in controlled.left()))
-    assert len(controlled.left()) == len(controlled.places)
+    await until(lambda: not controlled.left())
 
 
 async def test_who_takes_more_memory_than_its_size_has_is_killed_and_the_others_are_not(controlled: Controlled) -> None:
