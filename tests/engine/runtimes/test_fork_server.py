@@ -3,7 +3,8 @@ from multiprocessing import forkserver
 
 import pytest
 
-from engine.runtimes.fork_server import ForkServer
+from engine.runtimes.fork_server import FORK_TIMEOUT, ForkServer
+from engine.service import START_TIMEOUT
 from ppaas.errors import Unavailable
 
 ENTRY = "tests.support.container_entries:dial_and_stay"
@@ -51,3 +52,7 @@ async def test_an_ended_server_is_dead_and_the_main_module_of_the_parent_as_it_w
     assert second.pid != first.pid
     assert sys.modules["__main__"] is main
     server.close()
+
+
+def test_a_frozen_server_is_given_up_before_the_container_that_was_asked_of_it():
+    assert FORK_TIMEOUT < START_TIMEOUT
