@@ -34,8 +34,8 @@ ENDING_TIMEOUT = 5.0
 """Seconds until a fork server that no longer listens must have ended."""
 
 FORK_TIMEOUT = 6.0
-"""Seconds until a warm fork server must have forked; a frozen one never does. It takes 0.05 s, and tenths of a second on a
-busy machine. Another must be warm before the master gives the container up for which it was asked."""
+"""Seconds until a warm fork server must have forked; a frozen one never does. It takes 0.05 s, and tenths of a second
+on a busy machine. Another must be warm before the master gives the container up for which it was asked."""
 
 
 def start_process(target: Callable[..., None], *arguments: object) -> Popen:
