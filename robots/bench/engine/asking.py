@@ -1,9 +1,12 @@
 """Opens robots by their WebSockets, and has their clones answer."""
 
+import contextlib
+from collections.abc import AsyncIterator
 from dataclasses import dataclass
 
 import msgspec
-from websockets.asyncio.client import ClientConnection
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import WebSocketException
 
 from ppaas.errors import Unavailable
 from ppaas.maps.generate import warehouse
@@ -11,6 +14,9 @@ from robots.bench.plan_requests import compute_path_call, ends
 from robots.bench.target import Target
 
 MAP = "bench-engine"
+
+OPEN_TIMEOUT = 120.0
+"""Seconds: where many come at a time, or a runtime has nothing in reserve, the last waits long."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,13 +40,33 @@ class Question:
         Raises
         ------
         Unavailable
-            There is none.
+            There is none, or the cloud hangs up.
         """
-        await socket.send(self.frame)
-        while (answer := _read(await socket.recv())).op != "service_response":
-            continue
+        try:
+            await socket.send(self.frame)
+            while (answer := _read(await socket.recv())).op != "service_response":
+                continue
+        except WebSocketException as error:
+            raise Unavailable(f"a robot that asked was hung up on: {error}") from error
         if not answer.result:
             raise Unavailable(f"a clone has no path: {bytes(answer.values).decode()}")
+
+
+@contextlib.asynccontextmanager
+async def opened(url: str) -> AsyncIterator[ClientConnection]:
+    """Open a robot's WebSocket.
+
+    Raises
+    ------
+    Unavailable
+        It is not let in.
+    """
+    try:
+        socket = await connect(url, max_size=None, open_timeout=OPEN_TIMEOUT)
+    except (OSError, WebSocketException) as error:
+        raise Unavailable(f"a robot was not let in: {error}") from error
+    async with socket:
+        yield socket
 
 
 class _Answer(msgspec.Struct):

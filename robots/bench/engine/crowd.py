@@ -6,23 +6,22 @@ import math
 import os
 
 from rich.progress import Progress
-from websockets.asyncio.client import ClientConnection, connect
-from websockets.exceptions import WebSocketException
+from websockets.asyncio.client import ClientConnection
 
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
 from robots.bench.engine import yardsticks
-from robots.bench.engine.asking import MAP, Question, prepared
+from robots.bench.engine.asking import MAP, Question, opened, prepared
 from robots.bench.engine.options import Options
 from robots.bench.engine.site import Site
 from robots.bench.figures import Figure, median_of
+from robots.rest_paths import path_of
 
 PART = "crowd"
 CORES = 0.25
 """Size of a container [cores]."""
 
 FEW = 3
-OPEN_TIMEOUT = 120.0
 WEIGHED_TIMEOUT = 30.0
 """Seconds in which the machine has told what each container uses."""
 
@@ -33,7 +32,7 @@ async def measure(site: Site, options: Options, progress: Progress) -> list[Figu
     """Let the machine give away as many cores as are asked for; then open all robots at a time."""
     wanted = min(options.containers, FEW) if options.quick else options.containers
     question = await prepared(site.target)
-    before = (await site.target.rest.items("/v1/machines"))[0]
+    before = await site.target.rest.get(path_of("machines", site.machine))
     oversubscription = max(math.ceil(wanted * CORES / before["cores"]), before["oversubscription"])
     await site.limit(site.machine, max_containers=wanted, oversubscription=oversubscription)
     try:
@@ -51,17 +50,17 @@ async def _crowd(site: Site, question: Question, wanted: int, progress: Progress
 
         async def open_one(url: str) -> tuple[ClientConnection, float] | str:
             try:
-                socket = await stack.enter_async_context(connect(url, max_size=None, open_timeout=OPEN_TIMEOUT))
+                socket = await stack.enter_async_context(opened(url))
                 await question.ask(socket)
-            except (PPaaSError, WebSocketException, OSError) as error:
-                return f"{type(error).__name__}: {error}"
+            except PPaaSError as error:
+                return str(error)
             progress.advance(task)
             return socket, monotonic() - began
 
-        opened = await asyncio.gather(*(open_one(url) for url in urls))
+        came = await asyncio.gather(*(open_one(url) for url in urls))
         progress.remove_task(task)
-        stopped = [why for why in opened if isinstance(why, str)]
-        ready = [one for one in opened if not isinstance(one, str)]
+        stopped = [why for why in came if isinstance(why, str)]
+        ready = [one for one in came if not isinstance(one, str)]
         again = [await _asked(question, socket) for socket, _ in ready]
         weights = await _weights(site, len(ready))
     figures = crowd_figures(wanted, [seconds for _, seconds in ready], stopped, again, weights)

@@ -3,11 +3,10 @@
 import asyncio
 
 from rich.progress import Progress
-from websockets.asyncio.client import connect
 
 from ppaas.clock import monotonic
 from robots.bench.engine import yardsticks
-from robots.bench.engine.asking import MAP, Question, prepared
+from robots.bench.engine.asking import MAP, Question, opened, prepared
 from robots.bench.engine.options import PAUSES, READY_LIMIT_MS, Options
 from robots.bench.engine.samples import median_and_p99
 from robots.bench.engine.site import Site
@@ -44,7 +43,7 @@ async def _open(site: Site, robot: str, question: Question) -> tuple[float, floa
     """Return how long it took to the first message, and to the path [s]."""
     url = await site.target.register(robot, MAP, question.start)
     began = monotonic()
-    async with connect(url, max_size=None) as socket:
+    async with opened(url) as socket:
         await socket.send(FIRST_MESSAGE)
         await socket.recv()
         heard = monotonic()
