@@ -1,6 +1,7 @@
 """Does the faults, one after the other, and sees that nothing stays stopped that nobody else can set going."""
 
 import asyncio
+import contextlib
 import logging
 import signal
 from collections.abc import Callable, Coroutine, Sequence
@@ -58,6 +59,7 @@ class Injector:
         self._random = random
         self._kinds = deck(random, machines)
         self._tell = tell
+        self._over = asyncio.Event()
         self._going_on: set[asyncio.Task[None]] = set()
         self.faults: list[Fault] = []
 
@@ -75,6 +77,7 @@ class Injector:
         while (left := end - monotonic()) > 0.0:
             await self._do(next(self._kinds))
             await asyncio.sleep(min(left, every * self._random.uniform(*SPREAD)))
+        self._over.set()
         await asyncio.gather(*self._going_on)
 
     async def _do(self, kind: Kind) -> None:
@@ -109,8 +112,10 @@ class Injector:
         return [member for member in found if member.kind in HELPERS and member.process.pid not in clones]
 
     async def _go_on(self, victim: Member, pause: float) -> None:
-        """Set a process going that was stopped and that nobody has ended."""
-        await asyncio.sleep(pause)
+        """Set a process going that was stopped and that nobody has ended, at the latest when all is over."""
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(pause):
+                await self._over.wait()
         try:
             if victim.process.status() == psutil.STATUS_STOPPED:
                 victim.process.send_signal(signal.SIGCONT)
