@@ -9,6 +9,7 @@ computer all containers together would weigh as much as a single process.
 import asyncio
 import logging
 import math
+import time
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -26,6 +27,9 @@ PROCESSES, CHILDREN_HAVE, WEIGHT = "cgroup.procs", "cgroup.subtree_control", "cp
 
 TASKS_PER_CORE = 4
 """A container of a quarter of a core, as a clone has, weighs as much as any process; others in proportion."""
+
+PAUSES = (0.02, 0.1, 0.3, None)
+"""Seconds before the second, third … try to remove a group, in which something may be about to end."""
 
 Settings = Mapping[str, Callable[[float], int]]
 """Files of a group, and what stands in each for a size [cores]."""
@@ -211,9 +215,15 @@ def _remove_all(parent: Path, name: str) -> None:
 
 
 def _remove(group: Path) -> None:
-    try:
-        group.rmdir()
-    except FileNotFoundError:
-        return
-    except OSError as error:  # what it has started runs on; the next machine tries again
-        logger.warning("control group %s is left: %s", group, error)
+    for pause in PAUSES:
+        try:
+            group.rmdir()
+        except FileNotFoundError:
+            return
+        except OSError as error:
+            if pause is None:  # what it has started runs on; the next machine tries again
+                logger.warning("control group %s is left: %s", group, error)
+                return
+            time.sleep(pause)
+        else:
+            return

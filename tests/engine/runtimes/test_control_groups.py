@@ -3,6 +3,7 @@
 import itertools
 import signal
 import tempfile
+import threading
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -104,6 +105,22 @@ def test_what_a_dead_cloud_or_an_agent_before_has_left_is_removed(tmp_path: Path
         (tmp_path / left).mkdir()
     ControlGroups(instance, [Hierarchy(tmp_path, {})])
     assert entries(tmp_path) == [living]
+
+
+def test_a_group_in_which_something_is_about_to_end_is_removed_a_moment_later(tmp_path: Path, instance: str) -> None:
+    ending = tmp_path / f"ppaas-{instance}.c1" / "ending"
+    ending.mkdir(parents=True)
+    end = threading.Timer(0.05, ending.rmdir)
+    end.start()
+    ControlGroups(instance, [Hierarchy(tmp_path, {})])
+    end.join()
+    assert entries(tmp_path) == []
+
+
+def test_a_group_that_stays_busy_is_told(tmp_path: Path, instance: str, caplog: pytest.LogCaptureFixture) -> None:
+    (tmp_path / f"ppaas-{instance}.c1" / "busy").mkdir(parents=True)
+    ControlGroups(instance, [Hierarchy(tmp_path, {})])
+    assert f"ppaas-{instance}.c1 is left" in caplog.text
 
 
 # -- over a real kernel ------------------------------------------------------------------------------------------------
