@@ -8,6 +8,8 @@ from pathlib import Path
 from robots.commands import awaited
 from robots.commands.session import add_cloud_arguments, logged_in, token_of
 
+logger = logging.getLogger(__name__)
+
 NAME = "simulate"
 HELP = "run one simulated robot against a cloud that is up"
 
@@ -19,6 +21,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--id", help="the robot's id (the name of the robot file)")
     add_cloud_arguments(parser)
     parser.add_argument("--drift", type=float, default=1.0, help="factor on the odometry's errors (%(default)s)")
+    parser.add_argument(
+        "--local-nodes",
+        metavar="auto|NODE,...",
+        help="run nodes of its clone on this computer: those that do best here, or amcl, move_base, waypoint_follower",
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the sensors' noise (%(default)s)")
 
 
@@ -34,6 +41,8 @@ async def _run(arguments: argparse.Namespace) -> None:
     import asyncio  # noqa: PLC0415
 
     from robots.client import RobotClient  # noqa: PLC0415
+    from robots.local.computer import this_computer  # noqa: PLC0415
+    from robots.local.told_homes import run_local_nodes, wanted_homes  # noqa: PLC0415
     from robots.robot_file import load_robot_file  # noqa: PLC0415
     from robots.sim.driver import Driver  # noqa: PLC0415
     from robots.sim.map_file import read_map_file  # noqa: PLC0415
@@ -41,12 +50,17 @@ async def _run(arguments: argparse.Namespace) -> None:
     from robots.sim.robot import RobotModel  # noqa: PLC0415
     from robots.sim.simulator import Simulator  # noqa: PLC0415
     from robots.sim.world import World  # noqa: PLC0415
+    from robots.together import together  # noqa: PLC0415
 
+    wanted = wanted_homes(arguments.local_nodes) if arguments.local_nodes is not None else {}
     robot_file = load_robot_file(arguments.robot)
     robot_id = arguments.id or arguments.robot.stem
     world = World(read_map_file(arguments.map), arguments.seed)
     robot = world.add_robot(robot_file.pose, RobotModel(odometry=OdometryModel(drift=arguments.drift)))
     await logged_in(arguments).put_robot(robot_id, robot_file)
     async with RobotClient(arguments.url, robot=robot_id, token=token_of(arguments)) as client:
-        logging.getLogger(__name__).info("robot %s is connected to %s; Ctrl-C ends it", robot_id, arguments.url)
-        await asyncio.gather(Simulator(world).run(), Driver(robot, client).run())
+        logger.info("robot %s is connected to %s; Ctrl-C ends it", robot_id, arguments.url)
+        running = [Simulator(world).run(), Driver(robot, client).run()]
+        if wanted:
+            running.append(run_local_nodes(client, await asyncio.to_thread(this_computer), wanted, logger.info))
+        await together(*running)

@@ -73,7 +73,10 @@ class NodeProcess:
             What it was told cannot be.
         """
         command = (sys.executable, "-m", "robots.local.home")
-        self._process = await asyncio.create_subprocess_exec(*command, stdin=PIPE, stdout=PIPE, limit=frames.MAX_LINE)
+        # A Ctrl-C is for the robot's program, which has nodes to give back before this may end.
+        self._process = await asyncio.create_subprocess_exec(
+            *command, stdin=PIPE, stdout=PIPE, limit=frames.MAX_LINE, start_new_session=True
+        )
         self._reading = asyncio.create_task(self._read(self._process))
         await self.ask(begin, frames.Ready, START_TIMEOUT)
 

@@ -2,11 +2,12 @@
 
 import argparse
 import asyncio
+import logging
 from pathlib import Path
 
 import pytest
 
-from ppaas.errors import NotAuthenticated
+from ppaas.errors import NotAuthenticated, NotFound
 from ppaas.geometry import Pose2D
 from ppaas.maps.files import save_map
 from robots import simulate
@@ -38,15 +39,24 @@ def test_who_gives_no_token_is_told_how_to_get_one(tmp_path: Path, monkeypatch: 
         simulate.run(parse(tmp_path))
 
 
+def test_who_wants_a_node_here_that_cannot_be_here_is_told_which_can(tmp_path: Path) -> None:
+    with pytest.raises(NotFound, match="unknown local node 'map_server'; known: amcl, auto, move_base"):
+        simulate.run(parse(tmp_path, "--token", "t", "--local-nodes", "amcl,map_server"))
+
+
 @pytest.mark.journey
-async def test_a_simulated_robot_joins_a_running_cloud_and_drives_where_its_operator_wants(tmp_path: Path) -> None:
+async def test_a_simulated_robot_joins_a_running_cloud_and_drives_itself_where_its_operator_wants(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO)
     async with CloudProcess() as cloud:
         url = cloud.ready.url
         rest = RestClient(url)
         await rest.login(cloud.ready.admin_user, cloud.password)
         await rest.upload_map("room", *save_map(GRID, "room.pgm"))
         assert rest.token is not None
-        simulating = asyncio.create_task(simulate._run(parse(tmp_path, "--url", url, "--token", rest.token)))
+        wanted = ("--url", url, "--token", rest.token, "--local-nodes", "move_base")
+        simulating = asyncio.create_task(simulate._run(parse(tmp_path, *wanted)))
         async with asyncio.timeout(30):
             while not simulating.done() and not await rest.items("/v1/robots"):
                 await asyncio.sleep(0.05)
@@ -54,9 +64,14 @@ async def test_a_simulated_robot_joins_a_running_cloud_and_drives_where_its_oper
             move_base = await MoveBaseClient(operator).start()
             estimate = await move_base.localized()
             assert estimate.distance_to(Pose2D(2.0, 2.0)) < 0.5
+            async with asyncio.timeout(60):
+                while "move_base runs on the robot: it was asked for there" not in caplog.messages:
+                    await asyncio.sleep(0.05)
             outcome = await move_base.go(Pose2D(4.0, 4.0, 0.0), 60.0)
             assert outcome.reached, outcome
             assert move_base.estimate is not None
             assert move_base.estimate.distance_to(Pose2D(4.0, 4.0)) < 0.3
-        simulating.cancel()
-        await asyncio.gather(simulating, return_exceptions=True)
+            simulating.cancel()
+            await asyncio.gather(simulating, return_exceptions=True)
+            homes = {node["node"]: node["home"] for node in await rest.items("/v1/robots/rover/nodes")}
+            assert homes["move_base"] == "cloud", "who leaves gives back what it has"

@@ -19,6 +19,7 @@ async def test_a_process_that_is_killed_is_told_of_and_answers_nothing_more() ->
     process = NodeProcess(said.append, ended.set)
     assert (process.alive, process.pid) == (False, None)
     await process.start(frames.Begin(CONFIG, MAP))
+    assert os.getpgid(process.pid or 0) != os.getpgid(0), "a Ctrl-C does not reach it"
     added = await process.ask(frames.Add("waypoint_follower", ""), frames.Added)
     assert added.node == "waypoint_follower"
     with pytest.raises(NotFound, match="unknown node 'amcl'"):
