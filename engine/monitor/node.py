@@ -248,7 +248,9 @@ class NodeMonitorNode(Node):
     def _take_back(self, node: str, failure: str) -> None:
         record = self._records[node]
         lease, record.lease = record.lease, None
-        record.wanted = "cloud"
+        wanted, record.wanted = record.wanted, "cloud"
+        if wanted == "robot":
+            record.score, record.reasons = 1.0, ("the robot gave it back",)
         if failure:
             record.failure, record.failed = failure, self.context.now()
             record.score, record.reasons = 1.0, (f"it could not be run on the robot: {failure}",)

@@ -175,6 +175,20 @@ def test_a_node_that_failed_there_stays_in_the_cloud_for_a_while_unless_it_is_as
     assert cloud.run_node("driver").wanted == "robot"
 
 
+@pytest.mark.parametrize(
+    ("asked_back", "reason"), [(False, "the robot gave it back"), (True, "it was asked for there")]
+)
+def test_a_node_that_comes_back_says_why(cloud: Cloud, asked_back: bool, reason: str) -> None:
+    cloud.ask("tell_robot", STRONG)
+    cloud.run_node("driver", "robot")
+    lease = cloud.hold("driver").lease
+    if asked_back:
+        cloud.run_node("driver", "cloud")
+    back = cloud.ask("give_node", GiveNodeRequest("driver", lease, "{}"))
+    assert back == NodeHome("driver", "cloud", "cloud", 1.0, [reason])
+    assert cloud.run_node("driver").wanted == "robot", "it did not fail there"
+
+
 def test_a_robot_that_cannot_take_over_says_so_and_nothing_moves(cloud: Cloud) -> None:
     cloud.ask("tell_robot", STRONG)
     cloud.run_node("driver")
