@@ -1,6 +1,6 @@
 """Services that clients of a place offer, and the calls of them that are under way."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
@@ -86,6 +86,12 @@ class ClientServices:
         for number, call in self._calls:
             if call.client == client:
                 self._calls.end(number, Unavailable(f"the client that offers {call.service!r} has gone"))
+
+    def overtaken(self, services: Collection[str]) -> None:
+        """End the calls of services that the clone itself answers from now on: who was asked may be lost."""
+        for number, call in self._calls:
+            if call.service in services:
+                self._calls.end(number, Unavailable(f"the clone answers {call.service!r} itself now; call again"))
 
     # -- calls ---------------------------------------------------------------------------------------------------------
 

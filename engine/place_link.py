@@ -127,6 +127,7 @@ class PlaceLink:
 
     def _offered(self, offers: link.Hello | link.Offers) -> None:
         self.services = {service.name: service for service in offers.services}
+        self.client_services.overtaken(self.services)
         self.nodes = {node.name: node for node in offers.nodes}
 
     def _published(self, topic: str, payload: bytes, client: int | None = None) -> None:

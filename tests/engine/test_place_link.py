@@ -272,6 +272,30 @@ async def test_a_call_goes_to_the_client_that_offers_the_service_and_never_one_o
     await container.die()
 
 
+async def test_who_called_what_the_clone_has_taken_back_from_a_client_is_told_to_call_again() -> None:
+    place = PlaceLink("robot:a/r")
+    robot = Client()
+    number = place.join(robot)
+    container = await FakeContainer.dial(place, "c1")
+    await place.ready(5)
+    for service in ("drive", "lights"):
+        place.advertise_service(service, "std_srvs/Trigger", number)
+    driving, lighting = (asyncio.create_task(place.call(service, b"{}", 5.0)) for service in ("drive", "lights"))
+    await until(lambda: len(robot.calls) == 2)
+    container.stream.write(link.Offers([link.ServiceInfo("drive", "std_srvs/Trigger")], []))
+    with pytest.raises(Unavailable, match="the clone answers 'drive' itself now; call again"):
+        await driving
+    [call] = [call for call, service, _ in robot.calls if service == "lights"]
+    place.client_services.answer(call, number, b"{}")
+    assert await lighting == b"{}"
+    again = asyncio.create_task(place.call("drive", b"{}", 5.0))
+    asked = await container.next()
+    assert isinstance(asked, link.Call) and asked.service == "drive"
+    container.stream.write(link.Answer(asked.call, b"1"))
+    assert await again == b"1"
+    await container.die()
+
+
 async def test_a_refusal_is_told_to_the_client_that_sent_the_message_and_to_no_other() -> None:
     place = PlaceLink("robot:a/r")
     sender, other = Client(), Client()
