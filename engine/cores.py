@@ -19,6 +19,9 @@ MEMORY_LIMIT = 512 << 20
 
 MEMORY_LIMIT_PER_CORE = 512 << 20
 
+MEMORY_LIMIT_PER_CELL = 64
+"""Bytes more for each cell of its map: twice what the hungriest of our planners takes."""
+
 
 def check(size: float, machine_cores: int) -> None:
     """Make sure that a machine can hold a container at all.
@@ -51,9 +54,9 @@ def memory(size: float) -> int:
     return math.ceil(size * MEMORY_PER_CORE)
 
 
-def memory_limit(size: float) -> int:
-    """Return how many bytes a container may take, where it is held to some."""
-    return MEMORY_LIMIT + math.ceil(size * MEMORY_LIMIT_PER_CORE)
+def memory_limit(size: float, cells: int) -> int:
+    """Return how many bytes a container may take on a map of so many cells, where it is held to some."""
+    return MEMORY_LIMIT + math.ceil(size * MEMORY_LIMIT_PER_CORE) + cells * MEMORY_LIMIT_PER_CELL
 
 
 def capacity(machine_cores: int, machine_memory: int, oversubscription: float = OVERSUBSCRIPTION) -> float:

@@ -15,9 +15,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from engine.cores import memory_limit
 from engine.instances import is_dead
 from engine.model import Launch
+from engine.runtimes.memory_of import memory_of
 
 logger = logging.getLogger(__name__)
 
@@ -31,22 +31,22 @@ TASKS_PER_CORE = 4
 PAUSES = (0.02, 0.1, 0.3, None)
 """Seconds before the second, third … try to remove a group, in which something may be about to end."""
 
-Settings = Mapping[str, Callable[[float], int]]
-"""Files of a group, and what stands in each for a size [cores]."""
+Settings = Mapping[str, Callable[[Launch], int]]
+"""Files of a group, and what stands in each for a container."""
 
 
-def _weight(one_task: int, least: int, most: int) -> Callable[[float], int]:
-    return lambda size: min(most, max(least, math.ceil(size * TASKS_PER_CORE * one_task)))
+def _weight(one_task: int, least: int, most: int) -> Callable[[Launch], int]:
+    return lambda launch: min(most, max(least, math.ceil(launch.spec.cores * TASKS_PER_CORE * one_task)))
 
 
 V1: Mapping[str, Settings] = {
     "cpu": {"cpu.shares": _weight(1024, 2, 262_144)},
-    "memory": {"memory.limit_in_bytes": memory_limit},
+    "memory": {"memory.limit_in_bytes": memory_of},
 }
 
 MOST_WEIGHT = 10_000
 
-V2: Settings = {WEIGHT: _weight(100, 1, MOST_WEIGHT), "memory.max": memory_limit}
+V2: Settings = {WEIGHT: _weight(100, 1, MOST_WEIGHT), "memory.max": memory_of}
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ class ControlGroups:
         for group, settings in self._groups(launch.spec.id):
             try:
                 group.mkdir()
-                _set(group, settings, launch.spec.cores)
+                _set(group, settings, launch)
                 (group / PROCESSES).write_text(str(pid))
             except ProcessLookupError:
                 return  # it has ended already
@@ -155,7 +155,7 @@ class ControlGroups:
     def _resize(self, launch: Launch) -> None:
         for group, settings in self._groups(launch.spec.id):
             try:
-                _set(group, settings, launch.spec.cores)
+                _set(group, settings, launch)
             except OSError as error:
                 logger.warning("container %s keeps the size that it had in %s: %s", launch.spec.id, group, error)
 
@@ -186,9 +186,9 @@ def _is_ours(place: Hierarchy, name: str) -> bool:
     return True
 
 
-def _set(group: Path, settings: Settings, size: float) -> None:
+def _set(group: Path, settings: Settings, launch: Launch) -> None:
     for file, value in settings.items():
-        (group / file).write_text(str(value(size)))
+        (group / file).write_text(str(value(launch)))
 
 
 def _below(place: str, path: str) -> Path:

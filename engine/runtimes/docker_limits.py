@@ -9,6 +9,7 @@ from typing import Any
 
 from engine.cores import memory_limit
 from engine.model import Launch
+from engine.runtimes.memory_of import memory_of
 
 PERIOD = 100_000
 """Within which a container has its share of the CPUs [µs]."""
@@ -27,12 +28,12 @@ PROCESSES = 128
 
 def of_spare() -> dict[str, Any]:
     """Return what a container may use until it is told what it is, as ``docker run`` takes it."""
-    return {"cpu_shares": SPARE_SHARES, "pids_limit": PROCESSES, **_memory(0.0)}
+    return {"cpu_shares": SPARE_SHARES, "pids_limit": PROCESSES, **_memory(memory_limit(0.0, 0))}
 
 
 def of_launch(launch: Launch) -> dict[str, Any]:
     """Return what it may use from then on, as ``docker update`` takes it."""
-    return {**cpus_of_launch(launch), **_memory(launch.spec.cores)}
+    return {**cpus_of_launch(launch), **_memory(memory_of(launch))}
 
 
 def cpus_of_launch(launch: Launch) -> dict[str, Any]:
@@ -46,6 +47,5 @@ def cpus_of_launch(launch: Launch) -> dict[str, Any]:
     }
 
 
-def _memory(size: float) -> dict[str, int]:
-    limit = memory_limit(size)
+def _memory(limit: int) -> dict[str, int]:
     return {"mem_limit": limit, "memswap_limit": limit}
