@@ -11,7 +11,6 @@ import asyncio
 import contextlib
 import logging
 import os
-import shutil
 import signal
 import sys
 from collections.abc import Iterator
@@ -40,7 +39,7 @@ from engine.mapcache import MapCache
 from engine.neighbours import Neighbours
 from engine.network_load import NetworkLoad
 from engine.router import RouterProcess
-from engine.run_dir import keep_temporary_files_in
+from engine.run_dir import keep_temporary_files_in, remove_folder
 from engine.runtimes import store_kernels
 from engine.runtimes.base import Premises
 from engine.runtimes.registry import RUNTIMES
@@ -127,7 +126,7 @@ async def run(config: AgentConfig, told: asyncio.Event) -> bool:
             await agent.serve(len(cpus))
             hung_up = True
     if hung_up:  # if the master was killed, nobody else is left to remove the folder of its sockets
-        shutil.rmtree(config.run_dir, ignore_errors=True)
+        remove_folder(Path(config.run_dir))
     return hung_up
 
 
@@ -224,7 +223,7 @@ def main() -> None:
         sys.exit(1)
     finally:
         if is_dead(config.instance):  # it was killed before we reached it
-            shutil.rmtree(config.run_dir, ignore_errors=True)
+            remove_folder(Path(config.run_dir))
 
 
 if __name__ == "__main__":

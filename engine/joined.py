@@ -7,7 +7,6 @@ Ctrl-C. A cloud that is started again, or was out of reach, so finds its machine
 import asyncio
 import logging
 import os
-import shutil
 import signal
 import sys
 import tempfile
@@ -21,7 +20,7 @@ from engine.agent_config import AgentConfig, Away
 from engine.far_machines import check_reachable
 from engine.instances import folder_of, instance_name, sweep_stale
 from engine.membership import Membership, membership_in
-from engine.run_dir import keep_temporary_files_in
+from engine.run_dir import keep_temporary_files_in, remove_folder
 from engine.terms import Terms
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError, Unavailable
@@ -61,7 +60,7 @@ async def stay(membership: Membership, options: Options) -> None:
     try:
         await _stay(membership, options, folder / "run")
     finally:
-        shutil.rmtree(folder, ignore_errors=True)
+        remove_folder(folder)
 
 
 async def _stay(membership: Membership, options: Options, run_dir: Path) -> None:

@@ -4,6 +4,7 @@ import contextlib
 import os
 import shutil
 import tempfile
+from multiprocessing.util import Finalize
 from pathlib import Path
 
 from engine.instances import instance_name, is_dead
@@ -18,6 +19,10 @@ LONGEST_NAME = len("pymp-12345678/listener-12345678")
 
 OWNER = "owner"
 """File in the folder that tells whose it is, so that it can be removed when that process was killed."""
+
+
+AFTER_ALL_OTHERS = -1000
+"""Among the things that are done when a process ends; those of Python's library go down to -100."""
 
 
 def make_run_dir(longest: int = LONGEST_NAME) -> Path:
@@ -55,3 +60,15 @@ def sweep_dead(base: Path) -> None:
 def keep_temporary_files_in(folder: Path) -> None:
     """Have this process and those that it starts make temporary files in a folder that somebody removes for certain."""
     os.environ["TMPDIR"] = tempfile.tempdir = str(folder)
+
+
+def remove_folder(folder: Path) -> None:
+    """Remove a folder with all in it, as far as that can be done.
+
+    Where this process keeps its temporary files there, that is when it ends: Python's library removes its own before,
+    and would miss them.
+    """
+    if Path(tempfile.gettempdir()) == folder:
+        Finalize(None, shutil.rmtree, (folder, True), exitpriority=AFTER_ALL_OTHERS)
+    else:
+        shutil.rmtree(folder, ignore_errors=True)

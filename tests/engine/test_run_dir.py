@@ -9,7 +9,7 @@ import tempfile
 import pytest
 
 from engine.instances import instance_name
-from engine.run_dir import LONGEST_NAME, LONGEST_PATH, OWNER, make_run_dir, sweep_dead
+from engine.run_dir import LONGEST_NAME, LONGEST_PATH, OWNER, make_run_dir, remove_folder, sweep_dead
 from ppaas.errors import InvalidInput
 
 MADE = len("/ppaas-12345678/")
@@ -52,3 +52,23 @@ def test_the_folders_of_living_processes_and_of_nobody_stay(short_path):
     (short_path / "ppaas-file").write_text("notes")
     sweep_dead(short_path)
     assert mine.exists() and nobodys.exists()
+
+
+def test_a_folder_in_which_temporary_files_are_kept_is_removed_last_and_without_a_complaint(short_path):
+    folder = short_path / "kept"
+    folder.mkdir()
+    script = (
+        "import sys; from pathlib import Path; from multiprocessing.util import get_temp_dir\n"
+        "from engine.run_dir import keep_temporary_files_in, remove_folder\n"
+        "folder = Path(sys.argv[1]); keep_temporary_files_in(folder); remove_folder(folder)\n"
+        "assert Path(get_temp_dir()).parent == folder"
+    )
+    done = subprocess.run([sys.executable, "-c", script, str(folder)], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert not folder.exists()
+
+
+def test_another_folder_is_removed_at_once(short_path):
+    (short_path / "other" / "in it").mkdir(parents=True)
+    remove_folder(short_path / "other")
+    assert not (short_path / "other").exists()

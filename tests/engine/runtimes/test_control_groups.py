@@ -181,7 +181,7 @@ async def test_groups_follow_the_size_and_end_with_the_container(controlled: Con
     runtime = await controlled.start("dial_and_stay")
     launch = controlled.reports.launch(cpus=(0,))
     container = await runtime.launch(launch)
-    await until(lambda: groups_of(container.pid).count(launch.spec.id) == len(controlled.places))
+    await until(lambda: groups_of(container.pid).count(f".{launch.spec.id}") == len(controlled.places))
     assert len(controlled.left()) == len(controlled.places)
     small = controlled.files(launch.spec.id)
     container.resize(sized(launch, 2.0))
