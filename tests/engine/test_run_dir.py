@@ -63,7 +63,8 @@ def test_a_folder_in_which_temporary_files_are_kept_is_removed_last_and_without_
         "folder = Path(sys.argv[1]); keep_temporary_files_in(folder); remove_folder(folder)\n"
         "assert Path(get_temp_dir()).parent == folder"
     )
-    done = subprocess.run([sys.executable, "-c", script, str(folder)], capture_output=True, text=True, timeout=60)
+    command = [sys.executable, "-c", script, str(folder)]
+    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stderr) == (0, "")
     assert not folder.exists()
 
