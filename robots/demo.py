@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ppaas.command_line import whole
 from ppaas.errors import InvalidInput, InvalidParameter
 
 if TYPE_CHECKING:
@@ -22,9 +23,9 @@ TERMINATED = 128 + signal.SIGTERM
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument("--robots", type=_count, default=3, help="simulated robots (%(default)s)")
+    parser.add_argument("--robots", type=whole(), default=3, help="simulated robots (%(default)s)")
     parser.add_argument(
-        "--goals", type=_count, default=2, help="goals for each robot, one after the other (%(default)s)"
+        "--goals", type=whole(), default=2, help="goals for each robot, one after the other (%(default)s)"
     )
     parser.add_argument("--map", type=Path, metavar="FILE.yaml", help="map to drive in (a made-up warehouse)")
     parser.add_argument("--seed", type=int, default=0, help="the same seed gives the same courses (%(default)s)")
@@ -37,13 +38,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--admin-password-file", type=Path, metavar="FILE", help="password of its user 'admin' (with --cloud)"
     )
     parser.add_argument("--keep-going", action="store_true", help="drive on until Ctrl-C; needs a terminal")
-
-
-def _count(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{value} is not 1 or more")
-    return value
 
 
 def run(arguments: argparse.Namespace) -> int:

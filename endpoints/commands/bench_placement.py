@@ -1,9 +1,10 @@
 """``ppaas bench placement``: balancers side by side."""
 
 import argparse
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from ppaas.command_line import whole
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -15,10 +16,12 @@ MOST_ROBOTS, MOST_MACHINES = 10_000_000, 100_000
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
-    parser.add_argument("--robots", type=_up_to(MOST_ROBOTS), default=20_000, metavar="N", help="(%(default)s)")
-    parser.add_argument("--machines", type=_up_to(MOST_MACHINES), default=500, metavar="N", help="(%(default)s)")
-    parser.add_argument("--cores", type=_up_to(1024), default=8, metavar="N", help="CPUs of a machine (%(default)s)")
-    parser.add_argument("--maps", type=_up_to(MOST_ROBOTS), default=1000, metavar="N", help="(%(default)s)")
+    parser.add_argument("--robots", type=whole(most=MOST_ROBOTS), default=20_000, metavar="N", help="(%(default)s)")
+    parser.add_argument("--machines", type=whole(most=MOST_MACHINES), default=500, metavar="N", help="(%(default)s)")
+    parser.add_argument(
+        "--cores", type=whole(most=1024), default=8, metavar="N", help="CPUs of a machine (%(default)s)"
+    )
+    parser.add_argument("--maps", type=whole(most=MOST_ROBOTS), default=1000, metavar="N", help="(%(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="the same seed makes the same robots (%(default)s)")
     parser.add_argument("--arrivals", type=Path, metavar="FILE", help="recorded: {at, robot, map, cores, stays} a line")
     parser.add_argument("--balancer", action="append", metavar="NAME", help="one of those installed (all)")
@@ -48,13 +51,3 @@ def _row(name: str, told: dict[str, Any]) -> dict[str, str]:
         "unevenness": f"{told['unevenness']:.2f}",
         "placements /s": f"{told['placements_per_second']:,.0f}",
     }
-
-
-def _up_to(most: int) -> Callable[[str], int]:
-    def read(text: str) -> int:
-        number = int(text) if text.isdecimal() else 0
-        if not 1 <= number <= most:
-            raise argparse.ArgumentTypeError(f"give a whole number from 1 to {most}, not {text!r}")
-        return number
-
-    return read

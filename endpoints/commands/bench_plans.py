@@ -5,6 +5,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ppaas.command_line import whole
+
 if TYPE_CHECKING:
     from rich.progress import Progress
 
@@ -15,7 +17,9 @@ Row = dict[str, str]
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
-    parser.add_argument("--plans", type=_count, default=100_000, metavar="N", help="of a fleet (%(default)s)")
+    parser.add_argument(
+        "--plans", type=whole(100, 10_000_000), default=100_000, metavar="N", help="of a fleet (%(default)s)"
+    )
     parser.add_argument("--store", metavar="URL", help="where they are kept (an SQLite file that goes away)")
     parser.add_argument("--smooth", action="store_true", help="smooth them: fewer waypoints lie on a grid")
     parser.add_argument("--seed", type=int, default=1, help="the same seed makes the same plans (%(default)s)")
@@ -56,13 +60,6 @@ def rows_of(told: dict[str, Any]) -> list[Row]:
     raw["bytes a plan"] = f"{others['raw_bytes_a_plan']:,.0f}; zlib {others['zlib_bytes_a_plan']:,.0f}"
     greedy = {"plans": f"greedy split, {others['plans']:,}", "waypoints ÷ kept": f"{others['greedy_kept_once']:.1f}"}
     return [dict.fromkeys(rows[0], "") | row for row in (*rows, raw, greedy)]
-
-
-def _count(text: str) -> int:
-    count = int(text) if text.isdecimal() else 0
-    if not 100 <= count <= 10_000_000:
-        raise argparse.ArgumentTypeError(f"plans are a whole number from 100 to 10000000, not {text!r}")
-    return count
 
 
 def _cache() -> Path:

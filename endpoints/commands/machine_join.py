@@ -6,7 +6,7 @@ import socket
 import tempfile
 from pathlib import Path
 
-from endpoints.core_count import core_count
+from ppaas.command_line import whole
 
 HELP = "make this host a machine of a cloud on another host, until SIGTERM or Ctrl-C"
 
@@ -17,7 +17,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "ticket", nargs="?", metavar="TICKET", help="of 'ppaas machine ticket' (not needed once it has joined)"
     )
     parser.add_argument("--name", default=socket.gethostname(), help="of the machine (%(default)s)")
-    parser.add_argument("--cores", type=core_count, help="CPUs that containers may use (all)")
+    parser.add_argument("--cores", type=whole(), help="CPUs that containers may use (all)")
     parser.add_argument(
         "--label", type=_label, action="append", default=[], metavar="KEY=VALUE", help="what the machine is like"
     )

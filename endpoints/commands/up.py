@@ -4,7 +4,7 @@ import argparse
 import math
 from pathlib import Path
 
-from endpoints.core_count import core_count
+from ppaas.command_line import whole
 
 NAME = "up"
 HELP = "start the cloud on this machine"
@@ -18,12 +18,28 @@ MAX_PORT = 65535
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on (%(default)s)")
-    parser.add_argument("--port", type=_port, default=DEFAULT_PORT, help="port; 0 takes a free one (%(default)s)")
+    parser.add_argument(
+        "--port", type=whole(0, MAX_PORT), default=DEFAULT_PORT, help="port; 0 takes a free one (%(default)s)"
+    )
     parser.add_argument("--data", type=Path, default=Path("var"), help="folder of the embedded stores (./%(default)s)")
     parser.add_argument("--store", help="URL of the store for all but maps (sqlite in the data folder)")
     parser.add_argument("--map-store", help="URL of the store for maps (files in the data folder)")
     _add_machines(parser)
-    parser.add_argument("--cores", type=core_count, help="CPUs that containers may use (all)")
+    _add_limits(parser)
+    parser.add_argument(
+        "--admin-password-file",
+        type=Path,
+        help="password of user 'admin'; made if it is not there (admin-password in the data folder)",
+    )
+    parser.add_argument("--ready-file", type=Path, help="write {url, pid, admin_user} here as JSON once all is up")
+    parser.add_argument("--log-level", default="info", choices=["debug", "info", "warning", "error"])
+
+
+def _add_machines(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--listen-machines", metavar="HOST:PORT", help="take machines of other hosts here; uses the next port as well"
+    )
+    parser.add_argument("--cores", type=whole(), help="CPUs that containers may use (all)")
     parser.add_argument(
         "--balancer", default="ppaas", metavar="NAME", help="chooses machines for containers (%(default)s)"
     )
@@ -47,20 +63,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--image", default="ppaas-engine", metavar="NAME", help="what containers of docker run from (%(default)s)"
-    )
-    _add_limits(parser)
-    parser.add_argument(
-        "--admin-password-file",
-        type=Path,
-        help="password of user 'admin'; made if it is not there (admin-password in the data folder)",
-    )
-    parser.add_argument("--ready-file", type=Path, help="write {url, pid, admin_user} here as JSON once all is up")
-    parser.add_argument("--log-level", default="info", choices=["debug", "info", "warning", "error"])
-
-
-def _add_machines(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--listen-machines", metavar="HOST:PORT", help="take machines of other hosts here; uses the next port as well"
     )
 
 
@@ -92,13 +94,6 @@ def _add_limits(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--dead", type=_dead, default=15.0, help="seconds after which a silent connection counts as dead (%(default)s)"
     )
-
-
-def _port(text: str) -> int:
-    port = int(text)
-    if not 0 <= port <= MAX_PORT:
-        raise argparse.ArgumentTypeError(f"a port is from 0 to {MAX_PORT}, not {port}")
-    return port
 
 
 def _quota(text: str) -> tuple[str, float]:

@@ -2,10 +2,10 @@
 
 import argparse
 import json
-import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from ppaas.command_line import above_zero, whole
 from robots.commands.table import print_line, table
 
 if TYPE_CHECKING:
@@ -20,13 +20,21 @@ LONGEST = 24 * 60.0
 def configure(kinds: Any) -> None:
     """Add the verb and its arguments to the subparsers of ``ppaas bench``."""
     chaos = kinds.add_parser("chaos", help=HELP["chaos"], description=HELP["chaos"])
-    chaos.add_argument("--minutes", type=_up_to(LONGEST), default=10.0, metavar="N", help="of faults (%(default)s)")
-    chaos.add_argument("--robots", type=_count(MOST_ROBOTS), default=10, metavar="N", help="(%(default)s)")
+    chaos.add_argument("--minutes", type=above_zero(LONGEST), default=10.0, metavar="N", help="of faults (%(default)s)")
+    chaos.add_argument("--robots", type=whole(most=MOST_ROBOTS), default=10, metavar="N", help="(%(default)s)")
     chaos.add_argument(
-        "--machines", type=_count(MOST_MACHINES), default=3, metavar="N", help="the cloud's own included (%(default)s)"
+        "--machines",
+        type=whole(most=MOST_MACHINES),
+        default=3,
+        metavar="N",
+        help="the cloud's own included (%(default)s)",
     )
     chaos.add_argument(
-        "--every", type=_up_to(600.0), default=5.0, metavar="SECONDS", help="between faults, on average (%(default)s)"
+        "--every",
+        type=above_zero(600.0),
+        default=5.0,
+        metavar="SECONDS",
+        help="between faults, on average (%(default)s)",
     )
     chaos.add_argument("--seed", type=int, default=1, help="the same seed does the same faults (%(default)s)")
     chaos.add_argument("--json", action="store_true", help="print the result as one JSON object")
@@ -53,23 +61,3 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Callable[[],
         return 0 if report.passed else 1
 
     return show
-
-
-def _count(most: int) -> Callable[[str], int]:
-    def read(text: str) -> int:
-        number = int(text) if text.isdecimal() else 0
-        if not 1 <= number <= most:
-            raise argparse.ArgumentTypeError(f"give a whole number from 1 to {most}, not {text!r}")
-        return number
-
-    return read
-
-
-def _up_to(most: float) -> Callable[[str], float]:
-    def read(text: str) -> float:
-        number = float(text)
-        if not (math.isfinite(number) and 0.0 < number <= most):
-            raise argparse.ArgumentTypeError(f"give a number above 0 and up to {most:g}, not {text!r}")
-        return number
-
-    return read

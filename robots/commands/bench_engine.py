@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from ppaas.command_line import whole
 from robots.commands.table import print_line
 
 if TYPE_CHECKING:
@@ -22,11 +23,11 @@ def configure(kinds: Any) -> None:
     parser = kinds.add_parser(NAME, help=HELP, description=HELP)
     parser.add_argument("--only", choices=PARTS, metavar="NAME", action="append", help=f"of {', '.join(PARTS)}")
     parser.add_argument("--runtime", choices=RUNTIMES, default="process", help="starts containers (%(default)s)")
-    parser.add_argument("--containers", type=_up_to(MOST_CONTAINERS), default=100, metavar="N",
+    parser.add_argument("--containers", type=whole(most=MOST_CONTAINERS), default=100, metavar="N",
                         help="at a time on one machine (%(default)s)")  # fmt: skip
-    parser.add_argument("--placements", type=_up_to(MOST_PLACEMENTS), default=10_000, metavar="N",
+    parser.add_argument("--placements", type=whole(most=MOST_PLACEMENTS), default=10_000, metavar="N",
                         help="by the master (%(default)s)")  # fmt: skip
-    parser.add_argument("--machines", type=_up_to(MOST_MACHINES), default=1_000, metavar="N",
+    parser.add_argument("--machines", type=whole(most=MOST_MACHINES), default=1_000, metavar="N",
                         help="that these are on (%(default)s)")  # fmt: skip
     parser.add_argument("--quick", action="store_true", help="few samples: to see that it runs, not to compare")
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
@@ -50,13 +51,3 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Callable[[],
     if arguments.json:
         return lambda: print_line(to_json(figures))
     return lambda: show(figures, Console())
-
-
-def _up_to(most: int) -> Callable[[str], int]:
-    def read(text: str) -> int:
-        number = int(text) if text.isdecimal() else 0
-        if not 1 <= number <= most:
-            raise argparse.ArgumentTypeError(f"give a whole number from 1 to {most}, not {text!r}")
-        return number
-
-    return read

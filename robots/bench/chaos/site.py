@@ -2,17 +2,16 @@
 
 import asyncio
 import contextlib
-import os
 import signal
 import socket
-import sys
-from asyncio.subprocess import DEVNULL, PIPE, Process
+from asyncio.subprocess import Process
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from ppaas.errors import PPaaSError, Unavailable
 from robots.bench.chaos.family import MACHINES
+from robots.bench.joining import join, ticket_of
 from robots.cloud_process import CloudProcess
 from robots.rest import RestClient
 
@@ -46,23 +45,14 @@ class JoinedMachine:
 
     async def start(self, ticket: str) -> None:
         """Join, and stay."""
-        (self._folder / "t").mkdir(parents=True)
-        self._process = await self._spawn(ticket)
+        self._process = await join(self._name, self._folder, ticket)
         self._keeper = asyncio.create_task(self._keep(self._process))
 
     async def _keep(self, process: Process) -> None:
         while True:
             await process.wait()
             await asyncio.sleep(RESTART)
-            process = self._process = await self._spawn()
-
-    async def _spawn(self, *ticket: str) -> Process:
-        arguments = ["machine", "join", *ticket, "--name", self._name, "--data", str(self._folder / "data")]
-        with (self._folder / "log").open("ab") as log:
-            return await asyncio.create_subprocess_exec(
-                sys.executable, "-m", "endpoints.cli", *arguments, stdin=DEVNULL, stdout=log, stderr=log,
-                env=os.environ | {"TMPDIR": str(self._folder / "t")}, start_new_session=True,
-            )  # fmt: skip
+            process = self._process = await join(self._name, self._folder)
 
     async def stop(self) -> None:
         """Start it no more, and end it in order.
@@ -130,7 +120,7 @@ class Site:
         try:
             self._keeper = asyncio.create_task(self._keep())
             for machine in self._machines:
-                await machine.start(await self._ticket())
+                await machine.start(await ticket_of(self.folder / "data"))
             await self._all_in(await self.login())
         except BaseException:
             await self.__aexit__(None, None, None)
@@ -151,13 +141,6 @@ class Site:
             await self._cloud.ended()
             await self._cloud.again()
             self.restarts += 1
-
-    async def _ticket(self) -> str:
-        process = await asyncio.create_subprocess_exec(
-            sys.executable, "-m", "endpoints.cli", "machine", "ticket", "--data", str(self.folder / "data"), stdout=PIPE
-        )
-        told, _ = await process.communicate()
-        return told.decode().strip()
 
     async def login(self) -> RestClient:
         """Return a client of the administrator."""

@@ -2,17 +2,15 @@
 
 import asyncio
 import contextlib
-import os
 import signal
-import sys
 import tempfile
 from collections.abc import AsyncIterator
 from pathlib import Path
 
 from ppaas.errors import Unavailable
+from robots.bench.joining import join, ticket_of
 from robots.bench.target import Target
 
-PPAAS = (sys.executable, "-m", "endpoints.cli")
 JOIN_TIMEOUT = 60.0
 END_TIMEOUT = 10.0
 
@@ -86,25 +84,10 @@ class LocalHosts:
         self._count += 1
         name = f"bench-{self._count}"
         with tempfile.TemporaryDirectory(prefix="m-", ignore_cleanup_errors=True) as own:  # sockets need a short path
-            ticket = await _ticket(folder / "data")
-            process = await asyncio.create_subprocess_exec(
-                *PPAAS, "machine", "join", ticket, "--name", name, "--data", str(Path(own) / "data"),
-                stdin=asyncio.subprocess.DEVNULL, stderr=asyncio.subprocess.DEVNULL, env=os.environ | {"TMPDIR": own},
-                start_new_session=True,
-            )  # fmt: skip
+            process = await join(name, Path(own), await ticket_of(folder / "data"))
             machine = JoinedMachine(name, process)
             try:
                 await machine.is_in(target)
                 yield machine
             finally:
                 await machine.end()
-
-
-async def _ticket(data: Path) -> str:
-    process = await asyncio.create_subprocess_exec(
-        *PPAAS, "machine", "ticket", "--data", str(data), stdout=asyncio.subprocess.PIPE
-    )
-    told, _ = await process.communicate()
-    if process.returncode:
-        raise Unavailable(f"no ticket for a second machine was given: status {process.returncode}")
-    return told.decode().strip()
