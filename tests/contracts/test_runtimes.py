@@ -149,7 +149,7 @@ async def test_its_size_is_cpus_and_threads_and_its_exit_status_is_told(machine:
     container = await runtime.launch(machine.reports.launch(cpus=(0,), threads=1))
     facts = dict(fact.split("=") for fact in (await machine.reports.next()).text.split())
     assert (facts["cpus"], facts["threads"], facts["omp"], facts["main"]) == ("0", "1", "1", "False")
-    assert facts["told_of_ray"] == "False", "whoever has its token can do what all its nodes can"
+    assert facts["told_ray_token"] == "False", "whoever has its token can do what all its nodes can"
     assert await container.wait() == 7
 
 

@@ -41,7 +41,7 @@ def describe(launch: Launch) -> int:
         "session": os.getsid(0) == os.getpid(),
         "omp": os.environ["OMP_NUM_THREADS"],
         "main": "pytest" in sys.modules,
-        "told_of_ray": any(name.startswith("RAY_") for name in os.environ),
+        "told_ray_token": any(name.startswith("RAY_AUTH") for name in os.environ),
         "alone": threading.active_count(),
     }
     report(launch, " ".join(f"{name}={value}" for name, value in facts.items())).close()

@@ -50,7 +50,7 @@ async def test_a_container_has_its_cpus_threads_session_and_exit_status(reports)
     launch = reports.launch(cpus=(0,), threads=1)
     container = await runtime.launch(launch)
     facts = dict(fact.split("=") for fact in (await reports.next()).text.split())
-    assert facts.pop("told_of_ray") == "False"
+    assert facts.pop("told_ray_token") == "False"
     assert facts == {"cpus": "0", "threads": "1", "session": "True", "omp": "1", "main": "False", "alone": "1"}
     assert await container.wait() == 7
     await runtime.close()
