@@ -99,10 +99,11 @@ async def test_a_container_of_another_size_has_other_limits_and_its_kernels_othe
     goal = reachable_pose(office_map, start, seed=2, at_least=4.0)
     await publish_map(dora, "doras", office_map)
     plan = await dora.plan("doras", (start.x, start.y), (goal.x, goal.y))
-    for cores, threads, memory in ((2.0, 2, 1536), (0.5, 1, 768)):
+    of_map = 64 * office_map.data.size
+    for cores, threads, memory in ((2.0, 2, 1536 << 20), (0.5, 1, 768 << 20)):
         told = await dora.patch(f"/v1/containers/{plan['container']}", {"cores": cores})
         assert told["cores"] == cores
-        await until(lambda pid=told["pid"], size=(cores, memory): limits_of(pid) == size)
+        await until(lambda pid=told["pid"], size=(cores, memory + of_map): limits_of(pid) == size)
         found = await findings(dora, "doras", start, goal)
         assert found["threads"] == threads
         again = await dora.plan("doras", (goal.x, goal.y), (start.x, start.y))
@@ -110,11 +111,11 @@ async def test_a_container_of_another_size_has_other_limits_and_its_kernels_othe
 
 
 def limits_of(pid: int) -> tuple[float, int]:
-    """Return the CPUs and the MiB that the engine lets the container of a process have."""
+    """Return the CPUs and the bytes that the engine lets the container of a process have."""
     cgroup = Path(f"/proc/{pid}/cgroup").read_text()
     [container] = [name for name in run("docker", "ps", "--quiet", "--no-trunc").split() if name in cgroup]
     host = json.loads(run("docker", "inspect", container))[0]["HostConfig"]
-    return host["CpuQuota"] / host["CpuPeriod"], host["Memory"] >> 20
+    return host["CpuQuota"] / host["CpuPeriod"], host["Memory"]
 
 
 async def test_a_plugin_that_nobody_allowed_does_not_run(contained: RunningCloud, office_map: GridMap) -> None:
