@@ -28,7 +28,7 @@ async def test_of_a_cloud_that_is_killed_while_it_starts_nothing_is_left_when_it
     tmp_path: Path,
 ) -> None:
     up = Up(tmp_path)
-    up.wait_for(lambda: up.children("engine.agent"))
+    up.wait_for(lambda: up.children("multiprocessing.forkserver"))  # so it knows whose machine it is
     up.process.kill()
     up.process.wait()
     await until(lambda: not members(up.runs), timeout=30.0)
