@@ -1,8 +1,7 @@
 """What was measured of a node and of the link, over the last while."""
 
-import statistics
-
 import msgspec
+import numpy as np
 
 KEPT = 31
 """Measurements that are kept; the median of them is not moved by one that was held up."""
@@ -27,7 +26,7 @@ class History(msgspec.Struct):
     @property
     def median(self) -> float | None:
         """The middle of those that are kept; None where there are none."""
-        return statistics.median(self.values) if self.values else None
+        return float(np.median(self.values)) if self.values else None
 
 
 class Rates:

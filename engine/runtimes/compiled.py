@@ -119,10 +119,10 @@ class _Aside:
         """Write bytes to the file; return what reads them, here and in processes that are forked from this one."""
         if self._file is None:
             self._file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  # as long as a kernel may ask
-        file, begin = self._file, self._file.seek(0, os.SEEK_END)
-        if file.write(content) < len(content):
+        file, begin, size = self._file, self._file.seek(0, os.SEEK_END), len(content)
+        if file.write(content) < size:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        return lambda: os.pread(file.fileno(), len(content), begin)
+        return lambda: os.pread(file.fileno(), size, begin)  # which must not hold the content itself
 
     def _begin_another(self) -> None:
         self._file = None  # both would write to the same place
