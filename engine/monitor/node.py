@@ -169,15 +169,16 @@ class NodeMonitorNode(Node):
     def _hand_over(self, node: str, record: Record) -> Message:
         if record.wanted != "robot":
             raise Unavailable(f"{node} shall run in the cloud; ask for it by node_monitor/run_node first")
-        self._leases += 1
         if record.lease is None:
             unheard = Unheard()
-            record.lease = Lease(0, self._hands.take_out(node, unheard.note), 0.0, unheard)
-        # A robot that takes what it has already has lost it, and begins with what it told last.
-        record.lease.number, record.lease.heard = self._leases, self.context.now()
+            state = self._hands.take_out(node, unheard.note)
+        else:  # a robot that takes what it has already has lost it, and begins with what it told last
+            state, unheard = record.lease.state, record.lease.unheard
+        self._leases += 1
+        record.lease = Lease(self._leases, state, self.context.now(), unheard)
         logger.info("%s goes on on the robot", node)
         self._tell()
-        return HoldNodeResponse(record.lease.number, record.lease.state)
+        return HoldNodeResponse(record.lease.number, state)
 
     def _give_node(self, message: Message) -> Message:
         told = expect(message, GiveNodeRequest)

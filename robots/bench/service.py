@@ -8,6 +8,7 @@ from rich.progress import Progress
 
 from robots.bench import containers, dashboard, fleet, maps, plan_requests, startup
 from robots.bench.figures import Figure
+from robots.bench.parts import Parts
 from robots.bench.target import Target, own_cloud, running_cloud
 
 Measure = Callable[[Target, Progress, bool], Awaitable[list[Figure]]]
@@ -23,27 +24,17 @@ PARTS: dict[str, Measure] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class Options(Parts):
     """What to measure.
 
     Parameters
     ----------
-    only : tuple of str
-        Parts; none of them means all.
-    quick : bool
-        Few samples.
     url, token : str, optional
         Of a cloud that is up; else one is started.
     """
 
-    only: tuple[str, ...] = ()
-    quick: bool = False
     url: str | None = None
     token: str | None = None
-
-    def wants(self, part: str) -> bool:
-        """Tell whether a part is to be measured."""
-        return not self.only or part in self.only
 
 
 async def measure(options: Options, progress: Progress) -> list[Figure]:

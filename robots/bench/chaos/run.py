@@ -12,7 +12,6 @@ from rich.progress import Progress
 
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
-from ppaas.maps.files import save_map
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
 from robots.bench.chaos.asker import Asker
@@ -21,8 +20,7 @@ from robots.bench.chaos.report import Report, longest_by_fault
 from robots.bench.chaos.site import Site
 from robots.bench.chaos.traces import Traces
 from robots.bench.chaos.wanderer import Wanderer
-from robots.rest import RestClient
-from robots.robot_file import RobotFile
+from robots.bench.target import Target
 from robots.sim.goals import Course, CoursePlanner
 from robots.sim.simulator import Simulator
 from robots.sim.world import World
@@ -83,10 +81,10 @@ async def run(options: Options, progress: Progress) -> Report:
     traces = Traces(site.folder, tell)
     stage = [_scene(options, number) for number in range(min(MAPS, options.robots))]
     async with site:
-        rest = await site.login()
-        wanderers = [wanderer for scene in stage for wanderer in await scene.enter(rest, site.url, tell)]
-        asker = Asker(rest, stage[0].map_id, stage[0].courses)
-        injector = Injector(rest, site.folder, Random(options.seed), options.machines, tell)
+        target = await site.login()
+        wanderers = [wanderer for scene in stage for wanderer in await scene.enter(target, tell)]
+        asker = Asker(target.rest, stage[0].map_id, stage[0].courses)
+        injector = Injector(target.rest, site.folder, Random(options.seed), options.machines, tell)
         async with asyncio.TaskGroup() as group:
             works = (*(scene.simulator.run() for scene in stage), asker.run(), _look_on(traces))
             meanwhile = [group.create_task(work) for work in works]
@@ -107,15 +105,14 @@ class _Scene:
     courses: Sequence[Course]
     simulator: Simulator
 
-    async def enter(self, rest: RestClient, url: str, tell: Callable[[str], None]) -> list[Wanderer]:
-        yaml, image = save_map(self.grid, f"{self.map_id}.pgm")
-        await rest.upload_map(self.map_id, yaml, image)
+    async def enter(self, target: Target, tell: Callable[[str], None]) -> list[Wanderer]:
+        await target.publish(self.map_id, self.grid)
         wanderers = []
         for number, course in enumerate(self.courses):
             name = f"{self.map_id}-{number}"
-            await rest.put_robot(name, RobotFile(map=self.map_id, initial_pose=course.start, cores=CORES))
+            await target.register(name, self.map_id, course.start, CORES)
             robot = self.world.add_robot(course.start)
-            wanderers.append(Wanderer((url, rest.token or ""), name, robot, course, tell))
+            wanderers.append(Wanderer((target.url, target.token), name, robot, course, tell))
         return wanderers
 
 

@@ -12,6 +12,7 @@ from typing import Self
 from ppaas.errors import PPaaSError, Unavailable
 from robots.bench.chaos.family import MACHINES
 from robots.bench.joining import join, ticket_of
+from robots.bench.target import Target, logged_in
 from robots.cloud_process import CloudProcess
 from robots.rest import RestClient
 
@@ -87,9 +88,8 @@ class Site:
     """
 
     def __init__(self, machines: int) -> None:
-        self._port = free_port()
         listen = ("--listen-machines", f"127.0.0.1:{_free_pair()}") if machines > 1 else ()
-        self._cloud = CloudProcess(arguments=("--port", str(self._port), "--linger", f"{LINGER:g}", *listen))
+        self._cloud = CloudProcess(arguments=("--port", str(free_port()), "--linger", f"{LINGER:g}", *listen))
         self._machines = [self._machine(f"m{number}") for number in range(2, machines + 1)]
         self._closing = False
         self._keeper: asyncio.Task[None] | None = None
@@ -102,11 +102,6 @@ class Site:
     def folder(self) -> Path:
         """Where all of it keeps its files."""
         return self._cloud.folder
-
-    @property
-    def url(self) -> str:
-        """Of the cloud, the same each time that it is started."""
-        return f"http://127.0.0.1:{self._port}"
 
     async def __aenter__(self) -> Self:
         """Start all of it, and wait until all machines are in.
@@ -121,7 +116,7 @@ class Site:
             self._keeper = asyncio.create_task(self._keep())
             for machine in self._machines:
                 await machine.start(await ticket_of(self.folder / "data"))
-            await self._all_in(await self.login())
+            await self._all_in((await self.login()).rest)
         except BaseException:
             await self.__aexit__(None, None, None)
             raise
@@ -142,11 +137,9 @@ class Site:
             await self._cloud.again()
             self.restarts += 1
 
-    async def login(self) -> RestClient:
-        """Return a client of the administrator."""
-        rest = RestClient(self.url)
-        await rest.login(self._cloud.ready.admin_user, self._cloud.password)
-        return rest
+    async def login(self) -> Target:
+        """Return the cloud as its administrator has it."""
+        return await logged_in(self._cloud)
 
     async def _all_in(self, rest: RestClient) -> None:
         wanted = len(self._machines) + 1

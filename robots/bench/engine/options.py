@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from robots.bench.parts import Parts
+
 READY_LIMIT_MS = {"process": 100.0, "ray": 100.0, "docker": 400.0}
 """In which a container must be ready, by its runtime; on Ray beyond the first start of a node."""
 
@@ -12,15 +14,11 @@ RUNTIMES = tuple(READY_LIMIT_MS)
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class Options(Parts):
     """What to measure.
 
     Parameters
     ----------
-    only : tuple of str
-        Parts; none of them means all.
-    quick : bool
-        Few samples.
     runtime : str
         Starts the containers: one of ``RUNTIMES``.
     containers : int
@@ -29,16 +27,10 @@ class Options:
         That the master places, and on how many.
     """
 
-    only: tuple[str, ...] = ()
-    quick: bool = False
     runtime: str = "process"
     containers: int = 100
     placements: int = 10_000
     machines: int = 1_000
-
-    def wants(self, part: str) -> bool:
-        """Tell whether a part is to be measured."""
-        return not self.only or part in self.only
 
     def of(self, many: int, few: int) -> int:
         """Return how many samples to take, by whether few will do."""
