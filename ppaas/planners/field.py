@@ -53,7 +53,7 @@ class CostField(GridField):
         tiles = None
         if suits_tiles(costmap.info.shape):
             tiles = TileField(costmap, goals, allow_unknown=allow_unknown, threads=threads, check=check)
-        self._field = by_queue() if tiles is None or tiles.is_narrow else tiles
+        self._field = by_queue() if tiles is None or tiles.is_winding else tiles
 
     @property
     def settled(self) -> int:

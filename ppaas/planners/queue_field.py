@@ -16,6 +16,7 @@ from ppaas.planners.kernels.propagation import TOO_NARROW, propagate, seed
 from ppaas.planners.kernels.setup import lay
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights
+from ppaas.planners.workers import share
 
 SLICE_CELLS = 50_000
 """Cells settled between two checks: about 3 ms."""
@@ -23,8 +24,10 @@ SLICE_WALKED = 50_000
 """Cells walked along between two checks."""
 SLICE_READ = 1 << 18
 """Cells whose values are given out between two checks: about 3 ms."""
-SLICE_LAID = 1 << 20
-"""Cells set up between two checks."""
+SLICE_LAID = 1 << 18
+"""Cells set up between two checks: 0.04 ms, where memory is new 0.15."""
+SLICES_EACH = 4
+"""So many slices must be to set up for each thread: for less nobody is called."""
 
 
 class QueueField(GridField):
@@ -61,9 +64,12 @@ class QueueField(GridField):
         self._limit = int(UNREACHED) - 1
         self._bound: int | None = None
         costs, field = np.empty(self._shape, np.uint8), np.empty(self._shape, np.uint32)
-        for first, last in self._row_slices():
-            check()
-            lay(costmap.data, allow_unknown, costs, field, first, last, threads)
+        slices = self._row_slices()
+
+        def lay_rows(rows: tuple[int, int]) -> None:
+            lay(costmap.data, allow_unknown, costs, field, *rows)
+
+        share(slices, lay_rows, helpers=min(threads, len(slices) // SLICES_EACH) - 1, check=check)
         self._costs = costs.ravel()
         self._field: NDArray[np.uint32] | NDArray[np.int64] = field.ravel()
         self._queue = BucketQueue(len(goals))

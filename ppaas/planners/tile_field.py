@@ -1,7 +1,6 @@
 """A field of costs-to-go that grows tile by tile, on all threads."""
 
 import weakref
-from collections import deque
 from collections.abc import Callable
 from functools import partial
 
@@ -20,13 +19,16 @@ from ppaas.planners.kernels.tile_setup import lay_sample
 from ppaas.planners.kernels.tile_walk import count_up_to, descend_tiles, read_rows
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights
-from ppaas.planners.workers import Helpers
+from ppaas.planners.workers import share
 
-SLICE_LINES = 250_000
-"""Lines of tiles worked on between two checks: about 3 ms on one thread."""
-SLICE_ALONE = 40_000
-"""Of the first slice, in which no others are asked for: what is done in 0.3 ms is done sooner by one thread than with
-others that first have to come, and far sooner where they find no core that is free."""
+SLICE_LINES = 150_000
+"""Lines of tiles worked on between two checks: 2 to 3 ms on one thread."""
+SLICE_ALONE = 8_000
+"""Of the first slice, in which no others are asked for: what is done in 0.1 ms is done sooner by one thread than with
+others that first have to come, and far sooner where they find no core that is free. Where all of a map of `FEW` tiles
+or more is to be reached there is more to do, and they are asked for at once."""
+SLICE_ALONE_OF_FEW, FEW = 25_000, 256
+"""The same on a map of no more than so many tiles: what is left of it after 0.1 ms is not worth calling others."""
 SLICE_HELPED = 1 << 62
 """Of a helper, who is told when to stop."""
 SLICE_WALKED = 50_000
@@ -40,10 +42,13 @@ MOST_PADDED = 1.5
 """Times the cells of a map that its tiles may have, if the map is larger than `SMALL`."""
 SMALL = 1 << 16
 
-NARROW = 16
-"""A map is all corridors one cell wide if fewer than one in so many of its free cells begins a free square of 2×2."""
+WINDING = 9
+"""A map is all corridors that seldom fork if fewer than one in so many of its free cells has three free ones beside it:
+one in 7 has in a maze that is a random tree, one in 11 in one that was dug depth first."""
 SAMPLED = 256
 """About so many tiles are looked at for that."""
+CLEARLY, GLANCED = 4, 16
+"""But not if among so many it is more than one in so few: of most maps the first look tells."""
 
 
 class PathTooLong(Exception):
@@ -85,42 +90,39 @@ class TileField(GridField):
         self._memory = m = tile_memory.take(self._tiles)
         weakref.finalize(self, tile_memory.give_back, m).atexit = False
         m.begin(self._tiles, threads, costmap.data, allow_unknown)
-        cells = self._elements(goals)
         seed_tiles(
             self._source, *self._shape, self._unknown, m.field, m.tables, m.costs,
-            self._across, self._tiles, m.marks, m.words, m.hints, m.state, cells,
+            self._across, self._tiles, m.marks, m.words, m.hints, m.state, np.array(goals, np.int64, order="C"),
         )  # fmt: skip
 
     @property
-    def is_narrow(self) -> bool:
-        """Whether the map is all corridors one cell wide, in which a queue is faster."""
+    def is_winding(self) -> bool:
+        """Whether the map is all corridors one cell wide that seldom fork, which a queue follows faster."""
+        free, forks = self._sampled(GLANCED)
+        if forks * CLEARLY > free:
+            return False
+        free, forks = self._sampled(SAMPLED)
+        return forks * WINDING < free
+
+    def _sampled(self, count: int) -> tuple[int, int]:
+        """Return how many cells of about so many tiles are free, and at how many of those ways part."""
         m = self._memory
-        free, wide = lay_sample(
-            self._source, *self._shape, self._unknown, self._across, self._tiles, -(-self._tiles // SAMPLED),
+        free, forks = lay_sample(
+            self._source, *self._shape, self._unknown, self._across, self._tiles, -(-self._tiles // count),
             m.costs, m.tables, m.marks,
         )  # fmt: skip
-        return bool(wide * NARROW < free)
+        return int(free), int(forks)
 
     @property
     def settled(self) -> int:
         """How many cells have their final value; those that cost more than the last target are not counted."""
         bound = UNREACHED - 1 if self._bound is None else self._bound
-        slices, counts, helpers, m = self._slices(self._tiles), list[int](), Helpers(), self._memory
-        left = iter(slices)
+        slices, counts, m = self._slices(self._tiles), list[int](), self._memory
 
-        def count(check: Callable[[], None]) -> None:
-            for first, last in left:
-                check()
-                counts.append(count_up_to(m.field, m.marks, first, last, bound))
+        def count(tiles: tuple[int, int]) -> None:
+            counts.append(count_up_to(m.field, m.marks, *tiles, bound))
 
-        for _ in range(min(self._threads, len(slices) // SLICES_EACH) - 1):
-            helpers.call(partial(count, proceed))
-        try:
-            count(self._check)
-        finally:
-            deque(left, 0)  # whoever still counts finds nothing more
-            helpers.send_away()
-            helpers.wait()
+        share(slices, count, helpers=min(self._threads, len(slices) // SLICES_EACH) - 1, check=self._check)
         return sum(counts)
 
     def grow(self, target: Cell | None = None) -> bool:
@@ -145,7 +147,9 @@ class TileField(GridField):
     def _work_off(self, wanted: int) -> int:
         """Work, with helpers, and check now and then, until there is nothing to do; return why."""
         m, work = self._memory, self._work(wanted)
-        helpers, budget = 0, SLICE_ALONE
+        helpers, budget = 0, SLICE_ALONE if self._tiles > FEW else SLICE_ALONE_OF_FEW
+        if wanted < 0 and self._tiles >= FEW:
+            helpers, budget = self._threads - 1, SLICE_LINES
         m.open_for_help()
         try:
             while True:
@@ -167,7 +171,7 @@ class TileField(GridField):
         return partial(
             grow_tiles,
             self._source, *self._shape, self._unknown, m.field, m.tables, m.costs, self._across, self._tiles,
-            m.marks, m.words, m.hints, m.scratch, m.state, wanted,
+            m.marks, m.words, m.hints, m.scratch[: self._threads], m.state, wanted,
         )  # fmt: skip
 
     def path_from(self, cell: Cell) -> NDArray[np.int32]:

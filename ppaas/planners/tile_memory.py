@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from ppaas.planners.kernels.tile_growth import APART, CALLED, STOP, THREADS, state_size
 from ppaas.planners.kernels.tile_layout import CELLS, EDGES, FREE, KIND, LAID, SIDE, TABLE, UNREACHED
-from ppaas.planners.kernels.tile_plane import SCRATCH
 from ppaas.planners.kernels.tile_queue import GROUP, IDLE
+from ppaas.planners.kernels.tile_rows import SCRATCH
 from ppaas.planners.workers import Helpers
 
 T = TypeVar("T", bound=np.generic)

@@ -4,10 +4,11 @@ import os
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, as_completed, wait
-from functools import cache
+from functools import cache, partial
 from typing import TypeVar
 
 from ppaas.errors import PlanCancelled
+from ppaas.planners.watch import proceed
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -105,6 +106,36 @@ class Helpers:
         for future in left:
             future.result()
             self._at_work.remove(future)
+
+
+def share(slices: Sequence[T], work: Callable[[T], object], *, helpers: int, check: Check) -> None:
+    """Work off slices in this thread and in those of helpers: each is done by who comes to it first.
+
+    Parameters
+    ----------
+    slices : sequence
+    work : callable
+        What is done with each.
+    helpers : int
+        How many may help.
+    check : callable
+        This thread calls it before each slice. What it raises ends the work; it is raised when all have left.
+    """
+    left, called = iter(slices), Helpers()
+
+    def take(check: Check) -> None:
+        for one in left:
+            check()
+            work(one)
+
+    for _ in range(helpers):
+        called.call(partial(take, proceed))
+    try:
+        take(check)
+    finally:
+        deque(left, 0)  # whoever still works finds nothing more
+        called.send_away()
+        called.wait()
 
 
 @cache

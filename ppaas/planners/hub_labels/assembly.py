@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ppaas.errors import InvalidPlanner
+from ppaas.planners.hub_labels.contraction import ANY_PRICE, Contraction
+from ppaas.planners.hub_labels.gates import Fringe, open_fringe
 from ppaas.planners.hub_labels.graph import (
-    ANY_PRICE,
     CORNERS_A_SLICE,
     Contracted,
-    Contraction,
     Graph,
     Ground,
     Rectangle,
@@ -20,12 +20,13 @@ from ppaas.planners.hub_labels.graph import (
     mend_ground,
 )
 from ppaas.planners.hub_labels.head import fingerprint, seal
-from ppaas.planners.hub_labels.importance import Edges, grow_trees, inherit
+from ppaas.planners.hub_labels.importance import edges_of, inherit
 from ppaas.planners.hub_labels.kernels import layout
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.contraction import RUNS
+from ppaas.planners.hub_labels.kernels.core_labels import tell_lengths
 from ppaas.planners.hub_labels.kernels.joining import UNREACHED
-from ppaas.planners.hub_labels.kernels.laying import lay_labels, lay_table, lay_ways
+from ppaas.planners.hub_labels.kernels.laying import lay_fringe, lay_labels, lay_table, lay_ways
 from ppaas.planners.hub_labels.kernels.layout import Shorts
 from ppaas.planners.hub_labels.kernels.scan import DIAGONAL, Integers, most_seen
 from ppaas.planners.hub_labels.kernels.terrain import COLUMNS, ROWS
@@ -34,13 +35,16 @@ from ppaas.planners.hub_labels.labels import Pool, label
 
 ENTRIES_A_SLICE = 1 << 17
 
-MOST_BYTES, CELLS_OF_MOST_BYTES = 37e6, 1 << 20
+MOST_BYTES, CELLS_OF_MOST_BYTES = 39.5e6, 1 << 20
 """How large an index may be, and up to how many cells that holds; that of a larger map may be larger in proportion."""
 
-BYTES_AN_ENTRY, BYTES_AN_EDGE, BYTES_A_RUN, BYTES_A_CORNER = 14, 12, 2, 20
-"""What is taken by an entry of a label, an edge of the fringe, a run of a way, and the numbers of a corner."""
+BYTES_AN_ENTRY, BYTES_AN_EDGE, BYTES_A_RUN, BYTES_A_CORNER = 14, 12, 2, 192
+"""What is taken by an entry of a label, an edge of the fringe, a run of a way, and a corner with nineteen gates."""
 
-CORE_IN_CLUTTER = 6000
+MANY_GATES = 6
+"""Gates of a corner in the mean, from which on landmarks leave enough of them out."""
+
+CORE_IN_CLUTTER = 4000
 """Corners that a core may have where corners see few others: labels grow with it."""
 
 
@@ -104,7 +108,7 @@ def _index(
     ground: Ground, prices: Integers, inherited: Integers | None, threads: int, check: Callable[[], None]
 ) -> Words:
     graph = link_corners(ground, threads=threads, check=check)
-    contraction = Contraction(graph, prices)
+    contraction = Contraction(graph, prices, threads=threads)
     contracted = contraction.run(check=check)
     if graph.is_cluttered and contraction.core > CORE_IN_CLUTTER:
         contracted = contraction.run(CORE_IN_CLUTTER, check=check)
@@ -115,27 +119,41 @@ def _index(
         room = label_room(ground, contracted)
         pool = label(contracted, inherited, room=room, longest=longest, threads=threads, check=check)
         if pool is not None:
-            return _Assembly(ground, graph, contracted, pool).assemble(check)
+            fringe = _fringe_of(ground, contracted, pool, threads, check)
+            index = _Assembly(ground, graph, contracted, pool, fringe).assemble(check)
+            if index.nbytes <= most_bytes(ground) or not contraction.core:
+                return index
         contracted = contraction.run(contraction.core * 3 // 4, check=check)
+
+
+def _fringe_of(ground: Ground, contracted: Contracted, pool: Pool, threads: int, check: Callable[[], None]) -> Fringe:
+    nodes = np.argsort(pool.ranks).astype(np.int32)
+    edges = edges_of(contracted, nodes, pool.ranks)
+    return open_fringe(pool, edges, contracted.levels[nodes], ground.places[nodes], threads=threads, check=check)
+
+
+def most_bytes(ground: Ground) -> float:
+    """Return how large an index may be."""
+    return MOST_BYTES * max(1.0, int(ground.terrain[ROWS]) * int(ground.terrain[COLUMNS]) / CELLS_OF_MOST_BYTES)
 
 
 def label_room(ground: Ground, contracted: Contracted) -> int:
     """Return how many entries labels may have, for an index that is not too large."""
-    rows, columns, corners = int(ground.terrain[ROWS]), int(ground.terrain[COLUMNS]), len(ground.places)
+    corners = len(ground.places)
     listed, upwards = contracted.listed()
     runs = layout.WAY_HEAD * int(np.count_nonzero(listed)) + int(contracted.edges[listed, RUNS].sum(dtype=np.int64))
     edges = BYTES_AN_EDGE * int(np.count_nonzero(upwards))
     others = ground.terrain.nbytes + BYTES_A_CORNER * corners + edges + BYTES_A_RUN * runs
-    most = MOST_BYTES * max(1.0, rows * columns / CELLS_OF_MOST_BYTES)
-    return int(max(0.0, most - others)) // BYTES_AN_ENTRY
+    return int(max(0.0, most_bytes(ground) - others)) // BYTES_AN_ENTRY
 
 
 class _Assembly:
-    def __init__(self, ground: Ground, graph: Graph, contracted: Contracted, pool: Pool) -> None:
+    def __init__(self, ground: Ground, graph: Graph, contracted: Contracted, pool: Pool, fringe: Fringe) -> None:
         self._ground = ground
         self._graph = graph
         self._contracted = contracted
         self._pool = pool
+        self._fringe = fringe
         self._corners = len(ground.places)
 
     def assemble(self, check: Callable[[], None]) -> Words:
@@ -166,6 +184,7 @@ class _Assembly:
         table, sizes = np.empty((self._corners, layout.CORNER_SIZE), np.int32), np.zeros(2, np.int64)
         lay_table(
             self._ground.places, pool.ranks, pool.begins, pool.ends, pool.labelled,
+            self._fringe.ends - self._fringe.begins,
             contracted.head, contracted.after, contracted.edges, table, offsets, sizes,
         )  # fmt: skip
         if int(sizes.max()) > np.iinfo(np.int32).max:
@@ -187,28 +206,29 @@ class _Assembly:
 
         Each landmark is the corner farthest from those before it.
         """
-        corners, graph, labelled = self._corners, self._graph, self._pool.labelled
-        if corners == 0 or (graph.is_cluttered and labelled == corners):
+        pool, labelled = self._pool, self._pool.labelled
+        if labelled == 0 or (self._graph.is_cluttered and not self._has_many_gates()):
             return 0, np.empty((labelled, 0), np.uint16)  # it takes no landmarks to tell few corners apart
-        edges = Edges(graph.starts, graph.to, graph.lengths, graph.to)
-        landmarks = np.empty((corners, layout.MARKS), np.int32)
-        nearest = np.where(self._pool.ranks < labelled, FAR, -1)
-        landmark = int(self._pool.ranks.argmin())
-        for mark in range(-1, layout.MARKS):
-            root = np.array([landmark], np.int32)
-            _, lengths = grow_trees(edges, root, sizes=False, slots=1, threads=1, check=check)
-            if mark < 0:
-                nearest[lengths[0] == FAR] = -1  # what cannot be reached from the best hub is no landmark
-                landmark = int(np.where(nearest < 0, -1, lengths[0]).argmax())
-                continue
-            landmarks[:, mark] = lengths[0]
-            nearest = np.minimum(nearest, lengths[0])
+        of_root, landmarks = np.full(labelled, FAR, np.int32), np.empty((layout.MARKS, labelled), np.int32)
+        far = np.empty(labelled, np.int32)
+        tell = pool.hubs, pool.lengths, pool.begins, pool.ends, of_root
+        tell_lengths(0, labelled, *tell, far)
+        nearest = np.where(far < FAR, FAR, -1)  # what cannot be reached from the best hub is no landmark
+        landmark = int(np.where(nearest < 0, -1, far).argmax())
+        for own in landmarks:
+            check()
+            tell_lengths(landmark, labelled, *tell, own)
+            nearest = np.minimum(nearest, own)
             landmark = int(nearest.argmax())
-        landmarks = landmarks[np.argsort(self._pool.ranks)[:labelled]]
+        landmarks = landmarks.T
         reached = landmarks < FAR
         farthest = int(landmarks.max(initial=0, where=reached))
         shift = (farthest // UNREACHED).bit_length()
         return shift, np.where(reached, landmarks >> shift, UNREACHED).astype(np.uint16)
+
+    def _has_many_gates(self) -> bool:
+        fringe = self._corners - self._pool.labelled
+        return int((self._fringe.ends - self._fringe.begins).sum()) > MANY_GATES * fringe > 0
 
     def _lay_ways(self, ways: Shorts, offsets: Integers, check: Callable[[], None]) -> None:
         contracted, places = self._contracted, self._ground.places
@@ -218,14 +238,18 @@ class _Assembly:
             lay_ways(places, first, last, contracted.head, contracted.after, contracted.edges, offsets, ways)
 
     def _lay_labels(self, labels: Integers, table: Integers, offsets: Integers, check: Callable[[], None]) -> None:
-        pool, graph, short = self._pool, self._contracted, labels.view(np.uint16)
+        pool, graph, fringe, short = self._pool, self._contracted, self._fringe, labels.view(np.uint16)
         corners = max(1, ENTRIES_A_SLICE * self._corners // max(1, len(labels)))
         for first in range(0, self._corners, corners):
             check()
             last = min(first + corners, self._corners)
             lay_labels(
-                table, first, last, pool.ranks, graph.head, graph.after, graph.edges, offsets,
+                table, first, last, pool.ranks, graph.edges, offsets,
                 pool.hubs, pool.lengths, pool.towards, pool.begins, pool.ends, labels, short,
+            )  # fmt: skip
+            lay_fringe(
+                table, first, last, pool.ranks, graph.head, graph.after, graph.edges, offsets,
+                fringe.gates, fringe.lengths, fringe.begins, fringe.ends, fringe.local, fringe.boxes, labels,
             )  # fmt: skip
 
 

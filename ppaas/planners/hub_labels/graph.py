@@ -1,4 +1,4 @@
-"""The graph of the corners of a map, and its contraction."""
+"""The graph of the corners of a map."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,14 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.contraction import (
-    CONTRACTED,
-    EDGES,
-    QUEUED,
-    TO,
-    contract,
-    link_edges,
-)
+from ppaas.planners.hub_labels.kernels.contraction import TO
 from ppaas.planners.hub_labels.kernels.scan import Integers, scan_corners
 from ppaas.planners.hub_labels.kernels.terrain import BLOCK, empty_terrain, lay, mend, number_corners
 
@@ -25,18 +18,6 @@ WORK_A_SLICE = 1 << 17
 
 FEW_SEEN = 8
 """Corners that a corner sees in the mean; a map is cluttered where they are fewer."""
-
-SETTLED_IN_THE_OPEN, SETTLED_IN_CLUTTER = 12, 40
-"""Nodes that a search for another way settles before a shortcut is made. To look further leaves a smaller core: that is
-ordered better than what is contracted, so it is worth it only where the core would be too large."""
-
-MOST_NEIGHBOURS = 16
-"""Neighbours that a node may have to be contracted, unless the core has to be smaller."""
-
-HEAP = 1 << 12
-"""Nodes that may wait in such a search; further ones are not looked at."""
-
-ANY_PRICE = np.empty(0, np.int32)
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,74 +128,3 @@ def link_corners(ground: Ground, *, threads: int, check: Callable[[], None]) -> 
     if len(to):
         scan_all(to, lengths)
     return Graph(ground.places, starts, to, lengths)
-
-
-class Contraction:
-    """A graph that is contracted further and further.
-
-    Parameters
-    ----------
-    graph : Graph
-    prices : int32 array
-        The nodes are contracted in the order of these, where they are given.
-    """
-
-    def __init__(self, graph: Graph, prices: Integers = ANY_PRICE) -> None:
-        nodes, edges = len(graph.starts) - 1, len(graph.to)
-        self._graph, self._prices = graph, prices
-        self._head = np.full(nodes, -1, np.int32)
-        self._degrees, self._levels, self._order = np.zeros((3, nodes), np.int32)
-        self._after, self._edges = np.empty(edges, np.int32), np.empty((edges, 5), np.int32)
-        self._lengths, self._limits = np.zeros((2, nodes), np.int64)
-        self._counts = np.zeros(5, np.int64)
-        link_edges(
-            graph.places, graph.starts, graph.to, graph.lengths,
-            self._head, self._after, self._edges, self._degrees, self._counts,
-        )  # fmt: skip
-        self._most = MOST_NEIGHBOURS
-
-    @property
-    def core(self) -> int:
-        """Return how many nodes are not contracted."""
-        return len(self._order) - int(self._counts[CONTRACTED])
-
-    def run(self, core: int | None = None, *, check: Callable[[], None]) -> Contracted:
-        """Contract nodes with few neighbours, and return what there is then.
-
-        If ``core`` is given, nodes with more and more neighbours are contracted until no more than so many are left.
-        """
-        self._contract(core or 0, check)
-        while core is not None and self.core > core:
-            self._most *= 2
-            self._contract(core, check)
-        used = self._counts[EDGES]
-        order = self._order[: self._counts[CONTRACTED]]
-        return Contracted(self._head, self._after[:used], self._edges[:used], self._levels, order)
-
-    def _contract(self, core: int, check: Callable[[], None]) -> None:
-        nodes, most, counts = len(self._head), self._most, self._counts
-        queued = np.ones(nodes, np.bool_)
-        queued[self._order[: counts[CONTRACTED]]] = False
-        queue = np.zeros(nodes, np.int64)
-        counts[QUEUED] = queued.sum()
-        queue[: counts[QUEUED]] = np.flatnonzero(queued)
-        if len(self._prices):
-            queue[: counts[QUEUED]] |= self._prices[queued].astype(np.int64) << 32
-            queue[: counts[QUEUED]].sort()
-        settle = SETTLED_IN_CLUTTER if self._graph.is_cluttered else SETTLED_IN_THE_OPEN
-        heap = np.empty(HEAP, np.int64)
-        done = False
-        while not done:
-            check()
-            self._make_room(most * most)
-            done = contract(
-                self._head, self._after, self._edges, self._degrees, self._levels, self._order, queued, queue,
-                self._prices, self._lengths, self._limits, heap, counts,
-                most, core, settle * most // MOST_NEIGHBOURS, WORK_A_SLICE,
-            )  # fmt: skip
-
-    def _make_room(self, edges: int) -> None:
-        if self._counts[EDGES] + edges > len(self._after):
-            room = edges + len(self._after) * 3 // 2
-            self._after = np.resize(self._after, room)
-            self._edges = np.resize(self._edges, (room, 5))

@@ -111,6 +111,7 @@ def inherit(index: Words, places: Integers) -> tuple[Integers, Integers]:
     numbers = index.view(np.int32)
     table = numbers[2 * index[layout.TABLE] :][: before * layout.CORNER_SIZE].reshape(before, layout.CORNER_SIZE)
     told = numbers[2 * index[layout.RANKS] :][: before + 1]
+    table = table[told[:before]]
     columns = max(int(side[:, 1].max(initial=0)) for side in (places, table)) + 1
     keys, old_keys = (side[:, 0].astype(np.int64) * columns + side[:, 1] for side in (places, table))
     found = np.minimum(np.searchsorted(old_keys, keys), max(before - 1, 0))

@@ -17,7 +17,7 @@ TURN = 2.0 * math.pi
 def _ahead(angle: float) -> float:
     """Bring an angle into [0, 2π); what rounding made of none is none, and not a whole circle."""
     angle -= TURN * math.floor(angle / TURN)
-    return 0.0 if angle > TURN - SLACK else angle
+    return angle if 0.0 <= angle <= TURN - SLACK else 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -1,12 +1,11 @@
 """Kernel: lay out the padded costs and the empty field, row by row."""
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
 from ppaas.planners.kernels.layout import BLOCKED, UNREACHED
-from ppaas.planners.kernels.threads import at_most
 
 Bytes = NDArray[np.uint8]
 Field = NDArray[np.uint32]
@@ -30,18 +29,7 @@ def _lay_row(source: Bytes, allow_unknown: bool, costs: Bytes, field: Field, row
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _lay_serial(source: Bytes, allow_unknown: bool, costs: Bytes, field: Field, first: int, last: int) -> None:
-    for row in range(first, last):
-        _lay_row(source, allow_unknown, costs, field, row)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def _lay_parallel(source: Bytes, allow_unknown: bool, costs: Bytes, field: Field, first: int, last: int) -> None:
-    for row in prange(first, last):
-        _lay_row(source, allow_unknown, costs, field, row)
-
-
-def lay(source: Bytes, allow_unknown: bool, costs: Bytes, field: Field, first: int, last: int, threads: int) -> None:
+def lay(source: Bytes, allow_unknown: bool, costs: Bytes, field: Field, first: int, last: int) -> None:
     """Fill rows ``first`` to ``last`` of the padded arrays.
 
     Parameters
@@ -56,12 +44,9 @@ def lay(source: Bytes, allow_unknown: bool, costs: Bytes, field: Field, first: i
         Out: unreached, or blocked.
     first, last : int
         Padded rows to fill, ``last`` excluded.
-    threads : int
-        Most threads to use.
     """
-    with at_most(threads) as usable:
-        kernel = _lay_parallel if usable > 1 else _lay_serial
-        kernel(source, allow_unknown, costs, field, first, last)
+    for row in range(first, last):
+        _lay_row(source, allow_unknown, costs, field, row)
 
 
 def warm() -> None:
@@ -69,5 +54,4 @@ def warm() -> None:
     source = np.zeros((1, 1), np.uint8)
     source.flags.writeable = False
     for cells in (source, np.zeros((1, 1), np.uint8)):
-        for threads in (1, 2):
-            lay(cells, True, np.empty((3, 3), np.uint8), np.empty((3, 3), np.uint32), 0, 3, threads)
+        lay(cells, True, np.empty((3, 3), np.uint8), np.empty((3, 3), np.uint32), 0, 3)

@@ -21,7 +21,6 @@ _BIT, _OCTET, _NUMBER, _LONG = (ir.IntType(bits) for bits in (1, 8, 32, 64))
 _ROW = ir.VectorType(_NUMBER, LANES)
 _OCTETS = ir.VectorType(_OCTET, LANES)
 _SHORTS = ir.VectorType(ir.IntType(16), LANES)
-_BLOCK = ir.VectorType(_NUMBER, LANES // 2)
 
 
 class RowType(types.Type):
@@ -89,8 +88,22 @@ def _pointer(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, to: ir.Type
     return builder.bitcast(builder.gep(data, [index]), to.as_pointer())
 
 
+def _bytes_compared(builder: ir.IRBuilder, how: str, data: ir.Value, index: ir.Value, value: ir.Value) -> ir.Value:
+    loaded = builder.load(_pointer(builder, data, index, _OCTETS))
+    loaded.align = 1
+    undefined = ir.Constant(_OCTETS, ir.Undefined)
+    first = builder.insert_element(undefined, builder.trunc(value, _OCTET), ir.Constant(_NUMBER, 0))
+    values = builder.shuffle_vector(first, undefined, _constant([0] * LANES))
+    return builder.zext(builder.bitcast(builder.icmp_unsigned(how, loaded, values), _NUMBER), _LONG)
+
+
 def _least(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
     return builder.select(builder.icmp_unsigned("<", a, b), a, b)
+
+
+def _chosen(builder: ir.IRBuilder, chosen: ir.Value, yes: ir.Value, no: ir.Value) -> ir.Value:
+    truths = builder.bitcast(builder.trunc(chosen, _NUMBER), ir.VectorType(_BIT, LANES))
+    return builder.select(truths, yes, no)
 
 
 @operation(row, ARRAY, types.intp)
@@ -190,12 +203,6 @@ def both(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
 
 
 @operation(row, row, row)
-def either(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
-    """Return the bits that one or the other has."""
-    return builder.or_(a, b)
-
-
-@operation(row, row, row)
 def least(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
     """Return in each lane the lesser number."""
     return _least(builder, a, b)
@@ -213,11 +220,22 @@ def less(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
     return builder.zext(builder.bitcast(builder.icmp_unsigned("<", a, b), _NUMBER), _LONG)
 
 
+@operation(lanes, ARRAY, types.intp, number)
+def bytes_unlike(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, value: ir.Value) -> ir.Value:
+    """Return which of the 32 numbers of a uint8 array from ``index`` on differ from one number."""
+    return _bytes_compared(builder, "!=", data, index, value)
+
+
+@operation(lanes, ARRAY, types.intp, number)
+def bytes_below(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, value: ir.Value) -> ir.Value:
+    """Return which of the 32 numbers of a uint8 array from ``index`` on are less than one number."""
+    return _bytes_compared(builder, "<", data, index, value)
+
+
 @operation(row, lanes, row, row)
 def where(builder: ir.IRBuilder, chosen: ir.Value, yes: ir.Value, no: ir.Value) -> ir.Value:
     """Return one row in a set of lanes and the other elsewhere."""
-    truths = builder.bitcast(builder.trunc(chosen, _NUMBER), ir.VectorType(_BIT, LANES))
-    return builder.select(truths, yes, no)
+    return _chosen(builder, chosen, yes, no)
 
 
 def _moved_from(sources: list[int]) -> list[int]:
@@ -239,11 +257,16 @@ def from_right(builder: ir.IRBuilder, values: ir.Value, entering: ir.Value) -> i
     return builder.shuffle_vector(values, _splat(builder, entering), mask)
 
 
-def _scanned(builder: ir.IRBuilder, values: ir.Value, sign: int) -> ir.Value:
+def _lane_by(values: ir.Value, by: int, beyond: ir.Value, builder: ir.IRBuilder) -> ir.Value:
+    """Return a row moved so many lanes up; what comes in is of another row."""
+    return builder.shuffle_vector(values, beyond, _constant(_moved_from([lane - by for lane in range(LANES)])))
+
+
+def _scanned(builder: ir.IRBuilder, values: ir.Value, sign: int, sets: tuple[ir.Value, ...] = ()) -> ir.Value:
     most = _constant([0xFFFFFFFF] * LANES)
-    for by in (1, 2, 4, 8, 16):
-        mask = _constant(_moved_from([lane - sign * by for lane in range(LANES)]))
-        values = _least(builder, values, builder.shuffle_vector(values, most, mask))
+    for stage in range(5):
+        lesser = _least(builder, values, _lane_by(values, sign << stage, most, builder))
+        values = _chosen(builder, sets[stage], lesser, values) if sets else lesser
     return values
 
 
@@ -259,6 +282,30 @@ def least_from(builder: ir.IRBuilder, values: ir.Value) -> ir.Value:
     return _scanned(builder, values, -1)
 
 
+@operation(row, row, lanes, lanes, lanes, lanes, lanes)
+def least_up_to_in(builder: ir.IRBuilder, values: ir.Value, *runs: ir.Value) -> ir.Value:
+    """Return in each lane the least of it and the lanes below in the same run.
+
+    The sets tell which lanes have in their run at least 1, 2, 4, 8 and 16 lanes below them.
+    """
+    return _scanned(builder, values, 1, runs)
+
+
+@operation(row, row, lanes, lanes, lanes, lanes, lanes)
+def least_from_in(builder: ir.IRBuilder, values: ir.Value, *runs: ir.Value) -> ir.Value:
+    """Return in each lane the least of it and the lanes above in the same run; the sets tell of lanes above."""
+    return _scanned(builder, values, -1, runs)
+
+
+@operation(row, row)
+def sum_up_to(builder: ir.IRBuilder, values: ir.Value) -> ir.Value:
+    """Return in each lane the sum of it and all lanes below."""
+    none = _constant([0] * LANES)
+    for stage in range(5):
+        values = builder.add(values, _lane_by(values, 1 << stage, none, builder))
+    return values
+
+
 @operation(number, row)
 def least_of(builder: ir.IRBuilder, values: ir.Value) -> ir.Value:
     """Return the least number of a row."""
@@ -267,26 +314,6 @@ def least_of(builder: ir.IRBuilder, values: ir.Value) -> ir.Value:
         first, second = (builder.shuffle_vector(values, values, mask) for mask in (low, high))
         values = _least(builder, first, second)
     return builder.zext(builder.extract_element(values, ir.Constant(_NUMBER, 0)), _LONG)
-
-
-@operation(types.none, ARRAY, types.intp, ARRAY, types.intp)
-def transpose_block(builder: ir.IRBuilder, source: ir.Value, at: ir.Value, target: ir.Value, to: ir.Value) -> None:
-    """Write 16×16 numbers transposed; rows lie 32 apart in both arrays."""
-
-    def place(data: ir.Value, index: ir.Value, line: int) -> ir.Value:
-        return _pointer(builder, data, builder.add(index, ir.Constant(_LONG, line * LANES)), _BLOCK)
-
-    lines = [builder.load(place(source, at, line)) for line in range(16)]
-    for line in lines:
-        line.align = 4
-    for stage in (8, 4, 2, 1):  # swaps one bit of a line's number with the same bit of a column's
-        low = _constant([column if not column & stage else 16 + (column ^ stage) for column in range(16)])
-        high = _constant([column | stage if not column & stage else 16 + column for column in range(16)])
-        for first in (line for line in range(16) if not line & stage):
-            pair = lines[first], lines[first | stage]
-            lines[first], lines[first | stage] = (builder.shuffle_vector(*pair, mask) for mask in (low, high))
-    for number_of, line in enumerate(lines):
-        builder.store(line, place(target, to, number_of)).align = 4
 
 
 def _of_bits(builder: ir.IRBuilder, name: str, bits: ir.Value, *more: ir.Value) -> ir.Value:

@@ -13,6 +13,7 @@ from ppaas.planners.kernels.tile_layout import (
     BOTTOM_LEFT,
     BOTTOM_RIGHT,
     CELLS,
+    COLUMNS,
     COST,
     EDGES,
     FACTOR,
@@ -34,13 +35,11 @@ from ppaas.planners.kernels.tile_layout import (
     UNKNOWN,
     UNREACHED,
 )  # fmt: skip
-from ppaas.planners.kernels.tile_plane import BESIDE, SEEN, SELF, SPARE, relaxed, slanted, weighed
+from ppaas.planners.kernels.tile_rows import BESIDE, LAST, SEEN, SELF, SPARE, relaxed, slanted, weighed
 
 Int = int | np.signedinteger[Any]
 Numbers = NDArray[np.uint32]
 Bytes = NDArray[np.uint8]
-
-LAST = SIDE - 1
 
 
 @bare
@@ -90,8 +89,8 @@ def edge(tables: Numbers, tile: Int, side: Int) -> Any:
 @joined
 def free_along(tables: Numbers, tile: Int, side: Int) -> Int:
     """Return which cells of a tile along one of its sides are free."""
-    line = side // 2 * SIDE + (LAST if side in (BOTTOM, RIGHT) else 0)
-    number: Int = simd.pick(tables, tile * TABLE + FREE + line)
+    line = COLUMNS + (side & 1) if side in (LEFT, RIGHT) else FREE + (LAST if side == BOTTOM else 0)
+    number: Int = simd.pick(tables, tile * TABLE + line)
     return number
 
 
@@ -109,14 +108,33 @@ def _weights_along(tables: Numbers, costs: Bytes, tile: Int, side: Int, scratch:
 
 
 @bare
+def crossed(
+    tables: Numbers, costs: Bytes, tile: Int, side: Int, values: Any, near: Int, before: Any, scratch: Numbers
+) -> Any:
+    """Return the values of the cells of a tile along one of its sides after all moves from those beside it.
+
+    Parameters
+    ----------
+    tables, costs, tile, side, scratch
+        The tile that is moved into, and where.
+    values : row
+        Of the cells beside it.
+    near : lanes
+        Which of those are free.
+    before : row
+        Values of its own cells.
+    """
+    free = free_along(tables, tile, side)
+    weights, both = _weights_along(tables, costs, tile, side, scratch), free & near
+    return relaxed(values, before, free, both & (free << 1), both & (free >> 1), weights, slanted(weights))
+
+
+@bare
 def wake_side(tables: Numbers, costs: Bytes, tile: Int, side: Int, values: Any, scratch: Numbers) -> Int:
     """Return the least value that a tile's edge would give to the neighbour there; `UNREACHED` if it betters none."""
     other, facing = beside(scratch, side), side ^ 1
-    free, own = free_along(tables, other, facing), free_along(tables, tile, side)
-    weights = _weights_along(tables, costs, other, facing, scratch)
     before = edge(tables, seen(scratch, side), facing)
-    both = free & own
-    after = relaxed(values, before, free, both & (free << 1), both & (free >> 1), weights, slanted(weights))
+    after = crossed(tables, costs, other, facing, values, free_along(tables, tile, side), before, scratch)
     better = simd.less(after, before)
     return simd.least_of(simd.where(better, after, simd.splat(UNREACHED))) if better else UNREACHED
 

@@ -17,7 +17,6 @@ from ppaas.planners.kernels.bare import bare
 from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED, SETTLED
 from ppaas.planners.kernels.propagation import TOO_NARROW
 from ppaas.planners.kernels.tile_layout import CELL_SHIFT, CELLS, FREE, GOAL, SIDE, TABLE, TOUCHED, UNREACHED
-from ppaas.planners.kernels.tile_plane import SCRATCH
 from ppaas.planners.kernels.tile_queue import (
     GROUP,
     IDLE,
@@ -26,10 +25,12 @@ from ppaas.planners.kernels.tile_queue import (
     REASONS,
     UNIT_SHIFT,
     let_go,
+    own_groups,
     take,
     waits,
     wake,
 )
+from ppaas.planners.kernels.tile_rows import SCRATCH
 from ppaas.planners.kernels.tile_setup import lay_around
 from ppaas.planners.kernels.tile_visit import visit
 
@@ -50,12 +51,12 @@ POLLS = 500
 EACH = 3
 """So many tiles must wait for each thread before one more is asked for."""
 
-APART = 8
+LINE = 8
 """Numbers of a cache line: what one thread often writes lies as far from what others read."""
-STOP, ACTIVE, OVERLONG, THREADS = (APART * place for place in range(4))
+STOP, ACTIVE, OVERLONG, THREADS = (LINE * place for place in range(4))
 """Of the state: whether all are to leave, how many threads may still wake a tile, whether values grow too large; from
 `THREADS` on `APART` numbers for each thread."""
-WAITING, LINES, CALLED = range(3)
+WAITING, LINES, CALLED, APART = 0, 1, LINE, 2 * LINE
 """Of a thread: how many tiles it woke less those it took, lines that it did, and whether it was called and has not
 left."""
 
@@ -68,7 +69,7 @@ def state_size(threads: int) -> int:
 @bare
 def seed_tiles(
     source: Bytes, height: int, width: int, unknown: int, field: Numbers, tables: Numbers, costs: Bytes,
-    across: int, tiles: int, marks: Bytes, words: Numbers, hints: Numbers, state: Ints, cells: Ints,
+    across: int, tiles: int, marks: Bytes, words: Numbers, hints: Numbers, state: Ints, goals: Ints,
 ) -> None:  # fmt: skip
     """Put the goals into a field in which nobody has been.
 
@@ -76,11 +77,12 @@ def seed_tiles(
     ----------
     source, height, width, unknown, field, tables, costs, across, tiles, marks, words, hints, state
         As in `grow_tiles`.
-    cells : (n,) int64 array
-        Elements of the field; one may be named twice.
+    goals : (n, 2) int64 array
+        Row, column; one may be named twice.
     """
-    for cell in cells:
-        tile = cell >> CELL_SHIFT
+    for goal in range(len(goals)):
+        row, column = goals[goal, 0], goals[goal, 1]
+        tile = row // SIDE * across + column // SIDE
         if not marks[tile] & TOUCHED:
             lay_around(source, height, width, unknown, across, tiles, tile, costs, tables, marks)
             for inner in range(CELLS):
@@ -89,7 +91,7 @@ def seed_tiles(
                 tables[tile * TABLE + place] = UNREACHED
             marks[tile] |= TOUCHED
             state[THREADS + WAITING] += wake(words, hints, tile, np.int64(0), np.int64(GOAL))
-        field[cell] = 0
+        field[tile * CELLS + row % SIDE * SIDE + column % SIDE] = 0
 
 
 @bare
@@ -124,9 +126,12 @@ def _is_short_of_hands(state: Ints, helpers: Int) -> bool:
     """Return whether not all helpers are called, and so many tiles wait that one more is worth it."""
     waiting, called = state[THREADS + WAITING], 0
     for helper in range(1, helpers + 1):
-        waiting += state[THREADS + helper * APART + WAITING]
         called += state[THREADS + helper * APART + CALLED]
-    return bool((called < helpers) & (waiting >= EACH * (called + 1)))
+    if called == helpers:  # before a look at what they write all the time
+        return False
+    for helper in range(1, helpers + 1):
+        waiting += state[THREADS + helper * APART + WAITING]
+    return bool(waiting >= EACH * (called + 1))
 
 
 @bare
@@ -150,7 +155,7 @@ def grow_tiles(
     words, hints : uint32 arrays
         As in `ppaas.planners.kernels.tile_queue`.
     scratch : (threads, SCRATCH) uint32 array
-        Each thread's own.
+        Each thread's own; of as many threads as may ever work at this field.
     state : int64 array
     target : int
         Element of the field whose value is wanted; −1 to go on until all are reached.
@@ -168,12 +173,13 @@ def grow_tiles(
         SHORT_OF_HANDS.
     """
     me = THREADS + thread * APART
+    own = own_groups(thread, len(scratch), len(words) // GROUP)
     end = state[me + LINES] + budget
     outcome = PAUSED
     atomics.add(state, ACTIVE, 1)
     while outcome == PAUSED and state[me + LINES] < end and not atomics.read(state, STOP):
         bound = _bound_of(target, field, marks)
-        tile, word = take(words, hints, bound)
+        tile, word = take(words, hints, bound, own)
         if tile == NONE:
             outcome = _find_work(hints, state, bound)
             continue
@@ -204,5 +210,5 @@ def warm() -> None:
     marks, state = np.zeros(2, np.uint8), np.zeros(state_size(1), np.int64)
     words, hints = np.full(GROUP, IDLE, np.uint32), np.full(SIDE, IDLE, np.uint32)
     arrays = (source, 1, 1, 0, field, tables, costs, 1, 1, marks, words, hints)
-    seed_tiles(*arrays, state, np.zeros(1, np.int64))
+    seed_tiles(*arrays, state, np.zeros((1, 2), np.int64))
     grow_tiles(*arrays, np.zeros((1, SCRATCH), np.uint32), state, -1, 0, 0, 1)

@@ -11,7 +11,8 @@ Each tile has an entry in ``tables``, `TABLE` numbers long:
 
 - `EDGES`: the values of its top row, bottom row, left column and right column, 32 each, once somebody has been there.
   Its neighbours read these alone; only the thread that works on the tile writes them.
-- `FREE`: which cells are free, one number a row, and again one a column, the lowest bit for the first.
+- `FREE`: which cells are free, one number a row, then one for the left and one for the right column, the lowest bit for
+  the first.
 - `KIND`: how its cells weigh. `COST`: what its free cells cost, if all the same.
 """
 
@@ -41,9 +42,10 @@ TOUCHED, LAID = 1, 2
 
 EDGES = 0
 FREE = 4 * SIDE
-KIND = FREE + 2 * SIDE
+COLUMNS = FREE + SIDE
+KIND = COLUMNS + 2
 COST = KIND + 1
-TABLE = 208
+TABLE = 176
 
 BLOCKED, OPEN, WALLED, MIXED = range(4)
 """Kinds: no cell is free; all are, at one cost; some are, at one cost; costs differ."""

@@ -11,6 +11,7 @@ from ppaas.planners.kernels.tile_layout import (
     ALL,
     BLOCKED,
     CELLS,
+    COLUMNS,
     COST,
     FREE,
     KIND,
@@ -23,6 +24,10 @@ from ppaas.planners.kernels.tile_layout import (
     WALLED,
 )  # fmt: skip
 
+TOGETHER = 4
+"""So many tiles side by side are laid out together: rows of one lie in cache lines and pages of memory that the others
+need as well."""
+
 Int = int | np.signedinteger[Any]
 Bytes = NDArray[np.uint8]
 Tables = NDArray[np.uint32]
@@ -31,23 +36,39 @@ Tables = NDArray[np.uint32]
 @bare
 def _describe(cells: Bytes, at: Int, stride: Int, unknown: Int, tables: Tables, table: Int) -> None:
     """Fill one table from 32 rows of costs that begin at ``at`` and lie ``stride`` apart."""
-    columns = simd.splat(0)
-    some, every, mixed = 0, ALL, 0
+    some, every, mixed, left, right = 0, ALL, 0, 0, 0
     cost: Int = -1
     for row in range(SIDE):
-        costs = simd.load_bytes(cells, at + row * stride)
-        free = simd.less(costs, simd.splat(253)) | (ALL ^ simd.unlike(costs, simd.splat(255))) & unknown
+        begin = at + row * stride
+        free = simd.bytes_below(cells, begin, 253) | (ALL ^ simd.bytes_unlike(cells, begin, 255)) & unknown
         if cost < 0 and free != 0:
-            cost = np.int64(cells[at + row * stride + simd.first_lane(free)])
-        mixed |= simd.unlike(costs, simd.splat(cost)) & free
+            cost = np.int64(cells[begin + simd.first_lane(free)])
+        mixed |= simd.bytes_unlike(cells, begin, cost) & free
         some |= free
         every &= free
-        tables[table + FREE + row] = free
-        columns = simd.either(columns, simd.where(free, simd.splat(1 << row), simd.splat(0)))
-    simd.store(tables, table + FREE + SIDE, columns)
+        left |= (free & 1) << row
+        right |= (free >> (SIDE - 1)) << row
+        simd.put(tables, table + FREE + row, free)
+    simd.put(tables, table + COLUMNS, left)
+    simd.put(tables, table + COLUMNS + 1, right)
     kind = MIXED if mixed else OPEN if every == ALL else WALLED if some else BLOCKED
     tables[table + KIND] = kind
     tables[table + COST] = max(cost, 0)
+
+
+@bare
+def _keep_part(source: Bytes, at: Int, width: Int, rows: Int, columns: Int, costs: Bytes, kept: Int) -> None:
+    """Keep the costs of a tile that is not all on the map, filled up with blocked cells."""
+    blocked = simd.splat(np.int64(LETHAL))
+    for row in range(SIDE):
+        begin, to = at + row * width, kept + row * SIDE
+        if row >= rows:
+            simd.store_bytes(costs, to, blocked)
+        elif begin + SIDE <= len(source):
+            simd.store_bytes(costs, to, simd.where((1 << columns) - 1, simd.load_bytes(source, begin), blocked))
+        else:
+            for column in range(SIDE):
+                costs[to + column] = source[begin + column] if column < columns else LETHAL
 
 
 @bare
@@ -81,10 +102,7 @@ def lay_tile(
         for row in range(SIDE if tables[table + KIND] == MIXED else 0):
             simd.store_bytes(costs, kept + row * SIDE, simd.load_bytes(source, (top + row) * width + left))
         return
-    for row in range(SIDE):
-        for column in range(SIDE):
-            inside = row < rows and column < columns
-            costs[kept + row * SIDE + column] = source[(top + row) * width + left + column] if inside else LETHAL
+    _keep_part(source, top * width + left, width, rows, columns, costs, kept)
     _describe(costs, kept, np.int64(SIDE), unknown, tables, table)
 
 
@@ -93,13 +111,14 @@ def lay_around(
     source: Bytes, height: Int, width: Int, unknown: Int, across: Int, tiles: Int, tile: Int,
     costs: Bytes, tables: Tables, marks: Bytes,
 ) -> None:  # fmt: skip
-    """Fill the tables of a tile and of those around, as far as nobody has.
+    """Fill the tables of a tile and of those around, as far as nobody has, `TOGETHER` at a time.
 
     Two threads that come at a time both write the same.
     """
-    column = tile % across
+    first = max(tile % across - 1, 0) // TOGETHER * TOGETHER
+    end = min((tile % across + 1) // TOGETHER * TOGETHER + TOGETHER, across)
     for row in range(tile // across - 1, tile // across + 2):
-        for beside in range(row * across + max(column - 1, 0), row * across + min(column + 1, across - 1) + 1):
+        for beside in range(row * across + first, row * across + end):
             if 0 <= beside < tiles and not atomics.read(marks, beside) & LAID:
                 lay_tile(source, height, width, unknown, across, beside, costs, tables)
                 atomics.mark(marks, beside, LAID)
@@ -116,22 +135,22 @@ def lay_sample(
     -------
     free : int
         How many cells of theirs are free.
-    wide : int
-        How many of those have free ones right, below and between.
+    forks : int
+        How many of those have free ones on three of their four sides, or on all, within the tile.
     """
-    free, wide = 0, 0
+    free, forks = 0, 0
     for tile in range(0, tiles, step):
         if not marks[tile] & LAID:
             lay_tile(source, height, width, unknown, across, tile, costs, tables)
             marks[tile] |= LAID
-        below = np.int64(tables[tile * TABLE + FREE + SIDE - 1])
-        for row in range(SIDE - 1, -1, -1):
-            cells = np.int64(tables[tile * TABLE + FREE + row])
-            pairs = cells & below
+        above, cells, below = np.int64(0), np.int64(0), np.int64(tables[tile * TABLE + FREE])
+        for row in range(SIDE):
+            above, cells = cells, below
+            below = np.int64(tables[tile * TABLE + FREE + row + 1] if row + 1 < SIDE else 0)
+            left, right = cells << 1, cells >> 1
             free += simd.size(cells)
-            wide += simd.size(pairs & (pairs >> 1))
-            below = cells
-    return free, wide
+            forks += simd.size(cells & ((above & below & (left | right)) | (left & right & (above | below))))
+    return free, forks
 
 
 def warm() -> None:

@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.planners.kernels import atomics, simd
-from ppaas.planners.kernels import tile_plane as plane
 from ppaas.planners.kernels.bare import bare, joined
 from ppaas.planners.kernels.tile_border import (
-    LAST,
     beside,
+    crossed,
     edge,
     free_along,
     look_around,
@@ -42,197 +41,135 @@ from ppaas.planners.kernels.tile_layout import (
     TOUCHED,
     UNREACHED,
 )  # fmt: skip
-from ppaas.planners.kernels.tile_open import spread
-from ppaas.planners.kernels.tile_plane import (
+from ppaas.planners.kernels.tile_open import is_open_beside, spread
+from ppaas.planners.kernels.tile_queue import wake
+from ppaas.planners.kernels.tile_rows import (
     BACK,
-    COLUMNS,
+    DIAGONALS,
+    ENTER_LEFT,
+    ENTER_RIGHT,
     FORTH,
     KEYS,
-    LINES,
-    ROWS,
+    LAST,
     SELF,
+    SUMS,
+    WEIGHTS,
+    lay_runs,
     slanted,
     sweep,
-    sweep_through,
-    turn,
     weighed,
 )
-from ppaas.planners.kernels.tile_queue import wake
+from ppaas.planners.kernels.tile_rows import EDGES as SHOWN
 
 Int = int | np.signedinteger[Any]
 Numbers = NDArray[np.uint32]
 Bytes = NDArray[np.uint8]
 
-MANY = 16
-"""If so many lines are pending in both directions, a plane is swept in both at once."""
-THROUGH = 50
-"""Lines of a sweep in one direction that take as long as a sweep through all in both."""
-LATER = 0xFFFF0000
-"""Of the lines that one direction changed: those that the other had come to before."""
-
-
-@bare
-def _lay_free(
-    scratch: Numbers, to: Int, tables: Numbers, at: Int, before: Int, after: Int, left: Int, right: Int
-) -> None:
-    """Tell a plane which cells are free: its lines from ``at`` on, those before and after it and beside it."""
-    free, one = simd.load(tables, at), simd.splat(1)
-    scratch[to + plane.FREE] = before
-    simd.store(scratch, to + plane.FREE + 1, free)
-    scratch[to + plane.FREE + SIDE + 1] = after
-    at_left = simd.both(simd.shift_right(simd.splat(left), simd.ramp()), one)
-    at_right = simd.both(simd.shift_right(simd.splat(right), simd.ramp()), one)
-    left_of = simd.either(simd.shift_left(free, one), at_left)
-    simd.store(scratch, to + plane.LEFT + 1, simd.both(free, left_of))
-    right_of = simd.either(simd.shift_right(free, one), simd.shift_left(at_right, simd.splat(LAST)))
-    simd.store(scratch, to + plane.RIGHT + 1, simd.both(free, right_of))
-
 
 @bare
 def _lay_weights(scratch: Numbers, costs: Bytes, tables: Numbers, tile: Int) -> Int:
-    """Tell both planes what their cells weigh; return how far their lines of weights lie apart."""
+    """Lay out what the cells of a tile weigh; return how far the weights of its rows lie apart."""
     table = tile * TABLE
-    first, second = plane.WEIGHTS, COLUMNS + plane.WEIGHTS
-    gap = plane.DIAGONALS - plane.WEIGHTS
     if tables[table + KIND] != MIXED:
         weights = weighed(simd.splat(np.int64(tables[table + COST])))
-        for at in (first, second):
-            simd.store(scratch, at, weights)
-            simd.store(scratch, at + gap, slanted(weights))
+        simd.store(scratch, WEIGHTS, weights)
+        simd.store(scratch, DIAGONALS, slanted(weights))
+        simd.store(scratch, SUMS, simd.sum_up_to(weights))
         return 0
     for row in range(SIDE):
         weights = weighed(simd.load_bytes(costs, tile * CELLS + row * SIDE))
-        simd.store(scratch, first + row * SIDE, weights)
-        simd.store(scratch, first + gap + row * SIDE, slanted(weights))
-    for row in range(0, SIDE, 16):
-        for column in range(0, SIDE, 16):
-            simd.transpose_block(scratch, first + row * SIDE + column, scratch, second + column * SIDE + row)
-    for row in range(SIDE):
-        simd.store(scratch, second + gap + row * SIDE, slanted(simd.load(scratch, second + row * SIDE)))
+        simd.store(scratch, WEIGHTS + row * SIDE, weights)
+        simd.store(scratch, DIAGONALS + row * SIDE, slanted(weights))
     return SIDE
 
 
 @bare
-def _lay_values(scratch: Numbers, field: Numbers, tile: Int, fresh: bool) -> None:
-    """Copy a tile to both planes."""
-    none = simd.splat(UNREACHED)
-    for row in range(SIDE):
-        at = LINES + (row + 1) * SIDE
-        if fresh:
-            simd.store(scratch, at, none)
-            simd.store(scratch, COLUMNS + at, none)
-        else:
-            simd.store(scratch, at, simd.load(field, tile * CELLS + row * SIDE))
-    if not fresh:
-        turn(scratch, ROWS, COLUMNS, np.int64(ALL), np.int64(ALL))
+def _enter_side(tables: Numbers, costs: Bytes, tile: Int, side: Int, scratch: Numbers) -> Int:
+    """Take what the neighbour on the left or right offers; return the rows in which that is better."""
+    values, before = edge(tables, seen(scratch, side), side ^ 1), edge(tables, seen(scratch, SELF), side)
+    near = free_along(tables, beside(scratch, side), side ^ 1)
+    after = crossed(tables, costs, tile, side, values, near, before, scratch)
+    simd.store(scratch, ENTER_LEFT if side == LEFT else ENTER_RIGHT, after)
+    better: Int = simd.less(after, before)
+    return better
 
 
 @bare
-def _enter_corner(scratch: Numbers, tables: Numbers, costs: Bytes, tile: Int, move: Int) -> Int:
-    """Take what the neighbour at a corner offers; return whether that is better."""
+def _enter_corner(tables: Numbers, costs: Bytes, tile: Int, move: Int, scratch: Numbers) -> Int:
+    """Take what the neighbour at a corner offers; return the row in which that is better, if it is."""
     value = over_corner(tables, costs, tile, move, True, scratch)
     row = LAST if move in (BOTTOM_LEFT, BOTTOM_RIGHT) else 0
-    column = LAST if move in (TOP_RIGHT, BOTTOM_RIGHT) else 0
+    at = (ENTER_RIGHT if move in (TOP_RIGHT, BOTTOM_RIGHT) else ENTER_LEFT) + row
     if value == UNREACHED:
-        return False
-    scratch[LINES + (row + 1) * SIDE + column] = value
-    scratch[COLUMNS + LINES + (column + 1) * SIDE + row] = value
-    return True
+        return 0
+    simd.put(scratch, at, min(value, simd.pick(scratch, at)))
+    return 1 << row
 
 
 @bare
-def _sweep_both(scratch: Numbers, at: Int, stride: Int, onward: Int, back: Int) -> tuple[Int, Int, Int, Int, Int]:
-    """Sweep one plane in both directions; return the lines and lanes that changed, what is pending and lines done."""
-    moved: Int = 0
-    lanes: Int = 0
-    work: Int = 0
-    if simd.size(onward) >= MANY and simd.size(back) >= MANY:
-        forth, against, lanes = sweep_through(scratch, at, stride)
-        onward, back = _after(simd.mirrored(against & LATER)), _after(simd.mirrored(forth & LATER))
-        return forth | simd.mirrored(against), lanes, onward, back, THROUGH
-    if onward:
-        moved, lanes, work = sweep(scratch, at, FORTH, stride, onward)
-        back |= _after(simd.mirrored(moved))
-    onward = 0
-    if back:
-        changed, where, done = sweep(scratch, at, BACK, stride, back)
-        changed = simd.mirrored(changed)
-        onward = _after(changed)
-        moved, lanes, work = moved | changed, lanes | where, work + done
-    return moved, lanes, onward, 0, work
+def _enter(tables: Numbers, costs: Bytes, tile: Int, reasons: Int, scratch: Numbers) -> Int:
+    """Take what all neighbours but those above and below offer; return the rows in which something is better."""
+    for to in (ENTER_LEFT, ENTER_RIGHT):
+        simd.store(scratch, to, simd.splat(UNREACHED))
+    rows: Int = ALL if (reasons >> GOAL) & 1 else 0
+    for side in (LEFT, RIGHT):
+        if (reasons >> side) & 1:
+            rows |= _enter_side(tables, costs, tile, side, scratch)
+    for move in range(TOP_LEFT, BOTTOM_RIGHT + 1):
+        if (reasons >> move) & 1:
+            rows |= _enter_corner(tables, costs, tile, move, scratch)
+    return rows
 
 
 @joined
-def _after(lines: Int) -> Int:
-    """Return what is pending for a sweep when these lines of the tile changed, in its order."""
-    return (lines << 1) & ALL
+def _after(rows: Int) -> Int:
+    """Return which rows are pending for the sweep the other way when these changed, in its order."""
+    pending: Int = (simd.mirrored(rows) << 1) & ALL
+    return pending
 
 
 @bare
-def _settle(scratch: Numbers, stride: Int, down: Int, up: Int, right: Int, left: Int) -> tuple[Int, Int]:
-    """Sweep both planes until nothing changes; return the rows that changed, and the lines done."""
-    rows: Int = 0
+def _settle(field: Numbers, tables: Numbers, tile: Int, stride: Int, reasons: Int, rows: Int, scratch: Numbers) -> Int:
+    """Sweep a tile until nothing changes; ``rows`` are those that something comes into from beside.
+
+    Returns
+    -------
+    int
+        Lines done.
+    """
+    at = tile * CELLS
+    above, below = edge(tables, seen(scratch, TOP), BOTTOM), edge(tables, seen(scratch, BOTTOM), TOP)
+    near_above = free_along(tables, beside(scratch, TOP), BOTTOM)
+    near_below = free_along(tables, beside(scratch, BOTTOM), TOP)
+    down: Int = (reasons >> TOP) & 1
+    up: Int = (reasons >> BOTTOM) & 1
     work: Int = 0
-    while down | up | right | left:
-        moved, lanes, down, up, done = _sweep_both(scratch, ROWS, stride, down, up)
-        turn(scratch, ROWS, COLUMNS, moved, lanes)
-        right |= _after(lanes)
-        left |= _after(simd.mirrored(lanes))
-        rows |= moved
-        work += done
-        moved, lanes, right, left, done = _sweep_both(scratch, COLUMNS, stride, right, left)
-        turn(scratch, COLUMNS, ROWS, moved, lanes)
-        down |= _after(lanes)
-        up |= _after(simd.mirrored(lanes))
-        rows |= lanes
-        work += done
-    return rows, work
+    entered_down, entered_up = (0, simd.mirrored(rows)) if up and not down else (rows, 0)
+    down |= entered_down
+    up |= entered_up
+    while down | up:
+        if down:
+            changed, done = sweep(field, at, scratch, FORTH, stride, above, near_above, down, entered_down)
+            up |= _after(changed)
+            down, entered_down, work = 0, 0, work + done
+        if up:
+            changed, done = sweep(field, at, scratch, BACK, stride, below, near_below, up, entered_up)
+            down = _after(changed)
+            up, entered_up, work = 0, 0, work + done
+    return work
 
 
 @bare
 def _work_off(
     field: Numbers, tables: Numbers, costs: Bytes, tile: Int, reasons: Int, fresh: bool, scratch: Numbers
 ) -> Int:
-    """Settle a tile within and keep its values; return the lines done."""
-    above, below, before, after = (
-        beside(scratch, TOP),
-        beside(scratch, BOTTOM),
-        beside(scratch, LEFT),
-        beside(scratch, RIGHT),
-    )
-    sides = (
-        free_along(tables, above, BOTTOM), free_along(tables, below, TOP),
-        free_along(tables, before, RIGHT), free_along(tables, after, LEFT),
-    )  # fmt: skip
-    free = tile * TABLE + FREE
-    _lay_free(scratch, ROWS, tables, free, sides[0], sides[1], sides[2], sides[3])
-    _lay_free(scratch, COLUMNS, tables, free + SIDE, sides[2], sides[3], sides[0], sides[1])
+    """Settle a tile within; return the lines done."""
+    lay_runs(scratch, simd.load(tables, tile * TABLE + FREE))
     stride = _lay_weights(scratch, costs, tables, tile)
-    _lay_values(scratch, field, tile, fresh)
-    beyond = LINES + (SIDE + 1) * SIDE
-    simd.store(scratch, LINES, edge(tables, seen(scratch, TOP), BOTTOM))
-    simd.store(scratch, beyond, edge(tables, seen(scratch, BOTTOM), TOP))
-    simd.store(scratch, COLUMNS + LINES, edge(tables, seen(scratch, LEFT), RIGHT))
-    simd.store(scratch, COLUMNS + beyond, edge(tables, seen(scratch, RIGHT), LEFT))
-    down, up, right, left = reasons & 1, (reasons >> 1) & 1, (reasons >> 2) & 1, (reasons >> 3) & 1
-    rows: Int = 0
-    if (reasons >> GOAL) & 1:
-        down = up = right = left = ALL
-    for move in range(TOP_LEFT, BOTTOM_RIGHT + 1):
-        if (reasons >> move) & 1 and _enter_corner(scratch, tables, costs, tile, move):
-            rows |= 1 | 1 << LAST
-            down |= 2 if move in (TOP_LEFT, TOP_RIGHT) else 0
-            up |= 2 if move in (BOTTOM_LEFT, BOTTOM_RIGHT) else 0
-            right |= 2 if move in (TOP_LEFT, BOTTOM_LEFT) else 0
-            left |= 2 if move in (TOP_RIGHT, BOTTOM_RIGHT) else 0
-    changed: Int
-    work: Int
-    changed, work = _settle(scratch, stride, down, up, right, left)
-    rows = ALL if fresh else rows | changed
-    while rows != 0:
-        row = simd.first_lane(rows)
-        rows &= rows - 1
-        simd.store(field, tile * CELLS + row * SIDE, simd.load(scratch, LINES + (row + 1) * SIDE))
+    for row in range(SIDE if fresh else 0):
+        simd.store(field, tile * CELLS + row * SIDE, simd.splat(UNREACHED))
+    rows = _enter(tables, costs, tile, reasons, scratch)
+    work: Int = _settle(field, tables, tile, stride, reasons, rows, scratch)
     return work
 
 
@@ -244,11 +181,11 @@ def visit(
     """Work on one tile, and wake its neighbours."""
     look_around(tile, across, tiles, marks, scratch)
     fresh = seen(scratch, SELF) == tiles
-    if tables[tile * TABLE + KIND] == OPEN:
+    if tables[tile * TABLE + KIND] == OPEN and is_open_beside(tables, scratch):
         work = spread(field, tables, tile, reasons, fresh, scratch)
     else:
         work = _work_off(field, tables, costs, tile, reasons, fresh, scratch)
-    lines, overlong = _show(tables, tile, scratch)
+    lines, overlong = _show(field, tables, tile, scratch)
     if fresh:
         atomics.mark(marks, tile, TOUCHED)
     look_around(tile, across, tiles, marks, scratch)
@@ -277,9 +214,14 @@ def visit(
 
 
 @bare
-def _show(tables: Numbers, tile: Int, scratch: Numbers) -> tuple[Any, bool]:
+def _show(field: Numbers, tables: Numbers, tile: Int, scratch: Numbers) -> tuple[Any, bool]:
     """Let the neighbours see the tile's edges; return the lanes that changed on each side."""
-    edges, overlong = tile * TABLE + EDGES, False
+    at, edges, overlong = tile * CELLS, tile * TABLE + EDGES, False
+    simd.store(scratch, SHOWN + TOP * SIDE, simd.load(field, at))
+    simd.store(scratch, SHOWN + BOTTOM * SIDE, simd.load(field, at + LAST * SIDE))
+    for row in range(SIDE):
+        simd.put(scratch, SHOWN + LEFT * SIDE + row, simd.pick(field, at + row * SIDE))
+        simd.put(scratch, SHOWN + RIGHT * SIDE + row, simd.pick(field, at + row * SIDE + LAST))
     lines = (
         _show_side(tables, edges, TOP, scratch), _show_side(tables, edges, BOTTOM, scratch),
         _show_side(tables, edges, LEFT, scratch), _show_side(tables, edges, RIGHT, scratch),
@@ -291,8 +233,7 @@ def _show(tables: Numbers, tile: Int, scratch: Numbers) -> tuple[Any, bool]:
 
 @bare
 def _show_side(tables: Numbers, edges: Int, side: Int, scratch: Numbers) -> Int:
-    line = SIDE if side in (BOTTOM, RIGHT) else 1
-    values = simd.load(scratch, (COLUMNS if side in (LEFT, RIGHT) else ROWS) + LINES + line * SIDE)
+    values = simd.load(scratch, SHOWN + side * SIDE)
     changed: Int = simd.unlike(values, edge(tables, seen(scratch, SELF), side))
     simd.store(tables, edges + side * SIDE, values)
     return changed

@@ -25,7 +25,7 @@ from tests.support import grids
 ROOT = Path(__file__).resolve().parents[3]
 
 MANY = 8
-KINDS = ["empty", "graded", "cluttered", "patches"]
+KINDS = ["empty", "graded", "cluttered", "patches", "maze"]
 
 
 def drawn(kind, shape, seed):
@@ -39,6 +39,11 @@ def drawn(kind, shape, seed):
         costs = np.kron(patches, np.ones((24, 40)))[: shape[0], : shape[1]].astype(np.uint8)
     if kind == "cluttered":
         costs[rng.random(shape) < 0.05 * (1 + seed % 8)] = 254
+    if kind == "maze":
+        costs[1::2, 1::2] = 254
+        to_east = rng.random(costs[::2, ::2].shape) < 0.5
+        costs[::2, 1::2][to_east[:, : costs[::2, 1::2].shape[1]]] = 254
+        costs[1::2, ::2][~to_east[: costs[1::2, ::2].shape[0]]] = 254
     return costs
 
 
@@ -72,7 +77,7 @@ def test_tiles_give_the_field_of_the_naive_twin_unit_for_unit(scene):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", range(6))
 def test_any_number_of_threads_gives_the_field_of_the_queue_bit_for_bit(kind, seed, monkeypatch):
-    monkeypatch.setattr(tile_field, "SLICE_ALONE", 1)
+    monkeypatch.setattr(tile_field, "SLICE_ALONE_OF_FEW", 1)
     shape = [(400, 333), (64, 512), (257, 300), (480, 200), (97, 1_000), (320, 320)][seed]
     costs = drawn(kind, shape, seed)
     free = grids.free_cells(costs, seed % 2 == 0)
@@ -122,7 +127,7 @@ def test_slices_of_any_size_give_the_same_field(monkeypatch):
     goals = grids.free_cells(costs, True)[:1]
     whole, _ = fields(costs, goals)
     whole.grow()
-    for name in ("SLICE_ALONE", "SLICE_LINES", "SLICE_READ", "SLICE_WALKED"):
+    for name in ("SLICE_ALONE_OF_FEW", "SLICE_LINES", "SLICE_READ", "SLICE_WALKED"):
         monkeypatch.setattr(tile_field, name, 1)
     sliced, _ = fields(costs, goals, threads=2)
     sliced.grow()
@@ -132,7 +137,7 @@ def test_slices_of_any_size_give_the_same_field(monkeypatch):
 
 
 def test_the_check_is_called_between_slices_and_ends_the_work(monkeypatch):
-    for name in ("SLICE_ALONE", "SLICE_LINES"):
+    for name in ("SLICE_ALONE_OF_FEW", "SLICE_LINES"):
         monkeypatch.setattr(tile_field, name, 1)
     calls = 0
 
@@ -199,7 +204,7 @@ def test_many_threads_that_come_and_go_on_a_tiny_map_give_the_same_field(scene, 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_threads_that_are_stopped_anywhere_leave_a_field_that_grows_on(seed):
-    costs = drawn(KINDS[seed % 4], (200, 200), seed)
+    costs = drawn(KINDS[seed % len(KINDS)], (200, 200), seed)
     goals = grids.free_cells(costs, True)[:1]
     tiled, queued = fields(costs, goals, threads=MANY)
     work = tiled._work(-1)
@@ -262,6 +267,39 @@ def test_helpers_are_called_and_the_next_field_waits_until_they_have_left(monkey
     assert called
 
 
+@pytest.mark.parametrize(("size", "asked"), [(500, False), (600, True)])
+def test_on_a_small_map_one_thread_goes_farther_before_it_asks_for_others(size, asked, monkeypatch):
+    called = []
+    monkeypatch.setattr(Helpers, "call", lambda self, work: called.append(work))
+    tiled = TileField(grids.of(np.zeros((size, size), np.uint8)), np.array([(250, 250)]), threads=2)
+    assert tiled.grow((250, 480))
+    assert bool(called) == asked
+
+
+@pytest.mark.parametrize(
+    ("size", "target", "at_once"), [(512, None, True), (600, None, True), (600, (250, 480), False)]
+)
+def test_others_are_asked_for_at_once_where_all_of_a_map_is_to_be_reached(size, target, at_once, monkeypatch):
+    lines = []
+    monkeypatch.setattr(
+        Helpers, "call", lambda self, work: lines.append(tiled._memory.state[tile_growth.THREADS + tile_growth.LINES])
+    )
+    tiled = TileField(grids.of(np.zeros((size, size), np.uint8)), np.array([(250, 250)]), threads=2)
+    assert tiled.grow(target)
+    assert (lines[0] < tile_field.SLICE_ALONE) == at_once
+
+
+@pytest.mark.parametrize("walled", [np.s_[16:, 32:], np.s_[:16, 32:], np.s_[16:, :32], np.s_[:16, :32]])
+def test_what_comes_from_beside_a_wall_goes_on_along_the_wall(walled):
+    costs = np.zeros((32, 64), np.uint8)
+    costs[walled] = 254
+    beside = walled[1].start or walled[1].stop - 1
+    tiled, queued = fields(costs, [(15 if walled[0].start else 16, beside)])
+    tiled.grow()
+    queued.grow()
+    assert np.array_equal(tiled.values(), queued.values())
+
+
 def laid(field):
     return np.count_nonzero(field._memory.marks[: field._tiles] & tile_layout.LAID)
 
@@ -282,9 +320,10 @@ def test_a_map_that_nobody_can_write_to_is_laid_out_once(writeable):
         kept = laid(tiled)
         del tiled
     again = TileField(map_, goals, allow_unknown=False)
-    assert laid(again) <= 9 if writeable else laid(again) == kept
+    around = 3 * 2 * tile_setup.TOGETHER
+    assert laid(again) <= around if writeable else laid(again) == kept
     del again
-    assert laid(TileField(map_, goals, allow_unknown=True)) <= 9 < kept
+    assert laid(TileField(map_, goals, allow_unknown=True)) <= around < kept
 
 
 def test_memory_that_is_far_too_large_is_let_go():
@@ -314,16 +353,19 @@ def test_maps_that_would_mostly_be_padding_do_not_suit():
     assert not any(suits_tiles(shape) for shape in ((1, 32_768), (32_768, 3), (36, 4_096)))
 
 
-@pytest.mark.parametrize(
-    ("width", "narrow"),
-    [(1, True), (2, False)],
-)
-def test_corridors_one_cell_wide_are_told_from_wider_ones(width, narrow):
+@pytest.mark.parametrize(("every", "winding"), [(4, False), (12, True)])
+def test_corridors_that_seldom_fork_are_told_from_mazes(every, winding):
     cells = np.full((401, 401), 254, np.uint8)
-    cells[::3], cells[:, ::7] = 0, 0
-    if width == 2:
-        cells[1::3], cells[:, 1::7] = 0, 0
-    assert TileField(grids.of(cells), np.array([(0, 0)])).is_narrow == narrow
+    cells[::2], cells[:, ::every] = 0, 0
+    assert TileField(grids.of(cells), np.array([(0, 0)])).is_winding == winding
+
+
+@pytest.mark.parametrize(("every", "winding"), [(4, False), (20, True)])
+def test_where_a_first_look_leaves_it_open_more_of_the_map_tells_how_often_corridors_fork(every, winding):
+    cells = np.full((1_280, 640), 254, np.uint8)
+    cells[::2] = 0
+    cells.reshape(40, 32, 20, 32)[:, 1::2, ::every, ::4] = 0  # half of the tiles that one look tells of have forks
+    assert TileField(grids.of(cells), np.array([(0, 0)])).is_winding == winding
 
 
 def test_the_formula_of_the_weights_is_their_table():

@@ -2,9 +2,9 @@ import threading
 
 import pytest
 
-from ppaas.errors import InvalidInput
+from ppaas.errors import InvalidInput, PlanCancelled
 from ppaas.planners.watch import proceed
-from ppaas.planners.workers import work_off
+from ppaas.planners.workers import share, work_off
 
 
 def ignore(job):
@@ -70,3 +70,27 @@ def test_what_the_check_raises_ends_all():
 
 def test_no_job_is_no_work():
     assert work_off([ignore], [], check=proceed, done=ignore) == []
+
+
+@pytest.mark.parametrize("helpers", [-1, 0, 2])
+def test_each_slice_is_done_once_by_whoever_comes_first(helpers):
+    done = []
+    share(range(200), done.append, helpers=helpers, check=proceed)
+    assert sorted(done) == list(range(200))
+
+
+def test_a_helper_works_beside_the_caller():
+    both = threading.Barrier(2, timeout=30)
+    share(range(2), lambda one: both.wait(), helpers=1, check=proceed)
+
+
+def test_the_check_ends_the_work_on_slices():
+    done = []
+
+    def check():
+        if done:
+            raise PlanCancelled("enough")
+
+    with pytest.raises(PlanCancelled):
+        share(range(200), done.append, helpers=0, check=check)
+    assert done == [0]

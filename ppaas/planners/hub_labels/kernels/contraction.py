@@ -1,14 +1,18 @@
-"""Kernel: contract the graph of corners from its least important node on, as long as few ways lead through a node.
+"""Kernel: contract the graph of corners from its least important nodes on, as long as few ways lead through a node.
 
 To contract a node is to take it out and to put a shortcut in for each pair of its neighbours that have no other way as
-short (Geisberger, Sanders, Schultes and Delling, "Contraction Hierarchies", WEA 2008). The node with the fewest
-shortcuts goes first; its price is told again when its turn comes. What is left, nodes with many neighbours each, is
-called the core.
+short (Geisberger, Sanders, Schultes and Delling, "Contraction Hierarchies", WEA 2008). The nodes with the fewest
+shortcuts go first; what each costs is told again when its turn comes. What is left, nodes with many neighbours each,
+is called the core.
 
-Edges lie in pairs: e leads from a to b, e ^ 1 from b to a. The edges of a node are a linked list, from ``head`` on by
-``after``. A shortcut knows the two edges that it stands for, both from the node that was contracted: ``left`` to its
-own beginning, ``right`` to its end; −1 and −1 in an edge of the graph itself. ``runs`` is of how many runs it is when
-it is spelt out.
+Nodes go in rounds. In each, those go whose price is less than that of all their neighbours; `shortcuts` tells what
+shortcuts they leave (Vetter, "Parallel Time-Dependent Contraction Hierarchies", 2009). Ways that lead over another
+node of the same round do not count, so whatever is left out is a way over what is left.
+
+Edges come in pairs: e leads from a to b, e ^ 1 from b to a. A shortcut knows the two edges that it stands for, both
+from the node that was contracted: ``left`` to its own beginning, ``right`` to its end; −1 and −1 in an edge of the
+graph itself. ``runs`` is of how many runs it is when it is spelt out. The neighbours of a node lie side by side in
+rows; one that is full is moved to the end, with room for twice as many.
 """
 
 import numpy as np
@@ -16,33 +20,43 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
 from ppaas.planners.hub_labels.kernels.layout import MOST_MOVES
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import Rows
 from ppaas.planners.kernels.bare import bare, joined
 
-SATISFIED = np.iinfo(np.int64).max
-"""Stands for the length that another way to a neighbour may have at most, once one is found."""
+Flags = NDArray[np.bool_]
 
 TO, LENGTH, LEFT, RIGHT, RUNS = range(5)
 
-ERA = 1 << 32
-"""What is written by one search lies so far from that of the next."""
+NODE, FAR_OFF, EDGE = range(3)
+"""What a row tells of a neighbour: which node, how far, and the edge there."""
 
-BIAS = np.int64(1) << 20
+FIRST_ROOM = 8
+
+BIAS = 1 << 20
 """Added to prices, so that none is negative."""
 
-EDGES, CONTRACTED, QUEUED, SEARCHES, WORK = range(5)
-"""What is counted in ``counts``: edges, nodes contracted, nodes in the queue, searches so far, steps of this call."""
+_MIXED = 0x9E3779B1
+"""What a node's number is multiplied with to choose among those of the same price: in their own order they would wait
+for each other."""
+
+PAIR_BITS = 16
+"""A pair of neighbours is a number: the place of the second in the row, and above it that of the first."""
+
+FOUND, FIRST = range(2)
+"""What is told of a node of a round: how many pairs of neighbours need a shortcut, and where they begin."""
+
+EDGES, CONTRACTED, USED, NEXT = range(4)
+"""What is counted in ``state``: edges, nodes contracted, room that rows take, and nodes of this round that are done."""
 
 
 @bare
-def link_edges(
+def lay_rows(
     places: Rows, starts: Words, to: Integers, lengths: Integers,
-    head: Integers, after: Integers, edges: Integers, degrees: Integers, counts: Words,
+    begins: Words, degrees: Integers, rooms: Integers, rows: Rows, edges: Rows, state: Words,
 ) -> None:  # fmt: skip
-    """Make the linked lists of a graph.
+    """Lay the neighbours of each node side by side.
 
     Parameters
     ----------
@@ -50,24 +64,26 @@ def link_edges(
         Row and column of each node.
     starts, to, lengths
         For each node where its edges begin, and for each edge where it leads and how long it is: both directions.
-    head, degrees : (n,) int32 arrays
-        Out; ``head`` is −1 everywhere.
-    after : (m,) int32 array
-        Out.
+    begins : (n,) int64 array
+    degrees, rooms : (n,) int32 arrays
+        Out: where the row of a node begins, how many neighbours it has, and how many may have.
+    rows : (k, 3) int32 array
+        Out: of each neighbour `NODE`, `FAR_OFF` and `EDGE`.
     edges : (m, 5) int32 array
         Out: of each edge `TO` which node it leads, its `LENGTH`, `LEFT`, `RIGHT` and `RUNS`.
-    counts : int64 array
+    state : (4,) int64 array
+        Zeros at first.
     """
-    edge = 0
-    for node in range(len(head)):
+    for node in range(len(begins)):
+        begins[node] = state[USED]
+        rooms[node] = FIRST_ROOM + starts[node + 1] - starts[node]
+        state[USED] += rooms[node]
+    for node in range(len(begins)):
         for i in range(starts[node], starts[node + 1]):
             if to[i] > node:
-                rows, columns = abs(places[node, 0] - places[to[i], 0]), abs(places[node, 1] - places[to[i], 1])
-                runs = _runs_of(min(rows, columns)) + _runs_of(abs(rows - columns))
-                edge = _link(node, to[i], lengths[i], -1, -1, runs, edge, head, after, edges)
-                degrees[node] += 1
-                degrees[to[i]] += 1
-    counts[EDGES] = edge
+                down, right = abs(places[node, 0] - places[to[i], 0]), abs(places[node, 1] - places[to[i], 1])
+                runs = _runs_of(min(down, right)) + _runs_of(abs(down - right))
+                _link(node, to[i], lengths[i], -1, -1, runs, begins, degrees, rows, edges, state)
 
 
 @joined
@@ -77,20 +93,24 @@ def _runs_of(moves: int) -> int:
 
 @bare
 def _link(
-    a: int, b: int, length: int, left: int, right: int, runs: int, edge: int,
-    head: Integers, after: Integers, edges: Integers,
-) -> int:  # fmt: skip
-    _set(edges, edge, b, length, left, right, runs)
-    after[edge] = head[a]
-    head[a] = edge
-    _set(edges, edge + 1, a, length, right, left, runs)
-    after[edge + 1] = head[b]
-    head[b] = edge + 1
-    return edge + 2
+    a: int, b: int, length: int, left: int, right: int, runs: int,
+    begins: Words, degrees: Integers, rows: Rows, edges: Rows, state: Words,
+) -> None:  # fmt: skip
+    edge = state[EDGES]
+    _set_edge(edges, edge, b, length, left, right, runs)
+    _set_edge(edges, edge + 1, a, length, right, left, runs)
+    for end in range(2):
+        node, other = (b, a) if end else (a, b)
+        at = begins[node] + degrees[node]
+        rows[at, NODE] = other
+        rows[at, FAR_OFF] = length
+        rows[at, EDGE] = edge + end
+        degrees[node] += 1
+    state[EDGES] += 2
 
 
 @bare
-def _set(edges: Integers, edge: int, to: int, length: int, left: int, right: int, runs: int) -> None:
+def _set_edge(edges: Rows, edge: int, to: int, length: int, left: int, right: int, runs: int) -> None:
     edges[edge, TO] = to
     edges[edge, LENGTH] = length
     edges[edge, LEFT] = left
@@ -98,192 +118,206 @@ def _set(edges: Integers, edge: int, to: int, length: int, left: int, right: int
     edges[edge, RUNS] = runs
 
 
-@bare
-def _unlink(edge: int, node: int, head: Integers, after: Integers) -> None:
-    at = head[node]
-    if at == edge:
-        head[node] = after[edge]
-        return
-    while after[at] != edge:
-        at = after[at]
-    after[at] = after[edge]
+@joined
+def _turn(node: int, price: int) -> int:
+    """Return what tells which of two nodes comes first."""
+    return int((np.int64(price) << 32) | ((np.int64(node) * _MIXED) & 0xFFFFFFFF))
 
 
 @bare
-def _find_shortcuts(
-    node: int, settle: int, head: Integers, after: Integers, edges: Integers,
-    lengths: Words, limits: Words, heap: Words, near: Integers, pairs: Integers, counts: Words,
+def _comes_first(node: int, begins: Words, degrees: Integers, rows: Rows, prices: Integers, most: int) -> bool:
+    """Tell whether a node comes before all its neighbours."""
+    turn = _turn(node, prices[node])
+    for at in range(begins[node], begins[node] + degrees[node]):
+        other = rows[at, NODE]
+        if degrees[other] <= most and _turn(other, prices[other]) < turn:
+            return False
+    return True
+
+
+@bare
+def choose(
+    first: int, last: int, begins: Words, degrees: Integers, rows: Rows, prices: Integers, gone: Flags,
+    most: int, batch: Integers, count: int, held: Flags,
 ) -> int:  # fmt: skip
-    """Write the edges of a node to ``near`` and pairs of them that need a shortcut to ``pairs``; return how many."""
-    degree = 0
-    edge = head[node]
-    while edge >= 0:
-        near[degree] = edge
-        degree += 1
-        edge = after[edge]
-    found = 0
-    for i in range(degree - 1):
-        own = edges[near[i], LENGTH]
-        most = 0
-        for j in range(i + 1, degree):
-            most = max(most, int(own + edges[near[j], LENGTH]))
-        counts[SEARCHES] += 1
-        era = -(int(counts[SEARCHES]) * ERA)  # what an earlier search wrote is larger than all of this one
-        lengths[node] = era
-        for j in range(i + 1, degree):
-            limits[edges[near[j], TO]] = era + own + edges[near[j], LENGTH]
-        wanted = degree - 1 - i
-        _search(edges[near[i], TO], settle, most, wanted, era, head, after, edges, lengths, limits, heap, counts)
-        for j in range(i + 1, degree):
-            if limits[edges[near[j], TO]] != SATISFIED:
-                pairs[found] = i * len(near) + j
-                found += 1
-    return found
+    """Choose nodes for a round among those from ``first`` to ``last``; return how many there are then.
 
-
-@bare
-def _search(
-    source: int, settle: int, most: int, wanted: int, era: int, head: Integers, after: Integers, edges: Integers,
-    lengths: Words, limits: Words, heap: Words, counts: Words,
-) -> None:  # fmt: skip
-    lengths[source] = era
-    size = push(heap, 0, 0, source)
-    settled = 0
-    while size > 0 and settled < settle:
-        node, length = heap[0] & NODE, heap[0] >> 32
-        size = pop(heap, size)
-        if lengths[node] != era + length:
+    Parameters
+    ----------
+    first, last : int
+    begins, degrees, rows
+        The graph.
+    prices : (n,) int32 array
+    gone : (n,) bool array
+        Which nodes were contracted.
+    most : int
+        Neighbours that a node may have to be contracted.
+    batch : (n,) int32 array
+        Out: the nodes.
+    count : int
+        How many there were before.
+    held : (n,) bool array
+        Out: true for each of them.
+    """
+    for node in range(first, last):
+        if gone[node] or degrees[node] > most:
             continue
-        settled += 1
-        edge = head[node]
-        while edge >= 0:
-            counts[WORK] += 1
-            further, to = length + edges[edge, LENGTH], edges[edge, TO]
-            if further <= most and era + further < lengths[to] and size < len(heap):
-                lengths[to] = era + further
-                size = push(heap, size, further, to)
-                if limits[to] < era + ERA and era + further <= limits[to]:
-                    limits[to] = SATISFIED
-                    wanted -= 1
-                    if wanted == 0:
-                        return
-            edge = after[edge]
+        if _comes_first(node, begins, degrees, rows, prices, most):
+            batch[count] = node
+            held[node] = True
+            count += 1
+    return count
 
 
 @bare
-def _take_out(
-    node: int, found: int, near: Integers, pairs: Integers, head: Integers, after: Integers, edges: Integers,
-    degrees: Integers, levels: Integers, counts: Words,
-) -> None:  # fmt: skip
-    degree = degrees[node]
-    for i in range(degree):
-        neighbour = edges[near[i], TO]
-        _unlink(near[i] ^ 1, neighbour, head, after)
-        degrees[neighbour] -= 1
-        levels[neighbour] = max(levels[neighbour], levels[node] + 1)
-    for pair in range(found):
-        left, right = near[pairs[pair] // len(near)], near[pairs[pair] % len(near)]
-        a, b = edges[left, TO], edges[right, TO]
-        length, runs = edges[left, LENGTH] + edges[right, LENGTH], edges[left, RUNS] + edges[right, RUNS]
-        edge = head[a]
-        while edge >= 0 and edges[edge, TO] != b:
-            edge = after[edge]
-        if edge < 0:
-            counts[EDGES] = _link(a, b, length, left, right, runs, counts[EDGES], head, after, edges)
-            degrees[a] += 1
-            degrees[b] += 1
-        elif length < edges[edge, LENGTH]:
-            _set(edges, edge, b, length, left, right, runs)
-            _set(edges, edge ^ 1, a, length, right, left, runs)
+def _place_of(node: int, other: int, begins: Words, degrees: Integers, rows: Rows) -> int:
+    """Return where a neighbour stands in the row of a node, or −1."""
+    for at in range(begins[node], begins[node] + degrees[node]):
+        if rows[at, NODE] == other:
+            return at
+    return -1
+
+
+@bare
+def _leave(node: int, other: int, begins: Words, degrees: Integers, rows: Rows) -> None:
+    """Take a neighbour out of the row of a node."""
+    at = _place_of(node, other, begins, degrees, rows)
+    degrees[node] -= 1
+    last = begins[node] + degrees[node]
+    for what in range(3):
+        rows[at, what] = rows[last, what]
+
+
+@bare
+def _widen(node: int, begins: Words, degrees: Integers, rooms: Integers, rows: Rows, state: Words) -> None:
+    if degrees[node] < rooms[node]:
+        return
+    begin = state[USED]
+    rooms[node] *= 2
+    state[USED] += rooms[node]
+    for i in range(degrees[node]):
+        for what in range(3):
+            rows[begin + i, what] = rows[begins[node] + i, what]
+    begins[node] = begin
+
+
+@bare
+def _most_room(node: int, begins: Words, degrees: Integers, rooms: Integers, rows: Rows) -> int:
+    """Return how much room the rows of a node's neighbours may take more, if each has all others as neighbours then."""
+    room = np.int64(0)
+    for at in range(begins[node], begins[node] + degrees[node]):
+        other = rows[at, NODE]
+        if degrees[other] + degrees[node] > rooms[other]:
+            room += 4 * (rooms[other] + degrees[node])  # it is doubled until it is wide enough
+    return int(room)
+
+
+@bare
+def _shorten(
+    left: int, right: int, begins: Words, degrees: Integers, rooms: Integers, rows: Rows, edges: Rows, state: Words
+) -> None:
+    """Put the shortcut in that stands for two neighbours of one node, given where they stand in its row."""
+    a, b, length = rows[left, NODE], rows[right, NODE], rows[left, FAR_OFF] + rows[right, FAR_OFF]
+    first, second = rows[left, EDGE], rows[right, EDGE]
+    runs = edges[first, RUNS] + edges[second, RUNS]
+    at = _place_of(a, b, begins, degrees, rows)
+    if at < 0:
+        _widen(a, begins, degrees, rooms, rows, state)
+        _widen(b, begins, degrees, rooms, rows, state)
+        _link(a, b, length, first, second, runs, begins, degrees, rows, edges, state)
+    elif length < rows[at, FAR_OFF]:
+        edge = rows[at, EDGE]
+        _set_edge(edges, edge, b, length, first, second, runs)
+        _set_edge(edges, edge ^ 1, a, length, second, first, runs)
+        rows[at, FAR_OFF] = rows[_place_of(b, a, begins, degrees, rows), FAR_OFF] = length
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def contract(
-    head: Integers, after: Integers, edges: Integers, degrees: Integers, levels: Integers, order: Integers,
-    queued: NDArray[np.bool_], queue: Words, prices: Integers, lengths: Words, limits: Words, heap: Words,
-    counts: Words, most: int, core: int, settle: int, budget: int,
+    batch: Integers, pairs: Rows, counts: Rows,
+    begins: Words, degrees: Integers, rooms: Integers, rows: Rows, edges: Rows,
+    levels: Integers, prices: Integers, told: bool, gone: Flags, held: Flags, order: Integers,
+    state: Words, core: int, most: int, budget: int,
 ) -> bool:  # fmt: skip
-    """Contract nodes until so many edges were looked at, or there is no room for more; return whether all is done.
+    """Contract the nodes of a round until so much was done, or there is no room for more; return whether all are done.
+
+    A node that turns out to cost so much that a neighbour comes before it stays, with that price.
 
     Parameters
     ----------
-    head, after, edges, degrees
+    batch : (b,) int32 array
+    pairs, counts
+        What shortcuts they leave, as `shortcuts.find_shortcuts` tells.
+    begins, degrees, rooms, rows, edges
         The graph.
     levels : (n,) int32 array
         How deep a node lies under those contracted before it; zero at first.
+    prices : (n,) int32 array
+        What it costs to contract each, as far as that is known.
+    told : bool
+        Whether prices are told and do not change.
+    gone, held : (n,) bool arrays
+        Which nodes were contracted, and which belong to the round.
     order : (n,) int32 array
         Out: the nodes as they were contracted.
-    queued : (n,) bool array
-        Whether a node is in the queue.
-    queue : (n,) int64 array
-        A heap of nodes by the price of contracting them, ``counts[QUEUED]`` long; at first all, at 0 or their own.
-    prices : (n,) int32 array
-        What it costs to contract each, where that is known before; else empty.
-    lengths, limits : (n,) int64 arrays
-        Scratch; 0 at first.
-    heap : int64 array
-        Scratch; the longer, the further searches go.
-    counts : (5,) int64 array
-    most : int
-        Neighbours that a node may have to be contracted.
-    core : int
-        How many nodes are left at least.
-    settle : int
-        Nodes that a search for another way may settle.
+    state : (4,) int64 array
+    core, most : int
+        How many nodes are left at least, and how many neighbours a node may have to be contracted.
     budget : int
     """
-    near, pairs = np.empty(most, np.int32), np.empty(most * most, np.int32)
-    counts[WORK] = 0
-    while counts[QUEUED] > 0 and counts[WORK] < budget and counts[EDGES] + most * most <= len(after):
-        if len(head) - counts[CONTRACTED] <= core:
-            return True
-        node = queue[0] & NODE
-        counts[QUEUED] = pop(queue, counts[QUEUED])
-        queued[node] = False
-        counts[WORK] += 1
-        if degrees[node] > most:
+    work = 0
+    while state[NEXT] < len(batch) and work < budget:
+        node, found = batch[state[NEXT]], counts[state[NEXT], FOUND]
+        slot, first, degree = state[NEXT] % len(pairs), counts[state[NEXT], FIRST], degrees[node]
+        if state[EDGES] + 2 * found > len(edges):
+            return False
+        if state[USED] + _most_room(node, begins, degrees, rooms, rows) > len(rows):
+            return False
+        held[node] = False
+        state[NEXT] += 1
+        price = 2 * (found - degree) + levels[node] + BIAS
+        work += 1
+        if len(gone) - state[CONTRACTED] <= core:
             continue
-        found = _find_shortcuts(node, settle, head, after, edges, lengths, limits, heap, near, pairs, counts)
-        price = 2 * (found - degrees[node]) + levels[node] + BIAS
-        if len(prices) == 0 and counts[QUEUED] > 0 and ((price << 32) | node) > queue[0]:
-            counts[QUEUED] = push(queue, counts[QUEUED], price, node)
-            queued[node] = True
-            continue
-        _take_out(node, found, near, pairs, head, after, edges, degrees, levels, counts)
-        order[counts[CONTRACTED]] = node
-        counts[CONTRACTED] += 1
-        for i in range(degrees[node]):
-            neighbour = edges[near[i], TO]
-            if not queued[neighbour] and degrees[neighbour] <= most:
-                counts[QUEUED] = push(queue, counts[QUEUED], prices[neighbour] if len(prices) else 0, neighbour)
-                queued[neighbour] = True
-    return bool(counts[QUEUED] == 0)
+        if not told:
+            prices[node] = price
+            if not _comes_first(node, begins, degrees, rows, prices, most):
+                continue
+        begin = begins[node]
+        for at in range(begin, begin + degree):
+            other = rows[at, NODE]
+            _leave(other, node, begins, degrees, rows)
+            levels[other] = max(levels[other], levels[node] + 1)
+        for i in range(first, first + found):
+            left, right = pairs[slot, i] >> PAIR_BITS, pairs[slot, i] & ((1 << PAIR_BITS) - 1)
+            _shorten(begin + left, begin + right, begins, degrees, rooms, rows, edges, state)
+        gone[node] = True
+        order[state[CONTRACTED]] = node
+        state[CONTRACTED] += 1
+        work += degree * degree + found * degree
+    return bool(state[NEXT] == len(batch))
+
+
+@bare
+def list_edges(begins: Words, degrees: Integers, rows: Rows, head: Integers, after: Integers) -> None:
+    """Make linked lists of rows: the edges of a node are from ``head`` on by ``after``."""
+    for node in range(len(begins)):
+        head[node] = -1
+        for at in range(begins[node], begins[node] + degrees[node]):
+            after[rows[at, EDGE]] = head[node]
+            head[node] = rows[at, EDGE]
 
 
 def warm() -> None:
     """Compile and call each kernel once."""
     starts, to, lengths = np.array([0, 1, 2]), np.array([1, 0], np.int32), np.ones(2, np.int32)
-    numbers = np.zeros((3, 2), np.int32)
-    head, after, edges = np.full(2, -1, np.int32), np.empty(2, np.int32), np.empty((2, 5), np.int32)
-    counts = np.zeros(5, np.int64)
-    link_edges(np.zeros((2, 2), np.int32), starts, to, lengths, head, after, edges, numbers[0], counts)
-    far = np.zeros(2, np.int64)
+    begins, numbers, state = np.zeros(2, np.int64), np.zeros((5, 2), np.int32), np.zeros(4, np.int64)
+    rows, edges, flags = np.zeros((20, 3), np.int32), np.zeros((2, 5), np.int32), np.zeros((2, 2), np.bool_)
+    lay_rows(np.zeros((2, 2), np.int32), starts, to, lengths, begins, numbers[0], numbers[1], rows, edges, state)
+    chosen = choose(0, 2, begins, numbers[0], rows, numbers[2], flags[0], 1, numbers[3], 0, flags[1])
     contract(
-        head,
-        after,
-        edges,
-        numbers[0],
-        numbers[1],
-        numbers[2],
-        np.zeros(2, np.bool_),
-        far,
-        numbers[0],
-        far.copy(),
-        far.copy(),
-        far.copy(),
-        counts,
-        1,
-        0,
-        1,
-        1,
-    )
+        numbers[3, :chosen], np.zeros((1, 1), np.int32), np.zeros((2, 2), np.int32),
+        begins, numbers[0], numbers[1], rows, edges, numbers[4], numbers[2], True, flags[0], flags[1], lengths,
+        state, 0, 1, 1,
+    )  # fmt: skip
+    list_edges(begins, numbers[0], rows, numbers[2], numbers[3])

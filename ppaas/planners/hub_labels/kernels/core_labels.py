@@ -132,6 +132,32 @@ def label_core(
     return bool(state[ROOT] == core)
 
 
+@bare
+def tell_lengths(
+    root: int, labelled: int, hubs: Integers, lengths: Integers, begins: Words, ends: Words,
+    of_root: Integers, far: Integers,
+) -> None:  # fmt: skip
+    """Tell how far nodes are from one, by their labels.
+
+    Parameters
+    ----------
+    root, labelled : int
+        The node, and how many nodes have labels; they are the first.
+    hubs, lengths, begins, ends
+        The labels.
+    of_root : (``labelled``,) int32 array
+        `FAR` everywhere, before and after.
+    far : (``labelled``,) int32 array
+        Out; `FAR` or more where there is no way.
+    """
+    for i in range(begins[root], ends[root]):
+        of_root[hubs[i]] = lengths[i]
+    for node in range(labelled):
+        far[node] = least(of_root, hubs, lengths, begins[node], ends[node])
+    for i in range(begins[root], ends[root]):
+        of_root[hubs[i]] = FAR
+
+
 def warm() -> None:
     """Compile and call each kernel once."""
     nothing, whole = np.empty(0, np.int32), np.zeros(1, np.int32)
@@ -140,3 +166,4 @@ def warm() -> None:
         np.zeros(1, np.int64), np.zeros(1, np.int64), whole, whole, whole, whole, whole, np.zeros(1, np.int64),
         np.zeros(6, np.int64), 0, 0,
     )  # fmt: skip
+    tell_lengths(0, 0, nothing, nothing, np.zeros(1, np.int64), np.zeros(1, np.int64), nothing, nothing)

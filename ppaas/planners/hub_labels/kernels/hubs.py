@@ -3,7 +3,7 @@
 import numpy as np
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.climbing import lead
+from ppaas.planners.hub_labels.kernels.fetching import LINE, fetch
 from ppaas.planners.hub_labels.kernels.layout import (
     CORNER_SIZE,
     CORNERS,
@@ -20,15 +20,16 @@ from ppaas.planners.hub_labels.kernels.layout import (
     integers_of,
     lengths_after,
     links_after,
-    moves_of,
     shorts_of,
 )
+from ppaas.planners.hub_labels.kernels.leaving import pass_gates
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.scratch import (
     CORNER,
     COUNT,
     GOAL,
-    MOVES,
+    LENGTHS,
+    SEEN,
     START,
     end_of,
     reach_of,
@@ -75,6 +76,17 @@ def _clear(reach: Integers, hubs: Shorts, begin: int, size: int) -> None:
         reach[np.uint64(hubs[np.uint64(2 * begin + i)])] = FAR
 
 
+@joined
+def announce(table: Integers, labels: Integers, corner: int) -> None:
+    """Begin to bring the label of a corner."""
+    begin = np.int64(label_of(table, corner))
+    far = begin + np.int64(lengths_after(entries_of(table, corner)))
+    fetch(labels, begin)
+    fetch(labels, begin + LINE)
+    fetch(labels, far)
+    fetch(labels, far + LINE)
+
+
 @bare
 def lay_out(index: Words, scratch: Integers, corner: int, length: int) -> None:
     """Lay the label of a corner of the start out, which is so far from it."""
@@ -90,21 +102,16 @@ def look_up(index: Words, scratch: Integers, corner: int) -> int:
 
 
 @bare
-def take_back_one(index: Words, scratch: Integers, corner: int) -> int:
-    """Forget what was laid out of a corner; return how many entries it has."""
-    table, hubs = integers_of(index, TABLE), shorts_of(index, LABELS)
-    size = int(entries_of(table, corner))
-    _clear(reach_of(index, scratch), hubs, label_of(table, corner), size)
-    return size
-
-
-@bare
 def take_back(index: Words, scratch: Integers, kept: int) -> int:
     """Forget what was laid out of the first so many corners of the start; return how many entries they have."""
-    looked = 0
-    for corner in end_of(index, scratch, START, 0)[:kept]:
-        looked += take_back_one(index, scratch, np.int64(corner))
-    return looked
+    table, hubs = integers_of(index, TABLE), shorts_of(index, LABELS)
+    reach, looked = reach_of(index, scratch), np.int64(0)
+    for rank in end_of(index, scratch, START, SEEN)[:kept]:
+        corner = np.int64(rank)
+        size = entries_of(table, corner)
+        _clear(reach, hubs, label_of(table, corner), size)
+        looked += size
+    return int(looked)
 
 
 @joined
@@ -121,42 +128,43 @@ def _place_of(hubs: Shorts, hub: int) -> int:
 
 
 @bare
-def _follow(index: Words, scratch: Integers, end: int, corner: int, link: int) -> None:
-    """Write the ways from an end over a corner of its own to a hub to the route, given the corner's link to the hub."""
+def _follow(index: Words, scratch: Integers, end: int, corner: int, length: int, link: int) -> None:
+    """Write the ways from an end over a corner that is so far from it to a hub, given the corner's link to the hub."""
     labels, ways, route = integers_of(index, LABELS), shorts_of(index, WAYS), route_of(index, scratch)
     at, step = side_of(route, end)
     count = 0
     if index[LABELLED] < index[CORNERS]:
-        count = lead(index, scratch, end, corner)
+        count = pass_gates(index, scratch, end, corner, length)
     else:
         scratch[CORNER + end] = corner
     while link >= 0:
         way = labels[np.uint64(link + LINK_WAY)]
         if way < 0:
             break
+        fetch(ways, np.int64(way))
         route[np.uint64(at + step * count)] = way
         count += 1
-        scratch[MOVES] += moves_of(ways, way)
         link = labels[np.uint64(link + LINK_NEXT)]
     scratch[COUNT + end] = count
 
 
 @bare
-def walk(index: Words, scratch: Integers, kept: int, to_corner: int, length: int) -> None:
-    """Write the route of that length from one of the corners laid out to a corner of the goal."""
+def walk(index: Words, scratch: Integers, kept: int, to_corner: int, to_length: int, length: int) -> None:
+    """Write the route of that length from one of the corners laid out to a corner that is so far from the goal."""
     table, labels, hubs = integers_of(index, TABLE), integers_of(index, LABELS), shorts_of(index, LABELS)
-    reach, seen, lengths = reach_of(index, scratch), end_of(index, scratch, START, 0), end_of(index, scratch, START, 1)
+    reach = reach_of(index, scratch)
+    seen, lengths = end_of(index, scratch, START, SEEN), end_of(index, scratch, START, LENGTHS)
     begin, size = label_of(table, to_corner), entries_of(table, to_corner)
     far, place = begin + lengths_after(size), 0
     while reach[hubs[2 * begin + place]] + labels[far + place] != length:
         place += 1
     hub = hubs[2 * begin + place]
-    _follow(index, scratch, GOAL, to_corner, begin + links_after(size) + LINK_SIZE * place)
+    _follow(index, scratch, GOAL, to_corner, to_length, begin + links_after(size) + LINK_SIZE * place)
     for i in range(kept):
         corner = np.int64(seen[i])
         begin, size = label_of(table, corner), entries_of(table, corner)
         place = _place_of(hubs[2 * begin : 2 * begin + size], hub)
         found = hubs[2 * begin + place] == hub
         if found and labels[begin + lengths_after(size) + place] + lengths[i] == reach[hub]:
-            _follow(index, scratch, START, corner, begin + links_after(size) + LINK_SIZE * place)
+            _follow(index, scratch, START, corner, np.int64(lengths[i]), begin + links_after(size) + LINK_SIZE * place)
             return

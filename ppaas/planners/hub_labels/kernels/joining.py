@@ -6,10 +6,15 @@ landmarks tell (Goldberg and Harrelson, "Computing the Shortest Path: A* Search 
 
 from typing import Any
 
+import numpy as np
+
 from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.fetching import fetch
 from ppaas.planners.hub_labels.kernels.layout import (
     COLUMN,
     CORNER_SIZE,
+    CORNERS,
+    LABELLED,
     LANDMARK_COUNT,
     LANDMARK_SHIFT,
     LANDMARKS,
@@ -24,7 +29,7 @@ from ppaas.planners.hub_labels.kernels.layout import (
     words_of,
 )
 from ppaas.planners.hub_labels.kernels.scan import Integers, diagonal_steps, is_free, octile, scan
-from ppaas.planners.hub_labels.kernels.scratch import end_of, marks_of
+from ppaas.planners.hub_labels.kernels.scratch import BOUNDS, LENGTHS, SEEN, end_of, marks_of
 from ppaas.planners.hub_labels.kernels.terrain import (
     column_line,
     column_stride,
@@ -64,24 +69,31 @@ def sees(terrain: Words, row: int, column: int, to_row: int, to_column: int) -> 
 @bare
 def join(index: Words, scratch: Integers, end: int, row: int, column: int) -> int:
     """Find the corners that an end sees, itself if it is one, and return how many."""
-    terrain = words_of(index, TERRAIN)
-    seen, lengths = end_of(index, scratch, end, 0), end_of(index, scratch, end, 1)
-    if not is_corner(terrain, row, column):
-        return int(scan(terrain, row, column, seen, lengths))
-    seen[0] = number_of(terrain, row, column)
-    lengths[0] = 0
-    return 1
+    terrain, ranks = words_of(index, TERRAIN), integers_of(index, RANKS)
+    seen, lengths = end_of(index, scratch, end, SEEN), end_of(index, scratch, end, LENGTHS)
+    if is_corner(terrain, row, column):
+        seen[0] = ranks[number_of(terrain, row, column)]
+        lengths[0] = 0
+        return 1
+    found = int(scan(terrain, row, column, seen, lengths))
+    for i in range(found):
+        seen[i] = ranks[np.uint64(seen[i])]
+    if index[LANDMARK_COUNT] and index[LABELLED] == index[CORNERS]:
+        landmarks = shorts_of(index, LANDMARKS)
+        for i in range(found):
+            fetch(landmarks, np.int64(seen[i]) * MARKS)
+    return found
 
 
 @bare
 def measure(index: Words, scratch: Integers, end: int, found: int) -> None:
     """Tell how far the landmarks are from an end."""
-    landmarks, ranks, shift = shorts_of(index, LANDMARKS), integers_of(index, RANKS), index[LANDMARK_SHIFT]
-    seen, lengths = end_of(index, scratch, end, 0), end_of(index, scratch, end, 1)
+    landmarks, shift = shorts_of(index, LANDMARKS), index[LANDMARK_SHIFT]
+    seen, lengths = end_of(index, scratch, end, SEEN), end_of(index, scratch, end, LENGTHS)
     nearest = lanes.splat(UNREACHED)
     for i in range(found):
         beyond = lanes.splat(lengths[i] >> shift)
-        nearest = lanes.least(nearest, lanes.add(lanes.load_shorts(landmarks, ranks[seen[i]] * MARKS), beyond))
+        nearest = lanes.least(nearest, lanes.add(lanes.load_shorts(landmarks, seen[i] * MARKS), beyond))
     lanes.store(marks_of(scratch, end), 0, nearest)
 
 
@@ -97,16 +109,16 @@ def _apart(landmarks: Shorts, rank: int, marks: Integers) -> int:
 @bare
 def bound_all(index: Words, scratch: Integers, end: int, found: int, to_row: int, to_column: int) -> None:
     """Tell how long ways from one end over each of its corners to the other end are at least, the best two first."""
-    table, ranks = integers_of(index, TABLE), integers_of(index, RANKS)
+    table = integers_of(index, TABLE)
     landmarks, has_some, shift = shorts_of(index, LANDMARKS), index[LANDMARK_COUNT] > 0, index[LANDMARK_SHIFT]
-    seen, lengths = end_of(index, scratch, end, 0), end_of(index, scratch, end, 1)
-    bounds, marks = end_of(index, scratch, end, 2), marks_of(scratch, 1 - end)
+    seen, lengths = end_of(index, scratch, end, SEEN), end_of(index, scratch, end, LENGTHS)
+    bounds, marks = end_of(index, scratch, end, BOUNDS), marks_of(scratch, 1 - end)
     for i in range(found):
         at = seen[i] * CORNER_SIZE
         bound = octile(table[at + ROW] - to_row, table[at + COLUMN] - to_column)
         if has_some:
             # Both distances were cut to whole units, that of the end twice.
-            bound = max(bound, (_apart(landmarks, ranks[seen[i]], marks) - 2) << shift)
+            bound = max(bound, (_apart(landmarks, seen[i], marks) - 2) << shift)
         bounds[i] = bound + lengths[i]
     for place in range(min(TRIED, found - 1)):
         best = place

@@ -10,6 +10,8 @@ from ppaas.planners.hub_labels.kernels.layout import (
     CORNER_SIZE,
     DIRECTIONS,
     ENTRIES,
+    FRINGE_HEAD,
+    GATE_COUNT,
     LABEL,
     LINK_NEXT,
     LINK_SIZE,
@@ -18,6 +20,7 @@ from ppaas.planners.hub_labels.kernels.layout import (
     ROW,
     WAY_HEAD,
     Shorts,
+    edges_after,
     fringe_size,
     label_size,
     lengths_after,
@@ -31,7 +34,7 @@ from ppaas.planners.kernels.bare import bare, joined
 
 @bare
 def lay_table(
-    places: Rows, ranks: Integers, begins: Words, ends: Words, labelled: int,
+    places: Rows, ranks: Integers, begins: Words, ends: Words, labelled: int, gates: Words,
     head: Integers, after: Integers, edges: Rows, table: Rows, offsets: Integers, sizes: Words,
 ) -> None:  # fmt: skip
     """Lay the table of the corners, and tell how much room labels and ways take.
@@ -45,10 +48,12 @@ def lay_table(
         Where the label of each rank lies.
     labelled : int
         How many have labels; the rest is the fringe.
+    gates : (n,) int64 array
+        How many gates each rank has.
     head, after, edges
         The contracted graph.
     table : (n, 4) int32 array
-        Out.
+        Out, by ranks.
     offsets : (m,) int32 array
         Out: where each edge lies among the ways.
     sizes : (2,) int64 array
@@ -56,18 +61,19 @@ def lay_table(
     """
     label, way = np.int64(0), np.int64(0)
     for corner in range(len(ranks)):
-        table[corner, ROW] = places[corner, 0]
-        table[corner, COLUMN] = places[corner, 1]
-        table[corner, LABEL] = label
+        rank = ranks[corner]
+        table[rank, ROW] = places[corner, 0]
+        table[rank, COLUMN] = places[corner, 1]
+        table[rank, LABEL] = label
         edge, count = head[corner], 0
         while edge >= 0:
             offsets[edge] = way
             way += WAY_HEAD + edges[edge, RUNS]
             edge = after[edge]
             count += 1
-        entries = ends[ranks[corner]] - begins[ranks[corner]] if ranks[corner] < labelled else -1 - count
-        table[corner, ENTRIES] = entries
-        label += label_size(entries) if entries >= 0 else fringe_size(count)
+        entries = ends[rank] - begins[rank] if rank < labelled else -1 - count
+        table[rank, ENTRIES] = entries
+        label += label_size(entries) if entries >= 0 else fringe_size(count, gates[rank])
     sizes[0] = label
     sizes[1] = way
 
@@ -85,27 +91,53 @@ def _place_of(hub: int, hubs: Integers, begin: int, end: int) -> int:
 
 
 @bare
-def _lay_edges(
-    at: int, count: int, edge: int, after: Integers, edges: Rows, offsets: Integers, labels: Integers
-) -> None:
-    for i in range(at, at + count):
-        labels[i] = edges[edge, TO]
-        labels[i + count] = edges[edge, LENGTH]
-        labels[i + 2 * count] = offsets[edge]
-        edge = after[edge]
-
-
-@bare
-def lay_labels(
+def lay_fringe(
     table: Rows, first: int, last: int, ranks: Integers,
     head: Integers, after: Integers, edges: Rows, offsets: Integers,
-    hubs: Integers, lengths: Integers, towards: Integers, begins: Words, ends: Words, labels: Integers, short: Shorts,
+    gates: Integers, lengths: Integers, begins: Words, ends: Words, local: Words, boxes: Rows, labels: Integers,
 ) -> None:  # fmt: skip
-    """Lay the labels of the corners ``first`` to ``last``, or their edges where they have none.
+    """Lay what is told of the corners ``first`` to ``last`` of the fringe.
 
     Parameters
     ----------
     table, ranks, head, after, edges, offsets
+        As for `lay_table`.
+    first, last : int
+    gates, lengths, begins, ends, local, boxes
+        As `gates` has them; ``local`` by the numbers of edges.
+    labels : int32 array
+        Out.
+    """
+    for corner in range(first, last):
+        rank = ranks[corner]
+        at, count, begin = table[rank, LABEL], -1 - table[rank, ENTRIES], begins[rank]
+        if count < 0:
+            continue
+        found = ends[rank] - begin
+        for side in range(GATE_COUNT):
+            labels[at + side] = boxes[rank, side]
+        labels[at + GATE_COUNT] = found
+        for i in range(found):
+            labels[at + FRINGE_HEAD + i] = gates[begin + i]
+            labels[at + FRINGE_HEAD + found + i] = lengths[begin + i]
+        edge = head[corner]
+        for i in range(at + edges_after(found), at + edges_after(found) + count):
+            labels[i] = ranks[edges[edge, TO]]
+            labels[i + count] = edges[edge, LENGTH] if local[edge] else -edges[edge, LENGTH]
+            labels[i + 2 * count] = offsets[edge]
+            edge = after[edge]
+
+
+@bare
+def lay_labels(
+    table: Rows, first: int, last: int, ranks: Integers, edges: Rows, offsets: Integers,
+    hubs: Integers, lengths: Integers, towards: Integers, begins: Words, ends: Words, labels: Integers, short: Shorts,
+) -> None:  # fmt: skip
+    """Lay the labels of the corners ``first`` to ``last``, where they have one.
+
+    Parameters
+    ----------
+    table, ranks, edges, offsets
         As for `lay_table`.
     first, last : int
     hubs, lengths, towards, begins, ends
@@ -116,9 +148,9 @@ def lay_labels(
         The same memory.
     """
     for corner in range(first, last):
-        at, size, own = table[corner, LABEL], table[corner, ENTRIES], begins[ranks[corner]]
+        rank = ranks[corner]
+        at, size, own = table[rank, LABEL], table[rank, ENTRIES], begins[rank]
         if size < 0:
-            _lay_edges(at, -1 - size, head[corner], after, edges, offsets, labels)
             continue
         if size & 1:
             short[2 * at + size] = 0
@@ -130,8 +162,8 @@ def lay_labels(
             labels[link + LINK_NEXT] = -1
             labels[link + LINK_WAY] = -1 if edge < 0 else offsets[edge]
             if edge >= 0 and ranks[edges[edge, TO]] != hub:
-                above = edges[edge, TO]
-                place = _place_of(hub, hubs, begins[ranks[above]], ends[ranks[above]])
+                above = ranks[edges[edge, TO]]
+                place = _place_of(hub, hubs, begins[above], ends[above])
                 labels[link + LINK_NEXT] = table[above, LABEL] + links_after(table[above, ENTRIES]) + LINK_SIZE * place
 
 
@@ -210,8 +242,10 @@ def warm() -> None:
     nothing, starts = np.empty(0, np.int32), np.zeros(2, np.int64)
     places, edges = np.empty((0, 2), np.int32), np.empty((0, 5), np.int32)
     table, ways = np.empty((0, CORNER_SIZE), np.int32), np.empty(0, np.uint16)
-    lay_table(places, nothing, starts, starts, 0, nothing, nothing, edges, table, nothing, starts)
-    lay_labels(
-        table, 0, 0, nothing, nothing, nothing, edges, nothing, nothing, nothing, nothing, starts, starts, nothing, ways
-    )
+    lay_table(places, nothing, starts, starts, 0, starts, nothing, nothing, edges, table, nothing, starts)
+    lay_labels(table, 0, 0, nothing, edges, nothing, nothing, nothing, nothing, starts, starts, nothing, ways)
+    lay_fringe(
+        table, 0, 0, nothing, nothing, nothing, edges, nothing,
+        nothing, nothing, starts, starts, starts, table, nothing,
+    )  # fmt: skip
     lay_ways(places, 0, 0, nothing, nothing, edges, nothing, ways)

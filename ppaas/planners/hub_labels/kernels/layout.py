@@ -1,11 +1,13 @@
 """How an index lies in one array of int64: a head of `HEAD` numbers, then its sections, each from a whole word on.
 
-Of each corner there are `CORNER_SIZE` int32 numbers: its row and its column, with the margin; where its label begins
-among the labels; and how many entries it has.
+Corners are told by their ranks, 0 the most important. Of each there are `CORNER_SIZE` int32 numbers: its row and its
+column, with the margin; where its label begins among the labels; and how many entries it has.
 
 The most important corners are *labelled*; where all labels would take too much room, the rest is the *fringe*. Of a
-corner of the fringe, the number of entries is −1 − how many edges lead from it to more important corners, and in place
-of its label are these: all corners they lead to, then all their lengths, then all their ways.
+corner of the fringe, the number of entries is −1 − how many edges lead from it to more important corners. In place of
+its label are `FRINGE_HEAD` numbers: the rectangle that holds what is reached over local edges, and how many gates it
+has (both as `gates` tells). Then come the gates, all their lengths, and the edges: all corners they lead to, then all
+their lengths, negative but for local edges, then all their ways.
 
 Labels are int32. The label of a corner is the hubs of all its entries, two to a number, then all their lengths, then
 all their links. A link is two numbers: where the link of the same hub lies in the label one way nearer to the hub, −1
@@ -37,12 +39,15 @@ or `MARKS`; and by how many bits lengths to them are cut."""
 
 TERRAIN, TABLE, LANDMARKS, LABELS, WAYS, RANKS, END = range(13, 20)
 """Where the sections begin: the lines of the map (int64); the numbers of the corners; how far those with labels are
-from the landmarks, by their ranks (uint16); the labels; the ways; the rank of each corner, 0 the most important, and
-how many were contracted (int32)."""
+from the landmarks (uint16); the labels; the ways; the rank of each corner, row by row, and how many were contracted
+(int32)."""
 
 ROW, COLUMN, LABEL, ENTRIES, CORNER_SIZE = range(5)
 WAY_HEAD = 2
 LINK_NEXT, LINK_WAY, LINK_SIZE = range(3)
+
+GATE_COUNT = 4
+FRINGE_HEAD = 5
 
 MARKS = LANES
 
@@ -81,9 +86,15 @@ def label_size(entries: int) -> int:
 
 
 @joined
-def fringe_size(edges: int) -> int:
-    """Return how many int32 the edges of a corner of the fringe take."""
-    return 3 * edges
+def fringe_size(edges: int, gates: int) -> int:
+    """Return how many int32 are told of a corner of the fringe."""
+    return FRINGE_HEAD + 2 * gates + 3 * edges
+
+
+@joined
+def edges_after(gates: int) -> int:
+    """Return how many int32 after the begin of what is told of a corner of the fringe its edges lie."""
+    return FRINGE_HEAD + 2 * gates
 
 
 @joined

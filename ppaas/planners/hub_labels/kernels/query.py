@@ -3,7 +3,7 @@
 Where the two ends see each other there is nothing to look up. Else each end is joined to the corners it sees; the
 labels of the start's corners are laid out in an array by their hubs, and those of the goal's corners look up the hub
 over which the way is shortest. From there the links of the labels lead back to both ends. Where corners have no labels,
-both ends first go up through the fringe to those that have.
+their gates take their place; and ends that are near each other also look for a way below all labels.
 
 The two corners of each end over which a way may be shortest give a good way; corners over which none can be shorter are
 left out.
@@ -16,9 +16,8 @@ import numpy as np
 from numba import njit, types
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.climbing import climb, descend, lead, meet
-from ppaas.planners.hub_labels.kernels.guessing import guess
-from ppaas.planners.hub_labels.kernels.hubs import lay_out, look_up, take_back, walk
+from ppaas.planners.hub_labels.kernels.climbing import climb, descend, lead, may_meet, meet
+from ppaas.planners.hub_labels.kernels.hubs import announce, lay_out, look_up, take_back, walk
 from ppaas.planners.hub_labels.kernels.joining import TRIED, bound_all, join, measure, sees, swap
 from ppaas.planners.hub_labels.kernels.layout import (
     COLUMN,
@@ -27,23 +26,28 @@ from ppaas.planners.hub_labels.kernels.layout import (
     END,
     HEAD,
     LABELLED,
+    LABELS,
     LANDMARK_COUNT,
     ROW,
     TABLE,
     TERRAIN,
     WAYS,
     integers_of,
+    moves_of,
     shorts_of,
     words_of,
 )
-from ppaas.planners.hub_labels.kernels.scan import Integers
+from ppaas.planners.hub_labels.kernels.leaving import leave
+from ppaas.planners.hub_labels.kernels.scan import TELLING, Integers, moves_in
 from ppaas.planners.hub_labels.kernels.scratch import (
+    BOUNDS,
     CORNER,
     COUNT,
     EXPANDED,
     GOAL,
+    LENGTHS,
     MEETING,
-    MOVES,
+    SEEN,
     START,
     end_of,
     new_scratch,
@@ -65,10 +69,13 @@ from ppaas.planners.kernels.bare import inlined
 @inlined
 def _lay_best(index: Words, scratch: Integers, found: int, to_found: int, best: int) -> tuple[int, int]:
     """Lay the corners of the start out that matter; return how many, now the first, and how long a way is at most."""
-    seen, lengths = end_of(index, scratch, START, 0), end_of(index, scratch, START, 1)
-    bounds = end_of(index, scratch, START, 2)
-    to_seen, to_lengths = end_of(index, scratch, GOAL, 0), end_of(index, scratch, GOAL, 1)
+    seen, lengths = end_of(index, scratch, START, SEEN), end_of(index, scratch, START, LENGTHS)
+    bounds = end_of(index, scratch, START, BOUNDS)
+    to_seen, to_lengths = end_of(index, scratch, GOAL, SEEN), end_of(index, scratch, GOAL, LENGTHS)
+    table, labels = integers_of(index, TABLE), integers_of(index, LABELS)
     tried = min(TRIED, found)
+    for j in range(min(TRIED, to_found)):
+        announce(table, labels, np.int64(to_seen[j]))
     for i in range(tried):
         lay_out(index, scratch, np.int64(seen[i]), np.int64(lengths[i]))
     for j in range(min(TRIED, to_found)):
@@ -76,53 +83,79 @@ def _lay_best(index: Words, scratch: Integers, found: int, to_found: int, best: 
     kept = tried
     for i in range(tried, found):
         if bounds[i] < best:
+            announce(table, labels, np.int64(seen[i]))
             swap(kept, i, seen, lengths, bounds)
-            lay_out(index, scratch, np.int64(seen[kept]), np.int64(lengths[kept]))
             kept += 1
+    for i in range(tried, kept):
+        lay_out(index, scratch, np.int64(seen[i]), np.int64(lengths[i]))
     return kept, best
 
 
 @inlined
-def _find_route(index: Words, scratch: Integers, row: int, column: int, to_row: int, to_column: int) -> bool:
-    """Find a shortest way over corners and write its route; return whether there is one."""
+def _find_route(index: Words, scratch: Integers, row: int, column: int, to_row: int, to_column: int) -> int:
+    """Find a shortest way over corners and write its route; return how long it is, `FAR` or more without one."""
     found, to_found = join(index, scratch, START, row, column), join(index, scratch, GOAL, to_row, to_column)
-    shortest, has_fringe = np.int64(FAR), index[LABELLED] < index[CORNERS]
+    near, to_near, has_fringe = found, to_found, index[LABELLED] < index[CORNERS]
     if has_fringe:
-        most = guess(index, scratch, found, to_found, row, column, to_row, to_column)
-        found = climb(index, scratch, START, found, to_row, to_column, most)
-        to_found = climb(index, scratch, GOAL, to_found, row, column, most)
-        shortest, scratch[MEETING] = meet(index, scratch)
+        found, to_found = leave(index, scratch, START, found), leave(index, scratch, GOAL, to_found)
     if index[LANDMARK_COUNT]:
         measure(index, scratch, START, found)
         measure(index, scratch, GOAL, to_found)
     bound_all(index, scratch, START, found, to_row, to_column)
     bound_all(index, scratch, GOAL, to_found, row, column)
 
+    shortest = np.int64(FAR)
     kept, most = _lay_best(index, scratch, found, to_found, shortest)
-    to_seen, to_lengths = end_of(index, scratch, GOAL, 0), end_of(index, scratch, GOAL, 1)
-    to_bounds, last = end_of(index, scratch, GOAL, 2), -1
-    for j in range(to_found):
+    to_seen, to_lengths = end_of(index, scratch, GOAL, SEEN), end_of(index, scratch, GOAL, LENGTHS)
+    to_bounds, last = end_of(index, scratch, GOAL, BOUNDS), -1
+    to_kept = min(TRIED, to_found)
+    for j in range(to_kept, to_found):
+        if to_bounds[j] < most:
+            announce(integers_of(index, TABLE), integers_of(index, LABELS), np.int64(to_seen[j]))
+            swap(to_kept, j, to_seen, to_lengths, to_bounds)
+            to_kept += 1
+    for j in range(to_kept):
         if j < TRIED or to_bounds[j] < most:
             length = look_up(index, scratch, np.int64(to_seen[j])) + to_lengths[j]
             if length < shortest:
                 shortest, last = length, j
                 most = min(most, length)
+    if has_fringe and may_meet(index, scratch, near, to_near):
+        climb(index, scratch, START, near, to_row, to_column, shortest)
+        climb(index, scratch, GOAL, to_near, row, column, shortest)
+        length, scratch[MEETING] = meet(index, scratch)
+        if length < shortest:
+            shortest, last = length, -1
+        descend(index, scratch)
     if last >= 0:
-        walk(index, scratch, kept, np.int64(to_seen[last]), shortest - to_lengths[last])
+        to_length = np.int64(to_lengths[last])
+        walk(index, scratch, kept, np.int64(to_seen[last]), to_length, shortest - to_length)
     elif shortest < FAR:
         scratch[COUNT] = lead(index, scratch, START, np.int64(scratch[MEETING]))
         scratch[COUNT + 1] = lead(index, scratch, GOAL, np.int64(scratch[MEETING]))
     scratch[EXPANDED] = take_back(index, scratch, kept)
-    if has_fringe:
-        descend(index, scratch)
-    return bool(shortest < FAR)
+    return int(shortest)
+
+
+@inlined
+def _count_moves(index: Words, scratch: Integers, row: int, column: int, to_row: int, to_column: int) -> int:
+    """Return how many moves the way that was found has."""
+    table, ways, route = integers_of(index, TABLE), shorts_of(index, WAYS), route_of(index, scratch)
+    first, last = scratch[CORNER] * CORNER_SIZE, scratch[CORNER + 1] * CORNER_SIZE
+    moves = np.int64(max(abs(table[first + ROW] - row), abs(table[first + COLUMN] - column)))
+    moves += max(abs(table[last + ROW] - to_row), abs(table[last + COLUMN] - to_column))
+    for i in range(scratch[COUNT]):
+        moves += moves_of(ways, route[i])
+    for i in range(len(route) - scratch[COUNT + 1], len(route)):
+        moves += moves_of(ways, route[i])
+    return int(moves)
 
 
 @inlined
 def _plan(index: Words, scratch: Integers, row: int, column: int, to_row: int, to_column: int) -> int:
     """Find a shortest way, and return of how many cells it is; 0 if there is none."""
-    terrain, table = words_of(index, TERRAIN), integers_of(index, TABLE)
-    scratch[EXPANDED] = scratch[MOVES] = scratch[COUNT] = scratch[COUNT + 1] = 0
+    terrain = words_of(index, TERRAIN)
+    scratch[EXPANDED] = scratch[COUNT] = scratch[COUNT + 1] = 0
     scratch[CORNER] = scratch[CORNER + 1] = -1
     rows, columns = terrain[ROWS] - 1, terrain[COLUMNS] - 1
     if not (0 < row < rows and 0 < to_row < rows and 0 < column < columns and 0 < to_column < columns):
@@ -131,12 +164,12 @@ def _plan(index: Words, scratch: Integers, row: int, column: int, to_row: int, t
         return 0
     if sees(terrain, row, column, to_row, to_column):
         return int(max(abs(to_row - row), abs(to_column - column)) + 1)
-    if not _find_route(index, scratch, row, column, to_row, to_column):
+    length = _find_route(index, scratch, row, column, to_row, to_column)
+    if length >= FAR:
         return 0
-    first, last = scratch[CORNER] * CORNER_SIZE, scratch[CORNER + 1] * CORNER_SIZE
-    before = max(abs(table[first + ROW] - row), abs(table[first + COLUMN] - column))
-    behind = max(abs(table[last + ROW] - to_row), abs(table[last + COLUMN] - to_column))
-    return int(scratch[MOVES] + before + behind + 1)
+    if length < TELLING:
+        return int(moves_in(length) + 1)
+    return int(_count_moves(index, scratch, row, column, to_row, to_column) + 1)
 
 
 @inlined
@@ -144,17 +177,17 @@ def _spell(index: Words, scratch: Integers, flat: Words, row: int, column: int, 
     """Write the cells of the way that was found."""
     table, ways = integers_of(index, TABLE), shorts_of(index, WAYS)
     route = route_of(index, scratch)
-    at = np.int64(write_first(flat, row, column))
+    at, cell = write_first(flat, row, column)
     if scratch[CORNER] >= 0:
         first, last = scratch[CORNER] * CORNER_SIZE, scratch[CORNER + 1] * CORNER_SIZE
         to = np.int64(table[first + ROW]), np.int64(table[first + COLUMN])
-        at = write_straight(flat, at, row, column, *to)
+        at, cell = write_straight(flat, at, cell, row, column, *to)
         for i in range(scratch[COUNT]):
-            at = write_way(flat, at, ways, route[i])
+            at, cell = write_way(flat, at, cell, ways, route[i])
         for i in range(len(route) - scratch[COUNT + 1], len(route)):
-            at = write_back(flat, at, ways, route[i])
+            at, cell = write_back(flat, at, cell, ways, route[i])
         row, column = int(np.int64(table[last + ROW])), int(np.int64(table[last + COLUMN]))
-    write_straight(flat, at, row, column, to_row, to_column)
+    write_straight(flat, at, cell, row, column, to_row, to_column)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

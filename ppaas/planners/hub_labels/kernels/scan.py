@@ -34,6 +34,11 @@ DIAGONAL = 8119
 diagonal steps the shorter one is shorter in whole numbers too, and a way found is never longer than a shortest one by
 more than 1.1e-8 a diagonal step."""
 
+TELLING = STRAIGHT * DIAGONAL
+"""Shorter lengths tell of how many moves a way is."""
+
+_INVERSE = pow(DIAGONAL, -1, STRAIGHT)
+
 CLUMP = 256
 """Corners that are scanned at a time."""
 
@@ -73,6 +78,13 @@ def octile(rows: int, columns: int) -> int:
     """Return how long a way over so many rows and columns is at least, in whole numbers."""
     rows, columns = abs(rows), abs(columns)
     return STRAIGHT * max(rows, columns) + (DIAGONAL - STRAIGHT) * min(rows, columns)
+
+
+@joined
+def moves_in(length: int) -> int:
+    """Return of how many moves a way is, from its length; only for lengths below `TELLING`."""
+    diagonal = length * _INVERSE % STRAIGHT
+    return diagonal + (length - DIAGONAL * diagonal) // STRAIGHT
 
 
 @bare

@@ -1,10 +1,9 @@
 """How what a query writes to lies in one array of int32, which belongs to one thread.
 
 It begins with `FIXED` numbers: what is told of the last query, and how far the landmarks are from its two ends. Then,
-for n corners of which k have labels: for each hub how far it is from the start (k); the route (2 n + 2); of each end
-the corners with labels over which ways lead, how far they are, and how long ways over them are at least. Where there is
-a fringe, each end also has of each corner (n) how far it is, the way to it, and the corner where that way begins; and
-the corners which were reached. Last comes a heap.
+for n corners of which k have labels: for each hub how far it is from the start (k); the route (2 n + 2); and of each
+end `END_PARTS` lists. Where there is a fringe, each end also has of each corner (n) how far it is, the way to it, and
+the corner where that way begins; and the corners which were reached. Last comes a heap.
 
 All of it is `FAR` at first, and the numbers of hubs and of how far corners are, again after each query.
 """
@@ -19,13 +18,17 @@ from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import FAR
 from ppaas.planners.kernels.bare import inlined, joined
 
-EXPANDED, MOVES, MEETING = range(3)
-"""What is told first: how many entries of labels were looked at, how many moves the ways of the route have, and the
-corner where the two ends met below all labels, or −1."""
+EXPANDED, MEETING = range(2)
+"""What is told first: how many entries of labels were looked at, and the corner where the two ends met below all
+labels, or −1."""
 
 CORNER, COUNT, TOUCHED = 3, 5, 7
 """What is told of each end: the corner next to it on the route, or −1 if none is between the ends; how many ways of the
 route are its own; and how many corners it reached in the fringe."""
+
+SEEN, LENGTHS, BOUNDS, JOINED, JOINED_LENGTHS, END_PARTS = range(6)
+"""What lists an end has: the corners with labels over which ways lead, how far they are, and how long ways over them
+are at least; and, where there is a fringe, the corners it sees and how far those are."""
 
 FIXED = 16 + 2 * MARKS
 
@@ -42,7 +45,7 @@ def _of_ends(index: Words) -> int:
 
 @joined
 def _of_fringe(index: Words) -> int:
-    return int(_of_ends(index) + 6 * index[MOST_SEEN])
+    return int(_of_ends(index) + 2 * END_PARTS * index[MOST_SEEN])
 
 
 @joined
@@ -84,8 +87,8 @@ def side_of(route: Integers, end: int) -> tuple[int, int]:
 
 @inlined
 def end_of(index: Words, scratch: Integers, end: int, what: int) -> Integers:
-    """Return of an end: 0 the corners with labels, 1 how far they are, 2 how long ways over them are at least."""
-    begin = _of_ends(index) + (3 * end + what) * index[MOST_SEEN]
+    """Return a list of an end."""
+    begin = _of_ends(index) + (END_PARTS * end + what) * index[MOST_SEEN]
     return scratch[begin : begin + index[MOST_SEEN]]
 
 

@@ -5,21 +5,24 @@ too much is written over by the next run, and room for it is left at the end.
 """
 
 import sys
+from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.planners.hub_labels.kernels import vectors
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import DIRECTIONS, WAY_HEAD, Shorts, runs_of
+from ppaas.planners.hub_labels.kernels.vectors import AT_ONCE
 from ppaas.planners.kernels.bare import bare, joined
 
 Cells = NDArray[np.int32]
 
+_vectors: Any = vectors  # numba's annotations take what makes an operation for the operation
+
 ROW_UNIT, COLUMN_UNIT = (1, 1 << 32) if sys.byteorder == "little" else (1 << 32, 1)
 """A cell is written as one int64, which lies in memory as its row and its column do."""
-
-AT_ONCE = 8
 
 COMPASS = 1 << DIRECTIONS
 OPPOSITE = COMPASS // 2
@@ -48,56 +51,57 @@ def new_cells(count: int) -> tuple[Cells, Words]:
 
 
 @joined
-def write_first(flat: Words, row: int, column: int) -> int:
-    """Write the first cell, and return where the next begin. Rows and columns are counted with the margin here."""
-    flat[0] = (row - 1) * ROW_UNIT + (column - 1) * COLUMN_UNIT
-    return 1
+def write_first(flat: Words, row: int, column: int) -> tuple[int, int]:
+    """Write the first cell, and return where the next begin, and the cell. Rows and columns count the margin here."""
+    cell = (row - 1) * ROW_UNIT + (column - 1) * COLUMN_UNIT
+    flat[0] = cell
+    return 1, cell
 
 
 @joined
-def write_run(flat: Words, at: int, direction: int, moves: int) -> int:
-    """Write so many cells after the one before ``at``, and return where the next begin."""
-    steps, cell = direction * AT_ONCE, flat[np.uint64(at - 1)]
-    for i in range(AT_ONCE):
-        flat[np.uint64(at + i)] = cell + STEPS[np.uint64(steps + i)]
+def write_run(flat: Words, at: int, cell: int, direction: int, moves: int) -> tuple[int, int]:
+    """Write so many cells after one, from ``at`` on, and return where the next begin, and the last cell."""
+    steps, last = direction * AT_ONCE, cell + moves * STEPS[np.uint64(direction * AT_ONCE)]
+    _vectors.write_next(flat, at, cell, STEPS, steps)
     for begin in range(AT_ONCE, moves, AT_ONCE):
         cell += STEPS[np.uint64(steps + AT_ONCE - 1)]
-        for i in range(AT_ONCE):
-            flat[np.uint64(at + begin + i)] = cell + STEPS[np.uint64(steps + i)]
-    return int(at + moves)
+        _vectors.write_next(flat, at + begin, cell, STEPS, steps)
+    return at + moves, last
 
 
 @bare
-def write_straight(flat: Words, at: int, row: int, column: int, to_row: int, to_column: int) -> int:
+def write_straight(
+    flat: Words, at: int, cell: int, row: int, column: int, to_row: int, to_column: int
+) -> tuple[int, int]:
     """Write the cells between two that see each other, without the first, along the diagonal first."""
     rows, columns = to_row - row, to_column - column
     down, right = (rows > 0) - (rows < 0), (columns > 0) - (columns < 0)
     rows, columns = abs(rows), abs(columns)
     diagonal = min(rows, columns)
     if diagonal > 0:
-        at = write_run(flat, at, direction_of(down, right), diagonal)
+        at, cell = write_run(flat, at, cell, direction_of(down, right), diagonal)
     if rows > columns:
-        at = write_run(flat, at, direction_of(down, 0), rows - diagonal)
+        at, cell = write_run(flat, at, cell, direction_of(down, 0), rows - diagonal)
     elif columns > rows:
-        at = write_run(flat, at, direction_of(0, right), columns - diagonal)
-    return at
+        at, cell = write_run(flat, at, cell, direction_of(0, right), columns - diagonal)
+    return at, cell
 
 
 @bare
-def write_way(flat: Words, at: int, ways: Shorts, way: int) -> int:
+def write_way(flat: Words, at: int, cell: int, ways: Shorts, way: int) -> tuple[int, int]:
     """Write the cells of a way."""
     first = way + WAY_HEAD
     for place in range(first, first + runs_of(ways, way)):
         run = np.int64(ways[np.uint64(place)])
-        at = write_run(flat, at, run & (COMPASS - 1), run >> DIRECTIONS)
-    return at
+        at, cell = write_run(flat, at, cell, run & (COMPASS - 1), run >> DIRECTIONS)
+    return at, cell
 
 
 @bare
-def write_back(flat: Words, at: int, ways: Shorts, way: int) -> int:
+def write_back(flat: Words, at: int, cell: int, ways: Shorts, way: int) -> tuple[int, int]:
     """Write the cells of a way from its end to its begin."""
     first = way + WAY_HEAD
     for place in range(first + runs_of(ways, way) - 1, first - 1, -1):
         run = np.int64(ways[np.uint64(place)])
-        at = write_run(flat, at, (run & (COMPASS - 1)) ^ OPPOSITE, run >> DIRECTIONS)
-    return at
+        at, cell = write_run(flat, at, cell, (run & (COMPASS - 1)) ^ OPPOSITE, run >> DIRECTIONS)
+    return at, cell

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from ppaas.planners.kernels.dubins import dubins
@@ -50,6 +50,7 @@ def test_a_curve_ends_at_its_goal_and_costs_what_it_says(goal, reverse, turn):
 
 
 @given(GOALS, WEIGHTS)
+@example((0.0, 0.0, 5e-324), 1.0)
 @settings(deadline=None, max_examples=200)
 def test_a_curve_forward_ends_at_its_goal_and_never_backs_up(goal, turn):
     word = dubins(*goal, turn)

@@ -18,10 +18,9 @@ def of_two(a, b, out):
     simd.store(out, 32, simd.subtract(x, y))
     simd.store(out, 64, simd.multiply(x, y))
     simd.store(out, 96, simd.both(x, y))
-    simd.store(out, 128, simd.either(x, y))
-    simd.store(out, 160, simd.least(x, y))
-    simd.store(out, 192, simd.shift_right(x, simd.both(y, simd.splat(31))))
-    simd.store(out, 224, simd.shift_left(x, simd.both(y, simd.splat(31))))
+    simd.store(out, 128, simd.least(x, y))
+    simd.store(out, 160, simd.shift_right(x, simd.both(y, simd.splat(31))))
+    simd.store(out, 192, simd.shift_left(x, simd.both(y, simd.splat(31))))
     return simd.unlike(x, y), simd.less(x, y)
 
 
@@ -33,6 +32,7 @@ def of_one(a, chosen, number, out):
     simd.store(out, 64, simd.from_right(x, number))
     simd.store(out, 96, simd.least_up_to(x))
     simd.store(out, 128, simd.least_from(x))
+    simd.store(out, 160, simd.sum_up_to(x))
     return simd.least_of(x)
 
 
@@ -49,8 +49,17 @@ def of_bytes(octets, out, kept):
 
 
 @njit
-def transposed(source, target):
-    simd.transpose_block(source, 16, target, 512)
+def of_runs(a, runs, out):
+    x = simd.load(a, 0)
+    below = runs[0], runs[1], runs[2], runs[3], runs[4]
+    above = runs[5], runs[6], runs[7], runs[8], runs[9]
+    simd.store(out, 0, simd.least_up_to_in(x, *below))
+    simd.store(out, 32, simd.least_from_in(x, *above))
+
+
+@njit
+def of_octets(octets, number):
+    return simd.bytes_below(octets, 1, number), simd.bytes_unlike(octets, 1, number)
 
 
 def lanes(truths):
@@ -60,16 +69,16 @@ def lanes(truths):
 @given(ROWS, ROWS)
 @settings(deadline=None, max_examples=50)
 def test_what_is_done_with_two_rows_is_done_lane_by_lane(a, b):
-    out = np.empty(256, np.uint32)
+    out = np.empty(224, np.uint32)
     assert of_two(a, b, out) == (lanes(a != b), lanes(a < b))
-    expected = [a + b, a - b, a * b, a & b, a | b, np.minimum(a, b), a >> (b & 31), a << (b & 31)]
-    assert out.reshape(8, 32).tolist() == [row.tolist() for row in expected]
+    expected = [a + b, a - b, a * b, a & b, np.minimum(a, b), a >> (b & 31), a << (b & 31)]
+    assert out.reshape(7, 32).tolist() == [row.tolist() for row in expected]
 
 
 @given(ROWS, SETS, st.integers(0, 2**32 - 1))
 @settings(deadline=None, max_examples=50)
 def test_what_is_done_with_one_row_is_what_numpy_does(a, chosen, number):
-    out = np.empty(160, np.uint32)
+    out = np.empty(192, np.uint32)
     assert of_one(a, chosen, number, out) == a.min()
     expected = [
         np.where([chosen >> lane & 1 for lane in range(32)], a, np.arange(32)),
@@ -77,8 +86,9 @@ def test_what_is_done_with_one_row_is_what_numpy_does(a, chosen, number):
         [*a[1:], number],
         np.minimum.accumulate(a),
         np.minimum.accumulate(a[::-1])[::-1],
+        np.cumsum(a, dtype=np.uint32),
     ]
-    assert out.reshape(5, 32).tolist() == [list(map(int, row)) for row in expected]
+    assert out.reshape(6, 32).tolist() == [list(map(int, row)) for row in expected]
 
 
 @pytest.mark.parametrize("bits", [1, 0x80000000, 0b1011000, 0xFFFFFFFF])
@@ -96,10 +106,34 @@ def test_bytes_are_widened_and_narrowed():
     assert kept.tolist() == [0, *range(201, 233), 0]
 
 
-def test_a_block_is_transposed_into_its_place():
-    source = np.arange(1_024, dtype=np.uint32)
-    target = np.zeros(1_024, np.uint32)
-    transposed(source, target)
-    expected = np.zeros((32, 32), np.uint32)
-    expected[16:, :16] = source.reshape(32, 32)[:16, 16:].T
-    assert np.array_equal(target.reshape(32, 32), expected)
+@given(hnp.arrays(np.uint8, 34, elements=st.integers(0, 255)), st.integers(0, 255))
+@settings(deadline=None, max_examples=50)
+def test_bytes_are_compared_with_a_number(octets, number):
+    inner = octets[1:33]
+    assert of_octets(octets, number) == (lanes(inner < number), lanes(inner != number))
+
+
+def run_around(free, lane):
+    """Return where the run of free lanes that a lane is in begins and ends; a lane that is not free is alone."""
+    first = last = lane
+    while free >> lane & 1 and first > 0 and free >> (first - 1) & 1:
+        first -= 1
+    while free >> lane & 1 and last < 31 and free >> (last + 1) & 1:
+        last += 1
+    return first, last
+
+
+@given(ROWS, SETS)
+@settings(deadline=None, max_examples=50)
+def test_the_least_of_a_run_goes_no_farther_than_the_run(a, free):
+    around = [run_around(free, lane) for lane in range(32)]
+    reaches = [
+        [lane - first for lane, (first, _) in enumerate(around)],
+        [last - lane for lane, (_, last) in enumerate(around)],
+    ]
+    runs = np.array([lanes([each >= most for each in reach]) for reach in reaches for most in (1, 2, 4, 8, 16)])
+    out = np.empty(64, np.uint32)
+    of_runs(a, runs, out)
+    expected = [[a[first : lane + 1].min() for lane, (first, _) in enumerate(around)],
+                [a[lane : last + 1].min() for lane, (_, last) in enumerate(around)]]  # fmt: skip
+    assert out.reshape(2, 32).tolist() == expected

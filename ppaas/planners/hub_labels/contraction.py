@@ -1,0 +1,148 @@
+"""The contraction of the graph of corners."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ppaas.planners.hub_labels.graph import WORK_A_SLICE, Contracted, Graph
+from ppaas.planners.hub_labels.kernels.contraction import (
+    CONTRACTED,
+    EDGES,
+    FIRST_ROOM,
+    NEXT,
+    choose,
+    contract,
+    lay_rows,
+    list_edges,
+)
+from ppaas.planners.hub_labels.kernels.scan import Integers
+from ppaas.planners.hub_labels.kernels.shortcuts import COLUMN, ROW, Targets, find_shortcuts
+from ppaas.planners.hub_labels.kernels.shortcuts import NEXT as NEXT_OF_SLOT
+from ppaas.planners.hub_labels.kernels.shortcuts import USED as USED_OF_SLOT
+from ppaas.planners.hub_labels.kernels.trees import Rows
+
+NODES_A_SLICE = 1 << 16
+
+SETTLED_IN_THE_OPEN, SETTLED_IN_CLUTTER = 12, 300
+"""Nodes that a search for another way settles before a shortcut is made. To look further leaves a smaller core: that is
+ordered better than what is contracted, so it is worth it only where the core would be too large."""
+
+MOST_NEIGHBOURS = 16
+"""Neighbours that a node may have to be contracted, unless the core has to be smaller."""
+
+HEAP = 1 << 12
+"""Nodes that may wait in such a search; further ones are not looked at."""
+
+PAIRS = 1 << 16
+"""Pairs of neighbours that a slot has room for, at least."""
+
+FEW = 64
+"""Nodes of a round, below which it takes longer to wake threads than to look at them."""
+
+ANY_PRICE = np.empty(0, np.int32)
+
+
+class Contraction:
+    """A graph that is contracted further and further.
+
+    Parameters
+    ----------
+    graph : Graph
+    prices : int32 array
+        The nodes are contracted in the order of these, where they are given.
+    threads : int
+        Most threads that kernels may use.
+    """
+
+    def __init__(self, graph: Graph, prices: Integers = ANY_PRICE, *, threads: int = 1) -> None:
+        nodes, edges, self._slots = len(graph.starts) - 1, len(graph.to), max(1, threads)
+        self._graph, self._told = graph, len(prices) > 0
+        self._prices = prices.copy() if self._told else np.zeros(nodes, np.int32)
+        self._begins = np.empty(nodes, np.int64)
+        self._degrees, self._rooms, self._levels, self._order = np.zeros((4, nodes), np.int32)
+        self._rows = np.empty((edges + FIRST_ROOM * nodes, 3), np.int32)
+        self._edges = np.empty((edges, 5), np.int32)
+        self._gone, self._held = np.zeros((2, nodes), np.bool_)
+        self._state = np.zeros(4, np.int64)
+        lay_rows(
+            graph.places, graph.starts, graph.to, graph.lengths,
+            self._begins, self._degrees, self._rooms, self._rows, self._edges, self._state,
+        )  # fmt: skip
+        self._spots = np.zeros((self._slots, nodes, 4), np.int64)
+        self._spots[:, :, ROW], self._spots[:, :, COLUMN] = graph.places.T
+        self._heaps = np.empty((self._slots, HEAP), np.int64)
+        self._pairs = np.empty((self._slots, PAIRS), np.int32)
+        self._slot_states = np.zeros((self._slots, 3), np.int64)
+        self._most = MOST_NEIGHBOURS
+
+    @property
+    def core(self) -> int:
+        """Return how many nodes are not contracted."""
+        return len(self._order) - int(self._state[CONTRACTED])
+
+    def run(self, core: int | None = None, *, check: Callable[[], None]) -> Contracted:
+        """Contract nodes with few neighbours, and return what there is then.
+
+        If ``core`` is given, nodes with more and more neighbours are contracted until no more than so many are left.
+        """
+        self._contract(core or 0, check)
+        while core is not None and self.core > core:
+            self._most *= 2
+            self._contract(core, check)
+        used = self._state[EDGES]
+        head, after = np.empty(len(self._begins), np.int32), np.empty(used, np.int32)
+        list_edges(self._begins, self._degrees, self._rows, head, after)
+        order = self._order[: self._state[CONTRACTED]]
+        return Contracted(head, after, self._edges[:used], self._levels, order)
+
+    def _contract(self, core: int, check: Callable[[], None]) -> None:
+        targets = np.empty((self._slots, 4, self._most), np.int32)
+        batch = np.empty(len(self._begins), np.int32)
+        while self.core > core and (count := self._choose(batch, check)):
+            counts = self._find_shortcuts(batch[:count], targets, check)
+            self._take_out(batch[:count], counts, core, check)
+
+    def _choose(self, batch: Integers, check: Callable[[], None]) -> int:
+        count = 0
+        for first in range(0, len(batch), NODES_A_SLICE):
+            check()
+            last = min(first + NODES_A_SLICE, len(batch))
+            count = choose(
+                first, last, self._begins, self._degrees, self._rows, self._prices, self._gone,
+                self._most, batch, count, self._held,
+            )  # fmt: skip
+        return count
+
+    def _find_shortcuts(self, batch: Integers, targets: Targets, check: Callable[[], None]) -> Rows:
+        settle = SETTLED_IN_CLUTTER if self._graph.is_cluttered else SETTLED_IN_THE_OPEN
+        counts, states = np.empty((len(batch), 2), np.int32), self._slot_states
+        states[:, NEXT_OF_SLOT], states[:, USED_OF_SLOT] = np.arange(self._slots), 0
+        while (states[:, NEXT_OF_SLOT] < len(batch)).any():
+            check()
+            before = states[:, NEXT_OF_SLOT].copy()
+            find_shortcuts(
+                batch, self._begins, self._degrees, self._rows, self._held, self._spots, targets, self._heaps,
+                self._pairs, counts, states, settle * self._most // MOST_NEIGHBOURS, WORK_A_SLICE,
+                self._slots if len(batch) >= FEW else 1,
+            )  # fmt: skip
+            if ((states[:, NEXT_OF_SLOT] == before) & (before < len(batch))).any():
+                self._pairs = np.pad(self._pairs, ((0, 0), (0, self._pairs.shape[1])))
+        return counts
+
+    def _take_out(self, batch: Integers, counts: Rows, core: int, check: Callable[[], None]) -> None:
+        self._state[NEXT] = 0
+        done = False
+        while not done:
+            check()
+            before = int(self._state[NEXT])
+            done = contract(
+                batch, self._pairs, counts, self._begins, self._degrees, self._rooms, self._rows, self._edges,
+                self._levels, self._prices, self._told, self._gone, self._held, self._order,
+                self._state, core, self._most, WORK_A_SLICE,
+            )  # fmt: skip
+            if not done and self._state[NEXT] == before:
+                self._make_room()
+
+    def _make_room(self) -> None:
+        self._edges = np.resize(self._edges, (len(self._edges) * 3 // 2 + PAIRS, 5))
+        self._rows = np.resize(self._rows, (len(self._rows) * 3 // 2 + PAIRS, 3))

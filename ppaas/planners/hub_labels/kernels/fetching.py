@@ -1,0 +1,31 @@
+"""Kernel: tell the CPU which memory is looked at soon, so that it comes while other work is done."""
+
+from collections.abc import Callable
+from typing import Any, cast
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+LINE = 16
+"""Numbers of 32 bits that memory brings at once."""
+
+_READ, _KEEP, _DATA = 0, 3, 1
+
+
+def _fetch(_typing: Any, _array: Any, _index: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        array = context.make_array(signature.args[0])(context, builder, arguments[0])
+        number, to_bytes = ir.IntType(32), ir.IntType(8).as_pointer()
+        pointer = builder.bitcast(builder.gep(array.data, [arguments[1]]), to_bytes)
+        kind = ir.FunctionType(ir.VoidType(), [to_bytes, number, number, number])
+        function = builder.module.declare_intrinsic("llvm.prefetch", (to_bytes,), kind)
+        builder.call(function, [pointer, *(number(what) for what in (_READ, _KEEP, _DATA))])
+        return context.get_dummy_value()
+
+    return types.none(_array, types.int64), emit
+
+
+fetch = cast("Callable[[NDArray[Any], Any], None]", intrinsic(_fetch))
+"""Begin to bring what lies at an index of an array; nothing happens where that is outside of all memory."""

@@ -1,0 +1,213 @@
+"""Kernel: tell what shortcuts a contracted node leaves, for all nodes of a round, on all cores, in slices.
+
+From each neighbour of a node all its others are looked for over ways that avoid the nodes of the round. A way is
+followed only as long as it may still be as short as that over the node, to some neighbour that is not found yet: it is
+known how far apart two places are at least.
+
+Each *slot* looks at nodes of its own: slot s of S at the nodes s, s + S, s + 2 S … of the round.
+"""
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.contraction import FAR_OFF, FIRST, FOUND, NODE, PAIR_BITS, Flags
+from ppaas.planners.hub_labels.kernels.heap import NODE as LOWER
+from ppaas.planners.hub_labels.kernels.heap import pop, push
+from ppaas.planners.hub_labels.kernels.scan import Integers, octile
+from ppaas.planners.hub_labels.kernels.trees import Heaps, Rows
+from ppaas.planners.kernels.bare import bare
+from ppaas.planners.kernels.threads import at_most
+
+Spots = NDArray[np.int64]
+Targets = NDArray[np.int32]
+
+NEXT, USED, SEARCHES = range(3)
+"""What a slot knows of its work: its next node, how many pairs it has told, and how often it has searched so far."""
+
+ERA = 1 << 32
+"""What is written by one search lies so far from that of the next."""
+
+REACHED, LIMIT, ROW, COLUMN = range(4)
+"""Of a node: how far it is, how far it may be over another way, both less than in all searches before, and its place.
+Of those that are looked for: which node in place of how far."""
+
+SATISFIED = np.iinfo(np.int64).max
+"""Stands for the limit of a node to which a way was found."""
+
+
+@bare
+def _aim(
+    node: int, first: int, era: int, begins: Words, degrees: Integers, rows: Rows, spots: Heaps, targets: Rows
+) -> int:
+    """Write to which neighbours other ways are looked for from one, and how long they may be; return how many."""
+    begin, own = begins[node], np.int64(rows[begins[node] + first, FAR_OFF])
+    wanted = 0
+    for at in range(begin + first + 1, begin + degrees[node]):
+        other, limit = rows[at, NODE], own + rows[at, FAR_OFF]
+        spots[other, LIMIT] = era + limit
+        targets[REACHED, wanted] = other
+        targets[LIMIT, wanted] = limit
+        targets[ROW, wanted] = spots[other, ROW]
+        targets[COLUMN, wanted] = spots[other, COLUMN]
+        wanted += 1
+    return wanted
+
+
+@bare
+def _strike(node: int, targets: Rows, wanted: int) -> int:
+    """Take a node out of those that are looked for; return how many are left."""
+    at = 0
+    while targets[REACHED, at] != node:
+        at += 1
+    for what in range(4):
+        targets[what, at] = targets[what, wanted - 1]
+    return wanted - 1
+
+
+@bare
+def _farthest(targets: Rows, wanted: int) -> int:
+    most = np.int64(-1)
+    for i in range(wanted):
+        most = max(most, targets[LIMIT, i])
+    return int(most)
+
+
+@bare
+def _may_lead(length: int, row: int, column: int, targets: Rows, wanted: int) -> bool:
+    """Tell whether a way of that length to a place may lead on to some node that is looked for."""
+    for i in range(wanted):
+        if length + octile(targets[ROW, i] - row, targets[COLUMN, i] - column) <= targets[LIMIT, i]:
+            return True
+    return False
+
+
+@bare
+def _search(
+    source: int, settle: int, wanted: int, era: int, begins: Words, degrees: Integers, rows: Rows, held: Flags,
+    spots: Heaps, targets: Rows, heap: Words,
+) -> int:  # fmt: skip
+    """Look for ways to all that are wanted; return at how many edges it looked."""
+    spots[source, REACHED] = era
+    size, settled, work, most = push(heap, 0, 0, source), 0, np.int64(0), _farthest(targets, wanted)
+    while size > 0 and settled < settle:
+        node, length = heap[0] & LOWER, heap[0] >> 32
+        size = pop(heap, size)
+        if spots[node, REACHED] != era + length:
+            continue
+        settled += 1
+        work += degrees[node]
+        for at in range(begins[node], begins[node] + degrees[node]):
+            further, to = length + rows[at, FAR_OFF], rows[at, NODE]
+            if further > most or era + further >= spots[to, REACHED] or held[to]:
+                continue
+            if spots[to, LIMIT] < era + ERA and era + further <= spots[to, LIMIT]:
+                spots[to, LIMIT] = SATISFIED
+                wanted = _strike(to, targets, wanted)
+                if wanted == 0:
+                    return int(work)
+                most = _farthest(targets, wanted)
+            if size < len(heap) and _may_lead(further, spots[to, ROW], spots[to, COLUMN], targets, wanted):
+                spots[to, REACHED] = era + further
+                size = push(heap, size, further, to)
+    return int(work)
+
+
+@bare
+def _find_slot(
+    batch: Integers, begins: Words, degrees: Integers, rows: Rows, held: Flags, spots: Heaps, targets: Rows,
+    heap: Words, pairs: Integers, counts: Rows, state: Words, slots: int, settle: int, budget: int,
+) -> None:  # fmt: skip
+    work = np.int64(0)
+    while state[NEXT] < len(batch) and work < budget:
+        node = batch[state[NEXT]]
+        degree = np.int64(degrees[node])
+        if state[USED] + degree * degree > len(pairs):
+            return
+        found, work = state[USED], work + degree
+        for first in range(degree - 1):
+            state[SEARCHES] += 1
+            era = -(state[SEARCHES] * ERA)  # what an earlier search wrote is larger than all of this one
+            wanted = _aim(node, first, era, begins, degrees, rows, spots, targets)
+            source = rows[begins[node] + first, NODE]
+            work += _search(source, settle, wanted, era, begins, degrees, rows, held, spots, targets, heap)
+            for second in range(first + 1, degree):
+                if spots[rows[begins[node] + second, NODE], LIMIT] != SATISFIED:
+                    pairs[found] = (first << PAIR_BITS) | second
+                    found += 1
+        counts[state[NEXT], FOUND] = found - state[USED]
+        counts[state[NEXT], FIRST] = state[USED]
+        state[USED] = found
+        state[NEXT] += slots
+
+
+@bare
+def _find_serial(
+    batch: Integers, begins: Words, degrees: Integers, rows: Rows, held: Flags, spots: Spots, targets: Targets,
+    heaps: Heaps, pairs: Rows, counts: Rows, states: Heaps, settle: int, budget: int,
+) -> None:  # fmt: skip
+    for slot in range(len(states)):
+        _find_slot(
+            batch, begins, degrees, rows, held, spots[slot], targets[slot], heaps[slot], pairs[slot], counts,
+            states[slot], len(states), settle, budget,
+        )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+def _find_parallel(
+    batch: Integers, begins: Words, degrees: Integers, rows: Rows, held: Flags, spots: Spots, targets: Targets,
+    heaps: Heaps, pairs: Rows, counts: Rows, states: Heaps, settle: int, budget: int,
+) -> None:  # fmt: skip
+    for slot in prange(len(states)):
+        _find_slot(
+            batch, begins, degrees, rows, held, spots[slot], targets[slot], heaps[slot], pairs[slot], counts,
+            states[slot], len(states), settle, budget,
+        )  # fmt: skip
+
+
+def find_shortcuts(
+    batch: Integers, begins: Words, degrees: Integers, rows: Rows, held: Flags, spots: Spots, targets: Targets,
+    heaps: Heaps, pairs: Rows, counts: Rows, states: Heaps, settle: int, budget: int, threads: int,
+) -> None:  # fmt: skip
+    """Look at nodes of a round until each slot has looked at so many edges, or has no room, or all is done.
+
+    Parameters
+    ----------
+    batch : (b,) int32 array
+        The nodes.
+    begins, degrees, rows
+        The graph, as `contraction` has it.
+    held : (n,) bool array
+        Which nodes belong to the round.
+    spots : (S, n, 4) int64 array
+        Place of each node in `ROW` and `COLUMN`, else zero at first.
+    targets : (S, 4, k) int32 array
+        Scratch for as many nodes as a node of the round has neighbours.
+    heaps : (S, k) int64 array
+        Scratch; the longer, the further searches go.
+    pairs : (S, m) int32 array
+        Out: pairs of places in the row of a node; they are told by `PAIR_BITS`.
+    counts : (b, 2) int32 array
+        Out: how many pairs each node has, `FOUND`, and where they begin among those of its slot, `FIRST`.
+    states : (S, 3) int64 array
+        Slot i has the next node i and no pairs at first.
+    settle : int
+        Nodes that a search for another way may settle.
+    budget, threads : int
+    """
+    with at_most(threads) as usable:
+        kernel = _find_parallel if usable > 1 else _find_serial
+        kernel(
+            batch, begins, degrees, rows, held, spots, targets, heaps, pairs, counts, states, settle, budget
+        )  # fmt: skip
+
+
+def warm() -> None:
+    """Compile and call each kernel once."""
+    for threads in (1, 2):
+        nothing, whole, wide = np.empty(0, np.int32), np.zeros((1, 3), np.int32), np.zeros((1, 1, 4), np.int64)
+        find_shortcuts(
+            nothing, np.zeros(1, np.int64), nothing, whole, np.zeros(1, np.bool_), wide, np.zeros((1, 4, 1), np.int32),
+            np.zeros((1, 1), np.int64), whole, whole.copy(), np.zeros((1, 3), np.int64), 1, 1, threads,
+        )  # fmt: skip

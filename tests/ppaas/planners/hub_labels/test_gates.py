@@ -1,0 +1,87 @@
+"""The gates of a corner without a label are the labelled corners over which its shortest ways leave the fringe."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ppaas.planners.hub_labels.contraction import Contraction
+from ppaas.planners.hub_labels.gates import open_fringe
+from ppaas.planners.hub_labels.graph import lay_ground, link_corners
+from ppaas.planners.hub_labels.importance import edges_of
+from ppaas.planners.hub_labels.kernels.gates import BOTTOM, HUB_BITS, LEFTMOST, RIGHTMOST, TOP
+from ppaas.planners.hub_labels.kernels.scan import STRAIGHT, moves_in
+from ppaas.planners.hub_labels.labels import label
+from ppaas.planners.watch import proceed
+from tests.ppaas.planners.hub_labels.test_scan import in_whole_numbers, maps
+from tests.reference import hub_labels as twin
+
+
+def fringe_of(free, room: int, threads: int = 1):
+    """Return the labels of a map, its fringe, the cells of its corners by rank, and its edges."""
+    ground = lay_ground(free, threads=1, check=proceed)
+    contraction = Contraction(link_corners(ground, threads=1, check=proceed))
+    contracted = contraction.run(check=proceed)
+    while (pool := label(contracted, None, room=room, longest=2**29, threads=1, check=proceed)) is None:
+        contracted = contraction.run(contraction.core * 3 // 4, check=proceed)
+    nodes = np.argsort(pool.ranks).astype(np.int32)
+    edges, places = edges_of(contracted, nodes, pool.ranks), ground.places[nodes]
+    fringe = open_fringe(pool, edges, contracted.levels[nodes], places, threads=threads, check=proceed)
+    return pool, fringe, [(int(row) - 1, int(column) - 1) for row, column in places], edges
+
+
+def gates_of(fringe, rank: int) -> dict[int, float]:
+    """Return how many cells each gate of a corner is away."""
+    own = slice(fringe.begins[rank], fringe.ends[rank])
+    hubs = fringe.gates[own] & ((1 << HUB_BITS) - 1)
+    return dict(zip(hubs.tolist(), (fringe.lengths[own] / STRAIGHT).tolist(), strict=True))
+
+
+@given(free=maps(14), room=st.sampled_from([5, 20, 60]))
+@settings(deadline=None, max_examples=15)
+def test_each_gate_is_on_a_shortest_way_and_none_is_missing(free, room):
+    pool, fringe, cells, _ = fringe_of(free, room)
+    far = [twin.lengths_from(free, cell) for cell in cells]
+    for rank in range(pool.labelled, len(cells)):
+        gates = gates_of(fringe, rank)
+        for hub, length in gates.items():
+            assert length == pytest.approx(far[rank][cells[hub]])
+            assert not any(
+                gate != hub and far[rank][cells[gate]] + far[gate][cells[hub]] == pytest.approx(length)
+                for gate in gates
+            )
+        for hub in range(pool.labelled):
+            over = min((length + far[gate][cells[hub]] for gate, length in gates.items()), default=math.inf)
+            assert over == pytest.approx(far[rank][cells[hub]])
+
+
+@given(free=maps(14), room=st.sampled_from([5, 20, 60]))
+@settings(deadline=None, max_examples=15)
+def test_what_is_reached_below_labels_lies_in_the_rectangle_of_a_corner(free, room):
+    pool, fringe, cells, edges = fringe_of(free, room)
+    for rank in range(pool.labelled, len(cells)):
+        box = fringe.boxes[rank]
+        own = slice(edges.starts[rank], edges.starts[rank + 1])
+        above = edges.to[own][fringe.local[edges.ids[own]] > 0]
+        assert (above >= pool.labelled).all()
+        for row, column in [cells[rank], *(cells[to] for to in above)]:
+            assert box[TOP] <= row + 1 <= box[BOTTOM]
+            assert box[LEFTMOST] <= column + 1 <= box[RIGHTMOST]
+        assert (fringe.boxes[above][:, [TOP, LEFTMOST]] >= box[[TOP, LEFTMOST]]).all()
+        assert (fringe.boxes[above][:, [BOTTOM, RIGHTMOST]] <= box[[BOTTOM, RIGHTMOST]]).all()
+
+
+def test_two_threads_find_the_gates_that_one_finds():
+    free = np.random.default_rng(7).random((120, 120)) > 0.25
+    (pool, one, *_), (_, two, *_) = (fringe_of(free, 20_000, threads) for threads in (1, 2))
+    assert 0 < pool.labelled < len(pool.ranks)
+    assert all(gates_of(one, rank) == gates_of(two, rank) for rank in range(len(pool.ranks)))
+    np.testing.assert_array_equal(one.local, two.local)
+    np.testing.assert_array_equal(one.boxes, two.boxes)
+
+
+@given(st.integers(0, STRAIGHT - 1), st.integers(0, 2000))
+def test_a_length_tells_of_how_many_moves_it_is(diagonal, straight):
+    assert moves_in(in_whole_numbers((0, 0), (diagonal, diagonal + straight))) == diagonal + straight
