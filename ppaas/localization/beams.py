@@ -1,4 +1,4 @@
-"""From ``sensor_msgs/LaserScan`` to the end points that localization reads."""
+"""From ``sensor_msgs/LaserScan`` to the beams that localization compares with the map."""
 
 import math
 
@@ -14,6 +14,33 @@ MAX_RANGES = 100_000
 
 SPACING = 0.1
 """Edge of the cells in each of which one point counts [m]."""
+
+
+def check_count(scan: LaserScan) -> None:
+    """Refuse a scan with another number of ranges than its angles are for; some drivers are one off.
+
+    Raises
+    ------
+    InvalidInput
+        The angles are not finite, or for more ranges, or for fewer.
+    """
+    _check_angles(scan)
+    if not math.isfinite(scan.angle_max) or scan.angle_increment == 0.0:
+        raise InvalidInput("angle_max of a scan must be finite, and angle_increment not 0")
+    expected = (scan.angle_max - scan.angle_min) / scan.angle_increment + 1.0
+    if abs(expected - len(scan.ranges)) > 1.5:
+        raise InvalidInput(
+            f"a scan from angle_min {scan.angle_min:g} to angle_max {scan.angle_max:g} by {scan.angle_increment:g} rad "
+            f"has {expected:.0f} ranges, not {len(scan.ranges)}"
+        )
+
+
+def _check_angles(scan: LaserScan) -> None:
+    limits = (scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max)
+    if not all(map(math.isfinite, limits)) or scan.range_max <= 0.0:
+        raise InvalidInput("angle_min, angle_increment, range_min and range_max of a scan must be finite numbers")
+    if len(scan.ranges) > MAX_RANGES:
+        raise InvalidInput(f"a scan has at most {MAX_RANGES} ranges, not {len(scan.ranges)}")
 
 
 def scan_points(scan: LaserScan, laser: Pose2D) -> NDArray[np.float64]:
@@ -36,11 +63,7 @@ def scan_points(scan: LaserScan, laser: Pose2D) -> NDArray[np.float64]:
     InvalidInput
         The angles or limits are not finite, or there are too many ranges.
     """
-    limits = (scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max)
-    if not all(map(math.isfinite, limits)) or scan.range_max <= 0.0:
-        raise InvalidInput("angle_min, angle_increment, range_min and range_max of a scan must be finite numbers")
-    if len(scan.ranges) > MAX_RANGES:
-        raise InvalidInput(f"a scan has at most {MAX_RANGES} ranges, not {len(scan.ranges)}")
+    _check_angles(scan)
     ranges = np.array(scan.ranges, dtype=np.float64)
     with np.errstate(invalid="ignore"):
         hits = np.flatnonzero((ranges > scan.range_min) & (ranges < scan.range_max))
@@ -67,7 +90,43 @@ def choose_beams(points: NDArray[np.float64], max_beams: int) -> NDArray[np.floa
     cells = np.floor(points / SPACING).astype(np.int64)
     _, first = np.unique(cells[:, 0] * (1 << 32) + cells[:, 1], return_index=True)
     chosen = np.sort(first)
-    if len(chosen) > max_beams:
-        chosen = chosen[np.linspace(0, len(chosen) - 1, max_beams).round().astype(np.int64)]
-    beams: NDArray[np.float64] = points[chosen]
+    beams: NDArray[np.float64] = points[_spread(chosen, max_beams)]
     return beams
+
+
+def choose_rays(scan: LaserScan, laser: Pose2D, max_beams: int) -> NDArray[np.float64]:
+    """Return at most so many of a scan's beams, spread over its angles: also those that met nothing.
+
+    Parameters
+    ----------
+    scan : LaserScan
+        Null, infinity and what is not below range_max met nothing; NaN and what is not above range_min is no reading.
+    laser : Pose2D
+        Of the sensor in the robot's frame.
+    max_beams : int
+        Most beams to return.
+
+    Returns
+    -------
+    (m, 4) array
+        x, y of the laser [m], direction of the beam in the robot's frame [rad], and range, ``range_max`` at most [m].
+
+    Raises
+    ------
+    InvalidInput
+        As `scan_points`.
+    """
+    _check_angles(scan)
+    ranges = np.array([math.inf if value is None else value for value in scan.ranges], dtype=np.float64)
+    chosen = _spread(np.flatnonzero(ranges > scan.range_min), max_beams)
+    rays = np.empty((len(chosen), 4))
+    rays[:, 0], rays[:, 1] = laser.x, laser.y
+    rays[:, 2] = scan.angle_min + chosen * scan.angle_increment + laser.theta
+    rays[:, 3] = np.minimum(ranges[chosen], scan.range_max)
+    return rays
+
+
+def _spread(indices: NDArray[np.int64], most: int) -> NDArray[np.int64]:
+    if len(indices) <= most:
+        return indices
+    return indices[np.linspace(0, len(indices) - 1, most).round().astype(np.int64)]

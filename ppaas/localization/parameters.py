@@ -1,11 +1,15 @@
 """Parameters of localization, with the names of amcl."""
 
 import math
+from typing import Literal
 
 from ppaas.errors import InvalidParameter
 from ppaas.nodes.base import Parameters
 
 MAX_PARTICLES = 100_000
+
+LaserModel = Literal["likelihood_field", "likelihood_field_prob", "beam"]
+OdomModel = Literal["diff", "omni", "diff-corrected", "omni-corrected"]
 
 
 class AmclParameters(Parameters, frozen=True):
@@ -13,8 +17,13 @@ class AmclParameters(Parameters, frozen=True):
 
     Names are amcl's, and so are the defaults but for these: fewer particles, and 0.2 instead of 0.5 m around the start
     (a container is small, and a robot tells where it starts); updates after 0.1 m or 0.2 rad instead of 0.2 m or π/6
-    (the pose drifts with the odometry between two updates); 60 beams instead of 30 and odometry noise of 0.1 instead of
-    0.2, so that the pose is held to 0.1 m.
+    (the pose drifts with the odometry between two updates); 60 beams instead of 30; the corrected model of odometry,
+    whose noise is a standard deviation as its name says, and 0.02 of it instead of 0.2 (odometry is better than that,
+    and the pose is held more closely).
+
+    ``laser_min_range`` and ``laser_max_range`` are what the scan says where they are negative. ``odom_alpha5`` is for
+    robots that drive sideways. A robot is looked for all over the map where the fit of the scans, averaged by
+    ``recovery_alpha_fast``, falls by a tenth below that by ``recovery_alpha_slow``; with 0, none is.
     """
 
     min_particles: int = 500
@@ -24,19 +33,30 @@ class AmclParameters(Parameters, frozen=True):
     update_min_d: float = 0.1
     update_min_a: float = 0.2
     resample_interval: int = 2
+    recovery_alpha_slow: float = 0.001
+    recovery_alpha_fast: float = 0.1
+    laser_model_type: LaserModel = "likelihood_field"
+    laser_min_range: float = -1.0
+    laser_max_range: float = -1.0
     laser_max_beams: int = 60
     laser_z_hit: float = 0.95
+    laser_z_short: float = 0.1
+    laser_z_max: float = 0.05
     laser_z_rand: float = 0.05
     laser_sigma_hit: float = 0.2
+    laser_lambda_short: float = 0.1
     laser_likelihood_max_dist: float = 2.0
-    odom_alpha1: float = 0.1
-    odom_alpha2: float = 0.1
-    odom_alpha3: float = 0.1
-    odom_alpha4: float = 0.1
+    odom_model_type: OdomModel = "diff-corrected"
+    odom_alpha1: float = 0.02
+    odom_alpha2: float = 0.02
+    odom_alpha3: float = 0.02
+    odom_alpha4: float = 0.02
+    odom_alpha5: float = 0.02
     initial_cov_xx: float = 0.04
     initial_cov_yy: float = 0.04
     initial_cov_aa: float = 0.02
     transform_tolerance: float = 0.1
+    tf_broadcast: bool = True
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -46,15 +66,38 @@ class AmclParameters(Parameters, frozen=True):
                 f"min_particles must be from 1 to max_particles, and that at most {MAX_PARTICLES}, "
                 f"not {self.min_particles} and {self.max_particles}"
             )
-        positive = ("kld_err", "laser_sigma_hit", "laser_likelihood_max_dist", "laser_max_beams", "resample_interval")
-        negative_not = (
-            "update_min_d", "update_min_a", "laser_z_hit", "laser_z_rand", "transform_tolerance", "seed",
-            "odom_alpha1", "odom_alpha2", "odom_alpha3", "odom_alpha4",
-            "initial_cov_xx", "initial_cov_yy", "initial_cov_aa",
-        )  # fmt: skip
-        for name in positive:
+        for name in _POSITIVE:
             if not 0 < getattr(self, name) < math.inf:
                 raise InvalidParameter(f"{name} must be above 0 and finite, not {getattr(self, name)}")
-        for name in negative_not:
+        for name in _NOT_NEGATIVE:
             if not 0 <= getattr(self, name) < math.inf:
                 raise InvalidParameter(f"{name} must be finite and not negative, not {getattr(self, name)}")
+        self._check_ranges()
+        self._check_recovery()
+
+    def _check_ranges(self) -> None:
+        least, most = self.laser_min_range, self.laser_max_range
+        if not (math.isfinite(least) and math.isfinite(most)) or most == 0.0 or 0.0 < most <= least:
+            raise InvalidParameter(
+                f"laser_min_range must be below laser_max_range, or one of them negative, not {least} and {most}"
+            )
+
+    def _check_recovery(self) -> None:
+        slow, fast = self.recovery_alpha_slow, self.recovery_alpha_fast
+        if not (slow == fast == 0.0 or slow < fast <= 1.0):
+            raise InvalidParameter(
+                "recovery_alpha_slow must be below recovery_alpha_fast, and that at most 1, or both 0, "
+                f"not {slow} and {fast}"
+            )
+
+
+_POSITIVE = (
+    "kld_err", "laser_sigma_hit", "laser_lambda_short", "laser_likelihood_max_dist", "laser_max_beams",
+    "resample_interval",
+)  # fmt: skip
+_NOT_NEGATIVE = (
+    "update_min_d", "update_min_a", "transform_tolerance", "seed", "kld_z",
+    "laser_z_hit", "laser_z_short", "laser_z_max", "laser_z_rand",
+    "odom_alpha1", "odom_alpha2", "odom_alpha3", "odom_alpha4", "odom_alpha5",
+    "initial_cov_xx", "initial_cov_yy", "initial_cov_aa", "recovery_alpha_slow", "recovery_alpha_fast",
+)  # fmt: skip

@@ -1,25 +1,25 @@
-"""Monte Carlo localization in a likelihood field, with the adaptive number of particles that gives AMCL its name.
+"""Adaptive Monte Carlo localization: particles that are moved, weighed by scans, and drawn anew, as many as it takes.
 
-Thrun, Burgard, Fox, *Probabilistic Robotics* (2005), tables 5.6, 6.3 and 8.4; names and defaults are amcl's. A robot
-says where it starts, so there is no global localization here: no random particles are injected.
+Thrun, Burgard, Fox, *Probabilistic Robotics* (2005), tables 5.6, 6.3, 8.3 and 8.4; names and defaults are amcl's.
 """
-
-import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D, wrap_angle
-from ppaas.localization.estimate import PoseEstimate, bins_of, estimate
-from ppaas.localization.kernels.likelihood_field import likelihoods, score_scan
-from ppaas.localization.kernels.motion import sample_motion
-from ppaas.localization.kernels.resample import draw_low_variance
+from ppaas.localization.estimate import PoseEstimate, estimate
+from ppaas.localization.kernels.resample import draw_low_variance, enough
+from ppaas.localization.odometry import odometry_model
 from ppaas.localization.parameters import AmclParameters
+from ppaas.localization.search import Found, Search
+from ppaas.localization.seeker import Seeker
+from ppaas.localization.sensors import sensor_model
 from ppaas.maps.layers import MapLayers
+from ppaas.nodes.kernel_threads import Threads, one_thread
 
-_TURN_IN_PLACE = 0.01
-"""Below this distance [m] a motion has no direction worth speaking of (``amcl_odom.cpp``)."""
+BLUR = np.array((0.05, 0.05, 0.02))
+"""Around a place that was found, so that no two particles are the same [m, m, rad]."""
 
 
 class ParticleFilter:
@@ -28,24 +28,31 @@ class ParticleFilter:
     Parameters
     ----------
     layers : MapLayers
-        The map; its ``distance`` is read.
+        The map.
     parameters : AmclParameters
         The same seed and the same input give the same particles.
+    threads : callable
+        Returns the most threads that kernels may use now; the result is the same for any number.
+
+    Attributes
+    ----------
+    particles : (n, 3) array
+        x, y [m], theta [rad].
+    weights : (n,) array
+        Sum 1.
+    estimate : PoseEstimate
+        Of the last update.
     """
 
-    def __init__(self, layers: MapLayers, parameters: AmclParameters) -> None:
-        self._distance = layers.distance
-        info = layers.grid.info
-        self._resolution = info.resolution
-        self._origin = np.array(info.origin)
+    def __init__(self, layers: MapLayers, parameters: AmclParameters, threads: Threads = one_thread) -> None:
         self._parameters = parameters
         self._random = np.random.default_rng(parameters.seed)
-        self._odom: Pose2D | None = None
-        self._updates = 0
-        self._likelihood: tuple[float, NDArray[np.float64]] | None = None
-        p = parameters
-        self._alphas = np.array((p.odom_alpha1, p.odom_alpha2, p.odom_alpha3, p.odom_alpha4))
+        self._odometry = odometry_model(parameters, threads)
+        self._seeker = Seeker(layers, parameters, self._random)
+        self.sensor = sensor_model(layers, parameters, threads)
         self.initialise(Pose2D(0.0, 0.0), np.zeros((3, 3)))
+
+    # -- where it begins -----------------------------------------------------------------------------------------------
 
     def initialise(self, pose: Pose2D, covariance: NDArray[np.float64]) -> None:
         """Start anew around a pose.
@@ -69,11 +76,40 @@ class ParticleFilter:
             raise InvalidInput("the covariance of an initial pose must not be negative")
         spread = vectors * np.sqrt(np.maximum(values, 0.0))
         count = self._parameters.max_particles
-        self.particles: NDArray[np.float64] = np.array(pose) + self._random.standard_normal((count, 3)) @ spread.T
-        self.weights: NDArray[np.float64] = np.full(count, 1.0 / count)
-        self._odom = None
-        self._updates = 0
+        self._begin(np.array(pose) + self._random.standard_normal((count, 3)) @ spread.T)
+        self._seeker.begin(searching=False)
+        self._scattered = False
         self.estimate = PoseEstimate(pose, covariance)
+
+    def initialise_globally(self) -> None:
+        """Start anew all over the free cells; what is found by the next scan takes their place.
+
+        Raises
+        ------
+        InvalidMap
+            No cell of the map is free.
+        """
+        self._begin(self._seeker.free.draw(self._parameters.max_particles, self._random))
+        self._seeker.begin(searching=True)
+        self._scattered = True
+        self.estimate = estimate(self.particles, self.weights)
+
+    def _begin(self, particles: NDArray[np.float64]) -> None:
+        self._set(particles)
+        self._odom: Pose2D | None = None
+        self._updates = 0
+
+    def _set(self, particles: NDArray[np.float64]) -> None:
+        self.particles: NDArray[np.float64] = particles
+        self.weights: NDArray[np.float64] = np.full(len(particles), 1.0 / len(particles))
+
+    def rebase(self, jump: Pose2D) -> None:
+        """Take note that odometry began anew; ``jump`` is the pose of its new frame in the one before."""
+        if self._odom is not None:
+            self._odom = jump.inverse() @ self._odom
+            self._seeker.rebase(jump)
+
+    # -- updates -------------------------------------------------------------------------------------------------------
 
     def needs_update(self, odom: Pose2D) -> bool:
         """Tell whether the robot has moved enough since the last update, or there was none yet."""
@@ -89,10 +125,10 @@ class ParticleFilter:
         ----------
         odom : Pose2D
             Pose of the robot in the odometry frame when the scan was taken.
-        beams : (m, 2) array
-            End points of the beams that hit something, in the robot's frame [m]; with none the odometry alone counts.
+        beams : (m, k) array
+            Of the scan, as ``sensor.beams`` gives them; with none the odometry alone counts.
         range_max : float
-            Longest range of the laser [m].
+            Longest range of the laser, as ``sensor.range_max`` gives it [m].
 
         Returns
         -------
@@ -100,65 +136,62 @@ class ParticleFilter:
             Pose in the map frame.
         """
         if self._odom is not None:
-            self._move(self._odom, odom)
+            self._odometry.move(self.particles, self._odom, odom, self._random)
         self._odom = odom
-        if len(beams):
-            self._weigh(beams, range_max)
+        fit = self._weigh(beams, range_max) if len(beams) else None
         self.estimate = estimate(self.particles, self.weights)
+        if fit is not None:
+            self._seeker.note(fit, odom, self.sensor.points(beams, range_max), self.estimate.pose)
         self._updates += 1
         if self._updates % self._parameters.resample_interval == 0:
             self._resample()
         return self.estimate
 
-    def _move(self, before: Pose2D, after: Pose2D) -> None:
-        distance = before.distance_to(after)
-        heading = math.atan2(after.y - before.y, after.x - before.x)
-        first = wrap_angle(heading - before.theta) if distance >= _TURN_IN_PLACE else 0.0
-        second = wrap_angle(after.theta - before.theta - first)
-        normals = self._random.standard_normal((len(self.particles), 3))
-        sample_motion(self.particles, first, distance, second, self._alphas, normals)
-
-    def _weigh(self, beams: NDArray[np.float64], range_max: float) -> None:
-        likelihood = self._likelihoods(range_max)
-        self.weights *= score_scan(self.particles, beams, self._distance, self._resolution, self._origin, likelihood)
+    def _weigh(self, beams: NDArray[np.float64], range_max: float) -> float:
+        """Weigh the particles; return how well the scan fits."""
+        fit = self.sensor.fit(self.particles, beams, range_max)
+        fits = float((self.weights * fit.fits).sum())
+        self.weights *= fit.weights
         self.weights /= self.weights.sum()
-
-    def _likelihoods(self, range_max: float) -> NDArray[np.float64]:
-        p = self._parameters
-        if self._likelihood is None or self._likelihood[0] != range_max:
-            z_random = p.laser_z_rand / range_max
-            table = likelihoods(
-                self._resolution, p.laser_z_hit, z_random, p.laser_sigma_hit, p.laser_likelihood_max_dist
-            )
-            self._likelihood = range_max, table
-        return self._likelihood[1]
+        return fits
 
     def _resample(self) -> None:
-        count = self._adapted_count()
-        drawn = draw_low_variance(self.weights, count, self._random.random())
-        self.particles = self.particles[drawn]
-        self.weights = np.full(count, 1.0 / count)
-
-    def _adapted_count(self) -> int:
-        """Return how many particles do: drawn one by one until they are enough for the bins they fill (KLD)."""
         p = self._parameters
-        cumulative = np.cumsum(self.weights)
-        picks = np.searchsorted(cumulative, self._random.random(p.max_particles) * cumulative[-1], side="right")
-        bins = bins_of(self.particles)[np.minimum(picks, len(self.particles) - 1)]
-        _, first = np.unique(bins, return_index=True)
-        filled = np.zeros(p.max_particles, dtype=np.int64)
-        filled[first] = 1
-        enough = _kld_limit(np.cumsum(filled), p.kld_err, p.kld_z) <= np.arange(1, p.max_particles + 1)
-        count = int(np.argmax(enough)) + 1 if enough.any() else p.max_particles
-        return max(count, p.min_particles)
+        picks = self._random.random(p.max_particles)
+        count = enough(self.particles, self.weights, picks, p.min_particles, p.kld_err, p.kld_z)
+        self._set(self.particles[self._drawn(self.weights, count)])
 
+    def _drawn(self, weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+        return draw_low_variance(weights, count, self._random.random())
 
-def _kld_limit(bins: NDArray[np.int64], error: float, z: float) -> NDArray[np.float64]:
-    """Return how many particles keep the Kullback-Leibler distance under ``error``, by the bins that are filled.
+    # -- robots that are lost ------------------------------------------------------------------------------------------
 
-    Fox, *KLD-Sampling: Adaptive Particle Filters* (2001), equation 7; ``z`` is the quantile itself, as amcl has it.
-    """
-    k = np.maximum(bins - 1, 1).astype(np.float64)
-    a = 2.0 / (9.0 * k)
-    limit: NDArray[np.float64] = k / (2.0 * error) * (1.0 - a + np.sqrt(a) * z) ** 3
-    return limit
+    @property
+    def searching(self) -> bool:
+        """Tell whether the robot may be anywhere, and was not found yet."""
+        return self._seeker.searching
+
+    def next_search(self) -> Search | None:
+        """Return where to look now, once; its ``run`` takes long, and what it returns is for `adopt`."""
+        return self._seeker.next_search()
+
+    def adopt(self, found: Found) -> bool:
+        """Draw particles where the robot may be; tell whether any were.
+
+        None are where all has begun anew meanwhile, or where the robot is most likely where it is taken to be.
+        """
+        if self._odom is None or not self._seeker.is_current(found):
+            return False
+        share = self._seeker.share_anew(found)
+        if not share:
+            return False
+        moved = found.search.odom.inverse() @ self._odom
+        poses = np.array([Pose2D(*pose) @ moved for pose in found.poses.tolist()])
+        count = self._parameters.max_particles
+        anew = count if self._scattered else round(count * share)
+        drawn = poses[self._drawn(found.weights, anew)] + BLUR * self._random.standard_normal((anew, 3))
+        self._set(np.concatenate((self.particles[self._drawn(self.weights, count - anew)], drawn)))
+        self._scattered = False
+        self.estimate = estimate(self.particles, self.weights)
+        self._seeker.judge(poses, found.weights, self.estimate)
+        return True

@@ -1,49 +1,40 @@
 """Localization as a node: tells where the odometry frame lies in the map."""
 
-from dataclasses import dataclass
+import logging
 from typing import ClassVar
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
-from ppaas.errors import InvalidInput, TransformError
+from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
-from ppaas.localization.beams import choose_beams, scan_points
+from ppaas.localization.beams import check_count
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.particle_filter import ParticleFilter
+from ppaas.localization.search import Found
 from ppaas.maps.layers import MapLayers
-from ppaas.messages.geometry_msgs import Pose, PoseArray, PoseWithCovariance, PoseWithCovarianceStamped
+from ppaas.messages.geometry_msgs import PoseArray, PoseWithCovarianceStamped
+from ppaas.messages.message import Empty, Message
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.std_msgs import Header, Time
+from ppaas.messages.std_msgs import Time
+from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
-from ppaas.nodes.base import Context, Demands, Node, Payload, Topic
-from ppaas.nodes.checks import expect, finite_pose
+from ppaas.nodes.amcl_gaps import LONGEST_GAP, Continuity
+from ppaas.nodes.amcl_messages import ParticleCloud, pose_message, read_initial_pose
+from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Topic
+from ppaas.nodes.checks import expect
 from ppaas.nodes.frames import BASE_LINK, MAP, ODOM, TF, TF_STATIC, FrameListener
+from ppaas.nodes.kernel_threads import Threads, one_thread
 from ppaas.transforms import tf_time, transform_message
+
+logger = logging.getLogger(__name__)
 
 SCAN_TOPIC = Topic("scan", LaserScan)
 SCAN_RATE = 80e3
 """What a laser of 360 beams and 10 Hz says, as JSON [bytes/s]."""
 
-LONGEST_GAP = 5.0
-"""A robot whose odometry is farther than this from where it was at the checkpoint [m] has reset its odometry."""
-
-_PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
-"""Where x, y and yaw stand in ROS's 6×6 covariance."""
-
-
-@dataclass(frozen=True, slots=True)
-class ParticleCloud:
-    """The particles, by reference; they become ``geometry_msgs/PoseArray`` where they leave the home."""
-
-    particles: NDArray[np.float64]
-    stamp: float
-
-    def to_message(self) -> PoseArray:
-        """Return the message."""
-        header = Header(stamp=Time.of(self.stamp), frame_id=MAP)
-        return PoseArray(header, [Pose.of(Pose2D(*row)) for row in self.particles.tolist()])
+GLOBAL_LOCALIZATION = Service("global_localization", EmptyService)
+NOMOTION_UPDATE = Service("request_nomotion_update", EmptyService)
 
 
 class AmclState(msgspec.Struct):
@@ -52,6 +43,7 @@ class AmclState(msgspec.Struct):
     pose: tuple[float, float, float]
     covariance: list[list[float]]
     odom: tuple[float, float, float] | None
+    searching: bool = False
 
 
 class AmclNode(Node):
@@ -61,7 +53,7 @@ class AmclNode(Node):
     moved far enough for the particles to be updated, so that others hear of a robot that stands.
 
     A scan waits until odometry has reached its stamp; a newer one takes its place. A stamp of zero means the latest
-    odometry.
+    odometry. A base that begins anew is taken to stand where it was.
 
     Parameters
     ----------
@@ -73,6 +65,8 @@ class AmclNode(Node):
         In the map.
     parameters : AmclParameters
         With the names of amcl.
+    threads : callable
+        Returns the most threads that kernels may use now.
     """
 
     name: ClassVar[str] = "amcl"
@@ -88,18 +82,29 @@ class AmclNode(Node):
         Topic("amcl_pose", PoseWithCovarianceStamped),
         Topic("particlecloud", PoseArray),
     )
+    services: ClassVar[tuple[Service, ...]] = (GLOBAL_LOCALIZATION, NOMOTION_UPDATE)
 
-    def __init__(self, context: Context, layers: MapLayers, initial_pose: Pose2D, parameters: AmclParameters) -> None:
+    def __init__(
+        self,
+        context: Context,
+        layers: MapLayers,
+        initial_pose: Pose2D,
+        parameters: AmclParameters,
+        threads: Threads = one_thread,
+    ) -> None:
         super().__init__(context)
         self._parameters = parameters
-        self._filter = ParticleFilter(layers, parameters)
+        self._info = layers.grid.info
+        self._filter = ParticleFilter(layers, parameters, threads)
         spread = (parameters.initial_cov_xx, parameters.initial_cov_yy, parameters.initial_cov_aa)
         self._filter.initialise(initial_pose, np.diag(spread))
         self._frames = FrameListener()
         self._waiting: LaserScan | None = None
         self._map_to_odom: Pose2D | None = None
-        self._odom: Pose2D | None = None
+        self._continuity = Continuity()
         self._restored: AmclState | None = None
+        self._update_asked = False
+        self._looking = False
 
     def on_message(self, topic: str, message: Payload) -> None:
         """Take a scan, a transform or a pose to start anew from.
@@ -107,34 +112,42 @@ class AmclNode(Node):
         Raises
         ------
         InvalidInput
-            It is not finite, or has the wrong size.
+            It is not finite, has the wrong size, lies outside of the map, or is older than the one before.
         TransformError
             The frame of a scan or of an initial pose is not known, or its stamp lies too far back.
         """
         if topic == SCAN_TOPIC.name:
             self._on_scan(expect(message, LaserScan))
         elif topic == "initialpose":
-            self._on_initial_pose(expect(message, PoseWithCovarianceStamped))
+            self._filter.initialise(*read_initial_pose(expect(message, PoseWithCovarianceStamped), self._info))
+            self._restored = None
         else:
             self._frames.hear(topic, expect(message, TFMessage), self.context.now())
             self._process_waiting()
 
-    # -- initial pose --------------------------------------------------------------------------------------------------
+    def on_call(self, service: str, request: Message, reply: Reply) -> None:
+        """Look for the robot all over the map, or update with the next scan though the robot has not moved.
 
-    def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
-        if message.header.frame_id.lstrip("/") not in ("", MAP):
-            raise TransformError(f"an initial pose is given in {MAP!r}, not in {message.header.frame_id!r}")
-        pose = finite_pose(message.pose.pose, "an initial pose")
-        if len(message.pose.covariance) != 36:
-            raise InvalidInput(f"a covariance has 36 numbers, not {len(message.pose.covariance)}")
-        covariance = np.array(message.pose.covariance).reshape(6, 6)[_PLANAR]
-        self._filter.initialise(pose, covariance)
-        self._restored = None
+        Raises
+        ------
+        InvalidMap
+            The map has no free cell that the robot could be in.
+        """
+        if service == GLOBAL_LOCALIZATION.name:
+            self._filter.initialise_globally()
+            self._restored = None
+        else:
+            self._update_asked = True
+        reply(Empty())
 
     # -- scans ---------------------------------------------------------------------------------------------------------
 
     def _on_scan(self, scan: LaserScan) -> None:
         self._laser(scan)
+        check_count(scan)
+        stamp = tf_time(scan.header.stamp)
+        if stamp:
+            self._continuity.check_stamp(stamp)
         self._waiting = scan
         self._process_waiting()
 
@@ -152,24 +165,51 @@ class AmclNode(Node):
         self._waiting = None
         odom = self._frames.tree.lookup(ODOM, BASE_LINK, stamp)
         self._go_on(odom)
-        if self._filter.needs_update(odom):
-            beams = choose_beams(scan_points(scan, self._laser(scan)), self._parameters.laser_max_beams)
-            estimate = self._filter.update(odom, beams, scan.range_max)
-            self._map_to_odom = estimate.pose @ odom.inverse()
-            self.context.publish("particlecloud", ParticleCloud(self._filter.particles, stamp))
-        self._odom = odom
-        self._tell(stamp)
+        before = self._continuity.note(odom, stamp)
+        if before is not None:
+            self._begin_odometry_anew(before, odom)
+        if self._update_asked or self._filter.needs_update(odom):
+            self._update(scan, odom, stamp)
+        # As ROS, so that whoever waits for the pose of a scan finds it by its stamp, to the nanosecond.
+        self._tell(odom, stamp, scan.header.stamp if tf_time(scan.header.stamp) else Time.of(stamp))
 
-    def _tell(self, stamp: float) -> None:
-        assert self._map_to_odom is not None and self._odom is not None
-        good_until = Time.of(stamp + self._parameters.transform_tolerance)
-        correction = transform_message(MAP, ODOM, self._map_to_odom, good_until)
-        self.context.publish(TF.name, TFMessage([correction]))
-        covariance = np.zeros((6, 6))
-        covariance[_PLANAR] = self._filter.estimate.covariance
-        pose = PoseWithCovariance(Pose.of(self._map_to_odom @ self._odom), covariance.ravel().tolist())
-        header = Header(stamp=Time.of(stamp), frame_id=MAP)
-        self.context.publish("amcl_pose", PoseWithCovarianceStamped(header, pose))
+    def _begin_odometry_anew(self, before: Pose2D, odom: Pose2D) -> None:
+        jump = before @ odom.inverse()
+        self._filter.rebase(jump)
+        if self._map_to_odom is not None:
+            self._map_to_odom = self._map_to_odom @ jump
+
+    def _update(self, scan: LaserScan, odom: Pose2D, stamp: float) -> None:
+        self._update_asked = False
+        sensor = self._filter.sensor
+        estimate = self._filter.update(odom, sensor.beams(scan, self._laser(scan)), sensor.range_max(scan))
+        self._map_to_odom = estimate.pose @ odom.inverse()
+        self.context.publish("particlecloud", ParticleCloud(self._filter.particles, stamp))
+        self._look()
+
+    def _look(self) -> None:
+        """Have a lost robot looked for all over the map, in a job: that takes longer than a cycle of control."""
+        search = None if self._looking else self._filter.next_search()
+        if search is not None:
+            self._looking = True
+            self.context.start(search.run, self._on_found)
+
+    def _on_found(self, found: Found | PPaaSError | None) -> None:
+        self._looking = False
+        if isinstance(found, PPaaSError):
+            logger.warning("a robot that is lost cannot be looked for: %s", found)
+        elif found is not None and self._filter.adopt(found):
+            self._update_asked = True
+        self._look()
+
+    def _tell(self, odom: Pose2D, stamp: float, moment: Time) -> None:
+        assert self._map_to_odom is not None
+        if self._parameters.tf_broadcast:
+            good_until = Time.of(stamp + self._parameters.transform_tolerance)
+            correction = transform_message(MAP, ODOM, self._map_to_odom, good_until)
+            self.context.publish(TF.name, TFMessage([correction]))
+        covariance = self._filter.estimate.covariance
+        self.context.publish("amcl_pose", pose_message(self._map_to_odom @ odom, covariance, moment))
 
     # -- going on elsewhere --------------------------------------------------------------------------------------------
 
@@ -177,11 +217,12 @@ class AmclNode(Node):
         """Return where the robot is."""
         if self._restored is not None:
             return msgspec.json.encode(self._restored)
-        estimate = self._filter.estimate
+        estimate, odom = self._filter.estimate, self._continuity.odom
         pose = estimate.pose
-        if self._map_to_odom is not None and self._odom is not None:
-            pose = self._map_to_odom @ self._odom
-        return msgspec.json.encode(AmclState((pose.x, pose.y, pose.theta), estimate.covariance.tolist(), self._odom))
+        if self._map_to_odom is not None and odom is not None:
+            pose = self._map_to_odom @ odom
+        state = AmclState((pose.x, pose.y, pose.theta), estimate.covariance.tolist(), odom, self._filter.searching)
+        return msgspec.json.encode(state)
 
     def restore(self, state: bytes) -> None:
         """Go on from there, and from how far odometry says the robot has come meanwhile."""
@@ -189,11 +230,12 @@ class AmclNode(Node):
         self._filter.initialise(Pose2D(*self._restored.pose), np.array(self._restored.covariance))
 
     def _go_on(self, odom: Pose2D) -> None:
-        """With the first odometry after a restore, move on by what was missed."""
+        """With the first odometry after a restore, move on by what was missed, or go on to look for the robot."""
         if self._restored is None:
             return
         state, self._restored = self._restored, None
-        if state.odom is None or odom.distance_to(Pose2D(*state.odom)) > LONGEST_GAP:
-            return
-        missed = Pose2D(*state.odom).inverse() @ odom
-        self._filter.initialise(Pose2D(*state.pose) @ missed, np.array(state.covariance))
+        if state.searching:
+            self._filter.initialise_globally()
+        elif state.odom is not None and odom.distance_to(Pose2D(*state.odom)) <= LONGEST_GAP:
+            missed = Pose2D(*state.odom).inverse() @ odom
+            self._filter.initialise(Pose2D(*state.pose) @ missed, np.array(state.covariance))

@@ -1,4 +1,4 @@
-"""The mean of the particles around a pose."""
+"""The heaviest cluster of particles: where it is, and how wide."""
 
 import math
 
@@ -7,48 +7,97 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
+from ppaas.localization.kernels.bins import bin_of, empty_table, slot_of
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def mean_around(
-    particles: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    pose: Pose2D,
-    radius: float,
-    turn: float,
-) -> tuple[float, float, float]:
-    """Return the weighted mean of the particles nearer to a pose than ``radius`` and ``turn``.
+def _turned(angle: float) -> float:
+    """Bring an angle into [−π, π)."""
+    return angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def heaviest_bin(particles: NDArray[np.float64], weights: NDArray[np.float64]) -> int:
+    """Return one of the particles in the bin with the largest weight.
 
     Parameters
     ----------
     particles : (n, 3) array
         x, y [m], theta [rad].
     weights : (n,) array
-        At least one that is near has a weight above 0.
+    """
+    table = empty_table(particles.shape[0])
+    sums = np.zeros(table.size)
+    members = np.zeros(table.size, np.int64)
+    best = 0
+    for i in range(particles.shape[0]):
+        key = bin_of(particles[i, 0], particles[i, 1], particles[i, 2])
+        slot = slot_of(table, key)
+        if table[slot] != key:
+            table[slot] = key
+            members[slot] = i
+        sums[slot] += weights[i]
+        if i == 0 or sums[slot] > sums[best]:
+            best = slot
+    found: int = members[best]
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def moments_around(
+    particles: NDArray[np.float64], weights: NDArray[np.float64], pose: Pose2D, radius: float, turn: float
+) -> tuple[float, tuple[float, float, float], NDArray[np.float64]]:
+    """Return weight, mean and covariance of the particles nearer to a pose than ``radius`` and ``turn``.
+
+    Parameters
+    ----------
+    particles : (n, 3) array
+        x, y [m], theta [rad].
+    weights : (n,) array
     pose : Pose2D
         x, y [m], theta [rad].
     radius, turn : float
         How far off a particle may be [m, rad].
+
+    Returns
+    -------
+    float
+        Sum of their weights.
+    (x, y, theta)
+        The pose itself where the sum is 0. Turns are averaged by how far they are from that of the pose.
+    (3, 3) array
+        Covariance around the mean.
     """
-    x, y, theta = pose
-    total = sum_x = sum_y = sum_cos = sum_sin = 0.0
+    total = 0.0
+    first, second = np.zeros(3), np.zeros((3, 3))
     for i in range(particles.shape[0]):
-        dx, dy = particles[i, 0] - x, particles[i, 1] - y
+        dx, dy = particles[i, 0] - pose[0], particles[i, 1] - pose[1]
         if dx * dx + dy * dy >= radius * radius:
             continue
-        off = particles[i, 2] - theta
-        off -= 2.0 * math.pi * math.floor(off / (2.0 * math.pi) + 0.5)
-        if abs(off) >= turn:
+        dt = _turned(particles[i, 2] - pose[2])
+        if abs(dt) >= turn:
             continue
         weight = weights[i]
         total += weight
-        sum_x += weight * dx
-        sum_y += weight * dy
-        sum_cos += weight * math.cos(off)
-        sum_sin += weight * math.sin(off)
-    return x + sum_x / total, y + sum_y / total, theta + math.atan2(sum_sin, sum_cos)
+        first[0] += weight * dx
+        first[1] += weight * dy
+        first[2] += weight * dt
+        second[0, 0] += weight * dx * dx
+        second[0, 1] += weight * dx * dy
+        second[0, 2] += weight * dx * dt
+        second[1, 1] += weight * dy * dy
+        second[1, 2] += weight * dy * dt
+        second[2, 2] += weight * dt * dt
+    if total <= 0.0:
+        return 0.0, (pose[0], pose[1], pose[2]), second
+    first /= total
+    for r in range(3):
+        for c in range(r, 3):
+            second[r, c] = second[c, r] = second[r, c] / total - first[r] * first[c]
+    return total, (pose[0] + first[0], pose[1] + first[1], _turned(pose[2] + first[2])), second
 
 
 def warm() -> None:
     """Compile, or load what was compiled."""
-    mean_around(np.zeros((1, 3)), np.ones(1), Pose2D(0.0, 0.0, 0.0), 1.0, 1.0)
+    heaviest_bin(np.zeros((1, 3)), np.ones(1))
+    moments_around(np.zeros((1, 3)), np.ones(1), Pose2D(0.0, 0.0, 0.0), 1.0, 1.0)

@@ -1,10 +1,13 @@
 """How well a scan fits the map as seen from each particle."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
 from numpy.typing import NDArray
+
+from ppaas.maps.kernels.serial import serial_copy
 
 FAR = 9.0
 """Standard deviations beyond which a hit is as good as impossible: what it adds is below what a weight can hold."""
@@ -12,11 +15,19 @@ FAR = 9.0
 MOST_SQUARES = 1 << 20
 """Most squares of distances in cells that are told apart: up to 50 m at 0.05 m a cell."""
 
+ONE = float(1 << 40)
+"""What 1 is in a table: sums of whole numbers are the same in whatever order they are added."""
+
+Score = Callable[
+    [NDArray[np.float64], NDArray[np.float64], NDArray[np.float32], float, NDArray[np.float64], NDArray[np.int64]],
+    NDArray[np.float64],
+]
+
 
 def likelihoods(
     resolution: float, z_hit: float, z_random: float, sigma: float, max_distance: float
 ) -> NDArray[np.float64]:
-    """Return what a beam adds to the weight of a particle, by how far from an obstacle it ends.
+    """Return how likely a beam is, by how far from an obstacle it ends.
 
     Parameters
     ----------
@@ -38,23 +49,50 @@ def likelihoods(
     squares = np.arange(min(math.ceil((far / resolution) ** 2), MOST_SQUARES) + 1)
     distance = np.minimum(resolution * np.sqrt(squares), max_distance)
     distance[-1] = max_distance
-    found: NDArray[np.float64] = (z_hit * np.exp(-0.5 * (distance / sigma) ** 2) + z_random) ** 3
+    found: NDArray[np.float64] = z_hit * np.exp(-0.5 * (distance / sigma) ** 2) + z_random
     return found
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def score_scan(
+def _score_particle(
+    x: float,
+    y: float,
+    cosine: float,
+    sine: float,
+    beams: NDArray[np.float64],
+    flat: NDArray[np.float32],
+    height: int,
+    width: int,
+    to_square: float,
+    table: NDArray[np.int64],
+) -> int:
+    """Return the sum of one particle, whose pose is given in cells.
+
+    It writes nothing and adds up whole numbers, so compilers may do several beams at a time.
+    """
+    last = float(table.shape[0] - 1)
+    total = 0
+    for j in range(beams.shape[1]):
+        column = x + cosine * beams[0, j] - sine * beams[1, j]
+        row = y + sine * beams[0, j] + cosine * beams[1, j]
+        inside = (column >= 0.0) & (column < width) & (row >= 0.0) & (row < height)
+        # Unsigned: an index that cannot be negative is not looked at for wrapping round.
+        cell = np.int64(np.int32(row if inside else 0.0)) * width + np.int64(np.int32(column if inside else 0.0))
+        d = float(flat[np.uint64(cell)])
+        square = min(d * d * to_square + 0.5, last) if inside else last
+        total += table[np.uint64(np.int32(square))]
+    return total
+
+
+def _score_scan(
     particles: NDArray[np.float64],
     beams: NDArray[np.float64],
     distance: NDArray[np.float32],
     resolution: float,
     origin: NDArray[np.float64],
-    likelihood: NDArray[np.float64],
+    table: NDArray[np.int64],
 ) -> NDArray[np.float64]:
-    """Return a weight for each particle by the likelihood field model.
-
-    The beams of one scan are not independent, so their likelihoods are not multiplied: as in amcl's ``pf`` their
-    cubes are summed. (*Probabilistic Robotics*, table 6.3, and ``amcl_laser.cpp``, ``LikelihoodFieldModel``.)
+    """Sum up, for each particle, what a table tells of where its beams end.
 
     Parameters
     ----------
@@ -69,40 +107,38 @@ def score_scan(
         Edge of a cell [m].
     origin : (3,) array
         Pose of the lower-left corner of cell (0, 0) in the map frame [m, m, rad].
-    likelihood : (k,) array
-        What a beam adds, by the square of the distance in cells; what is farther, or outside the map, adds the last.
+    table : (k,) int64 array
+        What a beam adds, in parts of 1 / `ONE`, by the square of the distance in cells; what is farther, or outside the
+        map, adds the last.
 
     Returns
     -------
     (n,) array
-        At least 1; not normalised.
+        The same for any number of threads.
     """
     height, width = distance.shape
-    weights = np.empty(particles.shape[0])
+    flat = distance.ravel()
+    ends = np.ascontiguousarray(beams.T)
     c0, s0 = math.cos(origin[2]), math.sin(origin[2])
     to_square = 1.0 / (resolution * resolution)
-    last = likelihood.shape[0] - 1
-    for i in range(particles.shape[0]):
+    sums = np.empty(particles.shape[0])
+    for i in prange(particles.shape[0]):
         # The particle in the frame of the grid, in cells: then each beam costs one rotation.
         dx, dy = particles[i, 0] - origin[0], particles[i, 1] - origin[1]
         x, y = (c0 * dx + s0 * dy) / resolution, (c0 * dy - s0 * dx) / resolution
         heading = particles[i, 2] - origin[2]
-        c, s = math.cos(heading) / resolution, math.sin(heading) / resolution
-        weight = 1.0
-        for j in range(beams.shape[0]):
-            column = math.floor(x + c * beams[j, 0] - s * beams[j, 1])
-            row = math.floor(y + s * beams[j, 0] + c * beams[j, 1])
-            square = last
-            if 0 <= row < height and 0 <= column < width:
-                d = float(distance[int(row), int(column)])
-                square = min(int(d * d * to_square + 0.5), last)
-            weight += likelihood[square]
-        weights[i] = weight
-    return weights
+        cosine, sine = math.cos(heading) / resolution, math.sin(heading) / resolution
+        sums[i] = _score_particle(x, y, cosine, sine, ends, flat, height, width, to_square, table) / ONE
+    return sums
+
+
+score_parallel: Score = njit(cache=True, nogil=True, error_model="numpy", parallel=True)(_score_scan)
+score_serial: Score = njit(cache=True, nogil=True, error_model="numpy")(serial_copy(_score_scan))
 
 
 def warm() -> None:
     """Compile, or load what was compiled."""
     distance = np.zeros((1, 1), dtype=np.float32)
     distance.flags.writeable = False  # as layers of a map are, which all robots share
-    score_scan(np.zeros((1, 3)), np.zeros((1, 2)), distance, 0.05, np.zeros(3), np.ones(1))
+    for score in (score_serial, score_parallel):
+        score(np.zeros((1, 3)), np.zeros((1, 2)), distance, 0.05, np.zeros(3), np.ones(1, np.int64))

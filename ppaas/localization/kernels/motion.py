@@ -1,12 +1,16 @@
 """Moving particles by odometry."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
 from numpy.typing import NDArray
 
-HALF_TURN = math.pi
+from ppaas.maps.kernels.serial import serial_copy
+
+Motion = tuple[float, float, float]
+Move = Callable[[NDArray[np.float64], Motion, Motion, NDArray[np.float64]], None]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -14,49 +18,60 @@ def _wrap(angle: float) -> float:
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _smaller_turn(angle: float) -> float:
-    """Return how far a turn is from going straight ahead or straight back, so that reversing is no half turn."""
-    return min(abs(_wrap(angle)), abs(_wrap(angle - HALF_TURN)))
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def sample_motion(
-    particles: NDArray[np.float64],
-    first_turn: float,
-    distance: float,
-    second_turn: float,
-    alphas: NDArray[np.float64],
-    normals: NDArray[np.float64],
-) -> None:
+def _move_diff(particles: NDArray[np.float64], motion: Motion, sigmas: Motion, normals: NDArray[np.float64]) -> None:
     """Move particles, in place, by turn, straight line and turn, each with noise.
 
-    The odometry motion model of Thrun, Burgard, Fox, *Probabilistic Robotics*, table 5.6, as amcl's ``diff``.
+    Thrun, Burgard, Fox, *Probabilistic Robotics*, table 5.6.
 
     Parameters
     ----------
     particles : (n, 3) array
         x, y [m], theta [rad].
-    first_turn, distance, second_turn : float
+    motion : (first turn, distance, second turn)
         What odometry measured [rad, m, rad].
-    alphas : (4,) array
-        Noise: turn from turn, turn from distance, distance from distance, distance from turn.
+    sigmas : (float, float, float)
+        Standard deviations of these.
     normals : (n, 3) array
         Standard normal random numbers.
     """
-    first = _smaller_turn(first_turn)
-    second = _smaller_turn(second_turn)
-    sigma_first = math.sqrt(alphas[0] * first * first + alphas[1] * distance * distance)
-    sigma_second = math.sqrt(alphas[0] * second * second + alphas[1] * distance * distance)
-    sigma_distance = math.sqrt(alphas[2] * distance * distance + alphas[3] * (first * first + second * second))
-    for i in range(particles.shape[0]):
-        heading = particles[i, 2] + first_turn + sigma_first * normals[i, 0]
-        step = distance + sigma_distance * normals[i, 1]
+    for i in prange(particles.shape[0]):
+        heading = particles[i, 2] + motion[0] + sigmas[0] * normals[i, 0]
+        step = motion[1] + sigmas[1] * normals[i, 1]
         particles[i, 0] += step * math.cos(heading)
         particles[i, 1] += step * math.sin(heading)
-        particles[i, 2] = _wrap(heading + second_turn + sigma_second * normals[i, 2])
+        particles[i, 2] = _wrap(heading + motion[2] + sigmas[2] * normals[i, 2])
+
+
+def _move_omni(particles: NDArray[np.float64], motion: Motion, sigmas: Motion, normals: NDArray[np.float64]) -> None:
+    """Move particles, in place, along a bearing, with noise ahead, sideways and of the turn (``amcl_odom.cpp``).
+
+    Parameters
+    ----------
+    particles : (n, 3) array
+        x, y [m], theta [rad].
+    motion : (bearing, distance, turn)
+        What odometry measured; the bearing is from the robot's heading [rad, m, rad].
+    sigmas : (float, float, float)
+        Standard deviations of the distance, of what it goes sideways, and of the turn [m, m, rad].
+    normals : (n, 3) array
+        Standard normal random numbers.
+    """
+    for i in prange(particles.shape[0]):
+        bearing = particles[i, 2] + motion[0]
+        c, s = math.cos(bearing), math.sin(bearing)
+        step, aside = motion[1] + sigmas[0] * normals[i, 0], sigmas[1] * normals[i, 1]
+        particles[i, 0] += step * c + aside * s
+        particles[i, 1] += step * s - aside * c
+        particles[i, 2] = _wrap(particles[i, 2] + motion[2] + sigmas[2] * normals[i, 2])
+
+
+move_diff_parallel: Move = njit(cache=True, nogil=True, error_model="numpy", parallel=True)(_move_diff)
+move_diff_serial: Move = njit(cache=True, nogil=True, error_model="numpy")(serial_copy(_move_diff))
+move_omni_parallel: Move = njit(cache=True, nogil=True, error_model="numpy", parallel=True)(_move_omni)
+move_omni_serial: Move = njit(cache=True, nogil=True, error_model="numpy")(serial_copy(_move_omni))
 
 
 def warm() -> None:
     """Compile, or load what was compiled."""
-    sample_motion(np.zeros((1, 3)), 0.0, 0.0, 0.0, np.zeros(4), np.zeros((1, 3)))
+    for move in (move_diff_serial, move_diff_parallel, move_omni_serial, move_omni_parallel):
+        move(np.zeros((1, 3)), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), np.zeros((1, 3)))

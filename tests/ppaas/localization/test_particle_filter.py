@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from ppaas.costmap.build import build_layers
-from ppaas.errors import InvalidInput, InvalidParameter
+from ppaas.errors import InvalidInput, InvalidMap, InvalidParameter
 from ppaas.geometry import Pose2D, wrap_angle
-from ppaas.localization.beams import choose_beams, scan_points
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.particle_filter import ParticleFilter
+from ppaas.maps.grid import GridInfo, GridMap
 from tests.support.planar_world import World, error_of, walled_map
 
 GRID = walled_map(12, 9, [(3, 0, 3.2, 5), (6, 3, 6.2, 9), (8, 2, 9, 3), (9, 6, 10, 6.5), (1, 6.5, 2, 7.2)])
@@ -18,6 +18,13 @@ LAYERS = build_layers(GRID)
 ROUND = [(1.2, 5.7), (4.5, 6.5), (4.6, 1.5), (7, 1.5), (7.5, 7.5), (10.5, 7.5), (10.5, 4), (7.2, 4.5), (7, 1.5),
          (4.6, 2), (4.2, 6), (1.5, 5.8), (1.2, 1)]  # fmt: skip
 START = Pose2D(1.0, 1.0, math.pi / 2)
+
+
+def look(localization: ParticleFilter) -> bool:
+    """Look for a robot that is lost, at once; tell whether particles were drawn anew."""
+    search = localization.next_search()
+    found = None if search is None else search.run(bool)
+    return found is not None and localization.adopt(found)
 
 
 class Drive:
@@ -35,10 +42,10 @@ class Drive:
     def update(self) -> None:
         world = self.world
         if self.filter.needs_update(world.odom):
-            points = scan_points(world.scan(0.0), Pose2D(0, 0, 0))
-            beams = choose_beams(points, self.parameters.laser_max_beams)
+            beams = self.filter.sensor.beams(world.scan(0.0), Pose2D(0, 0, 0))
             estimate = self.filter.update(world.odom, beams, world.range_max)
             self.map_to_odom = estimate.pose @ world.odom.inverse()
+            look(self.filter)
         self.errors.append(error_of(self.map_to_odom @ world.odom, world.pose))
 
     def to(self, x: float, y: float) -> None:
@@ -142,8 +149,113 @@ def test_an_initial_pose_that_means_nothing_is_refused(pose, covariance):
         {"odom_alpha2": -0.1},
         {"kld_err": math.nan},
         {"initial_cov_aa": math.inf},
+        {"laser_min_range": 3.0, "laser_max_range": 2.0},
+        {"recovery_alpha_slow": 0.2, "recovery_alpha_fast": 0.1},
     ],
 )
 def test_parameters_out_of_range_are_refused_by_name(wrong):
     with pytest.raises(InvalidParameter, match=next(iter(wrong))):
         AmclParameters(**wrong)
+
+
+@pytest.mark.parametrize("model", ["beam", "likelihood_field_prob"])
+def test_every_model_of_the_laser_holds_the_pose(model):
+    drive = Drive(World(GRID, START, drift=2.0), AmclParameters(laser_model_type=model))
+    for point in ROUND[:4]:
+        drive.to(*point)
+    assert np.array(drive.errors)[:, 0].max() < 0.2
+
+
+@pytest.mark.parametrize("model", ["diff", "omni", "omni-corrected"])
+def test_every_model_of_odometry_holds_the_pose(model):
+    noise = 0.2 if model in ("diff", "omni") else 0.02
+    alphas = {f"odom_alpha{number}": noise for number in range(1, 6)}
+    drive = Drive(World(GRID, START), AmclParameters(odom_model_type=model, **alphas))
+    for point in ROUND[:4]:
+        drive.to(*point)
+    assert np.array(drive.errors)[:, 0].max() < 0.2
+
+
+@pytest.mark.parametrize("model", ["likelihood_field", "beam"])
+def test_any_number_of_threads_gives_the_same_particles(model):
+    def particles(threads: int) -> np.ndarray:
+        parameters = AmclParameters(laser_model_type=model, min_particles=9000, max_particles=9000, resample_interval=1)
+        localization = ParticleFilter(LAYERS, parameters, lambda: threads)
+        localization.initialise(START, np.diag([0.1, 0.1, 0.1]))
+        scan = World(GRID, START).scan(0.0)
+        for x in (0.0, 0.2):
+            localization.update(Pose2D(x, 0, 0), localization.sensor.beams(scan, Pose2D(0, 0, 0)), 8.0)
+        return localization.particles
+
+    np.testing.assert_array_equal(particles(1), particles(2))
+
+
+def test_a_robot_that_was_carried_off_is_found_again_unless_recovery_is_off():
+    def error_after(**recovery: float) -> float:
+        drive = Drive(World(GRID, START), AmclParameters(**recovery))
+        for point in ROUND[:1]:
+            drive.to(*point)
+        drive.world.pose = Pose2D(10.5, 5.0, -2.0)
+        for point in [(10.5, 4.0), (7.2, 4.5), (7, 1.5), (4.6, 2)]:
+            drive.to(*point)
+        return drive.errors[-1][0]
+
+    assert error_after() < 0.15
+    assert error_after(recovery_alpha_slow=0.0, recovery_alpha_fast=0.0) > 0.5
+
+
+def test_what_the_laser_may_not_see_is_left_out():
+    sensor = ParticleFilter(
+        LAYERS, AmclParameters(laser_min_range=1.5, laser_max_range=3.0, laser_max_beams=500)
+    ).sensor
+    scan = World(GRID, START).scan(0.0)
+    gone = np.hypot(*sensor.beams(scan, Pose2D(0, 0, 0)).T)
+    assert 1.5 < gone.min() < gone.max() < 3.0
+    assert sensor.range_max(scan) == 3.0
+
+
+def test_a_map_without_a_free_cell_has_nowhere_to_look():
+    grid = GridMap(np.full((1, 1), 100, np.int8), GridInfo(0.05, 1, 1))
+    with pytest.raises(InvalidMap, match="no free cell"):
+        ParticleFilter(build_layers(grid), AmclParameters()).initialise_globally()
+
+
+def lost() -> tuple[ParticleFilter, World, np.ndarray]:
+    """Return localization that knows nothing, after one scan."""
+    localization, world = ParticleFilter(LAYERS, AmclParameters()), World(GRID, START)
+    localization.initialise_globally()
+    beams = localization.sensor.beams(world.scan(0.0), Pose2D(0, 0, 0))
+    localization.update(world.odom, beams, world.range_max)
+    return localization, world, beams
+
+
+def test_what_was_found_counts_from_where_the_robot_has_come_meanwhile():
+    localization, world, _ = lost()
+    found = localization.next_search().run(bool)
+    for _ in range(3):
+        world.move(0.5, 0.0, 0.4)
+        localization.update(world.odom, np.empty((0, 2)), world.range_max)
+    assert localization.adopt(found)
+    nearest = np.hypot(*(localization.particles[:, :2] - (world.pose.x, world.pose.y)).T).min()
+    assert nearest < 0.1
+
+
+@pytest.mark.parametrize("begin", ["pose", "anywhere"])
+def test_what_was_found_of_a_search_before_all_began_anew_is_no_use(begin):
+    localization, world, beams = lost()
+    found = localization.next_search().run(bool)
+    if begin == "pose":
+        localization.initialise(START, np.zeros((3, 3)))
+    else:
+        localization.initialise_globally()
+    localization.update(world.odom, beams, world.range_max)
+    before = localization.particles.copy()
+    assert not localization.adopt(found)
+    np.testing.assert_array_equal(localization.particles, before)
+
+
+def test_a_robot_that_stands_is_looked_for_once():
+    localization, world, beams = lost()
+    assert look(localization)
+    localization.update(world.odom, beams, world.range_max)
+    assert localization.next_search() is None

@@ -1,0 +1,124 @@
+"""How likely a laser's ranges are as seen from each particle, by rays cast through the map."""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from ppaas.maps.kernels.serial import serial_copy
+
+NEAR = 1.5
+"""What two cells take up of the distance between their centres [cells]; nearer, a ray goes on by half a cell."""
+
+
+class BeamShares(NamedTuple):
+    """Of what a range is made (*Probabilistic Robotics*, table 6.1): shares, and what they are spread by [m, 1/m]."""
+
+    hit: float
+    short: float
+    max: float
+    rand: float
+    sigma_hit: float
+    lambda_short: float
+
+
+Score = Callable[
+    [NDArray[np.float64], NDArray[np.float64], NDArray[np.float32], float, NDArray[np.float64], BeamShares, float],
+    NDArray[np.float64],
+]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cast(distance: NDArray[np.float32], x: float, y: float, dx: float, dy: float, most: float, cell: float) -> float:
+    """Return how many cells a ray goes until it meets an occupied one, to half a cell; ``most`` if it leaves the map.
+
+    It goes as far at a time as the distance to the nearest obstacle lets it (sphere tracing).
+    """
+    height, width = distance.shape
+    gone = 0.0
+    while gone < most:
+        column, row = math.floor(x + gone * dx), math.floor(y + gone * dy)
+        if not (0 <= row < height and 0 <= column < width):
+            return most
+        d = distance[np.uint64(row), np.uint64(column)] / cell
+        if d == 0.0:
+            return gone
+        gone += max(0.5, d - NEAR)
+    return most
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _likelihood(measured: float, expected: float, range_max: float, shares: BeamShares) -> float:
+    off = measured - expected
+    p = shares.hit * math.exp(-0.5 * (off / shares.sigma_hit) ** 2)
+    if off < 0.0:
+        p += shares.short * shares.lambda_short * math.exp(-shares.lambda_short * measured)
+    if measured >= range_max:
+        return p + shares.max
+    return p + shares.rand / range_max
+
+
+def _score_ranges(
+    particles: NDArray[np.float64],
+    beams: NDArray[np.float64],
+    distance: NDArray[np.float32],
+    resolution: float,
+    origin: NDArray[np.float64],
+    shares: BeamShares,
+    range_max: float,
+) -> NDArray[np.float64]:
+    """Return the sum of the cubed likelihoods of the beams for each particle (``amcl_laser.cpp``, ``BeamModel``).
+
+    Parameters
+    ----------
+    particles : (n, 3) array
+        x, y [m], theta [rad] of the robot in the map frame.
+    beams : (m, 4) array
+        x, y [m] of the laser and direction [rad] of each beam in the robot's frame, and its range [m]; ``range_max``
+        where it met nothing.
+    distance : (height, width) array
+        From each cell to the nearest occupied one [m].
+    resolution : float
+        Edge of a cell [m].
+    origin : (3,) array
+        Pose of the lower-left corner of cell (0, 0) in the map frame [m, m, rad].
+    shares : BeamShares
+        The model.
+    range_max : float
+        Longest range of the laser [m].
+
+    Returns
+    -------
+    (n,) array
+        The same for any number of threads.
+    """
+    c0, s0 = math.cos(origin[2]), math.sin(origin[2])
+    sums = np.empty(particles.shape[0])
+    for i in prange(particles.shape[0]):
+        c, s = math.cos(particles[i, 2]), math.sin(particles[i, 2])
+        total = 0.0
+        for j in range(beams.shape[0]):
+            px = particles[i, 0] + c * beams[j, 0] - s * beams[j, 1] - origin[0]
+            py = particles[i, 1] + s * beams[j, 0] + c * beams[j, 1] - origin[1]
+            angle = particles[i, 2] + beams[j, 2] - origin[2]
+            x, y = (c0 * px + s0 * py) / resolution, (c0 * py - s0 * px) / resolution
+            cells = _cast(distance, x, y, math.cos(angle), math.sin(angle), range_max / resolution, resolution)
+            total += _likelihood(beams[j, 3], cells * resolution, range_max, shares) ** 3
+        sums[i] = total
+    return sums
+
+
+score_parallel: Score = njit(cache=True, nogil=True, error_model="numpy", parallel=True)(_score_ranges)
+score_serial: Score = njit(cache=True, nogil=True, error_model="numpy")(serial_copy(_score_ranges))
+
+
+def warm() -> None:
+    """Compile, or load what was compiled."""
+    distance = np.zeros((1, 1), dtype=np.float32)
+    distance.flags.writeable = False  # as layers of a map are, which all robots share
+    shares = BeamShares(0.95, 0.1, 0.05, 0.05, 0.2, 0.1)
+    for score in (score_serial, score_parallel):
+        score(np.zeros((1, 3)), np.ones((1, 4)), distance, 0.05, np.zeros(3), shares, 8.0)

@@ -1,0 +1,64 @@
+"""Drawing among the free cells of a map without a list of them, which would be larger than the map."""
+
+import numpy as np
+from numba import njit, types
+from numpy.typing import NDArray
+
+from ppaas.maps.grid import FREE
+
+_CELLS = types.Array(types.int8, 2, "C", readonly=True)
+_NUMBERS = types.Array(types.int64, 1, "C", readonly=True)
+
+
+@njit(types.int64[::1](_CELLS), cache=True, nogil=True, error_model="numpy")
+def count_free(data: NDArray[np.int8]) -> NDArray[np.int64]:
+    """Return, for each row, how many cells are free in it and in those below: (height,) from (height, width)."""
+    height, width = data.shape
+    below = np.empty(height, np.int64)
+    total = 0
+    for row in range(height):
+        for column in range(width):
+            total += data[row, column] == FREE
+        below[row] = total
+    return below
+
+
+@njit(types.int64[:, ::1](_CELLS, _NUMBERS, _NUMBERS), cache=True, nogil=True, error_model="numpy")
+def find_free(data: NDArray[np.int8], below: NDArray[np.int64], numbers: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return row and column of free cells by their numbers.
+
+    Parameters
+    ----------
+    data : (height, width) int8 array
+        Occupancy.
+    below : (height,) array
+        As `count_free` gives it.
+    numbers : (n,) array
+        Which of the free cells, from 0, ascending: so each row is read once at most.
+
+    Returns
+    -------
+    (n, 2) array
+    """
+    found = np.empty((numbers.size, 2), np.int64)
+    row = column = 0
+    passed = np.int64(0)  # free cells before (row, column)
+    for i in range(numbers.size):
+        if below[row] <= numbers[i]:
+            while below[row] <= numbers[i]:
+                row += 1
+            column, passed = 0, below[row - 1]
+        while True:
+            if data[row, column] == FREE:
+                if passed == numbers[i]:
+                    break
+                passed += 1
+            column += 1
+        found[i, 0], found[i, 1] = row, column
+    return found
+
+
+def warm() -> None:
+    """Call each kernel once."""
+    cells = np.zeros((1, 1), np.int8)
+    find_free(cells, count_free(cells), np.zeros(1, np.int64))

@@ -1,0 +1,116 @@
+"""What a model of the laser is: it tells how well a scan fits the map as seen from each particle.
+
+*Probabilistic Robotics*, chapter 6, as amcl has them (``amcl_laser.cpp``). The beams of one scan are not independent:
+``likelihood_field`` and ``beam`` do not multiply their likelihoods, but sum up the cubes.
+"""
+
+from abc import ABC, abstractmethod
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.geometry import Pose2D
+from ppaas.localization.parameters import AmclParameters
+from ppaas.maps.layers import MapLayers
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.nodes.kernel_threads import Threads
+from ppaas.planners.kernels.threads import at_most
+
+PARALLEL_FROM = 1 << 18
+"""Beams of particles below which one thread does: where others want the cores too, waiting for them costs more."""
+
+
+class Fit(NamedTuple):
+    """What a scan says of particles.
+
+    Parameters
+    ----------
+    weights : (n,) array
+        By which theirs are multiplied.
+    fits : (n,) array
+        How well a beam fits in the mean: the same scale for any number of beams.
+    """
+
+    weights: NDArray[np.float64]
+    fits: NDArray[np.float64]
+
+
+class SensorModel(ABC):
+    """A model of the laser in one map.
+
+    Parameters
+    ----------
+    layers : MapLayers
+        The map; its ``distance`` is read.
+    parameters : AmclParameters
+    threads : callable
+        Returns the most threads that kernels may use now; the result is the same for any number.
+    """
+
+    def __init__(self, layers: MapLayers, parameters: AmclParameters, threads: Threads) -> None:
+        info = layers.grid.info
+        self._distance, self._resolution, self._origin = layers.distance, info.resolution, np.array(info.origin)
+        self._parameters = parameters
+        self._threads = threads
+
+    def beams(self, scan: LaserScan, laser: Pose2D) -> NDArray[np.float64]:
+        """Return what of a scan is compared with the map: a row a beam, in the robot's frame.
+
+        Raises
+        ------
+        InvalidInput
+            The angles or limits are not finite, or there are too many ranges.
+        """
+        return self._choose(
+            msgspec.structs.replace(scan, range_min=self._range_min(scan), range_max=self.range_max(scan)), laser
+        )
+
+    def points(self, beams: NDArray[np.float64], range_max: float) -> NDArray[np.float64]:
+        """Return where beams ended that hit something: (n, 2), in the robot's frame [m].
+
+        Parameters
+        ----------
+        beams : (m, k) array
+            Of `beams`.
+        range_max : float
+            Of `range_max` [m].
+        """
+        return beams
+
+    def range_max(self, scan: LaserScan) -> float:
+        """Return from which range on a beam met nothing [m]."""
+        most = self._parameters.laser_max_range
+        return scan.range_max if most < 0.0 else min(scan.range_max, most)
+
+    def _range_min(self, scan: LaserScan) -> float:
+        return max(scan.range_min, self._parameters.laser_min_range)
+
+    def fit(self, particles: NDArray[np.float64], beams: NDArray[np.float64], range_max: float) -> Fit:
+        """Return how well a scan fits.
+
+        Parameters
+        ----------
+        particles : (n, 3) array
+            x, y [m], theta [rad] in the map frame.
+        beams : (m, k) array
+            Of `beams`; one at least.
+        range_max : float
+            Of `range_max` [m].
+        """
+        wanted = self._threads() if len(particles) * len(beams) >= PARALLEL_FROM else 1
+        with at_most(wanted) as threads:
+            sums = self._sums(particles, beams, range_max, parallel=threads > 1)
+        return self._fit(sums, len(beams))
+
+    def _fit(self, sums: NDArray[np.float64], beams: int) -> Fit:
+        return Fit(1.0 + sums, sums / beams)
+
+    @abstractmethod
+    def _choose(self, scan: LaserScan, laser: Pose2D) -> NDArray[np.float64]: ...
+
+    @abstractmethod
+    def _sums(
+        self, particles: NDArray[np.float64], beams: NDArray[np.float64], range_max: float, *, parallel: bool
+    ) -> NDArray[np.float64]: ...

@@ -1,0 +1,57 @@
+"""What localization.md tells of parameters, services and the bench is what there is."""
+
+import argparse
+import re
+
+from ppaas.localization import seeker
+from ppaas.localization.history import SCANS, SPACING
+from ppaas.localization.parameters import AmclParameters
+from ppaas.localization.recovery import AMISS
+from ppaas.localization.search import TRIES, TRIES_PER_AREA
+from ppaas.localization.seeker import FOUND
+from ppaas.nodes.amcl import GLOBAL_LOCALIZATION, NOMOTION_UPDATE
+from robots.bench.localize.run import LOST
+from robots.commands import bench_localize
+from tests.support.documents import text_of
+
+PAGE = "docs/localization.md"
+OURS = {
+    "min_particles": "500, 2000",
+    "initial_cov_xx": "0.04, 0.04, 0.02",
+    "update_min_d": "0.1 m, 0.2 rad",
+    "laser_max_beams": "60, over what the scan sees",
+    "odom_model_type": "`diff-corrected`",
+    "odom_alpha1": "0.02",
+}
+
+
+def test_the_defaults_are_those_of_the_parameters() -> None:
+    rows = {row[0]: row[1] for row in re.findall(r"^\| `(\w+)`[^|]*\| ([^|]+) \|", text_of(PAGE), re.MULTILINE)}
+    assert {name: value for name, value in rows.items() if name in OURS} == OURS
+    p = AmclParameters()
+    assert (p.min_particles, p.max_particles, p.update_min_d, p.update_min_a) == (500, 2000, 0.1, 0.2)
+    assert (p.initial_cov_xx, p.initial_cov_yy, p.initial_cov_aa) == (0.04, 0.04, 0.02)
+    assert (p.laser_max_beams, p.odom_model_type) == (60, "diff-corrected")
+    assert {p.odom_alpha1, p.odom_alpha2, p.odom_alpha3, p.odom_alpha4, p.odom_alpha5} == {0.02}
+    assert (p.recovery_alpha_fast, p.recovery_alpha_slow) == (0.1, 0.001)
+    assert "`recovery_alpha_fast` (0.1) and `recovery_alpha_slow` (0.001)" in text_of(PAGE)
+
+
+def test_the_numbers_are_those_of_the_code() -> None:
+    text = text_of(PAGE)
+    assert f"{TRIES_PER_AREA:.0f} poses for each free square metre, up to {TRIES:,}" in text
+    assert f"{SPACING} m farther, with the last {SCANS} scans" in text
+    assert FOUND == 0.8 and "until four fifths of the particles" in text
+    assert AMISS == 0.1 and "fast one is a tenth below" in text
+    assert seeker.LOST == 0.1 and "one in\n  ten such robots is lost" in text
+    assert f"{LOST} m or 20°" in text
+    for service in (GLOBAL_LOCALIZATION, NOMOTION_UPDATE):
+        assert f"`{service.name}` (`{service.type.name}`)" in text
+        assert f"| `{service.name}` | `{service.type.name}` |" in text_of("docs/protocol.md")
+
+
+def test_the_options_of_the_bench_are_those_there_are() -> None:
+    parser = argparse.ArgumentParser()
+    bench_localize.configure(parser)
+    known = set(parser._option_string_actions)
+    assert set(re.findall(r"`(?:ppaas bench localize )?(--[a-z]+)", text_of(PAGE))) <= known
