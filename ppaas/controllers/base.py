@@ -3,12 +3,14 @@
 The interface of ``nav_core::BaseLocalPlanner``: a plan is set once, then velocities are asked for every cycle.
 """
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from ppaas.costmap.costmap import Costmap
-from ppaas.errors import PPaaSError
+from ppaas.costmap.movers import Mover
+from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.geometry import Pose2D, Poses
 
 
@@ -36,6 +38,20 @@ class VelocityLimits:
     acc_lim_theta: float = 3.0
 
 
+class SpeedLimit(NamedTuple):
+    """How fast a robot is to drive at most: so many m/s, and no more than a part of what it may at other times."""
+
+    speed: float = math.inf
+    part: float = 1.0
+
+    def of(self, limits: VelocityLimits, slowest: float) -> float:
+        """Return the fastest that it is to drive [m/s]: no less than ``slowest``, below which no base moves."""
+        return max(min(self.speed, self.part * limits.max_vel_x), min(slowest, limits.max_vel_x))
+
+
+NO_LIMIT = SpeedLimit()
+
+
 @dataclass(frozen=True, slots=True)
 class ControlRequest:
     """What is known at one control cycle.
@@ -52,6 +68,10 @@ class ControlRequest:
         Seconds until the next cycle.
     threads : int
         Most threads that kernels may use.
+    movers : tuple of Mover
+        Who moves there now, in the frame of the plan. They are in the costmap, too, where they are.
+    speed_limit : SpeedLimit
+        What it is to keep to here and now, beside the limits of its base.
     """
 
     pose: Pose2D
@@ -59,6 +79,23 @@ class ControlRequest:
     costmap: Costmap
     period: float = 0.1
     threads: int = 1
+    movers: tuple[Mover, ...] = ()
+    speed_limit: SpeedLimit = NO_LIMIT
+
+    def check(self) -> None:
+        """Let it pass if a controller can work with it.
+
+        Raises
+        ------
+        InvalidInput
+            The pose, the velocity or the period is not finite, or the period is not positive.
+        """
+        if not (self.pose.is_finite() and all(map(math.isfinite, self.velocity))):
+            raise InvalidInput(
+                "the pose and the velocity of the robot must be finite; correct odometry or localization"
+            )
+        if not (math.isfinite(self.period) and self.period > 0.0):
+            raise InvalidInput(f"the period must be a positive number of seconds, not {self.period}")
 
 
 class Controller(ABC):
@@ -66,6 +103,8 @@ class Controller(ABC):
 
     name: ClassVar[str]
     purpose: ClassVar[str]
+    predicts: ClassVar[bool] = False
+    """Whether it minds where movers will be; else the costmap tells it of where they will be as of obstacles."""
 
     @abstractmethod
     def set_plan(self, poses: Poses) -> None:

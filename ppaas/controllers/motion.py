@@ -1,6 +1,7 @@
 """What a base with limited acceleration can do in one cycle."""
 
 import math
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +9,19 @@ from numpy.typing import NDArray
 from ppaas.controllers.base import Velocity
 from ppaas.controllers.dwa_parameters import DwaParameters
 from ppaas.geometry import Pose2D, wrap_angle
+
+
+class TurnLimits(Protocol):
+    """What of a controller's parameters limits how it stops and turns on the spot."""
+
+    @property
+    def acc_lim_x(self) -> float: ...  # noqa: D102
+    @property
+    def acc_lim_theta(self) -> float: ...  # noqa: D102
+    @property
+    def max_vel_theta(self) -> float: ...  # noqa: D102
+    @property
+    def min_vel_theta(self) -> float: ...  # noqa: D102
 
 
 def advance(pose: Pose2D, velocity: Velocity, seconds: float) -> Pose2D:
@@ -21,14 +35,22 @@ def advance(pose: Pose2D, velocity: Velocity, seconds: float) -> Pose2D:
     )
 
 
-def brake(velocity: Velocity, limits: DwaParameters, period: float) -> Velocity:
+def in_force(commanded: Velocity, measured: Velocity, limits: TurnLimits, late: float) -> Velocity:
+    """Return the last command if what was measured, so many seconds late, can be explained by it; else the latter."""
+    linear_off = abs(commanded.linear - measured.linear)
+    angular_off = abs(commanded.angular - measured.angular)
+    explained = linear_off <= limits.acc_lim_x * late and angular_off <= limits.acc_lim_theta * late
+    return commanded if explained else measured
+
+
+def brake(velocity: Velocity, limits: TurnLimits, period: float) -> Velocity:
     """Return the velocity after one cycle of braking, along the same arc as far as turning can brake as fast."""
-    linear = _towards(velocity.linear, 0.0, limits.acc_lim_x * period)
+    linear = towards(velocity.linear, 0.0, limits.acc_lim_x * period)
     part = linear / velocity.linear if linear else 0.0
-    return Velocity(linear, _towards(velocity.angular, part * velocity.angular, limits.acc_lim_theta * period))
+    return Velocity(linear, towards(velocity.angular, part * velocity.angular, limits.acc_lim_theta * period))
 
 
-def turn(error: float, velocity: Velocity, limits: DwaParameters, period: float) -> Velocity:
+def turn(error: float, velocity: Velocity, limits: TurnLimits, period: float) -> Velocity:
     """Return the velocity for turning on the spot by ``error`` [rad], no faster than can be stopped in time."""
     if abs(velocity.linear) > limits.acc_lim_x * period:
         return brake(velocity, limits, period)
@@ -37,8 +59,8 @@ def turn(error: float, velocity: Velocity, limits: DwaParameters, period: float)
     wanted = math.copysign(max(fastest, limits.min_vel_theta), error)
     step = limits.acc_lim_theta * period
     if velocity.angular * wanted < 0.0:
-        return Velocity(0.0, _towards(velocity.angular, 0.0, step))
-    turning = _towards(velocity.angular, wanted, step)
+        return Velocity(0.0, towards(velocity.angular, 0.0, step))
+    turning = towards(velocity.angular, wanted, step)
     return Velocity(0.0, math.copysign(max(abs(turning), limits.min_vel_theta), wanted))
 
 
@@ -82,5 +104,6 @@ def window(velocity: Velocity, fastest: float, limits: DwaParameters, period: fl
     return samples.reshape(-1, 2)
 
 
-def _towards(value: float, target: float, step: float) -> float:
+def towards(value: float, target: float, step: float) -> float:
+    """Return a value that is nearer to a target by ``step``, and not beyond it."""
     return value + min(step, max(-step, target - value))

@@ -9,7 +9,13 @@ CONTROLLERS: PluginRegistry[Controller] = PluginRegistry(
     "ppaas.controllers",
     "controller",
     Controller,  # type: ignore[type-abstract]
-    aliases={"dwa_local_planner/DWAPlannerROS": "dwa", "base_local_planner/TrajectoryPlannerROS": "dwa"},
+    aliases={
+        "dwa_local_planner/DWAPlannerROS": "dwa",
+        "base_local_planner/TrajectoryPlannerROS": "dwa",
+        "nav2_mppi_controller/MPPIController": "mppi",
+        "regulated_pure_pursuit": "pure_pursuit",
+        "nav2_regulated_pure_pursuit_controller/RegulatedPurePursuitController": "pure_pursuit",
+    },
 )
 
 

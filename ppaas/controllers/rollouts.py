@@ -8,9 +8,14 @@ from numpy.typing import NDArray
 from ppaas.controllers.base import ControlRequest, Velocity
 from ppaas.controllers.dwa_parameters import DwaParameters
 from ppaas.controllers.followed_path import FollowedPath
-from ppaas.controllers.kernels.rollout import BLOCKED, Frame, Scoring, cost_at, score_velocities
+from ppaas.controllers.kernels.outline import Body, clearance_along
+from ppaas.controllers.kernels.rollout import BLOCKED, Frame, Outline, Scoring, score_velocities
 from ppaas.controllers.motion import advance, window
+from ppaas.controllers.obstacles import clearance_to_keep, distance_to_lethal
 from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
+
+NOTHING = np.ones((1, 1), np.float32)
+"""What discs need not be told of: they are read off the inflated costmap."""
 
 HEADINGS = 12
 """Headings tried on each side for a turn that sets the robot free."""
@@ -22,6 +27,8 @@ class Rollouts:
     Parameters
     ----------
     parameters : DwaParameters
+    body : Body
+        Of the robot.
     path : FollowedPath
         On which the robot was located.
     request : ControlRequest
@@ -30,20 +37,23 @@ class Rollouts:
     """
 
     def __init__(
-        self, parameters: DwaParameters, path: FollowedPath, request: ControlRequest, velocity: Velocity
+        self, parameters: DwaParameters, body: Body, path: FollowedPath, request: ControlRequest, velocity: Velocity
     ) -> None:
         p = parameters
         self._parameters = p
         self._velocity = velocity
         self._period = request.period
+        self._limit = request.speed_limit.of(p, p.min_vel_trans)
         self._costs = request.costmap.data
         self._frame = frame_of(request.costmap)
-        self._cost_here = int(cost_at(self._costs, self._frame, float(request.pose.x), float(request.pose.y)))
+        cell = request.costmap.info.cell_of(request.pose.x, request.pose.y)
+        self._cost_here = NO_INFORMATION if cell is None else int(self._costs[cell])
         self._to_go = path.to_go(request.pose)
         self._path, self._remaining = path.ahead(
             p.max_vel_x * p.sim_time + p.forward_point_distance + p.robot_radius, request.costmap
         )
         self._begin = advance(request.pose, velocity, request.period)
+        self._outline = self._outline_in(request.costmap, body)
 
     def best(self) -> Velocity | None:
         """Return the best velocity that can be reached within the cycle, or None if each would collide."""
@@ -68,16 +78,37 @@ class Rollouts:
         best = int(np.argmin(scores))
         return float(turns[best]) if scores[best] < BLOCKED else None
 
+    def can_turn(self, turning: float) -> bool:
+        """Tell whether the robot can turn on the spot at some speed [rad/s] until it can be stopped; a disc can."""
+        if not len(self._outline.body.edges):
+            return True
+        p, period = self._parameters, self._period
+        turn = turning * 2.0 * period + math.copysign(turning * turning / (2.0 * p.acc_lim_theta), turning)
+        x, y, theta = self._start
+        free = clearance_along(
+            self._outline.distance, self._frame.resolution, self._outline.body,
+            (float(x), float(y), float(theta)), (0.0, float(turn)),
+        )  # fmt: skip
+        return bool(free >= self._outline.least)
+
+    def _outline_in(self, costmap: Costmap, body: Body) -> Outline:
+        self._start = costmap.info.origin.inverse() @ self._begin
+        if not len(body.edges):
+            return Outline(body, NOTHING, 0.0)
+        distance = distance_to_lethal(costmap, allow_unknown=self._parameters.allow_unknown)
+        return Outline(body, distance, clearance_to_keep(distance, costmap.info.resolution, body, self._start))
+
     def _fastest(self) -> float:
         """Return the speed [m/s] from which the robot can stop at the goal; less where obstacles are near."""
         p = self._parameters
-        near = 0.0 if self._cost_here == NO_INFORMATION else self._cost_here / INSCRIBED_INFLATED_OBSTACLE
-        return min(p.max_vel_x * (1.0 - p.cost_slowdown * near), math.sqrt(p.acc_lim_x * self._to_go))
+        near = 0.0 if self._cost_here == NO_INFORMATION else min(1.0, self._cost_here / INSCRIBED_INFLATED_OBSTACLE)
+        slowed = p.max_vel_x * (1.0 - p.cost_slowdown * near)
+        return min(slowed, self._limit, math.sqrt(p.acc_lim_x * self._to_go))
 
     def _score(self, velocities: NDArray[np.float64], theta: float) -> NDArray[np.float64]:
         scores: NDArray[np.float64] = score_velocities(
             velocities, self._costs, self._frame, self._path, self._remaining,
-            self._begin.x, self._begin.y, theta, self._scoring(),
+            self._begin.x, self._begin.y, theta, self._scoring(), self._outline,
         )  # fmt: skip
         return scores
 
@@ -95,7 +126,7 @@ class Rollouts:
             forward_point_distance=float(p.forward_point_distance),
             cost_slowdown=float(p.cost_slowdown),
             allow_unknown=p.allow_unknown,
-            leaving=self._cost_here == INSCRIBED_INFLATED_OBSTACLE,
+            leaving=not len(self._outline.body.edges) and self._cost_here == INSCRIBED_INFLATED_OBSTACLE,
             way_out=2.0 * p.robot_radius,
         )
 

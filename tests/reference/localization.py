@@ -8,20 +8,23 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo
 
 
-def sample_motion(particles, first_turn, distance, second_turn, alphas, normals):
+def move_diff(particles, motion, sigmas, normals):
     """Probabilistic Robotics, table 5.6, one particle after the other."""
-
-    def from_straight(turn):
-        return min(abs(math.remainder(turn, 2 * math.pi)), abs(math.remainder(turn - math.pi, 2 * math.pi)))
-
-    a1, a2, a3, a4 = alphas
-    first, second = from_straight(first_turn), from_straight(second_turn)
+    first, distance, second = motion
     moved = []
     for (x, y, theta), (n1, n2, n3) in zip(particles, normals, strict=True):
-        turn1 = first_turn + n1 * math.sqrt(a1 * first**2 + a2 * distance**2)
-        step = distance + n2 * math.sqrt(a3 * distance**2 + a4 * (first**2 + second**2))
-        turn2 = second_turn + n3 * math.sqrt(a1 * second**2 + a2 * distance**2)
+        turn1, step, turn2 = first + n1 * sigmas[0], distance + n2 * sigmas[1], second + n3 * sigmas[2]
         moved.append(Pose2D(x, y, theta) @ Pose2D(0, 0, turn1) @ Pose2D(step, 0, 0) @ Pose2D(0, 0, turn2))
+    return np.array(moved)
+
+
+def move_omni(particles, motion, sigmas, normals):
+    """Along the bearing and to its right, then the turn."""
+    bearing, distance, turn = motion
+    moved = []
+    for (x, y, theta), (n1, n2, n3) in zip(particles, normals, strict=True):
+        end = Pose2D(x, y, theta) @ Pose2D(0, 0, bearing) @ Pose2D(distance + n1 * sigmas[0], -n2 * sigmas[1], 0)
+        moved.append(Pose2D(end.x, end.y, theta + turn + n3 * sigmas[2]))
     return np.array(moved)
 
 
@@ -29,7 +32,7 @@ def score_scan(particles, beams, distance, info: GridInfo, z_hit, z_random, sigm
     """The likelihood field, beam by beam through the grid's own geometry."""
     weights = []
     for particle in particles:
-        weight = 1.0
+        weight = 0.0
         for beam in beams:
             end = Pose2D(*particle) @ Pose2D(*beam)
             cell = info.cell_of(end.x, end.y)
@@ -38,6 +41,36 @@ def score_scan(particles, beams, distance, info: GridInfo, z_hit, z_random, sigm
             weight += p**3
         weights.append(weight)
     return np.array(weights)
+
+
+def score_ranges(particles, beams, distance, info: GridInfo, shares, range_max):
+    """The beam model, by rays that are followed in steps of a tenth of a cell."""
+    sums = []
+    for particle in particles:
+        total = 0.0
+        for x, y, angle, measured in beams:
+            begin = Pose2D(*particle) @ Pose2D(x, y, angle)
+            expected = _followed(begin, distance, info, range_max)
+            p = shares.hit * math.exp(-((measured - expected) ** 2) / (2 * shares.sigma_hit**2))
+            if measured < expected:
+                p += shares.short * shares.lambda_short * math.exp(-shares.lambda_short * measured)
+            p += shares.max if measured >= range_max else shares.rand / range_max
+            total += p**3
+        sums.append(total)
+    return np.array(sums)
+
+
+def _followed(begin, distance, info, range_max):
+    gone = 0.0
+    while gone < range_max:
+        end = begin @ Pose2D(gone, 0.0)
+        cell = info.cell_of(end.x, end.y)
+        if cell is None:
+            return range_max
+        if distance[cell] == 0.0:
+            return gone
+        gone += info.resolution / 10
+    return range_max
 
 
 def draw_low_variance(weights, count, start):
@@ -55,14 +88,31 @@ def draw_low_variance(weights, count, start):
     return np.array(drawn)
 
 
-def mean_around(particles, weights, pose, radius, turn):
-    """Weighted mean of those that are near, angles as directions."""
+def enough(particles, weights, picks, least, error, z):
+    """Draw one by one, and count the bins in a set."""
+    bins, cumulative = set(), np.cumsum(weights)
+    for drawn, pick in enumerate(picks):
+        k = max(len(bins) - 1, 1)
+        a = 2 / (9 * k)
+        if drawn >= max(least, k / (2 * error) * (1 - a + math.sqrt(a) * z) ** 3 if bins else 0):
+            return drawn
+        i = min(int(np.searchsorted(cumulative, pick * cumulative[-1], side="right")), len(weights) - 1)
+        bins.add(bin_of(particles[i]))
+    return len(picks)
+
+
+def bin_of(particle):
+    """Half a metre each way, ten degrees."""
+    x, y, theta = particle
+    return math.floor(x / 0.5), math.floor(y / 0.5), math.floor(theta / math.radians(10))
+
+
+def moments_around(particles, weights, pose, radius, turn):
+    """Weight, mean and covariance of those that are near, turns counted from the pose."""
     near = [
-        (x, y, theta, weight)
+        (x, y, pose[2] + math.remainder(theta - pose[2], 2 * math.pi), weight)
         for (x, y, theta), weight in zip(particles, weights, strict=True)
         if math.hypot(x - pose[0], y - pose[1]) < radius and abs(math.remainder(theta - pose[2], 2 * math.pi)) < turn
     ]
-    total = sum(weight for *_, weight in near)
-    x, y = (sum(p[axis] * p[3] for p in near) / total for axis in (0, 1))
-    sine, cosine = (sum(f(p[2]) * p[3] for p in near) for f in (math.sin, math.cos))
-    return x, y, math.atan2(sine, cosine)
+    poses, shares = np.array(near)[:, :3], np.array(near)[:, 3]
+    return shares.sum(), np.average(poses, axis=0, weights=shares), np.cov(poses.T, aweights=shares, ddof=0)

@@ -12,6 +12,18 @@ def test_a_controller_is_made_by_its_name_or_that_of_ros(name):
     assert controller.parameters.max_vel_x == 0.3
 
 
+@pytest.mark.parametrize(
+    "name",
+    [
+        "regulated_pure_pursuit",
+        "nav2_regulated_pure_pursuit_controller/RegulatedPurePursuitController",
+        "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController",
+    ],
+)
+def test_pure_pursuit_has_the_names_of_nav2(name):
+    assert create(name).name == "pure_pursuit"
+
+
 def test_an_unknown_name_is_told_with_the_names_there_are():
     with pytest.raises(NotFound, match=r"unknown controller 'hands'; known: .*dwa"):
         create("hands")

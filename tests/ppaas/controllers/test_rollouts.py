@@ -4,6 +4,7 @@ import pytest
 from ppaas.controllers.base import ControlRequest, Velocity
 from ppaas.controllers.dwa_parameters import DwaParameters
 from ppaas.controllers.followed_path import FollowedPath
+from ppaas.controllers.footprints import body_of
 from ppaas.controllers.rollouts import Rollouts
 from ppaas.geometry import Pose2D, poses_along
 from tests.support import grids
@@ -16,7 +17,8 @@ def rollouts(data, pose=Pose2D(1.0, 1.0), velocity=STANDING, **parameters):
     path = FollowedPath(PATH)
     path.locate(pose)
     request = ControlRequest(pose, velocity, grids.of(data, 0.05))
-    return Rollouts(DwaParameters(**parameters), path, request, velocity)
+    p = DwaParameters(**parameters)
+    return Rollouts(p, body_of(p.footprint, p.robot_radius), path, request, velocity)
 
 
 def open_ground():
@@ -57,3 +59,17 @@ def test_only_headings_that_lead_on_are_tried():
     near = rollouts(wall, Pose2D(1.03, 1.0))
     assert near.turn_to_free(0.0) is None
     assert 0.5 < near.turn_to_free(1.5) < 2.6
+
+
+LONG = ((0.5, 0.12), (-0.5, 0.12), (-0.5, -0.12), (0.5, -0.12))
+
+
+def test_an_outline_goes_on_beside_a_wall_that_its_disc_would_touch_but_does_not_turn_there():
+    corridor = open_ground()
+    corridor[:16] = corridor[24:] = 254
+    corridor[16:24] = 253
+    beside = rollouts(corridor, velocity=Velocity(0.3, 0.0), footprint=LONG)
+    assert beside.best().linear > 0.2
+    assert not beside.can_turn(1.5)
+    assert rollouts(corridor, velocity=Velocity(0.3, 0.0)).can_turn(1.5)
+    assert rollouts(open_ground(), footprint=LONG).can_turn(1.5)

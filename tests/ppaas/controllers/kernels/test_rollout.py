@@ -5,9 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ppaas.controllers.footprints import body_of
 from ppaas.controllers.kernels import rollout
-from ppaas.controllers.kernels.rollout import BLOCKED, Frame, Scoring, score_velocities
+from ppaas.controllers.kernels.outline import clearance
+from ppaas.controllers.kernels.rollout import BLOCKED, Frame, Outline, Scoring, score_velocities
 from ppaas.geometry import Pose2D
+from ppaas.maps.kernels.distance import distance_serial
+from tests.reference import pursuit
 from tests.reference import rollout as twin
 from tests.support import grids
 
@@ -20,11 +24,15 @@ def frame(costmap):
     return Frame(x, y, math.cos(theta), math.sin(theta), costmap.info.resolution)
 
 
-def scores(costmap, velocities, pose, path=LINE, scoring=SCORING):
+DISC = Outline(body_of((), 0.18), np.ones((1, 1), np.float32), 0.0)
+BOX = body_of(((0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2)), 0.0)
+
+
+def scores(costmap, velocities, pose, path=LINE, scoring=SCORING, outline=DISC):
     lengths = np.hypot(*np.diff(path, axis=0).T)
     remaining = np.concatenate((np.cumsum(lengths[::-1])[::-1], [0.0]))
     return score_velocities(
-        np.array(velocities, dtype=float), costmap.data, frame(costmap), path, remaining, *pose, scoring
+        np.array(velocities, dtype=float), costmap.data, frame(costmap), path, remaining, *pose, scoring, outline
     ), remaining
 
 
@@ -54,6 +62,35 @@ def test_the_kernel_scores_as_its_twin_says(seed, crowd, pose, velocity, unknown
     scoring = SCORING._replace(allow_unknown=unknown, leaving=leaving)
     got, remaining = scores(costmap, [velocity], pose, path, scoring)
     assert got[0] == pytest.approx(twin.score(costmap, path, remaining, pose, velocity, scoring), rel=1e-9, abs=1e-9)
+
+
+@given(
+    seed=st.integers(0, 10_000),
+    start=st.tuples(st.floats(0.8, 3.0), st.floats(0.8, 1.4), st.floats(-3.2, 3.2)),
+    velocity=st.tuples(st.floats(-0.5, 0.8), st.floats(-1.5, 1.5)),
+)
+@settings(deadline=None, max_examples=60)
+def test_an_outline_is_free_where_no_pose_of_its_rollout_comes_too_near_and_blocked_where_one_does(
+    seed, start, velocity
+):
+    rng = np.random.default_rng(seed)
+    lethal = rng.random((40, 80)) < 0.002
+    lethal[0, 0] = True
+    distance, least = distance_serial(lethal.view(np.uint8), 0.05), 0.035
+    # One cost all over: what lies on the edge of a cell may be taken for either. The disc would not fit in a 253.
+    cost = int(rng.choice([0, 100, 253]))
+    costmap = grids.of(np.full(lethal.shape, cost, np.uint8), 0.05, Pose2D(0.5, -0.3, 0.3))
+    pose = costmap.info.origin @ Pose2D(*start)
+    got, remaining = scores(costmap, [velocity], pose, outline=Outline(BOX, distance, least))
+    poses = pursuit.arc(start, velocity[0] * 1.7, velocity[1] * 1.7, 300)
+    # Where a rollout begins the robot is already; it is looked at from its first step on, some centimetres farther.
+    nearest = min(clearance(distance, 0.05, BOX, x, y, math.cos(a), math.sin(a)) for x, y, a in poses[10:])
+    graded = grids.of(np.minimum(costmap.data, 252), 0.05, costmap.info.origin)
+    if nearest > least + 0.02:
+        free = twin.score(graded, LINE, remaining, pose, velocity, SCORING)
+        assert got[0] == pytest.approx(free, abs=0.2)  # a tenth is that of 253 to 252, and what that slows
+    elif nearest < least - 0.03:
+        assert got[0] >= BLOCKED
 
 
 def test_straight_along_the_path_the_fastest_is_best():

@@ -1,0 +1,60 @@
+"""The point of a path that a robot steers to, and the legs of a path that turns back on itself."""
+
+import itertools
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.geometry import Pose2D, Poses
+
+Floats = NDArray[np.float64]
+
+STANDING = 1e-6
+"""Poses that are nearer to one another are in one place [m]."""
+
+
+def carrot_at(points: Floats, pose: Pose2D, distance: float) -> Pose2D:
+    """Return where a path first leaves a circle around the robot, in the frame of the robot; its heading means nothing.
+
+    Parameters
+    ----------
+    points : (m, 2) array
+        Of the path, from where the robot is [m]; at least one.
+    pose : Pose2D
+        Of the robot.
+    distance : float
+        Radius of the circle [m].
+
+    Returns
+    -------
+    Pose2D
+        The first point if all lie outside, the last if none does.
+    """
+    offsets = points - (pose.x, pose.y)
+    outside = np.hypot(offsets[:, 0], offsets[:, 1]) >= distance
+    last = int(np.argmax(outside)) if outside.any() else len(points) - 1
+    x, y = points[last].tolist()
+    if last > 0 and outside[last]:
+        inner, way = offsets[last - 1], offsets[last] - offsets[last - 1]
+        a, b, c = float(way @ way), float(inner @ way), float(inner @ inner) - distance * distance
+        part = (-b + math.sqrt(max(b * b - a * c, 0.0))) / a
+        x, y = (points[last - 1] + part * way).tolist()
+    return pose.inverse() @ Pose2D(x, y, pose.theta)
+
+
+def curvature_to(carrot: Pose2D) -> float:
+    """Return the curvature of the arc from the robot to a point in its frame, to the left positive [1/m]."""
+    squared = carrot.x * carrot.x + carrot.y * carrot.y
+    return 2.0 * carrot.y / squared if squared > STANDING * STANDING else 0.0
+
+
+def legs_of(poses: Poses) -> list[Poses]:
+    """Split a plan where it turns back by more than a right angle; each leg begins where the one before ends."""
+    poses = np.asarray(poses, dtype=np.float64)
+    steps = np.diff(poses[:, :2], axis=0)
+    moves = np.flatnonzero(np.hypot(steps[:, 0], steps[:, 1]) > STANDING)
+    ways = steps[moves]
+    back = (ways[:-1] * ways[1:]).sum(axis=1) < 0.0
+    cuts = [0, *moves[1:][back].tolist(), len(poses) - 1]
+    return [poses[first : last + 1] for first, last in itertools.pairwise(cuts)]

@@ -1,0 +1,54 @@
+"""What of a local costmap a robot may not touch."""
+
+import math
+
+import numpy as np
+
+from ppaas.controllers.kernels.outline import Body, Field, clearance
+from ppaas.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from ppaas.geometry import Pose2D
+from ppaas.maps.kernels.distance import distance_serial
+
+CORNER = math.sqrt(0.5)
+"""From the middle of a cell, by which it is told, to its corners [cells]."""
+ROUNDING = 1e-4
+"""A robot that stays where it is has kept its clearance [m]."""
+
+
+def distance_to_lethal(costmap: Costmap, *, allow_unknown: bool) -> Field:
+    """Return how far the middle of each cell is from that of the nearest lethal one [m].
+
+    Parameters
+    ----------
+    costmap : Costmap
+    allow_unknown : bool
+        Whether unknown cells are none of these.
+
+    Returns
+    -------
+    (height, width) array
+        More than the costmap is long where there is none.
+    """
+    lethal = costmap.data == LETHAL_OBSTACLE
+    if not allow_unknown:
+        lethal |= costmap.data == NO_INFORMATION
+    return distance_serial(lethal.view(np.uint8), costmap.info.resolution)
+
+
+def clearance_to_keep(distance: Field, resolution: float, body: Body, pose: Pose2D) -> float:
+    """Return what a robot must keep clear of the middles of cells [m]: their corners, or what it does not touch yet.
+
+    A robot that touches something already may stay, or get away, and come no nearer to it.
+
+    Parameters
+    ----------
+    distance : (height, width) array
+        To obstacles [m].
+    resolution : float
+        Edge of a cell [m].
+    body : Body
+    pose : Pose2D
+        In the frame of the grid.
+    """
+    here = clearance(distance, resolution, body, pose.x, pose.y, math.cos(pose.theta), math.sin(pose.theta))
+    return min(CORNER * resolution, here - ROUNDING)

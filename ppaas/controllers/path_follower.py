@@ -1,0 +1,45 @@
+"""What local planners that drive along a plan and stop at its end have in common."""
+
+from ppaas.controllers.arrival import Arrival, GoalTolerances
+from ppaas.controllers.base import Controller, Velocity
+from ppaas.controllers.followed_path import FollowedPath
+from ppaas.errors import InvalidInput
+from ppaas.geometry import Pose2D, Poses
+
+
+class PathFollower(Controller):
+    """Keeps the plan, and knows whether the robot has arrived at its end.
+
+    Parameters
+    ----------
+    tolerances : GoalTolerances
+    """
+
+    def __init__(self, tolerances: GoalTolerances) -> None:
+        self._path: FollowedPath | None = None
+        self._arrival = Arrival(tolerances)
+
+    def set_plan(self, poses: Poses) -> None:
+        """Follow this plan from now on; to the same goal, what was reached of it stays reached.
+
+        Raises
+        ------
+        InvalidInput
+            No pose, not rows of 7, or not finite.
+        """
+        path = FollowedPath(poses)
+        if self._arrival.head_for(path.end):
+            self._begin_anew()
+        self._path = path
+
+    def is_goal_reached(self, pose: Pose2D, velocity: Velocity) -> bool:
+        """Tell whether the robot stands at the end of the plan, within the tolerances."""
+        return self._arrival.is_reached(pose, velocity, self._plan().end)
+
+    def _begin_anew(self) -> None:
+        """Forget what holds for one goal alone."""
+
+    def _plan(self) -> FollowedPath:
+        if self._path is None:
+            raise InvalidInput("no plan to follow: call set_plan first")
+        return self._path

@@ -1,0 +1,1 @@
+"""How long local planners take for a control cycle."""

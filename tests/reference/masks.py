@@ -1,0 +1,48 @@
+"""Slow, obvious twins of the masks of costmap filters, and of that which a map in space makes."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.maps.voxels import VoxelGrid
+
+
+def sampled(mask: GridMap, info: GridInfo) -> NDArray[np.int8]:
+    """Return what a mask says at the middle of each cell, −1 beyond it."""
+    found = np.full(info.shape, -1, np.int8)
+    for cell in np.ndindex(info.shape):
+        there = mask.info.cell_of(*info.to_world(cell).tolist())
+        if there is not None:
+            found[cell] = mask.data[there]
+    return found
+
+
+def spread(mask: GridMap, info: GridInfo) -> NDArray[np.int8]:
+    """Return the highest value at the middle of each cell, and of those cells of the mask whose middles are in it."""
+    found = np.maximum(sampled(mask, info), 0)
+    for cell in np.ndindex(mask.info.shape):
+        there = info.cell_of(*mask.info.to_world(cell).tolist())
+        if there is not None:
+            found[there] = max(found[there], mask.data[cell])
+    return found
+
+
+def cost(value: int) -> int:
+    """Return what a value of a mask from 0 to 100 costs: scaled to 254, a half rounded up."""
+    return int(254 * value / 100 + 0.5)
+
+
+def in_the_way(voxels: VoxelGrid, info: GridInfo, lowest: float, highest: float) -> NDArray[np.int8]:
+    """Return where a voxel that is occupied overlaps a cell and reaches between two heights; both along the axes."""
+    found = np.zeros(info.shape, np.int8)
+    edge = voxels.info.resolution
+    corners = info.to_world(np.moveaxis(np.indices(info.shape), 0, -1)) - info.resolution / 2
+    left, bottom = corners[..., 0], corners[..., 1]
+    for layer, row, column in np.argwhere(voxels.data == 100).tolist():
+        x, y, z = voxels.info.to_world((layer, row, column)) - edge / 2
+        if z + edge <= lowest + 1e-9 or z >= highest - 1e-9:
+            continue
+        beside = np.minimum(x + edge, left + info.resolution) - np.maximum(x, left)
+        behind = np.minimum(y + edge, bottom + info.resolution) - np.maximum(y, bottom)
+        found[np.minimum(beside, behind) > 1e-9] = 100
+    return found
