@@ -10,19 +10,21 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
 from ppaas.costmap.discs import stamp_disc
+from ppaas.costmap.filters import raise_costs
 from ppaas.costmap.inflation import COST_SCALING_FACTOR, INFLATION_RADIUS, ROBOT_RADIUS, check_inflation, inflate
+from ppaas.costmap.movers import Disc
 from ppaas.costmap.obstacle import OBSTACLE_RANGE, RAYTRACE_RANGE, LaserReading, ObstacleLayer
+from ppaas.costmap.social import Person, Proxemics
 from ppaas.errors import InvalidInput, InvalidMap, InvalidParameter
 from ppaas.geometry import Pose2D
-from ppaas.maps.grid import UNKNOWN, GridInfo
+from ppaas.maps.grid import FREE, UNKNOWN, GridInfo
 from ppaas.maps.kernels.distance import distance_serial
 from ppaas.maps.layers import MapLayers
 
-Disc = tuple[float, float, float]
-"""x, y and radius of something round in the frame of the map [m]."""
-
 MAX_CELLS = 1 << 22
 """Most cells of a window."""
+
+PROXEMICS = Proxemics()
 
 
 class LocalCostmap:
@@ -43,7 +45,10 @@ class LocalCostmap:
     inf_is_valid : bool
         Whether a beam that hit nothing clears.
     static : bool
-        Whether obstacles and unknown cells of the map count. Without it all that was not seen is free.
+        Whether obstacles and unknown cells of the map count, and where to keep out. Without it all that was not seen
+        is free.
+    social : Proxemics
+        How much room people are given.
 
     Raises
     ------
@@ -64,6 +69,7 @@ class LocalCostmap:
         raytrace_range: float = RAYTRACE_RANGE,
         inf_is_valid: bool = True,
         static: bool = True,
+        social: Proxemics = PROXEMICS,
     ) -> None:
         self._layers = layers
         self._static = static
@@ -84,6 +90,8 @@ class LocalCostmap:
         )
         self._costs = self._obstacles.cells.copy()
         self._newly_lethal = False
+        self._social = social
+        self._near_people = False
 
     @property
     def obstacles(self) -> ObstacleLayer:
@@ -96,7 +104,13 @@ class LocalCostmap:
         height, width = self._obstacles.cells.shape
         return 0.5 * math.hypot(height, width) * self._layers.grid.info.resolution
 
-    def update(self, pose: Pose2D, reading: LaserReading | None = None, obstacles: Iterable[Disc] = ()) -> Costmap:
+    def update(
+        self,
+        pose: Pose2D,
+        reading: LaserReading | None = None,
+        obstacles: Iterable[Disc] = (),
+        people: Iterable[Person] = (),
+    ) -> Costmap:
         """Centre the window on the robot, take in a scan, and return the costs.
 
         Parameters
@@ -107,6 +121,8 @@ class LocalCostmap:
             The latest scan.
         obstacles : iterable of (x, y, radius)
             Who else is there now, in the frame of the map [m]; forgotten with the next update.
+        people : iterable of Person
+            Who is not to be come close to; forgotten likewise.
 
         Returns
         -------
@@ -128,7 +144,9 @@ class LocalCostmap:
         lethal = self._obstacles.marked.view(np.uint8)
         self._stamp(lethal, obstacles)
         self._costs = self._cost(lethal)
-        return Costmap(self._costs, self._info())
+        costmap = Costmap(self._costs, self._info())
+        self._near_people = self._social.add(costmap, people)
+        return costmap
 
     def overlay(self, costmap: Costmap) -> Costmap:
         """Return a costmap of the whole map with what the last update saw, for replanning.
@@ -145,7 +163,7 @@ class LocalCostmap:
             raise InvalidMap("the costmap is not one of the map that the window lies on")
         inner, outer = self._overlap()
         local = self._costs[inner]
-        if not (self._newly_lethal and local.size):
+        if not ((self._newly_lethal or self._near_people) and local.size):
             return costmap
         data = costmap.data.copy()
         known = np.where(local == NO_INFORMATION, 0, local)
@@ -163,6 +181,12 @@ class LocalCostmap:
         else:
             self._obstacles.clear_beyond(self._layers.grid.info.origin.inverse() @ around, beyond)
         self._newly_lethal = bool(self._newly_lethal and self._obstacles.marked.any())
+
+    def free(self, discs: Iterable[Disc]) -> None:
+        """Forget what was marked within discs, in the frame of the map: what moves was there, and has left."""
+        frame = self._layers.grid.info.origin.inverse()
+        for x, y, radius in discs:
+            self._obstacles.clear_footprint(frame @ Pose2D(x, y), radius)
 
     def _follow(self, robot: Pose2D) -> None:
         """Centre the window on the robot, in the frame of the grid."""
@@ -183,7 +207,7 @@ class LocalCostmap:
             stamp_disc(lethal, column, row, radius / info.resolution, 1)
 
     def _cost(self, lethal: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Return the costs around the lethal cells and, if they count, the obstacles of the map.
+        """Return the costs around the lethal cells and, if they count, the obstacles of the map and its masks.
 
         Those beyond the window's edge count too: the map's distances know of them.
         """
@@ -191,12 +215,15 @@ class LocalCostmap:
         if not self._static:
             self._newly_lethal = bool(lethal.any())
             return self._inflate(distance_serial(lethal, resolution))
-        to_static = self._window(self._layers.distance, np.float32(np.inf))
+        to_static = self._window(self._layers.to_lethal, np.float32(np.inf))
         occupied = to_static == 0.0
         self._newly_lethal = bool((lethal.view(np.bool_) & ~occupied).any())
         distance = np.minimum(distance_serial(lethal | occupied, resolution), to_static)
         unknown = (self._window(self._layers.grid.data, np.int8(UNKNOWN)) == UNKNOWN) & ~self._obstacles.seen
-        return self._inflate(distance, unknown=unknown)
+        costs = self._inflate(distance, unknown=unknown)
+        if self._layers.keepout is not None:
+            raise_costs(costs, self._window(self._layers.keepout.data, np.int8(FREE)))
+        return costs
 
     def _window(self, array: NDArray[Any], fill: Any) -> NDArray[Any]:
         """Return the window's part of a layer of the map, filled where it hangs over the edge."""

@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
 from ppaas.costmap.inflation import COST_SCALING_FACTOR, INFLATION_RADIUS, ROBOT_RADIUS, inflate
+from ppaas.costmap.movers import Disc
 from ppaas.costmap.obstacle import ObstacleLayer
 from ppaas.geometry import Pose2D
 from ppaas.maps.kernels.distance import distance_serial
 from ppaas.maps.layers import MapLayers
-
-Disc = tuple[float, float, float]
 
 WALL_MARGIN = 0.15
 """What was seen this near to an obstacle of the map is that obstacle, seen from a pose that was a little off [m]."""

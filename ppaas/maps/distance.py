@@ -21,7 +21,8 @@ def distance_to_occupied(grid: GridMap) -> NDArray[np.float32]:
     -------
     (height, width) float32 array
         [m]; 0 where occupied. Where nothing in the grid is occupied, (height + width) · resolution, which is more
-        than any distance within it.
+        than any distance within it. A cell with more than 65,534 free ones between it and the obstacles of its column
+        counts as if there were none in it.
     """
     occupied = np.ascontiguousarray(grid.data >= OCCUPIED_THRESHOLD).view(np.uint8)
     return distance_parallel(occupied, grid.info.resolution)

@@ -25,8 +25,8 @@ MAGIC = b"\x89PNG\r\n\x1a\n"
 MAX_PIXELS = 1 << 26
 """Most that are decoded: a small file may claim, and hold, any number of them."""
 
-# What Pillow lets through on broken files.
-_BROKEN = (OSError, SyntaxError, ValueError, KeyError, IndexError, TypeError, EOFError, struct.error, zlib.error)
+BROKEN = (OSError, SyntaxError, ValueError, KeyError, IndexError, TypeError, EOFError, struct.error, zlib.error)
+"""What Pillow lets through on broken files."""
 
 _GREY, _DEEP_GREY = ("1", "L"), "I;16"
 
@@ -94,7 +94,7 @@ def open_png(image: Buffer) -> PngRows:
 def _told() -> Iterator[None]:
     try:
         yield
-    except _BROKEN as error:
+    except BROKEN as error:
         raise InvalidMap(f"the PNG cannot be read: {error}; save the map's image again") from error
 
 

@@ -78,7 +78,8 @@ def _by_nav2(image: Image, keys: MapYaml) -> Cells:
     ratio = np.arange(256, dtype=np.float32) / np.float32(255.0)
     ratio = ratio if keys.negate else np.float32(1.0) - ratio
     low, high = np.float32(keys.free_thresh), np.float32(keys.occupied_thresh)
-    graded = np.floor((ratio - low) / (high - low) * np.float32(100.0) + np.float32(0.5))
+    with np.errstate(over="ignore"):  # where thresholds lie as close as can be, and nothing lies between them
+        graded = np.floor((ratio - low) / (high - low) * np.float32(100.0) + np.float32(0.5))
     between = graded if keys.mode is Mode.SCALE else np.full(256, UNKNOWN)
     values = np.where(ratio <= low, FREE, np.where(ratio >= high, OCCUPIED, between)).astype(np.int8)
     cells = values[luma]

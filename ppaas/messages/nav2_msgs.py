@@ -1,4 +1,4 @@
-"""``nav2_msgs``: the action ``FollowWaypoints``, taken apart into its topics as those of ROS 1 are."""
+"""``nav2_msgs``: the action ``FollowWaypoints``, taken apart into its topics as those of ROS 1 are; speed limits."""
 
 from enum import IntEnum
 
@@ -82,3 +82,11 @@ class FollowWaypointsActionResult(Message):
     header: Header
     status: GoalStatus
     result: FollowWaypointsResult = field(default_factory=FollowWaypointsResult)
+
+
+class SpeedLimit(Message):
+    """``nav2_msgs/SpeedLimit``: a speed [m/s], or a percentage of the fastest; 0 is none."""
+
+    speed_limit: float
+    percentage: bool = False
+    header: Header = field(default_factory=Header)

@@ -2,8 +2,9 @@
 
 from msgspec import field
 
-from ppaas.messages.geometry_msgs import Pose
+from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, Twist
 from ppaas.messages.message import Empty, Message, ServiceType
+from ppaas.messages.std_msgs import Header
 
 
 class ComputePathRequest(Message):
@@ -106,6 +107,51 @@ class ComputeCostsResponse(Message):
 
 
 ComputeCosts = ServiceType("ppaas_msgs/ComputeCosts", ComputeCostsRequest, ComputeCostsResponse)
+
+# -- robots of the same map --------------------------------------------------------------------------------------------
+
+
+class RobotState(Message):
+    """``ppaas_msgs/RobotState``: what a robot tells those of its map.
+
+    It has all of ``geometry_msgs/PoseWithCovarianceStamped``.
+
+    Parameters
+    ----------
+    pose : PoseWithCovariance
+        In ``header.frame_id``.
+    twist : Twist
+        How fast it drives, in its own frame.
+    radius : float
+        Of the disc that holds it [m]; 0 if that is not known.
+    """
+
+    header: Header
+    pose: PoseWithCovariance
+    twist: Twist = field(default_factory=Twist)
+    radius: float = 0.0
+
+
+class RobotStates(Message):
+    """``ppaas_msgs/RobotStates``: the other robots of a map.
+
+    It has all of ``geometry_msgs/PoseArray``.
+
+    Parameters
+    ----------
+    poses : list of Pose
+        In ``header.frame_id``.
+    twists : list of Twist
+        How fast each drives, in its own frame; empty if that is not known.
+    radii : list of float
+        Of the discs that hold them [m], 0 of one that is not known; empty if none is.
+    """
+
+    header: Header
+    poses: list[Pose]
+    twists: list[Twist] = field(default_factory=list)
+    radii: list[float] = field(default_factory=list)
+
 
 # -- the node monitor: which of its nodes a robot runs itself ----------------------------------------------------------
 

@@ -9,6 +9,7 @@ from ppaas.messages import (
     move_base_msgs,
     nav2_msgs,
     nav_msgs,
+    people_msgs,
     ppaas_msgs,
     rosapi,
     sensor_msgs,
@@ -21,7 +22,7 @@ from ppaas.messages.message import Message, ServiceType
 
 _PACKAGES: tuple[ModuleType, ...] = (
     std_msgs, geometry_msgs, nav_msgs, sensor_msgs, actionlib_msgs, move_base_msgs, nav2_msgs, tf2_msgs, ppaas_msgs,
-    std_srvs, rosapi, tf2_web_republisher,
+    people_msgs, std_srvs, rosapi, tf2_web_republisher,
 )  # fmt: skip
 
 

@@ -1,8 +1,10 @@
 """``sensor_msgs``."""
 
-from msgspec import field
+from typing import Annotated
 
-from ppaas.messages.message import Float32, Message
+from msgspec import Meta, field
+
+from ppaas.messages.message import Float32, Message, UInt8, UInt32
 from ppaas.messages.std_msgs import Header
 
 
@@ -23,3 +25,56 @@ class LaserScan(Message):
     time_increment: Float32 = 0.0
     scan_time: Float32 = 0.0
     intensities: list[Float32 | None] = field(default_factory=list)
+
+
+class Image(Message):
+    """``sensor_msgs/Image``.
+
+    Parameters
+    ----------
+    encoding : str
+        What a pixel is: ``16UC1`` a depth in mm, ``32FC1`` one in m.
+    is_bigendian : int
+        Not 0: the first byte of a number is its highest.
+    step : int
+        Bytes from one row to the next.
+    data : bytes
+        All rows; base64 in JSON.
+    """
+
+    header: Header
+    height: UInt32
+    width: UInt32
+    encoding: str
+    is_bigendian: UInt8
+    step: UInt32
+    data: bytes
+
+
+class CompressedImage(Message):
+    """``sensor_msgs/CompressedImage``; ``data`` is base64 in JSON."""
+
+    header: Header
+    format: str
+    data: bytes
+
+
+class CameraInfo(Message):
+    """``sensor_msgs/CameraInfo``, in the spelling of ROS 1: its matrices have capital letters.
+
+    Parameters
+    ----------
+    K : list of 9 floats
+        Row-major: fx, 0, cx, 0, fy, cy, 0, 0, 1 [pixels].
+    """
+
+    header: Header
+    height: UInt32
+    width: UInt32
+    K: Annotated[list[float], Meta(extra={"length": 9})]
+    distortion_model: str = ""
+    D: list[float] = field(default_factory=list)
+    R: Annotated[list[float], Meta(extra={"length": 9})] = field(default_factory=list)
+    P: Annotated[list[float], Meta(extra={"length": 12})] = field(default_factory=list)
+    binning_x: UInt32 = 0
+    binning_y: UInt32 = 0

@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ppaas.costmap.build import build_layers
-from ppaas.costmap.costmap import Costmap
+from ppaas.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from ppaas.costmap.local import LocalCostmap
 from ppaas.costmap.obstacle import LaserReading
+from ppaas.costmap.social import Person
 from ppaas.errors import InvalidInput, InvalidMap, InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import warehouse
@@ -128,6 +129,18 @@ def test_a_hit_that_left_the_window_is_forgotten():
     assert cost_at(local.update(robot), 6.05, 5.05) == 0
 
 
+def test_what_is_known_to_have_left_is_forgotten_and_nothing_beside_it():
+    local, robot = LocalCostmap(empty(origin=Pose2D(1.0, -2.0, 0.5))), Pose2D(3.0, 3.0, 0.5)
+    ahead, beside = robot @ Pose2D(1.5, 0.0), robot @ Pose2D(1.5, 0.0, 1.0) @ Pose2D(1.0, 0.0)
+    for there in (ahead, beside):
+        bearing = math.atan2(there.y - robot.y, there.x - robot.x)
+        local.update(robot, hit_at(Pose2D(robot.x, robot.y, bearing), robot.distance_to(there)))
+    local.free([(ahead.x, ahead.y, 0.3)])
+    costmap = local.update(robot)
+    assert cost_at(costmap, ahead.x, ahead.y) < LETHAL_OBSTACLE
+    assert cost_at(costmap, beside.x, beside.y) == LETHAL_OBSTACLE
+
+
 def test_people_and_robots_are_there_for_one_update():
     local, robot = LocalCostmap(empty()), Pose2D(5.0, 5.0)
     assert cost_at(local.update(robot, None, [(6.0, 6.0, 0.3)]), 6.05, 6.05) == 254
@@ -155,6 +168,30 @@ def test_an_obstacle_of_the_map_just_outside_the_window_is_inflated_into_it():
     costmap = local.update(Pose2D(5.25, 5.05))
     assert (costmap.data < 254).all()
     assert costmap.data[10, -1] == 253
+
+
+def test_masks_count_in_the_window_as_on_the_map():
+    """The robot keeps out of where it is told to, also beyond the window, whatever its laser sees there."""
+    zones = np.zeros((100, 100), np.int8)
+    zones[20:50, 62:], zones[60:70, 40:50], zones[20:80, 38:40] = 100, 30, 100
+    grid = grid_of(np.zeros((100, 100), np.uint8), 0.1)
+    layers = build_layers(grid, keepout=GridMap(zones, grid.info))
+    local, robot = LocalCostmap(layers, width=2.0, height=3.0), Pose2D(5.05, 5.05)
+    seen = local.update(robot, LaserReading(robot, BEAMS, np.full(len(BEAMS), math.inf)))
+    assert np.array_equal(seen.data, layers.costmap.data[35:65, 40:60])
+    assert {0, 76, 253} <= set(seen.data.ravel().tolist())
+    local.clear()
+    assert local.overlay(layers.costmap) is layers.costmap
+
+
+def test_a_mask_gives_the_unknown_a_cost():
+    grid = GridMap(np.full((60, 60), -1, np.int8), GridInfo(0.1, 60, 60))
+    zones = np.zeros((60, 60), np.int8)
+    zones[:, 40:] = 50
+    layers = build_layers(grid, keepout=GridMap(zones, grid.info))
+    seen = LocalCostmap(layers, width=4.0, height=4.0).update(Pose2D(3.0, 3.0))
+    assert cost_at(seen, 4.55, 3.05) == 127
+    assert cost_at(seen, 3.55, 3.05) == 255
 
 
 def test_without_the_static_layer_only_what_was_seen_counts():
@@ -296,3 +333,22 @@ def test_a_perfect_laser_in_a_real_map_marks_nothing_more_than_a_cell_from_its_w
         cells = grid.info.to_cells(costmap.info.to_world(np.stack((rows, columns), axis=-1)))
         assert len(cells) > 100
         assert layers.distance[cells[:, 0], cells[:, 1]].max() < 0.08
+
+
+def test_people_make_what_is_around_them_dearer_for_this_update_and_for_planning_across_the_map():
+    layers = empty()
+    local = LocalCostmap(layers, width=4.0, height=4.0)
+    robot, somebody = Pose2D(5.0, 5.0), Person(6.0, 5.0, 0.0, 1.0)
+    costmap = local.update(robot, people=[somebody])
+    assert cost_at(costmap, 6.0, 5.0) > 70
+    assert cost_at(costmap, 6.0, 5.8) > cost_at(costmap, 6.0, 4.2)
+    assert cost_at(costmap, 6.0, 4.2) == math.floor(77.0 * math.exp(-(0.05**2 + 0.75**2) / 0.5))
+    assert cost_at(local.overlay(layers.costmap), 6.0, 5.8) == cost_at(costmap, 6.0, 5.8)
+    assert not local.update(robot).data.any()
+    assert local.overlay(layers.costmap) is layers.costmap
+
+
+def test_in_a_turned_map_people_walk_where_they_walk():
+    turned = LocalCostmap(empty(origin=Pose2D(10.0, 0.0, math.pi / 2)), width=4.0, height=4.0)
+    costmap = turned.update(Pose2D(5.0, 5.0), people=[Person(5.0, 5.0, 1.0, 0.0)])
+    assert cost_at(costmap, 5.9, 5.05) > 2 * cost_at(costmap, 5.05, 5.7)

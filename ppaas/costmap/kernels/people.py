@@ -1,0 +1,85 @@
+"""Kernel: what it costs to come near people, as the proxemic layer of social_navigation_layers has it."""
+
+import math
+
+import numpy as np
+from numba import njit, types
+from numpy.typing import NDArray
+
+from ppaas.costmap.costmap import NO_INFORMATION
+
+_CELLS = types.uint8[:, ::1]
+_PEOPLE = types.Array(types.float64, 2, "C", readonly=True)
+_FLOAT = types.float64
+
+
+@njit(types.int64(_CELLS, _PEOPLE, _FLOAT, _FLOAT, _FLOAT, _FLOAT, _FLOAT), cache=True, nogil=True, error_model="numpy")
+def raise_around(
+    costs: NDArray[np.uint8],
+    people: NDArray[np.float64],
+    resolution: float,
+    amplitude: float,
+    covariance: float,
+    cutoff: float,
+    factor: float,
+) -> int:
+    """Raise the costs around people to a Gaussian that is stretched to where each walks.
+
+    Only the rectangle around what is raised is looked at. Unknown cells stay so, and no cost falls.
+
+    Parameters
+    ----------
+    costs : (h, w) uint8 array
+        Written to.
+    people : (n, 4) array
+        x, y [m] from the corner of cell (0, 0), along its rows, and velocity [m/s].
+    resolution : float
+        Edge of a cell [m].
+    amplitude, cutoff : float
+        Cost where a person stands, and below which nothing is raised.
+    covariance : float
+        Of the Gaussian [m²].
+    factor : float
+        By how much of itself, a metre a second, the covariance grows ahead of a person.
+
+    Returns
+    -------
+    int
+        Cells that were raised.
+    """
+    height, width = costs.shape
+    raised = 0
+    if cutoff >= amplitude:
+        return raised
+    for i in range(len(people)):
+        x, y, speed = people[i, 0], people[i, 1], math.hypot(people[i, 2], people[i, 3])
+        cosine, sine = (people[i, 2] / speed, people[i, 3] / speed) if speed > 0.0 else (1.0, 0.0)
+        ahead = covariance * (1.0 + speed * factor)
+        # A Gaussian falls to the cutoff on an ellipse; behind a person, and beside, it is the circle.
+        decay = 2.0 * math.log(amplitude / cutoff)
+        base = math.sqrt(decay * covariance)
+        across = math.sqrt(decay * (ahead * cosine * cosine + covariance * sine * sine))
+        up = math.sqrt(decay * (ahead * sine * sine + covariance * cosine * cosine))
+        left, right = (across if cosine < 0.0 else base), (across if cosine > 0.0 else base)
+        below, above = (up if sine < 0.0 else base), (up if sine > 0.0 else base)
+        # Clipped before they are made whole numbers: a person may be anywhere.
+        first_row = int(min(max((y - below) / resolution, 0.0), float(height)))
+        last_row = int(min(max((y + above) / resolution + 1.0, 0.0), float(height)))
+        first_column = int(min(max((x - left) / resolution, 0.0), float(width)))
+        last_column = int(min(max((x + right) / resolution + 1.0, 0.0), float(width)))
+        for row in range(first_row, last_row):
+            for column in range(first_column, last_column):
+                dx, dy = (column + 0.5) * resolution - x, (row + 0.5) * resolution - y
+                along, aside = cosine * dx + sine * dy, cosine * dy - sine * dx
+                spread = ahead if along > 0.0 else covariance
+                cost = amplitude * math.exp(-0.5 * (along * along / spread + aside * aside / covariance))
+                before = costs[row, column]
+                if cost >= cutoff and before != NO_INFORMATION and cost >= before + 1.0:
+                    costs[row, column] = np.uint8(cost)
+                    raised += 1
+    return raised
+
+
+def warm() -> None:
+    """Call the kernel once."""
+    raise_around(np.zeros((2, 2), np.uint8), np.zeros((1, 4)), 0.05, 77.0, 0.25, 10.0, 5.0)

@@ -1,0 +1,60 @@
+"""Kernels: the nearest thing in each column of some rows of a depth image."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numba import njit, types
+from numba.core.typing.templates import Signature
+from numpy.typing import NDArray
+
+Depths = NDArray[np.uint16] | NDArray[np.float32]
+Nearest = Callable[[Depths, Depths, Depths, Depths], None]
+
+
+def _nearest_signature(number: types.Number) -> Signature:
+    rows, limits = types.Array(number, 2, "A", readonly=True), types.Array(number, 1, "C", readonly=True)
+    return types.void(rows, limits, limits, number[::1])
+
+
+@njit(
+    [_nearest_signature(types.uint16), _nearest_signature(types.float32)], cache=True, nogil=True, error_model="numpy"
+)
+def nearest(rows: Depths, low: Depths, high: Depths, least: Depths) -> None:
+    """Write the least depth of each column that is within its limits; what is there already stays if it is less.
+
+    Parameters
+    ----------
+    rows : (n, width) uint16 or float32 array
+    low, high : (width,) array of the same type
+        A depth that is not a number is within none.
+    least : (width,) array of the same type
+        In and out.
+    """
+    for row in range(len(rows)):
+        depths = rows[row]
+        for column in range(len(depths)):
+            depth = depths[column]
+            counts = (depth >= low[column]) & (depth <= high[column]) & (depth < least[column])
+            least[column] = depth if counts else least[column]
+
+
+@njit(
+    types.void(
+        types.Array(types.float32, 1, "C", readonly=True),
+        types.Array(types.int32, 1, "C", readonly=True),
+        types.float32[::1],
+    ),
+    cache=True, nogil=True, error_model="numpy",
+)  # fmt: skip
+def spread(ranges: NDArray[np.float32], beams: NDArray[np.int32], scan: NDArray[np.float32]) -> None:
+    """Write to each beam the least range of the columns that lie in it; a beam without any is left as it is."""
+    for column in range(len(ranges)):
+        beam = beams[column]
+        scan[beam] = min(scan[beam], ranges[column])
+
+
+def warm() -> None:
+    """Call each kernel once."""
+    for zeros in (np.zeros(2, np.uint16), np.zeros(2, np.float32)):
+        nearest(zeros[None], zeros, zeros, zeros.copy())
+    spread(np.zeros(2, np.float32), np.zeros(2, np.int32), np.zeros(2, np.float32))

@@ -1,0 +1,72 @@
+"""Depth images as PNG and back."""
+
+import struct
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from ppaas.errors import InvalidInput
+from ppaas.perception.compressed_depth import FORMATS, compress, decompress
+
+
+@settings(deadline=None)
+@given(arrays.arrays(np.uint16, st.tuples(st.integers(1, 9), st.integers(1, 9))))
+def test_millimetres_come_back_as_they_were(image):
+    kind, data = compress(image)
+    assert kind == FORMATS["uint16"]
+    assert np.array_equal(decompress(kind, data), image)
+
+
+@settings(deadline=None)
+@given(arrays.arrays(np.float32, (4, 5), elements=st.floats(0.25, 10.0, width=32)))
+def test_metres_come_back_the_more_finely_the_nearer_they_are(image):
+    kind, data = compress(image)
+    back = decompress(kind, data)
+    assert back.dtype == np.float32
+    # Half a step of the inverse depth, of which there are 10,100.
+    assert (np.abs(back - image) <= image**2 / 10_100 * 0.51 + 1e-5).all()
+
+
+def test_what_is_not_known_stays_so():
+    image = np.array([[0.0, np.nan, np.inf, 11.0, 0.1, 1.0]], np.float32)
+    back = decompress(*compress(image))
+    assert np.isnan(back[0, :5]).all()
+    assert back[0, 5] == pytest.approx(1.0, abs=1e-4)
+
+
+def test_a_picture_of_a_room_becomes_a_fifth():
+    rows, columns = np.mgrid[:480, :640]
+    image = (2000 + 3 * columns + 500 * (rows > 240)).astype(np.uint16)
+    assert len(compress(image)[1]) < image.nbytes / 5
+
+
+@pytest.mark.parametrize(
+    ("kind", "data", "why"),
+    [
+        ("jpeg", b"", "'jpeg'"),
+        (FORMATS["uint16"], b"\0" * 12, "12 bytes"),
+        (FORMATS["uint16"], b"\0" * 40, "cannot be read"),
+        (FORMATS["uint16"], compress(np.zeros((40, 40), np.uint16))[1][:-40], "cannot be read"),
+        (FORMATS["float32"], struct.pack("<iff", 1, 1.0, 1.0) + b"\x89PNG\r\n\x1a\n", "cannot be read"),
+    ],
+)
+def test_what_is_no_depth_image_is_refused(kind, data, why):
+    with pytest.raises(InvalidInput, match=why):
+        decompress(kind, data)
+
+
+PICTURE = compress((np.arange(600, dtype=np.uint16) * 77).reshape(20, 30))[1]
+
+
+@settings(deadline=None)
+@given(st.integers(0, len(PICTURE) - 1), st.binary(min_size=1, max_size=8))
+def test_a_broken_picture_is_refused_or_is_another_one(where, garbage):
+    broken = PICTURE[:where] + garbage + PICTURE[where + len(garbage) :]
+    try:
+        image = decompress(FORMATS["uint16"], broken)
+    except InvalidInput:
+        return
+    assert image.dtype == np.uint16 and image.ndim == 2
