@@ -6,7 +6,8 @@ from ppaas.messages import encode
 from ppaas.messages.message import Message
 
 STREAMS = frozenset({
-    "scan", "odom", "tf", "tf_static", "cmd_vel", "amcl_pose", "particlecloud", "plan", "robots",
+    "scan", "odom", "tf", "tf_static", "cmd_vel", "amcl_pose", "particlecloud", "plan", "robots", "people",
+    "camera/depth/image_raw", "camera/depth/image_raw/compressedDepth",
     "move_base/feedback", "move_base/status", "follow_waypoints/feedback", "follow_waypoints/status",
 })  # fmt: skip
 """Topics on which the next message makes up for a lost one, whoever speaks: a node of the clone may be on the robot."""

@@ -12,7 +12,7 @@ from ppaas.nodes.checks import read_parameters
 from ppaas.nodes.models import RobotModel, robot_model
 from ppaas.robot_model.description import RobotDescription, circumscribed_radius
 
-COSTMAP = "global_costmap"
+COSTMAP, VOXEL_LAYER = "global_costmap", "voxel_layer"
 
 MAX_RADIUS = 100.0
 
@@ -30,6 +30,33 @@ class FootprintParameters(Parameters, frozen=True):
 
     robot_radius: float | None = None
     footprint: tuple[tuple[float, float], ...] = ()
+
+
+class VoxelLayerParameters(Parameters, frozen=True):
+    """Of the layer that an octomap makes, with the names of costmap_2d.
+
+    Parameters
+    ----------
+    enabled : bool
+        Whether the robot keeps clear of what the octomap of its map has at its height.
+    min_obstacle_height : float, optional
+        What does not reach higher is in nobody's way [m]; without it, one voxel of the octomap.
+    max_obstacle_height : float, optional
+        What begins higher is in nobody's way [m]; without it, the height of the robot, if that is known.
+    """
+
+    enabled: bool = True
+    min_obstacle_height: float | None = None
+    max_obstacle_height: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        low, high = self.min_obstacle_height, self.max_obstacle_height
+        for name, value in (("min_obstacle_height", low), ("max_obstacle_height", high)):
+            if value is not None and not math.isfinite(value):
+                raise InvalidParameter(f"{name} must be finite, not {value}")
+        if high is not None and high <= (low or 0.0):
+            raise InvalidParameter(f"max_obstacle_height must be above {low or 0.0:g} m, not {high:g}")
 
 
 def robot_body(
@@ -68,6 +95,21 @@ def robot_body(
     return body
 
 
+def robot_heights(body: RobotModel, parameters: Mapping[str, Any]) -> tuple[float | None, float] | None:
+    """Return from where to where something in space is in the way of a robot [m]; None where nothing is looked for.
+
+    Without a lowest height it is for the octomap to say.
+
+    Raises
+    ------
+    InvalidParameter
+        What the parameters say of heights is none.
+    """
+    said = read_parameters(VoxelLayerParameters, VOXEL_LAYER, parameters.get(VOXEL_LAYER, {}))
+    highest = body.height if said.max_obstacle_height is None else said.max_obstacle_height
+    return (said.min_obstacle_height, highest) if said.enabled and highest is not None else None
+
+
 def _as_described(body: RobotModel, urdf: RobotDescription) -> RobotModel:
     limits = body.limits
     if urdf.max_vel_x is not None:
@@ -80,7 +122,7 @@ def _as_described(body: RobotModel, urdf: RobotDescription) -> RobotModel:
         body = replace(body, laser=Pose2D(x, y, yaw), laser_frame=laser.link)
     if urdf.circumscribed_radius is not None:
         body = replace(body, robot_radius=urdf.circumscribed_radius, footprint=urdf.footprint)
-    return replace(body, limits=limits, height=urdf.height)
+    return replace(body, limits=limits, height=body.height if urdf.height is None else urdf.height)
 
 
 def _radius_around(footprint: tuple[tuple[float, float], ...]) -> float:

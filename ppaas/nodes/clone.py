@@ -3,35 +3,45 @@
 from collections.abc import Callable, Collection, Mapping
 from typing import Any, TypeVar
 
-from ppaas import controllers, recoveries
+from ppaas import recoveries
 from ppaas.controllers.base import Controller
 from ppaas.controllers.registry import CONTROLLERS
 from ppaas.costmap.inflation import COST_SCALING_FACTOR, INFLATION_RADIUS
 from ppaas.costmap.local import LocalCostmap
 from ppaas.costmap.memory import ObstacleMemory
 from ppaas.costmap.obstacle import RAYTRACE_RANGE
-from ppaas.errors import InvalidParameter
+from ppaas.errors import InvalidParameter, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.localization.parameters import AmclParameters
 from ppaas.maps.layers import MapLayers
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.recovery import recovery_behaviors, recovery_defaults
 from ppaas.nodes.amcl import AmclNode
-from ppaas.nodes.base import Context, Demands, Node, Parameters
-from ppaas.nodes.bodies import COSTMAP, FootprintParameters, robot_body
+from ppaas.nodes.base import Context, Node, Parameters
+from ppaas.nodes.bodies import COSTMAP, VOXEL_LAYER, FootprintParameters, VoxelLayerParameters, robot_body
+from ppaas.nodes.body_controllers import controller_of
 from ppaas.nodes.body_planners import planner_of
 from ppaas.nodes.checks import read_parameters
+from ppaas.nodes.costmap_filters import (
+    KEEPOUT_FILTER,
+    SPEED_FILTER,
+    KeepoutFilterParameters,
+    SpeedFilterParameters,
+)
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.kernel_threads import Threads, one_thread
 from ppaas.nodes.map_server import MapServerNode
 from ppaas.nodes.models import PLANNING_MODEL, RobotModel, robot_model
 from ppaas.nodes.move_base import MoveBaseNode
 from ppaas.nodes.parameter_server import ParameterServerNode
+from ppaas.nodes.people import SeenPeople, SocialLayerParameters
 from ppaas.nodes.planner_server import PlannerServerNode
+from ppaas.nodes.speed_limits import SpeedFilter
 from ppaas.nodes.state_publisher import StatePublisherNode, StatePublisherParameters
 from ppaas.nodes.surroundings import Surroundings
 from ppaas.nodes.tf_republisher import TfRepublisherNode
 from ppaas.nodes.waypoint_follower import WaypointFollowerNode, WaypointFollowerParameters
+from ppaas.perception.tracking import MovingThings
 from ppaas.planners.base import Planner
 from ppaas.planners.registry import PLANNERS
 from ppaas.plans.processor import Keeping, ReuseParameters
@@ -61,6 +71,8 @@ class LocalCostmapParameters(Parameters, frozen=True):
 
 DEFAULT_PLANNER = "dijkstra"
 DEFAULT_CONTROLLER = "dwa"
+DEPTH_CAMERA = "depthimage_to_laserscan"
+"""The node of a clone whose robot has a depth camera, which its parameters say."""
 
 
 def build_clone(
@@ -95,8 +107,9 @@ def build_clone(
         Plug-ins by name or ROS alias; what ``parameters`` says of ``move_base`` goes first.
     parameters : dict, optional
         Parameters of each node by its name, ``{"move_base": {...}, "amcl": {...}}``, and of planners, the
-        controller, each recovery behaviour and the ``local_costmap`` by theirs. Planners other than the one that
-        drives have theirs for requests that name them.
+        controller, each recovery behaviour, the ``local_costmap``, the ``social_layer``, the ``voxel_layer``, the
+        ``keepout_filter`` and the ``speed_filter`` by theirs. Planners other than the one that drives have theirs for
+        requests that name them.
     threads : callable
         Returns the most threads that kernels may use now.
     keeping : Keeping, optional
@@ -110,6 +123,8 @@ def build_clone(
         No such model, planner, controller or recovery behaviour; the text lists those there are.
     InvalidParameter
         A parameter or the name of a node is unknown, or a value cannot be taken.
+    Unavailable
+        The layers lack a mask that the parameters want.
     """
     given = _Given(parameters or {})
     body = _body(given, robot_body(model, urdf, parameters))
@@ -118,15 +133,17 @@ def build_clone(
     state = given.read(StatePublisherParameters, "robot_state_publisher")
     move_base = _move_base(given, driving, body, layers, threads=threads, keeping=keeping or Keeping())
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
+    camera = _camera(given)
     given.refuse_rest()
     makers: dict[str, Callable[[Context], Node]] = {
-        MapServerNode.name: lambda context: MapServerNode(context, layers.grid),
+        MapServerNode.name: lambda context: MapServerNode(context, layers),
         StatePublisherNode.name: lambda context: StatePublisherNode(context, body, state),
-        AmclNode.name: lambda context: AmclNode(context, layers, Pose2D(*initial_pose), amcl),
+        AmclNode.name: lambda context: AmclNode(context, layers, Pose2D(*initial_pose), amcl, threads),
         MoveBaseNode.name: move_base,
         WaypointFollowerNode.name: lambda context: WaypointFollowerNode(context, touring),
         ParameterServerNode.name: lambda context: ParameterServerNode(context, given.in_use),
         TfRepublisherNode.name: TfRepublisherNode,
+        **camera,
     }
     for name in makers if only is None else only:
         graph.add(makers[name])
@@ -144,23 +161,49 @@ def _move_base(
     (planner, path_planners), controller = _planners(driving, given, body), _controller(driving, given, body)
     recovering = _recoveries(driving, given)
     local = given.read(LocalCostmapParameters, "local_costmap")
+    social = given.read(SocialLayerParameters, "social_layer")
+    speed_filter = _filters(given, layers)
 
     def move_base(context: Context) -> MoveBaseNode:
-        surroundings = _surroundings(layers, body, local, driving.transform_tolerance)
+        surroundings = _surroundings(layers, body, local, social, driving.transform_tolerance)
         processor = keeping.processor(layers.costmap, body.robot_radius, _reuse(driving))
         return MoveBaseNode(
             context,
             layers=layers, surroundings=surroundings, planner=planner, path_planners=path_planners,
             controller=controller, recoveries=recovering, parameters=driving, threads=threads,
-            processor=processor,
+            processor=processor, speed_filter=speed_filter,
         )  # fmt: skip
 
     return move_base
 
 
+def _filters(given: "_Given", layers: MapLayers) -> SpeedFilter | None:
+    """See to it that the masks are there that are wanted; that to keep out by is in the costs already."""
+    keepout = given.read(KeepoutFilterParameters, KEEPOUT_FILTER)
+    speed = given.read(SpeedFilterParameters, SPEED_FILTER)
+    masks = ((KEEPOUT_FILTER, keepout.wanted, layers.keepout), (SPEED_FILTER, speed.wanted, layers.speed))
+    for name, wanted, mask in masks:
+        if wanted and mask is None:
+            raise Unavailable(f"{name}: the mask {wanted!r} is not here; let the robot connect again")
+    return SpeedFilter(layers.speed, speed) if speed.wanted and layers.speed is not None else None
+
+
+def _camera(given: "_Given") -> dict[str, Callable[[Context], Node]]:
+    """Return who makes scans of depth images, if there are parameters for it: most robots have a laser."""
+    if not given.has(DEPTH_CAMERA):
+        return {}
+    # Its kernels are not for every container.
+    from ppaas.nodes.depthimage_to_laserscan import DepthImageToLaserScanNode  # noqa: PLC0415
+    from ppaas.perception.depth_scan import DepthScanParameters  # noqa: PLC0415
+
+    parameters = given.read(DepthScanParameters, DEPTH_CAMERA)
+    return {DEPTH_CAMERA: lambda context: DepthImageToLaserScanNode(context, parameters)}
+
+
 def _body(given: "_Given", body: RobotModel) -> RobotModel:
     """Tell of the body where parameters are told of."""
     given.read(FootprintParameters, COSTMAP, {"robot_radius": body.robot_radius, "footprint": body.footprint})
+    given.read(VoxelLayerParameters, VOXEL_LAYER, {"max_obstacle_height": body.height})
     return body
 
 
@@ -172,12 +215,6 @@ def _driving(given: "_Given", planner: str, controller: str) -> MoveBaseParamete
 
 def _reuse(driving: MoveBaseParameters) -> ReuseParameters:
     return ReuseParameters(driving.reuse_tolerance, driving.reuse_bound)
-
-
-MOVABLE: dict[str, Demands] = {
-    node.name: node.demands for node in (AmclNode, MoveBaseNode, WaypointFollowerNode) if node.demands is not None
-}
-"""The nodes of a clone that may live on the robot, and what they demand there."""
 
 
 def build_planning(
@@ -194,7 +231,7 @@ def build_planning(
     def planner_server(context: Context) -> PlannerServerNode:
         return PlannerServerNode(context, layers.costmap, base_global_planner, threads, processor=processor)
 
-    graph.add(lambda context: MapServerNode(context, layers.grid))
+    graph.add(lambda context: MapServerNode(context, layers))
     graph.add(planner_server)
 
 
@@ -214,7 +251,7 @@ def _planners(driving: MoveBaseParameters, given: "_Given", body: RobotModel) ->
 
 def _controller(driving: MoveBaseParameters, given: "_Given", body: RobotModel) -> Controller:
     names = CONTROLLERS.spellings(driving.base_local_planner)
-    controller = controllers.create(driving.base_local_planner, **(_controller_defaults(body) | given.take(*names)))
+    controller = controller_of(body, driving.base_local_planner, given.take(*names))
     given.note(names[0], controller)
     return controller
 
@@ -278,20 +315,12 @@ class _Given:
             )
 
 
-def _controller_defaults(body: RobotModel) -> dict[str, float]:
-    limits = body.limits
-    return {
-        "max_vel_x": limits.max_vel_x,
-        "min_vel_x": limits.min_vel_x,
-        "max_vel_theta": limits.max_vel_theta,
-        "acc_lim_x": limits.acc_lim_x,
-        "acc_lim_theta": limits.acc_lim_theta,
-        "robot_radius": body.robot_radius,
-    }
-
-
 def _surroundings(
-    layers: MapLayers, body: RobotModel, parameters: LocalCostmapParameters, tolerance: float
+    layers: MapLayers,
+    body: RobotModel,
+    parameters: LocalCostmapParameters,
+    social: SocialLayerParameters,
+    tolerance: float,
 ) -> Surroundings:
     radius = body.robot_radius + parameters.footprint_padding
     window = LocalCostmap(
@@ -303,6 +332,7 @@ def _surroundings(
         cost_scaling_factor=parameters.cost_scaling_factor,
         obstacle_range=parameters.obstacle_range,
         raytrace_range=parameters.raytrace_range,
+        social=social.proxemics(),
     )
     memory = ObstacleMemory(
         layers,
@@ -310,4 +340,7 @@ def _surroundings(
         inflation_radius=parameters.inflation_radius,
         cost_scaling_factor=parameters.cost_scaling_factor,
     )
-    return Surroundings(window, memory, body.robot_radius, tolerance)
+    return Surroundings(
+        window, memory, body.robot_radius,
+        people=SeenPeople(social), moving=MovingThings(layers), tolerance=tolerance,
+    )  # fmt: skip

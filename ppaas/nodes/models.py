@@ -41,22 +41,24 @@ class RobotModel:
 PLANNING_MODEL = "turtlebot2"
 """The robot for which paths are planned when a program names none."""
 
-# Limits as the makers' navigation packages give them; laser poses as their URDF files do.
+# Limits as the makers' navigation packages give them; laser poses as their URDF files do; heights as data sheets do.
 _MODELS = {
     model.name: model
     for model in (
-        RobotModel("turtlebot2", 0.18, VelocityLimits(max_vel_x=0.65, max_vel_theta=1.8)),
+        RobotModel("turtlebot2", 0.18, VelocityLimits(max_vel_x=0.65, max_vel_theta=1.8), height=0.42),
         RobotModel(
             "turtlebot3_burger",
             0.105,
             VelocityLimits(max_vel_x=0.22, max_vel_theta=2.75, acc_lim_x=2.5, acc_lim_theta=3.2),
             laser=Pose2D(-0.032, 0.0, 0.0),
+            height=0.192,
         ),
         RobotModel(
             "turtlebot3_waffle",
             0.22,
             VelocityLimits(max_vel_x=0.26, max_vel_theta=1.82, acc_lim_x=2.5, acc_lim_theta=3.2),
             laser=Pose2D(-0.064, 0.0, 0.0),
+            height=0.141,
         ),
     )
 }

@@ -8,23 +8,26 @@ from typing import ClassVar
 
 import msgspec
 
-from ppaas.controllers.base import Controller, ControlRequest, Velocity
+from ppaas.controllers.base import Controller, ControlRequest, SpeedLimit, Velocity
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput, PPaaSError, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.maps.layers import MapLayers
+from ppaas.messages import nav2_msgs
 from ppaas.messages.actionlib_msgs import GoalID
-from ppaas.messages.geometry_msgs import PoseArray, PoseStamped, Twist, Vector3
+from ppaas.messages.geometry_msgs import PoseStamped, Twist, Vector3
 from ppaas.messages.message import Empty, Message
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal
 from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, Odometry, Path
-from ppaas.messages.ppaas_msgs import ComputePath, ComputePathRequest
+from ppaas.messages.people_msgs import People
+from ppaas.messages.ppaas_msgs import ComputePath, ComputePathRequest, RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.navigation import events, orders
 from ppaas.navigation.move_base import MoveBase
 from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.navigation.shut_places import ShutPlaces
 from ppaas.nodes import action_topics
 from ppaas.nodes.action_topics import ActionTopics
 from ppaas.nodes.amcl import SCAN_RATE, SCAN_TOPIC
@@ -34,6 +37,7 @@ from ppaas.nodes.frames import MAP, TF, TF_STATIC
 from ppaas.nodes.kernel_threads import Threads
 from ppaas.nodes.path_services import PathServices, get_plan_response
 from ppaas.nodes.robot_plan import NoPlan, RobotPlanner
+from ppaas.nodes.speed_limits import SpeedFilter, limit_of, lower_of
 from ppaas.nodes.state_publisher import ODOM_RATE, ODOM_TOPIC
 from ppaas.nodes.surroundings import Surroundings
 from ppaas.planners.base import Planner, PlanResult
@@ -43,14 +47,18 @@ from ppaas.recoveries.base import Recovery, RecoveryRequest
 logger = logging.getLogger(__name__)
 
 STATUS_PERIOD = 1.0
-ROBOTS_TOPIC = Topic("robots", PoseArray)
+ROBOTS_TOPIC = Topic("robots", RobotStates)
+PEOPLE_TOPIC = Topic("people", People)
+SPEED_LIMIT_TOPIC = Topic("speed_limit", nav2_msgs.SpeedLimit)
 
 
 class MoveBaseState(msgspec.Struct):
-    """What Move Base needs to go on elsewhere: the goal it drives to."""
+    """What Move Base needs to go on elsewhere: the goal it drives to, and how fast it may, as it was told last."""
 
     goal: events.Goal | None
     counter: int
+    speed_limit: float = 0.0
+    percentage: bool = False
 
 
 class MoveBaseNode(Node):
@@ -80,13 +88,16 @@ class MoveBaseNode(Node):
         Returns the most threads that kernels may use now.
     processor : PlanProcessor
         By which plans that are kept are found.
+    speed_filter : SpeedFilter, optional
+        How fast it may drive where.
     """
 
     name: ClassVar[str] = "move_base"
     demands: ClassVar[Demands] = Demands(0.6, rates={SCAN_TOPIC.name: SCAN_RATE, ODOM_TOPIC.name: ODOM_RATE})
     subscribes: ClassVar[tuple[Topic, ...]] = (
         action_topics.SIMPLE_GOAL, action_topics.GOAL, action_topics.CANCEL,
-        SCAN_TOPIC, ODOM_TOPIC, TF, TF_STATIC, ROBOTS_TOPIC,
+        SCAN_TOPIC, ODOM_TOPIC, TF, TF_STATIC, ROBOTS_TOPIC, PEOPLE_TOPIC,
+        SPEED_LIMIT_TOPIC,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
         Topic("cmd_vel", Twist), Topic("plan", Path),
@@ -111,15 +122,19 @@ class MoveBaseNode(Node):
         parameters: MoveBaseParameters,
         threads: Threads,
         processor: PlanProcessor,
+        speed_filter: SpeedFilter | None = None,
     ) -> None:
         super().__init__(context)
+        self._speed_filter = speed_filter
         self._layers = layers
         self._surroundings = surroundings
         self._planner = RobotPlanner(context, planner, layers.costmap, parameters, threads=threads, processor=processor)
         self._controller = controller
+        surroundings.mark_ahead(not controller.predicts)
         self._parameters = parameters
         self._threads = threads
         self._machine = MoveBase(parameters, [name for name, _ in recoveries])
+        self._shut = ShutPlaces()
         self._recoveries = [recovery for _, recovery in recoveries]
         self._topics = ActionTopics(context)
         self._paths = PathServices(
@@ -127,6 +142,7 @@ class MoveBaseNode(Node):
         )
         self._cycle: Timer | None = None
         self._counter = 0
+        self._limit_speed(nav2_msgs.SpeedLimit(0.0))
         self._events: deque[events.Event] = deque()
         self._handling = False
 
@@ -134,6 +150,11 @@ class MoveBaseNode(Node):
     def busy(self) -> bool:
         """Tell whether there is a goal."""
         return self._machine.goals.active is not None
+
+    @property
+    def costs(self) -> Costmap | None:
+        """What was last known around the robot; none before its first goal."""
+        return self._surroundings.costs
 
     def start(self) -> None:
         """Begin to tell how goals stand."""
@@ -166,16 +187,24 @@ class MoveBaseNode(Node):
                 around.velocity = Velocity(twist.linear.x, twist.angular.z)
             case TFMessage():
                 around.frames.hear(topic, message, now)
-            case PoseArray():
+            case RobotStates():
                 around.take_robots(message, now)
+            case People():
+                around.take_people(message, now)
+            case nav2_msgs.SpeedLimit():
+                self._limit_speed(message)
             case _:
                 raise InvalidInput(f"{self.name} takes no {type(message).__name__} on {topic!r}")
+
+    def _limit_speed(self, message: nav2_msgs.SpeedLimit) -> None:
+        self._speed_limit, self._told_limit = limit_of(message), message
 
     def _on_goal(self, target: PoseStamped, goal_id: GoalID) -> None:
         pose = pose_in(self._surroundings.frames.tree, MAP, target, "a goal")
         now = self.context.now()
         stamp = goal_id.stamp.seconds() or now
         self._counter += 1
+        self._shut.head_for(pose)
         name = goal_id.id or f"{self.name}-{self._counter}-{stamp:.3f}"
         self._feed(events.GoalReceived(now, events.Goal(name, pose, stamp)))
         self._tick()
@@ -296,13 +325,19 @@ class MoveBaseNode(Node):
         around, costs = self._surroundings, self._surroundings.costs
         assert costs is not None, "a control tick brings the costs up to date"
         period = 1.0 / self._parameters.controller_frequency
-        request = ControlRequest(pose, around.velocity, costs, period, self._threads())
+        movers = around.movers(pose, self.context.now())
+        limit = self._limit_at(pose)
+        request = ControlRequest(pose, around.velocity, costs, period, self._threads(), movers, limit)
         try:
             reached = self._controller.is_goal_reached(pose, around.velocity)
             velocity = Velocity() if reached else self._controller.compute_velocity(request)
         except PPaaSError as error:
             return events.ControlFailed(self.context.now(), str(error))
         return events.VelocityComputed(self.context.now(), velocity, reached)
+
+    def _limit_at(self, pose: Pose2D) -> SpeedLimit:
+        told = self._speed_limit
+        return told if self._speed_filter is None else lower_of(told, self._speed_filter.at(pose))
 
     def _recover(self, order: orders.Recover) -> events.Event:
         around, now = self._surroundings, self.context.now()
@@ -325,8 +360,13 @@ class MoveBaseNode(Node):
         except TransformError as error:
             self._feed(events.PlanFailed(self.context.now(), order.number, error))
             return
-        current = self._surroundings.overlay(self._layers.costmap)
-        self._planner.request(start, order.goal, current, lambda result: self._on_planned(order.number, result))
+        current = self._shut.mark(self._surroundings.overlay(self._layers.costmap), self.context.now())
+
+        def done(result: PlanResult | NoPlan | PPaaSError) -> None:
+            self._shut.take(result, current, start, self.context.now())
+            self._on_planned(order.number, result)
+
+        self._planner.request(start, order.goal, current, done)
 
     def _on_planned(self, number: int, result: PlanResult | NoPlan | PPaaSError) -> None:
         now = self.context.now()
@@ -342,13 +382,15 @@ class MoveBaseNode(Node):
     # -- going on elsewhere --------------------------------------------------------------------------------------------
 
     def checkpoint(self) -> bytes:
-        """Return the goal it drives to."""
-        active = self._machine.goals.active
-        return msgspec.json.encode(MoveBaseState(active.goal if active else None, self._counter))
+        """Return the goal it drives to, and its speed limit."""
+        active, told = self._machine.goals.active, self._told_limit
+        goal = active.goal if active else None
+        return msgspec.json.encode(MoveBaseState(goal, self._counter, told.speed_limit, told.percentage))
 
     def restore(self, state: bytes) -> None:
         """Drive on to the goal; the plan is made anew, from where the robot is now."""
         restored = msgspec.json.decode(state, type=MoveBaseState)
         self._counter = restored.counter
+        self._limit_speed(nav2_msgs.SpeedLimit(restored.speed_limit, restored.percentage))
         if restored.goal is not None:
             self._feed(events.GoalReceived(self.context.now(), restored.goal))

@@ -19,8 +19,8 @@ Done = Callable[[object], None]
 
 @dataclass(slots=True)
 class _Ticket:
-    work: Work
-    done: Done
+    """What who asked keeps: of the work itself, which holds a costmap, nothing stays once it is done."""
+
     job: Job | None = None
     cancelled: bool = False
 
@@ -42,8 +42,8 @@ class PlannerQueue:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        self._waiting: deque[_Ticket] = deque()
-        self._running: _Ticket | None = None
+        self._waiting: deque[tuple[_Ticket, Work, Done]] = deque()
+        self._running = False
 
     def submit(self, work: Callable[[Callable[[], bool]], T], done: Callable[[T | PPaaSError], None]) -> Job:
         """Run ``work(cancelled)`` when its turn comes; ``done`` gets its result or error on the node's thread.
@@ -55,27 +55,26 @@ class PlannerQueue:
         """
         if len(self._waiting) >= MAX_WAITING:
             raise Unavailable(f"{MAX_WAITING} plans are waiting already; try again later")
-        ticket = _Ticket(work, done)  # type: ignore[arg-type]
-        self._waiting.append(ticket)
+        ticket = _Ticket()
+        self._waiting.append((ticket, work, done))  # type: ignore[arg-type]
         self._next()
         return ticket
 
     def _next(self) -> None:
-        while self._running is None and self._waiting:
-            ticket = self._waiting.popleft()
+        while not self._running and self._waiting:
+            ticket, work, done = self._waiting.popleft()
             if ticket.cancelled:
-                ticket.done(PlanCancelled("cancelled before its turn came"))
+                done(PlanCancelled("cancelled before its turn came"))
                 continue
-            self._running = ticket
-            self._start(ticket)
+            self._running = True
+            self._start(ticket, work, done)
 
-    def _start(self, ticket: _Ticket) -> None:
-        def done(result: object) -> None:
-            self._running = None
+    def _start(self, ticket: _Ticket, work: Work, done: Done) -> None:
+        def finish(result: object) -> None:
+            self._running = False
             try:
-                ticket.done(result)
+                done(result)
             finally:
                 self._next()
 
-        job = self._context.start(ticket.work, done)
-        ticket.job = job
+        ticket.job = self._context.start(work, finish)

@@ -10,6 +10,7 @@ from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.localization.parameters import AmclParameters
 from ppaas.messages.geometry_msgs import Pose, PoseArray, PoseWithCovariance, PoseWithCovarianceStamped
+from ppaas.messages.message import Empty
 from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes.amcl import AmclNode
 from ppaas.nodes.frames import FrameListener
@@ -89,6 +90,17 @@ def test_a_scan_waits_for_the_odometry_of_its_time():
     home.odom(100.1)
     assert len(home.poses) == 1
     assert home.poses[0].header.stamp.seconds() == pytest.approx(100.05)
+
+
+@pytest.mark.parametrize("stamp", [Time(1_764_000_000, 123_450_499), Time(1_764_000_000, 7)])
+def test_a_pose_has_the_very_stamp_of_its_scan(stamp: Time):
+    home = Home()
+    home.odom(1_764_000_000.0)
+    scan = home.world.scan(0.0)
+    scan.header.stamp = stamp
+    home.graph.inject("scan", scan)
+    home.odom(1_764_000_000.2)
+    assert home.poses[-1].header.stamp == stamp
 
 
 def test_a_scan_without_a_stamp_goes_with_the_latest_odometry():
@@ -188,3 +200,97 @@ def test_a_checkpoint_before_any_scan_after_a_restore_is_the_one_restored():
     second = Home(initial=Pose2D(4.0, 1.0, 0.0))
     second.graph.restore([checkpoint])
     assert second.graph.checkpoints() == [checkpoint]
+
+
+def call(home: Home, service: str) -> list[object]:
+    answers: list[object] = []
+    home.graph.call(service, Empty(), answers.append)
+    return answers
+
+
+def test_a_robot_that_nobody_knows_where_it_is_is_found_all_over_the_map():
+    home = Home(initial=Pose2D(5.2, 1.0, 3.0))
+    home.look()
+    assert error_of(home.told(), START)[0] > 1.0
+    assert call(home, "global_localization") == [Empty()]
+    for _ in range(20):
+        home.world.move(0.5, 0.3, 0.3)
+        home.look()
+    assert error_of(home.told(), home.world.pose)[0] < 0.15
+
+
+def test_a_robot_that_is_looked_for_is_looked_for_by_the_clone_that_goes_on_as_well():
+    first = Home(initial=Pose2D(5.2, 1.0, 3.0))
+    call(first, "global_localization")
+    (checkpoint,) = first.graph.checkpoints()
+    second = Home(initial=Pose2D(5.2, 1.0, 3.0))
+    second.graph.restore([checkpoint])
+    for _ in range(20):
+        second.world.move(0.5, 0.3, 0.3)
+        second.look()
+    assert error_of(second.told(), second.world.pose)[0] < 0.15
+
+
+def test_an_update_that_is_asked_for_comes_with_the_next_scan_and_once():
+    home = Home()
+    home.look()
+    assert call(home, "request_nomotion_update") == [Empty()]
+    home.look()
+    home.look()
+    assert len(home.clouds) == 2
+
+
+def test_a_base_that_begins_anew_leaves_its_robot_where_it_was():
+    home = Home()
+    home.world.odom = Pose2D(40.0, 20.0, 1.0)
+    home.look()
+    home.world.move(0.06, 0.0, 1.0)  # not far enough for an update
+    home.look()
+    home.world.odom = Pose2D(0.0, 0.0, 0.0)
+    home.look()
+    home.world.move(0.5, 0.0, 1.0)
+    home.look()
+    assert error_of(home.told(), home.world.pose)[0] < 0.1
+
+
+def test_a_scan_older_than_the_last_one_is_refused_by_how_much():
+    home = Home()
+    home.odom(100.0)
+    home.odom(101.0)
+    home.scan(101.0)
+    with pytest.raises(InvalidInput, match=r"0\.500 s before"):
+        home.scan(100.5)
+
+
+def test_a_clock_that_was_set_back_is_gone_on_from():
+    home = Home()
+    home.look()
+    home.clock.now = 50.0
+    home.look()
+    assert home.poses[-1].header.stamp.seconds() == pytest.approx(50.1)
+
+
+@pytest.mark.parametrize("change", [lambda s: s.ranges.extend([1.0] * 4), lambda s: s.ranges.clear()])
+def test_a_scan_with_another_number_of_ranges_than_its_angles_are_for_is_refused(change):
+    home = Home()
+    home.odom()
+    scan = home.world.scan(100.0)
+    change(scan)
+    with pytest.raises(InvalidInput, match="ranges, not"):
+        home.graph.inject("scan", scan)
+
+
+def test_a_scan_of_which_every_second_range_is_nan_or_infinite_still_does():
+    home = Home()
+    home.odom()
+    scan = home.world.scan(100.0)
+    scan.ranges[::4] = [math.nan] * len(scan.ranges[::4])
+    scan.ranges[2::4] = [math.inf] * len(scan.ranges[2::4])
+    home.graph.inject("scan", scan)
+    assert error_of(home.told(), START)[0] < 0.1
+
+
+def test_an_initial_pose_outside_of_the_map_is_refused_by_where_the_map_lies():
+    home = Home()
+    with pytest.raises(InvalidInput, match=r"6 × 5 m begin at \(0, 0\); \(7, 1\) does not"):
+        home.graph.inject("initialpose", initial_pose(Pose2D(7.0, 1.0)))

@@ -8,7 +8,7 @@ import pytest
 from ppaas.costmap.build import build_layers
 from ppaas.errors import InvalidParameter, NotFound
 from ppaas.messages.rosapi import GetParamRequest
-from ppaas.nodes.bodies import robot_body
+from ppaas.nodes.bodies import robot_body, robot_heights
 from ppaas.nodes.body_planners import planner_of
 from ppaas.nodes.clone import build_clone
 from ppaas.nodes.graph import Graph
@@ -92,3 +92,44 @@ def test_a_clone_drives_as_its_urdf_says_unless_its_parameters_do():
     slower = in_use(urdf=WAFFLE, parameters={"dwa": {"max_vel_x": 0.2}, "global_costmap": {"robot_radius": 0.25}})
     assert (slower["dwa"]["max_vel_x"], slower["dwa"]["robot_radius"]) == (0.2, 0.25)
     assert in_use()["global_costmap"] == {"robot_radius": 0.18, "footprint": []}
+
+
+@pytest.mark.parametrize(
+    ("said", "heights"),
+    [
+        ({}, (None, 0.5)),
+        ({"max_obstacle_height": 1.2}, (None, 1.2)),
+        ({"min_obstacle_height": 0.02}, (0.02, 0.5)),
+        ({"min_obstacle_height": -0.5, "max_obstacle_height": 0.1}, (-0.5, 0.1)),
+        ({"enabled": False, "max_obstacle_height": 1.2}, None),
+    ],
+)
+def test_something_is_in_the_way_up_to_the_height_of_the_body_unless_the_parameters_say_otherwise(said, heights):
+    assert robot_heights(robot_body("turtlebot2", LONG), {"voxel_layer": said, "dwa": {}}) == heights
+
+
+def test_a_model_says_how_high_it_is_where_the_urdf_does_not():
+    flat = describe(urdf(link("base_link", "")))
+    assert flat.height is None
+    assert robot_heights(robot_body("turtlebot3_burger", flat), {}) == (None, 0.192)
+
+
+@pytest.mark.parametrize(
+    ("said", "why"),
+    [
+        ({"min_obstacle_height": 1.0, "max_obstacle_height": 1.0}, "above 1 m, not 1"),
+        ({"max_obstacle_height": 0.0}, "above 0 m, not 0"),
+        ({"min_obstacle_height": math.nan}, "min_obstacle_height must be finite"),
+        ({"max_obstacle_height": math.inf}, "max_obstacle_height must be finite"),
+        ({"height": 1.0}, "known: enabled, max_obstacle_height, min_obstacle_height"),
+    ],
+)
+def test_heights_that_are_none_are_named(said, why):
+    with pytest.raises(InvalidParameter, match=why):
+        robot_heights(robot_body("turtlebot2"), {"voxel_layer": said})
+
+
+def test_a_robot_whose_lowest_obstacles_are_higher_than_itself_is_refused():
+    with pytest.raises(InvalidParameter, match=r"above 0\.6 m, not 0\.5"):
+        in_use(urdf=LONG, parameters={"voxel_layer": {"min_obstacle_height": 0.6}})
+    assert in_use(urdf=LONG)["voxel_layer"]["max_obstacle_height"] == 0.5

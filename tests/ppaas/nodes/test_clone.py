@@ -30,16 +30,17 @@ def test_a_clone_has_the_topics_and_services_of_ros():
     assert {
         "map", "scan", "odom", "tf", "tf_static", "initialpose", "amcl_pose", "particlecloud", "cmd_vel", "plan",
         "move_base_simple/goal", "move_base/goal", "move_base/cancel", "move_base/status", "move_base/feedback",
-        "move_base/result", "move_base/current_goal", "robots", "follow_waypoints/goal", "follow_waypoints/cancel",
+        "move_base/result", "move_base/current_goal", "robots", "people", "speed_limit", "follow_waypoints/goal",
+        "follow_waypoints/cancel",
         "follow_waypoints/status", "follow_waypoints/feedback", "follow_waypoints/result", "tf2_web_republisher/goal",
         "tf2_web_republisher/cancel", "tf2_web_republisher/status", "tf2_web_republisher/feedback",
         "tf2_web_republisher/result",
     } == set(graph.topics)  # fmt: skip
     assert set(graph.services) == {
-        "static_map", "move_base/make_plan", "move_base/compute_path", "move_base/clear_costmaps", "rosapi/get_param",
-        "rosapi/set_param",
+        "static_map", "keepout_filter_mask", "speed_filter_mask", "move_base/make_plan", "move_base/compute_path",
+        "move_base/clear_costmaps", "rosapi/get_param", "rosapi/set_param",
         "rosapi/has_param", "rosapi/delete_param", "rosapi/search_param", "rosapi/get_param_names",
-        "republish_tfs",
+        "republish_tfs", "global_localization", "request_nomotion_update",
     }  # fmt: skip
 
 
@@ -47,7 +48,8 @@ def test_a_container_that_plans_has_a_map_and_a_planner_and_nothing_that_moves()
     graph = Graph()
     build_planning(graph, LAYERS)
     assert set(graph.nodes) == {"map_server", "planner_server"}
-    assert set(graph.services) == {"static_map", "make_plan", "compute_path", "compute_costs"}
+    masks = {"keepout_filter_mask", "speed_filter_mask"}
+    assert set(graph.services) == {"static_map", "make_plan", "compute_path", "compute_costs"} | masks
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,9 @@ import pytest
 from ppaas.errors import InvalidInput, PPaaSError, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, Status
-from ppaas.messages.geometry_msgs import Point, Pose, PoseArray, PoseStamped, Quaternion
+from ppaas.messages.geometry_msgs import Point, Pose, PoseStamped, Quaternion, Twist, Vector3
+from ppaas.messages.people_msgs import People, Person
+from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.std_msgs import Header
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.move_base import MoveBaseNode
@@ -196,14 +198,50 @@ def test_other_robots_are_kept_clear_of():
     driving.send_goal(goal)
     nearest = math.inf
     for _ in range(1200):
-        poses = PoseArray(Header(frame_id="map"), [Pose.of(other)])
-        driving.graph.inject("robots", poses)
+        driving.graph.inject("robots", RobotStates(Header(frame_id="map"), [Pose.of(other)]))
         driving.step()
         nearest = min(nearest, driving.world.pose.distance_to(other))
         if driving.results:
             break
     assert_there(driving, goal)
     assert nearest > 2 * RADIUS
+
+
+@pytest.mark.parametrize("planner", ["dwa", "mppi"])
+def test_a_robot_that_crosses_is_let_pass(planner):
+    driving = loop(base_local_planner=planner)
+    driving.send_goal(Pose2D(6.0, 1.0, 0.0))
+    other, nearest, twist = Pose2D(3.4, 3.9, -math.pi / 2), math.inf, Twist(linear=Vector3(x=0.5))
+    for cycle in range(1200):
+        if cycle % 4 == 0:
+            states = RobotStates(Header(frame_id="map"), [Pose.of(other)], [twist], [RADIUS])
+            driving.graph.inject("robots", states)
+        driving.step()
+        other = other._replace(y=max(other.y - 0.05 * twist.linear.x, -9.0))
+        nearest = min(nearest, driving.world.pose.distance_to(other))
+        if driving.results:
+            break
+    assert_there(driving, Pose2D(6.0, 1.0, 0.0))
+    assert nearest > 2 * RADIUS
+
+
+@pytest.mark.parametrize("planner", ["dwa", "mppi", "pure_pursuit"])
+def test_people_are_given_more_room_than_things(planner):
+    nearest, somebody = {}, Pose2D(3.5, 1.45)
+    for enabled in (True, False):
+        driving = loop(base_local_planner=planner, parameters={"social_layer": {"enabled": enabled}})
+        driving.send_goal(Pose2D(6.0, 1.0, 0.0))
+        nearest[enabled] = math.inf
+        for cycle in range(600):
+            if cycle % 4 == 0:
+                person = Person("ann", Point(somebody.x, somebody.y), Point(-0.3, 0.0))
+                driving.graph.inject("people", People(Header(frame_id="map"), [person]))
+            driving.step()
+            nearest[enabled] = min(nearest[enabled], driving.world.pose.distance_to(somebody))
+            if driving.results:
+                break
+        assert_there(driving, Pose2D(6.0, 1.0, 0.0))
+    assert nearest[True] > nearest[False] + 0.1
 
 
 def test_a_clone_goes_on_in_another_home_from_its_checkpoint():

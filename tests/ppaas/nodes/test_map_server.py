@@ -1,5 +1,10 @@
 """The map server."""
 
+import numpy as np
+
+from ppaas.costmap.build import build_layers
+from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.maps.layers import MapLayers
 from ppaas.maps.occupancy import from_message
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.message import Empty
@@ -9,11 +14,20 @@ from ppaas.nodes.map_server import MapServerNode
 from tests.support.planar_world import walled_map
 
 GRID = walled_map(3, 2, [(1, 1, 1.5, 1.2)])
+LAYERS = build_layers(GRID)
+
+
+def asked(layers: MapLayers, service: str):
+    """Return what the service of a map server answers."""
+    graph, answers = Graph(), []
+    graph.add(lambda context: MapServerNode(context, layers))
+    graph.call(service, Empty(), answers.append)
+    return answers[0]
 
 
 def test_who_subscribes_gets_the_map_by_reference_and_makes_it_a_message_where_it_leaves():
     graph = Graph(stamp_clock=lambda: 12.5)
-    graph.add(lambda context: MapServerNode(context, GRID))
+    graph.add(lambda context: MapServerNode(context, LAYERS))
     heard = []
     graph.tap("map", lambda _, payload: heard.append(payload))
     (lazy,) = heard
@@ -27,9 +41,22 @@ def test_who_subscribes_gets_the_map_by_reference_and_makes_it_a_message_where_i
 
 
 def test_the_service_gives_the_map():
-    graph = Graph()
-    graph.add(lambda context: MapServerNode(context, GRID))
-    answers = []
-    graph.call("static_map", Empty(), answers.append)
-    assert isinstance(answers[0], GetMapResponse)
-    assert (from_message(answers[0].map).data == GRID.data).all()
+    answer = asked(LAYERS, "static_map")
+    assert isinstance(answer, GetMapResponse)
+    assert (from_message(answer.map).data == GRID.data).all()
+
+
+def test_masks_are_given_by_the_cells_of_the_map():
+    mask = GridMap(np.array([[0, 100], [40, -1]], np.int8), GridInfo(1.0, 2, 2))
+    layers = build_layers(GRID, keepout=mask, speed=mask)
+    for service, expected in (("keepout_filter_mask", layers.keepout), ("speed_filter_mask", layers.speed)):
+        found = from_message(asked(layers, service).map)
+        assert found.info == GRID.info
+        assert (found.data == expected.data).all()
+    assert set(np.unique(layers.keepout.data)) == {0, 40, 100}
+    assert set(np.unique(layers.speed.data)) == {-1, 0, 40, 100}
+
+
+def test_a_mask_that_there_is_not_has_no_cells():
+    answer = decode(GetMapResponse, encode(asked(LAYERS, "speed_filter_mask")))
+    assert (answer.map.info.width, answer.map.info.height, answer.map.data) == (0, 0, [])

@@ -6,10 +6,12 @@ from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
 from ppaas.messages.codec import decode, encode
-from ppaas.messages.geometry_msgs import Pose, PoseArray, PoseStamped
+from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.message import Empty
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
+from ppaas.messages.nav2_msgs import SpeedLimit
 from ppaas.messages.nav_msgs import Path
+from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.std_msgs import Header, Time
 from tests.support.closed_loop import ClosedLoop
 from tests.support.planar_world import World, fill, walled_map
@@ -126,7 +128,23 @@ def test_what_is_remembered_and_what_is_in_the_window_are_cleared_by_themselves_
 
 def test_robots_in_another_frame_are_refused(driving):
     with pytest.raises(TransformError, match="odom"):
-        driving.graph.inject("robots", PoseArray(Header(frame_id="odom"), []))
+        driving.graph.inject("robots", RobotStates(Header(frame_id="odom"), []))
+
+
+def test_a_speed_limit_goes_along_to_another_home(driving):
+    driving.graph.inject("speed_limit", SpeedLimit(20.0, percentage=True))
+    again = ClosedLoop(driving.world)
+    again.graph.nodes["move_base"].restore(driving.graph.nodes["move_base"].checkpoint())
+    again.send_goal(GOAL)
+    again.run(3.0)
+    assert 0.05 < max(command.linear.x for command in again.commands) <= 0.2 * 0.65 + 1e-9
+
+
+def test_what_older_homes_kept_has_no_limit(driving):
+    driving.graph.nodes["move_base"].restore(b'{"goal":null,"counter":3}')
+    driving.send_goal(GOAL)
+    driving.run(3.0)
+    assert max(command.linear.x for command in driving.commands) > 0.4
 
 
 def test_a_restored_goal_is_driven_to_once_and_ids_go_on(driving):

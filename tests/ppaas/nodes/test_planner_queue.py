@@ -1,5 +1,7 @@
 """Plans one after the other."""
 
+import weakref
+
 import pytest
 
 from ppaas.errors import NoValidPath, PlanCancelled, Unavailable
@@ -91,3 +93,15 @@ def test_too_many_waiting_are_refused():
         plans.submit(lambda cancelled: None, done.append)
     with pytest.raises(Unavailable, match="try again"):
         plans.submit(lambda cancelled: None, done.append)
+
+
+def test_nothing_of_a_job_that_is_done_is_kept_with_its_ticket():
+    class Large:
+        """Such as a costmap."""
+
+    plans, large = PlannerQueue(Graph()), Large()
+    held = weakref.ref(large)
+    ticket = plans.submit(lambda cancelled, large=large: None, lambda result: None)
+    del large
+    assert held() is None
+    ticket.cancel()

@@ -46,7 +46,7 @@ def maps() -> tuple[GridMap, GridMap]:
 def test_the_map_server_says_how_it_lies(maps):
     graph = Graph()
     heard = []
-    graph.add(lambda context: MapServerNode(context, maps[1]))
+    graph.add(lambda context: MapServerNode(context, build_layers(maps[1])))
     graph.tap("map", lambda _, payload: heard.append(payload))
     origin = decode(OccupancyGrid, encode(heard[0].to_message())).info.origin
     q = origin.orientation
