@@ -89,6 +89,8 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
         listen_machines=arguments.listen_machines or (RAY_LISTENS if on_ray else None),
         machines=str(data / MACHINES),
         machine_settings=str(data / MACHINE_SETTINGS),
+        left=str(data),
+        adopt_within=arguments.adopt_within,
         cores=arguments.cores,
         balancer=arguments.balancer,
         runtime="process" if on_ray else arguments.runtime,

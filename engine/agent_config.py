@@ -2,23 +2,9 @@
 
 import msgspec
 
+from engine.redialling import ADOPT_WITHIN
 from engine.runtimes.registry import DEFAULT
 from engine.zenoh_config import Peering
-
-
-class Away(msgspec.Struct, frozen=True):
-    """How a machine is part of a cloud of another host.
-
-    Parameters
-    ----------
-    identity : str
-        Folder with its key and certificates.
-    cloud : str
-        Name of the cloud process, by which checkpoints are known as its own.
-    """
-
-    identity: str
-    cloud: str
 
 
 class AgentConfig(msgspec.Struct, frozen=True):
@@ -34,8 +20,8 @@ class AgentConfig(msgspec.Struct, frozen=True):
         Shows the master that the agent is ours.
     run_dir : str
         Folder for its sockets.
-    instance : str
-        Name of the cloud this machine belongs to; its shared memory is found by it.
+    cloud : str
+        Name of the cloud process that this machine belongs to at its start.
     store, map_store : str
         URLs of the stores.
     outbox : str, optional
@@ -46,28 +32,31 @@ class AgentConfig(msgspec.Struct, frozen=True):
         What the machine is like.
     peering : Peering, optional
         How its router reaches those of other hosts.
-    away : Away, optional
-        What it must know where the master is on another host.
+    identity : str, optional
+        Folder with its key and certificates, where the master is on another host.
     runtime : str
         Starts its containers.
     image : str
         Image that containers run from, for a runtime that has images.
     allowed : tuple of str
         Other people's plug-ins that may run, each as ``group:name`` of its entry point.
+    adopt_within : float
+        Seconds for which what it carries outlives a master that was killed.
     """
 
     machine: str
     control: str
     secret: str
     run_dir: str
-    instance: str
+    cloud: str
     store: str
     map_store: str
     outbox: str | None = None
     cores: int | None = None
     labels: dict[str, str] = {}
     peering: Peering | None = None
-    away: Away | None = None
+    identity: str | None = None
     runtime: str = DEFAULT
     image: str = ""
     allowed: tuple[str, ...] = ()
+    adopt_within: float = ADOPT_WITHIN

@@ -6,12 +6,13 @@ import logging
 import os
 import signal
 from asyncio.subprocess import PIPE, Process
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 import msgspec
 
 from engine import lean_python
+from engine.found_process import FoundProcess
 
 logger = logging.getLogger(__name__)
 
@@ -21,7 +22,7 @@ RESTART_DELAYS = (0.0, 0.5, 2.0, 5.0)
 STEADY = 60.0
 STOP_GRACE = 5.0
 
-COMMAND = (*lean_python.PYTHON, "-m", "engine.agent")
+COMMAND = (*lean_python.PYTHON, "-m", "engine.agent_main")
 
 
 class Told(Protocol):
@@ -46,6 +47,8 @@ class AgentProcess:
         Status by which an agent says that it is not to be started again.
     environment : mapping of str to str
         That it and its containers get of this process's.
+    started : callable
+        Told the process id of each agent that is started.
     """
 
     def __init__(
@@ -54,18 +57,26 @@ class AgentProcess:
         command: Sequence[str] = COMMAND,
         done: int | None = None,
         environment: Mapping[str, str] = os.environ,
+        started: Callable[[int], None] = lambda _: None,
     ) -> None:
         self._config = config
         self._command = command
         self._done = done
         self._environment = environment
-        self._process: Process | None = None
+        self._started = started
+        self._found: FoundProcess | None = None
+        self._process: Process | FoundProcess | None = None
         self._keeper: asyncio.Task[None] | None = None
 
     @property
     def pid(self) -> int | None:
         """Of the agent that runs now."""
         return self._process.pid if self._process is not None else None
+
+    def go_on_with(self, pid: int) -> None:
+        """Keep an agent that runs already, instead of a first one; nothing happens where it has ended."""
+        with contextlib.suppress(ProcessLookupError):
+            self._process = self._found = FoundProcess(pid)
 
     async def start(self) -> None:
         """Start the agent, and go on starting it."""
@@ -91,11 +102,12 @@ class AgentProcess:
         """Run the agent once; return its status, or None if it could not be started."""
         machine = self._config.machine
         try:
-            self._process = await self._spawn()
+            process, self._found = self._found or await self._spawn(), None
         except OSError as error:
             logger.warning("the agent of machine %r could not be started: %s", machine, error)
             return None
-        status = await self._process.wait()
+        self._process = process
+        status = await process.wait()
         logger.warning("the agent of machine %r ended: status %s", machine, status)
         return status
 
@@ -108,6 +120,7 @@ class AgentProcess:
             raise RuntimeError("the agent has no standard input")
         process.stdin.write(msgspec.json.encode(self._config))
         process.stdin.close()
+        self._started(process.pid)
         return process
 
     def kill(self) -> None:

@@ -2,9 +2,11 @@
 
 import asyncio
 import contextlib
+import itertools
 import logging
 import secrets
 import shutil
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,28 +15,31 @@ from engine.background import Background
 from engine.balancers.registry import BALANCERS, DEFAULT
 from engine.checkpoints import Checkpoints
 from engine.far_machines import FarMachines
-from engine.instances import folder_of, instance_name
-from engine.links.address import UnixAddress, parse_host_port
+from engine.instances import instance_name, sweep_stale
+from engine.links.address import parse_host_port
+from engine.machine_events import RETURN_TIMEOUT
 from engine.machine_settings import MachineSettings
 from engine.master import Master
 from engine.model import MapVersion
 from engine.monitor.parameters import monitor_parameters
-from engine.own_machine import Agents, OwnMachine
+from engine.own_agent import left_in
+from engine.own_machine import Agents, OwnMachine, settled
 from engine.plan_rate import PlanRate
 from engine.planning import Planning
 from engine.quotas import Quota, Quotas
 from engine.ray_nodes.config import WatchConfig
 from engine.ray_nodes.machines import RayMachines
 from engine.ray_nodes.watcher_process import WatcherProcess
+from engine.redialling import ADOPT_WITHIN
 from engine.robot_nodes import RobotNodes
 from engine.robot_sessions import LINGER, RobotSessions
+from engine.roll import Roll
 from engine.router import RouterProcess
-from engine.run_dir import make_run_dir
 from engine.runtimes import registry as runtimes
 from engine.service import CloudService
 from engine.terms import Runs
 from engine.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
-from ppaas.errors import InvalidInput
+from ppaas.errors import InvalidInput, Unavailable
 from ppaas.messages.ppaas_msgs import NodeHome
 from storage.ports import MapStore, Store
 from storage.records import User
@@ -44,6 +49,9 @@ logger = logging.getLogger(__name__)
 
 USUAL_START = 3.0
 STILL_STARTING = "still starting: the first start on a computer compiles the kernels, for up to half a minute"
+
+OWN_AGENT, MACHINES_HERE = "own-agent.json", "machines-here.json"
+"""Files in the folder for what a killed cloud process leaves to the next."""
 
 MACHINE_TIMEOUT = 60.0
 """The first start on a computer compiles the kernels; every later one takes a second or two."""
@@ -73,6 +81,10 @@ class CloudConfig:
         Seconds that a clone waits for its robot to come back.
     machine_settings : str, optional
         File for what administrators say of machines; without it, that ends with the cloud.
+    left : str, optional
+        Folder for what a cloud process that is killed leaves to the next; without it, that is nothing.
+    adopt_within : float
+        Seconds for which containers outlive a cloud process that is killed.
     balancer : str
         Chooses machines for containers.
     runtime : str
@@ -97,6 +109,8 @@ class CloudConfig:
     quota: Quota = field(default_factory=Quota)
     linger: float = LINGER
     machine_settings: str | None = None
+    left: str | None = None
+    adopt_within: float = ADOPT_WITHIN
     balancer: str = DEFAULT
     runtime: str = runtimes.DEFAULT
     image: str = ""
@@ -113,7 +127,27 @@ def _far_machines(config: CloudConfig, cloud: str) -> FarMachines:
         store=config.store,
         map_store=config.map_store,
         own=config.machine,
-        runs=Runs(config.runtime, config.image, config.allowed),
+        runs=Runs(config.runtime, config.image, config.allowed, config.adopt_within),
+    )
+
+
+def _agent_config(config: CloudConfig, cloud: str, far: FarMachines | None) -> AgentConfig:
+    """Return what the agent of this machine is told, beside where the master is."""
+    return AgentConfig(
+        machine=config.machine,
+        control="",
+        secret="",
+        run_dir="",
+        cloud=cloud,
+        store=config.store,
+        map_store=config.map_store,
+        outbox=config.outbox,
+        cores=config.cores,
+        peering=far.peering if far is not None else None,
+        runtime=config.runtime,
+        image=config.image,
+        allowed=config.allowed,
+        adopt_within=config.adopt_within,
     )
 
 
@@ -121,6 +155,12 @@ def _watcher(config: CloudConfig, far: FarMachines | None) -> WatcherProcess:
     if far is None:
         raise InvalidInput("the nodes of a Ray cluster reach the cloud by --listen-machines HOST:PORT")
     return WatcherProcess(WatchConfig(config.ray_address or "", config.machines, far.host, config.cores))
+
+
+def _new_ids() -> Callable[[], str]:
+    """Return what names containers: no other cloud process, the one before this included, gives such a name."""
+    numbers, ours = itertools.count(1), secrets.token_hex(4)
+    return lambda: f"c{next(numbers)}-{ours}"
 
 
 class Cloud:
@@ -140,49 +180,37 @@ class Cloud:
         runtimes.RUNTIMES.load(config.runtime)  # one that is unknown is told here, not by a machine that never comes
         self.store: Store = open_store(config.store, outbox=Path(config.outbox) if config.outbox else None)
         self.map_store: MapStore = open_map_store(config.map_store)
-        secret, instance = secrets.token_urlsafe(24), instance_name()
+        instance = instance_name()
         self._far = _far_machines(config, instance) if config.listen_machines is not None else None
         watcher = _watcher(config, self._far) if config.ray_address is not None else None
-        self._run_dir = make_run_dir()  # after what may be refused, so that it is not left behind
+        self._roll = Roll(Path(config.left) / MACHINES_HERE) if config.left is not None else None
+        # After what may be refused, so that nothing is left behind.
+        file = Path(config.left) / OWN_AGENT if config.left is not None and watcher is None else None
+        left = left_in(file) if file is not None else None
+        own = settled(_agent_config(config, instance, self._far), left)
+        self._run_dir = Path(own.run_dir)
+        self._agents: Agents = self._on_ray(watcher) if watcher is not None else OwnMachine(own, file, left)
         self.quotas = Quotas(config.quota)
         self.plan_rate = PlanRate(self.quotas)
         self.service = CloudService(
-            Master(balancer, self.quotas),
+            Master(balancer, self.quotas, new_id=_new_ids()),
             Checkpoints(self.store, instance, config.linger),
             self._run_dir,
-            secret,
-            machine_frozen=self._kill_frozen,
-            machine_removed=self._end_if_own,
+            own.secret,
         )
+        machines = self.service.of_machines
+        machines.frozen, machines.removed = self._kill_frozen, self._end_if_own
+        if self._roll is not None:
+            machines.changed = self._roll.note
         if config.machine_settings is not None:
             self.service.administration.keep_in(Path(config.machine_settings))
         self.service.administration.admit(config.machine)  # its agent is started with us
         self.sessions = RobotSessions(
             self.service, self.store, self.map_store, config.linger, node_priorities=config.node_priorities
         )
+        self.service.place_adopted = self.sessions.await_back
         self._planning = Planning(self.service)
         self._nodes = RobotNodes(self.service)
-        self._agents: Agents = self._on_ray(watcher) if watcher is not None else self._here(config, secret, instance)
-
-    def _here(self, config: CloudConfig, secret: str, instance: str) -> OwnMachine:
-        """Return what keeps the agent of this machine."""
-        return OwnMachine(
-            AgentConfig(
-                machine=config.machine,
-                control=str(UnixAddress(self._run_dir / "control.sock")),
-                secret=secret,
-                run_dir=str(self._run_dir),
-                instance=instance,
-                store=config.store,
-                map_store=config.map_store,
-                outbox=config.outbox,
-                cores=config.cores,
-                peering=self._far.peering if self._far is not None else None,
-                runtime=config.runtime,
-                image=config.image,
-                allowed=config.allowed,
-            )
-        )
 
     def _on_ray(self, watcher: WatcherProcess) -> RayMachines:
         """Return what keeps the agents of the nodes of a Ray cluster."""
@@ -207,19 +235,29 @@ class Cloud:
         patience = asyncio.get_running_loop().call_later(USUAL_START, logger.info, STILL_STARTING)
         try:
             await self.service.start()
+            if self._roll is not None:
+                self.service.of_machines.expect_back(self._roll.left())
             if self._far is not None:
                 await self._far.start(*self.service.servers)
             await self._agents.start()
             if self._agents.come_at_once:
-                await self.service.wait_for_machine(MACHINE_TIMEOUT)
+                await self._wait_for_own()
         finally:
             patience.cancel()
+
+    async def _wait_for_own(self) -> None:
+        if self._agents.was_found:
+            try:
+                await self.service.wait_for_machine(RETURN_TIMEOUT)
+            except Unavailable:
+                self._agents.kill(self._own)  # it is frozen, and another is started
+        await self.service.wait_for_machine(MACHINE_TIMEOUT)
 
     async def close(self) -> None:
         """End everything that was started, be it only half; what fails at it does not keep the rest from ending."""
         async with contextlib.AsyncExitStack() as last_first:
-            for folder in (self._run_dir, folder_of(instance_name())):  # that stays where an agent was killed
-                last_first.push_async_callback(asyncio.to_thread, shutil.rmtree, folder, ignore_errors=True)
+            last_first.push_async_callback(asyncio.to_thread, sweep_stale)  # of agents that were killed
+            last_first.push_async_callback(asyncio.to_thread, shutil.rmtree, self._run_dir, ignore_errors=True)
             last_first.callback(self.store.close)
             last_first.push_async_callback(self._agents.stop)
             last_first.push_async_callback(self._background.join)

@@ -12,16 +12,17 @@ from storage.records import CloneCheckpoint
 
 
 class Origin(msgspec.Struct, frozen=True):
-    """What a checkpoint was made for, and in which cloud process."""
+    """What a checkpoint was made for, in which cloud process, and by which container."""
 
     instance: str
     map: MapVersion
     robot: RobotConfig | None
+    container: str = ""
 
 
 def marks(spec: ContainerSpec, instance: str) -> dict[str, bytes]:
     """Return what is kept with each checkpoint of a container, beside the state of its nodes."""
-    origin = Origin(instance, spec.map, spec.robot)
+    origin = Origin(instance, spec.map, spec.robot, spec.id)
     return {SESSION_STATE: spec.session.encode(), ORIGIN_STATE: msgspec.json.encode(origin)}
 
 
@@ -52,6 +53,11 @@ class Checkpoints:
         self._clock = clock
         self._parked: set[tuple[str, str]] = set()
 
+    @property
+    def instance(self) -> str:
+        """Name of this cloud process."""
+        return self._instance
+
     def park(self, user: str, robot: str) -> None:
         """Let the next session of a robot go on where this one ends."""
         self._parked.add((user, robot))
@@ -77,6 +83,23 @@ class Checkpoints:
         nodes = checkpoint.nodes | marks(spec, self._instance) | {LINK_STATE: b"0"}
         self._store.save_clone(msgspec.structs.replace(checkpoint, nodes=nodes))
         return _with(spec, nodes)
+
+    def runs_on(self, spec: ContainerSpec) -> bool:
+        """Tell whether a container that was started by another cloud process is the clone of its robot still.
+
+        It is, if it kept the last checkpoint of the robot: what has taken its place since has kept one, too, and it
+        had none to keep any more by then.
+        """
+        if spec.robot is None:
+            return False
+        try:
+            checkpoint = self._store.clone(spec.user, spec.robot.id)
+        except NotFound:
+            return False
+        origin = _origin_of(checkpoint)
+        if origin is None or origin.instance == self._instance or origin.container != spec.id:
+            return False
+        return self._is_for(checkpoint, spec) and checkpoint.nodes.get(SESSION_STATE) == spec.session.encode()
 
     @staticmethod
     def _is_for(checkpoint: CloneCheckpoint, spec: ContainerSpec) -> bool:

@@ -9,7 +9,8 @@ import math
 from engine import control
 from engine.machine import Machine
 from engine.machine_settings import check_labels
-from ppaas.errors import InvalidParameter
+from ppaas import __version__
+from ppaas.errors import InvalidParameter, NotPermitted
 from storage.names import check_name
 
 MOST_CORES = 4096
@@ -25,7 +26,10 @@ def machine_of(register: control.Register) -> Machine:
     ------
     InvalidInput
         Its name is none, or a size or a label.
+    NotPermitted
+        It runs another release of this program.
     """
+    _check_release(register)
     check_name("machine", register.machine)
     check_labels(register.labels)
     _check(register.machine, "cores", register.cores, 1, MOST_CORES)
@@ -39,6 +43,24 @@ def machine_of(register: control.Register) -> Machine:
         labels=register.labels,
         network=register.network,
     )
+
+
+def _check_release(register: control.Register) -> None:
+    """Let nobody in who may understand orders otherwise than they are meant."""
+    if register.release != __version__:
+        raise NotPermitted(
+            f"machine {register.machine[:64]!r} runs release {register.release[:64] or '(untold)'} and this cloud "
+            f"{__version__}: what it carries ends, and is started anew from checkpoints"
+        )
+
+
+def note_load(machine: Machine, heartbeat: control.Heartbeat) -> None:
+    """Note what a machine says of its load; raises as ``check_heartbeat`` does."""
+    check_heartbeat(machine, heartbeat)
+    machine.cpu, machine.memory_used = heartbeat.cpu, heartbeat.memory_used
+    machine.network_used, machine.neighbours = heartbeat.network_used, heartbeat.round_trips
+    machine.average_round_trips()
+    machine.loads = {load.container: load for load in heartbeat.containers}
 
 
 def check_heartbeat(machine: Machine, heartbeat: control.Heartbeat) -> None:

@@ -7,7 +7,8 @@ checkpoint and dials: first its machine, then the endpoint. From then on it is e
 import asyncio
 import logging
 import os
-from collections.abc import Callable, Coroutine, Sequence
+from collections import deque
+from collections.abc import Callable, Coroutine, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -16,7 +17,7 @@ from typing import Any
 import uvloop
 
 from engine import link
-from engine.framing import FrameStream
+from engine.endpoint_link import EndpointLink, dial
 from engine.heartbeats import BEAT_PERIOD
 from engine.home import CloudHome
 from engine.layer_files import open_layers
@@ -24,6 +25,7 @@ from engine.machine_client import MachineClient
 from engine.model import LINK_STATE, Launch
 from engine.monitor.monitoring import Monitoring, of_clone
 from engine.outside import Outside
+from engine.robot_layers import filters_of, layers_of
 from engine.runtimes.threads import KernelThreads, use_threads
 from engine.shared_indexes import SharedIndexes
 from engine.shared_plans import PlanningNotes, SharedPlans
@@ -43,6 +45,9 @@ logger = logging.getLogger(__name__)
 
 CHECKPOINT_PERIOD = 0.25
 """Seconds; in them a robot moves no farther than localization forgives, should the container be lost."""
+MAX_UNTOLD = 100
+"""Messages that are said once and kept, while there is no endpoint, for whoever subscribes to them next."""
+
 MAX_WAITING = 1 << 20
 """Bytes that may wait for a slow endpoint before messages that may be lost are."""
 
@@ -107,7 +112,7 @@ class Container:
         What the machine handed over.
     home : CloudHome
         With the graph built and restored.
-    stream : FrameStream
+    endpoint : EndpointLink
         The robot link.
     machine : MachineClient
         The machine link.
@@ -121,7 +126,7 @@ class Container:
         self,
         launch: Launch,
         home: CloudHome,
-        stream: FrameStream[link.ToContainer],
+        endpoint: EndpointLink,
         machine: MachineClient,
         notes: PlanningNotes,
         *,
@@ -132,16 +137,17 @@ class Container:
         self._launch = launch
         self._home = home
         self._graph = home.graph
-        self._stream = stream
+        self._endpoint = endpoint
         self._machine = machine
         self._wanted: set[str] = set()
         self._taps: dict[str, Callable[[], None]] = {}
         self._applied = int(launch.spec.checkpoint.get(LINK_STATE, b"0"))
         self._dirty = asyncio.Event()
         self._held: list[link.Published] = []
+        self._untold: deque[link.Published] = deque(maxlen=MAX_UNTOLD)
         self._graph.watch(self._topic_changed)
         if monitoring is not None:
-            monitoring.changed = lambda: stream.write(self._offers())
+            monitoring.changed = lambda: endpoint.write(self._offers())
 
     # -- the robot link ------------------------------------------------------------------------------------------------
 
@@ -164,10 +170,17 @@ class Container:
         )
 
     async def serve(self) -> None:
-        """Take frames until the endpoint goes or says stop."""
-        await self._stream.each(self._take)
+        """Take frames until an endpoint says stop."""
+        await self._endpoint.serve(self._take, lambda: self.hello(os.getpid()), self._forget_clients)
         self._notes.tell(self._machine)
         await self._save()
+
+    def _forget_clients(self) -> None:
+        """Send nobody anything; what is said once is kept for whoever subscribes to it next."""
+        self._wanted.clear()
+        for topic in tuple(self._taps):
+            if topic not in self._graph.topics or not self._graph.topics[topic].said_once:
+                self._taps.pop(topic)()
 
     def _take(self, frame: link.ToContainer) -> bool:
         match frame:
@@ -203,7 +216,7 @@ class Container:
 
     def _refuse(self, frame: link.Deliver, error: PPaaSError) -> None:
         refusal = link.Refusal(error.slug, str(error))
-        self._stream.write(link.Refused(frame.client, frame.topic, refusal, frame.sequence))
+        self._endpoint.write(link.Refused(frame.client, frame.topic, refusal, frame.sequence))
 
     def _subscribe(self, topic: str, client: int) -> None:
         self._wanted.add(topic)
@@ -211,8 +224,11 @@ class Container:
             return
         if topic not in self._taps:
             self._taps[topic] = self._graph.tap(topic, self._forward)
+        elif self._graph.topics[topic].said_once:
+            told, self._untold = [*self._untold], deque(maxlen=MAX_UNTOLD)
+            self._tell(told)
         elif (last := self._graph.latched(topic)) is not None:
-            self._stream.write(link.Published(topic, payload_bytes(last), client))
+            self._endpoint.write(link.Published(topic, payload_bytes(last), client))
 
     def _unsubscribe(self, topic: str) -> None:
         self._wanted.discard(topic)
@@ -224,9 +240,9 @@ class Container:
         """Tell the endpoint; what it wants to hear is tapped again as often as it comes."""
         if topic is None:
             self._taps.pop(name, None)
-            self._stream.write(link.Undeclared(name))
+            self._endpoint.write(link.Undeclared(name))
             return
-        self._stream.write(link.Declared(topic_info(topic), node.name))
+        self._endpoint.write(link.Declared(topic_info(topic), node.name))
         if name in self._wanted:
             self._taps[name] = self._graph.tap(name, self._forward)
 
@@ -235,16 +251,26 @@ class Container:
         if kind.said_once:
             self._held.append(link.Published(topic, payload_bytes(payload)))
             self._dirty.set()
-        elif kind.latched or self._stream.waiting <= MAX_WAITING:
-            self._stream.write(link.Published(topic, payload_bytes(payload)))
+        elif kind.latched or self._endpoint.waiting <= MAX_WAITING:
+            self._endpoint.write(link.Published(topic, payload_bytes(payload)))
+
+    def _tell(self, said: Iterable[link.Published]) -> None:
+        """Tell once what is said once."""
+        for published in said:
+            if published.topic in self._wanted:
+                self._endpoint.write(published)
+            else:
+                self._untold.append(published)
 
     def _call(self, frame: link.Call) -> None:
+        stream = self._endpoint.stream  # another endpoint did not ask
+
         def reply(result: Payload | PPaaSError) -> None:
             if isinstance(result, PPaaSError):
                 answer = link.Answer(frame.call, refusal=link.Refusal(result.slug, str(result)))
             else:
                 answer = link.Answer(frame.call, payload_bytes(result))
-            self._stream.write(answer)
+            stream.write(answer)
 
         try:
             service = self._graph.service(frame.service)
@@ -260,7 +286,7 @@ class Container:
     async def beat(self) -> None:
         """Show that this process is not frozen, and tell the machine what was planned meanwhile."""
         while True:
-            self._stream.write(link.Beat(self._graph.busy))
+            self._endpoint.write(link.Beat(self._graph.busy))
             self._notes.tell(self._machine)
             await asyncio.sleep(BEAT_PERIOD)
 
@@ -277,9 +303,9 @@ class Container:
             await self._save()
 
     async def _save(self) -> None:
-        if self._launch.spec.robot is None:
-            return
         self._dirty.clear()
+        if self._launch.spec.robot is None or not self._endpoint.is_up:
+            return
         applied, told, self._held = self._applied, self._held, []
         nodes = {checkpoint.node: checkpoint.state for checkpoint in self._graph.checkpoints()}
         nodes[LINK_STATE] = str(applied).encode()
@@ -288,21 +314,20 @@ class Container:
         except PPaaSError as error:
             logger.warning("the checkpoint was not kept, and will be tried again: %s", error)
         else:
-            self._stream.write(link.Ack(applied))
-        for published in told:  # where nothing can be kept, that it is told goes before that it is told once
-            self._stream.write(published)
+            self._endpoint.write(link.Ack(applied))
+        self._tell(told)  # where nothing can be kept, that it is told goes before that it is told once
 
 
 async def run(launch: Launch) -> None:
-    """Be the container until the endpoint or the machine goes, or says stop."""
-    reader, writer = await asyncio.open_unix_connection(launch.link)
-    stream: FrameStream[link.ToContainer] = FrameStream(reader, writer, link.ToContainer)
+    """Be the container until the machine goes, or the endpoint says stop."""
+    stream = await dial(launch.link)
     threads = KernelThreads(launch.threads)
     home = CloudHome(lambda: use_threads(threads.count))
     indexes, times = SharedIndexes(Path(launch.layers)), Times()
     plans, notes = SharedPlans(times, home.elsewhere), PlanningNotes(times)
-    keeping = Keeping(launch.spec.map.id, launch.spec.map.version, plans, times, notes)
     try:
+        filters = filters_of(layers_of(launch.spec))
+        keeping = Keeping(launch.spec.map.id, launch.spec.map.version, plans, times, notes, filters)
         monitoring = build_graph(home.graph, launch, threads, indexes, keeping)
         home.graph.restore([Checkpoint(name, state) for name, state in launch.spec.checkpoint.items()])
     except PPaaSError as error:
@@ -314,17 +339,18 @@ async def run(launch: Launch) -> None:
     machine = await MachineClient.connect(launch)
     indexes.ask(machine, asyncio.get_running_loop())
     plans.ask(machine)
-    container = Container(launch, home, stream, machine, notes, monitoring=monitoring)
+    endpoint = EndpointLink(launch.link, stream)
+    container = Container(launch, home, endpoint, machine, notes, monitoring=monitoring)
     outside = Outside(launch, home.graph, machine)
     listening = asyncio.create_task(machine.serve(outside.shared, partial(_resize, threads)))
     await notes.begin(machine)
-    stream.write(container.hello(os.getpid()))
+    endpoint.write(container.hello(os.getpid()))
     home.attend()
     try:
         await _until_first(container.serve(), container.keep_checkpoints(), container.beat(), _end_of(listening))
     finally:
         home.close()
-        await stream.close()
+        await endpoint.close()
         await machine.close()
 
 

@@ -6,11 +6,32 @@ from engine.link import Refusal
 from engine.model import ContainerSpec
 
 
+class Carried(msgspec.Struct, frozen=True):
+    """A container that runs on a machine whose master went away.
+
+    Parameters
+    ----------
+    spec : ContainerSpec
+        As it was ordered, without its checkpoint.
+    cores : float
+        The size that it has now.
+    secret : str
+        With which it says who it is on its links.
+    pid : int
+        Of its process.
+    """
+
+    spec: ContainerSpec
+    cores: float
+    secret: str
+    pid: int
+
+
 class Register(msgspec.Struct, tag="register"):
-    """A machine joins; it starts with no container.
+    """A machine joins, with what it carries since a master before this one.
 
     ``memory`` is in bytes, ``network`` what it can send and receive in a second, 0 where that is not known; ``labels``
-    tell what it is like.
+    tell what it is like, and ``release`` of this program it runs.
     """
 
     machine: str
@@ -20,6 +41,8 @@ class Register(msgspec.Struct, tag="register"):
     memory: int
     labels: dict[str, str] = {}
     network: float = 0.0
+    carries: tuple[Carried, ...] = ()
+    release: str = ""
 
 
 class ContainerLoad(msgspec.Struct, frozen=True):
@@ -94,8 +117,19 @@ class StopContainer(msgspec.Struct, tag="stop"):
     grace: float = 2.0
 
 
+class Welcome(msgspec.Struct, tag="welcome"):
+    """The machine is in: it acts for the cloud process of this name, and ends all that it carries but these."""
+
+    cloud: str
+    adopted: tuple[str, ...] = ()
+
+
+class Dismissed(msgspec.Struct, tag="dismissed"):
+    """The machine is to end all that it carries, now: the cloud ends in order, or does not want it."""
+
+
 class Heard(msgspec.Struct, tag="heard"):
     """A beat of a machine of another host has come; each is answered, in turn."""
 
 
-ToAgent = StartContainer | StopContainer | ResizeContainer | Heard
+ToAgent = Welcome | StartContainer | StopContainer | ResizeContainer | Heard | Dismissed

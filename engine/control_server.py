@@ -15,7 +15,7 @@ from engine.awaited import is_same
 from engine.framing import FrameStream
 from engine.links.address import UnixAddress
 from engine.links.sockets import listen
-from ppaas.errors import NotPermitted, PPaaSError, Unavailable
+from ppaas.errors import MalformedMessage, NotPermitted, PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
 
@@ -25,7 +25,7 @@ REGISTER_TIMEOUT = 5.0
 class ControlEvents(Protocol):
     """Who is told."""
 
-    def machine_registered(self, register: control.Register) -> None:
+    async def machine_registered(self, register: control.Register) -> None:
         """A machine is here; orders may be sent to it."""
         ...
 
@@ -82,10 +82,16 @@ class ControlServer:
         stream.write(order)
 
     def hang_up(self, machine: str) -> None:
-        """Cut a machine off, which is then gone."""
+        """Cut a machine off, which is then gone; it may come again with what it carries."""
         stream = self._machines.get(machine)
         if stream is not None:
             stream.abort()
+
+    async def dismiss(self, machine: str) -> None:
+        """Let a machine go, which ends all that it carries."""
+        stream = self._machines.get(machine)
+        if stream is not None:
+            await _dismiss(stream)
 
     async def connected(
         self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, machine: str | None = None
@@ -102,8 +108,12 @@ class ControlServer:
             await stream.close()
 
     async def _registered(self, stream: FrameStream[control.FromAgent], machine: str | None) -> control.Register:
-        async with asyncio.timeout(self._register_timeout):
-            register = await stream.receive()
+        try:
+            async with asyncio.timeout(self._register_timeout):
+                register = await stream.receive()
+        except MalformedMessage:  # of another release, and it would dial again and again
+            stream.write(control.Dismissed())
+            raise
         if not isinstance(register, control.Register):
             raise NotPermitted("something dialled the control link that is no machine")
         if machine is None and not is_same(self._secret, register.secret):
@@ -120,18 +130,28 @@ class ControlServer:
         machine = register.machine
         self._machines[machine] = stream
         try:
-            self._events.machine_registered(register)
+            await self._events.machine_registered(register)
             while (event := await stream.receive()) is not None:
                 self._events.machine_said(machine, event)
                 if answers and isinstance(event, control.Beat):
                     stream.write(control.Heard())
+        except Unavailable:  # a store is away: the machine keeps what it carries, and tries again
+            raise
+        except PPaaSError:
+            stream.write(control.Dismissed())
+            raise
         finally:
             del self._machines[machine]
             self._events.machine_gone(machine)
 
     async def close(self) -> None:
-        """Hang up on all machines, which makes their agents end, and listen no more."""
+        """Let all machines go, which makes their agents end, and listen no more."""
         if self._server is not None:
             self._server.close()
-        await asyncio.gather(*(stream.close() for stream in self._streams))
+        await asyncio.gather(*(_dismiss(stream) for stream in self._streams))
         self.path.unlink(missing_ok=True)
+
+
+async def _dismiss(stream: FrameStream[control.FromAgent]) -> None:
+    stream.write(control.Dismissed())
+    await stream.close()

@@ -5,6 +5,8 @@ import secrets
 import socket
 from pathlib import Path
 
+import msgspec
+
 from engine.control_server import ControlServer
 from engine.framing import FrameStream
 from engine.joining import JoinDesk
@@ -16,10 +18,14 @@ from engine.links.private_files import write_private
 from engine.links.tickets import Ticket, Tickets
 from engine.terms import Runs, Terms
 from engine.zenoh_config import Credentials, Peering
+from ppaas import __version__
 from ppaas.errors import InvalidInput, NotFound, Unavailable
 
 ADDRESS = "address"
 """File that says where the cloud takes machines, while it does."""
+
+FABRIC = "fabric.json"
+"""File with what the cloud's routers know each other by: those of machines go on when the cloud is started anew."""
 
 EVERYWHERE = ("0.0.0.0", "::")
 
@@ -68,8 +74,8 @@ class FarMachines:
         self._address = address
         self._desk = JoinDesk(self._authority, Tickets(folder / "tickets"), frozenset((own,)))
         router = address._replace(port=address.port + 1 if address.port else _free_port(address.host))
-        credentials = Credentials("agent", secrets.token_urlsafe(32))
-        self._terms = Terms(cloud, store, map_store, router.port, credentials, runs)
+        credentials = _credentials(folder / FABRIC)
+        self._terms = Terms(cloud, store, map_store, router.port, credentials, runs, __version__)
         identity = self._authority.identity
         self.peering = Peering(
             str(identity.key), str(identity.certificate), str(identity.authority), credentials,
@@ -111,6 +117,15 @@ class FarMachines:
         if self._door is not None:
             (self._folder / ADDRESS).unlink(missing_ok=True)
             await self._door.close()
+
+
+def _credentials(file: Path) -> Credentials:
+    try:
+        if not file.exists():
+            write_private(file, msgspec.json.encode(Credentials("agent", secrets.token_urlsafe(32))))
+        return msgspec.json.decode(file.read_bytes(), type=Credentials)
+    except (OSError, msgspec.DecodeError) as error:
+        raise InvalidInput(f"{file} is not what was kept for routers: mend it, or remove it: {error}") from error
 
 
 def check_reachable(url: str) -> None:

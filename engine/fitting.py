@@ -1,10 +1,28 @@
 """Why no machine takes a container, in words for whoever asked for it."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
+from engine.cores import check as check_size
 from engine.machine import Machine
 from engine.machine_settings import labels_text
 from engine.places import PlaceRequest
+from engine.quotas import Quotas
+
+
+def check_fits(request: PlaceRequest, machines: Collection[Machine], quotas: Quotas) -> None:
+    """Make sure that a place may be opened, whether or not a machine has room for it now.
+
+    Raises
+    ------
+    InvalidParameter
+        A size that is not positive, or larger than any machine.
+    QuotaExceeded
+        The user has too many containers or cores.
+    """
+    # Among thousands of machines the largest is looked for only where there is something to refuse.
+    if machines and not any(0.0 < request.cores <= machine.cores for machine in machines):
+        check_size(request.cores, max(machine.cores for machine in machines))
+    quotas.check_container(request.user, request.cores)
 
 
 def why_none(request: PlaceRequest, machines: Mapping[str, Machine]) -> str:

@@ -89,6 +89,7 @@ class _Guest:
         self.turn = asyncio.Lock()
         self.requests = 0
         self.was_refused = False
+        self.is_shut = False
 
 
 class Gate:
@@ -102,12 +103,13 @@ class Gate:
         Where checkpoints and plans are kept.
     fabric : Shares
         Where positions are shared.
-    instance : str
+    cloud : str
         Name of the cloud process whose machine this is.
     link : str
         What the way from this machine to the store is called in the history.
-    may_save : callable
-        Tells whether this machine may keep checkpoints now: another may have made later ones.
+    acts : callable
+        Tells whether this machine acts for its cloud now: else it keeps no checkpoint, for another may have made later
+        ones, and robots of others hear nothing of its own.
     attach_timeout : float
         Seconds that whoever dials has to say who it is.
     """
@@ -117,18 +119,18 @@ class Gate:
         path: Path,
         store: Store,
         fabric: Shares,
-        instance: str = "",
+        cloud: str = "",
         *,
         link: str = "machine",
-        may_save: Callable[[], bool] = lambda: True,
+        acts: Callable[[], bool] = lambda: True,
         attach_timeout: float = ATTACH_TIMEOUT,
     ) -> None:
         self.path = path
         self._store = store
         self._plans = PlanDesk(store, link)
         self._fabric = fabric
-        self._instance = instance
-        self._may_save = may_save
+        self.cloud = cloud
+        self._acts = acts
         self._attach_timeout = attach_timeout
         self._awaited: Awaited[_Expected] = Awaited()
         self._streams: set[Stream] = set()
@@ -148,6 +150,13 @@ class Gate:
     def forget(self, container: str) -> None:
         """Await it no more."""
         self._awaited.forget(container)
+
+    def shut_out(self, container: str) -> None:
+        """Do nothing more for a container, which is to end."""
+        self.forget(container)
+        guest = self._guests.get(container)
+        if guest is not None:
+            guest.is_shut = True
 
     def resized(self, container: str, threads: int) -> None:
         """Tell a container how many threads its kernels may use from now on; nothing happens where it is gone."""
@@ -202,7 +211,7 @@ class Gate:
     def _take(self, frame: machine_link.FromContainer, guest: _Guest) -> None:
         match frame:
             case machine_link.SaveClone():
-                self._ask(frame.request, guest, _in_turn(guest, lambda: self._save_clone(guest.spec, frame.nodes)))
+                self._ask(frame.request, guest, _in_turn(guest, lambda: self._save_clone(guest, frame.nodes)))
             case machine_link.KeepPlan():
                 self._ask(frame.request, guest, _in_turn(guest, lambda: self._plans.keep(guest.spec, frame.plan)))
             case machine_link.FindPlans():
@@ -245,12 +254,13 @@ class Gate:
             machine_link.Done(request, refusal) if answer is None else msgspec.structs.replace(answer, request=request)
         )
 
-    def _save_clone(self, spec: ContainerSpec, nodes: dict[str, bytes]) -> None:
+    def _save_clone(self, guest: _Guest, nodes: dict[str, bytes]) -> None:
+        spec = guest.spec
         if spec.robot is None:
             raise NotPermitted("a container that only plans has no clone")
-        if not self._may_save():
+        if guest.is_shut or not self._acts():
             raise Unavailable("this machine has not heard from its cloud: the robot may be served by another by now")
-        marked = nodes | marks(spec, self._instance)
+        marked = nodes | marks(spec, self.cloud)
         self._store.save_clone(CloneCheckpoint(spec.user, spec.robot.id, marked, epoch()))
 
     def _find_plans(self, spec: ContainerSpec, asked: machine_link.FindPlans) -> machine_link.FoundPlans:
@@ -270,6 +280,8 @@ class Gate:
     # -- the fabric ----------------------------------------------------------------------------------------------------
 
     def _share(self, frame: machine_link.Share, guest: _Guest) -> None:
+        if guest.is_shut or not self._acts():
+            return
         try:
             self._fabric.publish(_shared_key(frame, guest.scope), frame.payload)
         except PPaaSError as error:

@@ -2,7 +2,7 @@
 
 import asyncio
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,10 +15,9 @@ from engine.gate import Gate
 from engine.link import Refusal
 from engine.mapcache import MapCache
 from engine.model import ContainerSpec, Launch
+from engine.robot_layers import layers_of
 from engine.runtimes.base import ContainerProcess, Runtime
 from ppaas.errors import PPaaSError, Unavailable
-from ppaas.nodes.bodies import robot_body
-from ppaas.nodes.models import PLANNING_MODEL
 
 logger = logging.getLogger(__name__)
 
@@ -27,6 +26,7 @@ logger = logging.getLogger(__name__)
 class _Hosted:
     """A container from the order to start it until it is gone."""
 
+    order: control.StartContainer
     launch: Launch | None = None
     process: ContainerProcess | None = None
     stopped: asyncio.Event = field(default_factory=asyncio.Event)
@@ -76,7 +76,7 @@ class Hosting:
 
     def start(self, order: control.StartContainer) -> None:
         """Start a container and watch it to its end: the master is told that it could not be started, or has exited."""
-        hosted = self._hosted[order.spec.id] = _Hosted()
+        hosted = self._hosted[order.spec.id] = _Hosted(order)
         self._background.run(self._host(order, hosted))
 
     async def _host(self, order: control.StartContainer, hosted: _Hosted) -> None:
@@ -139,9 +139,7 @@ class Hosting:
         return cores.pick(spec.cores, self._cpus, cores.used((other.spec.cores, other.cpus) for other in others))
 
     async def _layers(self, spec: ContainerSpec) -> Path:
-        robot = spec.robot
-        body = robot_body(PLANNING_MODEL) if robot is None else robot_body(robot.model, robot.urdf, robot.parameters)
-        return await self._cache.ensure(spec.map, body.robot_radius)
+        return await self._cache.ensure(layers_of(spec))
 
     def stop(self, order: control.StopContainer) -> None:
         """End a container: it was told by its link; by force, if it stays."""
@@ -151,6 +149,34 @@ class Hosting:
         hosted.stopped.set()
         if hosted.process is not None:
             asyncio.get_running_loop().call_later(order.grace, hosted.process.kill)
+
+    def carried(self) -> tuple[control.Carried, ...]:
+        """Return the clones that run, for a master that did not start them; nobody waits for what only plans."""
+        return tuple(
+            control.Carried(
+                msgspec.structs.replace(hosted.order.spec, checkpoint={}),
+                hosted.launch.spec.cores,
+                hosted.order.secret,
+                hosted.process.pid,
+            )
+            for hosted in self._hosted.values()
+            if hosted.order.spec.robot is not None
+            and hosted.launch is not None
+            and hosted.process is not None
+            and not hosted.stopped.is_set()
+        )
+
+    def keep_only(self, containers: Collection[str]) -> None:
+        """End all others at once, and do nothing more for them."""
+        for container in self._hosted.keys() - set(containers):
+            self._gate.shut_out(container)
+            self.stop(control.StopContainer(container, grace=0.0))
+
+    def endpoint_came(self) -> None:
+        """Let all reach the endpoint of a master that has come: its socket has the name of the one before."""
+        for hosted in self._hosted.values():
+            if hosted.process is not None:
+                hosted.process.endpoint_came()
 
     def resize(self, order: control.ResizeContainer) -> None:
         """Hold a container to another size, which it learns; nothing happens where it has gone."""

@@ -12,10 +12,21 @@ _NAME = re.compile(r"(\d+)-(\d+)-(\d+)")
 
 def instance_name() -> str:
     """Return the name of this process among all that live or lived: PID namespace, process id and start."""
-    started = _start_of(os.getpid())
-    if started is None:
+    name = name_of(os.getpid())
+    if name is None:
         raise RuntimeError("/proc tells nothing of this process")
-    return f"{_namespace()}-{os.getpid()}-{started}"
+    return name
+
+
+def name_of(pid: int) -> str | None:
+    """Return the name of a process of this PID namespace, as ``instance_name`` does; None where it runs no more."""
+    started = _start_of(pid)
+    return f"{_namespace()}-{pid}-{started}" if started is not None else None
+
+
+def pid_of(instance: str) -> int:
+    """Return the process id in a name."""
+    return int(instance.split("-")[1])
 
 
 def folder_of(instance: str, base: Path = SHARED_MEMORY) -> Path:

@@ -16,14 +16,17 @@ import msgspec
 import uvloop
 
 from engine.agent import run, until_told
-from engine.agent_config import AgentConfig, Away
+from engine.agent_config import AgentConfig
+from engine.agent_parts import dial_master
 from engine.far_machines import check_reachable
 from engine.instances import folder_of, instance_name, sweep_stale
 from engine.membership import Membership, membership_in
+from engine.redialling import Master
 from engine.run_dir import keep_temporary_files_in, remove_folder
 from engine.terms import Terms
+from ppaas import __version__
 from ppaas.clock import monotonic
-from ppaas.errors import PPaaSError, Unavailable
+from ppaas.errors import Conflict, PPaaSError, Unavailable
 from storage.urls import check_exists
 
 logger = logging.getLogger(__name__)
@@ -47,6 +50,8 @@ async def stay(membership: Membership, options: Options) -> None:
 
     Raises
     ------
+    Conflict
+        The cloud runs another release of this program: whoever starts this anew may have installed that.
     InvalidInput, NotFound
         The stores of the cloud cannot be reached from here.
     Unavailable
@@ -86,7 +91,7 @@ async def _live(membership: Membership, options: Options, run_dir: Path, told: a
     try:
         with until_told(told):
             config = config_of(membership, options, await membership.terms(), run_dir)
-        return config is not None and await run(config, told)
+        return config is not None and await run(config, told, lambda: dial_again(membership, options, config))
     except Unavailable as error:
         logger.warning("machine %s is not in its cloud: %s", membership.machine, error)
         return False
@@ -97,9 +102,16 @@ def config_of(membership: Membership, options: Options, terms: Terms, run_dir: P
 
     Raises
     ------
+    Conflict
+        The cloud runs another release of this program.
     InvalidInput, NotFound
         The stores of the cloud cannot be reached from here.
     """
+    if terms.release != __version__:
+        raise Conflict(
+            f"the cloud runs release {terms.release or '(untold)'} and machine {membership.machine} {__version__}: "
+            "install the cloud's, and start the machine again"
+        )
     for url in (terms.store, terms.map_store):
         check_reachable(url)
         check_exists(url)  # a path that is not shared would become an empty store
@@ -109,18 +121,35 @@ def config_of(membership: Membership, options: Options, terms: Terms, run_dir: P
         control=str(membership.cloud),
         secret="",  # the certificate says who it is
         run_dir=str(run_dir),
-        instance=instance_name(),
+        cloud=terms.cloud,
         store=terms.store,
         map_store=terms.map_store,
         outbox=str(membership.folder / "outbox.sqlite"),
         cores=options.cores,
         labels=options.labels,
         peering=membership.peering(terms),
-        away=Away(str(membership.folder), terms.cloud),
+        identity=str(membership.folder),
         runtime=terms.runs.runtime,
         image=terms.runs.image,
         allowed=terms.runs.allowed,
+        adopt_within=terms.runs.adopt_within,
     )
+
+
+async def dial_again(membership: Membership, options: Options, config: AgentConfig) -> Master:
+    """Dial the cloud as the machine that already runs as it was told.
+
+    Raises
+    ------
+    Conflict
+        The cloud was started with other terms, or runs another release.
+    Unavailable
+        It is away.
+    """
+    now = config_of(membership, options, await membership.terms(), Path(config.run_dir))
+    if msgspec.structs.replace(now, cloud=config.cloud) != config:
+        raise Conflict("the cloud was started with other terms: the machine joins anew")
+    return await dial_master(config)
 
 
 def main() -> None:

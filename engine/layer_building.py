@@ -3,35 +3,46 @@
 import asyncio
 import multiprocessing
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from contextlib import ExitStack, suppress
 from multiprocessing.connection import Connection
+from multiprocessing.popen_forkserver import Popen
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 
+from engine.filter_masks import no_grid_in, no_mask
 from engine.layer_files import open_layers, write_index, write_layers
 from engine.link import Refusal
-from engine.model import MapVersion
+from engine.model import Heights, LayerSpec, MapVersion
 from engine.runtimes.child import die_with_parent
-from engine.runtimes.fork_server import UNHEARD, start_process
-from ppaas.errors import NotFound, PPaaSError, Unavailable, rebuild
+from engine.runtimes.fork_server import UNHEARD, fork
+from ppaas.errors import InvalidMap, NotFound, PPaaSError, Unavailable, rebuild
+from ppaas.nodes.costmap_filters import KEEPOUT_FILTER, SPEED_FILTER
 from storage.drafts import mapped
 from storage.failures import disk_errors
 from storage.opened import no_grid
 from storage.ports import MapStore
-from storage.versions import IMAGE, YAML
+from storage.versions import IMAGE, OCTOMAP, YAML
+
+if TYPE_CHECKING:
+    from ppaas.maps.grid import GridInfo, GridMap
 
 INDEX_NICENESS = 10
 """How much an index gives way: robots drive meanwhile."""
 
+ENDING = 1.0
+"""Seconds that a process which has answered may take to end."""
+
 
 class GridFiles(msgspec.Struct, frozen=True):
-    """The files of a grid on this machine, and when it was published [s since the epoch]."""
+    """Files of a map on this machine, of them an octomap where one is wanted, and its time [s since the epoch]."""
 
     yaml: str
     image: str
     created: float
+    octomap: str = ""
 
 
 class LayerBuilder:
@@ -46,45 +57,97 @@ class LayerBuilder:
     def __init__(self, maps: MapStore) -> None:
         self._maps = maps
 
-    async def __call__(self, version: MapVersion, robot_radius: float, folder: Path) -> None:
+    async def __call__(self, spec: LayerSpec, folder: Path) -> None:
         """Make the layers of a map in a process forked from the fork server.
 
         Raises
         ------
         NotFound
             The map is gone.
+        InvalidParameter
+            A mask is gone, or no grid.
         InvalidMap
-            It is no grid.
+            The map is no grid.
         Unavailable
             Its store is away, there is no room, or the process was killed.
         """
         with ExitStack() as stack:
-            opening = self._maps.open_map(version.id, version.version, only=(YAML, IMAGE))
-            opened = await asyncio.to_thread(stack.enter_context, opening)
-            if YAML not in opened.paths:
-                raise no_grid(opened.record)
-            paths = str(opened.paths[YAML]), str(opened.paths[IMAGE])
-            await build_in_fork(version.id, GridFiles(*paths, opened.record.created), robot_radius, folder)
+            parts = (YAML, IMAGE) if spec.heights is None else (YAML, IMAGE, OCTOMAP)
+            files = await self._opened(stack, spec.map, parts)
+            masks = {name: await self._opened_mask(stack, name, mask) for name, mask in spec.masks.items()}
+            await build_in_fork(spec, files, masks, folder)
+
+    async def _opened(self, stack: ExitStack, version: MapVersion, parts: Collection[str] = (YAML, IMAGE)) -> GridFiles:
+        opening = self._maps.open_map(version.id, version.version, only=parts)
+        opened = await asyncio.to_thread(stack.enter_context, opening)
+        if YAML not in opened.paths:
+            raise no_grid(opened.record)
+        paths = {part: str(path) for part, path in opened.paths.items()}
+        return GridFiles(paths[YAML], paths[IMAGE], opened.record.created, paths.get(OCTOMAP, ""))
+
+    async def _opened_mask(self, stack: ExitStack, name: str, mask: MapVersion) -> GridFiles:
+        try:
+            return await self._opened(stack, mask)
+        except NotFound as error:
+            raise no_mask(name, mask.id) from error
+        except InvalidMap as error:
+            raise no_grid_in(name, mask.id) from error
 
 
-def build_here(files: GridFiles, robot_radius: float, folder: Path) -> None:
+def build_here(spec: LayerSpec, files: GridFiles, masks: Mapping[str, GridFiles], folder: Path) -> None:
     """Make the layers of a map and write them into a folder.
+
+    Parameters
+    ----------
+    spec : LayerSpec
+        What they are to be.
+    files : GridFiles
+        Of the map.
+    masks : mapping of str to GridFiles
+        Of its masks, by the names of the costmap filters.
+    folder : Path
+        Where to.
 
     Raises
     ------
     InvalidMap
-        The files are no map.
+        The files are no map, or those of a mask.
     Unavailable
         There is no room, or the files are gone.
     """
     # Loaded in the process that builds: numba is not for the agent.
     from ppaas.costmap.build import build_layers  # noqa: PLC0415
-    from ppaas.maps.files import load_map  # noqa: PLC0415
+
+    grid = _grid_of(files)
+    laid = {name: _grid_of(own) for name, own in masks.items()}
+    layers = build_layers(
+        grid,
+        robot_radius=spec.robot_radius,
+        keepout=laid.get(KEEPOUT_FILTER),
+        overhead=_overhead(files, grid.info, spec.heights),
+        speed=laid.get(SPEED_FILTER),
+    )
+    write_layers(folder, layers, files.created)
+
+
+def _overhead(files: GridFiles, info: "GridInfo", heights: Heights | None) -> "GridMap | None":
+    if heights is None or not files.octomap:
+        return None
+    from ppaas.costmap.overhead import in_the_way  # noqa: PLC0415  # as above
+    from ppaas.maps.octomap import parse_octomap  # noqa: PLC0415
+
+    octomap = Path(files.octomap)
+    with disk_errors(octomap):
+        tree = parse_octomap(mapped(octomap))
+    return in_the_way(tree, info, lowest=heights[0], highest=heights[1])
+
+
+def _grid_of(files: GridFiles) -> "GridMap":
+    from ppaas.maps.files import load_map  # noqa: PLC0415  # as above
 
     yaml, image = Path(files.yaml), Path(files.image)
     with disk_errors(image):
-        grid = load_map(yaml.read_bytes(), mapped(image))
-    write_layers(folder, build_layers(grid, robot_radius=robot_radius), files.created)
+        return load_map(yaml.read_bytes(), mapped(image))
 
 
 def index_here(folder: Path, planner: str) -> None:
@@ -121,7 +184,7 @@ async def index_in_fork(folder: Path, planner: str) -> None:
     await _in_fork(f"the index of {planner}", index_here, folder, planner)
 
 
-async def build_in_fork(map_id: str, files: GridFiles, robot_radius: float, folder: Path) -> None:
+async def build_in_fork(spec: LayerSpec, files: GridFiles, masks: Mapping[str, GridFiles], folder: Path) -> None:
     """Make the layers of a map, as ``build_here`` does, in a process forked from the fork server.
 
     Raises
@@ -130,26 +193,26 @@ async def build_in_fork(map_id: str, files: GridFiles, robot_radius: float, fold
     Unavailable
         There is no room, the files are gone, or the process was killed.
     """
-    await _in_fork(f"the layers of map {map_id!r}", build_here, files, robot_radius, folder)
+    await _in_fork(f"the layers of map {spec.map.id!r}", build_here, spec, files, masks, folder)
 
 
 async def _in_fork(what: str, make: Callable[..., None], *arguments: object) -> None:
-    refusal = await asyncio.to_thread(_await_child, what, make, arguments)
-    if refusal is not None:
-        raise rebuild(refusal.slug, refusal.text)
-
-
-def _await_child(what: str, make: Callable[..., None], arguments: tuple[object, ...]) -> Refusal | None:
     receiving, sending = multiprocessing.Pipe(duplex=False)
     with receiving, sending:
         try:
-            process = start_process(_make_and_tell, make, arguments, sending)
+            process = await fork(_make_and_tell, make, arguments, sending)
             sending.close()
-            answer: Refusal | None = receiving.recv()
+            answer = await asyncio.to_thread(_answer_of, process, receiving)
         except (EOFError, OSError) as error:
             raise Unavailable(f"the process that made {what} was lost; try again") from error
-        status = process.wait()
-        process.close()
+    if answer is not None:
+        raise rebuild(answer.slug, answer.text)
+
+
+def _answer_of(process: Popen, receiving: Connection) -> Refusal | None:
+    answer: Refusal | None = receiving.recv()
+    status = process.wait(ENDING)  # a fork server that is frozen tells nothing of it
+    process.close()
     if status == UNHEARD:  # the fork server died meanwhile, and left the process to us
         with suppress(ChildProcessError):
             os.waitpid(process.pid, 0)

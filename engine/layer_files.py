@@ -59,11 +59,7 @@ def write_layers(folder: Path, layers: MapLayers, created: float) -> None:
     """
     message = encode(to_message(layers.grid, stamp=Time.of(created)))
     info = layers.grid.info
-    arrays: dict[str, NDArray[Any]] = {
-        "grid": layers.grid.data,
-        "costmap": layers.costmap.data,
-        "distance": layers.distance,
-    }
+    arrays = _arrays_of(layers)
     try:
         (folder / MAP_JSON).write_bytes(message)
         written = {name: _write(folder / f"{name}.npy", array) for name, array in arrays.items()}
@@ -73,6 +69,19 @@ def write_layers(folder: Path, layers: MapLayers, created: float) -> None:
     except OSError as error:  # numpy tells a full disk without its number
         size = (len(message) + sum(array.nbytes for array in arrays.values())) / 2**20
         raise Unavailable(f"{size:.1f} MB of map layers cannot be written to {folder.parent}: {error}") from error
+
+
+def _arrays_of(layers: MapLayers) -> dict[str, NDArray[Any]]:
+    arrays: dict[str, NDArray[Any]] = {
+        "grid": layers.grid.data,
+        "costmap": layers.costmap.data,
+        "distance": layers.distance,
+    }
+    if layers.keepout is not None and layers.barred_distance is not None:
+        arrays |= {"keepout": layers.keepout.data, "barred_distance": layers.barred_distance}
+    if layers.speed is not None:
+        arrays["speed"] = layers.speed.data
+    return arrays
 
 
 def _write(path: Path, array: NDArray[Any]) -> _Layer:
@@ -91,11 +100,15 @@ def open_layers(folder: Path) -> MapLayers:
     try:
         header = msgspec.json.decode((folder / _INFO).read_bytes(), type=_Info)
         info = GridInfo(header.resolution, header.width, header.height, Pose2D(*header.origin))
-        grid, costmap, distance = (
-            _map_array(folder / f"{name}.npy", header.layers[name], info.shape)
-            for name in ("grid", "costmap", "distance")
+        arrays = {name: _map_array(folder / f"{name}.npy", layer, info.shape) for name, layer in header.layers.items()}
+        grids = {name: GridMap(arrays[name], info) for name in ("keepout", "speed") if name in arrays}
+        return MapLayers(
+            GridMap(arrays["grid"], info),
+            Costmap(arrays["costmap"], info),
+            arrays["distance"],
+            barred_distance=arrays.get("barred_distance"),
+            **grids,
         )
-        return MapLayers(GridMap(grid, info), Costmap(costmap, info), distance)
     except (OSError, KeyError, ValueError, InvalidMap, msgspec.DecodeError) as error:
         raise Unavailable(f"no layers of a map in {folder}: {error}") from error
 

@@ -1,6 +1,7 @@
-"""The maps of a machine: the layers of each map version and robot radius, made once and shared by all containers."""
+"""The maps of a machine: the layers of each map version and robot, made once and shared by all containers."""
 
 import asyncio
+import hashlib
 import os
 import secrets
 import shutil
@@ -9,16 +10,18 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 from urllib.parse import quote
 
+import msgspec
+
 from engine.instances import folder_of, instance_name, sweep_stale
 from engine.layer_building import index_in_fork
 from engine.layer_files import INDEX, open_layers
-from engine.model import MapVersion
+from engine.model import LayerSpec
 from ppaas.errors import InvalidParameter, InvalidPlanner, Unavailable
 
 __all__ = ["Builder", "MapCache", "instance_name", "open_layers", "sweep_stale"]
 
-Builder = Callable[[MapVersion, float, Path], Awaitable[None]]
-"""Writes the layers of a version of a map for a robot radius [m] into an empty folder."""
+Builder = Callable[[LayerSpec, Path], Awaitable[None]]
+"""Writes layers into an empty folder."""
 
 Indexer = Callable[[Path, str], Awaitable[None]]
 """Puts what a planner, by its name, prepares of a map beside its layers."""
@@ -60,33 +63,31 @@ class MapCache:
         sweep_stale()
         return cls(folder_of(instance), build=build)
 
-    async def ensure(self, version: MapVersion, robot_radius: float) -> Path:
+    async def ensure(self, spec: LayerSpec) -> Path:
         """Return the folder with the layers of a map, made now if need be; ``release`` it when it is not used any more.
 
         However many ask at once, the layers are made once.
 
         Parameters
         ----------
-        version : MapVersion
-            Of which map.
-        robot_radius : float
-            [m].
+        spec : LayerSpec
+            Of what they are made.
 
         Raises
         ------
         InvalidMap
-            The files are no map.
+            The files are no map, or those of a mask.
         NotFound
-            The map is gone.
+            The map is gone, or a mask.
         Unavailable
             Its store is away, or there is no room in shared memory, even without the layers that nobody uses.
         """
-        folder = self._root / _name(version, robot_radius)
+        folder = self._root / _name(spec)
         self._users[folder] += 1
         self._unused.pop(folder, None)
         try:
             if not folder.exists():
-                await asyncio.shield(self._making(folder, version, robot_radius))
+                await asyncio.shield(self._making(folder, spec))
         except BaseException:
             self.release(folder)
             raise
@@ -158,9 +159,9 @@ class MapCache:
             self._refused = {path: error for path, error in self._refused.items() if path.parent != oldest}
             shutil.rmtree(oldest, ignore_errors=True)
 
-    def _making(self, folder: Path, version: MapVersion, robot_radius: float) -> asyncio.Task[None]:
+    def _making(self, folder: Path, spec: LayerSpec) -> asyncio.Task[None]:
         if folder not in self._building:
-            task = asyncio.create_task(self._make(folder, version, robot_radius))
+            task = asyncio.create_task(self._make(folder, spec))
             self._building[folder] = task
             task.add_done_callback(lambda _: self._made(folder))
         return self._building[folder]
@@ -171,26 +172,30 @@ class MapCache:
             self._unused[folder] = None
             self._drop_unused(keep=self._spare)
 
-    async def _make(self, folder: Path, version: MapVersion, robot_radius: float) -> None:
+    async def _make(self, folder: Path, spec: LayerSpec) -> None:
         try:
-            await self._make_aside(folder, version, robot_radius)
+            await self._make_aside(folder, spec)
         except Unavailable:
             if not self._unused:
                 raise
             self._drop_unused(keep=0)
-            await self._make_aside(folder, version, robot_radius)
+            await self._make_aside(folder, spec)
 
-    async def _make_aside(self, folder: Path, version: MapVersion, robot_radius: float) -> None:
+    async def _make_aside(self, folder: Path, spec: LayerSpec) -> None:
         aside = self._root / f".making-{os.getpid()}-{secrets.token_hex(4)}"
         aside.mkdir()
         try:
-            await self._build(version, robot_radius, aside)
+            await self._build(spec, aside)
             aside.rename(folder)
         finally:
             shutil.rmtree(aside, ignore_errors=True)
 
 
-def _name(version: MapVersion, robot_radius: float) -> str:
-    if not 0.0 <= robot_radius < 100.0:
-        raise InvalidParameter(f"the radius of a robot is from 0 to 100 m, not {robot_radius}")
-    return f"map-{quote(version.id, safe='')}@{quote(version.version, safe='')}@{robot_radius:.4f}m"
+def _name(spec: LayerSpec) -> str:
+    if not 0.0 <= spec.robot_radius < 100.0:
+        raise InvalidParameter(f"the radius of a robot is from 0 to 100 m, not {spec.robot_radius}")
+    name = f"map-{quote(spec.map.id, safe='')}@{quote(spec.map.version, safe='')}@{spec.robot_radius:.4f}m"
+    if not spec.masks and spec.heights is None:
+        return name
+    more = msgspec.json.encode((spec.masks, spec.heights), order="deterministic")  # hashed: a file's name has an end
+    return f"{name}@{hashlib.sha256(more).hexdigest()[:32]}"

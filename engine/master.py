@@ -9,28 +9,22 @@ the one that replaced it.
 """
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
+from engine.adoption import may_adopt, request_of, take_up
 from engine.balancers.base import Balancer
-from engine.cores import check as check_size
-from engine.fitting import why_none
+from engine.control import Carried
+from engine.crashes import CRASH_WINDOW, note_crash
+from engine.fitting import check_fits, why_none
 from engine.machine import Machine
 from engine.machine_settings import MachineSettings, check_settings
 from engine.model import ContainerSpec
-from engine.orders import Close, End, Leave, Order, Start
+from engine.orders import Adopt, Close, End, Leave, Order, Start
 from engine.places import Place, PlaceRequest
 from engine.quotas import Quotas
 from engine.resizing import resize
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Conflict, InvalidInput, NotFound, NotPermitted, PPaaSError, Unavailable
-
-CRASH_LIMIT = 5
-CRASH_WINDOW = 30.0
-"""More crashes than the limit within the window [s] are a crash loop, and the place is closed."""
-
-RESTART_DELAYS = (0.0, 0.25, 1.0, 2.0, 4.0)
-"""Seconds before what replaces a container starts, after its first, second … crash within the window: what is away for
-a moment, as a store, is back before the place is given up."""
 
 MOVES = 4
 """Places that are moved at a time from machines that are drained: each does without its container for a moment."""
@@ -71,6 +65,7 @@ class Master:
         self._moving: set[str] = set()
         self._draining: set[str] = set()
         self.removed: set[str] = set()
+        self.returning: set[str] = set()
 
     # -- what users want -----------------------------------------------------------------------------------------------
 
@@ -88,10 +83,10 @@ class Master:
         """
         if request.key in self.places:
             return []
-        self._check(request)
+        check_fits(request, self.machines.values(), self.quotas)
         place = self._add(request)
         orders = self._fill(request.key, place)
-        if not orders and self.machines:
+        if not orders and self.machines and not self._may_run(place):
             self._drop(request.key)
             raise Unavailable(why_none(request, self.machines))
         return orders
@@ -114,12 +109,6 @@ class Master:
         machine = self.machine(self.carrier(container))
         place = self.places[self._place_of[container]]
         return [resize(place, machine, cores, self._balancer, self.quotas), *self._use_room()]
-
-    def _check(self, request: PlaceRequest) -> None:
-        # Among thousands of machines the largest is looked for only where there is something to refuse.
-        if not any(0.0 < request.cores <= machine.cores for machine in self.machines.values()) and self.machines:
-            check_size(request.cores, max(machine.cores for machine in self.machines.values()))
-        self.quotas.check_container(request.user, request.cores)
 
     # -- what administrators want --------------------------------------------------------------------------------------
 
@@ -179,8 +168,8 @@ class Master:
 
     # -- what happens to machines --------------------------------------------------------------------------------------
 
-    def machine_joined(self, machine: Machine) -> list[Order]:
-        """Take a machine in with the settings that it had, and fill the places that wait for one.
+    def machine_joined(self, machine: Machine, carries: Iterable[Carried] = ()) -> list[Order]:
+        """Take a machine in with its settings, adopt what it carries, and fill the places that wait for one.
 
         Raises
         ------
@@ -193,7 +182,14 @@ class Master:
         self._apply(self.settings.get(machine.id, machine.settings), machine)
         self.machines[machine.id] = machine
         self._balancer.joined(machine)
+        self.returning.discard(machine.id)
+        orders += [order for carried in carries for order in self._adopt(machine, carried)]
         return orders + self._use_room()
+
+    def wait_no_more(self) -> list[Order]:
+        """Fill the places of robots that wait for the ``returning``, where their clones may run."""
+        self.returning.clear()
+        return self._use_room()
 
     def machine_left(self, machine_id: str) -> list[Order]:
         """Place what a vanished machine carried anew; what finds no room waits for the next machine."""
@@ -258,13 +254,11 @@ class Master:
             return self._fill(key, place)
         if isinstance(reason, InvalidInput | NotFound | Conflict):
             return self._give_up(key, reason)
-        now = self._clock()
-        place.crashes = [t for t in place.crashes if now - t < CRASH_WINDOW] + [now]
-        crashes = len(place.crashes)
-        if crashes > CRASH_LIMIT:
-            text = f"the container failed {crashes} times in {CRASH_WINDOW:.0f} s; the last time: {reason}"
+        delay = note_crash(place, self._clock())
+        if delay is None:
+            text = f"the container failed {len(place.crashes)} times in {CRASH_WINDOW:.0f} s; the last time: {reason}"
             return self._give_up(key, Unavailable(text))
-        return self._fill(key, place, RESTART_DELAYS[crashes - 1])
+        return self._fill(key, place, delay)
 
     def carrier(self, container: str) -> str:
         """Return the machine of a container; ``NotFound`` if there is no such container, or no longer."""
@@ -304,6 +298,22 @@ class Master:
         filled = [order for key in tuple(self._waiting) for order in self._fill(key, self.places[key])]
         return [*filled, *self.move_on()]
 
+    def _may_run(self, place: Place) -> bool:
+        """Tell whether the clone of a robot may run on a machine that has not returned yet."""
+        return bool(self.returning) and place.request.robot is not None and not place.session
+
+    def _adopt(self, machine: Machine, carried: Carried) -> list[Order]:
+        request = request_of(carried.spec)
+        place = self.places.get(request.key)
+        if carried.spec.id in self._place_of or not may_adopt(place, machine, carried):
+            return []
+        spec = take_up(place or self._add(request), machine, carried)
+        self._waiting.pop(request.key, None)
+        self._place_of[spec.id] = request.key
+        self.quotas.add(spec.user, 0, spec.cores - request.cores)
+        self._balancer.placed(machine, spec)
+        return [Adopt(request.key, machine.id, carried)]
+
     def _add(self, request: PlaceRequest) -> Place:
         place = self.places[request.key] = Place(request)
         self._waiting[request.key] = None
@@ -333,6 +343,8 @@ class Master:
 
     def _reserve(self, place: Place) -> tuple[str, ContainerSpec] | None:
         """Give the next container of a place the room that it needs, where the balancer wants it."""
+        if self._may_run(place):
+            return None
         request, container = place.request, self._new_id()
         session = place.session or container
         spec = ContainerSpec(

@@ -7,6 +7,7 @@ import msgspec
 from ppaas.robot_model.description import RobotDescription
 
 ContainerKind = Literal["robot", "planning"]
+Heights = tuple[float | None, float]
 
 SESSION_STATE = "session"
 """Name under which a checkpoint keeps the session that it was made in."""
@@ -25,8 +26,37 @@ class MapVersion(msgspec.Struct, frozen=True):
     version: str
 
 
+class LayerSpec(msgspec.Struct, frozen=True):
+    """Of what the layers of a map are made.
+
+    Parameters
+    ----------
+    robot_radius : float
+        For which it is inflated [m].
+    masks : dict of str to MapVersion
+        What lies on it, by the names of the costmap filters.
+    heights : tuple of float, optional
+        From where to where what its octomap has is in the way [m]; from one voxel on, if the first is None.
+    """
+
+    map: MapVersion
+    robot_radius: float
+    masks: dict[str, MapVersion] = {}
+    heights: Heights | None = None
+
+
 class RobotConfig(msgspec.Struct, frozen=True):
-    """What a clone must know of its robot; ``urdf`` is what its URDF tells."""
+    """What a clone must know of its robot.
+
+    Parameters
+    ----------
+    urdf : RobotDescription, optional
+        What its URDF tells.
+    masks : dict of str to MapVersion
+        Which versions of masks its costmap filters go by, by the names of the filters.
+    in_space : bool
+        Whether its map has an octomap, too.
+    """
 
     id: str
     model: str
@@ -35,6 +65,8 @@ class RobotConfig(msgspec.Struct, frozen=True):
     base_local_planner: str
     parameters: dict[str, Any] = {}
     urdf: RobotDescription | None = None
+    masks: dict[str, MapVersion] = {}
+    in_space: bool = False
 
 
 class ContainerSpec(msgspec.Struct, frozen=True):

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from engine.control import Carried
 from engine.model import ContainerSpec
 from ppaas.errors import PPaaSError
 
@@ -14,6 +15,15 @@ class Start:
     machine: str
     spec: ContainerSpec
     delay: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Adopt:
+    """Order: let a place go on with this container, which a machine carries since another cloud process."""
+
+    place: str
+    machine: str
+    carried: Carried
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,4 +60,4 @@ class Close:
     reason: PPaaSError
 
 
-Order = Start | End | Leave | Resize | Close
+Order = Start | Adopt | End | Leave | Resize | Close

@@ -8,10 +8,13 @@ from engine.machine_client import MachineClient
 from engine.model import Launch
 from ppaas.errors import PPaaSError
 from ppaas.messages import decode, encode
-from ppaas.messages.geometry_msgs import PoseArray, PoseWithCovarianceStamped
+from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped, Twist
+from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.ppaas_msgs import RobotState, RobotStates
 from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes.base import Payload
-from ppaas.nodes.checks import finite_pose
+from ppaas.nodes.bodies import robot_body
+from ppaas.nodes.fleet import checked_state
 from ppaas.nodes.graph import Graph
 from ppaas.planners.base import PlanResult, pose_message
 from storage.records import PlanRecord
@@ -19,6 +22,7 @@ from storage.records import PlanRecord
 logger = logging.getLogger(__name__)
 
 POSE = "amcl_pose"
+ODOM = "odom"
 PLAN = "plan"
 ROBOTS = "robots"
 
@@ -64,22 +68,34 @@ class Outside:
         self._machine = machine
         self._last_shared = self._last_told = float("-inf")
         self._refused: set[tuple[str, str]] = set()
-        self._others: dict[tuple[str, str], tuple[float, PoseWithCovarianceStamped]] = {}
+        self._others: dict[tuple[str, str], tuple[float, RobotState]] = {}
         self._background = Background()
         self._kept: tuple[bytes, float] | None = None
+        self._driven: tuple[float, Twist] = float("-inf"), Twist()
+        robot = launch.spec.robot
+        self._radius = robot_body(robot.model, robot.urdf, robot.parameters).robot_radius if robot else 0.0
         if POSE in graph.topics:
             graph.tap(POSE, self._share_pose)
+        if ODOM in graph.topics:
+            graph.tap(ODOM, self._note_velocity)
         if PLAN in graph.topics:
             graph.tap(PLAN, self._keep_plan)
 
+    def _note_velocity(self, _topic: str, odometry: Payload) -> None:
+        if isinstance(odometry, Odometry):
+            self._driven = self._graph.now(), odometry.twist.twist
+
     def _share_pose(self, _topic: str, pose: Payload) -> None:
         now = self._graph.now()
-        if now - self._last_shared >= SHARE_PERIOD and isinstance(pose, PoseWithCovarianceStamped):
-            self._last_shared = now
-            self._machine.share(POSE, encode(pose))
+        if 0.0 <= now - self._last_shared < SHARE_PERIOD or not isinstance(pose, PoseWithCovarianceStamped):
+            return  # a clock that was set back silences nobody
+        self._last_shared = now
+        since, twist = self._driven
+        state = RobotState(pose.header, pose.pose, twist if 0.0 <= now - since < FRESH else Twist(), self._radius)
+        self._machine.share(POSE, encode(state))
 
     def shared(self, message: machine_link.Shared) -> None:
-        """Take the position of another robot of this map, and tell the clone of all that are fresh.
+        """Take where another robot is and how it drives, of this map, and tell the clone of all that are fresh.
 
         What another sends may be anything; what is no position is logged once and does no harm.
         """
@@ -87,9 +103,7 @@ class Outside:
             return
         who = message.user, message.robot
         try:
-            pose = decode(PoseWithCovarianceStamped, message.payload)
-            finite_pose(pose.pose.pose, "the pose of a robot")
-            self._others[who] = (self._graph.now(), pose)
+            self._others[who] = (self._graph.now(), checked_state(decode(RobotState, message.payload)))
             self._tell_others()
         except PPaaSError as error:
             level = logging.DEBUG if who in self._refused else logging.WARNING
@@ -102,8 +116,10 @@ class Outside:
             return  # who sent this sends again before it is out of date
         self._last_told = now
         self._others = {who: seen for who, seen in self._others.items() if now - seen[0] < FRESH}
-        poses = [pose.pose.pose for _, pose in self._others.values()]
-        self._graph.inject(ROBOTS, PoseArray(Header(stamp=Time.of(now), frame_id="map"), poses))
+        states = [state for _, state in self._others.values()]
+        poses, twists = [state.pose.pose for state in states], [state.twist for state in states]
+        header = Header(stamp=Time.of(now), frame_id="map")
+        self._graph.inject(ROBOTS, RobotStates(header, poses, twists, [state.radius for state in states]))
 
     def _keep_plan(self, _topic: str, plan: Payload) -> None:
         if isinstance(plan, PlanResult) and len(plan.poses) and self._is_news(plan) and plan.id != plan.reused:

@@ -80,11 +80,12 @@ class PlaceLink:
         self._offered(hello)
         for topic in self.topics:
             self.client_topics.drop(topic)
+        self._unacknowledged.follow(hello.applied)
         self._unacknowledged.acknowledge(hello.applied)
         for topic in self._hearers:
             stream.write(link.Subscribe(topic, 0))
         for deliver in self._unacknowledged:
-            stream.write(deliver)
+            stream.write(self._unacknowledged.sent(deliver))
         self._ready.set()
 
         def take(frame: link.FromContainer) -> bool:
@@ -123,7 +124,7 @@ class PlaceLink:
                 self.busy = frame.busy
             case link.Refused() if frame.client in self._clients:
                 error = rebuild(frame.refusal.slug, frame.refusal.text)
-                self._clients[frame.client].refused(frame.topic, error, frame.sequence)
+                self._clients[frame.client].refused(frame.topic, error, self._unacknowledged.own(frame.sequence))
 
     def _offered(self, offers: link.Hello | link.Offers) -> None:
         self.services = {service.name: service for service in offers.services}
@@ -305,7 +306,7 @@ class PlaceLink:
             return 0
         deliver = self._unacknowledged.add(topic, payload, client)
         if self._stream is not None:
-            self._stream.write(deliver)
+            self._stream.write(self._unacknowledged.sent(deliver))
         return deliver.sequence
 
     def advertise_service(self, service: str, kind: str, client: int) -> None:

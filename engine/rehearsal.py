@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import uvloop
+from numpy.typing import NDArray
 
 from engine import link, machine_link
 from engine.container import run
@@ -30,13 +31,13 @@ from ppaas.messages.geometry_msgs import (
     Pose,
     PoseStamped,
     PoseWithCovariance,
-    PoseWithCovarianceStamped,
     Twist,
     TwistWithCovariance,
+    Vector3,
 )
 from ppaas.messages.message import Message
 from ppaas.messages.nav_msgs import Odometry
-from ppaas.messages.ppaas_msgs import ComputePathRequest
+from ppaas.messages.ppaas_msgs import ComputePathRequest, RobotState
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header, Time
 from ppaas.nodes.models import robot_model
@@ -69,11 +70,18 @@ QUESTIONS = 8
 RADIUS = 2.5
 """Of the round room [m]."""
 
-_ANOTHER = PoseWithCovarianceStamped(Header(frame_id="map"), PoseWithCovariance(Pose.of(Pose2D(-1.5, 0.0))))
+_PILLAR, _GIRTH = (0.6, -0.9), 0.15
+"""Centre and radius of what stands there and is not in the map [m]: plans across the map must mind it."""
+
+_ANOTHER = RobotState(
+    Header(frame_id="map"), PoseWithCovariance(Pose.of(Pose2D(-1.5, 0.0))), Twist(Vector3(x=0.2)), radius=0.2
+)
+"""A robot of the same map, which drives: what a clone computes of one that stands is less."""
 _LONGEST_NAME = len("planning-link")
 _SIDE, _RESOLUTION = 120, 0.05
 _CLIENT = 1
 
+Floats = NDArray[np.float64]
 Stream = FrameStream[link.FromContainer]
 Play = Callable[[Stream], Awaitable[None]]
 
@@ -236,6 +244,15 @@ class _Robot:
 
     def _ranges(self) -> list[float | None]:
         x, y, theta = self._pose
-        ahead = x * np.cos(self._angles + theta) + y * np.sin(self._angles + theta)
-        ranges: list[float | None] = (np.sqrt(ahead**2 + RADIUS**2 - x**2 - y**2) - ahead).tolist()
+        wall = _to_circle(-x, -y, RADIUS, self._angles + theta)[1]
+        pillar = _to_circle(_PILLAR[0] - x, _PILLAR[1] - y, _GIRTH, self._angles + theta)[0]
+        ranges: list[float | None] = np.fmin(wall, np.where(pillar > 0.0, pillar, np.nan)).tolist()
         return ranges
+
+
+def _to_circle(x: float, y: float, radius: float, angles: Floats) -> tuple[Floats, Floats]:
+    """Return how far it is along each angle to where a circle begins and ends [m], NaN beside it."""
+    along = x * np.cos(angles) + y * np.sin(angles)
+    squared = along**2 + radius**2 - x**2 - y**2
+    half = np.sqrt(np.where(squared >= 0.0, squared, np.nan))
+    return along - half, along + half

@@ -6,6 +6,7 @@ from collections import Counter
 
 from msgspec.structs import replace
 
+from engine.filter_masks import mask_versions
 from engine.model import MapVersion, RobotConfig
 from engine.monitor.parameters import with_priorities
 from engine.place_link import PlaceLink
@@ -16,6 +17,7 @@ from ppaas.robot_model.description import RobotDescription
 from ppaas.robot_model.reading import describe
 from storage.ports import MapStore, Store
 from storage.records import RobotRecord
+from storage.versions import OCTOMAP
 
 logger = logging.getLogger(__name__)
 
@@ -74,6 +76,8 @@ class RobotSessions:
         ------
         NotFound
             The user has no such robot, or its map is gone.
+        InvalidParameter
+            A mask that the robot's file names is gone, or no grid.
         NotPermitted
             The user may no longer read the map.
         Conflict
@@ -123,7 +127,10 @@ class RobotSessions:
         if not version.readable_by(user):
             raise NotPermitted(f"map {record.map!r} is not shared with {user!r}")
         config = robot_config(record, urdf)
-        config = replace(config, parameters=with_priorities(config.parameters, self._node_priorities))
+        masks = mask_versions(self._map_store, user, config.parameters)
+        parameters = with_priorities(config.parameters, self._node_priorities)
+        in_space = OCTOMAP in version.present.files
+        config = replace(config, parameters=parameters, masks=masks, in_space=in_space)
         return PlaceRequest(user, MapVersion(version.id, version.version), record.cores, config, labels=record.labels)
 
     def _urdf(self, user: str, robot: str) -> RobotDescription | None:
@@ -142,6 +149,11 @@ class RobotSessions:
             del self._clients[key]
             waits = self._service.position(key) is not None
             self._closing[key] = asyncio.create_task(self._close_later(key, 0.0 if waits else self._linger))
+
+    def await_back(self, key: str) -> None:
+        """Keep a place that goes on since another cloud process for as long as if its last client had left now."""
+        if key not in self._clients and key not in self._closing:
+            self._closing[key] = asyncio.create_task(self._close_later(key, self._linger))
 
     async def let_go(self, place: PlaceLink, reason: PPaaSError) -> None:
         """Give a place up though clients are connected, and tell them why."""

@@ -18,7 +18,7 @@ LONGEST_NAME = len("pymp-12345678/listener-12345678")
 
 
 OWNER = "owner"
-"""File in the folder that tells whose it is, so that it can be removed when that process was killed."""
+"""File in the folder that tells whose it is, a process a line, so that it can be removed when all were killed."""
 
 
 AFTER_ALL_OTHERS = -1000
@@ -45,21 +45,38 @@ def make_run_dir(longest: int = LONGEST_NAME) -> Path:
     if len(bytes(folder)) + 1 + longest > LONGEST_PATH:
         shutil.rmtree(folder)
         raise InvalidInput(f"{folder.parent} has too long a path for Unix sockets; set TMPDIR to a shorter one")
-    (folder / OWNER).write_text(instance_name())
+    own(folder)
     return folder
+
+
+def own(folder: Path) -> None:
+    """Own a folder, beside those who do already: it stays until all of them are gone."""
+    with (folder / OWNER).open("a") as owners:
+        owners.write(f"{instance_name()}\n")
 
 
 def sweep_dead(base: Path) -> None:
     """Remove the folders of processes that ended without removing them."""
     for owner in base.glob(f"ppaas-*/{OWNER}"):
         with contextlib.suppress(OSError):  # another sweeps as well, or it is somebody else's
-            if is_dead(owner.read_text()):
+            owners = owner.read_text().split()
+            if owners and all(map(is_dead, owners)):
                 shutil.rmtree(owner.parent, ignore_errors=True)
 
 
 def keep_temporary_files_in(folder: Path) -> None:
     """Have this process and those that it starts make temporary files in a folder that somebody removes for certain."""
     os.environ["TMPDIR"] = tempfile.tempdir = str(folder)
+
+
+def remove_unless_owned(folder: Path) -> None:
+    """Remove a folder that nobody else owns and lives, as ``remove_folder`` does."""
+    try:
+        owners = (folder / OWNER).read_text().split()
+    except FileNotFoundError:
+        owners = []
+    if all(owner == instance_name() or is_dead(owner) for owner in owners):
+        remove_folder(folder)
 
 
 def remove_folder(folder: Path) -> None:

@@ -8,28 +8,28 @@ import asyncio
 import contextlib
 import logging
 import secrets
-from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
 from engine import control, link
-from engine.administration import Administration, Losing
+from engine.administration import Administration
 from engine.background import Background
 from engine.checkpoints import Checkpoints
-from engine.claims import check_heartbeat, machine_of
 from engine.control_server import ControlServer
 from engine.framing import FrameStream
-from engine.heartbeats import BEAT_PERIOD, MISSED, Heartbeats
+from engine.heartbeats import MISSED
 from engine.link_server import LinkServer
+from engine.machine_events import MachineEvents
 from engine.master import Master
 from engine.model import ContainerSpec
-from engine.orders import Close, End, Leave, Order, Resize, Start
+from engine.orders import Adopt, Close, End, Leave, Order, Resize, Start
 from engine.place_link import PlaceLink
 from engine.places import Place, PlaceRequest
 from engine.queueing import Queue
 from engine.start_times import StartTimes
 from engine.viewing import container_view, machine_view
 from engine.views import ContainerView, MachineView
+from engine.watching import watch
 from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable, rebuild
 
 logger = logging.getLogger(__name__)
@@ -37,9 +37,8 @@ logger = logging.getLogger(__name__)
 START_TIMEOUT = 10.0
 """A container that has not dialled the robot link within these seconds is given up and replaced."""
 
-LOOKS = 2
-"""Looks in each period of beats: what is frozen is given up 4 to 4.5 s after its last beat, and a robot is served again
-within five."""
+HANG_UP_GRACE = 0.5
+"""Seconds after the end of its link in which the end of a container is told, if it has ended."""
 
 LEAVE_GRACE = 5.0
 """Seconds that a container has to keep its state before it is moved as if it had died."""
@@ -60,10 +59,13 @@ class CloudService:
         With which agents register.
     start_timeout : float
         Seconds that a container has to dial the robot link.
-    machine_frozen : callable
-        Told of a machine whose agent shows no sign of life, for whoever can end it; it was hung up on.
-    machine_removed : callable
-        Told of a machine that an administrator removed, for whoever would start its agent again.
+
+    Attributes
+    ----------
+    of_machines : MachineEvents
+        What machines do and tell.
+    place_adopted : callable
+        Told of a place that goes on with a container that ran since another cloud process.
     """
 
     def __init__(
@@ -74,25 +76,23 @@ class CloudService:
         secret: str,
         *,
         start_timeout: float = START_TIMEOUT,
-        machine_frozen: Callable[[str], None] = lambda _: None,
-        machine_removed: Callable[[str], None] = lambda _: None,
     ) -> None:
         self._master = master
         self._start_timeout = start_timeout
-        self._machine_frozen = machine_frozen
-        self._machine_removed = machine_removed
         self._checkpoints = checkpoints
-        self.administration = Administration(master, self._execute, self._cut_off)
         self._links = LinkServer(run_dir / "link.sock", self._welcome, self._failed)
-        self._control = ControlServer(run_dir / "control.sock", secret, self)
         self._places: dict[str, PlaceLink] = {}
         self._times = StartTimes()
+        self.of_machines = MachineEvents(
+            master, checkpoints, self._links, self._times, execute=self._execute, container_lost=self._container_lost
+        )
+        self._control = self.of_machines.listen(run_dir / "control.sock", secret)
+        self.administration = Administration(master, self._execute, self.of_machines.cut_off)
         self._queue = Queue(master.quotas)
-        self._machine_beats: Counter[str] = Counter()
         self._background = Background()
         self._watching = Background()
-        self._machine_joined = asyncio.Event()
         self._closing = False
+        self.place_adopted: Callable[[str], None] = lambda _: None
 
     @property
     def servers(self) -> tuple[ControlServer, LinkServer]:
@@ -103,7 +103,9 @@ class CloudService:
         """Listen for containers and machines."""
         await self._links.start()
         await self._control.start()
-        self._watching.run(self._watch())
+        machines = self.of_machines.beats, self.of_machines.give_up
+        containers = self._beats, self._give_up_frozen
+        self._watching.run(watch(machines, containers, meanwhile=self._note_round_trips))
 
     async def wait_for_machine(self, timeout: float) -> None:
         """Wait until a first machine is here.
@@ -115,7 +117,7 @@ class CloudService:
         """
         try:
             async with asyncio.timeout(timeout):
-                await self._machine_joined.wait()
+                await self.of_machines.joined.wait()
         except TimeoutError as error:
             raise Unavailable(f"no machine registered within {timeout:g} s; see what its agent logged") from error
 
@@ -123,6 +125,7 @@ class CloudService:
         """Close all places and let all machines go."""
         self._closing = True
         await self._watching.cancel()
+        await self.of_machines.close()
         for key in tuple(self._places):
             await self.close_place(key, Unavailable("the cloud is shutting down"))
         await self._control.close()
@@ -203,6 +206,8 @@ class CloudService:
                 case Start():
                     self._times.order(order.spec.id)
                     self._background.run(self._start(order))
+                case Adopt():
+                    self._adopt(order)
                 case End():
                     self._end(order)
                 case Leave():
@@ -223,16 +228,32 @@ class CloudService:
             if not self._times.is_awaited(container):
                 return  # it was given up meanwhile
             self._send_start(order.machine, spec)
-            await asyncio.sleep(self._start_timeout)
-            reason: PPaaSError = Unavailable(f"it did not answer within {self._start_timeout:g} s")
         except PPaaSError as error:
-            reason = error
+            self._not_come(order.machine, container, error)
         except Exception as error:
             logger.exception("container %s could not be started", container)
-            reason = PPaaSError(f"internal error: {type(error).__name__}")
+            self._not_come(order.machine, container, PPaaSError(f"internal error: {type(error).__name__}"))
+        else:
+            await self._answered(order.machine, container)
+
+    async def _answered(self, machine: str, container: str) -> None:
+        await asyncio.sleep(self._start_timeout)
+        self._not_come(machine, container, Unavailable(f"it did not answer within {self._start_timeout:g} s"))
+
+    def _not_come(self, machine: str, container: str, reason: PPaaSError) -> None:
         if self._times.is_awaited(container):
-            self._execute([End(order.machine, container)])
+            self._execute([End(machine, container)])
             self._container_lost(container, reason)
+
+    def _adopt(self, order: Adopt) -> None:
+        container = order.carried.spec.id
+        logger.info("container %s of machine %s is adopted", container, order.machine)
+        if order.place not in self._places:
+            self._places[order.place] = PlaceLink(order.place)
+        self._times.order(container)
+        self._links.expect(container, order.carried.secret, order.machine)
+        self._background.run(self._answered(order.machine, container))
+        self.place_adopted(order.place)
 
     def _send_start(self, machine: str, spec: ContainerSpec) -> None:
         self._times.send(spec.id)
@@ -269,71 +290,21 @@ class CloudService:
             return
         self._times.answer(hello.container)
         self._execute(self._master.move_on())
-        await place.serve(hello, stream)
+        try:
+            await place.serve(hello, stream)
+        finally:
+            if not self._closing:
+                self._background.run(self._hung_up(hello.container))
+
+    async def _hung_up(self, container: str) -> None:
+        """Have a container replaced that hung up, or was hung up on, and lives: it waits for another cloud process."""
+        await asyncio.sleep(HANG_UP_GRACE)
+        if not self._master.is_leaving(container):
+            with contextlib.suppress(NotFound, Unavailable):  # it has ended, as it should
+                self.give_up_container(container)
 
     def _failed(self, failed: link.Failed) -> None:
         self._container_lost(failed.container, rebuild(failed.refusal.slug, failed.refusal.text))
-
-    def machine_registered(self, register: control.Register) -> None:
-        """Take a machine in.
-
-        Raises
-        ------
-        InvalidInput
-            It is none.
-        NotPermitted
-            It was removed.
-        """
-        machine = machine_of(register)
-        orders = self._master.machine_joined(machine)
-        self._machine_beats[machine.id] = 0
-        logger.info("machine %s joined with %d cores", machine.id, machine.cores)
-        self._machine_joined.set()
-        self._execute(orders)
-
-    def machine_said(self, machine: str, event: control.FromAgent) -> None:
-        """Take news of a machine, which says nothing of the containers of others.
-
-        Raises
-        ------
-        InvalidParameter, NotPermitted
-            It says what cannot be: it is cut off.
-        """
-        if isinstance(event, control.Launched | control.LaunchFailed | control.Exited):
-            self._master.check_carries(machine, event.container)
-        match event:
-            case control.Beat():
-                self._machine_beats[machine] += 1
-            case control.Heartbeat():
-                self._note_load(machine, event)
-            case control.Launched():
-                self._master.container_launched(event.container, event.pid)
-            case control.LaunchFailed():
-                self._container_lost(event.container, rebuild(event.refusal.slug, event.refusal.text))
-            case control.Exited():
-                self._container_lost(event.container, Unavailable(f"it ended with status {event.status}"))
-
-    def machine_gone(self, machine: str) -> None:
-        """Place anew what a machine carried."""
-        self._machine_beats.pop(machine, None)
-        logger.log(logging.INFO if self._closing else logging.WARNING, "machine %s is gone", machine)
-        self._lost_with(machine, self._master.machine_left)
-
-    def _cut_off(self, machine: str, lose: Losing) -> None:
-        self._lost_with(machine, lose)
-        logger.warning("machine %s was removed", machine)
-        self._machine_removed(machine)
-        self._control.hang_up(machine)
-
-    def _lost_with(self, machine_id: str, lose: Losing) -> None:
-        machine = self._master.machines.get(machine_id)
-        lost = tuple(machine.containers) if machine is not None else ()
-        orders = lose(machine_id)
-        for container in lost:
-            self._links.forget(container)
-            self._links.hang_up(container)
-            self._times.forget(container)
-        self._execute(orders)
 
     def _container_lost(self, container: str, reason: PPaaSError) -> None:
         self._links.forget(container)
@@ -346,34 +317,18 @@ class CloudService:
 
     # -- what is frozen ------------------------------------------------------------------------------------------------
 
-    async def _watch(self) -> None:
-        """End what is connected and shows no sign of life, so that it is replaced as if it had died."""
-        containers, machines = Heartbeats(looks=LOOKS), Heartbeats(looks=LOOKS)
-        while True:
-            await asyncio.sleep(BEAT_PERIOD / LOOKS)
-            frozen = machines.look(self._machine_beats)
-            beats = {place.container: place.beats for place in self._places.values() if place.container is not None}
-            for key, place in self._places.items():
-                if place.round_trip is not None:
-                    self._master.robot_timed(key, place.round_trip)
-            for machine in frozen:
-                logger.error("machine %s missed %d beats: its agent is frozen, and given up", machine, MISSED)
-                self._control.hang_up(machine)
-                self._machine_frozen(machine)
-            for container in containers.look(beats):
-                logger.error("container %s missed %d beats: it is frozen, and replaced", container, MISSED)
-                with contextlib.suppress(NotFound, Unavailable):  # it went just now
-                    self.give_up_container(container)
+    def _beats(self) -> dict[str, int]:
+        return {place.container: place.beats for place in self._places.values() if place.container is not None}
 
-    def _note_load(self, machine_id: str, heartbeat: control.Heartbeat) -> None:
-        machine = self._master.machines.get(machine_id)
-        if machine is not None:
-            check_heartbeat(machine, heartbeat)
-            machine.cpu, machine.memory_used = heartbeat.cpu, heartbeat.memory_used
-            machine.network_used, machine.neighbours = heartbeat.network_used, heartbeat.round_trips
-            machine.average_round_trips()
-            machine.loads = {load.container: load for load in heartbeat.containers}
-            self._master.machine_measured(machine_id)
+    def _give_up_frozen(self, container: str) -> None:
+        logger.error("container %s missed %d beats: it is frozen, and replaced", container, MISSED)
+        with contextlib.suppress(NotFound, Unavailable):  # it went just now
+            self.give_up_container(container)
+
+    def _note_round_trips(self) -> None:
+        for key, place in self._places.items():
+            if place.round_trip is not None:
+                self._master.robot_timed(key, place.round_trip)
 
     # -- what may be looked at -----------------------------------------------------------------------------------------
 

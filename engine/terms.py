@@ -2,6 +2,7 @@
 
 import msgspec
 
+from engine.redialling import ADOPT_WITHIN
 from engine.runtimes.registry import DEFAULT
 from engine.zenoh_config import Credentials
 
@@ -17,11 +18,14 @@ class Runs(msgspec.Struct, frozen=True):
         Image that they run from, for a runtime that has images.
     allowed : tuple of str
         Other people's plug-ins that may run, each as ``group:name`` of its entry point.
+    adopt_within : float
+        Seconds for which they outlive a master that was killed.
     """
 
     runtime: str = DEFAULT
     image: str = ""
     allowed: tuple[str, ...] = ()
+    adopt_within: float = ADOPT_WITHIN
 
 
 class Terms(msgspec.Struct, tag="terms"):
@@ -39,6 +43,8 @@ class Terms(msgspec.Struct, tag="terms"):
         Of all routers of the cloud.
     runs : Runs
         How containers run.
+    release : str
+        Of this program, that the cloud runs.
     """
 
     cloud: str
@@ -47,3 +53,4 @@ class Terms(msgspec.Struct, tag="terms"):
     fabric_port: int
     fabric: Credentials
     runs: Runs = Runs()
+    release: str = ""

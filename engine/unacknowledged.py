@@ -4,6 +4,8 @@ import itertools
 from collections import deque
 from collections.abc import Iterator
 
+import msgspec
+
 from engine import link
 from ppaas.errors import QuotaExceeded
 
@@ -13,10 +15,15 @@ MAX_UNACKNOWLEDGED_BYTES = 64 << 20
 
 
 class Unacknowledged:
-    """What one place has sent, and will send again to the next container, in order."""
+    """What one place has sent, and will send again to the next container, in order.
+
+    The first container that a place sees may have been served by another cloud process: the numbers go on from the
+    last that it took. What is before that, as a message that waited for it, has its own number until then.
+    """
 
     def __init__(self) -> None:
         self._sequences = itertools.count(1)
+        self._before: int | None = None
         self._messages: deque[link.Deliver] = deque()
         self._bytes = 0
 
@@ -40,7 +47,23 @@ class Unacknowledged:
         self._messages.append(deliver)
         return deliver
 
+    def follow(self, applied: int) -> None:
+        """Let the numbers of messages go on from the last that a container took, if it is the first one."""
+        if self._before is None:
+            self._before = applied
+
+    def sent(self, deliver: link.Deliver) -> link.Deliver:
+        """Return a message as it is sent, which may be once a first container was followed."""
+        if not self._before:
+            return deliver
+        return msgspec.structs.replace(deliver, sequence=deliver.sequence + self._before)
+
+    def own(self, sequence: int) -> int:
+        """Return the number that a message has here, of that by which it was sent; 0 stays 0."""
+        return sequence - (self._before or 0) if sequence else 0
+
     def acknowledge(self, sequence: int) -> None:
-        """Forget all up to a sequence number."""
+        """Forget all up to a number by which it was sent."""
+        sequence = self.own(sequence)
         while self._messages and self._messages[0].sequence <= sequence:
             self._bytes -= len(self._messages.popleft().payload)

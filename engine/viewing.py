@@ -70,4 +70,5 @@ def container_view(
         age=age,
         clients=link.clients if link is not None else 0,
         round_trip=link.round_trip if link is not None else None,
+        masks=tuple(mask.id for mask in spec.robot.masks.values()) if spec.robot is not None else (),
     )

@@ -98,6 +98,8 @@ class ContainerView(msgspec.Struct, frozen=True):
         Sockets of the robot and its operators.
     round_trip : float, optional
         To the robot, once it was measured [s].
+    masks : tuple of str
+        Ids of the maps that its costmap filters go by.
     """
 
     id: str
@@ -115,6 +117,7 @@ class ContainerView(msgspec.Struct, frozen=True):
     age: float = 0.0
     clients: int = 0
     round_trip: float | None = None
+    masks: tuple[str, ...] = ()
 
 
 class PathRequest(msgspec.Struct, frozen=True):

@@ -10,7 +10,6 @@ from ppaas.messages import decode
 from ppaas.messages.ppaas_msgs import TopicMessage
 from ppaas.nodes.arrivals import must_arrive
 from ppaas.nodes.base import Checkpoint, Demands
-from ppaas.nodes.clone import MOVABLE
 from ppaas.nodes.graph import Graph, Tap
 
 
@@ -63,12 +62,12 @@ class GraphHands:
         self._graph = graph
         self._build = build
         self._changed = changed
-        self._names = tuple(graph.nodes)
+        self._nodes: dict[str, Demands | None] = {name: node.demands for name, node in graph.nodes.items()}
         self._untap: dict[str, list[Callable[[], None]]] = {}
 
     def nodes(self) -> Mapping[str, Demands | None]:
         """Return all nodes of the clone, wherever they run, and what they demand."""
-        return {name: MOVABLE.get(name) for name in self._names}
+        return self._nodes
 
     def take_out(self, node: str, came: Tap) -> str:
         """Let a node leave; return its checkpoint. ``came`` is told what must arrive at it, until it is put in."""

@@ -1,5 +1,7 @@
 """What was measured of a node and of the link, over the last while."""
 
+from collections.abc import Mapping
+
 import msgspec
 import numpy as np
 
@@ -57,6 +59,13 @@ class Rates:
             self._rates |= {topic: size / (now - self._since) for topic, size in self._bytes.items()}
             self._since, self._bytes = now, {}
 
-    def of(self, topic: str, otherwise: float) -> float:
-        """Return the rate of a topic [bytes/s]."""
-        return self._rates.get(topic, otherwise)
+    def of(self, expected: Mapping[str, float]) -> dict[str, float]:
+        """Return the rates of topics of which a robot sends one or several [bytes/s].
+
+        Parameters
+        ----------
+        expected : mapping of str to float
+            The topics, and the rate of each where none of them was measured yet [bytes/s].
+        """
+        measured = {topic: self._rates[topic] for topic in expected if topic in self._rates}
+        return measured or dict(expected)

@@ -217,7 +217,7 @@ class NodeMonitorNode(Node):
         return NodeFacts(
             node,
             own,
-            {topic: self._rates.of(topic, rate) for topic, rate in own.rates.items()} if own is not None else {},
+            self._rates.of(own.rates) if own is not None else {},
             cloud_seconds=record.cloud_seconds.median,
             robot_seconds=record.robot_seconds.median,
             taken=sum(others),

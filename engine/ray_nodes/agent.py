@@ -3,7 +3,6 @@
 It joins the cloud by its ticket, and is a machine of it as any on another host, until SIGTERM or the end of its actor.
 """
 
-import ctypes
 import logging
 import os
 import shutil
@@ -16,6 +15,7 @@ import uvloop
 
 from engine.joined import Options, stay
 from engine.membership import join
+from engine.parent import end_with
 from engine.ray_nodes.config import DONE, NodeConfig
 from ppaas.errors import PPaaSError, Unavailable
 
@@ -23,8 +23,6 @@ logger = logging.getLogger(__name__)
 
 PATIENCE = 60.0
 """Seconds for which the cloud may be away, as when it was killed and is started anew; then the node is given back."""
-
-_PR_SET_PDEATHSIG = 1
 
 
 async def run(config: NodeConfig) -> int:
@@ -42,13 +40,6 @@ async def run(config: NodeConfig) -> int:
         return 1
     await stay(membership, Options(config.cores, config.labels, PATIENCE))
     return 0
-
-
-def end_with(parent: int) -> None:
-    """Have SIGTERM sent to us when our parent ends, by whatever death."""
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
-    if os.getppid() != parent:
-        sys.exit("the actor of this agent has gone already")
 
 
 def main() -> None:

@@ -44,6 +44,10 @@ class ContainerProcess(Protocol):
         """Let it see what was put beside the layers of its map after it was launched; for most it is there already."""
         ...
 
+    def endpoint_came(self) -> None:
+        """Let it reach who listens anew under the name of its endpoint's socket; for most it is so already."""
+        ...
+
     def resize(self, launch: Launch) -> None:
         """Hold it to another size from now on: that of this launch, on its CPUs; nothing happens where it is gone."""
         ...

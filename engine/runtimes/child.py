@@ -12,10 +12,9 @@ from multiprocessing.connection import Connection
 from typing import NamedTuple
 
 from engine.model import Launch
+from engine.runtimes.warming import PRELOAD
 
-PRELOAD = "engine.runtimes.preload"
 KERNELS = "engine.runtimes.kernels"
-FROZEN = "engine.runtimes.frozen"
 
 Entry = Callable[[Launch], int | None]
 

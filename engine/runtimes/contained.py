@@ -13,7 +13,8 @@ import sys
 import msgspec
 
 from engine.model import Launch
-from engine.runtimes.child import PRELOAD, die_with, resolve, settle
+from engine.runtimes.child import die_with, resolve, settle
+from engine.runtimes.warming import PRELOAD
 
 FOLDER = "/run/ppaas"
 """Where the sockets are that a container may dial, its own alone."""

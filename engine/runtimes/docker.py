@@ -17,6 +17,7 @@ from engine.runtimes.docker_container import Booth, DockerContainer
 from engine.runtimes.docker_engine import DockerEngine
 from engine.runtimes.docker_limits import of_spare
 from engine.runtimes.fork_server import UNHEARD, ForkServer
+from engine.runtimes.warming import CONTAINER, REHEARSED
 from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
@@ -50,7 +51,7 @@ class DockerRuntime(Runtime):
     def __init__(
         self,
         premises: Premises,
-        entry: str = "engine.container:main",
+        entry: str = CONTAINER,
         rehearsed: tuple[str, ...] = (),
         spares: int = SPARES,
     ) -> None:
@@ -72,7 +73,7 @@ class DockerRuntime(Runtime):
     @classmethod
     def on(cls, premises: Premises) -> "DockerRuntime":
         """Return the runtime of a machine whose computer has a Docker engine."""
-        return cls(premises, rehearsed=("engine.rehearsed",))
+        return cls(premises, rehearsed=(REHEARSED,))
 
     async def start(self) -> None:
         """Find engine and image, and wait until the first spare is warm; do it before other libraries start threads.

@@ -41,6 +41,7 @@ class Booth:
     def __init__(self, sockets: Path, layers: Path) -> None:
         self.sockets = sockets
         self.layers = layers
+        self._endpoint = ""
         layers.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         for folder in (sockets, layers):
             folder.mkdir()
@@ -48,6 +49,7 @@ class Booth:
 
     def admit(self, launch: Launch) -> Launch:
         """Put in what a container is to see; return its launch as it sees it from inside."""
+        self._endpoint = launch.link
         link, machine = _shown(launch.link, self.sockets, LINK), _shown(launch.machine, self.sockets, MACHINE)
         seen = {"link": link, "machine": machine}
         if launch.layers:
@@ -61,6 +63,17 @@ class Booth:
             if not file.name.startswith("."):
                 with contextlib.suppress(FileExistsError):
                     os.link(file, self.layers / file.name)
+
+    def link_endpoint(self) -> None:
+        """Put in the socket that has the name of the endpoint's now: what is here leads to the one that had it before.
+
+        Raises
+        ------
+        OSError
+            There is none, or no longer.
+        """
+        (self.sockets / LINK).unlink(missing_ok=True)
+        _shown(self._endpoint, self.sockets, LINK)
 
     def remove(self) -> None:
         """Remove both."""
@@ -166,6 +179,15 @@ class DockerContainer:
         """Link what was put beside the layers of its map since."""
         if self._layers is not None and not self.has_ended:
             self._booth.link_layers(self._layers)
+
+    def endpoint_came(self) -> None:
+        """Link the socket that has its endpoint's name now, for it dials again and again."""
+        if not self._launched or self.has_ended:
+            return
+        try:
+            self._booth.link_endpoint()
+        except OSError as error:
+            logger.warning("container %s does not reach its endpoint: %s", self.id[:12], error)
 
     def resize(self, launch: Launch) -> None:
         """Hold it to another size from now on; nothing happens where it is gone.

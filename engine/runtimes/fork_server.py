@@ -10,12 +10,13 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
-from multiprocessing.connection import Connection
 from multiprocessing.popen_forkserver import Popen
 from types import ModuleType
 from typing import TypeVar
 
-from engine.runtimes.child import FROZEN, PRELOAD, Warmth, look_around
+from engine.heartbeats import BEAT_PERIOD, MISSED
+from engine.runtimes import warming
+from engine.runtimes.child import Warmth, look_around
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
 
@@ -26,6 +27,7 @@ UNHEARD = 255
 
 _context = multiprocessing.get_context("forkserver")
 _main_lock = threading.Lock()
+_warm: list["ForkServer"] = []  # in the order in which they were warm; the last one watches the server that runs
 
 PROBE_TIMEOUT = 600.0
 """Seconds until the fork server must be warm; the very first start on a machine compiles all kernels."""
@@ -33,9 +35,10 @@ PROBE_TIMEOUT = 600.0
 ENDING_TIMEOUT = 5.0
 """Seconds until a fork server that no longer listens must have ended."""
 
-FORK_TIMEOUT = 6.0
-"""Seconds until a warm fork server must have forked; a frozen one never does. It takes 0.05 s, and tenths of a second
-on a busy machine. Another must be warm before the master gives the container up for which it was asked."""
+FORK_TIMEOUT = MISSED * BEAT_PERIOD
+"""Seconds until a warm fork server must have forked; a frozen one never does, and is given up as soon as all else that
+is frozen. It takes 0.05 s, and tenths of a second on a busy machine. Another must be warm before the master gives the
+container up for which it was asked."""
 
 
 def start_process(target: Callable[..., None], *arguments: object) -> Popen:
@@ -49,9 +52,32 @@ def start_process(target: Callable[..., None], *arguments: object) -> Popen:
     EOFError, OSError
         The server died meanwhile.
     """
-    # Not ``Process.start``: that would poll, in this thread, processes that an event loop polls.
-    with _nothing_to_import_again():
-        return Popen(_context.Process(target=target, args=arguments))
+    deadline = monotonic() + ENDING_TIMEOUT
+    while True:
+        try:
+            # Not ``Process.start``: that would poll, in this thread, processes that an event loop polls.
+            with _nothing_to_import_again():
+                return Popen(_context.Process(target=target, args=arguments))
+        except ConnectionRefusedError:  # by one that is about to end, for which the library starts no other yet
+            if monotonic() > deadline:
+                raise
+            time.sleep(0.02)
+
+
+async def fork(target: Callable[..., None], *arguments: object) -> Popen:
+    """Start a process, as ``start_process`` does, from whichever fork server is there or comes.
+
+    One that is warm and does not fork is frozen: it is killed, and the next one asked.
+
+    Raises
+    ------
+    EOFError, OSError
+        The servers died meanwhile, or were killed.
+    """
+    if _warm:
+        with suppress(EOFError, OSError):
+            return await _warm[-1].fork(target, *arguments)
+    return await asyncio.to_thread(start_process, target, *arguments)  # it may have to load first: no time-out
 
 
 class ForkServer:
@@ -92,14 +118,14 @@ class ForkServer:
         Unavailable
             It ended, could not load what containers need, or took too long.
         """
-        entered = self._entry.partition(":")[0]
-        _context.set_forkserver_preload([PRELOAD, entered, *([self._rehearsed] if self._rehearsed else []), FROZEN])
+        warming.choose(self._entry, self._rehearsed)
         try:
             answer = await self._call(self._probe, PROBE_TIMEOUT)
             if isinstance(answer, str):
                 raise Unavailable(f"containers cannot start from the fork server: {answer}")
             self.forget()
             self._pidfd = os.pidfd_open(answer.pid)
+            _warm.append(self)
         except (EOFError, OSError) as error:
             raise Unavailable("the fork server ended while it loaded; see its error output") from error
         asyncio.get_running_loop().add_reader(self._pidfd, died)
@@ -108,7 +134,7 @@ class ForkServer:
     def _probe(self) -> Warmth | str:
         receiving, sending = _context.Pipe(duplex=False)
         with receiving, sending:
-            probe = self._start_probe(sending)
+            probe = start_process(look_around, self._entry, sending)
             sending.close()
             try:
                 answer: Warmth | str = receiving.recv()
@@ -116,16 +142,6 @@ class ForkServer:
                 probe.wait()
                 probe.close()
         return answer
-
-    def _start_probe(self, sending: Connection) -> Popen:
-        deadline = monotonic() + ENDING_TIMEOUT
-        while True:
-            try:
-                return start_process(look_around, self._entry, sending)
-            except ConnectionRefusedError:  # by one that is about to end, for which the library starts no other yet
-                if monotonic() > deadline:
-                    raise
-                time.sleep(0.02)
 
     async def fork(self, target: Callable[..., None], *arguments: object) -> Popen:
         """Start a process, as ``start_process`` does.
@@ -168,6 +184,7 @@ class ForkServer:
             asyncio.get_running_loop().remove_reader(self._pidfd)
             os.close(self._pidfd)
             self._pidfd = None
+            _warm.remove(self)
 
     def close(self) -> None:
         """Make no more calls. The server itself ends with this process."""

@@ -59,6 +59,9 @@ class ForkedContainer:
     def layers_grew(self) -> None:
         """Do nothing: it sees the folder itself."""
 
+    def endpoint_came(self) -> None:
+        """Do nothing: it finds the socket by its name."""
+
     def resize(self, launch: Launch) -> None:
         """Let all its threads run on the CPUs of its new size, and hold it to that."""
         if self._pidfd is not None:

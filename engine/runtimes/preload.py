@@ -14,17 +14,18 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[_name] = "1"  # a pool of threads in the fork server would be lost in its children
 
 try:
-    from engine.runtimes import memory, threading_layer
+    from engine.runtimes import memory, stand_ins, threading_layer
 
     memory.give_back_early()
     with memory.without_extras():
-        LAYER = threading_layer.choose()
-
         import asyncio  # noqa: F401
 
         import msgspec  # noqa: F401
         import numpy as np  # noqa: F401
         import uvloop  # noqa: F401
+
+        with stand_ins.instead_of(stand_ins.HTML, stand_ins.POLYNOMIAL):
+            LAYER = threading_layer.choose()
 
         from engine.runtimes import compiled, kernels
 

@@ -11,6 +11,7 @@ from engine.runtimes.child import run
 from engine.runtimes.control_groups import ControlGroups, own_hierarchies
 from engine.runtimes.fork_server import ForkServer
 from engine.runtimes.forked import ForkedContainer
+from engine.runtimes.warming import CONTAINER, REHEARSED
 from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
@@ -33,7 +34,7 @@ class ProcessRuntime(Runtime):
 
     def __init__(
         self,
-        entry: str = "engine.container:main",
+        entry: str = CONTAINER,
         rehearsed: str | None = None,
         groups: ControlGroups | None = None,
     ) -> None:
@@ -48,7 +49,7 @@ class ProcessRuntime(Runtime):
     @classmethod
     def on(cls, premises: Premises) -> "ProcessRuntime":
         """Return the runtime of a machine."""
-        return cls(rehearsed="engine.rehearsed", groups=ControlGroups(premises.instance, own_hierarchies()))
+        return cls(rehearsed=REHEARSED, groups=ControlGroups(premises.instance, own_hierarchies()))
 
     async def start(self) -> None:
         """Start the fork server and wait until it is warm; do it before any other library starts threads.

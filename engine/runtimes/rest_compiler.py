@@ -22,6 +22,7 @@ from types import ModuleType
 import ppaas
 from engine.background import Background
 from engine.disk_notes import alone
+from engine.parent import end_with
 from engine.runtimes import kernel_stamp, threading_layer
 
 logger = logging.getLogger(__name__)
@@ -42,7 +43,7 @@ async def compiling_the_rest() -> AsyncIterator[None]:
 
 
 async def _compile_beside() -> None:
-    process = await asyncio.create_subprocess_exec(*COMMAND, stdin=asyncio.subprocess.DEVNULL)
+    process = await asyncio.create_subprocess_exec(*COMMAND, str(os.getpid()), stdin=asyncio.subprocess.DEVNULL)
     try:
         status = await process.wait()
         if status:
@@ -54,7 +55,9 @@ async def _compile_beside() -> None:
 
 
 def main() -> None:
-    """Compile all kernels on all processors, unless it is known that they are."""
+    """Compile all kernels on all processors, unless it is known that they are; for a parent, as long as that lives."""
+    for parent in sys.argv[1:2]:
+        end_with(int(parent))
     os.nice(LOWEST_PRIORITY)
     stamp = kernel_stamp.stamp_file(Path(ppaas.__path__[0]), threading_layer.choose())
     if kernel_stamp.all_compiled(stamp):

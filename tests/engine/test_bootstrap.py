@@ -1,10 +1,12 @@
 import logging
+import subprocess
+import sys
 
 import pytest
 
 from engine import bootstrap
 from engine.bootstrap import Cloud, CloudConfig
-from engine.instances import folder_of, instance_name
+from engine.instances import folder_of
 from ppaas.errors import InvalidParameter
 
 
@@ -28,8 +30,16 @@ async def test_priorities_that_are_none_are_refused_before_anything_is_made(shor
     assert list(short_path.iterdir()) == []
 
 
-async def test_what_a_machine_that_had_to_be_killed_left_in_shared_memory_goes_with_the_cloud(short_path):
-    cloud, left = Cloud(CloudConfig("memory:", "memory:")), folder_of(instance_name())
+@pytest.fixture
+def dead_instance():
+    code = "from engine.instances import instance_name; print(instance_name())"
+    return subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.strip()
+
+
+async def test_what_a_machine_that_had_to_be_killed_left_in_shared_memory_goes_with_the_cloud(
+    short_path, dead_instance
+):
+    cloud, left = Cloud(CloudConfig("memory:", "memory:")), folder_of(dead_instance)
     left.mkdir()
     await cloud.close()
     assert not left.exists()

@@ -20,7 +20,7 @@ from ppaas.messages.message import Empty, Message
 from ppaas.messages.nav_msgs import GetMapResponse, GetPlanRequest, GetPlanResponse
 from ppaas.messages.std_msgs import Header
 from ppaas.nodes.base import Node, Payload
-from ppaas.nodes.clone import build_clone, build_planning
+from ppaas.nodes.clone import DEPTH_CAMERA, build_clone, build_planning
 from ppaas.nodes.graph import Graph
 from tests.support.places import free_pose, reachable_pose
 
@@ -28,7 +28,8 @@ Build = Callable[[Graph, MapLayers, Pose2D], None]
 
 
 def a_clone(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
-    build_clone(graph, layers, model="turtlebot2", initial_pose=pose)
+    parameters = {DEPTH_CAMERA: {}}  # most robots have none
+    build_clone(graph, layers, model="turtlebot2", initial_pose=pose, parameters=parameters)
 
 
 def a_planning_container(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:

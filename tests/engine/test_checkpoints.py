@@ -112,3 +112,30 @@ def test_a_checkpoint_that_tells_nothing_of_its_origin_is_forgotten(
 
 def test_a_container_that_only_plans_has_no_checkpoint(checkpoints: Checkpoints) -> None:
     assert checkpoints.give(planning_spec()) == planning_spec()
+
+
+def test_who_kept_the_last_checkpoint_under_another_cloud_process_is_the_clone_still(
+    store: MemoryStore, checkpoints: Checkpoints
+) -> None:
+    assert not checkpoints.runs_on(first()), "nobody knows of it"
+    keep(store, first(), "before", saved=0.0)
+    assert checkpoints.runs_on(first())
+    assert not checkpoints.runs_on(planning_spec())
+
+
+@pytest.mark.parametrize(
+    ("kept_by", "instance"),
+    [
+        (msgspec.structs.replace(robot_spec("c2"), session="c1"), "before"),
+        (msgspec.structs.replace(robot_spec("c1"), session="c9"), "before"),
+        (msgspec.structs.replace(first(), map=MapVersion("house", "v9")), "before"),
+        (msgspec.structs.replace(first(), robot=robot_config("tb1", model="other")), "before"),
+        (first(), "this"),
+    ],
+    ids=["its successor", "another session", "another map", "another robot", "this cloud process"],
+)
+def test_a_container_whose_place_may_be_anothers_by_now_is_the_clone_no_more(
+    store: MemoryStore, checkpoints: Checkpoints, kept_by: ContainerSpec, instance: str
+) -> None:
+    keep(store, kept_by, instance)
+    assert not checkpoints.runs_on(first())

@@ -8,7 +8,7 @@ import pytest
 
 from engine.claims import LEAST_MEMORY, MOST_CORES, check_heartbeat, machine_of
 from engine.control import ContainerLoad, Heartbeat, Register
-from ppaas.errors import InvalidInput, InvalidParameter
+from ppaas.errors import InvalidInput, InvalidParameter, NotPermitted
 from tests.support.engine_links import register
 from tests.support.placing import machine
 
@@ -21,6 +21,13 @@ def test_a_machine_is_what_it_says_it_is() -> None:
     taken = machine_of(said(cores=MOST_CORES, memory=LEAST_MEMORY, labels={"zone": "a"}, network=1e8))
     assert (taken.id, taken.cores, taken.memory, taken.pid) == ("m1", MOST_CORES, LEAST_MEMORY, 1000)
     assert (taken.labels, taken.network) == ({"zone": "a"}, 1e8)
+
+
+@pytest.mark.parametrize("release", ["", "0.0.9", "x" * 1000])
+def test_one_of_another_release_is_not_let_in(release: str) -> None:
+    with pytest.raises(NotPermitted, match="release") as refused:
+        machine_of(said(release=release))
+    assert len(str(refused.value)) < 300
 
 
 @pytest.mark.parametrize(

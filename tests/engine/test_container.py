@@ -13,6 +13,7 @@ import pytest
 
 from engine import link, machine_link
 from engine.container import MAX_WAITING, Container, run
+from engine.endpoint_link import EndpointLink
 from engine.framing import FrameStream
 from engine.home import CloudHome
 from engine.layer_files import write_layers
@@ -48,8 +49,9 @@ def test_a_container_loads_nothing_that_stores_are_made_of() -> None:
 class Outer:
     """The world outside a container: the endpoint and the machine, spoken by hand."""
 
-    def __init__(self, spec: ContainerSpec) -> None:
+    def __init__(self, spec: ContainerSpec, path: Path = Path()) -> None:
         self.spec = spec
+        self._path = path
 
     async def start(self) -> "Outer":
         near, self.endpoint = await pair(link.ToContainer, link.FromContainer)
@@ -59,7 +61,8 @@ class Outer:
         self.home.graph.restore([Checkpoint(name, state) for name, state in self.spec.checkpoint.items()])
         self._client = MachineClient(machine)
         self._near = near
-        self.container = Container(launch_of(self.spec), self.home, near, self._client, PlanningNotes(Times()))
+        endpoint = EndpointLink(str(self._path), near)
+        self.container = Container(launch_of(self.spec), self.home, endpoint, self._client, PlanningNotes(Times()))
         self.serving = asyncio.create_task(self.container.serve())
         self._answers = asyncio.create_task(self._client.serve(lambda _: None))
         return self
@@ -209,7 +212,7 @@ async def test_an_endpoint_that_does_not_read_loses_what_may_be_lost_and_nothing
     word, count = "x" * 100_000, 60
     for number in range(count):
         outer.home.graph.inject("say", String(f"{number} {word}"))
-    assert outer._near.waiting > MAX_WAITING
+    assert outer.container._endpoint.waiting > MAX_WAITING
     got: dict[str, int] = {"echo": 0, "last": 0}
     while got["last"] < count:
         frame = await receive(outer.endpoint)
@@ -286,11 +289,72 @@ async def test_stop_saves_a_checkpoint_and_ends(outer: Outer) -> None:
     await asyncio.wait_for(outer.serving, 10)
 
 
-async def test_an_endpoint_that_hangs_up_ends_the_container_with_a_checkpoint(outer: Outer) -> None:
-    outer.endpoint.write(say("one", 1))
+@pytest.fixture
+async def served_twice(tmp_path: Path) -> AsyncIterator[tuple[Outer, "asyncio.Queue[FrameStream[link.FromContainer]]"]]:
+    """Return a container whose endpoint may go, and those endpoints that it dials then."""
+    found: asyncio.Queue[FrameStream[link.FromContainer]] = asyncio.Queue()
+    path = tmp_path / "link.sock"
+    server = await asyncio.start_unix_server(
+        lambda *streams: found.put_nowait(FrameStream(*streams, link.FromContainer)), path
+    )
+    made = await Outer(robot_spec(), path).start()
+    yield made, found
+    server.close()
+    while not found.empty():
+        await found.get_nowait().close()
+    await made.close()
+
+
+async def test_an_endpoint_that_hangs_up_is_dialled_again_and_hears_of_all_but_what_was_for_its_clients(
+    served_twice: tuple[Outer, "asyncio.Queue[FrameStream[link.FromContainer]]"],
+) -> None:
+    outer, found = served_twice
+    outer.endpoint.write(link.Subscribe("last", 1))
+    assert await outer.ask(say("one", 57)) == link.Published("last", b'{"data":"one"}')
     await outer.endpoint.close()
-    assert await outer.checkpoint() == {"echo": b"one", LINK_STATE: b"1"}
-    await asyncio.wait_for(outer.serving, 10)
+    outer.endpoint = await found.get()
+    hello = await receive(outer.endpoint)
+    assert isinstance(hello, link.Hello) and (hello.container, hello.applied) == (outer.spec.id, 57)
+    assert {topic.name for topic in hello.topics} == set(outer.home.graph.topics)
+    outer.endpoint.write(say("two", 58))
+    assert await outer.heard() == "one,two", "it is the same, and sends nobody what nobody asked for"
+    assert not outer.serving.done()
+
+
+async def test_an_answer_to_an_endpoint_that_has_gone_is_told_to_no_other(
+    served_twice: tuple[Outer, "asyncio.Queue[FrameStream[link.FromContainer]]"],
+) -> None:
+    outer, found = served_twice
+    outer.node.job_may_end.clear()
+    outer.endpoint.write(link.Call(1, "job", b"{}"))
+    assert await outer.heard() == ""
+    await outer.endpoint.close()
+    outer.endpoint = await found.get()
+    assert isinstance(await receive(outer.endpoint), link.Hello)
+    outer.node.job_may_end.set()
+    answer = await outer.ask(link.Call(2, "job", b"{}"))
+    assert isinstance(answer, link.Answer) and answer.call == 2
+
+
+async def test_an_end_that_nobody_hears_is_said_to_whoever_asks_next(
+    served_twice: tuple[Outer, "asyncio.Queue[FrameStream[link.FromContainer]]"],
+) -> None:
+    outer, found = served_twice
+    outer.home.graph.add(Ending)
+    keeping = asyncio.create_task(outer.container.keep_checkpoints())
+    outer.endpoint.write(link.Subscribe("ended", 0))
+    assert await outer.heard() == ""
+    await outer.endpoint.close()
+    outer.home.graph.inject("end", String("here"))
+    outer.endpoint = await found.get()
+    assert isinstance(await receive(outer.endpoint), link.Hello)
+    while (await outer.checkpoint())["ending"] != b"here":
+        pass
+    outer.endpoint.write(link.Subscribe("ended", 0))
+    while not isinstance(frame := await receive(outer.endpoint), link.Published):
+        assert isinstance(frame, link.Ack)
+    assert frame == link.Published("ended", b'{"data":"here"}')
+    keeping.cancel()
 
 
 async def test_what_must_arrive_is_acknowledged_once_it_is_checkpointed_and_not_before(outer: Outer) -> None:
@@ -362,12 +426,13 @@ def layers(tmp_path: Path) -> Path:
 
 
 async def first_frame(spec: ContainerSpec, layers: Path, tmp_path: Path) -> link.FromContainer | None:
-    """Run a container until it has said its first frame, then hang up; return the frame."""
+    """Run a container until it has said its first frame, then tell it to stop; return the frame."""
     frames: asyncio.Queue[link.FromContainer | None] = asyncio.Queue()
 
     async def endpoint(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         stream: FrameStream[link.FromContainer] = FrameStream(reader, writer, link.FromContainer)
         frames.put_nowait(await stream.receive())
+        await stream.send(link.Stop())
         await stream.close()
 
     async def machine(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -388,7 +453,7 @@ async def first_frame(spec: ContainerSpec, layers: Path, tmp_path: Path) -> link
     return await frames.get()
 
 
-async def test_a_container_says_hello_and_ends_when_its_endpoint_goes(layers: Path, tmp_path: Path) -> None:
+async def test_a_container_says_hello_and_ends_when_its_endpoint_says_so(layers: Path, tmp_path: Path) -> None:
     hello = await first_frame(planning_spec("p1"), layers, tmp_path)
     assert isinstance(hello, link.Hello)
     assert (hello.container, hello.secret) == ("p1", "secret")

@@ -11,11 +11,17 @@ import pytest
 from engine import control
 from engine.control_server import ControlServer
 from engine.link import Refusal
-from ppaas.errors import Unavailable
+from ppaas.errors import PPaaSError, Unavailable
 from tests.support.engine_links import connection, dial_control, receive, register
 from tests.support.waiting import until
 
 SECRET = "secret"
+
+
+class Otherwise(msgspec.Struct, tag="register"):
+    """What an agent of another release may say first."""
+
+    machine_id: str = "m1"
 
 
 class Events:
@@ -24,8 +30,11 @@ class Events:
     def __init__(self) -> None:
         self.told: list[tuple[str, str]] = []
         self.said: list[control.FromAgent] = []
+        self.refusal: PPaaSError | None = None
 
-    def machine_registered(self, register: control.Register) -> None:
+    async def machine_registered(self, register: control.Register) -> None:
+        if self.refusal is not None:
+            raise self.refusal
         self.told.append(("registered", register.machine))
 
     def machine_said(self, machine: str, event: control.FromAgent) -> None:
@@ -90,6 +99,16 @@ async def test_a_stranger_is_hung_up_on_and_nobody_is_told(
         server.order("m1", control.StopContainer("c1"))
 
 
+async def test_one_that_registers_as_another_release_might_is_dismissed_so_that_it_waits_for_nobody(
+    server: ControlServer, events: Events
+) -> None:
+    stream = await dial_control(server.path)
+    stream.write(Otherwise())
+    assert await receive(stream) == control.Dismissed()
+    assert await receive(stream) is None
+    assert events.told == []
+
+
 @pytest.mark.parametrize("named", ["m2", "m1"], ids=["own name", "name of another"])
 async def test_a_machine_of_another_host_registers_under_the_name_of_its_certificate_alone(
     server: ControlServer, events: Events, named: str
@@ -144,7 +163,33 @@ async def test_a_machine_that_talks_rubbish_is_gone(server: ControlServer, event
     stream.write(register("m1"))
     stream.write(control.StopContainer("no agent says this"))
     await until(lambda: ("gone", "m1") in events.told)
+    assert await receive(stream) == control.Dismissed()
     assert await receive(stream) is None
+
+
+async def test_a_machine_that_is_hung_up_on_may_come_again_and_one_that_is_dismissed_is_told_so(
+    server: ControlServer, events: Events
+) -> None:
+    for dismissed in (False, True):
+        stream = await dial_control(server.path)
+        stream.write(register("m1"))
+        await until(lambda: events.told[-1:] == [("registered", "m1")])
+        if dismissed:
+            await server.dismiss("m1")
+            assert await receive(stream) == control.Dismissed()
+        else:
+            server.hang_up("m1")
+        assert await receive(stream) is None
+        await until(lambda: events.told[-1:] == [("gone", "m1")])
+
+
+async def test_a_machine_is_not_dismissed_while_nobody_can_tell_whose_clones_it_carries(
+    server: ControlServer, events: Events
+) -> None:
+    events.refusal = Unavailable("the store is away")
+    stream = await dial_control(server.path)
+    stream.write(register("m1"))
+    assert await receive(stream) is None, "so it tries again"
 
 
 async def test_closing_lets_all_machines_go_even_those_that_have_not_registered(
@@ -154,6 +199,7 @@ async def test_closing_lets_all_machines_go_even_those_that_have_not_registered(
     known.write(register("m1"))
     await until(lambda: events.told)
     await server.close()
+    assert await receive(known) == await receive(silent) == control.Dismissed()
     assert await receive(known) is None
     assert await receive(silent) is None
     await until(lambda: ("gone", "m1") in events.told)

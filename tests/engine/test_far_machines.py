@@ -1,6 +1,7 @@
 """Machines of other hosts at a cloud's door: they join, learn the terms, and are refused."""
 
 import asyncio
+import tempfile
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from engine import control
 from engine.control_server import ControlServer
 from engine.far_machines import FarMachines, make_ticket
 from engine.framing import FrameStream
-from engine.joined import Options, config_of
+from engine.joined import Options, config_of, stay
 from engine.link_server import LinkServer
 from engine.links.address import TlsAddress
 from engine.links.identity import stranger_context
@@ -85,7 +86,7 @@ async def test_it_learns_the_terms_and_what_its_agent_is_told_follows_from_them(
     terms = await membership.terms()
     config = config_of(membership, Options(2, {"gpu": "no"}), terms, tmp_path / "run")
     assert (config.store, config.map_store) == cloud.stores
-    assert config.away is not None and config.away.cloud == "the cloud" != config.instance
+    assert (config.identity, config.cloud) == (str(tmp_path / "m2"), "the cloud")
     assert config.peering is not None and config.peering.connect == (f"tls/127.0.0.1:{terms.fabric_port}",)
     assert config.peering.credentials == cloud.far.peering.credentials
     assert (config.cores, config.labels) == (2, {"gpu": "no"})
@@ -98,6 +99,19 @@ async def test_stores_that_are_not_there_are_not_made(cloud: Cloud, tmp_path: Pa
     (tmp_path / "store.sqlite").unlink()
     with pytest.raises(NotFound, match="store"):
         config_of(membership, Options(), terms, tmp_path / "run")
+
+
+async def test_it_ends_with_an_error_where_the_cloud_runs_another_release(
+    cloud: Cloud, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever starts it again may have installed that one meanwhile; a loop in it would run the old one for ever."""
+    membership = await join(tmp_path / "m2", cloud.ticket(), "m2")
+    # A machine keeps its temporary files in a folder of its own, and tests after this one should not.
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr("engine.joined.__version__", "0.0.9")
+    with pytest.raises(Conflict, match="the cloud runs release"):
+        await stay(membership, Options())
 
 
 async def test_the_ticket_that_it_joined_with_is_taken_again_and_needs_no_cloud(cloud: Cloud, tmp_path: Path) -> None:

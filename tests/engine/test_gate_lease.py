@@ -15,7 +15,7 @@ from tests.support.specs import robot_spec
 
 async def test_checkpoints_are_kept_only_while_the_lease_holds(tmp_path: Path) -> None:
     store, may = MemoryStore(), False
-    gate = Gate(tmp_path / "gate.sock", store, FakeFabric(), may_save=lambda: may)
+    gate = Gate(tmp_path / "gate.sock", store, FakeFabric(), acts=lambda: may)
     await gate.start()
     gate.expect(robot_spec("c1", "ann", "tb1"), "secret")
     stream = await dial_gate(gate.path)
@@ -29,5 +29,25 @@ async def test_checkpoints_are_kept_only_while_the_lease_holds(tmp_path: Path) -
     stream.write(machine_link.SaveClone(2, {"n": b"new"}))
     assert await receive(stream) == machine_link.Done(2)
     assert store.clone("ann", "tb1").nodes["n"] == b"new"
+    await stream.close()
+    await gate.close()
+
+
+async def test_for_who_is_shut_out_nothing_is_done_though_the_machine_acts(tmp_path: Path) -> None:
+    store, fabric = MemoryStore(), FakeFabric()
+    gate = Gate(tmp_path / "gate.sock", store, fabric)
+    await gate.start()
+    gate.expect(robot_spec("c1", "ann", "tb1"), "secret")
+    stream = await dial_gate(gate.path)
+    stream.write(machine_link.Attach("c1", "secret"))
+    stream.write(machine_link.SaveClone(1, {"n": b"old"}))
+    assert await receive(stream) == machine_link.Done(1)
+    gate.shut_out("c1")
+    stream.write(machine_link.Share("amcl_pose", b"{}"))
+    stream.write(machine_link.SaveClone(2, {"n": b"late"}))
+    refused = await receive(stream)
+    assert refused.refusal.slug == "unavailable"
+    assert store.clone("ann", "tb1").nodes["n"] == b"old"
+    assert fabric.published == []
     await stream.close()
     await gate.close()

@@ -4,6 +4,7 @@ import asyncio
 import os
 from collections.abc import AsyncIterator
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -13,7 +14,7 @@ from engine.gate import Gate
 from engine.hosting import Hosting
 from engine.link import Refusal
 from engine.mapcache import MapCache
-from engine.model import ContainerSpec, MapVersion
+from engine.model import ContainerSpec, LayerSpec, MapVersion
 from ppaas.errors import InvalidMap, NotFound, Unavailable
 from ppaas.nodes.models import robot_model
 from ppaas.robot_model.reading import describe
@@ -32,17 +33,21 @@ class Building:
     """Builds layers when it is let, and fails as it is told."""
 
     def __init__(self) -> None:
-        self.radii: list[float] = []
+        self.specs: list[LayerSpec] = []
         self.error: Exception | None = None
         self.go = asyncio.Event()
         self.go.set()
 
-    async def __call__(self, record: MapVersion, robot_radius: float, folder: Path) -> None:
-        self.radii.append(robot_radius)
+    @property
+    def radii(self) -> list[float]:
+        return [spec.robot_radius for spec in self.specs]
+
+    async def __call__(self, spec: LayerSpec, folder: Path) -> None:
+        self.specs.append(spec)
         await self.go.wait()
         if self.error is not None:
             raise self.error
-        (folder / "layers").write_text(record.version)
+        (folder / "layers").write_text(spec.map.version)
 
 
 class Host:
@@ -138,6 +143,36 @@ async def test_layers_are_inflated_for_what_the_urdf_or_the_parameters_of_a_robo
         host.start(ContainerSpec(f"c{number}", "ann", HOUSE, 1.0, config))
         await host.told(launched(f"c{number}"))
     assert host.building.radii == [0.238, 0.3]
+
+
+async def test_the_masks_of_a_robot_lie_on_its_layers_and_on_no_others(host: Host) -> None:
+    masks = {"keepout_filter": MapVersion("kept", "v1")}
+    newer = {"keepout_filter": MapVersion("kept", "v2")}
+    for number, own in enumerate((masks, {}, newer, masks)):
+        host.start(ContainerSpec(f"c{number}", "ann", HOUSE, 1.0, robot_config(masks=own)))
+        await host.told(launched(f"c{number}"))
+    assert [spec.masks for spec in host.building.specs] == [masks, {}, newer]
+    folders = [launch.layers for launch in host.runtime.launches]
+    assert len(set(folders)) == 3
+    assert folders[0] == folders[3]
+
+
+async def test_layers_know_the_height_of_a_robot_whose_map_has_an_octomap(host: Host) -> None:
+    given: list[dict[str, Any]] = [
+        {"in_space": True},
+        {"in_space": False},
+        {"in_space": True, "urdf": describe(example("turtlebot2"))},
+        {"in_space": True, "parameters": {"voxel_layer": {"min_obstacle_height": 0.1, "max_obstacle_height": 1.2}}},
+        {"in_space": True, "parameters": {"voxel_layer": {"enabled": False}}},
+    ]
+    for number, fields in enumerate(given):
+        host.start(ContainerSpec(f"c{number}", "ann", HOUSE, 1.0, robot_config(**fields)))
+        await host.told(launched(f"c{number}"))
+    heights = [spec.heights for spec in host.building.specs]
+    assert heights == [(None, 0.42), None, (None, pytest.approx(0.4602)), (0.1, 1.2)]
+    folders = [launch.layers for launch in host.runtime.launches]
+    assert len(set(folders)) == 4
+    assert folders[1] == folders[4]
 
 
 async def test_a_container_whose_robot_has_a_footprint_that_is_none_is_refused(host: Host) -> None:
@@ -298,3 +333,28 @@ async def test_closing_ends_what_runs_and_starts_nothing_more(tmp_path: Path) ->
     assert host.runtime.closed
     host.assert_forgotten()
     host.cache.remove_all()
+
+
+async def test_what_runs_is_told_as_it_was_ordered_and_what_is_not_to_be_kept_ends(host: Host) -> None:
+    spec = msgspec.structs.replace(robot_spec("c1", version=HOUSE), checkpoint={"amcl": b"{}"})
+    host.start(spec)
+    host.start(robot_spec("c2", robot="tb2", version=HOUSE))
+    host.start(planning_spec("p1", version=HOUSE))
+    await until(lambda: len(host.runtime.processes) == 3)
+    host.hosting.resize(control.ResizeContainer("c1", 2.0))
+    host.runtime.go.clear()
+    host.start(robot_spec("c3", robot="tb3", version=HOUSE))
+    await until(lambda: len(host.runtime.launches) == 4)
+    first, second = host.hosting.carried()
+    assert first == control.Carried(msgspec.structs.replace(spec, checkpoint={}), 2.0, "secret", os.getpid())
+    assert second.spec.id == "c2", "and neither what only plans nor what is still to be started"
+    host.hosting.keep_only({"c1"})
+    host.runtime.go.set()
+    for ended in ("c2", "c3", "p1"):
+        await host.told(control.Exited(ended, -9))
+    assert [carried.spec.id for carried in host.hosting.carried()] == ["c1"]
+    host.hosting.endpoint_came()
+    assert host.runtime.processes["c1"].told_of_endpoints == 1
+    host.runtime.processes["c1"].end(0)
+    await host.told(control.Exited("c1", 0))
+    host.assert_forgotten()

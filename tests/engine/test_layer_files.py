@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -28,6 +30,19 @@ def test_layers_are_read_as_they_were_written(tmp_path, layers):
     np.testing.assert_array_equal(found.grid.data, layers.grid.data)
     np.testing.assert_array_equal(found.costmap.data, layers.costmap.data)
     np.testing.assert_array_equal(found.distance, layers.distance)
+
+
+def test_masks_are_read_as_they_were_written_and_cannot_be_written(tmp_path, layers):
+    rng, info = np.random.default_rng(4), layers.grid.info
+    keepout, speed = (GridMap(rng.integers(0, 101, (5, 7)).astype(np.int8), info) for _ in "ab")
+    masked = replace(layers, keepout=keepout, barred_distance=rng.random((5, 7), np.float32), speed=speed)
+    write_layers(tmp_path, masked, created=0.0)
+    found = open_layers(tmp_path)
+    np.testing.assert_array_equal(found.keepout.data, keepout.data)
+    np.testing.assert_array_equal(found.speed.data, speed.data)
+    np.testing.assert_array_equal(found.to_lethal, masked.barred_distance)
+    np.testing.assert_array_equal(found.distance, layers.distance)
+    assert not any(array.flags.writeable for array in (found.keepout.data, found.speed.data, found.to_lethal))
 
 
 def test_opened_layers_cannot_be_written(tmp_path, layers):

@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from engine.balancers.first_fit import FirstFit
+from engine.crashes import CRASH_LIMIT, CRASH_WINDOW, RESTART_DELAYS
 from engine.machine import Machine
 from engine.machine_settings import MachineSettings
-from engine.master import CRASH_LIMIT, CRASH_WINDOW, MOVES, RESTART_DELAYS, Master
+from engine.master import MOVES, Master
 from engine.model import MapVersion, RobotConfig
 from engine.orders import Close, End, Start
 from engine.places import PlaceRequest

@@ -14,8 +14,20 @@ from engine.model import Launch
 from engine.outside import FRESH, SHARE_PERIOD, TELL_PERIOD, Outside, plan_record
 from ppaas.clock import ManualClock
 from ppaas.messages import encode
-from ppaas.messages.geometry_msgs import Point, Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion
+from ppaas.messages.geometry_msgs import (
+    Point,
+    Pose,
+    PoseWithCovariance,
+    PoseWithCovarianceStamped,
+    Quaternion,
+    Twist,
+    TwistWithCovariance,
+    Vector3,
+)
+from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.ppaas_msgs import RobotState
 from ppaas.messages.std_msgs import Header
+from ppaas.nodes.base import Node, Topic
 from ppaas.nodes.graph import Graph
 from ppaas.planners.base import PlanResult
 from ppaas.plans.identity import Identity
@@ -27,6 +39,12 @@ from tests.support.specs import robot_spec
 def pose(x: float, w: float = 1.0) -> PoseWithCovarianceStamped:
     where = Pose(Point(x, 0.0), Quaternion(x=0.0, y=0.0, z=0.0, w=w))
     return PoseWithCovarianceStamped(Header(frame_id="map"), PoseWithCovariance(where))
+
+
+def state(x: float, twist: Twist | None = None) -> RobotState:
+    """What a Turtlebot tells of itself."""
+    told = pose(x)
+    return RobotState(told.header, told.pose, twist or Twist(), 0.18)
 
 
 def shared(who: str, payload: bytes, topic: str = "amcl_pose") -> machine_link.Shared:
@@ -42,6 +60,13 @@ def plan(*points: tuple[float, float], planner: str = "dijkstra") -> PlanResult:
 LAUNCH = Launch(robot_spec("c1", "ann", "tb1"), "", "", "", "secret", (0,), 1)
 
 
+class Wheels(Node):
+    """Hears odometry, as the nodes of a clone do."""
+
+    name = "wheels"
+    subscribes = (Topic("odom", Odometry),)
+
+
 class Clone:
     """A graph with a node that hears of other robots, and the machine's end of its link."""
 
@@ -49,6 +74,7 @@ class Clone:
         self.clock = ManualClock(1000.0)
         self.graph = Graph(stamp_clock=self.clock)
         self.node = self.graph.add(EchoNode)
+        self.graph.add(Wheels)
         self.machine = machine
         self.outside = Outside(LAUNCH, self.graph, client)
 
@@ -71,7 +97,31 @@ async def test_positions_are_shared_but_not_more_often_than_they_are_worth(clone
         clone.graph.publish("amcl_pose", pose(float(step)))
         clone.clock.advance(SHARE_PERIOD * 0.6)
     frames = [await receive(clone.machine) for _ in range(2)]
-    assert frames == [machine_link.Share("amcl_pose", encode(pose(x))) for x in (0.0, 2.0)]
+    assert frames == [machine_link.Share("amcl_pose", encode(state(x))) for x in (0.0, 2.0)]
+
+
+async def test_with_its_position_a_robot_shares_how_fast_it_drives_unless_that_is_long_ago(clone: Clone) -> None:
+    twist = Twist(linear=Vector3(x=0.4), angular=Vector3(z=0.1))
+    clone.graph.inject("odom", Odometry(Header(), "base_link", pose(0.0).pose, TwistWithCovariance(twist)))
+    clone.graph.publish("amcl_pose", pose(1.0))
+    assert await receive(clone.machine) == machine_link.Share("amcl_pose", encode(state(1.0, twist)))
+    clone.clock.advance(2.0 * FRESH)
+    clone.graph.publish("amcl_pose", pose(1.0))
+    assert await receive(clone.machine) == machine_link.Share("amcl_pose", encode(state(1.0)))
+
+
+async def test_the_clone_is_told_how_fast_others_drive_and_how_large_they_are(clone: Clone) -> None:
+    clone.outside.shared(shared("bob", encode(state(1.0, Twist(linear=Vector3(x=0.4))))))
+    told = clone.node.robots[-1]
+    assert (told.twists[0].linear.x, told.radii) == (0.4, [0.18])
+
+
+async def test_a_clock_that_is_set_back_keeps_no_position_from_the_others(clone: Clone) -> None:
+    for x in (0.0, 1.0):
+        clone.graph.publish("amcl_pose", pose(x))
+        clone.clock.now -= 60.0
+    frames = [await receive(clone.machine) for _ in range(2)]
+    assert frames == [machine_link.Share("amcl_pose", encode(state(x))) for x in (0.0, 1.0)]
 
 
 async def test_the_clone_is_told_of_all_robots_that_were_seen_just_now(clone: Clone) -> None:
@@ -104,8 +154,20 @@ async def test_the_clone_is_told_of_many_robots_no_more_often_than_of_one(clone:
         b'{"header":{},"pose":{"pose":{"position":{"x":1e999},"orientation":{}}}}',
         encode(pose(float("nan"))),
         encode(pose(9.0, w=0.0)),
+        encode(replace(state(9.0), radius=-1.0)),
+        b'{"header":{},"pose":{"pose":{"position":{"x":9},"orientation":{"w":1}}},"twist":{"linear":{"x":1e999}}}',
     ],
-    ids=["nothing", "cut off", "no text", "bottomless", "beyond all numbers", "nan", "no orientation"],
+    ids=[
+        "nothing",
+        "cut off",
+        "no text",
+        "bottomless",
+        "beyond all numbers",
+        "nan",
+        "no orientation",
+        "no size",
+        "no speed",
+    ],
 )
 async def test_what_is_no_position_harms_neither_the_clone_nor_what_it_knows_of_others(
     clone: Clone, payload: bytes, caplog: pytest.LogCaptureFixture

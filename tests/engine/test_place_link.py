@@ -23,6 +23,7 @@ class Client:
     def __init__(self) -> None:
         self.heard: list[tuple[str, bytes]] = []
         self.errors: list[PPaaSError] = []
+        self.refused_numbers: list[int] = []
         self.calls: list[tuple[int, str, bytes]] = []
         self.reasons: list[PPaaSError] = []
         self.news = asyncio.Event()
@@ -33,6 +34,7 @@ class Client:
 
     def refused(self, topic: str, error: PPaaSError, sequence: int) -> None:
         self.errors.append(error)
+        self.refused_numbers.append(sequence)
         self.news.set()
 
     def requested(self, call: int, service: str, payload: bytes) -> None:
@@ -148,12 +150,34 @@ async def test_what_was_not_acknowledged_is_sent_again_in_order_and_what_was_is_
 async def test_a_checkpoint_that_knows_a_message_counts_as_its_acknowledgement() -> None:
     place = PlaceLink("robot:a/r")
     client = place.join(Client())
+    await (await FakeContainer.dial(place, "c1")).die()
     place.deliver("goal", b"1", client, must_arrive=True)
     place.deliver("goal", b"2", client, must_arrive=True)
     container = await FakeContainer.dial(place, "c2", applied=1)
     resent = await container.next()
     assert isinstance(resent, link.Deliver) and resent.payload == b"2"
     await container.die()
+
+
+async def test_the_numbers_of_a_container_that_another_cloud_process_has_served_go_on() -> None:
+    listening, place = Client(), PlaceLink("robot:a/r")
+    client = place.join(listening)
+    before = place.deliver("goal", b"1", client, must_arrive=True)
+    container = await FakeContainer.dial(place, "c1", applied=57)
+    after = place.deliver("goal", b"2", client, must_arrive=True)
+    assert [await container.next(), await container.next()] == [
+        link.Deliver("goal", b"1", client, 58),
+        link.Deliver("goal", b"2", client, 59),
+    ]
+    assert (before, after) == (1, 2)
+    container.stream.write(link.Refused(client, "goal", link.Refusal("invalid-input", "no goal"), 59))
+    container.stream.write(link.Ack(58))
+    await listening.news.wait()
+    assert listening.refused_numbers == [after]
+    await container.die()
+    second = await FakeContainer.dial(place, "c2", applied=58)
+    assert await second.next() == link.Deliver("goal", b"2", client, 59)
+    await second.die()
 
 
 async def test_subscriptions_are_made_again_with_the_next_container() -> None:
@@ -344,6 +368,7 @@ async def test_what_waits_to_be_acknowledged_is_bounded() -> None:
 async def test_what_waits_to_be_acknowledged_is_bounded_in_bytes_too_and_there_is_room_again_afterwards() -> None:
     place = PlaceLink("robot:a/r")
     client = place.join(Client())
+    await (await FakeContainer.dial(place, "c0")).die()
     half = bytes(MAX_UNACKNOWLEDGED_BYTES // 2)
     place.deliver("cloud", half, client, must_arrive=True)
     place.deliver("cloud", half, client, must_arrive=True)

@@ -10,16 +10,17 @@ import pytest
 from engine.balancers.first_fit import FirstFit
 from engine.checkpoints import Checkpoints
 from engine.master import Master
-from engine.model import RobotConfig
+from engine.model import MapVersion, RobotConfig
 from engine.place_link import PlaceLink
 from engine.quotas import Quota, Quotas
 from engine.robot_sessions import RobotSessions
 from engine.service import CloudService
-from ppaas.errors import Conflict, Idle, NotFound, NotPermitted, QuotaExceeded, Unavailable
+from ppaas.errors import Conflict, Idle, InvalidParameter, NotFound, NotPermitted, QuotaExceeded, Unavailable
 from ppaas.robot_model.reading import describe
 from storage.memory import MemoryStore
 from storage.memory_maps import MemoryMapStore
 from tests.support import records
+from tests.support.specs import robot_request
 from tests.support.urdf import example
 from tests.support.waiting import until
 
@@ -148,6 +149,54 @@ async def test_a_robot_whose_map_was_changed_while_it_was_away_gets_a_new_place(
     sessions.leave(anew, as_robot=True)
 
 
+MASKED = {"keepout_filter": {"filter_mask": "kept"}, "speed_filter": {"filter_mask": "slow", "enabled": False}}
+
+
+async def test_a_place_knows_the_versions_of_its_masks_and_a_new_one_counts_when_the_robot_is_back(
+    service: CloudService, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    store.put_robot(records.robot("tb1", user="ann", map="house", parameters=MASKED))
+    for value in (205, 0):
+        records.put_map(map_store, records.house("kept", image=records.pgm(value=value)))
+        place = await sessions.join("ann", "tb1", as_robot=True)
+        request = service._master.places[place.key].request
+        assert request.robot is not None
+        present = map_store.map_head("kept").version
+        assert request.robot.masks == {"keepout_filter": MapVersion("kept", present)}
+        sessions.leave(place, as_robot=True)
+
+
+async def test_a_place_knows_whether_its_map_has_an_octomap(
+    service: CloudService, sessions: RobotSessions, map_store: MemoryMapStore
+) -> None:
+    for octomap in (None, b"..."):
+        records.put_map(map_store, records.house(octomap=octomap))
+        place = await sessions.join("ann", "tb1", as_robot=True)
+        request = service._master.places[place.key].request
+        assert request.robot is not None
+        assert request.robot.in_space == (octomap is not None)
+        sessions.leave(place, as_robot=True)
+
+
+@pytest.mark.parametrize("owner", ["ann", "bob"])
+async def test_a_mask_that_is_none_refuses_the_robot_says_what_to_do_and_loses_nothing(
+    service: CloudService, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore, owner: str
+) -> None:
+    store.put_robot(records.robot("tb1", user="ann", map="house", parameters=MASKED))
+    store.save_clone(records.clone("tb1"))
+    with pytest.raises(InvalidParameter, match="keepout_filter: the mask 'kept' is no map here: publish it, or change"):
+        await sessions.join("ann", "tb1", as_robot=True)
+    octomap = records.house("kept", owner, image=None, octomap=b"...")
+    records.put_map(map_store, octomap)
+    why = "has an octomap and no grid" if owner == "ann" else "is no map here"
+    with pytest.raises(InvalidParameter, match=why):
+        await sessions.join("ann", "tb1", as_robot=True)
+    assert (service._places, sessions._clients) == ({}, {})
+    assert store.clone("ann", "tb1") == records.clone("tb1")
+    records.put_map(map_store, records.house("kept", owner, readers=("ann",)))
+    assert is_open(service, await sessions.join("ann", "tb1", as_robot=True))
+
+
 async def test_what_is_refused_leaves_no_trace(
     service: CloudService, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
@@ -257,4 +306,18 @@ async def test_a_place_knows_what_the_cloud_says_of_node_monitors(
     request = service._master.places[place.key].request
     assert request.robot is not None
     assert request.robot.parameters["node_monitor"] == {"priorities": ["network_bandwidth"]}
+    await sessions.close()
+
+
+async def test_a_place_that_was_adopted_waits_for_its_robot_as_if_that_had_left_now(
+    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    sessions = RobotSessions(service, store, map_store, SHORT)
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    sessions.await_back(place.key)
+    await asyncio.sleep(2 * SHORT)
+    assert is_open(service, place), "its robot is here"
+    adopted = service.open_place(robot_request("tb2"))
+    sessions.await_back(adopted.key)
+    await until(lambda: not is_open(service, adopted))
     await sessions.close()

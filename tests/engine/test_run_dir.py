@@ -9,7 +9,15 @@ import tempfile
 import pytest
 
 from engine.instances import instance_name
-from engine.run_dir import LONGEST_NAME, LONGEST_PATH, OWNER, make_run_dir, remove_folder, sweep_dead
+from engine.run_dir import (
+    LONGEST_NAME,
+    LONGEST_PATH,
+    OWNER,
+    make_run_dir,
+    remove_folder,
+    remove_unless_owned,
+    sweep_dead,
+)
 from ppaas.errors import InvalidInput
 
 MADE = len("/ppaas-12345678/")
@@ -43,7 +51,28 @@ def test_the_folder_of_a_process_that_was_killed_is_removed_by_the_next_that_mak
     (left,) = short_path.iterdir()
     made = make_run_dir()
     assert not left.exists()
-    assert (made / OWNER).read_text() == instance_name()
+    assert (made / OWNER).read_text().split() == [instance_name()]
+
+
+def test_a_folder_stays_for_as_long_as_one_of_its_owners_lives(short_path):
+    code = "import sys; from pathlib import Path; from engine.run_dir import own; own(Path(sys.argv[1]))"
+    made = make_run_dir()
+    subprocess.run([sys.executable, "-c", code, str(made)], check=True)
+    sweep_dead(short_path)
+    assert made.exists(), "one owner is dead, and the other is not"
+    (made / OWNER).write_text((made / OWNER).read_text().split()[-1])  # the one that is dead
+    remove_unless_owned(made)
+    assert not made.exists()
+
+
+def test_a_folder_that_somebody_else_owns_is_left_to_them(short_path):
+    made = make_run_dir()
+    code = (
+        "import sys; from pathlib import Path; from engine.run_dir import own, remove_unless_owned;"
+        "folder = Path(sys.argv[1]); own(folder); remove_unless_owned(folder)"
+    )
+    subprocess.run([sys.executable, "-c", code, str(made)], check=True)
+    assert made.exists()
 
 
 def test_the_folders_of_living_processes_and_of_nobody_stay(short_path):

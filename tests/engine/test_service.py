@@ -10,7 +10,8 @@ import pytest
 from engine import control, link
 from engine.balancers.first_fit import FirstFit
 from engine.checkpoints import Checkpoints
-from engine.master import CRASH_LIMIT, Master
+from engine.crashes import CRASH_LIMIT
+from engine.master import Master
 from engine.model import SESSION_STATE
 from engine.quotas import Quota, Quotas
 from engine.service import CloudService
@@ -271,7 +272,7 @@ async def test_what_can_never_start_closes_the_place_with_its_reason(
 async def test_a_crash_loop_closes_the_place_and_says_why(
     service: CloudService, machine: FakeMachine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("engine.master.RESTART_DELAYS", (0.0,) * CRASH_LIMIT)
+    monkeypatch.setattr("engine.crashes.RESTART_DELAYS", (0.0,) * CRASH_LIMIT)
     place = service.open_place(robot_request())
     for _ in range(CRASH_LIMIT + 1):
         order = await machine.started()

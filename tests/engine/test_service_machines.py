@@ -120,9 +120,8 @@ async def test_a_machine_that_is_removed_is_cut_off_and_not_let_in_until_it_is_a
 
 async def test_who_would_start_the_agent_again_is_told_of_a_machine_that_is_removed(tmp_path: Path) -> None:
     told: list[str] = []
-    service = CloudService(
-        Master(FirstFit()), Checkpoints(MemoryStore()), tmp_path, "secret", machine_removed=told.append
-    )
+    service = CloudService(Master(FirstFit()), Checkpoints(MemoryStore()), tmp_path, "secret")
+    service.of_machines.removed = told.append
     await service.start()
     machine = await FakeMachine.join(tmp_path)
     await service.wait_for_machine(10)
@@ -138,7 +137,7 @@ async def test_who_would_start_the_agent_again_is_told_of_a_machine_that_is_remo
 async def test_what_a_machine_and_a_robot_measure_is_seen_and_counts_where_the_next_is_placed(
     service: CloudService, machines: list[FakeMachine], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("engine.service.BEAT_PERIOD", 0.01)
+    monkeypatch.setattr("engine.watching.BEAT_PERIOD", 0.01)
     place = service.open_place(robot_request())
     await machines[0].boot(await machines[0].started())
     await place.ready(10)

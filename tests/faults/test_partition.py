@@ -32,7 +32,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def wide(folder: Path) -> Iterator[RunningCloud]:
     """Return a cloud that takes machines at all of its addresses."""
-    with running_cloud(folder, "--listen-machines", "0.0.0.0:0", "--linger", "1") as running:
+    with running_cloud(folder, "--listen-machines", "0.0.0.0:0", "--linger", "1", "--adopt-within", "2") as running:
         yield running
 
 

@@ -23,9 +23,9 @@ def test_bytes_become_a_rate_once_they_were_counted_for_long_enough() -> None:
     rates.look(10.0)
     rates.note("scan", 300)
     rates.look(11.0)
-    assert rates.of("scan", 80.0) == 80.0
+    assert rates.of({"scan": 80.0, "image": 9.0}) == {"scan": 80.0, "image": 9.0}
     rates.note("scan", 500)
     rates.look(14.0)
-    assert rates.of("scan", 80.0) == 200.0
+    assert rates.of({"scan": 80.0, "image": 9.0}) == {"scan": 200.0}, "it sends no images"
     rates.look(17.0)
-    assert rates.of("scan", 80.0) == 200.0, "a laser that rests is not forgotten"
+    assert rates.of({"scan": 80.0}) == {"scan": 200.0}, "a laser that rests is not forgotten"

@@ -48,6 +48,24 @@ def test_what_it_dials_is_what_listens_outside(booth: Booth, launch: Launch) -> 
         client.connect(str(booth.sockets / "link.sock"))
 
 
+def test_it_reaches_who_listens_anew_under_the_name_of_its_endpoint(booth: Booth, launch: Launch) -> None:
+    booth.admit(launch)
+    seen, link = booth.sockets / "link.sock", Path(launch.link)
+    link.unlink()
+    with pytest.raises(FileNotFoundError):
+        booth.link_endpoint()
+    for _ in range(2):
+        with socket.socket(socket.AF_UNIX) as another, socket.socket(socket.AF_UNIX) as client:
+            link.unlink(missing_ok=True)
+            another.bind(str(link))
+            another.listen()
+            booth.link_endpoint()
+            booth.link_endpoint()  # also where it is the same still
+            client.connect(str(seen))
+            another.accept()[0].close()
+            assert seen.stat().st_mode & 0o666 == 0o666, "it has another user"
+
+
 def test_layers_are_the_same_memory_and_what_came_later_is_added(booth: Booth, launch: Launch) -> None:
     booth.admit(launch)
     layers = Path(launch.layers)

@@ -33,7 +33,7 @@ async def test_a_warm_server_tells_what_it_is_and_has_loaded_what_its_containers
 async def test_a_server_that_cannot_load_says_so_and_the_next_try_is_a_new_one(monkeypatch):
     server = ForkServer(ENTRY)
     with monkeypatch.context() as broken:
-        broken.setattr("engine.runtimes.fork_server.PRELOAD", "tests.support.broken_preload")
+        broken.setattr("engine.runtimes.warming.PRELOAD", "tests.support.broken_preload")
         with pytest.raises(Unavailable, match="the fork server ended while it loaded"):
             await server.warm(unexpected)
     assert not server.is_warm

@@ -2,6 +2,8 @@
 
 import asyncio
 import os
+import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -11,6 +13,7 @@ import pytest
 from engine.runtimes import rest_compiler
 from engine.runtimes.rest_compiler import compiling_the_rest
 from tests.support.processes import has_ended, is_gone, until
+from tests.support.sources import ROOT
 
 
 @pytest.fixture
@@ -82,9 +85,21 @@ async def test_what_compiles_for_a_compiler_that_is_killed_ends_as_well(tmp_path
     begun = tmp_path / "begun"
     package_that(tmp_path, f"open({str(begun)!r}, 'w').write(f'{{os.getpid()}} '); time.sleep(600)")
     compiler = await compiler_of(tmp_path)
-    await until(lambda: pid_in(begun) > 0, timeout=60.0)
+    await until(lambda: pid_in(begun) > 0, timeout=150.0)  # it gives way to all that runs beside it
     helpers = [child.pid for child in psutil.Process(compiler.pid).children(recursive=True)]
     assert pid_in(begun) in helpers
     compiler.kill()
     await compiler.wait()
     await until(lambda: all(map(has_ended, helpers)))
+
+
+def test_an_image_in_which_kernels_are_compiled_has_what_the_compiler_imports() -> None:
+    print_all = "import engine.runtimes.rest_compiler, sys; print(*(m for m in sys.modules if m.startswith('engine.')))"
+    loaded = subprocess.run(
+        (sys.executable, "-c", print_all), capture_output=True, text=True, check=True
+    ).stdout.split()
+    stage = (ROOT / "docker/engine.Dockerfile").read_text().partition("AS kernels")[2].partition("\nRUN")[0]
+    copied = [word for line in re.findall(r"^COPY (.*)", stage, re.MULTILINE) for word in line.split()[:-1]]
+    files = {Path(*name.split(".")) for name in loaded}
+    assert "engine/runtimes" in copied
+    assert not {file for file in files if not {f"{file}.py", *map(str, [file, *file.parents])} & set(copied)}

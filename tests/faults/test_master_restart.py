@@ -1,0 +1,162 @@
+"""kill -9 of the web process, started again on the same data: what runs is adopted, and nothing is done twice."""
+
+import asyncio
+import os
+import signal
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridMap
+from ppaas.messages.actionlib_msgs import Status
+from ppaas.messages.move_base_msgs import MoveBaseActionFeedback
+from robots.bench.chaos.site import free_pair
+from robots.bench.chaos.witness import Witness
+from robots.rest import RestClient
+from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud, shared_memory, until
+from tests.support.docker_engine import image_for_tests
+from tests.support.drive import Drive, driving
+from tests.support.joined_machine import JoinedMachine, container_of, machines, ticket
+from tests.support.local_nodes import ABLE, managing
+from tests.support.places import free_pose, reachable_pose
+from tests.support.processes import has_ended
+from tests.support.wire import Wire, wire_to
+
+pytestmark = pytest.mark.journey
+
+THERE = "m2"
+
+
+@asynccontextmanager
+async def standing(
+    cloud: RunningCloud, rest: RestClient, grid: GridMap, robot: str
+) -> AsyncIterator[tuple[Drive, Wire, Pose2D]]:
+    """Have a robot by a wire that can be cut, and somewhere for it to go."""
+    start = free_pose(grid, seed=32)
+    goal = reachable_pose(grid, start, seed=42, at_least=1.5, at_most=3.0)
+    await publish_map(rest, "office", grid)
+    token = await register_robot(rest, robot, "office", start)
+    async with wire_to(cloud.url) as wire, driving(wire.url, token, robot, grid, start) as drive:
+        yield drive, wire, goal
+
+
+async def set_off(drive: Drive, goal: Pose2D) -> None:
+    """Let the robot be under way to its goal."""
+    await drive.send(goal, goal_id="far")
+    await until(lambda: drive.scorer.distance(0) > 0.3, 30.0)
+
+
+@asynccontextmanager
+async def on_its_way(
+    cloud: RunningCloud, rest: RestClient, grid: GridMap, robot: str
+) -> AsyncIterator[tuple[Drive, Wire]]:
+    """Have a robot under way to a goal, by a wire that can be cut."""
+    async with standing(cloud, rest, grid, robot) as (drive, wire, goal):
+        await set_off(drive, goal)
+        yield drive, wire
+
+
+def kill(cloud: RunningCloud, wire: Wire, folder: Path) -> None:
+    """End the web process by force; its robots have lost it."""
+    os.kill(cloud.pid, signal.SIGKILL)
+    cloud.status = -signal.SIGKILL
+    wire.cut()
+    (folder / "ready.json").unlink()
+
+
+async def goes_on(drive: Drive, wire: Wire, second: RunningCloud, before: dict[str, Any]) -> None:
+    """See that a robot finds the clone that it had, which brings it to its goal, once."""
+    wrong: list[str] = []
+    witness = Witness("survivor", wrong.append)
+    wire.mend(second.url)
+    rest = await second.admin()
+    await until(lambda: drive.robot.connections > 1, 40.0)
+    await drive.robot.subscribe(
+        "move_base/feedback", MoveBaseActionFeedback, lambda message: witness.cycled(message.header.stamp.seconds())
+    )
+    after = await container_of(rest, "survivor")
+    assert (after["id"], after["pid"], after["machine"]) == (before["id"], before["pid"], before["machine"])
+    assert sum(machine["containers"] for machine in await rest.items("/v1/machines")) == 1
+    result = await drive.result()
+    assert (result.status.goal_id.id, result.status.status) == ("far", Status.SUCCEEDED), result.status.text
+    assert drive.results.empty(), "one result a goal"
+    assert wrong == []
+    assert (await container_of(rest, "survivor"))["pid"] == before["pid"]
+
+
+@pytest.mark.parametrize(
+    "image", [None, pytest.param(image_for_tests, marks=(pytest.mark.docker, pytest.mark.timeout(1800)))],
+    ids=["process", "docker"],
+)  # fmt: skip
+async def test_the_cloud_s_own_machine_is_adopted(
+    image: Callable[[], str] | None, tmp_path: Path, office_map: GridMap
+) -> None:
+    arguments = ("--runtime", "docker", "--image", image()) if image is not None else ()
+    with running_cloud(tmp_path, *arguments) as cloud:
+        rest = await cloud.admin()
+        async with on_its_way(cloud, rest, office_map, "survivor") as (drive, wire):
+            before, agent = await container_of(rest, "survivor"), cloud.agent()
+            kill(cloud, wire, tmp_path)
+            with running_cloud(tmp_path, *arguments) as second:
+                await goes_on(drive, wire, second, before)
+                assert agent.is_running() and not second.find("engine.agent")
+            assert has_ended(agent.pid) and has_ended(before["pid"]), "an end in order ends what was adopted"
+    assert not shared_memory(agent.pid)
+
+
+async def test_a_robot_that_drives_itself_drives_on_and_tells_the_cloud_that_came(
+    tmp_path: Path, office_map: GridMap
+) -> None:
+    own = {"amcl", "move_base"}
+    with running_cloud(tmp_path) as cloud:
+        rest = await cloud.admin()
+        async with (
+            standing(cloud, rest, office_map, "survivor") as (drive, wire, goal),
+            managing(drive.robot, ABLE) as manager,
+        ):
+            for node in sorted(own):
+                assert (await manager.ask(node, "robot")).wanted == "robot"
+            await until(lambda: manager.running == own, 60)
+            await set_off(drive, goal)
+            before = await container_of(rest, "survivor")
+            kill(cloud, wire, tmp_path)
+            driven = drive.scorer.distance(0)
+            await until(lambda: drive.scorer.distance(0) > driven + 0.3, 10)
+            with running_cloud(tmp_path) as second:
+                await goes_on(drive, wire, second, before)
+                await until(lambda: manager.running == own, 30)  # had it been long away, the cloud had them meanwhile
+
+
+async def test_a_machine_of_another_host_is_adopted(tmp_path: Path, office_map: GridMap) -> None:
+    listen = ("--listen-machines", f"127.0.0.1:{free_pair()}", "--cores", "1")
+    joined = JoinedMachine(tmp_path / "m2", THERE)
+    with running_cloud(tmp_path, *listen) as cloud:
+        joined.start(ticket(tmp_path / "data"))
+        rest = await cloud.admin()
+        await joined.is_in(rest)
+        await rest.patch("/v1/machines/local", {"max_containers": 0})
+        async with on_its_way(cloud, rest, office_map, "survivor") as (drive, wire):
+            before = await container_of(rest, "survivor")
+            assert before["machine"] == THERE
+            await rest.patch("/v1/machines/local", {"max_containers": 100})
+            kill(cloud, wire, tmp_path)
+            with running_cloud(tmp_path, *listen) as second:
+                await goes_on(drive, wire, second, before)
+                assert await machines(await second.admin()) == ["local", THERE]
+                joined.end()
+
+
+async def test_of_a_cloud_that_never_comes_back_nothing_is_left(tmp_path: Path, office_map: GridMap) -> None:
+    with running_cloud(tmp_path, "--adopt-within", "1") as cloud:
+        rest = await cloud.admin()
+        async with on_its_way(cloud, rest, office_map, "survivor") as (_, wire):
+            before, family, agent = await container_of(rest, "survivor"), cloud.children(), cloud.agent()
+            kill(cloud, wire, tmp_path)
+            await asyncio.sleep(0.5)
+            assert not has_ended(before["pid"]), "it waits for another master"
+            await until(lambda: all(has_ended(process.pid) for process in family), 20.0)
+            assert not shared_memory(agent.pid)
