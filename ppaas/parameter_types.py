@@ -30,3 +30,15 @@ def check_scalar(name: str, value: object, kind: object) -> None:
         raise InvalidParameter(f"{name} must be a number of type {getattr(kind, '__name__', kind)}, not {value!r}")
     if not math.isfinite(value):
         raise InvalidParameter(f"{name} must be finite, not {value}")
+
+
+def check_not_negative(name: str, value: float, *, zero: bool) -> None:
+    """Let a number pass that is above 0, or where ``zero`` is true 0 as well.
+
+    Raises
+    ------
+    InvalidParameter
+        It is less.
+    """
+    if value < 0 or (value == 0 and not zero):
+        raise InvalidParameter(f"{name} must be {'at least' if zero else 'above'} 0, not {value}")

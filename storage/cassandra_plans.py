@@ -31,8 +31,8 @@ _LEAD = """INSERT INTO plans_by_ends (bucket, length, id, start_x, start_y, goal
            VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)"""
 _UNLEAD = "DELETE FROM plans_by_ends WHERE bucket = ? AND length = ? AND id = ?"
 
-KEYS_BYTES = 160
-"""Bytes of a plan in its three rows beside what is its own, about."""
+KEYS_BYTES = 440
+"""Bytes of a plan in its three rows beside what is its own, about, as Cassandra counts: each value has a time."""
 
 
 class CassandraPlans:
@@ -240,7 +240,8 @@ def _together(rows: Sequence[PlanRow]) -> Iterator[list[Write]]:
     """Yield what keeps plans, some at a time: as many as Cassandra takes without a warning."""
     writes: list[Write] = []
     size = 0
-    for row in rows:
+    # Rows that are found in one bucket are one change for Cassandra where they come together.
+    for row in sorted(rows, key=lambda row: led(row.record)):
         mine = row.size + len(row.entry.body) + KEYS_BYTES
         if writes and size + mine > BYTES_TOGETHER:
             yield writes

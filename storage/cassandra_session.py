@@ -17,7 +17,11 @@ from storage.cassandra_connection import RECONNECT, connect, is_applied
 from storage.cassandra_failures import driver_errors
 
 AT_ONCE = 128
-"""Requests that are under way at a time where many are sent."""
+"""Queries that are under way at a time where many are asked."""
+
+GROUPS_AT_ONCE = 32
+"""Groups of rows that are under way at a time where many are written: they keep a node busy, and on one that is slow
+they are written before it gives up on the last."""
 
 PAGE = 128
 """Rows of other partitions that are asked for together."""
@@ -98,7 +102,7 @@ class CassandraSession:
         with driver_errors(self._address):
             under_way: deque[ResponseFuture] = deque()
             for batch in itertools.chain(map(self._batch, groups), map(self._apart, _small_groups(rows))):
-                if len(under_way) == AT_ONCE:
+                if len(under_way) == GROUPS_AT_ONCE:
                     under_way.popleft().result()
                 under_way.append(self._session().execute_async(batch))
             for future in under_way:

@@ -1,16 +1,16 @@
 """Files of a map on their way into a store: on a disk, hashed as they are written, and seen by nobody."""
 
-import hashlib
 import mmap
 import os
 import tempfile
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
 from ppaas.errors import InvalidInput
 from storage.failures import disk_errors
+from storage.hashing import HashBeside
 from storage.records import MapFile
 from storage.versions import PARTS, map_version
 
@@ -26,20 +26,28 @@ _BEGIN_EARLY = 8 << 20
 
 
 class DraftFile:
-    """A file that is being written."""
+    """A file that is being written.
 
-    def __init__(self, file: BinaryIO) -> None:
+    Parameters
+    ----------
+    file : BinaryIO
+        Open, without a buffer.
+    hashed : HashBeside
+        Gets what is written.
+    """
+
+    def __init__(self, file: BinaryIO, hashed: HashBeside) -> None:
         self._file = file
-        self._digest = hashlib.sha256()
+        self._hashed = hashed
         self._size = 0
         self._begun = 0
 
     def write(self, data: bytes | memoryview) -> None:
-        """Add bytes."""
+        """Add bytes, which must not change until the file has ended."""
+        self._hashed.add(data)
         left = memoryview(data)
         while left:  # of what has no room some is written, and no error is told until the next try
             left = left[self._file.write(left) :]
-        self._digest.update(data)
         self._size += len(data)
         if self._size - self._begun >= _BEGIN_EARLY:
             self._begin()
@@ -54,7 +62,7 @@ class DraftFile:
         """Bring it to the disk; return what it is."""
         self._file.flush()
         os.fsync(self._file.fileno())
-        return MapFile(self._digest.hexdigest(), self._size)
+        return MapFile(self._hashed.end(), self._size)
 
 
 class MapDraft:
@@ -92,8 +100,12 @@ class MapDraft:
         """
         if part not in PARTS or part in self.files:
             raise InvalidInput(f"a map has one each of {', '.join(PARTS)}, not {part!r} (again)")
-        with disk_errors(self.path(part)), self.path(part).open("wb", buffering=0) as file:
-            draft = DraftFile(file)
+        with (
+            disk_errors(self.path(part)),
+            self.path(part).open("wb", buffering=0) as file,
+            closing(HashBeside()) as sha,
+        ):
+            draft = DraftFile(file, sha)
             yield draft
             self.files[part] = draft.end()
 

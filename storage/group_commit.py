@@ -16,10 +16,19 @@ class _Ticket(Generic[Given, Told]):
 
     def __init__(self, given: Given) -> None:
         self.given = given
-        self.woken = threading.Event()
+        self._turn = threading.Lock()  # an event is made of several, and most callers never wait
+        self._turn.acquire()
         self.told: Told
         self.error: BaseException | None = None
         self.over = False
+
+    def wait(self) -> None:
+        """Return after the next time that it is woken."""
+        self._turn.acquire()
+
+    def wake(self) -> None:
+        """Let go on who waits; it is waited for once between two times."""
+        self._turn.release()
 
 
 class GroupCommit(Generic[Given, Told]):
@@ -40,12 +49,12 @@ class GroupCommit(Generic[Given, Told]):
 
     def submit(self, given: Given) -> Told:
         """Return when it is committed."""
-        ticket = _Ticket[Given, Told](given)
+        ticket: _Ticket[Given, Told] = _Ticket(given)
         with self._lock:
             self._waiting.append(ticket)
             first, self._led = not self._led, True
         if not first:
-            ticket.woken.wait()
+            ticket.wait()
         if not ticket.over:
             self._lead()
         if ticket.error is not None:
@@ -68,4 +77,4 @@ class GroupCommit(Generic[Given, Told]):
         for ticket in taken:
             ticket.over = True
         for ticket in taken + following:
-            ticket.woken.set()
+            ticket.wake()

@@ -123,6 +123,7 @@ class SqliteConnections:
         self._lock = threading.Lock()
         self._idle: list[sqlite3.Connection] = []
         self._closed = False
+        self._errors = _Errors(path)
         if path.is_dir():
             raise Unavailable(f"{path}: this is a folder: give the path of a file")
         with disk_errors(path):
@@ -133,7 +134,7 @@ class SqliteConnections:
     @contextmanager
     def reading(self) -> Iterator[sqlite3.Connection]:
         """Lend a connection for a statement that only reads."""
-        with self._errors():
+        with self._errors:
             connection = self._take()
             try:
                 yield connection
@@ -240,11 +241,18 @@ class SqliteConnections:
             raise Unavailable(f"{self._path}: written by a newer release (schema {version}): upgrade this one")
         return version
 
-    @contextmanager
-    def _errors(self) -> Iterator[None]:
-        try:
-            yield
-        except sqlite3.Error as error:
+
+class _Errors:
+    """Tells SQLite's errors as ours. No generator: it is gone through with each plan that is kept."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: object) -> None:
+        if isinstance(error, sqlite3.Error):
             primary = getattr(error, "sqlite_errorcode", 0) & 0xFF  # the rest of an extended code is detail
             raise Unavailable(f"{self._path}: {_ADVICE.get(primary, str(error))}") from error
 

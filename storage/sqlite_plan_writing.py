@@ -49,7 +49,7 @@ class RememberedChunks:
     def learn(self, ids: dict[bytes, int], removals: int) -> None:
         """Remember entries, which must be committed: an id that was taken back may be given to another."""
         with self._lock:
-            if removals < self._removals:
+            if not ids or removals < self._removals:
                 return
             if removals > self._removals:
                 self._ids, self._removals = {}, removals
@@ -117,8 +117,7 @@ class PlanTransaction:
 
     def _add(self, entries: list[PlanEntry]) -> None:
         contexts = {data: self._context(data) for data in {entry.context for entry in entries}}
-        chunks = self._chunks(entries, {entry.scope: contexts[entry.context][1] for entry in entries})
-        numbers = [chunks[entry.scope + code] for entry in entries for code in entry.codes]
+        numbers = self._chunks(entries, {entry.scope: contexts[entry.context][1] for entry in entries})
         recipes = recipes_of(
             numbers, np.array(list(itertools.accumulate(len(entry.codes) for entry in entries)), np.int64)
         )
@@ -157,16 +156,19 @@ class PlanTransaction:
 
     # -- entries -------------------------------------------------------------------------------------------------------
 
-    def _chunks(self, entries: list[PlanEntry], scopes: dict[bytes, int]) -> dict[bytes, int]:
-        """Return the ids of all entries of these plans by scope and code, made where they are not there."""
+    def _chunks(self, entries: list[PlanEntry], scopes: dict[bytes, int]) -> list[int]:
+        """Return the ids of the entries of these plans, one after the other, made where they are not there."""
         # In their order: neighbours in plans get ids that are neighbours, which makes short recipes.
-        keys = dict.fromkeys(entry.scope + code for entry in entries for code in entry.codes)
-        known = self._remembered.known(self._removals)
-        for key in keys:
-            if key not in self._learned:
-                chunk = known.get(key)
-                self._learned[key] = self._look_up(key, scopes) if chunk is None else chunk
-        return self._learned
+        keys = [entry.scope + code for entry in entries for code in entry.codes]
+        chunks = list(map(self._remembered.known(self._removals).get, keys))
+        return [self._learn(key, scopes) if chunk is None else chunk for key, chunk in zip(keys, chunks, strict=True)]
+
+    def _learn(self, key: bytes, scopes: dict[bytes, int]) -> int:
+        """Return the id of an entry that no earlier transaction remembers, and keep it in mind."""
+        chunk = self._learned.get(key)
+        if chunk is None:
+            chunk = self._learned[key] = self._look_up(key, scopes)
+        return chunk
 
     def _look_up(self, key: bytes, scopes: dict[bytes, int]) -> int:
         """Return the id of an entry that nobody remembers, made if it is not there."""

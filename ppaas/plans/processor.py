@@ -1,8 +1,9 @@
 """The Path Plan Processor of a container: a plan that is kept where that is sooner, else one that is computed."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import msgspec
 
@@ -22,7 +23,15 @@ from ppaas.plans.history import (
 )
 from ppaas.plans.identity import Identity
 from ppaas.plans.stitching import BOUND, Ground, Offer, offer
-from ppaas.plans.stored import BARE_MAP, ROBOT_RADIUS, Conditions, EmptyLibrary, PlanLibrary, Question, own_parameters
+from ppaas.plans.stored import (
+    BARE_MAP,
+    ROBOT_RADIUS,
+    Conditions,
+    EmptyLibrary,
+    PlanLibrary,
+    Question,
+    own_parameters,
+)
 from ppaas.plans.times import LEAST, Times
 from ppaas.plugins import parameters_in_use
 
@@ -50,12 +59,15 @@ class Standing:
         Of the map alone.
     robot_radius : float
         Of the robot for which it is inflated [m].
+    filters : mapping
+        What else says where the robot is not to be, by name: costs are the same only for who has the same.
     """
 
     map: str
     version: str
     bare: Costmap
     robot_radius: float
+    filters: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +103,8 @@ class Keeping:
         What was measured.
     note : callable
         Told what became of each request.
+    filters : mapping
+        What keeps the robot out of places of the map, by name.
     """
 
     map: str = ""
@@ -98,12 +112,13 @@ class Keeping:
     library: PlanLibrary = field(default_factory=EmptyLibrary)
     times: Times = field(default_factory=Times)
     note: Note = unnoted
+    filters: Mapping[str, Any] = field(default_factory=dict)
 
     def processor(
         self, bare: Costmap, robot_radius: float, parameters: ReuseParameters = ReuseParameters()
     ) -> "PlanProcessor":
         """Return a processor on the costmap of the map alone, for a robot of this radius [m]."""
-        standing = Standing(self.map, self.version, bare, robot_radius)
+        standing = Standing(self.map, self.version, bare, robot_radius, self.filters)
         return PlanProcessor(standing, self.library, self.times, self.note, parameters=parameters)
 
 
@@ -202,7 +217,7 @@ class PlanProcessor:
         if known is None:
             standing = self._standing
             # As they come back from JSON, so that they can be compared with those that are kept.
-            own = msgspec.json.decode(msgspec.json.encode(parameters_in_use(planner)))
+            own = msgspec.json.decode(msgspec.json.encode({**parameters_in_use(planner), **standing.filters}))
             own[ROBOT_RADIUS] = standing.robot_radius
             seen, bare = own | {BARE_MAP: False}, own | {BARE_MAP: True}
             place = standing.map, standing.version, planner.name

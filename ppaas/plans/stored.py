@@ -15,7 +15,8 @@ LARGEST_TOLERANCE = 0.5
 256."""
 
 Conditions = dict[str, Any]
-"""Under which a plan was made: the parameters of its planner, `BARE_MAP` and `ROBOT_RADIUS`."""
+"""Under which a plan was made: the parameters of its planner, what its robot keeps out of, which counts as such, too,
+`BARE_MAP` and `ROBOT_RADIUS`."""
 
 BARE_MAP = "bare_map"
 """Whether a plan is what a planner made of the map alone, without anything that a robot saw."""

@@ -97,3 +97,7 @@ def test_what_it_cannot_be_is_refused(url: str, told: str) -> None:
     with pytest.raises(InvalidInput, match=told) as caught:
         parse_address(url.replace("://", "://ann:secret@", 1) if "///" not in url and "[x" not in url else url)
     assert "secret" not in str(caught.value)
+
+
+def test_what_is_sent_is_not_packed_whatever_is_installed_beside() -> None:
+    assert cluster_of(parse_address("cassandra://127.0.0.1/ppaas")).compression is False

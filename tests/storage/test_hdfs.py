@@ -14,6 +14,7 @@ import pytest
 from engine.layer_building import LayerBuilder
 from engine.layer_files import open_layers
 from engine.mapcache import MapCache
+from engine.model import LayerSpec
 from ppaas.errors import NotFound, Unavailable
 from storage.hdfs import HdfsMapStore
 from storage.records import Publication
@@ -66,18 +67,18 @@ async def test_maps_come_from_the_cache_while_hdfs_is_away(
 ) -> None:
     put_map(hdfs_store, NEW)
     cache = MapCache(tmp_path / "shm", build=LayerBuilder(hdfs_store))
-    cache.release(await cache.ensure(NEW, 0.18))
+    cache.release(await cache.ensure(LayerSpec(NEW, 0.18)))
     head = hdfs_store.map_head("house")
     server.kill()
     assert hdfs_store.map_head("house") == head
-    folder = await cache.ensure(NEW, 0.18)
+    folder = await cache.ensure(LayerSpec(NEW, 0.18))
     assert open_layers(folder).grid.data.shape == (3, 4)
     with pytest.raises(Unavailable):
-        await cache.ensure(NEW, 0.35)
+        await cache.ensure(LayerSpec(NEW, 0.35))
     with pytest.raises(Unavailable):
         hdfs_store.map_head("depot")
     server.start()
-    await cache.ensure(NEW, 0.35)
+    await cache.ensure(LayerSpec(NEW, 0.35))
     with pytest.raises(NotFound):
         hdfs_store.map_head("depot")
 

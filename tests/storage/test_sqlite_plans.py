@@ -222,7 +222,8 @@ def test_a_store_remembers_a_bounded_number_of_entries_until_one_is_removed() ->
 
 def test_what_is_not_counted_yet_is_told_too(file: Path) -> None:
     with closing(SqliteStore(file)) as store:
-        for number in range(MOST_UNCOUNTED + 3):
+        store.add_plans(path(f"p{number}", created=float(number)) for number in range(MOST_UNCOUNTED))
+        for number in range(MOST_UNCOUNTED, MOST_UNCOUNTED + 3):
             store.add_plan(path(f"p{number}", created=float(number)))
         told = store.plan_statistics("house")
         assert (told.plans, told.waypoints) == (MOST_UNCOUNTED + 3, 200 * (MOST_UNCOUNTED + 3))

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from ppaas import planners
@@ -37,11 +38,11 @@ class Library:
 class Home:
     """A processor, and what it asks and tells."""
 
-    def __init__(self, seconds: float = 1.0, tolerance: float = 0.25) -> None:
+    def __init__(self, seconds: float = 1.0, bare: Costmap = OPEN, keepout: str = "") -> None:
         self.library, self.noted = Library(), list[PlannerHistory]()
         self.keeping = keeping = Keeping("house", "v1", self.library, note=self.noted.append)
-        self.now = 0.0
-        standing = Standing("house", "v1", OPEN, 0.2)
+        self.now, self.bare = 0.0, bare
+        standing = Standing("house", "v1", bare, 0.2, {"keepout_filter": keepout} if keepout else {})
         times, note = keeping.times, keeping.note
         self.processor = PlanProcessor(standing, self.library, times, note, clock=lambda: self.now)
         self.planner = planners.create("dijkstra")
@@ -119,6 +120,24 @@ def test_a_kept_plan_that_is_blocked_now_is_computed_anew() -> None:
     assert home.processor.verdict.criterion == "costmap"
     assert [1, 100] not in found.cells.tolist()
     assert found.conditions["bare_map"] is False
+
+
+def test_what_keeps_out_by_a_mask_proves_nothing_to_those_who_have_none_or_another() -> None:
+    data = np.zeros((60, 200), np.uint8)
+    barred = data.copy()
+    barred[:59, 100] = 254
+    by_mask = Home(bare=of(barred), keepout="kept@v1")
+    detour = by_mask.plan(by_mask.bare)
+    assert (detour.conditions["keepout_filter"], detour.conditions["bare_map"]) == ("kept@v1", True)
+    by_mask.keep(detour)
+    assert by_mask.plan(by_mask.bare).origin == "reused"
+    for bare, keepout in ((data, ""), (barred, "kept@v2")):
+        other = Home(bare=of(bare), keepout=keepout)
+        other.library.plans = by_mask.library.plans
+        found = other.plan(other.bare)
+        assert (found.origin, other.processor.verdict.criterion) == ("computed", "bound")
+        assert found.id != detour.id
+    assert "keepout_filter" not in Home().plan().conditions
 
 
 def test_of_several_the_first_that_will_do_is_taken() -> None:
