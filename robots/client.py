@@ -40,8 +40,8 @@ M = TypeVar("M", bound=Message)
 class Nearby(Protocol):
     """Nodes of the robot that run beside the client."""
 
-    def published(self, topic: str, message: Message) -> None:
-        """Take what the client publishes."""
+    def published(self, topic: str, message: Message) -> bool:
+        """Take what the client publishes; tell whether the cloud has to hear it as well."""
         ...
 
     def owns(self, topic: str) -> bool:
@@ -219,9 +219,9 @@ class RobotClient:
             The client has given up, or is closed.
         """
         self._check()
+        if self._nearby is not None and not self._nearby.published(normalise(topic), message):
+            return
         frame = self._session.publish(topic, message)
-        if self._nearby is not None:
-            self._nearby.published(normalise(topic), message)
         if newest_only:
             self._outbox.put_newest(normalise(topic), frame)
         else:

@@ -9,12 +9,13 @@ from uuid import uuid4
 from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
-from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, Status
+from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
 from ppaas.messages.nav_msgs import Path
 from ppaas.messages.std_msgs import Header, Time
 from robots.client import RobotClient
+from robots.goal_following import Following
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +25,7 @@ class GoalOutcome:
     Parameters
     ----------
     status : Status
-        ``SUCCEEDED``, ``ABORTED`` …; ``LOST`` where no result came in time.
+        ``SUCCEEDED``, ``ABORTED`` …; ``LOST`` where no result came in time, or nobody knows the goal any more.
     text : str
         Move Base's.
     seconds : float
@@ -59,15 +60,15 @@ class MoveBaseClient:
         self._client = client
         self._clock = clock
         self._stamp_clock = stamp_clock
-        self._goal: str | None = None
+        self._following: Following | None = None
         self._planned: float | None = None
-        self._result: asyncio.Future[GoalStatus] | None = None
         self._posed = asyncio.Event()
         self.estimate: Pose2D | None = None
 
     async def start(self) -> Self:
         """Subscribe to what tells how a goal goes."""
         await self._client.subscribe("move_base/result", MoveBaseActionResult, self._on_result)
+        await self._client.subscribe("move_base/status", GoalStatusArray, self._on_status, queue_size=1)
         await self._client.subscribe("plan", Path, self._on_plan, queue_size=1)
         await self._client.subscribe("amcl_pose", PoseWithCovarianceStamped, self._on_pose, queue_size=1)
         return self
@@ -105,15 +106,14 @@ class MoveBaseClient:
         """
         stamp = Time.of(self._stamp_clock())
         header = Header(stamp=stamp, frame_id="map")
-        self._goal = uuid4().hex
+        following = self._following = Following(uuid4().hex)
         self._planned = None
-        self._result = asyncio.get_running_loop().create_future()
         pose = PoseStamped(header, Pose.of(target))
         sent = self._clock()
         await self._client.publish(
-            "move_base/goal", MoveBaseActionGoal(MoveBaseGoal(pose), GoalID(stamp, self._goal), header)
+            "move_base/goal", MoveBaseActionGoal(MoveBaseGoal(pose), GoalID(stamp, following.goal), header)
         )
-        status = await self._wait(timeout)
+        status = await self._wait(following, timeout)
         return GoalOutcome(
             status=Status(status.status),
             text=status.text,
@@ -121,31 +121,44 @@ class MoveBaseClient:
             plan_seconds=math.nan if self._planned is None else self._planned - sent,
         )
 
-    async def _wait(self, timeout: float) -> GoalStatus:
-        """Return the result of the goal; a client that gives up ends the waiting."""
-        assert self._result is not None and self._goal is not None
+    async def _wait(self, following: Following, timeout: float) -> GoalStatus:
+        """Return how the goal ended; a client that gives up ends the waiting."""
         gave_up = asyncio.ensure_future(self._client.closed())
-        either: set[asyncio.Future[Any]] = {self._result, gave_up}
+        either: set[asyncio.Future[Any]] = {following.result, gave_up}
         try:
             await asyncio.wait(either, timeout=timeout, return_when=asyncio.FIRST_COMPLETED)
-            if self._result.done():
-                return self._result.result()
-            if gave_up.done():
+            if not following.result.done() and gave_up.done():
                 gave_up.result()
-            await self._client.publish("move_base/cancel", GoalID(id=self._goal))
-            return GoalStatus(GoalID(id=self._goal), Status.LOST, f"no result in {timeout:g} s")
+            status = following.result.result() if following.result.done() else _lost(following, f"in {timeout:g} s")
+            if status.status == Status.LOST:
+                await self._client.publish("move_base/cancel", GoalID(id=following.goal))
+            return status
         finally:
             gave_up.cancel()
 
     def _on_result(self, message: MoveBaseActionResult) -> None:
-        if self._result is not None and not self._result.done() and message.status.goal_id.id == self._goal:
-            self._result.set_result(message.status)
+        if self._following is not None:
+            self._following.ended(message)
+
+    def _on_status(self, message: GoalStatusArray) -> None:
+        following, now = self._following, self._clock()
+        if following is None or following.result.done():
+            return
+        following.listed(message, now)
+        if following.is_over(now):
+            following.result.set_result(following.status)
+        elif following.is_unknown(now):
+            following.result.set_result(_lost(following, "and its clone does not know the goal: send it again"))
 
     def _on_plan(self, message: Path) -> None:
         # A plan is published while a goal is under way and no other time; an empty one says that there is none.
-        if self._goal is not None and self._planned is None and message.poses:
+        if self._following is not None and self._planned is None and message.poses:
             self._planned = self._clock()
 
     def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
         self.estimate = message.pose.pose.planar()
         self._posed.set()
+
+
+def _lost(following: Following, why: str) -> GoalStatus:
+    return GoalStatus(GoalID(id=following.goal), Status.LOST, f"no result {why}")

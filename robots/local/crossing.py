@@ -19,6 +19,9 @@ logger = logging.getLogger(__name__)
 MAX_WAITING = 1000
 """Messages that may wait while the link is down."""
 
+IMAGES = frozenset({"camera/depth/image_raw", "camera/depth/image_raw/compressedDepth", "camera/depth/camera_info"})
+"""What the node that makes scans of it hears alone, and what no link carries for nothing."""
+
 MAX_HEARD = 100
 """Fingerprints of the last things that must arrive, and reached a node."""
 
@@ -93,10 +96,12 @@ class Crossing:
 
     # -- from the client -----------------------------------------------------------------------------------------------
 
-    def published(self, topic: str, message: Message) -> None:
-        """Take what the client publishes."""
+    def published(self, topic: str, message: Message) -> bool:
+        """Take what the client publishes; tell whether the cloud has to hear it as well."""
         if topic in self._sensors and self._process is not None and self._hears:
             self._process.tell(topic, encode(message))
+            return topic not in IMAGES or not any(topic in hears for hears in self._hears.values())
+        return True
 
     def owns(self, topic: str) -> bool:
         """Tell whether local nodes alone say things on a topic: what comes from the cloud is their echo."""

@@ -34,10 +34,11 @@ class ServiceName(msgspec.Struct, frozen=True):
 
 
 class Begin(msgspec.Struct, tag="begin"):
-    """Get ready for nodes on a map, which is a ``nav_msgs/OccupancyGrid``."""
+    """Get ready for nodes on a map and its masks, by the services that give them; each ``nav_msgs/OccupancyGrid``."""
 
     config: CloneConfig
     map: msgspec.Raw
+    masks: dict[str, msgspec.Raw] = {}
 
 
 class Add(msgspec.Struct, tag="add"):

@@ -27,6 +27,7 @@ from ppaas.nodes.bodies import robot_body
 from ppaas.nodes.clone import build_clone
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.jobs import Work
+from ppaas.nodes.map_server import KEEPOUT_MASK, SPEED_MASK
 from robots.local import frames
 from robots.local.warm_up import warm_up
 
@@ -107,8 +108,12 @@ class LocalHome:
 
     def _begin(self, frame: frames.Begin) -> None:
         grid = from_message(decode(OccupancyGrid, frame.map))
+        masks = {name: from_message(decode(OccupancyGrid, mask)) for name, mask in frame.masks.items()}
         body = robot_body(frame.config.model, frame.config.urdf, frame.config.parameters)
-        self._config, self._layers = frame.config, build_layers(grid, robot_radius=body.robot_radius)
+        self._config = frame.config
+        self._layers = build_layers(
+            grid, robot_radius=body.robot_radius, keepout=masks.get(KEEPOUT_MASK), speed=masks.get(SPEED_MASK)
+        )
         warm_up(self._build, Pose2D(*frame.config.initial_pose))
         self._write(frames.Ready())
 

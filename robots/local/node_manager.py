@@ -22,7 +22,8 @@ from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.messages import encode, ppaas_msgs
 from ppaas.messages.message import Empty, Message, ServiceType
-from ppaas.messages.nav_msgs import GetMap, GetMapResponse
+from ppaas.messages.nav_msgs import GetMap, GetMapResponse, OccupancyGrid
+from ppaas.nodes.map_server import KEEPOUT_MASK, MAP_SERVICE, SPEED_MASK
 from robots.client import RobotClient
 from robots.local import frames
 from robots.local.computer import Computer
@@ -33,8 +34,8 @@ from robots.local.node_services import NodeServices
 
 logger = logging.getLogger(__name__)
 
-NODES = ("amcl", "move_base", "waypoint_follower")
-"""Those of a clone that may live on a robot."""
+NODES = ("amcl", "move_base", "waypoint_follower", "depthimage_to_laserscan")
+"""Those of a clone that may live on a robot; the last one is in that of a robot with a depth camera."""
 
 LEAVE_TIMEOUT = 3.0
 
@@ -62,7 +63,8 @@ class LocalNodes:
     nodes : sequence of str
         Those that it can run.
     sensors : collection of str
-        Topics that the client publishes, which local nodes hear from there.
+        Topics that the client publishes, which local nodes hear from there. Images, for which only a node here has a
+        use, do not go to the cloud.
     clock : callable
         Monotonic seconds.
     """
@@ -91,6 +93,8 @@ class LocalNodes:
         self._lost: dict[str, tuple[int, str]] = {}
         self._settled = set[str]()
         self._rtt = 0.0
+        self._told: ppaas_msgs.TellRobotRequest | None = None
+        self._session = 0
         self.ready = asyncio.Event()
 
     @property
@@ -127,6 +131,7 @@ class LocalNodes:
         PPaaSError
             The cloud has no node monitor for this robot, or the client has given up.
         """
+        self._session = self._session_now()
         await self._tell_robot()
         await self._client.subscribe("node_monitor/homes", ppaas_msgs.NodeHomes, self._homes_told)
         self._client.attach(self._crossing)
@@ -161,13 +166,38 @@ class LocalNodes:
             return
 
     async def _tell_robot(self) -> None:
-        link, computer = await measure_link(self._client, self._clock), self._computer
-        told = ppaas_msgs.TellRobotRequest(
-            computer.cores, computer.clock, computer.benchmark, link.rtt, link.bandwidth, self._nodes
-        )
+        """Say what this robot is; the link is measured once, and how far the cloud is each time that it is told."""
+        if self._told is None:
+            link, computer = await measure_link(self._client, self._clock), self._computer
+            self._told, self._rtt = (
+                ppaas_msgs.TellRobotRequest(
+                    computer.cores, computer.clock, computer.benchmark, link.rtt, link.bandwidth, self._nodes
+                ),
+                link.rtt,
+            )
+        told = msgspec.structs.replace(self._told, rtt=self._rtt)
         answer = await self._call("tell_robot", ppaas_msgs.TellRobot, told)
         assert isinstance(answer, ppaas_msgs.TellRobotResponse)
         self._config = msgspec.json.decode(answer.config, type=frames.CloneConfig)
+
+    async def _see_to_session(self) -> None:
+        """Tell a session that is new what the one before was told, and go on with what runs here.
+
+        Its node monitor may be another; or the same, which took the silence of a killed cloud process for ours.
+        """
+        session = self._session_now()
+        if session == self._session:
+            return
+        await self._tell_robot()
+        answer = await self._call("list_nodes", ppaas_msgs.ListNodes, Empty())
+        assert isinstance(answer, ppaas_msgs.NodeHomes)
+        for there in answer.nodes:
+            if there.home == "cloud" and there.node in self._leases:
+                self._wanted[there.node] = (await self.ask(there.node, "robot")).wanted
+        self._session = session
+
+    def _session_now(self) -> int:
+        return self._client.connections - self._client.resumptions
 
     async def _call(self, service: str, kind: ServiceType, request: Message) -> Message:
         return await self._client.call(f"node_monitor/{service}", kind, request)
@@ -180,6 +210,7 @@ class LocalNodes:
 
     async def _see_to_nodes(self) -> None:
         try:
+            await self._see_to_session()
             if self._lost:
                 await self._give_up()
             if self._process is not None and not self._process.alive:
@@ -219,17 +250,27 @@ class LocalNodes:
     async def _started(self) -> NodeProcess:
         if self._process is not None and self._process.alive:
             return self._process
-        answer = await self._client.call("static_map", GetMap, Empty(), timeout=60.0)
-        assert isinstance(answer, GetMapResponse)
-        assert self._config is not None
+        begin = await self._begin()
         process = NodeProcess(self._crossing.said, self._changed.set)
         try:
-            await process.start(frames.Begin(self._config, msgspec.Raw(encode(answer.map))))
+            await process.start(begin)
         except BaseException:
             await process.stop()
             raise
         self._process = process
         return process
+
+    async def _begin(self) -> frames.Begin:
+        assert self._config is not None
+        grid, keepout, speed = [await self._grid(service) for service in (MAP_SERVICE, KEEPOUT_MASK, SPEED_MASK)]
+        there = {name: mask for name, mask in ((KEEPOUT_MASK, keepout), (SPEED_MASK, speed)) if mask.info.width}
+        masks = {name: msgspec.Raw(encode(mask)) for name, mask in there.items()}
+        return frames.Begin(self._config, msgspec.Raw(encode(grid)), masks)
+
+    async def _grid(self, service: str) -> OccupancyGrid:
+        answer = await self._client.call(service, GetMap, Empty(), timeout=60.0)
+        assert isinstance(answer, GetMapResponse)
+        return answer.map
 
     async def _give_back(self, node: str) -> None:
         process, lease, heard = self._process, self._leases[node], self._crossing.heard(node)
@@ -274,6 +315,8 @@ class LocalNodes:
             if answer.lease == lease:
                 self._crossing.tell_unheard(node, answer.unheard, process)
                 self._settled.add(node)
+            elif self._session_now() != self._session:
+                return  # it was asked for in another session, which was lost with the cloud: the new one is told first
             else:
                 logger.warning("%s goes on in the cloud, which heard nothing of it for too long", node)
                 await process.ask(frames.Remove(node), frames.Removed)

@@ -3,7 +3,8 @@
 from collections.abc import Callable, Mapping
 
 from ppaas.errors import NotFound
-from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes
+from ppaas.messages.message import Empty
+from ppaas.messages.ppaas_msgs import ListNodes, NodeHome, NodeHomes
 from robots.client import RobotClient
 from robots.local.computer import Computer
 from robots.local.node_manager import NODES, LocalNodes
@@ -92,7 +93,11 @@ async def run_local_nodes(
 
     async def ask() -> None:
         await manager.ready.wait()
+        listed = await client.call("node_monitor/list_nodes", ListNodes, Empty())
+        assert isinstance(listed, NodeHomes)
+        there = {known.node for known in listed.nodes}
         for node, home in wanted.items():
-            told.note(await manager.ask(node, home))
+            if home or node in there:  # of all nodes that robots run, only those that this one's clone has
+                told.note(await manager.ask(node, home))
 
     await together(manager.run(), ask())

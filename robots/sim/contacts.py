@@ -11,6 +11,9 @@ SETTLE = 0.3
 WALL = -1
 """Stands for all walls, where the other robot's index would be."""
 
+PERSON = -2
+"""Stands for all people."""
+
 
 class ContactCounter:
     """Counts the touches of each robot, looking after every step who touches what.
@@ -26,17 +29,23 @@ class ContactCounter:
     def __init__(self, clock: Callable[[], float]) -> None:
         self._clock = clock
         self._robots: dict[pymunk.Body, int] = {}
+        self._people: set[pymunk.Body] = set()
         self._last_touched: dict[tuple[int, int], float] = {}
         self.wall_contacts: Counter[int] = Counter()
         self.robot_contacts: Counter[int] = Counter()
+        self.person_contacts: Counter[int] = Counter()
 
     def watch(self, body: pymunk.Body, robot: int) -> None:
         """Count the touches of this body as those of this robot."""
         self._robots[body] = robot
 
+    def know_person(self, body: pymunk.Body) -> None:
+        """Count what this body is touched by apart from walls."""
+        self._people.add(body)
+
     def total(self, robot: int) -> int:
-        """Return how often a robot touched a wall or another robot."""
-        return self.wall_contacts[robot] + self.robot_contacts[robot]
+        """Return how often a robot touched a wall, another robot or a person."""
+        return self.wall_contacts[robot] + self.robot_contacts[robot] + self.person_contacts[robot]
 
     def look(self) -> None:
         """Count the touches that began in the step that was just taken."""
@@ -45,14 +54,19 @@ class ContactCounter:
             before = self._last_touched.get((robot, other), float("-inf"))
             self._last_touched[robot, other] = now
             if now - before > SETTLE:
-                counter = self.wall_contacts if other == WALL else self.robot_contacts
-                counter[robot] += 1
+                self._counter(other)[robot] += 1
+
+    def _counter(self, other: int) -> Counter[int]:
+        return {WALL: self.wall_contacts, PERSON: self.person_contacts}.get(other, self.robot_contacts)
+
+    def _index(self, body: pymunk.Body) -> int:
+        return PERSON if body in self._people else self._robots.get(body, WALL)
 
     def _touching(self) -> set[tuple[int, int]]:
         found: set[tuple[int, int]] = set()
 
         def note(arbiter: pymunk.Arbiter, robot: int) -> None:
-            found.update((robot, self._robots.get(body, WALL)) for body in arbiter.bodies)
+            found.update((robot, self._index(body)) for body in arbiter.bodies)
 
         for body, robot in self._robots.items():
             body.each_arbiter(note, robot)

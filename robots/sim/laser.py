@@ -1,4 +1,4 @@
-"""A laser scanner that sees the walls of the map and the other robots."""
+"""A laser scanner that sees the walls of the map, the other robots and people."""
 
 import math
 from dataclasses import dataclass
@@ -11,6 +11,10 @@ from ppaas.maps.grid import GridInfo
 from ppaas.maps.raycast import cast_rays
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header, Time
+from robots.sim.kernels import discs as kernels
+
+Discs = tuple[NDArray[np.float64], float]
+"""Round things of one size: (m, 2) true positions of their middles, and their radius [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,27 +24,31 @@ class LaserModel:
     Parameters
     ----------
     beams : int
-        Spread evenly over the full circle; the first looks backwards, they go counter-clockwise.
+        Spread evenly over the field of view, from right to left; on the full circle the first looks backwards.
     range_min, range_max : float
         [m].
     sigma : float
         Standard deviation of a range [m].
+    field_of_view : float
+        The middle of it is where the robot heads [rad].
     """
 
     beams: int = 360
     range_min: float = 0.12
     range_max: float = 8.0
     sigma: float = 0.01
+    field_of_view: float = 2.0 * math.pi
 
     @property
     def increment(self) -> float:
         """Angle between two beams [rad]."""
-        return 2.0 * math.pi / self.beams
+        whole_circle = self.field_of_view >= 2.0 * math.pi
+        return self.field_of_view / (self.beams if whole_circle else self.beams - 1)
 
     @property
     def angles(self) -> NDArray[np.float64]:
         """(beams,) directions from the robot's heading [rad]."""
-        return np.asarray(-math.pi + self.increment * np.arange(self.beams))
+        return np.asarray(-0.5 * self.field_of_view + self.increment * np.arange(self.beams))
 
 
 def cast_at_discs(
@@ -64,15 +72,10 @@ def cast_at_discs(
     (n,) array
         [m]; infinite where no disc is hit.
     """
-    if not len(centres):
-        return np.full(len(angles), np.inf)
-    to_centre = centres - (origin.x, origin.y)  # (m, 2)
-    headings = angles + origin.theta
-    along = np.cos(headings)[:, None] * to_centre[:, 0] + np.sin(headings)[:, None] * to_centre[:, 1]  # (n, m)
-    under_root = along**2 - (to_centre**2).sum(axis=1) + radius**2
-    hit = (under_root >= 0.0) & (along > 0.0)
-    distance = np.where(hit, along - np.sqrt(np.maximum(under_root, 0.0)), np.inf)
-    return np.asarray(distance.min(axis=1))
+    ranges: NDArray[np.float64] = kernels.cast_at_discs(
+        origin.x, origin.y, np.ascontiguousarray(angles + origin.theta), np.ascontiguousarray(centres), radius
+    )
+    return ranges
 
 
 class Laser:
@@ -99,23 +102,20 @@ class Laser:
         self._angles = model.angles
         self._rng = rng
 
-    def measure(self, pose: Pose2D, others: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
+    def measure(self, pose: Pose2D, *others: Discs) -> NDArray[np.float64]:
         """Return what the beams measure: (beams,) ranges [m], infinite where nothing is in reach.
 
         Parameters
         ----------
         pose : Pose2D
             True pose of the scanner in the map frame.
-        others : (m, 2) array
-            True positions of the other robots.
-        radius : float
-            Of each of them [m].
+        *others : (centres, radius)
+            Who else is there, by size.
         """
         model = self.model
-        ranges = np.minimum(
-            cast_rays(self._occupied, self._info, pose, self._angles, model.range_max),
-            cast_at_discs(pose, self._angles, others, radius),
-        )
+        ranges = cast_rays(self._occupied, self._info, pose, self._angles, model.range_max)
+        for centres, radius in others:
+            ranges = np.minimum(ranges, cast_at_discs(pose, self._angles, centres, radius))
         noisy = np.maximum(ranges + model.sigma * self._rng.standard_normal(model.beams), 0.0)
         return np.where(noisy <= model.range_max, noisy, np.inf)
 
@@ -124,8 +124,8 @@ class Laser:
         millimetres = np.round(ranges, 3).tolist()
         return LaserScan(
             header=Header(stamp=Time.of(stamp), frame_id=frame_id),
-            angle_min=-math.pi,
-            angle_max=math.pi - self.model.increment,
+            angle_min=float(self._angles[0]),
+            angle_max=float(self._angles[-1]),
             angle_increment=self.model.increment,
             range_min=self.model.range_min,
             range_max=self.model.range_max,

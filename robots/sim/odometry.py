@@ -19,7 +19,7 @@ class OdometryModel:
 
     Parameters
     ----------
-    scale : float
+    scale, gyro_scale : float
         Error of the wheels' diameter, and of the gyro's scale, as a part of the motion.
     gyro_bias : float
         What the gyro tells when nothing turns [rad/s].
@@ -32,6 +32,7 @@ class OdometryModel:
     """
 
     scale: float = 0.01
+    gyro_scale: float = 0.01
     gyro_bias: float = 0.0005
     gyro_walk: float = 0.00005
     noise_linear: float = 0.005
@@ -59,7 +60,8 @@ class WheelOdometry:
         self.velocity = Velocity()
         self._model = model
         self._rng = rng
-        self._wheel_scale, self._gyro_scale = 1.0 + model.drift * model.scale * rng.standard_normal(2)
+        scales = np.array((model.scale, model.gyro_scale))
+        self._wheel_scale, self._gyro_scale = 1.0 + model.drift * scales * rng.standard_normal(2)
         self._bias = model.drift * model.gyro_bias * rng.standard_normal()
 
     def update(self, wheel_speed: float, turn_rate: float, dt: float) -> None:

@@ -13,7 +13,7 @@ from ppaas.messages.geometry_msgs import Twist
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
 from robots.base_controller import BaseController, BaseLimits
-from robots.sim.laser import Laser, LaserModel
+from robots.sim.laser import Discs, Laser, LaserModel
 from robots.sim.odometry import OdometryModel, WheelOdometry
 from robots.sim.turtlebot import Turtlebot, TurtlebotModel
 
@@ -44,8 +44,8 @@ class Surroundings(Protocol):
         """Return the present moment as a stamp."""
         ...
 
-    def positions(self, without: "SimulatedRobot") -> NDArray[np.float64]:
-        """Return the positions of the other robots."""
+    def others(self, robot: "SimulatedRobot") -> tuple[Discs, ...]:
+        """Return who else is there."""
         ...
 
 
@@ -94,7 +94,7 @@ class SimulatedRobot:
 
     def scan(self) -> LaserScan:
         """Return what the laser sees now; it stands in the middle of the base."""
-        ranges = self._laser.measure(self.base.pose, self._world.positions(self), self.model.base.radius)
+        ranges = self._laser.measure(self.base.pose, *self._world.others(self))
         return self._laser.scan(ranges, self._world.stamp(), self.model.base_frame)
 
     def before_step(self) -> None:

@@ -8,6 +8,7 @@ import pymunk
 
 from ppaas.controllers.base import Velocity
 from ppaas.geometry import Pose2D, wrap_angle
+from robots.sim.drive import Drive, DriveModel
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +40,13 @@ class TurtlebotModel:
     slip: float = 0.02
     slip_time: float = 1.0
 
+    @property
+    def drive(self) -> DriveModel:
+        """What its motors and wheels can; they follow a command at once."""
+        return DriveModel(
+            self.max_linear, self.max_angular, self.acc_linear, self.acc_angular, self.slip, self.slip, self.slip_time
+        )
+
 
 class Turtlebot:
     """One Turtlebot.
@@ -57,16 +65,14 @@ class Turtlebot:
 
     def __init__(self, space: pymunk.Space, pose: Pose2D, model: TurtlebotModel, rng: np.random.Generator) -> None:
         self.model = model
-        self.wheels = Velocity()
         self.travelled = 0.0
-        self._target = Velocity()
-        self._slip = np.zeros(2)
-        self._rng = rng
+        self._space = space
+        self._drive = Drive(model.drive, rng)
         self.body = pymunk.Body(model.mass, pymunk.moment_for_circle(model.mass, 0.0, model.radius))
         self.body.position = pose.x, pose.y
         self.body.angle = pose.theta
         self.body.velocity_func = self._turn_wheels
-        self._last = self.body.position
+        self._last: tuple[float, float] = self.body.position
         shape = pymunk.Circle(self.body, model.radius)
         shape.friction = 0.4
         space.add(self.body, shape)
@@ -76,9 +82,20 @@ class Turtlebot:
         """The true pose in the map frame. For the sensors and the scorer; it is never published."""
         return Pose2D(self.body.position.x, self.body.position.y, wrap_angle(self.body.angle))
 
+    @property
+    def wheels(self) -> Velocity:
+        """How fast the wheels roll."""
+        return self._drive.wheels
+
     def drive(self, velocity: Velocity) -> None:
         """Go for this velocity, as fast as the motors allow, from the next step on."""
-        self._target = velocity
+        self._drive.command(velocity)
+
+    def carry_to(self, pose: Pose2D) -> None:
+        """Put it elsewhere, which neither its wheels nor its gyro notice."""
+        self.body.position = self._last = pose.x, pose.y
+        self.body.angle = pose.theta
+        self._space.reindex_shapes_for_body(self.body)
 
     def after_step(self) -> None:
         """Note how far the step has brought it."""
@@ -88,18 +105,6 @@ class Turtlebot:
 
     def _turn_wheels(self, body: pymunk.Body, _gravity: tuple[float, float], _damping: float, dt: float) -> None:
         """Set the velocity that the wheels give the body; the walls may take it away within the same step."""
-        model = self.model
-        self.wheels = Velocity(
-            _approach(self.wheels.linear, self._target.linear, model.acc_linear * dt, model.max_linear),
-            _approach(self.wheels.angular, self._target.angular, model.acc_angular * dt, model.max_angular),
-        )
-        fade = math.exp(-dt / model.slip_time)
-        self._slip = fade * self._slip + model.slip * math.sqrt(1.0 - fade**2) * self._rng.standard_normal(2)
-        speed = self.wheels.linear * (1.0 + self._slip[0])
-        body.velocity = speed * math.cos(body.angle), speed * math.sin(body.angle)
-        body.angular_velocity = self.wheels.angular * (1.0 + self._slip[1])
-
-
-def _approach(now: float, target: float, step: float, most: float) -> float:
-    bounded = min(max(target, -most), most)
-    return min(max(bounded, now - step), now + step)
+        velocity = self._drive.turn(dt)
+        body.velocity = velocity.linear * math.cos(body.angle), velocity.linear * math.sin(body.angle)
+        body.angular_velocity = velocity.angular

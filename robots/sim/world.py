@@ -1,4 +1,4 @@
-"""The simulated world: the walls of a map, robots, and time in fixed steps."""
+"""The simulated world: the walls of a map, robots, people, and time in fixed steps."""
 
 import numpy as np
 import pymunk
@@ -8,8 +8,11 @@ from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridMap
 from robots.sim.contacts import ContactCounter
+from robots.sim.laser import Discs
 from robots.sim.robot import RobotModel, SimulatedRobot
+from robots.sim.walker import Walker, WalkerModel
 from robots.sim.walls import merge_rectangles
+from robots.sim.ways import Ways
 
 
 class World:
@@ -33,6 +36,8 @@ class World:
         self.steps = 0
         self.epoch = epoch
         self.robots: list[SimulatedRobot] = []
+        self.walkers: list[Walker] = []
+        self.walker_model = WalkerModel()
         self.occupied: NDArray[np.bool_] = grid.data >= OCCUPIED_THRESHOLD
         self._seed = seed
         self._space = pymunk.Space()
@@ -76,17 +81,52 @@ class World:
         self.robots.append(robot)
         return robot
 
-    def positions(self, without: SimulatedRobot) -> NDArray[np.float64]:
-        """Return the true positions of the other robots, (n, 2) x, y [m]."""
-        found = [tuple(robot.base.body.position) for robot in self.robots if robot is not without]
-        return np.array(found, dtype=np.float64).reshape(-1, 2)
+    def add_walker(self, ways: Ways, pose: Pose2D) -> Walker:
+        """Put a person into the world, who walks about.
+
+        Parameters
+        ----------
+        ways : Ways
+            Where to.
+        pose : Pose2D
+            Where they stand at first.
+        """
+        rng = np.random.default_rng((self._seed, len(self.walkers), 1))
+        walker = Walker(self._space, ways, pose, self.walker_model, rng)
+        self.contacts.know_person(walker.body)
+        self.walkers.append(walker)
+        return walker
+
+    def others(self, robot: SimulatedRobot) -> tuple[Discs, ...]:
+        """Return where the other robots and people truly are."""
+        robots = [tuple(other.base.body.position) for other in self.robots if other is not robot]
+        return (_positions(robots), robot.model.base.radius), (self.people(), self.walker_model.radius)
+
+    def people(self) -> NDArray[np.float64]:
+        """Return where people truly are, (n, 2) x, y [m]."""
+        return _positions([tuple(walker.body.position) for walker in self.walkers])
 
     def step(self) -> None:
         """Let one step pass."""
         for robot in self.robots:
             robot.before_step()
+        self._walk()
         self._space.step(self.dt)
         self.steps += 1
         self.contacts.look()
         for robot in self.robots:
             robot.after_step(self.dt)
+
+    def _walk(self) -> None:
+        """Let everybody look where they go: at robots and at each other."""
+        if not self.walkers:
+            return
+        robots = [(*robot.base.body.position, robot.model.base.radius) for robot in self.robots]
+        people = [(*walker.body.position, self.walker_model.radius) for walker in self.walkers]
+        around = np.array(robots + people)
+        for walker in self.walkers:
+            walker.walk(self.time(), around, self.dt)
+
+
+def _positions(found: list[tuple[float, ...]]) -> NDArray[np.float64]:
+    return np.array(found, dtype=np.float64).reshape(-1, 2)

@@ -11,6 +11,8 @@ from ppaas.messages.message import Message
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.ppaas_msgs import TopicMessage
+from ppaas.messages.sensor_msgs import Image
+from ppaas.messages.std_msgs import Header
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.arrivals import fingerprint
 from robots.local import frames
@@ -61,7 +63,7 @@ class FakeProcess:
 
 async def crossing(*nodes: frames.Added) -> tuple[Crossing, FakeClient, FakeProcess]:
     client, process = FakeClient(), FakeProcess()
-    made = Crossing(client, ("scan", "odom"))  # type: ignore[arg-type]
+    made = Crossing(client, ("odom", "camera/depth/image_raw"))  # type: ignore[arg-type]
     for node in nodes:
         made.expect(node.node)
         await made.open(node, process)  # type: ignore[arg-type]
@@ -80,6 +82,22 @@ async def test_what_the_robot_senses_reaches_its_nodes_without_the_cloud() -> No
     assert process.told == ["odom"]
     client.subscriptions["tf"](encode(TFMessage([])))
     assert process.told == ["odom", "tf"]
+
+
+CAMERA = frames.Added("camera", [frames.TopicName("camera/depth/image_raw", "sensor_msgs/Image")], ["scan"])
+
+
+async def test_images_go_to_the_cloud_only_while_nobody_here_makes_scans_of_them() -> None:
+    made, _, process = await crossing(DRIVER)
+    image, odometry = Image(Header(), 0, 0, "16UC1", 0, 0, b""), decode(Odometry, ODOMETRY)
+    assert made.published("camera/depth/image_raw", image)
+    made.expect("camera")
+    await made.open(CAMERA, process)  # type: ignore[arg-type]
+    assert not made.published("camera/depth/image_raw", image)
+    assert made.published("odom", odometry), "others of the clone hear it"
+    assert made.owns("scan")
+    await made.close("camera")
+    assert made.published("camera/depth/image_raw", image)
 
 
 async def test_what_a_node_says_is_heard_here_at_once_and_told_to_the_cloud() -> None:

@@ -4,10 +4,12 @@ import asyncio
 from collections.abc import Callable
 
 import msgspec
+import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import office
+from ppaas.maps.grid import GridMap
 from ppaas.maps.occupancy import to_message
 from ppaas.messages import decode, encode
 from ppaas.messages.actionlib_msgs import GoalID
@@ -40,7 +42,8 @@ def begin(home: LocalHome, config: frames.CloneConfig = CONFIG, grid: msgspec.Ra
 async def test_a_node_goes_on_here_and_goes_back_with_its_state(home: LocalHome, told: list[frames.FromHome]) -> None:
     begin(home)
     assert told == [frames.Ready()]
-    state = '{"pose":[3.0,2.0,0.5],"covariance":[[0.1,0.0,0.0],[0.0,0.1,0.0],[0.0,0.0,0.1]],"odom":null}'
+    covariance = "[[0.1,0.0,0.0],[0.0,0.1,0.0],[0.0,0.0,0.1]]"
+    state = f'{{"pose":[3.0,2.0,0.5],"covariance":{covariance},"odom":null,"searching":false}}'
     home.take(frames.Add("amcl", state))
     added = told.pop()
     assert isinstance(added, frames.Added)
@@ -80,6 +83,24 @@ async def test_a_message_that_cannot_be_taken_does_no_harm(
     assert told == []
     assert "move_base/cancel was not taken" in caplog.text
     home.take(frames.Tell("move_base/cancel", msgspec.Raw(encode(GoalID(id="g")))))
+
+
+async def test_masks_lie_on_the_map_here_too(home: LocalHome, told: list[frames.FromHome]) -> None:
+    grid = office(seed=1, width=12.0, height=10.0)
+    everywhere = msgspec.Raw(encode(to_message(GridMap(np.full(grid.info.shape, 100, np.int8), grid.info))))
+    names = {"keepout_filter": {"filter_mask": "kept"}, "speed_filter": {"filter_mask": "slow"}}
+    config = msgspec.structs.replace(CONFIG, parameters=names)
+    free = PoseStamped(Header(frame_id="map"), Pose.of(Pose2D(2.0, 2.0)))
+    home.take(frames.Begin(config, MAP))
+    assert isinstance(told[-1], frames.Failed)
+    assert told[-1].text.startswith("keepout_filter: the mask 'kept' is not here")
+    home.take(frames.Begin(config, MAP, {"keepout_filter_mask": everywhere, "speed_filter_mask": everywhere}))
+    assert told[-1] == frames.Ready()
+    home.take(frames.Add("move_base", ""))
+    home.take(frames.Call(1, "move_base/make_plan", msgspec.Raw(encode(GetPlanRequest(free, free)))))
+    while not isinstance(told[-1], frames.Replied):
+        await asyncio.sleep(0.005)
+    assert told[-1].slug == "start-occupied"
 
 
 async def test_its_nodes_answer_calls_by_their_numbers(home: LocalHome, told: list[frames.FromHome]) -> None:

@@ -34,7 +34,7 @@ def test_it_measures_what_the_slow_laser_does(seed: int, heading: float, others:
     centres = np.stack((x + away * np.cos(bearing), y + away * np.sin(bearing)), axis=1)
     pose = Pose2D(x, y, heading)
     laser = Laser(grid.data >= 65, grid.info, EXACT, rng)
-    ranges = laser.measure(pose, centres, RADIUS)
+    ranges = laser.measure(pose, (centres, RADIUS))
     discs = [(cx, cy, RADIUS) for cx, cy in centres.tolist()]
     expected = slow.measure(grid, pose, EXACT.angles, discs, EXACT.range_max)
     # A beam that only grazes something is seen by one and missed between two steps of the other.
@@ -61,9 +61,9 @@ def test_its_noise_is_as_large_as_it_says() -> None:
     pose = Pose2D(3.0, 3.0, 0.0)
     model = LaserModel(sigma=0.01)
     laser = Laser(grid.data >= 65, grid.info, model, np.random.default_rng(1))
-    scans = np.array([laser.measure(pose, np.empty((0, 2)), RADIUS) for _ in range(200)])
+    scans = np.array([laser.measure(pose) for _ in range(200)])
     exact = Laser(grid.data >= 65, grid.info, LaserModel(sigma=0.0), np.random.default_rng(1))
-    errors = scans - exact.measure(pose, np.empty((0, 2)), RADIUS)
+    errors = scans - exact.measure(pose)
     assert errors.std() == pytest.approx(0.01, rel=0.02)
     assert abs(errors.mean()) < 0.0005
 
@@ -72,9 +72,18 @@ def test_what_is_too_far_is_no_reading_and_the_first_beam_looks_backwards() -> N
     grid = room(20.0, 4.0)
     model = LaserModel(beams=4, range_max=5.0, sigma=0.0)
     laser = Laser(grid.data >= 65, grid.info, model, np.random.default_rng(1))
-    ranges = laser.measure(Pose2D(3.05, 1.55, 0.0), np.empty((0, 2)), RADIUS)
+    ranges = laser.measure(Pose2D(3.05, 1.55, 0.0))
     scan = laser.scan(ranges, 12.5, "base_link")
     assert scan.ranges == pytest.approx([3.0, 1.5, None, 2.4])
     assert (scan.angle_min, scan.angle_increment) == pytest.approx((-math.pi, math.pi / 2))
     assert scan.angle_min + 3 * scan.angle_increment == pytest.approx(scan.angle_max)
     assert scan.header.stamp.seconds() == pytest.approx(12.5)
+
+
+def test_a_narrower_field_of_view_goes_from_its_right_edge_to_its_left() -> None:
+    model = LaserModel(beams=720, field_of_view=math.radians(270.0))
+    assert model.angles[[0, -1]] == pytest.approx((-0.75 * math.pi, 0.75 * math.pi))
+    scan = Laser(np.zeros((1, 1), bool), room(2.0, 2.0).info, model, np.random.default_rng(1)).scan(
+        np.full(720, math.inf), 0.0, "base_link"
+    )
+    assert scan.angle_min + 719 * scan.angle_increment == pytest.approx(scan.angle_max)

@@ -58,3 +58,11 @@ def test_its_velocity_is_near_the_true_one() -> None:
 def test_a_drift_that_is_none_is_refused(drift: float) -> None:
     with pytest.raises(InvalidParameter, match="drift"):
         OdometryModel(drift=drift)
+
+
+def test_wheels_and_gyro_have_a_scale_of_their_own() -> None:
+    model = OdometryModel(scale=0.0, gyro_scale=0.2, gyro_bias=0.0, gyro_walk=0.0, noise_linear=0.0, noise_angular=0.0)
+    odometry = WheelOdometry(model, np.random.default_rng(1))
+    odometry.update(1.0, 1.0, DT)
+    assert odometry.velocity.linear == 1.0
+    assert odometry.velocity.angular != 1.0

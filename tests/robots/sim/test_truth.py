@@ -4,7 +4,11 @@ import ast
 from pathlib import Path
 
 ROBOTS = Path(__file__).resolve().parents[3] / "robots"
-KNOW_THE_TRUTH = {"sim/turtlebot.py", "sim/robot.py", "sim/world.py", "sim/scorer.py", "sim/contacts.py"}
+KNOW_THE_TRUTH = {
+    "sim/turtlebot.py", "sim/robot.py", "sim/world.py", "sim/scorer.py", "sim/contacts.py", "sim/walker.py",
+    "bench/localize/run.py",  # scores localization, and drives where that is lost too
+    "bench/goals/referee.py", "bench/goals/run.py", "bench/goals/picture.py",  # score goals, and draw how they went
+}  # fmt: skip
 
 
 def reads_the_truth(source: str) -> bool:
