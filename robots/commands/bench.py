@@ -2,10 +2,10 @@
 
 import argparse
 from collections.abc import Callable
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any
 
-from robots.commands import bench_chaos, bench_engine, bench_planners, bench_report
+from robots.commands import bench_chaos, bench_engine, bench_goals, bench_planners, bench_report
 from robots.commands.session import add_cloud_arguments, token_of
 from robots.commands.table import print_line
 from robots.commands.table import show as show_rows
@@ -40,8 +40,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     bench_report.configure(kinds)
     bench_chaos.configure(kinds)
     bench_engine.configure(kinds)
+    _configure_kind(kinds, "goals", bench_goals)
     for entry in entry_points(group=OTHERS):
-        _configure_other(kinds, entry)
+        _configure_kind(kinds, entry.name, entry.load())
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -58,10 +59,9 @@ def run(arguments: argparse.Namespace) -> int:
     return print_told() or 0
 
 
-def _configure_other(kinds: Any, entry: EntryPoint) -> None:
-    """Add a bench that another package brings: HELP, configure(parser) and measure(arguments, progress)."""
-    module = entry.load()
-    parser = kinds.add_parser(entry.name, help=module.HELP, description=module.HELP)
+def _configure_kind(kinds: Any, name: str, module: Any) -> None:
+    """Add a bench that is a module with HELP, configure(parser) and measure(arguments, progress)."""
+    parser = kinds.add_parser(name, help=module.HELP, description=module.HELP)
     module.configure(parser)
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
 
@@ -71,7 +71,7 @@ def _configure_other(kinds: Any, entry: EntryPoint) -> None:
             return lambda: show_rows(told, (), as_json=True)
         return lambda: show_rows(rows, tuple(rows[0]), as_json=False)
 
-    parser.set_defaults(what=entry.name, measure=measure)
+    parser.set_defaults(what=name, measure=measure)
 
 
 def _measure_figures(arguments: argparse.Namespace, progress: "Progress") -> Callable[[], None]:

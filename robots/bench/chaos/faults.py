@@ -41,7 +41,7 @@ LONGEST_STOP = 25.0
 """Seconds after which all else that was stopped, and is still there, goes on."""
 
 
-class Fault(msgspec.Struct, frozen=True):
+class Fault(msgspec.Struct):
     """One that was done.
 
     Parameters
@@ -54,12 +54,15 @@ class Fault(msgspec.Struct, frozen=True):
         Whose process it was: the folder of the cloud or the name of a machine.
     pid : int
         Of the process; 0 where it was none.
+    until : float
+        When a process that was stopped had gone on or had ended; infinite until then, 0 where nothing was stopped.
     """
 
     name: str
     at: float
     home: str = ""
     pid: int = 0
+    until: float = 0.0
 
 
 def deck(random: Random, machines: int) -> Iterator[Kind]:

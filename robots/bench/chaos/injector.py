@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import logging
+import math
 import signal
 from collections.abc import Callable, Coroutine, Sequence
 from pathlib import Path
@@ -27,6 +28,9 @@ DRAIN = 5.0
 
 SPREAD = 0.5, 1.5
 """Of the time between two faults, as parts of its mean."""
+
+LOOK = 0.2
+"""Seconds between two looks at a process that was stopped."""
 
 
 class Injector:
@@ -96,12 +100,14 @@ class Injector:
             logger.info("no fault (%s): there is none", kind)
             return
         victim = self._random.choice(sorted(victims, key=lambda member: member.process.pid))
-        self.faults.append(Fault(str(kind), monotonic(), victim.home, victim.process.pid))
+        fault = Fault(str(kind), monotonic(), victim.home, victim.process.pid)
+        self.faults.append(fault)
         if kind.how == "kill":
             victim.process.kill()
             return
         victim.process.suspend()
-        self._later(self._go_on(victim, PAUSE.get(kind.victim, LONGEST_STOP)))
+        fault.until = math.inf
+        self._later(self._go_on(victim.process, PAUSE.get(kind.victim, LONGEST_STOP), fault))
 
     async def _victims(self, kind: Kind, found: Sequence[Member]) -> list[Member]:
         if kind.victim not in ("container", "helper"):
@@ -111,16 +117,16 @@ class Injector:
             return [member for member in found if member.process.pid in clones]
         return [member for member in found if member.kind in HELPERS and member.process.pid not in clones]
 
-    async def _go_on(self, victim: Member, pause: float) -> None:
+    async def _go_on(self, process: psutil.Process, pause: float, fault: Fault) -> None:
         """Set a process going that was stopped and that nobody has ended, at the latest when all is over."""
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(pause):
-                await self._over.wait()
-        try:
-            if victim.process.status() == psutil.STATUS_STOPPED:
-                victim.process.send_signal(signal.SIGCONT)
-        except psutil.NoSuchProcess:
-            return
+        end = fault.at + pause
+        while _lives(process) and monotonic() < end and not self._over.is_set():
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(LOOK):
+                    await self._over.wait()
+        with contextlib.suppress(psutil.NoSuchProcess):
+            process.send_signal(signal.SIGCONT)
+        fault.until = monotonic()
 
     async def _drain(self, kind: Kind) -> None:
         """Drain the machine that carries most, so that robots come to others too."""
@@ -146,3 +152,10 @@ class Injector:
         task = asyncio.create_task(work)
         self._going_on.add(task)
         task.add_done_callback(self._going_on.discard)
+
+
+def _lives(process: psutil.Process) -> bool:
+    try:
+        return bool(process.status() != psutil.STATUS_ZOMBIE)
+    except psutil.NoSuchProcess:
+        return False

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from random import Random
 from typing import Any
 
-import msgspec
 from rich.progress import Progress
 
 from ppaas.clock import monotonic
@@ -16,7 +15,7 @@ from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
 from robots.bench.chaos.asker import Asker
 from robots.bench.chaos.injector import Injector
-from robots.bench.chaos.report import Report, longest_by_fault
+from robots.bench.chaos.report import Report, log_of, longest_by_fault, longest_silences
 from robots.bench.chaos.site import Site
 from robots.bench.chaos.traces import Traces
 from robots.bench.chaos.wanderer import Wanderer
@@ -92,8 +91,9 @@ async def run(options: Options, progress: Progress) -> Report:
             for task in meanwhile:
                 task.cancel()
         await _end(site, traces, tell)
-        log = [msgspec.structs.replace(fault, at=round(fault.at - began, 1)) for fault in injector.faults]
-        told = {"paths": dict(asker.answers), "cloud_starts": site.restarts, "log": log, "wrong": wrong}
+        own = {wanderer.name: wanderer.silences.gaps for wanderer in wanderers}
+        told = {"paths": dict(asker.answers), "cloud_starts": site.restarts, "wrong": wrong}
+        told |= {"log": log_of(injector.faults, began), "silences": longest_silences(injector.faults, own, began)}
         return _reckon(options, wanderers, injector, **told)
 
 
@@ -166,7 +166,8 @@ async def _show(faults: "asyncio.Task[None]", seconds: float, injector: Injector
 
 def _reckon(options: Options, wanderers: list[Wanderer], injector: Injector, **rest: Any) -> Report:
     endings = sum((Counter(wanderer.goals.endings) for wanderer in wanderers), Counter())
-    gaps = [gap for wanderer in wanderers for gap in wanderer.witness.gaps]
+    gaps = [gap for wanderer in wanderers for gap in wanderer.witness.uncommanded.gaps]
+    silences = [gap for wanderer in wanderers for gap in wanderer.silences.gaps]
     return Report(
         seed=options.seed,
         robots=options.robots,
@@ -174,6 +175,7 @@ def _reckon(options: Options, wanderers: list[Wanderer], injector: Injector, **r
         seconds=options.seconds,
         faults=dict(Counter(fault.name for fault in injector.faults)),
         longest_gap_s=longest_by_fault(injector.faults, gaps),
+        longest_silence_s=longest_by_fault(injector.faults, silences),
         goals={"sent": sum(w.goals.sent for w in wanderers)} | {e: endings[e] for e in ("result", "status", "lost")},
         statuses=dict(sum((w.goals.statuses for w in wanderers), Counter())),
         commands=sum(wanderer.witness.commands for wanderer in wanderers),

@@ -88,7 +88,7 @@ class Site:
     """
 
     def __init__(self, machines: int) -> None:
-        listen = ("--listen-machines", f"127.0.0.1:{_free_pair()}") if machines > 1 else ()
+        listen = ("--listen-machines", f"127.0.0.1:{free_pair()}") if machines > 1 else ()
         self._cloud = CloudProcess(arguments=("--port", str(free_port()), "--linger", f"{LINGER:g}", *listen))
         self._machines = [self._machine(f"m{number}") for number in range(2, machines + 1)]
         self._closing = False
@@ -176,7 +176,7 @@ def free_port() -> int:
         return int(listener.getsockname()[1])
 
 
-def _free_pair() -> int:
+def free_pair() -> int:
     """Return a port of loopback that is free with the next one."""
     while True:
         port = free_port()

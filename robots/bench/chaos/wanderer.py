@@ -8,7 +8,7 @@ from collections.abc import Callable
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
-from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
+from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
 from ppaas.messages.message import Message
 from ppaas.messages.move_base_msgs import (
@@ -19,10 +19,11 @@ from ppaas.messages.move_base_msgs import (
 )
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header
-from robots.bench.chaos.following import Following
 from robots.bench.chaos.goals import Goals
+from robots.bench.chaos.silences import Silences
 from robots.bench.chaos.witness import Witness
 from robots.client import RobotClient
+from robots.goal_following import Following
 from robots.sim.driver import Driver
 from robots.sim.goals import Course
 from robots.sim.robot import SimulatedRobot
@@ -62,6 +63,7 @@ class Wanderer:
         self.name = name
         self.goals = Goals(name, tell)
         self.witness = Witness(name, tell)
+        self.silences = Silences()
         self.sessions = 0
         self._address = address
         self._robot = robot
@@ -104,10 +106,11 @@ class Wanderer:
 
     # -- what it says and hears ----------------------------------------------------------------------------------------
 
-    def published(self, topic: str, message: Message) -> None:
-        """Take note of what the robot sends."""
+    def published(self, topic: str, message: Message) -> bool:
+        """Take note of what the robot sends, all of it to the cloud."""
         if isinstance(message, LaserScan):
             self.witness.scanned(message.header.stamp.seconds())
+        return True
 
     def owns(self, topic: str) -> bool:
         """Tell that all topics are heard from the cloud."""
@@ -115,6 +118,7 @@ class Wanderer:
 
     def _on_feedback(self, message: MoveBaseActionFeedback) -> None:
         self.witness.cycled(message.header.stamp.seconds())
+        self.silences.heard(monotonic())
 
     def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
         self.witness.localized(message.header.stamp.seconds())
@@ -134,7 +138,8 @@ class Wanderer:
         goal = f"{self.name}-goal-{next(self._numbers)}"
         following = self._following = Following(goal)
         self.goals.send(goal)
-        self.witness.goal_sent(monotonic())
+        self.witness.uncommanded.goal_sent(monotonic())
+        self.silences.goal_sent(monotonic())
         pose = PoseStamped(Header(frame_id="map"), Pose.of(target))
         try:
             session = _session_of(client)
@@ -144,7 +149,8 @@ class Wanderer:
             self.goals.end("lost", "the client gave up")
             raise
         finally:
-            self.witness.goal_ended(monotonic())
+            self.witness.uncommanded.goal_ended(monotonic())
+            self.silences.goal_ended(monotonic())
 
     async def _follow(self, client: RobotClient, following: Following, session: int) -> None:
         began = now = monotonic()
@@ -152,10 +158,10 @@ class Wanderer:
             await asyncio.wait([following.result], timeout=LOOK)
             now = monotonic()
             if following.result.done():
-                self.goals.end("result", following.result.result().name)
+                self.goals.end("result", Status(following.result.result().status).name)
                 return
             if following.is_over(now):
-                self.goals.end("status", following.status.name)
+                self.goals.end("status", Status(following.status.status).name)
                 return
             if following.is_unknown(now):
                 if _session_of(client) == session:

@@ -3,28 +3,11 @@
 import asyncio
 from collections import Counter, deque
 from collections.abc import Callable
-from typing import NamedTuple
 
-NOTEWORTHY = 0.5
-"""Seconds without a command that are a gap: as long as a base drives on by its last one."""
+from robots.bench.chaos.silences import Silences
 
 MOST_CYCLES = 32
 """Control cycles that a clone may have begun within a second. It begins 20, and two clones would begin 40."""
-
-DIGITS = 4
-"""Of a second, by which scans are told apart: stamps that were numbers meanwhile are not exact to the nanosecond."""
-
-
-class Gap(NamedTuple):
-    """Time without a command while there was a goal, from and to [monotonic s]."""
-
-    begin: float
-    end: float
-
-    @property
-    def seconds(self) -> float:
-        """How long it was."""
-        return self.end - self.begin
 
 
 class Witness:
@@ -45,34 +28,18 @@ class Witness:
     def __init__(self, robot: str, tell: Callable[[str], None]) -> None:
         self._robot = robot
         self._tell = tell
-        self._since: float | None = None
         self._cycle = self._scan = 0.0
         self._cycles: deque[float] = deque()
         self.commands = 0
         self.driven = asyncio.Event()
-        self.gaps: list[Gap] = []
+        self.uncommanded = Silences()
         self._scans: Counter[float] = Counter()
-
-    def goal_sent(self, now: float) -> None:
-        """Expect commands from now on."""
-        self._since = now
-
-    def goal_ended(self, now: float) -> None:
-        """Expect no more."""
-        self._note_gap(now)
-        self._since = None
 
     def commanded(self, now: float) -> None:
         """Note a ``cmd_vel``."""
         self.commands += 1
         self.driven.set()
-        if self._since is not None:
-            self._note_gap(now)
-            self._since = now
-
-    def _note_gap(self, now: float) -> None:
-        if self._since is not None and now - self._since >= NOTEWORTHY:
-            self.gaps.append(Gap(self._since, now))
+        self.uncommanded.heard(now)
 
     def cycled(self, stamp: float) -> None:
         """Note the feedback of a control cycle."""
@@ -88,11 +55,10 @@ class Witness:
 
     def scanned(self, stamp: float) -> None:
         """Note a scan that the robot sent; a simulated world that was held up sends several at the same moment."""
-        self._scans[round(stamp, DIGITS)] += 1
+        self._scans[stamp] += 1
 
     def localized(self, stamp: float) -> None:
         """Note an ``amcl_pose``."""
-        stamp = round(stamp, DIGITS)
         if stamp < self._scan or not self._scans[stamp]:
             self._tell(f"{self._robot} was told where it is by a scan {_again(stamp, self._scan)}")
         self._scan = max(self._scan, stamp)
@@ -101,4 +67,6 @@ class Witness:
 
 
 def _again(stamp: float, newest: float) -> str:
+    if stamp > newest:
+        return "that was never sent"
     return "again" if stamp == newest else f"that is {newest - stamp:.3f} s older than the last one"

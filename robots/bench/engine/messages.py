@@ -25,12 +25,12 @@ from robots.bench.figures import Figure, median_of
 from robots.sim.goals import CoursePlanner
 
 PART = "messages"
-ROUNDS, QUICK = 100, 2
+ROUNDS, QUICK = 100, 5
 PERIOD = 0.25
 """Seconds between two messages of a robot: sooner, its container tells the others nothing new."""
 
-WARM = 2
-"""Rounds before the first that counts."""
+ACQUAINTED = 30.0
+"""Seconds within which both are heard before the first round that counts."""
 
 
 async def measure(site: Site, options: Options, progress: Progress) -> list[Figure]:
@@ -73,16 +73,29 @@ async def _round_trips(
 ) -> list[float]:
     """Let both speak in turns; return the round trips of which no way was lost [s]."""
     one, other = robots
-    trips = []
-    for number in progress.track(range(rounds + WARM), description=description):
-        began = monotonic()
-        there, back = await _one_way(one, other), await _one_way(other, one)
-        if number >= WARM and there is not None and back is not None:
-            trips.append(there + back)
-        await asyncio.sleep(max(PERIOD - (monotonic() - began), 0.0))
-    if not trips:
-        raise Unavailable(f"{description}: of {rounds} messages none was heard")
-    return trips
+    await _get_acquainted(one, other, description)
+    trips: list[float | None] = []
+    for _ in progress.track(range(rounds), description=description):
+        trips.append(await _round_trip(one, other))
+    heard = [trip for trip in trips if trip is not None]
+    if not heard:
+        raise Unavailable(f"{description}: of {rounds} messages and their answers none was heard")
+    return heard
+
+
+async def _get_acquainted(one: Speaker, other: Speaker, description: str) -> None:
+    """Let both speak until both were heard: what is kept ready for the first message is not measured."""
+    until = monotonic() + ACQUAINTED
+    while await _round_trip(one, other) is None:
+        if monotonic() > until:
+            raise Unavailable(f"{description}: not heard within {ACQUAINTED:g} s: see the log of the cloud")
+
+
+async def _round_trip(one: Speaker, other: Speaker) -> float | None:
+    began = monotonic()
+    there, back = await _one_way(one, other), await _one_way(other, one)
+    await asyncio.sleep(max(PERIOD - (monotonic() - began), 0.0))
+    return None if there is None or back is None else there + back
 
 
 async def _one_way(speaker: Speaker, listener: Speaker) -> float | None:

@@ -12,8 +12,9 @@ from ppaas.clock import epoch, monotonic
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
-from ppaas.messages.geometry_msgs import PoseArray, PoseWithCovarianceStamped
+from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
 from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header, Time
 from robots.bench.target import Target
@@ -82,12 +83,12 @@ class Speaker:
     async def listen(self) -> None:
         """Hear where the own robot is, and where the others are."""
         await self._client.subscribe("amcl_pose", PoseWithCovarianceStamped, self._located)
-        await self._client.subscribe("robots", PoseArray, self._told)
+        await self._client.subscribe("robots", RobotStates, self._told)
 
     def _located(self, pose: PoseWithCovarianceStamped) -> None:
         self._poses.put_nowait((monotonic(), pose))
 
-    def _told(self, poses: PoseArray) -> None:
+    def _told(self, poses: RobotStates) -> None:
         self.others.note(*(pose.position.x for pose in poses.poses))
 
     async def say(self) -> tuple[float, float]:

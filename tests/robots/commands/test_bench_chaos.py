@@ -19,9 +19,10 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[chaos.Options]:
         seen.append(options)
         return Report(
             seed=options.seed, robots=options.robots, machines=options.machines, seconds=options.seconds,
-            faults={"web, killed": 2}, longest_gap_s={"web, killed": 4.5},
+            faults={"web, killed": 2}, longest_gap_s={"web, killed": 4.5}, longest_silence_s={"web, killed": 3.5},
             goals={"sent": 3, "result": 2, "status": 0, "lost": 1}, statuses={"SUCCEEDED": 2}, paths={"path": 5},
-            commands=100, sessions=2, cloud_starts=2, log=[], wrong=["3.0 s: a zombie"] if options.seed == 13 else [],
+            commands=100, sessions=2, cloud_starts=2, log=[], silences=[],
+            wrong=["3.0 s: a zombie"] if options.seed == 13 else [],
         )  # fmt: skip
 
     monkeypatch.setattr(chaos, "run", run)
@@ -35,8 +36,8 @@ def test_it_is_ten_minutes_with_ten_robots_on_three_machines_unless_something_el
     assert main(["bench", "chaos", "--minutes", "0.5", "--robots", "2", "--machines", "1", "--every", "2"]) == 0
     assert asked == [chaos.Options(600.0, 10, 3, 5.0, 1), chaos.Options(30.0, 2, 1, 2.0, 1)]
     heading, row, *_ = (line.split() for line in capsys.readouterr().out.splitlines())
-    assert heading == ["fault", "times", "longest", "gap", "s"]
-    assert row == ["web,", "killed", "2", "4.5"]
+    assert heading == ["fault", "times", "longest", "gap", "s", "served", "by", "nobody", "s"]
+    assert row == ["web,", "killed", "2", "4.5", "3.5"]
 
 
 def test_what_is_wrong_is_the_exit_status_for_people_and_programs(

@@ -2,7 +2,8 @@
 
 import pytest
 
-from robots.bench.chaos.witness import Gap, Witness
+from robots.bench.chaos.silences import Gap
+from robots.bench.chaos.witness import Witness
 
 
 @pytest.fixture
@@ -59,6 +60,13 @@ def test_a_scan_that_tells_where_the_robot_is_twice_is_told_of(witness: Witness,
     ]
 
 
+def test_a_pose_by_a_scan_that_was_never_sent_is_told_of(witness: Witness, told: list[str]) -> None:
+    witness.scanned(1.0)
+    for stamp in (1.0, 1.000_001):
+        witness.localized(stamp)
+    assert told == ["r was told where it is by a scan that was never sent"]
+
+
 def test_a_world_that_stood_still_sends_several_scans_at_a_moment(witness: Witness, told: list[str]) -> None:
     for _ in range(2):
         witness.scanned(1.0)
@@ -67,14 +75,11 @@ def test_a_world_that_stood_still_sends_several_scans_at_a_moment(witness: Witne
     assert told == []
 
 
-def test_a_gap_is_time_without_a_command_while_there_is_a_goal(witness: Witness) -> None:
+def test_commands_are_counted_and_a_gap_is_time_without_one(witness: Witness) -> None:
     witness.commanded(0.0)
-    witness.goal_sent(10.0)
+    witness.uncommanded.goal_sent(10.0)
     for now in (10.1, 10.2, 12.2, 12.3):
         witness.commanded(now)
-    witness.goal_ended(15.0)
-    witness.goal_sent(20.0)
-    witness.commanded(20.1)
-    assert witness.gaps == [Gap(10.2, 12.2), Gap(12.3, 15.0)]
-    assert witness.gaps[0].seconds == pytest.approx(2.0)
-    assert witness.commands == 6 and witness.driven.is_set()
+    witness.uncommanded.goal_ended(15.0)
+    assert witness.uncommanded.gaps == [Gap(10.2, 12.2), Gap(12.3, 15.0)]
+    assert witness.commands == 5 and witness.driven.is_set()

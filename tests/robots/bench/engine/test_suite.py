@@ -38,7 +38,7 @@ def test_a_master_places_is_killed_and_loses_nothing(capsys: pytest.CaptureFixtu
     assert told["placements by ppaas"]["limit"] == told["placements by first_fit"]["limit"] == 2000.0
     assert told["orders, without a master"]["yardstick"]
     assert 50 <= told["placements made anew"]["value"] == told["placements made anew"]["limit"]
-    assert 5 <= told["checkpoints gone on from"]["value"] == told["checkpoints gone on from"]["limit"]
+    assert 1 <= told["checkpoints gone on from"]["value"] == told["checkpoints gone on from"]["limit"]
     assert told["settings of machines kept"]["value"] == told["settings of machines kept"]["limit"] == 4
     assert told["placed where none may be"]["value"] == 0
 

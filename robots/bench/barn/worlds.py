@@ -1,0 +1,92 @@
+"""The worlds of the benchmark: cylinders, and how long the reference path among them is."""
+
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.errors import InvalidInput, NotFound
+from ppaas.geometry import Pose2D
+
+START = Pose2D(-2.0, 3.0, 1.57)
+"""Where every run begins, in the frame of the world [m, rad]."""
+GOAL = Pose2D(-2.0, 13.0)
+GOAL_TOLERANCE = 1.0
+"""So near to the goal is there [m]."""
+TIME_LIMIT = 100.0
+"""A run that takes longer has failed [s]."""
+FULL_SPEED = 2.0
+"""By which the time is reckoned that the reference path takes at best [m/s]."""
+
+
+class World(msgspec.Struct, frozen=True):
+    """One world.
+
+    Parameters
+    ----------
+    world : int
+        Its number among the 300 of the benchmark (Perille et al., "Benchmarking Metric Ground Navigation", 2020).
+    radius : float
+        Of each cylinder [m].
+    cylinders : list of (x, y)
+        Their centres [m].
+    path_length : float
+        Of the reference path [m].
+    """
+
+    world: int
+    radius: float
+    cylinders: list[tuple[float, float]]
+    path_length: float
+
+    @property
+    def centres(self) -> NDArray[np.float64]:
+        """(n, 2) centres of the cylinders [m]."""
+        return np.array(self.cylinders, dtype=np.float64).reshape(-1, 2)
+
+    @property
+    def best_time(self) -> float:
+        """The reference path at full speed [s]."""
+        return self.path_length / FULL_SPEED
+
+
+def read_worlds(path: Path, numbers: tuple[int, ...] = (), radius: float | None = None) -> list[World]:
+    """Read a file of worlds.
+
+    Parameters
+    ----------
+    path : Path
+        JSON: a list of objects of ``world``, ``radius``, ``cylinders`` and ``path_length``.
+    numbers : tuple of int
+        Those that are wanted; all where it is empty.
+    radius : float, optional
+        Of the cylinders, instead of the file's [m].
+
+    Raises
+    ------
+    InvalidInput
+        The file cannot be read, or is not of that form.
+    NotFound
+        It has no world of a number that is wanted.
+    """
+    try:
+        worlds = msgspec.json.decode(path.read_bytes(), type=list[World])
+    except (OSError, msgspec.MsgspecError) as error:
+        raise InvalidInput(f"{path} is no file of BARN worlds: {error}") from error
+    known = {each.world: each for each in worlds}
+    for number in numbers:
+        if number not in known:
+            raise NotFound("world", str(number), [str(each) for each in known])
+    chosen = [known[number] for number in numbers] or worlds
+    chosen = [_checked(msgspec.structs.replace(each, radius=radius or each.radius)) for each in chosen]
+    if not chosen:
+        raise InvalidInput(f"{path} has no worlds")
+    return chosen
+
+
+def _checked(world: World) -> World:
+    finite = np.isfinite(world.centres).all() and np.isfinite((world.radius, world.path_length)).all()
+    if not (finite and world.radius > 0.0 and world.path_length > 0.0):
+        raise InvalidInput(f"world {world.world} needs finite cylinders, a radius and a path length above 0")
+    return world

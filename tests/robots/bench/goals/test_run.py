@@ -1,0 +1,55 @@
+"""Drives to goals among people: what comes of them, and that chance is the seed's."""
+
+import dataclasses
+
+import pytest
+
+from ppaas.errors import NotFound
+from ppaas.maps.generate import office
+from robots.bench.goals.run import Job, Result, Trip, drive
+from robots.bench.goals.suite import measure, summary
+
+GRID = office(seed=1, width=12.0, height=10.0)
+JOB = Job("small office", GRID, people=2, goals=1, controller="dwa", parameters={}, seed=3, drive=0)
+
+
+@pytest.fixture
+def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Give each goal up after some seconds."""
+    monkeypatch.setattr("robots.bench.goals.run.PATIENCE", 3.0)
+    monkeypatch.setattr("robots.bench.goals.run.SLOWEST", 10.0)
+
+
+def test_a_robot_comes_to_its_goal() -> None:
+    [result] = drive(JOB)
+    assert result.reached
+    assert result.metres > 3.0
+    assert result.seconds < 60.0
+
+
+@pytest.mark.usefixtures("hasty")
+def test_the_same_seed_makes_the_same_drive_and_what_is_given_up_is_no_longer_driven_to() -> None:
+    job = dataclasses.replace(JOB, goals=2, told=True)
+    one, other = (measure([job], 1, lambda: None) for _ in range(2))
+    assert one == other
+    assert [(result.outcome, 3.0 < result.seconds < 6.0) for result in one] == [("timeout", True)] * 2
+    assert all(result.metres > 0.1 for result in one)
+
+
+def test_nobody_stands_near_the_robot_at_first_and_plug_ins_are_checked() -> None:
+    trip = Trip(dataclasses.replace(JOB, people=3))
+    here = trip.robot.base.pose
+    assert all(here.distance_to(here._replace(x=x, y=y)) >= 3.0 for x, y in trip.world.people().tolist())
+    with pytest.raises(NotFound, match="hands"):
+        Trip(dataclasses.replace(JOB, controller="hands"))
+
+
+def test_what_goals_come_to() -> None:
+    reached = Result("office", 0, 0, "reached", 30.0, 12.0, 1, walls=0, caused=0, suffered=2, nearest=-0.001)
+    late = dataclasses.replace(reached, goal=1, outcome="timeout", walls=1, caused=2, suffered=0, nearest=0.3)
+    told = summary([reached, late])
+    assert (told["goals"], told["reached"], told["mean_seconds"], told["metres"]) == (2, 1, 30.0, 24.0)
+    assert (told["collisions"], told["caused"], told["walls"], told["touched_by_people"]) == (5, 3, 1, 2)
+    assert (told["recoveries"], told["nearest_m"], told["failures"]) == (2, -0.001, {"timeout": 1})
+    alone = dataclasses.replace(late, nearest=float("inf"))
+    assert (summary([alone])["nearest_m"], summary([alone])["mean_seconds"]) == (None, None)
