@@ -24,6 +24,7 @@ from engine.heartbeats import BEAT_PERIOD
 from engine.links.address import UnixAddress
 from engine.links.sockets import dial
 from engine.model import ContainerSpec
+from ppaas import __version__
 from ppaas.clock import epoch
 from ppaas.errors import Unavailable
 from storage.ports import Store
@@ -86,7 +87,7 @@ class Machines:
             await asyncio.sleep(DIAL_PAUSE)
 
     async def _serve(self, name: str, stream: FrameStream[control.ToAgent]) -> None:
-        stream.write(control.Register(name, SECRET, 1, CORES, MEMORY))
+        stream.write(control.Register(name, SECRET, 1, CORES, MEMORY, release=__version__))
         beating = asyncio.create_task(_beat(stream))
         while (order := await stream.receive()) is not None:
             if isinstance(order, control.StartContainer):
@@ -127,7 +128,7 @@ async def _serve(folder: Path, count: int, keep_every: int) -> None:
 
 
 def _answer(machines: Machines, said: Any) -> Any:
-    return machines.orders if said == "count" else machines.ordered
+    return len(machines.ordered) if said == "count" else machines.ordered
 
 
 def main() -> int:

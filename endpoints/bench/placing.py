@@ -144,7 +144,7 @@ class Unplaced:
         """How many machines are here."""
         return len(self._machines)
 
-    def machine_registered(self, register: control.Register) -> None:
+    async def machine_registered(self, register: control.Register) -> None:
         """Take a machine in."""
         self._machines.append(register.machine)
 

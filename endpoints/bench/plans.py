@@ -1,12 +1,14 @@
 """How a store of plans does as it fills: how fast it takes and finds them, and what they take, beside yardsticks."""
 
+import os
 import sqlite3
 import tempfile
 import zlib
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import islice
+from itertools import cycle, islice
 from pathlib import Path
 from time import process_time
 from typing import TYPE_CHECKING, Any
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
 
 AT_ONCE = 1000
 ONE_BY_ONE, LOOKUPS, READS = 1000, 2000, 500
+PAGE, PAGES = bytes(4096), 1024
 WRITERS = 8
 """Threads that keep plans one by one at a time, as a server does for robots."""
 TOLERANCE = 0.25
@@ -77,7 +80,7 @@ def measure(options: Options, progress: "Progress") -> dict[str, Any]:
             if store.plan_statistics(MAP).plans:
                 raise Conflict(f"the store has plans of the map {MAP!r} already: give another, or remove them")
             sizes = [size for size in SIZES if size < options.plans]
-            for row in _fill(store, driven, [*sizes, options.plans], options.smooth, progress):
+            for row in _fill(store, driven, [*sizes, options.plans], options, progress):
                 told["sizes"].append(row | _bytes_a_plan(file, row["plans"]))
         finally:
             store.close()
@@ -85,9 +88,9 @@ def measure(options: Options, progress: "Progress") -> dict[str, Any]:
 
 
 def _fill(
-    store: Store, driven: Routes, sizes: list[int], smooth: bool, progress: "Progress"
+    store: Store, driven: Routes, sizes: list[int], options: Options, progress: "Progress"
 ) -> Iterator[dict[str, Any]]:
-    task, kept = progress.add_task("keeping plans", total=sizes[-1]), 0
+    task, kept, smooth = progress.add_task("keeping plans", total=sizes[-1]), 0, options.smooth
     for size in sizes:
         alone = min(ONE_BY_ONE, size // 20)
         in_bulk, bulk = 0, _Took()
@@ -99,7 +102,7 @@ def _fill(
             progress.update(task, completed=kept)
         singles = list(driven.records(kept, size - alone, smooth=smooth))
         together = list(driven.records(size - alone, size, smooth=smooth))
-        rates = _one_by_one(store, singles, together)
+        rates = _one_by_one(store, singles, together, options.folder)
         kept = size
         yield (
             _state(store, driven, size, smooth)
@@ -112,16 +115,39 @@ def _fill(
     progress.remove_task(task)
 
 
-def _one_by_one(store: Store, singles: list[PlanRecord], together: list[PlanRecord]) -> dict[str, float]:
-    """Keep plans one at a time, each acknowledged for itself: first from one thread, then from several."""
-    single = sum((_took(lambda each=each: store.add_plan(each)) for each in singles), _Took())  # type: ignore[misc]
+def _one_by_one(store: Store, singles: list[PlanRecord], together: list[PlanRecord], folder: Path) -> dict[str, float]:
+    """Keep plans one at a time, each acknowledged for itself: first from one thread, then from several.
+
+    Before each of the first a page is written in the folder and synced, the least that something that lasts takes.
+    """
+    single, page = _Took(), _Took()
+    with _synced_page(folder) as write_page:
+        for each in singles:
+            page += _took(write_page)
+            single += _took(lambda each=each: store.add_plan(each))  # type: ignore[misc]
     with ThreadPoolExecutor(WRITERS) as threads:
         several = _took(lambda: list(threads.map(store.add_plan, together)))
     return {
         "single_per_second": len(singles) / single.seconds,
         "single_per_processor_second": len(singles) / single.processor,
+        "pages_synced_per_second": len(singles) / page.seconds,
         "several_per_second": len(together) / several.seconds,
     }
+
+
+@contextmanager
+def _synced_page(folder: Path) -> Iterator[Callable[[], None]]:
+    """Give what writes one of the pages of a file that does not grow, and syncs it."""
+    with tempfile.TemporaryFile(dir=folder, buffering=0) as file:
+        file.write(PAGE * PAGES)
+        os.fsync(file.fileno())
+        places = cycle(range(0, len(PAGE) * PAGES, len(PAGE)))
+
+        def write() -> None:
+            os.pwrite(file.fileno(), PAGE, next(places))
+            os.fdatasync(file.fileno())
+
+        yield write
 
 
 def _state(store: Store, driven: Routes, size: int, smooth: bool) -> dict[str, Any]:

@@ -46,6 +46,7 @@ def rows_of(told: dict[str, Any]) -> list[Row]:
             "in bulk /s": f"{size['bulk_per_second']:,.0f}",
             "/s of a core": f"{size['bulk_per_processor_second']:,.0f}",
             "one by one /s": f"{size['single_per_second']:,.0f}",
+            "a page synced /s": f"{size['pages_synced_per_second']:,.0f}",
             "by 8 at a time /s": f"{size['several_per_second']:,.0f}",
             "lookup p50 ms": f"{size['lookup_ms']['p50']:.2f}",
             "p99": f"{size['lookup_ms']['p99']:.2f}",

@@ -86,6 +86,13 @@ def _add_limits(parser: argparse.ArgumentParser) -> None:
         "--linger", type=_seconds, default=30.0, help="seconds that a clone waits for its robot (%(default)s)"
     )
     parser.add_argument(
+        "--adopt-within",
+        type=_seconds,
+        default=30.0,
+        help="seconds for which clones outlive this process, should it be killed, to be adopted by the next; "
+        "0: they end with it (%(default)s)",
+    )
+    parser.add_argument(
         "--idle",
         type=_seconds,
         default=600.0,

@@ -61,6 +61,6 @@ async def readable_head(services: Services, user: User, map_id: str) -> MapRecor
 
 
 def robots_in(services: Services, user: str | None = None, *, map_id: str | None = None) -> list[str]:
-    """Return the robots that have a container now: of a user, on a map, or all."""
+    """Return the robots that have a container now: of a user, on a map or by it as a mask, or all."""
     containers = services.cloud.containers(user)
-    return [c.robot for c in containers if c.robot is not None and map_id in (None, c.map.id)]
+    return [c.robot for c in containers if c.robot is not None and map_id in (None, c.map.id, *c.masks)]

@@ -88,10 +88,10 @@ async def roll_back_map(
 
 @router.delete("/{map_id}", status_code=204, responses=KNOWN | problems(403, 404, 409))
 async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
-    """Remove a map with all its versions and what was planned on it; one that a robot stands in is kept."""
+    """Remove a map with all its versions and what was planned on it; one that robots go by is kept."""
     await _owned_head(services, user, map_id)
     if robots_in(services, map_id=map_id):
-        raise Conflict(f"robots stand in map {map_id!r}: let them disconnect first")
+        raise Conflict(f"robots go by map {map_id!r}: let them disconnect first")
     await services.plan_keeper.settled()
     with _changed(services, map_id):
         await run_in_threadpool(_remove, services, map_id)

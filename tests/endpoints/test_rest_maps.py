@@ -7,6 +7,7 @@ import httpx
 import pytest
 
 from endpoints.services import Services
+from engine.model import MapVersion
 from ppaas.errors import Unavailable
 from ppaas.plans.history import PlannerHistory
 from tests.endpoints.conftest import LogIn, Publish
@@ -81,6 +82,8 @@ async def test_a_map_is_removed_by_its_owner_and_not_by_its_readers(
     await publish(ann, readers="bob")
     problem_of(await client.delete("/v1/maps/house", headers=bob), 403, "not-permitted")
     cloud.running = [container("c1", user="bob")]
+    problem_of(await client.delete("/v1/maps/house", headers=ann), 409, "conflict")
+    cloud.running = [container("c1", user="bob", map=MapVersion("hall", "v"), masks=("slow", "house"))]
     problem_of(await client.delete("/v1/maps/house", headers=ann), 409, "conflict")
     cloud.running = [container("c2", kind="planning", robot=None)]
     assert (await client.delete("/v1/maps/house", headers=ann)).status_code == 204

@@ -26,7 +26,7 @@ def test_what_was_measured_is_told_as_json(folder: Path, capsys: pytest.CaptureF
     assert size["kept_once"] > 1.0
     assert 100 < size["waypoints_a_plan"] < 1000
     assert size["file_bytes_a_plan"] > size["data_bytes_a_plan"] > 0
-    assert min(size[f"{how}_per_second"] for how in ("bulk", "single", "several")) > 0
+    assert min(size[f"{how}_per_second"] for how in ("bulk", "single", "several", "pages_synced")) > 0
     assert told["yardsticks"]["raw_bytes_a_plan"] == pytest.approx(56 * size["waypoints_a_plan"])
     rows = rows_of(told)
     assert [row["plans"] for row in rows] == ["200", "raw, 200", "greedy split, 200"]

@@ -74,11 +74,13 @@ export function showMachines(machines) {
 /** @param {object[]} containers @param {boolean} owners whether to say whose each is */
 export function showContainers(containers, owners) {
   const largest = Math.max(1, ...containers.map(({ pss }) => pss ?? 0));
+  const several = new Set(containers.map(({ machine }) => machine)).size > 1;
   byId("no-containers").hidden = containers.length > 0;
   say(byId("container-count"), containers.length ? String(containers.length) : "");
   show(byId("containers"), containers, ({ id }) => id, create, (item, container) => {
     const name = container.robot ?? `planning on ${container.map.id}`;
-    const note = container.state === "ready" ? plural(container.clients, "client") : "starts";
+    const state = container.state === "ready" ? plural(container.clients, "client") : "starts";
+    const note = several ? `${state} · ${container.machine}` : state;
     fill(item, owners ? `${container.user} / ${name}` : name, note, containerGauges(container, largest));
   });
 }
