@@ -7,7 +7,12 @@ import msgspec
 
 from engine.monitor.node import HOMES, NodeMonitorNode
 from engine.monitor.parameters import CRITERIA, NodeMonitorParameters
-from ppaas.nodes.clone import MOVABLE
+from ppaas.costmap.build import build_layers
+from ppaas.maps.generate import office
+from ppaas.nodes.clone import DEPTH_CAMERA, build_clone
+from ppaas.nodes.depthimage_to_laserscan import CAMERA_INFO, COMPRESSED, IMAGE
+from ppaas.nodes.graph import Graph
+from robots.local.crossing import IMAGES
 from robots.local.node_manager import HOLD_PERIOD, NODES
 from tests.support.documents import blocks, table, text_of
 
@@ -38,5 +43,9 @@ def test_what_a_robots_file_may_say_can_be_read() -> None:
 
 def test_the_criteria_and_the_nodes_are_those_of_the_code() -> None:
     assert [row[0] for row in table(PAGE, "criterion", "what it says")] == list(CRITERIA)
-    assert tuple(MOVABLE) == NODES
+    graph = Graph()
+    layers = build_layers(office(seed=1, width=12.0, height=10.0))
+    build_clone(graph, layers, model="turtlebot2", initial_pose=(2.0, 2.0, 0.0), parameters={DEPTH_CAMERA: {}})
+    assert {name for name, node in graph.nodes.items() if node.demands is not None} == set(NODES)
+    assert {IMAGE.name, COMPRESSED.name, CAMERA_INFO.name} == IMAGES
     assert all(f"`{node}`" in text_of(PAGE) for node in NODES)

@@ -12,11 +12,11 @@ from engine.bootstrap import CloudConfig
 from engine.container import CHECKPOINT_PERIOD
 from engine.control import StopContainer
 from engine.cores import OVERSUBSCRIPTION
+from engine.crashes import CRASH_LIMIT, CRASH_WINDOW
 from engine.gate import SHARED_TOPIC, scope_of
 from engine.keys import shared_key, topic_key
 from engine.machine_settings import MAX_CONTAINERS
 from engine.mapcache import SPARE
-from engine.master import CRASH_LIMIT, CRASH_WINDOW
 from engine.model import ContainerSpec, MapVersion, RobotConfig
 from engine.planning import IDLE
 from engine.quotas import Quota

@@ -2,6 +2,7 @@
 
 import ast
 import asyncio
+import itertools
 import json
 import os
 import re
@@ -10,14 +11,16 @@ import shutil
 import sys
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from ppaas.geometry import Pose2D
+from ppaas.perception.depth_scan import DepthScanParameters
 from robots.client import RobotClient
 from robots.move_base_client import MoveBaseClient
-from robots.robot_file import load_robot_file
+from robots.robot_file import RobotFile, load_robot_file
 from tests.support.cloud import RunningCloud
-from tests.support.documents import ADDRESS, script, table, text_of
+from tests.support.documents import ADDRESS, blocks, script, table, text_of
 from tests.support.sources import ROOT
 
 EXAMPLES = ROOT / "docs" / "examples"
@@ -72,3 +75,17 @@ async def test_it_drives_where_its_operator_wants(cloud: RunningCloud, tmp_path:
     finally:
         robot.kill()
         await robot.wait()
+
+
+def test_the_parameters_of_a_depth_camera_are_those_of_the_code() -> None:
+    defaults = msgspec.structs.asdict(DepthScanParameters())
+    listed = {}
+    rows = table(PAGE, "parameter of the node", "default", "what it is")
+    for names, values, _ in itertools.takewhile(lambda row: row[0], rows):
+        listed |= dict(zip(re.findall(r"\w+", names), re.findall(r"[\w.]+", values), strict=True))
+    assert listed == {
+        name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in defaults.items()
+    }
+    said = next(block for block in blocks(PAGE, "json") if "depthimage_to_laserscan" in block)
+    robot = msgspec.json.decode(said, type=RobotFile)
+    assert msgspec.convert(robot.parameters["depthimage_to_laserscan"], DepthScanParameters).scan_height == 10

@@ -9,6 +9,7 @@ import pytest
 from engine.fabric import Fabric
 from engine.layer_building import LayerBuilder
 from engine.mapcache import MapCache
+from engine.model import LayerSpec
 from engine.router import RouterProcess
 from engine.runtimes.process import ProcessRuntime
 from tests.support.joint_containers import Strain
@@ -71,7 +72,7 @@ async def test_a_container_plans_on_shared_layers_without_compiling_anything(thr
     cells = bytearray([254]) * (220 * 220)
     given = house(yaml=YAML.replace(b"-1.0, -2.0", b"0.0, 0.0"), image=b"P5\n220 220\n255\n" + bytes(cells))
     cache = MapCache(tmp_path / "shm", build=LayerBuilder(kept(given)))
-    layers = await cache.ensure(given, 0.18)
+    layers = await cache.ensure(LayerSpec(given, 0.18))
     container = await runtime.launch(reports.launch(cpus=CPUS, threads=threads, layers=str(layers)))
     assert await container.wait() == 0
     milliseconds, length, compiled = (await reports.next()).text.split(" ", 2)

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
 from robots.client import RobotClient
 from robots.connection import Link
-from robots.sim.robot import RobotModel
+from robots.rest import RestClient
+from robots.sim.robot import RobotModel, SimulatedRobot
 from robots.sim.world import World
 from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud, until
 from tests.support.drive import Drive, driving
@@ -64,7 +64,7 @@ async def test_a_robot_away_for_five_seconds_finds_session_subscriptions_and_goa
     rest = await cloud.admin()
     await publish_map(rest, "office", office_map)
     start = free_pose(office_map, seed=30)
-    goal = reachable_pose(office_map, start, seed=40, at_least=4.0)
+    goal = reachable_pose(office_map, start, seed=40, at_least=4.0, at_most=5.0)
     token = await register_robot(rest, "traveller", "office", start)
     async with wire_to(cloud.url) as wire, driving(wire.url, token, "traveller", office_map, start) as drive:
         await drive.send(goal, goal_id="far")
@@ -88,7 +88,7 @@ async def test_a_robot_whose_line_goes_silent_takes_its_place_over_at_once(
     rest = await cloud.admin()
     await publish_map(rest, "office", office_map)
     start = free_pose(office_map, seed=31)
-    goal = reachable_pose(office_map, start, seed=41, at_least=3.0)
+    goal = reachable_pose(office_map, start, seed=41, at_least=2.0, at_most=3.0)
     token = await register_robot(rest, "silent", "office", start)
     async with (
         wire_to(cloud.url) as wire,
@@ -103,34 +103,18 @@ async def test_a_robot_whose_line_goes_silent_takes_its_place_over_at_once(
             assert client.resumptions == client.connections - 1 > 0
 
 
-async def test_a_cloud_that_is_killed_and_started_again_drives_its_robots_on_and_lets_idle_ones_go(
-    tmp_path: Path, office_map: GridMap
-) -> None:
+async def test_an_idle_robot_is_let_go_until_it_has_something_to_say(tmp_path: Path, office_map: GridMap) -> None:
     start = free_pose(office_map, seed=32)
-    goal = reachable_pose(office_map, start, seed=42, at_least=4.0)
-    with running_cloud(tmp_path) as cloud:
+    with running_cloud(tmp_path, "--idle", "1") as cloud:
         rest = await cloud.admin()
         await publish_map(rest, "office", office_map)
-        token = await register_robot(rest, "survivor", "office", start)
-        async with wire_to(cloud.url) as wire, driving(wire.url, token, "survivor", office_map, start) as drive:
-            await drive.send(goal, goal_id="far")
-            await until(lambda: drive.scorer.distance(0) > 0.5)
-            os.kill(cloud.pid, signal.SIGKILL)
-            cloud.status = -signal.SIGKILL
-            wire.cut()
-            await stands_still(drive)
-            (tmp_path / "ready.json").unlink()
-            with running_cloud(tmp_path, "--idle", "1") as second:
-                wire.mend(second.url)
-                await arrives_once(drive, "far")
-                assert drive.scorer.error(0, goal) <= 0.25
-                await is_let_go_until_it_has_something_to_say(second, office_map, start)
+        token = await register_robot(rest, "idler", "office", start)
+        await comes_back_to_say_something(cloud, rest, token, World(office_map, seed=0).add_robot(start, RobotModel()))
 
 
-async def is_let_go_until_it_has_something_to_say(cloud: RunningCloud, grid: GridMap, start: Pose2D) -> None:
-    rest = await cloud.admin()
-    token = await register_robot(rest, "idler", "office", start)
-    simulated = World(grid, seed=0).add_robot(start, RobotModel())
+async def comes_back_to_say_something(
+    cloud: RunningCloud, rest: RestClient, token: str, simulated: SimulatedRobot
+) -> None:
     poses: list[PoseWithCovarianceStamped] = []
     async with RobotClient(cloud.url, robot="idler", token=token) as robot:
         await robot.subscribe("amcl_pose", PoseWithCovarianceStamped, poses.append)

@@ -13,7 +13,7 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from robots.rest import RestClient
 from robots.robot_file import RobotFile
-from tests.support.browser import Eye, browsing, enter, looking
+from tests.support.browser import DESK, PHONE, Eye, browsing, enter, looking
 from tests.support.cloud import ADMIN_PASSWORD, RunningCloud, publish_map, register_robot, until
 from tests.support.drive import Drive, driving
 from tests.support.forwarder import Forwarder
@@ -21,7 +21,6 @@ from tests.support.places import free_pose, reachable_pose
 
 pytestmark = [pytest.mark.journey, pytest.mark.asyncio(loop_scope="module")]
 
-DESK, PHONE = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
 TOUCH = 44
 FETCH_FAILED = r"^Failed to load resource"
 """What Chromium says by itself of each answer that is an error."""
@@ -29,6 +28,7 @@ READ_BACK = "willReadFrequently"
 """It would rather not be asked for pixels, as only tests do."""
 
 GONE = rf"{FETCH_FAILED}|^WebSocket connection to .* failed"
+"""What it says where the cloud or a login ends while the page opens its sockets."""
 
 
 @dataclass
@@ -87,7 +87,7 @@ async def context(scene: Scene) -> AsyncIterator[BrowserContext]:
 
 
 async def test_who_has_no_password_is_told_so_and_who_has_one_gets_in(scene: Scene, context: BrowserContext) -> None:
-    async with looking(context, FETCH_FAILED) as page:
+    async with looking(context, GONE) as page:
         await page.goto(scene.cloud.url)
         await page.get_by_label("User").fill("dora")
         await page.get_by_label("Password").fill("no such password")

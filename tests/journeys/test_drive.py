@@ -36,13 +36,13 @@ async def test_odometry_that_drifts_three_times_leaves_the_truth_and_the_cloud_h
     rest = await cloud.admin()
     await publish_map(rest, "office", office_map)
     start = free_pose(office_map, seed=3)
-    goals = [reachable_pose(office_map, start, seed=n, at_least=4.0) for n in (4, 5)]
+    goal = reachable_pose(office_map, start, seed=4, at_least=4.0)
     token = await register_robot(rest, "drifter", "office", start)
     seen: list[Odometry] = []
     async with driving(cloud.url, token, "drifter", office_map, start, drift=3.0) as drive:
         await drive.operator.subscribe("odom", Odometry, seen.append)
-        for goal in (*goals, start):
-            await drive.go(goal)
+        for target in (goal, start):
+            await drive.go(target)
         truth = drive.world.robots[0].base.pose
         believed = drive.estimate()
         told = Pose2D(*start) @ seen[-1].pose.pose.planar()

@@ -5,8 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
 
 import pytest
 
@@ -19,35 +17,17 @@ from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, GetPlanResponse
 from ppaas.messages.rosapi import ServiceNode, ServiceNodeResponse, ServiceRequest
 from ppaas.messages.std_msgs import Header
 from robots.client import RobotClient
-from robots.local.computer import Computer
-from robots.local.node_manager import LocalNodes
 from robots.rest import RestClient
 from tests.support.cloud import RunningCloud, publish_map, register_robot, until
 from tests.support.drive import driving
+from tests.support.local_nodes import ABLE, WEAK, managing
 from tests.support.places import free_pose, reachable_pose
 from tests.support.slow_link import SlowLink
 
 pytestmark = pytest.mark.journey
 
-WEAK = Computer(4, 1.5, 1.0)
-ABLE = Computer(4, 2.0, 2.2)
 BAD_LINK = 150e3
 CLIENTS = "/rosbridge_websocket"
-
-
-@asynccontextmanager
-async def managing(client: RobotClient, computer: Computer) -> AsyncIterator[LocalNodes]:
-    """Let a local node manager run beside a client."""
-    manager = LocalNodes(client, computer)
-    running = asyncio.create_task(manager.run())
-    ready = asyncio.create_task(manager.ready.wait())
-    await asyncio.wait({running, ready}, timeout=30, return_when=asyncio.FIRST_COMPLETED)
-    assert ready.done() and not running.done(), running
-    try:
-        yield manager
-    finally:
-        running.cancel()
-        await asyncio.gather(running, return_exceptions=True)
 
 
 async def homes(client: RobotClient) -> dict[str, str]:

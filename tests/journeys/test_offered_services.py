@@ -41,7 +41,7 @@ class Hardware:
 
 def offer() -> Callable[[RobotClient, Hardware], Awaitable[None]]:
     """Return the code of the page as a function of what it is given."""
-    [code] = blocks(PAGE, "python")
+    code = next(block for block in blocks(PAGE, "python") if "advertise_service" in block)
     scope: dict[str, Any] = {}
     exec("async def offer(cloud, hardware):\n" + textwrap.indent(code, "    "), scope)
     return scope["offer"]  # type: ignore[no-any-return]

@@ -25,7 +25,7 @@ async def test_a_roslibpy_script_sees_the_robot_and_sends_it_somewhere(
     rest = await cloud.admin()
     await publish_map(rest, "office", office_map)
     start = free_pose(office_map, seed=10)
-    goal = reachable_pose(office_map, start, seed=11, at_least=3.0)
+    goal = reachable_pose(office_map, start, seed=11, at_least=2.0, at_most=3.0)
     token = await register_robot(rest, "tb-roslib", "office", start)
     url = f"{cloud.ws_url}/?robot=tb-roslib&role=operator&token={token}"
     async with driving(cloud.url, token, "tb-roslib", office_map, start) as drive:

@@ -37,7 +37,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def two_machines(folder: Path) -> Iterator[RunningCloud]:
     """Return a cloud that takes machines of other hosts."""
-    with running_cloud(folder, "--listen-machines", "127.0.0.1:0", "--linger", "1") as running:
+    with running_cloud(folder, "--listen-machines", "127.0.0.1:0", "--linger", "1", "--adopt-within", "5") as running:
         yield running
 
 
@@ -60,7 +60,7 @@ async def driving_on_both(
             await asyncio.sleep(0.05)
     await give_each(rest, 1)  # so each gets one
     start = free_pose(grid, seed=30)
-    goal = reachable_pose(grid, start, seed=40, at_least=2.0)
+    goal = reachable_pose(grid, start, seed=40, at_least=2.0, at_most=3.0)
     for name in names:
         await publish_map(rest, name, grid)
         token = await register_robot(rest, name, name, start)

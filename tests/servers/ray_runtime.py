@@ -57,6 +57,9 @@ class RayContainer:
     def layers_grew(self) -> None:
         """Do nothing: its agent is who puts something beside them."""
 
+    def endpoint_came(self) -> None:
+        """Do nothing: its agent is whom the endpoint knows."""
+
     def resize(self, launch: Launch) -> None:
         self._orders.give(control.ResizeContainer(self.id, launch.spec.cores))
 
@@ -154,8 +157,9 @@ class RayRuntime(Runtime):
 
     # -- what the control link tells -----------------------------------------------------------------------------------
 
-    def machine_registered(self, register: control.Register) -> None:
+    async def machine_registered(self, register: control.Register) -> None:
         self._joined.set_result(register)
+        self._control.order(register.machine, control.Welcome("of this test", ()))
 
     def machine_said(self, machine: str, event: control.FromAgent) -> None:
         match event:

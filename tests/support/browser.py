@@ -16,6 +16,7 @@ ARGUMENTS = [
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 ]  # fmt: skip
+DESK, PHONE = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
 MARGIN_TOP, MARGIN_BOTTOM, MARGIN_SIDE = 76, 24, 24
 """Pixels around a map that is shown whole (`stage.js`)."""
 

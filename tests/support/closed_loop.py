@@ -1,8 +1,11 @@
 """A clone and a simulated robot in one loop, on a clock that tests move."""
 
+from collections.abc import Mapping
+
 from ppaas.clock import ManualClock
 from ppaas.costmap.build import build_layers
 from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import GoalStatusArray, Status
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
@@ -17,13 +20,16 @@ PERIOD = 0.05
 
 
 class ClosedLoop:
-    """Drives a world's robot by a clone; odometry at 20 Hz, scans at 10 Hz."""
+    """Drives a world's robot by a clone; odometry at 20 Hz, scans at 10 Hz. Masks lie on its map as they are given."""
 
-    def __init__(self, world: World, *, worker: Worker = run_inline, start: float = 1000.0, **clone: object) -> None:
+    def __init__(
+        self, world: World, *, worker: Worker = run_inline, start: float = 1000.0,
+        masks: Mapping[str, GridMap] | None = None, **clone: object,
+    ) -> None:  # fmt: skip
         self.world = world
         self.clock = ManualClock(start)
         self.graph = Graph(worker, self.clock, self.clock)
-        self.layers = build_layers(world.grid)
+        self.layers = build_layers(world.grid, **(masks or {}))
         self.command = Twist()
         self.commands: list[Twist] = []
         self.results: list[MoveBaseActionResult] = []

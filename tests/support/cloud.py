@@ -20,6 +20,8 @@ from robots.robot_file import RobotFile
 
 ADMIN_PASSWORD = "correct horse battery"
 START_TIMEOUT = 90.0
+LOG_SHOWN = 8000
+"""Characters of a cloud's log that are shown beside a test that failed."""
 
 
 @dataclass
@@ -72,7 +74,7 @@ class RunningCloud:
 
 
 def shared_memory(pid: int) -> list[Path]:
-    """Return the folders in shared memory of the cloud with a web process."""
+    """Return the folders in shared memory of a machine, by the process of its agent."""
     return list(Path("/dev/shm").glob(f"ppaas-*-{pid}-*"))
 
 
@@ -95,6 +97,9 @@ def running_cloud(folder: Path, *arguments: str) -> Iterator[RunningCloud]:
         cloud = RunningCloud(found["url"], found["pid"], log)
         yield cloud
         family = cloud.children()
+    except BaseException:
+        sys.stdout.write(log.read_text()[-LOG_SHOWN:])  # beside what failed
+        raise
     finally:
         process.send_signal(signal.SIGTERM)
         try:
@@ -106,7 +111,7 @@ def running_cloud(folder: Path, *arguments: str) -> Iterator[RunningCloud]:
     assert status == cloud.status, log.read_text()
     _, alive = psutil.wait_procs(family, 5)
     assert not alive, f"left behind: {alive}"
-    assert not shared_memory(process.pid)
+    assert not any(shared_memory(child.pid) for child in family)
 
 
 def _wait_until_ready(process: subprocess.Popen[bytes], ready: Path, log: Path) -> None:

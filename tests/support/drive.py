@@ -84,13 +84,14 @@ async def driving(
     drift: float = 1.0,
     seed: int = 0,
     link: Link | None = None,
+    client: type[RobotClient] = RobotClient,
 ) -> AsyncIterator[Drive]:
-    """Put one Turtlebot into a world and connect it."""
+    """Put one Turtlebot into a world and connect it, by a client of some kind."""
     world = World(grid, seed)
     simulated = world.add_robot(pose, odometry_with_drift(drift))
     loop = asyncio.get_running_loop()
     async with (
-        RobotClient(url, robot=robot_id, token=token, link=link) as robot,
+        client(url, robot=robot_id, token=token, link=link) as robot,
         RobotClient(url, robot=robot_id, token=token, role="operator", link=link) as operator,
     ):
         drive = Drive(operator, robot, world, Scorer(world))

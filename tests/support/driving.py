@@ -10,8 +10,11 @@ from scipy.ndimage import distance_transform_edt
 
 from ppaas.controllers.base import Controller, ControlRequest, NoValidControl, Velocity
 from ppaas.costmap.costmap import Costmap
-from ppaas.geometry import Pose2D
+from ppaas.geometry import Pose2D, Poses, poses_along, wrap_angle
 from ppaas.maps.grid import GridInfo
+from ppaas.planners.base import PlanRequest
+from ppaas.planners.dijkstra import Dijkstra
+from robots.bench.control.cycles import window
 
 RESOLUTION = 0.05
 RADIUS = 0.18
@@ -59,16 +62,9 @@ class World:
         near = np.clip((pose.x, pose.y), self._corners, self._corners + RESOLUTION) - (pose.x, pose.y)
         return float(np.hypot(near[:, 0], near[:, 1]).min(initial=math.inf)) - RADIUS
 
-    def window(self, pose: Pose2D, cells: int = 120) -> Costmap:
+    def window(self, pose: Pose2D) -> Costmap:
         """Return the costmap around the robot."""
-        row, column = (int(v) - cells // 2 for v in self.costmap.info.to_cells((pose.x, pose.y)))
-        height, width = self.walls.shape
-        data = np.full((cells, cells), 255, np.uint8)
-        top, left = max(0, row), max(0, column)
-        bottom, right = min(height, row + cells), min(width, column + cells)
-        data[top - row : bottom - row, left - column : right - column] = self.costmap.data[top:bottom, left:right]
-        corner = Pose2D(column * RESOLUTION, row * RESOLUTION)
-        return Costmap(data, GridInfo(RESOLUTION, cells, cells, corner))
+        return window(self.costmap, pose)
 
 
 @dataclass
@@ -104,6 +100,32 @@ def drive(world: World, robot: Unicycle, controller: Controller, seconds: float,
     return Drive(False, seconds, clearance, travelled, stuck, robot.pose, commands)
 
 
+BOX = ((0.4, 0.12), (-0.4, 0.12), (-0.4, -0.12), (0.4, -0.12))
+"""A robot that is longer than it is wide [m]."""
+
+
+def gap() -> World:
+    """Return a wall across x = 3 m with a gap of 0.6 m at y = 1.5 m."""
+    cells = np.zeros((60, 120), bool)
+    cells[:, 60:64] = True
+    cells[24:36, 60:64] = False
+    return World(cells)
+
+
+def through_gap(controller: Controller, costmap: Costmap, cycles: int) -> list[float]:
+    """Let a base that does at once what it is told be sent through the gap; return the x of each cycle [m]."""
+    controller.set_plan(along_x(2.0, 5.0, y=1.5))
+    pose, command, places = Pose2D(2.0, 1.5), STANDING, [2.0]
+    for _ in range(cycles):
+        try:
+            command = controller.compute_velocity(ControlRequest(pose, command, costmap))
+        except NoValidControl:
+            break
+        pose = pose @ Pose2D(command.linear * 0.1, 0.0, command.angular * 0.1)
+        places.append(pose.x)
+    return places
+
+
 def inflate(walls: NDArray[np.bool_], scaling: float = 10.0) -> Costmap:
     """Return the costmap of some walls, inflated for the robot as costmap_2d does."""
     distance = distance_transform_edt(~walls) * RESOLUTION if walls.any() else np.full(walls.shape, np.inf)
@@ -116,3 +138,34 @@ def inflate(walls: NDArray[np.bool_], scaling: float = 10.0) -> Costmap:
 
 def _limited(now: float, wanted: float, step: float) -> float:
     return now + min(step, max(-step, wanted - now))
+
+
+OPEN = """
+    ##########
+    #........#
+    #........#
+    #........#
+    ##########
+"""
+
+
+def along_x(first: float, last: float, y: float = 1.2, goal_theta: float = 0.0) -> Poses:
+    """Return a plan along the x axis [m, rad]."""
+    x = np.linspace(first, last, 2 + round(abs(last - first) / 0.05))
+    return poses_along(np.stack((x, np.full_like(x, y)), axis=1), goal_theta)
+
+
+def travel(
+    controller: Controller, world: World, start: Pose2D, goal: Pose2D, seconds: float = 60.0, period: float = 0.1
+) -> Drive:
+    """Drive along the cheapest path to a goal."""
+    controller.set_plan(Dijkstra().plan(world.costmap, PlanRequest(start, goal)).poses)
+    return drive(world, Unicycle(start), controller, seconds, period)
+
+
+def assert_arrived(result: Drive, goal: Pose2D) -> None:
+    """Check that a robot came to stand at its goal and touched nothing."""
+    assert result.reached
+    assert result.clearance > 0.0
+    assert result.end.distance_to(goal) <= 0.2
+    assert abs(wrap_angle(result.end.theta - goal.theta)) <= 0.15

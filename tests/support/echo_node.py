@@ -4,9 +4,10 @@ import threading
 from typing import ClassVar
 
 from ppaas.errors import InvalidInput
-from ppaas.messages.geometry_msgs import PoseArray, PoseWithCovarianceStamped
+from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
 from ppaas.messages.message import Message
 from ppaas.messages.nav_msgs import Path
+from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.std_msgs import String
 from ppaas.messages.std_srvs import Trigger, TriggerResponse
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
@@ -16,7 +17,7 @@ class EchoNode(Node):
     """Publishes on ``echo`` what it hears on ``say``: ``refuse`` it refuses, ``break`` breaks it."""
 
     name: ClassVar[str] = "echo"
-    subscribes: ClassVar[tuple[Topic, ...]] = (Topic("say", String), Topic("robots", PoseArray))
+    subscribes: ClassVar[tuple[Topic, ...]] = (Topic("say", String), Topic("robots", RobotStates))
     publishes: ClassVar[tuple[Topic, ...]] = (
         Topic("echo", String),
         Topic("last", String, latched=True),
@@ -33,12 +34,12 @@ class EchoNode(Node):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.heard: list[str] = []
-        self.robots: list[PoseArray] = []
+        self.robots: list[RobotStates] = []
         self.job_may_end = threading.Event()
         self.job_may_end.set()
 
     def on_message(self, topic: str, message: Payload) -> None:
-        if isinstance(message, PoseArray):
+        if isinstance(message, RobotStates):
             self.robots.append(message)
             return
         assert isinstance(message, String)

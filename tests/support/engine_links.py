@@ -7,6 +7,7 @@ from typing import Any
 
 from engine import control, link, machine_link
 from engine.framing import FrameStream
+from ppaas import __version__
 
 HELLO_TOPICS = [
     link.TopicInfo("map", "nav_msgs/OccupancyGrid", True),
@@ -66,6 +67,12 @@ def hello(container: str, secret: str, pid: int = 42, applied: int = 0) -> link.
     return link.Hello(container, secret, pid, applied, HELLO_TOPICS, HELLO_SERVICES, HELLO_NODES)
 
 
-def register(machine: str = "m1", secret: str = "secret", cores: int = 2) -> control.Register:
+def register(
+    machine: str = "m1",
+    secret: str = "secret",
+    cores: int = 2,
+    carries: tuple[control.Carried, ...] = (),
+    release: str = __version__,
+) -> control.Register:
     """Return what an agent says first."""
-    return control.Register(machine, secret, 1000, cores, 1 << 30)
+    return control.Register(machine, secret, 1000, cores, 1 << 30, carries=carries, release=release)

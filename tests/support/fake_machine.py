@@ -7,6 +7,7 @@ import msgspec
 
 from engine import control, link
 from engine.framing import FrameStream
+from ppaas import __version__
 from tests.support.engine_links import dial_control, dial_link, hello, receive, register
 
 
@@ -28,19 +29,34 @@ class FakeMachine:
 
     def __init__(self, stream: FrameStream[control.ToAgent]) -> None:
         self._stream = stream
+        self.dismissed = False
+        self.welcome: asyncio.Future[control.Welcome] = asyncio.get_running_loop().create_future()
         self._orders: asyncio.Queue[control.ToAgent | None] = asyncio.Queue()
         self._receiving = asyncio.create_task(self._receive())
 
     @classmethod
-    async def join(cls, run_dir: Path, machine: str = "m1", secret: str = "secret", cores: int = 2) -> "FakeMachine":
+    async def join(
+        cls,
+        run_dir: Path,
+        machine: str = "m1",
+        secret: str = "secret",
+        cores: int = 2,
+        carries: tuple[control.Carried, ...] = (),
+        release: str = __version__,
+    ) -> "FakeMachine":
         """Register with the master."""
         stream = await dial_control(run_dir / "control.sock")
-        stream.write(register(machine, secret, cores))
+        stream.write(register(machine, secret, cores, carries, release))
         return cls(stream)
 
     async def _receive(self) -> None:
         while (order := await self._stream.receive()) is not None:
-            self._orders.put_nowait(order)
+            if isinstance(order, control.Welcome):
+                self.welcome.set_result(order)
+            elif isinstance(order, control.Dismissed):
+                self.dismissed = True
+            else:
+                self._orders.put_nowait(order)
         self._orders.put_nowait(None)
 
     async def order(self) -> control.ToAgent | None:

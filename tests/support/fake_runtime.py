@@ -14,7 +14,7 @@ class FakeProcess:
         self.launch = launch
         self.pid = os.getpid()
         self.killed = False
-        self.told_of_layers = 0
+        self.told_of_layers = self.told_of_endpoints = 0
         self._status: asyncio.Future[int] = asyncio.get_running_loop().create_future()
 
     def kill(self) -> None:
@@ -27,6 +27,9 @@ class FakeProcess:
 
     def layers_grew(self) -> None:
         self.told_of_layers += 1
+
+    def endpoint_came(self) -> None:
+        self.told_of_endpoints += 1
 
     def resize(self, launch: Launch) -> None:
         self.launch = launch

@@ -12,6 +12,7 @@ from engine.fabric import Fabric
 from engine.instances import folder_of, instance_name
 from engine.layer_building import LayerBuilder
 from engine.mapcache import MapCache
+from engine.model import LayerSpec
 from engine.router import RouterProcess
 from engine.runtimes.process import ProcessRuntime
 from tests.support.launches import Reports
@@ -30,7 +31,7 @@ async def run(folder: Path) -> None:
     fabric.subscribe("ppaas/**", lambda key, payload: None)
     shared = folder_of(instance_name())
     given = house(image=pgm(20, 20))
-    await MapCache(shared, build=LayerBuilder(kept(given))).ensure(given, 0.18)
+    await MapCache(shared, build=LayerBuilder(kept(given))).ensure(LayerSpec(given, 0.18))
     async with Reports(folder) as reports:
         containers = []
         for runtime in (*runtimes, runtimes[0], runtimes[0], runtimes[0]):

@@ -1,14 +1,14 @@
 """Which tests run one after the other where several processes share them (pytest-xdist).
 
 Robots drive in real time, so most of such a test is waiting: those that kill, those that bring machines and clouds of
-their own, those that share one cloud, and all others run side by side. Within the first three a cloud is shared or the
-machine is strained, so they stay together; they go first, since they take longest.
+their own, those that share one cloud, those that cut off what goes on, and all others run side by side. Within the
+first four a cloud is shared or the machine is strained, so they stay together; they go first, since they take longest.
+The browser stays with those that make networks: it drops what it was fetching whenever the computer gets another one.
 """
 
 from pathlib import PurePath
 
 SHARES: dict[str, tuple[str, ...]] = {  # the first that a file is part of
-    "deaths": ("tests/faults", "tests/joints", "tests/endpoints/test_server.py"),
     "clouds": (
         "tests/journeys/test_two_machines.py",
         "tests/journeys/test_local_nodes.py",
@@ -17,8 +17,23 @@ SHARES: dict[str, tuple[str, ...]] = {  # the first that a file is part of
         "tests/robots/test_demo.py",
         "tests/robots/test_simulate.py",
     ),
+    "restarts": (
+        "tests/faults/test_master_restart.py",
+        "tests/faults/test_partition.py",
+        "tests/journeys/test_dashboard.py",
+    ),
+    "deaths": ("tests/faults", "tests/joints", "tests/endpoints/test_server.py"),
     "drives": ("tests/journeys",),
 }
+
+LONG = (
+    "tests/endpoints/test_schemathesis.py",
+    "tests/ppaas/planners/test_tile_field.py",
+    "tests/ppaas/maps/kernels/test_serial.py",
+    "tests/robots/bench/engine/test_suite.py",
+    "tests/engine/runtimes/test_compiled.py",
+)
+"""Files that begin before the rest: whatever is long and last is waited for by all processes but one."""
 
 
 def share_of(file: PurePath) -> str:
@@ -31,6 +46,6 @@ def share_of(file: PurePath) -> str:
 
 def place_in_line(file: PurePath) -> int:
     """Return where a file's share stands in line: the longest first."""
-    shares = list(SHARES)
+    line = [*SHARES, *LONG]
     share = share_of(file)
-    return shares.index(share) if share in shares else len(shares)
+    return line.index(share) if share in line else len(line)

@@ -66,11 +66,11 @@ class Up:
         status = self.wait()
         _, alive = psutil.wait_procs(family, 15)
         assert not alive, f"left behind: {alive}\n{self.log.read_text()}"
+        assert not any(shared_memory(child.pid) for child in family)
         return status
 
     def wait(self) -> int:
         """Return the exit status, once it has ended by itself or by a signal."""
         status = self.process.wait(TIMEOUT)
-        assert not shared_memory(self.process.pid)
         self.runs.rmdir()  # so it is empty
         return status

@@ -1,0 +1,161 @@
+"""docs/local-planners.md: what it lists is what there is."""
+
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+
+from endpoints.cli import main
+from ppaas.controllers.kernels.mppi import CLOSING
+from ppaas.controllers.mppi_parameters import MppiParameters
+from ppaas.controllers.pure_pursuit_parameters import PurePursuitParameters
+from ppaas.controllers.registry import CONTROLLERS, controller_names
+from ppaas.costmap.filters import raise_costs
+from ppaas.costmap.overhead import in_the_way
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.maps.octomap import parse_octomap
+from ppaas.navigation.shut_places import FIRST, LONGEST
+from ppaas.nodes.bodies import VoxelLayerParameters, robot_heights
+from ppaas.nodes.costmap_filters import KeepoutFilterParameters, SpeedFilterParameters, filter_masks
+from ppaas.nodes.models import robot_model
+from ppaas.nodes.people import SocialLayerParameters
+from ppaas.nodes.speed_limits import SpeedFilter
+from ppaas.perception.standing_out import LARGEST, WALL_MARGIN
+from ppaas.perception.tracking import FASTEST, MOVED, SLOWEST
+from ppaas.plugins import parameters_in_use
+from robots.bench.barn.jackal import NOISE
+from robots.bench.barn.suite import summary
+from robots.bench.goals import run
+from robots.bench.goals.clone import PLANNING
+from robots.bench.goals.referee import MOVES
+from robots.sim.walker import WalkerModel
+from tests.support.documents import blocks
+from tests.support.sources import ROOT
+
+PAGE = (ROOT / "docs" / "local-planners.md").read_text(encoding="utf-8")
+
+
+def rows(heading: str) -> list[list[str]]:
+    """Return the cells of the table under a heading row that begins so."""
+    after = PAGE[PAGE.index(f"| {heading} |") :].splitlines()[2:]
+    count = next(index for index, line in enumerate([*after, ""]) if not line.startswith("|"))
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in after[:count]]
+
+
+def names(cell: str) -> list[str]:
+    return re.findall(r"`([^`]+)`", cell)
+
+
+def test_the_local_planners_are_those_installed_with_their_names() -> None:
+    listed = {names(row[0])[0]: tuple(names(row[1])) for row in rows("plug-in")}
+    assert listed == {name: CONTROLLERS.aliases(name) for name in controller_names()}
+
+
+LIMITS = {"max_vel_x", "min_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "footprint", "robot_radius"}
+OF_ALL = {"min_vel_trans", "min_vel_theta", "trans_stopped_vel", "rot_stopped_vel", "rotate_threshold"}
+OF_MPPI = {"xy_goal_tolerance", "yaw_goal_tolerance", "allow_unknown"}
+
+
+@pytest.mark.parametrize(
+    ("heading", "parameters", "elsewhere"),
+    [
+        ("parameter", MppiParameters, LIMITS | OF_ALL),
+        ("parameter of `pure_pursuit`", PurePursuitParameters, LIMITS | OF_ALL | OF_MPPI),
+        ("parameter of `social_layer`", SocialLayerParameters, set()),
+        ("parameter of `speed_filter`", SpeedFilterParameters, set()),
+    ],
+)
+def test_the_parameters_and_their_defaults_are_those_of_the_code(heading, parameters, elsewhere) -> None:
+    told: dict[str, str] = {}
+    for row in rows(heading):
+        if row[1] != "that of the robot":
+            told |= dict(zip(names(row[0]), row[1].split(", "), strict=True))
+    known = parameters_in_use(parameters())
+    for name, value in told.items():
+        default = known[name]
+        if isinstance(default, bool | str):
+            assert value == (str(default).lower() or "none"), name
+        else:
+            assert float(value) == default, name
+    assert set(known) == set(told) | elsewhere
+
+
+def test_masks_are_named_and_mean_what_the_page_says() -> None:
+    [file] = [json.loads(code) for code in blocks("docs/local-planners.md", "json") if "keepout_filter" in code]
+    assert filter_masks(file["parameters"]) == {"keepout_filter": "office_keepout", "speed_filter": "office_speeds"}
+    assert set(parameters_in_use(KeepoutFilterParameters())) == set(names(rows("parameter of `speed_filter`")[0][0]))
+    own = SpeedFilterParameters(**file["parameters"]["speed_filter"])
+    every = GridMap(np.arange(101, dtype=np.int8)[None], GridInfo(1.0, 101, 1))
+    parts = [SpeedFilter(every, own).at(Pose2D(value + 0.5, 0.5)).part for value in range(101)]
+    assert parts == [1.0, *((own.base + own.multiplier * value) / 100.0 for value in range(1, 101))]
+    costs = np.zeros((1, 101), np.uint8)
+    raise_costs(costs, every.data)
+    assert costs[0, 100] == 254
+    assert np.abs(costs[0, 1:100] - 2.54 * np.arange(1, 100)).max() <= 0.5
+
+
+def test_what_is_in_the_way_is_what_the_page_says() -> None:
+    [file] = [json.loads(code) for code in blocks("docs/local-planners.md", "json") if "voxel_layer" in code]
+    mast = robot_heights(robot_model("turtlebot2"), file["parameters"])
+    assert mast == (None, 1.2), "from a voxel on, since nothing else is said"
+    low = robot_heights(robot_model("turtlebot2"), {})
+    table = parse_octomap((ROOT / "docs" / "examples" / "table.bt").read_bytes())
+    over = GridInfo(0.05, 2, 2, Pose2D(1.95, 1.45))
+    assert mast and low and low[1] == robot_model("turtlebot2").height
+    found = [in_the_way(table, over, lowest=heights[0], highest=heights[1]).data.max() for heights in (low, mast)]
+    assert found == [0, 100]
+    listed = {names(row[0])[0]: row[1] for row in rows("parameter of `voxel_layer`")}
+    assert listed == {"enabled": "true", "min_obstacle_height": "a voxel", "max_obstacle_height": "the robot"}
+    assert set(listed) == set(parameters_in_use(VoxelLayerParameters()))
+
+
+def test_the_options_of_the_bench_are_those_there_are(capsys) -> None:
+    try:
+        main(["bench", "barn", "--help"])
+    except SystemExit:
+        shown = set(re.findall(r"--\w+", capsys.readouterr().out))
+    listed = {option for row in rows("option") for option in names(row[0])}
+    assert listed | {"--json", "--help"} == shown
+
+
+def test_the_noise_is_that_of_the_code() -> None:
+    for name, sigma, _, bias, slip, delay, acceleration in rows("`--noise` | laser σ"):
+        jackal = NOISE[names(name)[0]]
+        assert sigma == f"{100 * jackal.laser.sigma:g} cm"
+        assert bias == f"{jackal.odometry.gyro_bias:g} rad/s"
+        assert slip == f"{100 * jackal.drive.slip_linear:g} %, {100 * jackal.drive.slip_angular:g} %"
+        assert delay == f"{1000 * jackal.drive.delay:g} + {1000 * jackal.drive.lag:g} ms"
+        assert acceleration == f"{jackal.drive.acc_linear:g} m/s², {jackal.drive.acc_angular:g} rad/s²"
+
+
+def test_the_answer_is_told_in_full() -> None:
+    from robots.bench.barn.run import Result
+
+    told = summary([Result(1, 0, "success", 5.0, 5.0, 0.2)])
+    paragraph = PAGE[PAGE.index("It answers") :].split("\n\n")[0]
+    assert set(told) == set(names(paragraph))
+
+
+def test_what_is_told_of_moving_things_and_shut_places_is_what_the_code_has() -> None:
+    text = re.sub(r"\s+", " ", PAGE)
+    assert f"no longer than {LARGEST:g} m and no nearer than {WALL_MARGIN:g} m to a wall" in text
+    assert f"has come {MOVED:g} m from" in text and f"goes at {SLOWEST:g} to {FASTEST:g} m/s" in text
+    assert f"stays shut for {FIRST:g} s, and twice as long" in text and f"up to {LONGEST:g} s" in text
+    assert CLOSING == 4.0 and "five times as much where it drives up to it" in text
+
+
+def test_the_people_of_the_bench_of_goals_are_as_told(capsys) -> None:
+    text, people = re.sub(r"\s+", " ", PAGE), WalkerModel()
+    assert f"{2 * people.radius:g} m wide and walk at {people.slowest:g} to {people.fastest:g} m/s" in text
+    assert f"stand for up to {people.longest_stay:g} s" in text and f"arm reaches ({people.reach:g} m)" in text
+    assert f"go elsewhere after {people.patience:g} s" in text
+    assert f"within {run.THERE:g} m and {math.degrees(run.TURNED):.0f}° of the goal" in text
+    assert f"given up after {run.PATIENCE:g} s and its way at {run.SLOWEST:g} m/s" in text
+    assert f"at more than {MOVES:g} m/s, whatever" in text and f"a plan takes it {PLANNING:g} s" in text
+    section = PAGE[PAGE.index("## Among people who walk") :]
+    with pytest.raises(SystemExit):
+        main(["bench", "goals", "--help"])
+    assert set(re.findall(r"--\w+", section)) <= set(re.findall(r"--\w+", capsys.readouterr().out))

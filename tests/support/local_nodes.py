@@ -1,0 +1,28 @@
+"""Local node managers beside clients."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from typing import Any
+
+from robots.client import RobotClient
+from robots.local.computer import Computer
+from robots.local.node_manager import LocalNodes
+
+WEAK = Computer(4, 1.5, 1.0)
+ABLE = Computer(4, 2.0, 2.2)
+
+
+@asynccontextmanager
+async def managing(client: RobotClient, computer: Computer, **options: Any) -> AsyncIterator[LocalNodes]:
+    """Let a local node manager run beside a client."""
+    manager = LocalNodes(client, computer, **options)
+    running = asyncio.create_task(manager.run())
+    ready = asyncio.create_task(manager.ready.wait())
+    await asyncio.wait({running, ready}, timeout=30, return_when=asyncio.FIRST_COMPLETED)
+    assert ready.done() and not running.done(), running
+    try:
+        yield manager
+    finally:
+        running.cancel()
+        await asyncio.gather(running, return_exceptions=True)
