@@ -7,7 +7,7 @@ VENV ?= .venv
 # Passed on: `make test PYTEST_ARGS="tests/wire -x"`, `make demo DEMO_ARGS=…`.
 PYTEST_ARGS ?=
 # Tests of robots that drive mostly wait, so more processes than cores share them (tests/support/shares.py).
-TEST_PROCESSES ?= 4
+TEST_PROCESSES ?= 5
 DEMO_ARGS ?=
 
 BIN := $(VENV)/bin

@@ -19,7 +19,7 @@ RUN /opt/uv/bin/uv pip install --quiet --no-cache --python /opt/ppaas/bin/python
 FROM dependencies AS kernels
 WORKDIR /opt/ppaas/lib/python3.11/site-packages
 COPY ppaas ppaas
-COPY engine/__init__.py engine/background.py engine/disk_notes.py engine/
+COPY engine/__init__.py engine/background.py engine/disk_notes.py engine/parent.py engine/
 COPY engine/runtimes engine/runtimes
 RUN find ppaas -name '*.py' -exec touch -d @0 {} + \
  && NUMBA_CACHE_DIR=/opt/ppaas/kernels /opt/ppaas/bin/python -m engine.runtimes.rest_compiler
