@@ -1,8 +1,9 @@
 """People who walk about in the simulated world, each to places of their own choice.
 
 They walk as if they were among people: they look where they go, and not behind or beside them. Whoever stands or comes
-within arm's reach ahead is stepped around; where there is no room for it they stand, and go elsewhere after a while.
-They do nothing else for a robot: they neither wait for one that comes from the side, nor keep clear of where it goes.
+within arm's reach ahead is stepped around; where there is no room for it they stand, and who gets no farther for a time
+goes elsewhere. They do nothing else for a robot: they neither wait for one that comes from the side, nor keep clear of
+where it goes.
 """
 
 import math
@@ -47,7 +48,7 @@ class WalkerModel:
         Nobody is walked at who is as near as arm's reach, from outline to outline; to pass by, so much must be left
         between them [m].
     patience : float
-        For how long they stand where they cannot go on [s].
+        After so long without getting farther they go elsewhere [s].
     longest_stay : float
         Up to this they stay where they walked to [s].
     """
@@ -101,7 +102,7 @@ class Walker:
         self._wanted = self._velocity = np.zeros(2)
         self._way: Way | None = None
         self._stays_until = 0.0
-        self._stood_since = math.inf
+        self._came, self._came_at = 0, 0.0
         # People do not look up all at the same moment.
         self._looks_at = float(rng.uniform(0.0, LOOK))
 
@@ -129,25 +130,27 @@ class Walker:
         if now < self._stays_until:
             return np.zeros(2)
         if self._way is None:
-            self._way = self._choose()
+            self._way, self._came, self._came_at = self._choose(), 0, now
         x, y = self.body.position
         to_x, to_y = self._way.ahead(x, y, AHEAD)
         if self._way.ended:
             self._way, self._stays_until = None, now + float(self._rng.uniform(0.0, self.model.longest_stay))
             return np.zeros(2)
-        if math.hypot(to_x - x, to_y - y) > STRAYED:
+        if math.hypot(to_x - x, to_y - y) > STRAYED or self._is_stuck(now, self._way):
             self._way = None
             return np.zeros(2)
         ahead = math.atan2(to_y - y, to_x - x)
         for turn in ASIDE:
             if self._is_free(ahead + turn, others):
-                self._stood_since = math.inf
                 speed = self._speed if turn == 0.0 else min(self._speed, self.model.aside)
                 return speed * np.array((math.cos(ahead + turn), math.sin(ahead + turn)))
-        self._stood_since = min(self._stood_since, now)
-        if now - self._stood_since > self.model.patience:
-            self._way, self._stood_since = None, math.inf
         return np.zeros(2)
+
+    def _is_stuck(self, now: float, way: Way) -> bool:
+        """Tell whether they lost patience: who steps to and fro before somebody gets no farther either."""
+        if way.come > self._came:
+            self._came, self._came_at = way.come, now
+        return now - self._came_at > self.model.patience
 
     def _choose(self) -> Way:
         here = Pose2D(*self.body.position)

@@ -95,6 +95,11 @@ class Way:
         self._at = 0
 
     @property
+    def come(self) -> int:
+        """How many of its points were come to."""
+        return self._at
+
+    @property
     def ended(self) -> bool:
         """Whether its last point was come to."""
         return self._at >= len(self._points) - 1

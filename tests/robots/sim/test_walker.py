@@ -84,6 +84,20 @@ def test_in_a_corridor_they_stop_before_a_robot_and_turn_back() -> None:
     assert walker.body.position.x < 5.0
 
 
+def test_who_only_steps_to_and_fro_before_somebody_goes_elsewhere_too() -> None:
+    """The corridor is wide enough to step aside in, but not to pass by."""
+    grid = room(10.0, 1.8)
+    world = World(grid, 3)
+    robot = world.add_robot(Pose2D(5.0, 0.9))
+    walker = world.add_walker(Ways(grid, 0.35, np.random.default_rng(1)), Pose2D(2.0, 0.9))
+    before, longest = 0.0, 0.0
+    for _ in range(3000):
+        world.step()
+        before = before + world.dt if math.dist(walker.body.position, robot.base.body.position) < 1.3 else 0.0
+        longest = max(longest, before)
+    assert longest < 50.0, "not all of the minute"
+
+
 def test_who_is_driven_into_is_no_wall() -> None:
     world = World(room(10.0, 4.0), 3)
     robot = world.add_robot(Pose2D(8.4, 2.0))
