@@ -37,6 +37,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
                         help="processes (%(default)s)")  # fmt: skip
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the first drive in the first map")
     parser.add_argument("--drive", type=whole(least=0), metavar="N", help="that robot alone, of each map, from 0 on")
+    parser.add_argument("--keep", type=Path, metavar="FILE",
+                        help="keep what comes of each drive, and count the same drive the next time as it was "
+                             "kept: so a long table is made in parts")  # fmt: skip
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[dict[str, str]]]:
@@ -47,7 +50,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[s
     if arguments.plot is not None:
         _draw(arguments.plot, jobs[0])
     task = progress.add_task(f"{len(jobs)} drives", total=len(jobs))
-    results = suite.measure(jobs, arguments.jobs, lambda: progress.advance(task))
+    results = suite.measure(jobs, arguments.jobs, lambda: progress.advance(task), arguments.keep)
     names = dict.fromkeys(job.name for job in jobs)
     told = {name: suite.summary([result for result in results if result.map == name]) for name in names}
     total = suite.summary(results)

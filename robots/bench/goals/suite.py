@@ -2,15 +2,18 @@
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robots.bench.goals import kept
 from robots.bench.goals.run import Job, Result, drive
 from robots.bench.runs import run_all
 
 
-def measure(jobs: Sequence[Job], processes: int, done: Callable[[], None]) -> list[Result]:
+def measure(jobs: Sequence[Job], processes: int, done: Callable[[], None], keep: Path | None = None) -> list[Result]:
     """Drive all; return what came of each goal, in order, whichever process drove there.
 
     Parameters
@@ -19,8 +22,27 @@ def measure(jobs: Sequence[Job], processes: int, done: Callable[[], None]) -> li
     processes : int
     done : callable
         Called after each drive.
+    keep : Path, optional
+        Where what comes of each drive is kept; what is there already is not driven again.
+
+    Raises
+    ------
+    InvalidInput
+        The file holds something else.
     """
-    return [result for results in run_all(drive, jobs, processes, done) for result in results]
+    if keep is None:
+        return [result for results in run_all(drive, jobs, processes, done) for result in results]
+    known = kept.read(keep)
+    left = [job for job in jobs if kept.key(job) not in known]
+    for _ in range(len(jobs) - len(left)):
+        done()
+    run_all(partial(_drive_and_keep, keep), left, processes, done)
+    known = kept.read(keep)
+    return [result for job in jobs for result in known[kept.key(job)]]
+
+
+def _drive_and_keep(path: Path, job: Job) -> None:
+    kept.append(path, job, drive(job))
 
 
 def summary(results: Sequence[Result]) -> dict[str, Any]:

@@ -1,11 +1,13 @@
 """Drives to goals among people: what comes of them, and that chance is the seed's."""
 
 import dataclasses
+from pathlib import Path
 
 import pytest
 
-from ppaas.errors import NotFound
+from ppaas.errors import InvalidInput, NotFound
 from ppaas.maps.generate import office
+from robots.bench.goals.kept import append, key, read
 from robots.bench.goals.run import Job, Result, Trip, drive
 from robots.bench.goals.suite import measure, summary
 
@@ -34,6 +36,33 @@ def test_the_same_seed_makes_the_same_drive_and_what_is_given_up_is_no_longer_dr
     assert one == other
     assert [(result.outcome, 3.0 < result.seconds < 6.0) for result in one] == [("timeout", True)] * 2
     assert all(result.metres > 0.1 for result in one)
+
+
+@pytest.mark.usefixtures("hasty")
+def test_what_is_kept_is_not_driven_again_and_counts_for_the_same_drive_alone(tmp_path: Path) -> None:
+    path, driven = tmp_path / "kept.jsonl", []
+    first, second = JOB, dataclasses.replace(JOB, drive=1)
+    one = measure([first], 1, lambda: driven.append(1), path)
+    both = measure([first, second], 1, lambda: driven.append(2), path)
+    assert (both[:1], [result.drive for result in both], driven) == (one, [0, 1], [1, 2, 2])
+    lines = path.read_text().splitlines()
+    assert len(lines) == 2
+    assert measure([second, first], 1, lambda: None, path) == both[::-1]
+    assert path.read_text().splitlines() == lines
+    assert key(first) not in {key(dataclasses.replace(first, people=3)), key(dataclasses.replace(first, seed=4))}
+
+
+def test_nobody_that_was_never_near_is_kept_as_far_away(tmp_path: Path) -> None:
+    result = Result("office", 0, 0, "reached", 30.0, 12.0, 0, walls=0, caused=0, suffered=0, nearest=float("inf"))
+    append(tmp_path / "kept.jsonl", JOB, [result])
+    assert read(tmp_path / "kept.jsonl") == {key(JOB): [result]}
+
+
+@pytest.mark.parametrize("wrong", ["no JSON", "[]", '{"job": "a", "results": [{"map": "office"}]}'])
+def test_a_file_of_something_else_is_refused(tmp_path: Path, wrong: str) -> None:
+    (tmp_path / "kept.jsonl").write_text(wrong + "\n")
+    with pytest.raises(InvalidInput, match="name another file"):
+        measure([JOB], 1, lambda: None, tmp_path / "kept.jsonl")
 
 
 def test_nobody_stands_near_the_robot_at_first_and_plug_ins_are_checked() -> None:
