@@ -68,6 +68,15 @@ class PlanFailed:
 
 
 @dataclass(frozen=True, slots=True)
+class PlanDeferred:
+    """There is a plan for the ``RequestPlan`` of that number, but for now it is better to wait, for this reason."""
+
+    now: float
+    number: int
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
 class ControlTick:
     """The next control cycle.
 
@@ -122,6 +131,7 @@ Event = (
     | CancelReceived
     | PlanSucceeded
     | PlanFailed
+    | PlanDeferred
     | ControlTick
     | VelocityComputed
     | ControlFailed

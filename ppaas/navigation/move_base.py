@@ -11,8 +11,9 @@ States, patience and recoveries are those of ``move_base.cpp`` (ros-planning/nav
 
 Three things differ. A planning error that no recovery can change (``PlanFailed.final``) aborts the goal at once with
 the planner's reason. A plan that could not be renewed while it is followed is given up after planner_patience: the way
-is blocked, and move_base would creep up to what blocks it. And while the robot's pose is not known, Move Base stands,
-says why in the status of the goal, and counts no patience.
+is blocked, and move_base would creep up to what blocks it. And while the robot's pose is not known, or a plan is
+deferred since a better one may be free in a moment, Move Base stands, says why in the status of the goal, and counts no
+patience.
 """
 
 from collections import Counter
@@ -29,6 +30,7 @@ from ppaas.navigation.events import (
     Event,
     Goal,
     GoalReceived,
+    PlanDeferred,
     PlanFailed,
     PlanSucceeded,
     RecoveryEnded,
@@ -95,6 +97,7 @@ class MoveBase:
         self._number = 0
         self._pending: int | None = None
         self._next_plan = 0.0
+        self._deferred = ""
         self._last_valid_plan = 0.0
         self._last_valid_control = 0.0
         self._retries = 0
@@ -127,6 +130,8 @@ class MoveBase:
                 self._on_plan(event)
             case PlanFailed():
                 self._on_no_plan(event)
+            case PlanDeferred():
+                self._on_plan_deferred(event)
             case VelocityComputed() if self.state is State.CONTROLLING:
                 self._on_velocity(event)
             case ControlFailed() if self.state is State.CONTROLLING:
@@ -182,7 +187,7 @@ class MoveBase:
             self._recovery_index = 0
         match self.state:
             case State.PLANNING:
-                self._say("planning")
+                self._say(self._deferred or "planning")
                 if self._moving:
                     self._stop()
                 self._request_plan(event.now)
@@ -244,6 +249,7 @@ class MoveBase:
         self.state = State.PLANNING
         self._last_valid_plan = now
         self._retries = 0
+        self._deferred = ""
         self._next_plan = now
 
     def _request_plan(self, now: float) -> None:
@@ -287,6 +293,15 @@ class MoveBase:
             out_of_patience |= 0 <= self.parameters.max_planning_retries < self._retries
         if out_of_patience:
             self._recover(event.now, Trigger.PLANNING, str(event.error))
+
+    def _on_plan_deferred(self, event: PlanDeferred) -> None:
+        """Stand until there is a plan to follow: who drove up to what is in the way would keep it there."""
+        if event.number != self._pending:
+            return
+        self._pending = None
+        self._last_valid_plan = self._last_valid_control = event.now
+        self.state = State.PLANNING
+        self._deferred = f"waiting: {event.reason}"
 
     # -- recovery ------------------------------------------------------------------------------------------------------
 

@@ -4,6 +4,7 @@ import contextlib
 import logging
 from collections import deque
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import ClassVar
 
 import msgspec
@@ -27,7 +28,6 @@ from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.navigation import events, orders
 from ppaas.navigation.move_base import MoveBase
 from ppaas.navigation.parameters import MoveBaseParameters
-from ppaas.navigation.shut_places import ShutPlaces
 from ppaas.nodes import action_topics
 from ppaas.nodes.action_topics import ActionTopics
 from ppaas.nodes.amcl import SCAN_RATE, SCAN_TOPIC
@@ -36,7 +36,7 @@ from ppaas.nodes.checks import expect, pose_in
 from ppaas.nodes.frames import MAP, TF, TF_STATIC
 from ppaas.nodes.kernel_threads import Threads
 from ppaas.nodes.path_services import PathServices, get_plan_response
-from ppaas.nodes.robot_plan import NoPlan, RobotPlanner
+from ppaas.nodes.robot_plan import Detour, NoPlan, Planned, RobotPlanner
 from ppaas.nodes.speed_limits import SpeedFilter, limit_of, lower_of
 from ppaas.nodes.state_publisher import ODOM_RATE, ODOM_TOPIC
 from ppaas.nodes.surroundings import Surroundings
@@ -134,7 +134,6 @@ class MoveBaseNode(Node):
         self._parameters = parameters
         self._threads = threads
         self._machine = MoveBase(parameters, [name for name, _ in recoveries])
-        self._shut = ShutPlaces()
         self._recoveries = [recovery for _, recovery in recoveries]
         self._topics = ActionTopics(context)
         self._paths = PathServices(
@@ -204,7 +203,7 @@ class MoveBaseNode(Node):
         now = self.context.now()
         stamp = goal_id.stamp.seconds() or now
         self._counter += 1
-        self._shut.head_for(pose)
+        self._planner.head_for(pose)
         name = goal_id.id or f"{self.name}-{self._counter}-{stamp:.3f}"
         self._feed(events.GoalReceived(now, events.Goal(name, pose, stamp)))
         self._tick()
@@ -360,17 +359,14 @@ class MoveBaseNode(Node):
         except TransformError as error:
             self._feed(events.PlanFailed(self.context.now(), order.number, error))
             return
-        current = self._shut.mark(self._surroundings.overlay(self._layers.costmap), self.context.now())
+        current = self._surroundings.overlay(self._layers.costmap)
+        self._planner.request(start, order.goal, current, partial(self._on_planned, order.number))
 
-        def done(result: PlanResult | NoPlan | PPaaSError) -> None:
-            self._shut.take(result, current, start, self.context.now())
-            self._on_planned(order.number, result)
-
-        self._planner.request(start, order.goal, current, done)
-
-    def _on_planned(self, number: int, result: PlanResult | NoPlan | PPaaSError) -> None:
+    def _on_planned(self, number: int, result: Planned) -> None:
         now = self.context.now()
         match result:
+            case Detour():
+                self._feed(events.PlanDeferred(now, number, result.reason))
             case PlanResult():
                 self._feed(events.PlanSucceeded(now, number, result.poses, result.origin))
                 self.context.publish("plan", result)

@@ -16,6 +16,7 @@ from ppaas.errors import (
 )
 from ppaas.geometry import Pose2D
 from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.navigation.shut_places import ShutPlaces
 from ppaas.nodes.base import Context, Job
 from ppaas.nodes.kernel_threads import Threads
 from ppaas.nodes.planner_queue import PlannerQueue
@@ -35,6 +36,22 @@ class NoPlan:
 
     error: PPaaSError
     final: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Detour:
+    """There is a plan, so much longer than the way before [m] that it is better to wait for that."""
+
+    longer: float
+
+    @property
+    def reason(self) -> str:
+        """What the robot waits for."""
+        return f"the way is blocked, and the next one is {self.longer:.1f} m longer"
+
+
+Planned = PlanResult | Detour | NoPlan | PPaaSError
+"""What comes of a request."""
 
 
 def plan_for_robot(
@@ -105,20 +122,29 @@ class RobotPlanner:
         self._static = static
         self._parameters = parameters
         self._threads = threads
+        self._now = context.now
         self._queue = PlannerQueue(context)
         self._job: Job | None = None
+        self._shut = ShutPlaces()
 
-    def request(
-        self, start: Pose2D, goal: Pose2D, current: Costmap, done: Callable[[PlanResult | NoPlan | PPaaSError], None]
-    ) -> None:
-        """Plan on the costmap ``current``; ``done`` gets what comes of it."""
+    def head_for(self, goal: Pose2D) -> None:
+        """Take note of another goal, or where it has moved to."""
+        self._shut.head_for(goal)
+
+    def request(self, start: Pose2D, goal: Pose2D, seen: Costmap, done: Callable[[Planned], None]) -> None:
+        """Plan on a costmap with what the robot sees; ``done`` gets what comes of it."""
         p = self._parameters
+        current = self._shut.mark(seen, self._now())
 
         def work(cancelled: Callable[[], bool]) -> PlanResult | NoPlan:
             request = PlanRequest(start, goal, p.default_tolerance, p.planner_timeout, cancelled, self._threads())
             return plan_for_robot(self._processor, self._planner, self._static, current, request, reuse=p.reuse_plans)
 
-        self._job = self._queue.submit(work, done)
+        def planned(result: PlanResult | NoPlan | PPaaSError) -> None:
+            longer = self._shut.take(result, current, start, self._now())
+            done(Detour(longer) if longer > 0.0 else result)
+
+        self._job = self._queue.submit(work, planned)
 
     def cancel(self) -> None:
         """Give the plan under way up, if there is one."""

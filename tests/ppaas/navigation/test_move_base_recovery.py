@@ -5,6 +5,7 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.navigation.events import (
     ControlFailed,
+    PlanDeferred,
     PlanSucceeded,
     RecoveryEnded,
     RecoveryStepped,
@@ -121,6 +122,59 @@ def test_a_plan_that_cannot_be_renewed_for_longer_than_patience_is_given_up():
     assert driver.of(Stop)
     assert 3.0 < driver.now - began < 4.5
     assert "no way" in driver.text
+
+
+# -- a way that is waited for ------------------------------------------------------------------------------------------
+
+
+def defer(driver: Driver, seconds: float) -> None:
+    """Plans are found, all of them detours that are not to be taken yet."""
+    began = driver.now
+    while driver.now < began + seconds:
+        driver.tick()
+        for order in driver.of(RequestPlan):
+            driver.feed(PlanDeferred(driver.now, order.number, "the way is blocked"))
+
+
+def test_while_a_plan_is_deferred_it_stands_says_why_and_asks_again():
+    driver = Driver(planner_frequency=1.0)
+    driver.to_controlling()
+    driver.tick()
+    driver.feed(VelocityComputed(driver.now, Velocity(0.5, 0.0)))
+    driver.tick(seconds=1.0)
+    driver.feed(PlanDeferred(driver.now, driver.one(RequestPlan).number, "the way is blocked"))
+    driver.tick()
+    assert driver.of(Stop)
+    assert driver.of(PublishStatus)
+    assert driver.text == "waiting: the way is blocked"
+    driver.tick(seconds=1.0)
+    driver.feed(PlanSucceeded(driver.now, driver.one(RequestPlan).number, PLAN))
+    driver.tick()
+    assert driver.of(ComputeVelocity)
+    assert driver.text == "controlling: the plan was computed"
+
+
+def test_waiting_for_a_way_uses_up_no_patience():
+    driver = Driver(planner_frequency=1.0, planner_patience=2.0, controller_patience=5.0)
+    driver.to_controlling()
+    defer(driver, 30.0)
+    assert driver.machine.state is State.PLANNING
+    driver.tick(seconds=1.0)
+    driver.fail_plan()
+    assert driver.machine.state is State.PLANNING
+    driver.tick(seconds=1.0)
+    driver.feed(PlanSucceeded(driver.now, driver.one(RequestPlan).number, PLAN))
+    driver.feed(ControlFailed(driver.now))
+    assert driver.machine.state is State.PLANNING
+
+
+def test_a_deferred_plan_of_the_goal_before_stops_nobody():
+    driver = Driver()
+    number = driver.to_planning()
+    driver.goal("b")
+    assert driver.feed(PlanDeferred(driver.now, number, "the way is blocked")) == []
+    driver.tick()
+    assert driver.text == "planning"
 
 
 # -- recovery ----------------------------------------------------------------------------------------------------------

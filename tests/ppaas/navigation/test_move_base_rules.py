@@ -81,10 +81,12 @@ class Rules(RuleBasedStateMachine):
         self.feed(events.ControlTick(self.now, Pose2D(x, 0, theta) if known else None, "" if known else "lost"))
 
     @precondition(lambda self: self.plans)
-    @rule(found=st.booleans(), final=st.booleans())
-    def answer_plan(self, found, final):
+    @rule(found=st.booleans(), deferred=st.booleans(), final=st.booleans())
+    def answer_plan(self, found, deferred, final):
         number = self.plans.pop()
-        if found:
+        if found and deferred:
+            self.feed(events.PlanDeferred(self.now, number, "blocked"))
+        elif found:
             self.feed(events.PlanSucceeded(self.now, number, PLAN))
         else:
             self.feed(events.PlanFailed(self.now, number, NoValidPath("none"), final))
