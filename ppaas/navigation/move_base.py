@@ -199,11 +199,15 @@ class MoveBase:
 
     def _wait(self, event: ControlTick) -> None:
         """Stand still until the pose is known again; nothing was tried meanwhile, so patience does not run out."""
-        self._last_valid_plan = self._last_valid_control = event.now
-        self._oscillation.reset(event.now)
+        self._count_anew(event.now)
         self._say(f"waiting: {event.reason}")
         if self._moving:
             self._stop()
+
+    def _count_anew(self, now: float) -> None:
+        """Let patience begin anew: nothing was tried in vain."""
+        self._last_valid_plan = self._last_valid_control = now
+        self._oscillation.reset(now)
 
     def _control(self, now: float, pose: Pose2D) -> None:
         self._say(f"controlling: the plan was {self._origin}")
@@ -299,7 +303,7 @@ class MoveBase:
         if event.number != self._pending:
             return
         self._pending = None
-        self._last_valid_plan = self._last_valid_control = event.now
+        self._count_anew(event.now)
         self.state = State.PLANNING
         self._deferred = f"waiting: {event.reason}"
 

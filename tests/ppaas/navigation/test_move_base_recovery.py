@@ -168,6 +168,16 @@ def test_waiting_for_a_way_uses_up_no_patience():
     assert driver.machine.state is State.PLANNING
 
 
+def test_who_waits_for_a_way_does_not_oscillate():
+    driver = Driver(planner_frequency=1.0, oscillation_timeout=3.0, recovery_behavior_enabled=False)
+    driver.to_controlling()
+    defer(driver, 10.0)
+    driver.tick(seconds=1.0)
+    driver.feed(PlanSucceeded(driver.now, driver.one(RequestPlan).number, PLAN))
+    driver.tick()
+    assert driver.of(ComputeVelocity)
+
+
 def test_a_deferred_plan_of_the_goal_before_stops_nobody():
     driver = Driver()
     number = driver.to_planning()
