@@ -1,6 +1,5 @@
 """The Path Plan Database in an SQLite file; ``storage.sqlite_plan_schema`` tells of its tables."""
 
-import heapq
 import itertools
 import math
 import sqlite3
@@ -12,7 +11,7 @@ import numpy as np
 
 from ppaas.errors import NotFound
 from ppaas.plans.body import read_bodies
-from ppaas.plans.buckets import holds, length_in, may_join, place_of, spots_near
+from ppaas.plans.buckets import place_of
 from ppaas.plans.chunks import ENDS_BEFORE, GRANULARITY, inner_granularity
 from ppaas.plans.codes import entry_id, poses_in, unpack
 from ppaas.plans.passages import comes_near
@@ -25,6 +24,7 @@ from storage.plan_entry import PlanEntry, context_of, entries_of, head_of, recor
 from storage.plan_search import PlanSearch
 from storage.records import PlanPart, PlanPassage, PlanRecord, PlanStatistics
 from storage.sqlite_connections import SqliteConnections
+from storage.sqlite_plan_ends import plans_between
 from storage.sqlite_plan_removal import remove_span
 from storage.sqlite_plan_schema import SPAN
 from storage.sqlite_plan_tally import counted_up_to, rows_of, uncounted
@@ -33,13 +33,6 @@ from storage.sqlite_plan_writing import PlanTransaction, RememberedChunks, seque
 MOST_CHUNKS, MOST_PLANS = 256, 32
 """Entries near a place, and plans that share them, which are looked at for plans that pass it."""
 
-LEAST_AT_SPOT = 16
-"""Plans at one spot that are looked at, or as many as are wanted: they are equally long, and their ends lie within a
-centimetre of each other."""
-
-_NEXT_SPOT = "SELECT min(spot) FROM plan_spots WHERE spot > ? AND spot <= ?"
-_AT_SPOT = """SELECT record, body FROM plan_spots JOIN plans ON sequence = plan JOIN contexts ON contexts.id = context
-    WHERE spot = ? ORDER BY plan LIMIT ?"""
 _WHOLES = """SELECT record, body, recipe FROM {given} AS sought JOIN plans ON sequence = sought.id
     JOIN contexts ON contexts.id = context"""
 _PLAN = "SELECT record, body FROM plans JOIN contexts ON contexts.id = context WHERE sequence = ?"
@@ -137,12 +130,8 @@ class SqlitePlans:
 
     def find_plans(self, search: PlanSearch, *, limit: int = 16) -> list[PlanRecord]:
         """Return the heads of plans whose ends lie near two places, shortest first."""
-        found: list[PlanRecord] = []
         with self._plan_connections.reading_at_once() as connection:
-            for spot in _spots_near_both(connection, search):
-                found += _joining(connection, search, spot, limit)[: limit - len(found)]
-                if len(found) == limit:
-                    break
+            found = plans_between(connection, search, limit)
         return sorted(found, key=lambda head: (head.length, head.id))
 
     def plans_through(self, search: PlanSearch, *, limit: int = 8) -> list[PlanPassage]:
@@ -219,38 +208,6 @@ def _entries(connection: sqlite3.Connection, chunks: set[int]) -> dict[int, byte
 def _scope(connection: sqlite3.Connection, sequence: int) -> bytes:
     common = context_of(connection.execute(_PLAN, (sequence,)).fetchone()[0])
     return scope_of(common.map, common.version)
-
-
-def _spots_near_both(connection: sqlite3.Connection, search: PlanSearch) -> Iterator[int]:
-    """Yield the spots whose plans may begin and end where they are to, the shortest first.
-
-    It goes from spot to spot: where robots drive the same ways, thousands of plans lie at one.
-    """
-    places = search.start, search.goal, search.tolerance
-    waiting: list[tuple[int, int, list[int]]] = []
-
-    def look(after: int, bucket: list[int]) -> None:
-        (spot,) = connection.execute(_NEXT_SPOT, (after, bucket[1])).fetchone()
-        if spot is not None:
-            heapq.heappush(waiting, (length_in(spot), spot, bucket))
-
-    for bucket in spots_near(search.scope, *places).tolist():
-        look(bucket[0] - 1, bucket)
-    while waiting:
-        _, spot, bucket = heapq.heappop(waiting)
-        if holds(bucket, spot) and may_join(np.array((spot,)), *places)[0]:
-            yield spot
-        look(spot, bucket)
-
-
-def _joining(connection: sqlite3.Connection, search: PlanSearch, spot: int, limit: int) -> list[PlanRecord]:
-    """Return the heads of some plans at a spot: of those that are sought, if there are any among the first."""
-    rows = connection.execute(_AT_SPOT, (spot, max(limit, LEAST_AT_SPOT))).fetchall()
-    heads = []
-    for (context, _), own in zip(rows, read_bodies([body for _, body in rows]), strict=True):
-        if search.joins(*own.ends()) and search.takes(head := head_of(context, own)):
-            heads.append(head)
-    return heads
 
 
 def _newest(connection: sqlite3.Connection, map_id: str, before: tuple[float, str]) -> Iterator[PlanRecord]:

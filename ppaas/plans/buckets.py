@@ -18,6 +18,9 @@ EDGE = placing.EDGE
 """Edge of a square [m]: at a tolerance of a half of it, which is common, what is sought lies in 16 buckets, but for
 places right on a corner."""
 
+IN_BUCKET = (1 << placing.LENGTH_BITS + placing.END_BITS) - 1
+"""The bits of a spot behind its bucket."""
+
 _PART = placing.PARTS - 1
 
 
