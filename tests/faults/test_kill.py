@@ -101,7 +101,7 @@ async def kill_when(
     process = find(cloud)
     below = process.children(recursive=True)
     os.kill(process.pid, signal.SIGKILL)
-    await until(lambda: not any(lives(p) and p.ppid() == 1 for p in below))
+    await until(lambda: not any(is_orphan(p) for p in below))
     await until(lambda: not lives(process))
 
 
@@ -128,6 +128,14 @@ def run_dir(cloud: RunningCloud) -> Path:
     addresses = {str(c.laddr) for c in psutil.Process(cloud.pid).net_connections("unix")}
     (link,) = {Path(address) for address in addresses if address.endswith("/link.sock")}
     return link.parent
+
+
+def is_orphan(process: psutil.Process) -> bool:
+    """Tell whether a process is there though whoever started it is not."""
+    try:
+        return lives(process) and process.ppid() == 1
+    except psutil.NoSuchProcess:
+        return False
 
 
 def lives(process: psutil.Process) -> bool:

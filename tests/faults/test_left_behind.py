@@ -3,11 +3,11 @@
 import signal
 from pathlib import Path
 
-import psutil
 import pytest
 
 from robots.bench.chaos.family import members
-from tests.support.cloud import until
+from tests.faults.test_kill import lives
+from tests.support.cloud import named, until
 from tests.support.up_process import Up
 
 pytestmark = pytest.mark.journey
@@ -17,9 +17,9 @@ def test_of_a_killed_machine_process_nothing_is_left_when_the_cloud_ends(tmp_pat
     up = Up(tmp_path)
     up.wait_for(up.ready.exists)
     (agent,) = up.children("engine.agent")
-    (server,) = [child for child in agent.children() if "forkserver" in " ".join(child.cmdline())]
+    (server,) = named(agent.children(), "forkserver")
     agent.kill()
-    up.wait_for(lambda: not server.is_running() or server.status() == psutil.STATUS_ZOMBIE)
+    up.wait_for(lambda: not lives(server))
     up.wait_for(lambda: [child for child in up.children("engine.router") if child.pid != agent.pid])
     assert up.end(signal.SIGTERM) == 0  # which looks at its folder for temporary files
 

@@ -151,7 +151,7 @@ async def test_a_machine_of_another_host_is_adopted(tmp_path: Path, office_map: 
 
 
 async def test_of_a_cloud_that_never_comes_back_nothing_is_left(tmp_path: Path, office_map: GridMap) -> None:
-    with running_cloud(tmp_path, "--adopt-within", "1") as cloud:
+    with running_cloud(tmp_path, "--adopt-within", "3") as cloud:
         rest = await cloud.admin()
         async with on_its_way(cloud, rest, office_map, "survivor") as (_, wire):
             before, family, agent = await container_of(rest, "survivor"), cloud.children(), cloud.agent()

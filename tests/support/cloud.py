@@ -6,8 +6,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +20,9 @@ from robots.robot_file import RobotFile
 
 ADMIN_PASSWORD = "correct horse battery"
 START_TIMEOUT = 90.0
+PATIENCE = 30.0
+"""Seconds to wait for what comes at once on a computer that has nothing else to do."""
+
 LOG_SHOWN = 8000
 """Characters of a cloud's log that are shown beside a test that failed."""
 
@@ -45,7 +48,7 @@ class RunningCloud:
 
     def find(self, *words: str) -> list[psutil.Process]:
         """The processes below the web process whose command line has all the words."""
-        return [p for p in self.children() if all(word in " ".join(p.cmdline()) for word in words)]
+        return named(self.children(), *words)
 
     def agent(self) -> psutil.Process:
         """The process of the machine."""
@@ -59,7 +62,7 @@ class RunningCloud:
 
     def fork_server(self) -> psutil.Process:
         """What containers are forked from."""
-        (found,) = [child for child in self.agent().children() if "forkserver" in " ".join(child.cmdline())]
+        (found,) = named(self.agent().children(), "forkserver")
         return found
 
     def container(self) -> psutil.Process:
@@ -71,6 +74,16 @@ class RunningCloud:
         client = RestClient(self.url)
         await client.login("admin", ADMIN_PASSWORD)
         return client
+
+
+def named(processes: Iterable[psutil.Process], *words: str) -> list[psutil.Process]:
+    """Return the processes whose command line has all the words; of those that end just now there is none."""
+    found = []
+    for process in processes:
+        with suppress(psutil.NoSuchProcess):
+            if all(word in " ".join(process.cmdline()) for word in words):
+                found.append(process)
+    return found
 
 
 def shared_memory(pid: int) -> list[Path]:
@@ -135,7 +148,7 @@ async def register_robot(rest: RestClient, robot_id: str, map_id: str, pose: tup
     return rest.token
 
 
-async def until(condition: "object", timeout: float = 10.0) -> None:
+async def until(condition: "object", timeout: float = PATIENCE) -> None:
     """Wait until a condition holds; it is looked at every 20 ms."""
     assert callable(condition)
     async with asyncio.timeout(timeout):

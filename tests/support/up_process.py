@@ -10,7 +10,7 @@ from pathlib import Path
 
 import psutil
 
-from tests.support.cloud import shared_memory
+from tests.support.cloud import named, shared_memory
 
 TIMEOUT = 60.0
 
@@ -50,14 +50,7 @@ class Up:
 
     def children(self, word: str = "") -> list[psutil.Process]:
         """Return the processes below this one with a word in their command line."""
-        found = []
-        for child in psutil.Process(self.process.pid).children(recursive=True):
-            try:
-                if word in " ".join(child.cmdline()):
-                    found.append(child)
-            except psutil.NoSuchProcess:
-                continue
-        return found
+        return named(psutil.Process(self.process.pid).children(recursive=True), word)
 
     def end(self, number: int) -> int:
         """Send a signal; return the exit status, after a look at whether anything was left behind."""
