@@ -111,9 +111,12 @@ class Accounts:
             return await self.register(ADMIN, password, "admin")
         if admin.role != "admin":
             raise Conflict(f"the user {ADMIN!r} exists and is no administrator: remove it first")
-        if not await self._passwords.verify(admin.password_hash, password):
-            logger.warning("the user %r exists with another password, which it keeps", ADMIN)
         return admin
+
+    async def tell_if_other(self, user: User, password: str) -> None:
+        """Say in the log where a user has another password than this one, which takes as long as a login."""
+        if not await self._passwords.verify(user.password_hash, password):
+            logger.warning("the user %r exists with another password, which it keeps", user.id)
 
     async def sign_in(self, user_id: str, password: str) -> Login:
         """Give a new token to who knows the password.

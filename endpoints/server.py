@@ -13,7 +13,8 @@ import os
 import secrets
 import signal
 import socket
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -38,6 +39,9 @@ ADMIN = "admin"
 RAY = "ray"
 RAY_LISTENS = "0.0.0.0:8501"
 """Where the nodes of a Ray cluster arrive, and at the next port their routers, unless something else is said."""
+
+SETTLED = 10.0
+"""Seconds after which a cloud that was started again has seen to its robots."""
 
 MACHINE_SETTINGS = "machine-settings.json"
 """File within the data folder for what administrators say of machines."""
@@ -171,13 +175,21 @@ async def _start(cloud: Cloud, arguments: argparse.Namespace, last_first: contex
         )
         last_first.push_async_callback(web.close)
         password_file = arguments.admin_password_file or arguments.data / "admin-password"
-        await web.accounts.ensure_admin(await asyncio.to_thread(admin_password, password_file))
+        password = await asyncio.to_thread(admin_password, password_file)
+        admin = await web.accounts.ensure_admin(password)
         logger.info("user %r has the password in %s", ADMIN, password_file)
+        web.meanwhile(_later(partial(web.accounts.tell_if_other, admin, password)))
         await machine
     finally:
         machine.cancel()
         await asyncio.gather(machine, return_exceptions=True)
     return web
+
+
+async def _later(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    """Do what nobody waits for, once whoever waited for the cloud has been served."""
+    await asyncio.sleep(SETTLED)
+    await work()
 
 
 async def _run(web: "Web", listener: socket.socket, stop: asyncio.Event, ready_file: Path | None) -> None:

@@ -2,7 +2,8 @@
 
 import contextlib
 import socket
-from collections.abc import Iterator
+from collections.abc import Coroutine, Iterator
+from typing import Any
 
 import uvicorn
 from fastapi import FastAPI
@@ -61,6 +62,10 @@ class Web:
         """Serve until told to stop."""
         self._watching.run(self._idle.run())
         await self._server.serve([listener])
+
+    def meanwhile(self, work: Coroutine[Any, Any, None]) -> None:
+        """Have something done beside serving; it is given up at the end."""
+        self._watching.run(work)
 
     def stop(self) -> None:
         """Let ``serve`` come to its end."""

@@ -342,7 +342,7 @@ async def run(launch: Launch) -> None:
     endpoint = EndpointLink(launch.link, stream)
     container = Container(launch, home, endpoint, machine, notes, monitoring=monitoring)
     outside = Outside(launch, home.graph, machine)
-    listening = asyncio.create_task(machine.serve(outside.shared, partial(_resize, threads)))
+    listening = asyncio.create_task(machine.serve(outside.shared, partial(_resize, threads), endpoint.came))
     await notes.begin(machine)
     endpoint.write(container.hello(os.getpid()))
     home.attend()

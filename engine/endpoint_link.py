@@ -1,9 +1,11 @@
 """The container's end of the robot link, which outlives an endpoint that was killed.
 
-The container dials again, for as long as its machine lets it live, and says hello to whoever answers.
+The container dials again, for as long as its machine lets it live, and says hello to whoever answers: at once when its
+machine tells that an endpoint came, and from time to time by itself.
 """
 
 import asyncio
+import contextlib
 import logging
 from collections.abc import Callable
 
@@ -43,7 +45,12 @@ class EndpointLink:
         self._path = path
         self.stream = stream
         self._stopped = False
+        self._came = asyncio.Event()
         self.is_up = True
+
+    def came(self) -> None:
+        """Take note that an endpoint awaits this container: robots wait for it to dial."""
+        self._came.set()
 
     def write(self, frame: msgspec.Struct) -> None:
         """Queue a frame; while there is no endpoint it is lost."""
@@ -87,7 +94,7 @@ class EndpointLink:
     async def _dial_again(self, tries: int) -> int:
         await self.stream.close()
         while True:
-            await asyncio.sleep(RETRIES[min(tries, len(RETRIES) - 1)])
+            await self._wait(RETRIES[min(tries, len(RETRIES) - 1)])
             tries += 1
             try:
                 self.stream = await dial(self._path)
@@ -96,6 +103,12 @@ class EndpointLink:
             else:
                 self.is_up = True
                 return tries
+
+    async def _wait(self, seconds: float) -> None:
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(seconds):
+                await self._came.wait()
+        self._came.clear()
 
     async def close(self) -> None:
         """Hang up."""

@@ -164,6 +164,12 @@ class Gate:
         if guest is not None:
             guest.stream.write(machine_link.Resized(threads))
 
+    def endpoint_came(self) -> None:
+        """Tell all containers but those that are to end that an endpoint awaits them."""
+        for guest in self._guests.values():
+            if not guest.is_shut:
+                guest.stream.write(machine_link.EndpointCame())
+
     @property
     def awaited(self) -> int:
         """How many containers have not dialled yet."""

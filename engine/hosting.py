@@ -177,6 +177,7 @@ class Hosting:
         for hosted in self._hosted.values():
             if hosted.process is not None:
                 hosted.process.endpoint_came()
+        self._gate.endpoint_came()
 
     def resize(self, order: control.ResizeContainer) -> None:
         """Hold a container to another size, which it learns; nothing happens where it has gone."""

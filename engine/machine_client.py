@@ -43,11 +43,21 @@ class MachineClient:
         return client
 
     async def serve(
-        self, shared: Callable[[machine_link.Shared], None], resized: Callable[[int], None] = lambda _: None
+        self,
+        shared: Callable[[machine_link.Shared], None],
+        resized: Callable[[int], None] = lambda _: None,
+        endpoint_came: Callable[[], None] = lambda: None,
     ) -> None:
         """Take frames until the machine goes.
 
-        ``shared`` gets what other robots publish, ``resized`` how many threads kernels may use from then on.
+        Parameters
+        ----------
+        shared : callable
+            Gets what other robots publish.
+        resized : callable
+            Told how many threads kernels may use from then on.
+        endpoint_came : callable
+            Told that there is an endpoint again, which awaits this container.
         """
         while (frame := await self._stream.receive()) is not None:
             match frame:
@@ -55,6 +65,8 @@ class MachineClient:
                     shared(frame)
                 case machine_link.Resized():
                     resized(frame.threads)
+                case machine_link.EndpointCame():
+                    endpoint_came()
                 case _:
                     self._finish(frame)
 

@@ -121,6 +121,10 @@ class Resized(msgspec.Struct, tag="resized"):
     threads: int
 
 
+class EndpointCame(msgspec.Struct, tag="endpoint_came"):
+    """An endpoint is there that awaits the container: what was lost is dialled at once."""
+
+
 Answer = Done | FoundPlans | History
 
-ToContainer = Answer | Shared | Resized
+ToContainer = Answer | Shared | Resized | EndpointCame

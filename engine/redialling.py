@@ -1,7 +1,6 @@
 """How long, and how often, an agent dials a master that went away, while containers wait."""
 
 import asyncio
-import itertools
 import logging
 from collections.abc import Awaitable, Callable
 
@@ -15,8 +14,8 @@ logger = logging.getLogger(__name__)
 ADOPT_WITHIN = 30.0
 """Seconds for which containers outlive their master, where nothing else is said."""
 
-RETRIES = (0.1, 0.2, 0.4, 0.8)
-"""Seconds before the first, second … try; the last stays."""
+PERIOD = 0.1
+"""Seconds between two tries, which cost next to nothing: all robots of the machine wait for that which is answered."""
 
 Master = FrameStream[control.ToAgent]
 Dial = Callable[[], Awaitable[Master]]
@@ -36,14 +35,11 @@ class Redial:
     def __init__(self, within: float, clock: Clock = monotonic) -> None:
         self._clock = clock
         self._deadline = clock() + within
-        self._delays = itertools.chain(RETRIES, itertools.repeat(RETRIES[-1]))
 
     async def __call__(self, dial: Dial) -> Master | None:
         """Return a new connection, or None where the time is over."""
-        for delay in self._delays:
-            if self._clock() + delay >= self._deadline:
-                return None
-            await asyncio.sleep(delay)
+        while self._clock() + PERIOD < self._deadline:
+            await asyncio.sleep(PERIOD)
             try:
                 async with asyncio.timeout(max(0.0, self._deadline - self._clock())):  # a way that is cut is silent
                     return await dial()

@@ -135,7 +135,7 @@ async def test_it_gives_up_when_no_master_welcomes_it_in_time_though_some_answer
 
 
 async def test_it_dials_until_the_time_is_over(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("engine.redialling.RETRIES", (0.001,))
+    monkeypatch.setattr("engine.redialling.PERIOD", 0.001)
     clock, doors = ManualClock(0.0), Doors()
     doors.away = True
 

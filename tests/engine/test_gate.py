@@ -112,6 +112,15 @@ async def test_a_container_learns_its_new_size_and_who_is_gone_is_left_alone(gat
     gate.resized("c1", 1)
 
 
+async def test_all_but_those_that_are_to_end_are_told_that_an_endpoint_awaits_them(gate: Gate, attach: Attach) -> None:
+    stays, ends = await attach(robot_spec("c1")), await attach(robot_spec("c2", robot="tb2"))
+    gate.shut_out("c2")
+    gate.endpoint_came()
+    gate.resized("c2", 1)
+    assert await receive(stays) == machine_link.EndpointCame()
+    assert await receive(ends) == machine_link.Resized(1)
+
+
 # -- who is let in -----------------------------------------------------------------------------------------------------
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from engine import control
+from engine import control, machine_link
 from engine.gate import Gate
 from engine.hosting import Hosting
 from engine.link import Refusal
@@ -20,6 +20,7 @@ from ppaas.nodes.models import robot_model
 from ppaas.robot_model.reading import describe
 from storage.memory import MemoryStore
 from tests.support import records
+from tests.support.engine_links import dial_gate, receive
 from tests.support.fake_fabric import FakeFabric
 from tests.support.fake_runtime import FakeRuntime
 from tests.support.specs import planning_spec, robot_config, robot_spec
@@ -353,8 +354,15 @@ async def test_what_runs_is_told_as_it_was_ordered_and_what_is_not_to_be_kept_en
     for ended in ("c2", "c3", "p1"):
         await host.told(control.Exited(ended, -9))
     assert [carried.spec.id for carried in host.hosting.carried()] == ["c1"]
+    await host.gate.start()
+    attached = await dial_gate(host.gate.path)
+    attached.write(machine_link.Attach("c1", "secret"))
+    await until(lambda: host.gate.awaited == 0)
     host.hosting.endpoint_came()
     assert host.runtime.processes["c1"].told_of_endpoints == 1
+    assert await receive(attached) == machine_link.EndpointCame()
+    await attached.close()
+    await host.gate.close()
     host.runtime.processes["c1"].end(0)
     await host.told(control.Exited("c1", 0))
     host.assert_forgotten()

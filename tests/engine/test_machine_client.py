@@ -67,14 +67,15 @@ async def test_an_index_may_take_longer_than_other_answers(ends: Ends, monkeypat
     await asking
 
 
-async def test_a_new_size_is_handed_on() -> None:
+async def test_a_new_size_and_a_new_endpoint_are_handed_on() -> None:
     near, far = await pair(machine_link.ToContainer, machine_link.FromContainer)
-    client, sizes = MachineClient(near), list[int]()
-    serving = asyncio.create_task(client.serve(lambda _: None, sizes.append))
+    client, told = MachineClient(near), list[int | str]()
+    serving = asyncio.create_task(client.serve(lambda _: None, told.append, lambda: told.append("an endpoint")))
     far.write(machine_link.Resized(2))
+    far.write(machine_link.EndpointCame())
     await far.close()
     await asyncio.wait_for(serving, 10)
-    assert sizes == [2]
+    assert told == [2, "an endpoint"]
     await client.close()
 
 
