@@ -14,6 +14,7 @@ from ppaas.errors import InvalidParameter, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.localization.parameters import AmclParameters
 from ppaas.maps.layers import MapLayers
+from ppaas.navigation.giving_way import GivingWay
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.recovery import recovery_behaviors, recovery_defaults
 from ppaas.nodes.amcl import AmclNode
@@ -171,7 +172,8 @@ def _move_base(
             context,
             layers=layers, surroundings=surroundings, planner=planner, path_planners=path_planners,
             controller=controller, recoveries=recovering, parameters=driving, threads=threads,
-            processor=processor, speed_filter=speed_filter,
+            processor=processor, giving_way=GivingWay(body.robot_radius, body.limits.acc_lim_x),
+            speed_filter=speed_filter,
         )  # fmt: skip
 
     return move_base

@@ -26,6 +26,7 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.navigation import events, orders
+from ppaas.navigation.giving_way import GivingWay
 from ppaas.navigation.move_base import MoveBase
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.nodes import action_topics
@@ -88,6 +89,8 @@ class MoveBaseNode(Node):
         Returns the most threads that kernels may use now.
     processor : PlanProcessor
         By which plans that are kept are found.
+    giving_way : GivingWay
+        How fast it may drive towards whom it sees coming.
     speed_filter : SpeedFilter, optional
         How fast it may drive where.
     """
@@ -122,10 +125,11 @@ class MoveBaseNode(Node):
         parameters: MoveBaseParameters,
         threads: Threads,
         processor: PlanProcessor,
+        giving_way: GivingWay,
         speed_filter: SpeedFilter | None = None,
     ) -> None:
         super().__init__(context)
-        self._speed_filter = speed_filter
+        self._speed_filter, self._giving_way = speed_filter, giving_way
         self._layers = layers
         self._surroundings = surroundings
         self._planner = RobotPlanner(context, planner, layers.costmap, parameters, threads=threads, processor=processor)
@@ -332,6 +336,7 @@ class MoveBaseNode(Node):
             velocity = Velocity() if reached else self._controller.compute_velocity(request)
         except PPaaSError as error:
             return events.ControlFailed(self.context.now(), str(error))
+        velocity = self._giving_way.slowed(velocity, pose, around.walkers(self.context.now()))
         return events.VelocityComputed(self.context.now(), velocity, reached)
 
     def _limit_at(self, pose: Pose2D) -> SpeedLimit:

@@ -121,7 +121,11 @@ class Surroundings:
     def movers(self, pose: Pose2D, now: float) -> tuple[Mover, ...]:
         """Return the other robots that are near and all else that moves, where they are by now."""
         robots = tuple(mover.after(now - self._others_at) for mover in self._near(pose, now))
-        return robots + tuple(mover.after(now - self._moving.at) for mover in self._seen_moving(now))
+        return robots + self.walkers(now)
+
+    def walkers(self, now: float) -> tuple[Mover, ...]:
+        """Return what the laser sees moving but for the other robots, where it is by now."""
+        return tuple(mover.after(now - self._moving.at) for mover in self._seen_moving(now))
 
     def pose(self, now: float) -> Pose2D:
         """Return where the robot is in the map.

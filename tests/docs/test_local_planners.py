@@ -17,6 +17,7 @@ from ppaas.costmap.overhead import in_the_way
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.maps.octomap import parse_octomap
+from ppaas.navigation.giving_way import MARGIN, REACTION
 from ppaas.navigation.shut_places import FIRST, LONGEST, WAIT
 from ppaas.nodes.bodies import VoxelLayerParameters, robot_heights
 from ppaas.nodes.costmap_filters import KeepoutFilterParameters, SpeedFilterParameters, filter_masks
@@ -144,6 +145,7 @@ def test_what_is_told_of_moving_things_and_shut_places_is_what_the_code_has() ->
     assert f"no longer than {LARGEST:g} m and no nearer than {WALL_MARGIN:g} m to a wall" in text
     assert f"has come {MOVED:g} m from" in text and f"goes at {SLOWEST:g} to {FASTEST:g} m/s" in text
     assert f"waits for the first: {WAIT:g} s, or less where the other is less than {WAIT:g} m longer" in text
+    assert f"{REACTION:g} s to react, its acceleration to brake, and {MARGIN:g} m between them" in text
     assert f"stays shut for {FIRST:g} s, and twice as long" in text and f"up to {LONGEST:g} s" in text
     assert CLOSING == 4.0 and "five times as much where it drives up to it" in text
 
