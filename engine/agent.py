@@ -2,7 +2,8 @@
 
 It starts its parts, registers with the master and carries out orders until the master dismisses it. Then it ends all it
 started, and itself. A master that hangs up without a word was killed, or the way to it is cut: the agent keeps what it
-carries for some time, dials again, and tells whoever answers of it.
+carries for some time, dials again, and tells whoever answers of it. So does one that carries nothing: to start another
+takes longer than to start the master, on the same cores.
 
 On another host than the master's it dials over TLS, relays what its containers say to their endpoint, and hangs up by
 itself when the master is silent: the connection may not tell that somebody cut the way.
@@ -48,11 +49,11 @@ class Agent:
         self._redial: Redial | None = None
 
     async def stay(self, dial: Dial) -> None:
-        """Serve one master after the other, until one dismisses us or none comes for what we carry."""
+        """Serve one master after the other, until one dismisses us or none comes in time."""
         stream: Master | None = await dial()
         while stream is not None:
             await self.serve(stream)
-            if self._dismissed or not self._hosting.carried():
+            if self._dismissed:
                 return
             if self._redial is None:
                 within = self._parts.config.adopt_within

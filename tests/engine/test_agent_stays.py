@@ -110,12 +110,21 @@ async def test_it_ends_when_it_is_dismissed_whatever_it_carries() -> None:
     assert doors.dialled == 1
 
 
-@pytest.mark.parametrize(("carries", "within"), [((), 30.0), ((OURS,), 0.0)], ids=["nothing", "nothing that may wait"])
-async def test_it_ends_with_its_master_where_there_is_nothing_to_keep(
-    carries: tuple[control.Carried, ...], within: float
-) -> None:
+async def test_it_is_there_for_another_master_though_it_carries_nothing() -> None:
     doors = Doors()
-    agent, _ = agent_of(Carrying(*carries), doors, within)
+    agent, _ = agent_of(Carrying(), doors)
+    staying = asyncio.create_task(agent.stay(doors.dial))
+    first, _ = await doors.registered()
+    await first.close()
+    second, register = await doors.registered()
+    assert register.carries == ()
+    second.write(control.Dismissed())
+    await asyncio.wait_for(staying, 10)
+
+
+async def test_it_ends_with_its_master_where_nothing_may_wait() -> None:
+    doors = Doors()
+    agent, _ = agent_of(Carrying(OURS), doors, 0.0)
     staying = asyncio.create_task(agent.stay(doors.dial))
     master, _ = await doors.registered()
     await master.close()

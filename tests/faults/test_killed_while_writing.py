@@ -43,7 +43,7 @@ class Written:
 @pytest.mark.parametrize("victim", ["server", "machine"])
 async def test_what_was_acknowledged_outlives_kill_9(victim: str, tmp_path: Path, office_map: GridMap) -> None:
     seen = Written()
-    with running_cloud(tmp_path) as cloud:
+    with running_cloud(tmp_path, "--adopt-within", "0") as cloud:
         rest = await cloud.admin()
         await publish_map(rest, "office", office_map)
         below = cloud.children()

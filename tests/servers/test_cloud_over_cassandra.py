@@ -91,7 +91,7 @@ async def test_planning_and_driving_go_on_while_cassandra_is_away(
 async def test_plans_that_wait_outlive_kill_9(
     victim: str, tmp_path: Path, office_map: GridMap, cassandra_server: CassandraServer
 ) -> None:
-    with running_cloud(tmp_path, "--store", cassandra_server.url("cloud")) as cloud:
+    with running_cloud(tmp_path, "--store", cassandra_server.url("cloud"), "--adopt-within", "0") as cloud:
         rest = await cloud.admin()
         await publish_map(rest, "office", office_map)
         await ask(rest, office_map, 1)
