@@ -16,6 +16,7 @@ from endpoints.rest.paging import Page
 from endpoints.rest.schemas import RobotAnswer, RobotChange, RobotDetail, RobotFile, UrdfAnswer, triple
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services import Services
+from engine.filter_masks import mask_versions
 from ppaas.errors import Conflict, NotFound
 from ppaas.robot_model.reading import describe
 from storage.records import RobotRecord, User
@@ -35,6 +36,7 @@ async def put_robot(
     A robot is the caller's own: two users may have robots of the same id.
     """
     await readable_head(services, user, file.map)
+    await _check_masks(services, user, file)
     record = _record(robot_id, user, file)
     services.cloud.quotas.learn(user)
     if await run_in_threadpool(_put, services, record):
@@ -68,6 +70,8 @@ async def change_robot(
     file = _changed(before, change.model_dump(exclude_unset=True))
     if file.map != before.map:
         await readable_head(services, user, file.map)
+    if file.parameters != before.parameters:
+        await _check_masks(services, user, file)
     record = _record(robot_id, user, file)
     await run_in_threadpool(services.store.put_robot, record, instead_of=before)
     return record
@@ -79,6 +83,11 @@ async def remove_robot(robot_id: RobotId, services: Provided, user: Caller) -> N
     if robot_id in robots_in(services, user.id):
         raise Conflict(f"robot {robot_id!r} is connected: let it disconnect first")
     await run_in_threadpool(services.store.remove_robot, user.id, robot_id)
+
+
+async def _check_masks(services: Services, user: User, file: RobotFile) -> None:
+    """Refuse a file whose masks would keep the robot from connecting; what is published since counts when it does."""
+    await run_in_threadpool(mask_versions, services.map_store, user.id, file.parameters)
 
 
 def _put(services: Services, record: RobotRecord) -> bool:

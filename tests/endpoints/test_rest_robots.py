@@ -78,6 +78,40 @@ async def test_a_robot_needs_a_map_that_its_user_may_see(
     assert problem_of(answer, 404, "not-found")["detail"] == f"unknown map {map_id!r}"
 
 
+async def test_the_masks_that_a_file_names_must_be_there_when_it_is_put(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    await publish(await log_in("bob"), "bobs")
+    await client.put("/v1/robots/tb1", headers=ann, json=FILE)
+    before = services.store.robots("ann")
+    for parameters, told in (
+        ({"keepout_filter": {"filter_mask": "nowhere"}}, "keepout_filter: the mask 'nowhere' is no map here"),
+        ({"speed_filter": {"filter_mask": "bobs"}}, "speed_filter: the mask 'bobs' is no map here"),
+        ({"speed_filter": {"type": 3}}, "speed_filter"),
+    ):
+        put = await client.put("/v1/robots/tb1", headers=ann, json=FILE | {"parameters": parameters})
+        patched = await client.patch("/v1/robots/tb1", headers=ann, json={"parameters": parameters})
+        for answer in (put, patched):
+            assert told in problem_of(answer, 422, "invalid-parameter")["detail"]
+    assert services.store.robots("ann") == before
+
+
+async def test_a_robot_whose_mask_is_gone_can_be_changed_in_all_else(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    await publish(ann, "kept")
+    masked = {"map": "house", "parameters": {"keepout_filter": {"filter_mask": "kept"}}}
+    assert (await client.put("/v1/robots/tb1", headers=ann, json=masked)).status_code == 201
+    assert (await client.delete("/v1/maps/kept", headers=ann)).status_code == 204
+    assert (await client.patch("/v1/robots/tb1", headers=ann, json={"cores": 0.5})).status_code == 200
+    unmasked = {"parameters": {"keepout_filter": {"enabled": False}}}
+    assert (await client.patch("/v1/robots/tb1", headers=ann, json=unmasked)).status_code == 200
+
+
 @pytest.mark.parametrize(
     "change",
     [

@@ -5,7 +5,7 @@ import pytest
 from websockets.asyncio.client import connect
 from websockets.exceptions import InvalidStatus
 
-from ppaas.errors import Conflict
+from ppaas.errors import Conflict, InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.maps.files import save_map
 from ppaas.maps.grid import GridInfo, GridMap
@@ -13,6 +13,7 @@ from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, GetPlanResponse
 from ppaas.messages.std_msgs import Header
 from robots.client import RobotClient
+from robots.rest import RestClient
 from tests.support.cloud import RunningCloud, publish_map, register_robot, until
 from tests.support.local_nodes import ABLE, managing
 from tests.support.sources import ROOT
@@ -28,6 +29,15 @@ def mask(rows: slice) -> GridMap:
     data = np.zeros((6, 8), np.int8)
     data[rows, 3:5] = 100
     return GridMap(data, GridInfo(0.5, 8, 6))
+
+
+async def careful_robot(rest: RestClient, robot: str) -> str:
+    """Tell of a robot that is to keep out of the lower half of the middle of a room of its own; return its token."""
+    await publish_map(rest, f"{robot}-room", ROOM)
+    await publish_map(rest, f"{robot}-keepout", mask(slice(0, 4)))
+    token = await register_robot(rest, robot, f"{robot}-room", tuple(START))
+    await rest.patch(f"/v1/robots/{robot}", {"parameters": {"keepout_filter": {"filter_mask": f"{robot}-keepout"}}})
+    return token
 
 
 async def sides(cloud: RunningCloud, token: str, robot: str = "careful") -> set[bool]:
@@ -50,12 +60,10 @@ async def test_the_masks_of_a_robot_are_those_that_its_file_names(cloud: Running
     await publish_map(rest, "masked-room", ROOM)
     named = {"keepout_filter": {"filter_mask": "masked-room-keepout"}}
     token = await register_robot(rest, "careful", "masked-room", tuple(START))
-    await rest.patch("/v1/robots/careful", {"parameters": named})
-    with pytest.raises(InvalidStatus) as refused:
-        await connect(f"{cloud.ws_url}/?robot=careful&token={token}")
-    assert refused.value.response.status_code == 422
-    assert b"keepout_filter: the mask 'masked-room-keepout' is no map here" in refused.value.response.body
+    with pytest.raises(InvalidParameter, match="keepout_filter: the mask 'masked-room-keepout' is no map here"):
+        await rest.patch("/v1/robots/careful", {"parameters": named})
     await publish_map(rest, "masked-room-keepout", mask(slice(0, 4)))
+    await rest.patch("/v1/robots/careful", {"parameters": named})
     assert await sides(cloud, token) == {True}
     with pytest.raises(Conflict, match="robots go by map"):
         await rest.delete("/v1/maps/masked-room-keepout")
@@ -65,12 +73,18 @@ async def test_the_masks_of_a_robot_are_those_that_its_file_names(cloud: Running
     assert await sides(cloud, token) == set()
 
 
-async def test_a_node_that_runs_on_the_robot_keeps_out_of_the_same_places(cloud: RunningCloud) -> None:
+async def test_a_robot_whose_mask_is_gone_is_refused(cloud: RunningCloud) -> None:
     rest = await cloud.admin()
-    await publish_map(rest, "shared-room", ROOM)
-    await publish_map(rest, "shared-room-keepout", mask(slice(0, 4)))
-    token = await register_robot(rest, "own", "shared-room", tuple(START))
-    await rest.patch("/v1/robots/own", {"parameters": {"keepout_filter": {"filter_mask": "shared-room-keepout"}}})
+    token = await careful_robot(rest, "late")
+    await rest.delete("/v1/maps/late-keepout")
+    with pytest.raises(InvalidStatus) as refused:
+        await connect(f"{cloud.ws_url}/?robot=late&token={token}")
+    assert refused.value.response.status_code == 422
+    assert b"keepout_filter: the mask 'late-keepout' is no map here" in refused.value.response.body
+
+
+async def test_a_node_that_runs_on_the_robot_keeps_out_of_the_same_places(cloud: RunningCloud) -> None:
+    token = await careful_robot(await cloud.admin(), "own")
     async with RobotClient(cloud.ws_url, robot="own", token=token) as client, managing(client, ABLE) as manager:
         assert (await manager.ask("move_base", "robot")).wanted == "robot"
         await until(lambda: manager.running == {"move_base"}, 60)
