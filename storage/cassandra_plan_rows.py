@@ -10,6 +10,7 @@ import math
 import struct
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from ppaas.errors import Unavailable
 from ppaas.plans.body import Body
@@ -30,6 +31,9 @@ _IDS, _SHEETS = b"\x00", b"\x01"
 _PLACE = struct.Struct("<2d")
 _POSE_BYTES = 56
 
+_known_id = lru_cache(1 << 15)(entry_id)
+"""Most stretches of a plan are those of plans before it."""
+
 
 @dataclass(frozen=True, slots=True)
 class PlanRow:
@@ -48,6 +52,8 @@ class PlanRow:
         By their ids the codes of the stretches, in their order, each once.
     beside : dict
         By their ids the context and the sheets.
+    lead : tuple
+        The key under which it is found (``led``).
     """
 
     record: PlanRecord
@@ -56,6 +62,7 @@ class PlanRow:
     recipe: bytes
     stretches: dict[bytes, bytes]
     beside: dict[bytes, bytes]
+    lead: tuple[bytes, float, str]
 
     @property
     def size(self) -> int:
@@ -72,12 +79,12 @@ def plan_rows(records: Sequence[PlanRecord], granularity: int) -> Iterator[PlanR
         One cannot be kept (``storage.plan_checks``).
     """
     for record, entry in zip(records, entries_of(records, granularity), strict=True):
-        ids = [entry_id(entry.scope, code) for code in entry.codes]
-        context = entry_id(entry.scope, entry.context)
+        ids = [_known_id(entry.scope, code) for code in entry.codes]
+        context = _known_id(entry.scope, entry.context)
         sheets = dict(_sheets(entry.scope, ids))
         recipe = _SHEETS + b"".join(sheets) if sheets else _IDS + b"".join(ids)
         stretches = dict(zip(ids, entry.codes, strict=True))
-        yield PlanRow(record, entry, context, recipe, stretches, {context: entry.context, **sheets})
+        yield PlanRow(record, entry, context, recipe, stretches, {context: entry.context, **sheets}, led(record))
 
 
 def ids_in(recipe: bytes) -> tuple[list[bytes], bool]:

@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
+from operator import attrgetter
 from typing import Any
 
 from ppaas.errors import Conflict, NotFound, Unavailable
@@ -211,17 +212,14 @@ class CassandraPlans:
 def _taken(rows: Sequence[PlanRow], fresh: set[bytes]) -> Sums:
     """Return what plans and the stretches that are new with them take."""
     sums: Sums = {}
+    left = set(fresh)
     for row in rows:
         entry = row.entry
-        new = [(number, row.stretches[number]) for number in fresh & row.stretches.keys()] if fresh else []
-        fresh = fresh.difference(number for number, _ in new)
-        mine = PlanStatistics(
-            1,
-            entry.waypoints,
-            entry.loose + sum(waypoints_in(code) for _, code in new),
-            len(new),
-            row.size + sum(len(pack(code)) for _, code in new),
-        )
+        mine = PlanStatistics(1, entry.waypoints, entry.loose, 0, row.size)
+        for number in left & row.stretches.keys() if left else ():
+            code = row.stretches[number]
+            mine = added(mine, PlanStatistics(0, 0, waypoints_in(code), 1, len(pack(code))))
+            left.remove(number)
         sums[entry.map] = added(sums.get(entry.map, PlanStatistics()), mine)
     return sums
 
@@ -241,7 +239,7 @@ def _together(rows: Sequence[PlanRow]) -> Iterator[list[Write]]:
     writes: list[Write] = []
     size = 0
     # Rows that are found in one bucket are one change for Cassandra where they come together.
-    for row in sorted(rows, key=lambda row: led(row.record)):
+    for row in sorted(rows, key=attrgetter("lead")):
         mine = row.size + len(row.entry.body) + KEYS_BYTES
         if writes and size + mine > BYTES_TOGETHER:
             yield writes
@@ -257,7 +255,7 @@ def _index(row: PlanRow) -> list[Write]:
     start, goal = ends_of(row.record)
     return [
         (_LIST, listed(row.record)),
-        (_LEAD, (*led(row.record), *start, *goal, row.context, row.entry.body)),
+        (_LEAD, (*row.lead, *start, *goal, row.context, row.entry.body)),
     ]
 
 

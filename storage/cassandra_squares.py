@@ -1,9 +1,10 @@
 """Where plans pass: an index by squares of a map, which names some of the plans of each."""
 
 import itertools
+import math
 import threading
 from collections import OrderedDict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Sequence
 
 from ppaas.clock import Clock, monotonic
 from ppaas.plans.codes import poses_of
@@ -45,18 +46,20 @@ class Squares:
         self._session = session
         self._clock = clock
         self._lock = threading.Lock()
-        self._named: OrderedDict[Square, tuple[int, float]] = OrderedDict()
+        self._named: OrderedDict[Square, int] = OrderedDict()
+        self._full: set[bytes] = set()
+        self._since = -math.inf
         self._touched: OrderedDict[bytes, list[tuple[int, int]]] = OrderedDict()
 
     def naming(self, rows: Iterable[PlanRow]) -> list[Write]:
         """Return what names plans in the squares that they pass, where not many are named already."""
-        now = self._clock()
         with self._lock:
+            self._renew()
             return [
                 (_NAME, (row.entry.scope, x, y, row.record.created + 0.0, row.record.id))
                 for row in rows
-                for x, y in self._squares(row)
-                if self._has_room((row.entry.scope, x, y), now)
+                for x, y in self._squares(row, but=self._full)
+                if self._has_room((row.entry.scope, x, y))
             ]
 
     def remove(self, row: PlanRow) -> None:
@@ -72,6 +75,7 @@ class Squares:
             squares = {(row.entry.scope, x, y) for row in rows for x, y in self._squares(row)}
             for square in squares:
                 self._named.pop(square, None)
+            self._full.clear()
         self._session.write_each("DELETE FROM plans_by_square WHERE scope = ? AND x = ? AND y = ?", squares)
 
     def named(self, scope: bytes, place: Place, tolerance: float, limit: int) -> Sequence[str]:
@@ -79,29 +83,38 @@ class Squares:
         keys = [(scope, x, y, limit) for x, y in squares_near(place, tolerance)]
         return [row.id for rows in self._session.rows_each(_NAMED, keys) for row in rows]
 
-    def _squares(self, row: PlanRow) -> set[tuple[int, int]]:
-        """Return the squares that a plan touches; of one with shared stretches those that these touch."""
+    def _renew(self) -> None:
+        """Begin to count anew, once the window is over."""
+        now = self._clock()
+        if now - self._since > WINDOW:
+            self._since = now
+            self._named.clear()
+            self._full.clear()
+
+    def _squares(self, row: PlanRow, but: Container[bytes] = ()) -> set[tuple[int, int]]:
+        """Return the squares that a plan touches; of one with shared stretches those that these touch, but for some."""
         if not row.stretches:
             return squares_touched(array_of(row.record.poses)[:, :2])
-        return set(itertools.chain.from_iterable(self._touched_by(row)))
+        some = (self._touched_by(row.entry.scope, *each) for each in row.stretches.items() if each[0] not in but)
+        return set(itertools.chain.from_iterable(some))
 
-    def _touched_by(self, row: PlanRow) -> Iterator[list[tuple[int, int]]]:
-        for number, code in row.stretches.items():
-            touched = self._touched.get(number)
-            if touched is None:
-                touched = self._touched[number] = list(squares_touched(poses_of(code)[:, :2]))
-                if len(self._touched) > MOST_STRETCHES:
-                    self._touched.popitem(last=False)
-            yield touched
+    def _touched_by(self, scope: bytes, number: bytes, code: bytes) -> list[tuple[int, int]]:
+        """Return the squares that a stretch touches, and note if nothing is named there any more."""
+        touched = self._touched.get(number)
+        if touched is None:
+            touched = self._touched[number] = list(squares_touched(poses_of(code)[:, :2]))
+            if len(self._touched) > MOST_STRETCHES:
+                self._full.discard(self._touched.popitem(last=False)[0])
+        if all(self._named.get((scope, x, y), 0) >= PLANS_OF_SQUARE for x, y in touched):
+            self._full.add(number)
+        return touched
 
-    def _has_room(self, square: Square, now: float) -> bool:
+    def _has_room(self, square: Square) -> bool:
         """Tell whether one more plan is named in a square, and count it."""
-        count, since = self._named.get(square, (0, now))
-        if now - since > WINDOW:
-            count, since = 0, now
+        count = self._named.get(square, 0)
         if count >= PLANS_OF_SQUARE:
             return False
-        self._named[square] = count + 1, since
+        self._named[square] = count + 1
         self._named.move_to_end(square)
         if len(self._named) > MOST_SQUARES:
             self._named.popitem(last=False)
