@@ -25,7 +25,6 @@ from ppaas.planners.hub_labels.kernels import layout
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.contraction import RUNS
 from ppaas.planners.hub_labels.kernels.core_labels import tell_lengths
-from ppaas.planners.hub_labels.kernels.joining import UNREACHED
 from ppaas.planners.hub_labels.kernels.laying import lay_fringe, lay_labels, lay_table, lay_ways
 from ppaas.planners.hub_labels.kernels.layout import Shorts
 from ppaas.planners.hub_labels.kernels.scan import DIAGONAL, Integers, most_seen
@@ -161,13 +160,13 @@ class _Assembly:
         offsets = np.empty(len(self._contracted.after), np.int32)
         check()
         table, (labels, ways) = self._table(offsets)
-        shift, landmarks = self._landmarks(check)
+        landmarks = self._landmarks(check)
         index = _room({
             layout.TERRAIN: self._ground.terrain.nbytes, layout.TABLE: table.nbytes,
             layout.LANDMARKS: landmarks.nbytes, layout.LABELS: 4 * labels, layout.WAYS: 2 * ways,
             layout.RANKS: 4 * (self._corners + 1),
         })  # fmt: skip
-        self._tell_sizes(index, landmarks, shift)
+        self._tell_sizes(index, landmarks)
         for section, content in (
             (layout.TERRAIN, self._ground.terrain), (layout.TABLE, table), (layout.LANDMARKS, landmarks),
             (layout.RANKS, self._pool.ranks),
@@ -191,7 +190,7 @@ class _Assembly:
             raise InvalidPlanner("the map is too cluttered for an index of hub labels; choose another planner")
         return table, (int(sizes[0]), int(sizes[1]))
 
-    def _tell_sizes(self, index: Words, landmarks: Shorts, shift: int) -> None:
+    def _tell_sizes(self, index: Words, landmarks: Integers) -> None:
         terrain = self._ground.terrain
         labelled = self._pool.labelled
         seen = most_seen(int(terrain[ROWS]), int(terrain[COLUMNS]), self._corners)
@@ -199,16 +198,15 @@ class _Assembly:
         # Over the fringe, every corner that has a label may be reached.
         index[layout.MOST_SEEN] = seen if labelled == self._corners else max(seen, labelled)
         index[layout.LANDMARK_COUNT] = landmarks.shape[1]
-        index[layout.LANDMARK_SHIFT] = shift
 
-    def _landmarks(self, check: Callable[[], None]) -> tuple[int, Shorts]:
-        """Return how far each corner is from the landmarks, and by how many bits those lengths are cut.
+    def _landmarks(self, check: Callable[[], None]) -> Integers:
+        """Return how far each corner with a label is from the landmarks.
 
         Each landmark is the corner farthest from those before it.
         """
         pool, labelled = self._pool, self._pool.labelled
         if labelled == 0 or (self._graph.is_cluttered and not self._has_many_gates()):
-            return 0, np.empty((labelled, 0), np.uint16)  # it takes no landmarks to tell few corners apart
+            return np.empty((labelled, 0), np.int32)  # it takes no landmarks to tell few corners apart
         of_root, landmarks = np.full(labelled, FAR, np.int32), np.empty((layout.MARKS, labelled), np.int32)
         far = np.empty(labelled, np.int32)
         tell = pool.hubs, pool.lengths, pool.begins, pool.ends, of_root
@@ -220,11 +218,7 @@ class _Assembly:
             tell_lengths(landmark, labelled, *tell, own)
             nearest = np.minimum(nearest, own)
             landmark = int(nearest.argmax())
-        landmarks = landmarks.T
-        reached = landmarks < FAR
-        farthest = int(landmarks.max(initial=0, where=reached))
-        shift = (farthest // UNREACHED).bit_length()
-        return shift, np.where(reached, landmarks >> shift, UNREACHED).astype(np.uint16)
+        return np.minimum(landmarks, FAR).T.copy()
 
     def _has_many_gates(self) -> bool:
         fringe = self._corners - self._pool.labelled

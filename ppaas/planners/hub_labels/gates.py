@@ -62,6 +62,7 @@ def open_fringe(
     rest = np.arange(pool.labelled, nodes, dtype=np.int32)
     fringe = _Growing(nodes, len(rest), len(edges.to))
     scratch = np.full((4 * slots, pool.labelled), FAR, np.int32)
+    spots, heaps = np.full((2 * slots, nodes), FAR, np.int32), np.empty((slots, nodes), np.int64)
     windows = np.zeros((slots, 3), np.int64)
     for level in np.split(rest, np.flatnonzero(np.diff(levels[rest])) + 1):
         usable = threads if len(level) >= FEW else 1
@@ -73,7 +74,7 @@ def open_fringe(
                 level, pool.labelled, edges.starts, edges.to, edges.lengths, places,
                 pool.hubs, pool.lengths, pool.begins, pool.ends,
                 fringe.gates, fringe.lengths, fringe.begins, fringe.ends, fringe.local, fringe.boxes,
-                scratch, windows, WORK_A_SLICE, usable,
+                scratch, spots, heaps, windows, WORK_A_SLICE, usable,
             )  # fmt: skip
             for slot in np.flatnonzero((windows[:, NEXT] == before) & (before < len(level))):
                 windows[slot, BEGIN], windows[slot, END] = fringe.window(pool.labelled)

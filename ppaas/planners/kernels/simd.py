@@ -20,7 +20,6 @@ LANES = 32
 _BIT, _OCTET, _NUMBER, _LONG = (ir.IntType(bits) for bits in (1, 8, 32, 64))
 _ROW = ir.VectorType(_NUMBER, LANES)
 _OCTETS = ir.VectorType(_OCTET, LANES)
-_SHORTS = ir.VectorType(ir.IntType(16), LANES)
 
 
 class RowType(types.Type):
@@ -131,14 +130,6 @@ def load_bytes(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Val
     """Return the 32 numbers of a uint8 array from ``index`` on."""
     loaded = builder.load(_pointer(builder, data, index, _OCTETS))
     loaded.align = 1
-    return builder.zext(loaded, _ROW)
-
-
-@operation(row, ARRAY, types.intp)
-def load_shorts(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Value:
-    """Return the 32 numbers of a uint16 array from ``index`` on."""
-    loaded = builder.load(_pointer(builder, data, index, _SHORTS))
-    loaded.align = 2
     return builder.zext(loaded, _ROW)
 
 

@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 LINE = 16
 """Numbers of 32 bits that memory brings at once."""
 
+WORDS_A_LINE = LINE // 2
+"""Numbers of 64 bits, likewise."""
+
 _READ, _KEEP, _DATA = 0, 3, 1
 
 

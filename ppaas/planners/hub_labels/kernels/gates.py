@@ -6,7 +6,8 @@ touches a corner with a label lies a gate of each of them (access nodes; Bast, F
 Routing in Road Networks with Transit Nodes", Science 2007).
 
 Ways that touch no corner with a label are looked for by climbing. For that, an edge between two corners of the fringe
-is *local* unless a gate of both lies on a way as short.
+is *local* unless a gate of both lies on a way as short. Each corner has a rectangle that holds what it reaches over
+local edges sooner than over any gate: two ends meet below all labels only where such rectangles do.
 """
 
 import numpy as np
@@ -14,6 +15,7 @@ from numba import njit, prange
 
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.core_labels import least
+from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
 from ppaas.planners.hub_labels.kernels.scan import Integers, octile
 from ppaas.planners.hub_labels.kernels.trees import FAR, Heaps, Rows
 from ppaas.planners.kernels.bare import bare
@@ -23,7 +25,7 @@ HUB_BITS = 16
 """A gate is a number: the rank of a corner with a label, and above it which edge leads there, of those of its own."""
 
 TOP, BOTTOM, LEFTMOST, RIGHTMOST = range(4)
-"""Of the rectangle that holds all corners which are reached over local edges."""
+"""Of the rectangle of a corner."""
 
 NEXT, BEGIN, END = range(3)
 
@@ -91,29 +93,73 @@ def _keep(
 
 
 @bare
+def _is_sooner(
+    node: int, length: int, gates: Integers, lengths: Integers, begins: Words, ends: Words, best: Integers
+) -> bool:
+    """Tell whether a way to a node is shorter than over any of its gates."""
+    for i in range(begins[node], ends[node]):
+        if np.int64(best[gates[i] & ((1 << HUB_BITS) - 1)]) + lengths[i] <= length:
+            return False
+    return True
+
+
+@bare
 def _find_local(
     node: int, labelled: int, starts: Words, to: Integers, far: Integers,
-    gates: Integers, lengths: Integers, begins: Words, ends: Words, places: Rows,
-    best: Integers, local: Words, boxes: Rows,
+    gates: Integers, lengths: Integers, begins: Words, ends: Words, best: Integers, local: Words,
 ) -> None:  # fmt: skip
-    """Tell which edges of a node are local, and how far they lead."""
+    """Tell which edges of a node are local."""
+    for edge in range(starts[node], starts[node + 1]):
+        if to[edge] >= labelled and _is_sooner(
+            np.int64(to[edge]), np.int64(far[edge]), gates, lengths, begins, ends, best
+        ):
+            local[edge] = 1
+
+
+@bare
+def _holds(boxes: Rows, node: int, other: int) -> bool:
+    """Tell whether the rectangle of a node holds that of another one."""
+    return bool(
+        boxes[node, TOP] <= boxes[other, TOP] and boxes[node, LEFTMOST] <= boxes[other, LEFTMOST]
+        and boxes[node, BOTTOM] >= boxes[other, BOTTOM] and boxes[node, RIGHTMOST] >= boxes[other, RIGHTMOST]
+    )  # fmt: skip
+
+
+@bare
+def _enclose(
+    node: int, starts: Words, to: Integers, far: Integers,
+    gates: Integers, lengths: Integers, begins: Words, ends: Words, places: Rows,
+    best: Integers, local: Words, boxes: Rows, near: Integers, touched: Integers, heap: Words,
+) -> None:  # fmt: skip
+    """Tell which rectangle holds what a node reaches over local edges sooner than over a gate."""
     boxes[node, TOP] = boxes[node, BOTTOM] = places[node, 0]
     boxes[node, LEFTMOST] = boxes[node, RIGHTMOST] = places[node, 1]
-    for edge in range(starts[node], starts[node + 1]):
-        above = to[edge]
-        if above < labelled:
-            continue
-        needed = True
-        for i in range(begins[above], ends[above]):
-            if np.int64(best[gates[i] & ((1 << HUB_BITS) - 1)]) + lengths[i] <= far[edge]:
-                needed = False
-                break
-        if needed:
-            local[edge] = 1
-            for side in (TOP, LEFTMOST):
-                boxes[node, side] = min(boxes[node, side], boxes[above, side])
-            for side in (BOTTOM, RIGHTMOST):
-                boxes[node, side] = max(boxes[node, side], boxes[above, side])
+    near[node] = 0
+    touched[0] = node
+    count, queued = 1, push(heap, 0, len(near) - node, node)
+    while queued > 0:
+        corner = heap[0] & NODE
+        queued = pop(heap, queued)
+        if corner != node:
+            # What lies behind it lies in its own rectangle, which holds no less than that.
+            if _holds(boxes, node, corner):
+                continue
+            if not _is_sooner(corner, np.int64(near[corner]), gates, lengths, begins, ends, best):
+                continue
+            boxes[node, TOP] = min(boxes[node, TOP], places[corner, 0])
+            boxes[node, BOTTOM] = max(boxes[node, BOTTOM], places[corner, 0])
+            boxes[node, LEFTMOST] = min(boxes[node, LEFTMOST], places[corner, 1])
+            boxes[node, RIGHTMOST] = max(boxes[node, RIGHTMOST], places[corner, 1])
+        for edge in range(starts[corner], starts[corner + 1]):
+            above, length = np.int64(to[edge]), near[corner] + far[edge]
+            if local[edge] and length < near[above]:
+                if near[above] == FAR:
+                    touched[count] = above
+                    count += 1
+                    queued = push(heap, queued, len(near) - above, above)
+                near[above] = length
+    for i in range(count):
+        near[touched[i]] = FAR
 
 
 @bare
@@ -121,7 +167,8 @@ def _open_slot(
     nodes: Integers, labelled: int, starts: Words, to: Integers, far: Integers, places: Rows,
     hubs: Integers, label_lengths: Integers, label_begins: Words, label_ends: Words,
     gates: Integers, lengths: Integers, begins: Words, ends: Words, local: Words, boxes: Rows,
-    best: Integers, came: Integers, reach: Integers, offered: Integers, window: Words, slots: int, budget: int,
+    best: Integers, came: Integers, reach: Integers, offered: Integers,
+    near: Integers, touched: Integers, heap: Words, window: Words, slots: int, budget: int,
 ) -> None:  # fmt: skip
     work = 0
     while window[NEXT] < len(nodes) and work < budget:
@@ -142,12 +189,16 @@ def _open_slot(
                 lengths[last] = best[hub]
                 last += 1
         begins[node], ends[node] = first, last
-        _find_local(node, labelled, starts, to, far, gates, lengths, begins, ends, places, best, local, boxes)
+        _find_local(node, labelled, starts, to, far, gates, lengths, begins, ends, best, local)
+        _enclose(
+            np.int64(node), starts, to, far, gates, lengths, begins, ends, places,
+            best, local, boxes, near, touched, heap,
+        )  # fmt: skip
         for i in range(count):
             best[offered[i]] = FAR
         window[BEGIN] = last
         window[NEXT] += slots
-        work += 64 + 8 * count
+        work += 256 + 8 * count
 
 
 @bare
@@ -155,14 +206,14 @@ def _open_serial(
     nodes: Integers, labelled: int, starts: Words, to: Integers, far: Integers, places: Rows,
     hubs: Integers, label_lengths: Integers, label_begins: Words, label_ends: Words,
     gates: Integers, lengths: Integers, begins: Words, ends: Words, local: Words, boxes: Rows,
-    scratch: Rows, windows: Heaps, budget: int,
+    scratch: Rows, spots: Rows, heaps: Heaps, windows: Heaps, budget: int,
 ) -> None:  # fmt: skip
     for slot in range(len(windows)):
         _open_slot(
             nodes, labelled, starts, to, far, places, hubs, label_lengths, label_begins, label_ends,
             gates, lengths, begins, ends, local, boxes,
             scratch[4 * slot], scratch[4 * slot + 1], scratch[4 * slot + 2], scratch[4 * slot + 3],
-            windows[slot], len(windows), budget,
+            spots[2 * slot], spots[2 * slot + 1], heaps[slot], windows[slot], len(windows), budget,
         )  # fmt: skip
 
 
@@ -171,14 +222,14 @@ def _open_parallel(
     nodes: Integers, labelled: int, starts: Words, to: Integers, far: Integers, places: Rows,
     hubs: Integers, label_lengths: Integers, label_begins: Words, label_ends: Words,
     gates: Integers, lengths: Integers, begins: Words, ends: Words, local: Words, boxes: Rows,
-    scratch: Rows, windows: Heaps, budget: int,
+    scratch: Rows, spots: Rows, heaps: Heaps, windows: Heaps, budget: int,
 ) -> None:  # fmt: skip
     for slot in prange(len(windows)):
         _open_slot(
             nodes, labelled, starts, to, far, places, hubs, label_lengths, label_begins, label_ends,
             gates, lengths, begins, ends, local, boxes,
             scratch[4 * slot], scratch[4 * slot + 1], scratch[4 * slot + 2], scratch[4 * slot + 3],
-            windows[slot], len(windows), budget,
+            spots[2 * slot], spots[2 * slot + 1], heaps[slot], windows[slot], len(windows), budget,
         )  # fmt: skip
 
 
@@ -186,7 +237,7 @@ def open_gates(
     nodes: Integers, labelled: int, starts: Words, to: Integers, far: Integers, places: Rows,
     hubs: Integers, label_lengths: Integers, label_begins: Words, label_ends: Words,
     gates: Integers, lengths: Integers, begins: Words, ends: Words, local: Words, boxes: Rows,
-    scratch: Rows, windows: Heaps, budget: int, threads: int,
+    scratch: Rows, spots: Rows, heaps: Heaps, windows: Heaps, budget: int, threads: int,
 ) -> None:  # fmt: skip
     """Find gates of nodes of one level until each slot has looked at so many, or its window is short, or all is done.
 
@@ -209,9 +260,13 @@ def open_gates(
     local : (edges,) int64 array
         Out: one for each local edge; zero at first.
     boxes : (n, 4) int32 array
-        Out: the rectangle that holds all corners which are reached over local edges, last row and column included.
+        Out: the rectangle that holds all corners which are reached over local edges, and not as soon over a gate;
+        last row and column included.
     scratch : (4 S, ``labelled``) int32 array
-        `FAR` everywhere at first.
+    spots : (2 S, n) int32 array
+        Both `FAR` everywhere at first.
+    heaps : (S, n) int64 array
+        Scratch.
     windows : (S, 3) int64 array
         The slot's next node, the begin of its free room among the gates, and its end.
     budget, threads : int
@@ -220,7 +275,7 @@ def open_gates(
         kernel = _open_parallel if usable > 1 else _open_serial
         kernel(
             nodes, labelled, starts, to, far, places, hubs, label_lengths, label_begins, label_ends,
-            gates, lengths, begins, ends, local, boxes, scratch, windows, budget,
+            gates, lengths, begins, ends, local, boxes, scratch, spots, heaps, windows, budget,
         )  # fmt: skip
 
 
@@ -231,5 +286,5 @@ def warm() -> None:
         far, rows, windows = np.zeros(1, np.int64), np.zeros((4, 1), np.int32), np.zeros((1, 3), np.int64)
         open_gates(
             nothing, 0, far, nothing, nothing, rows, nothing, nothing, far, far,
-            nothing, nothing, far, far, far, rows, rows, windows, 1, threads,
+            nothing, nothing, far, far, far, rows, rows, rows, windows, windows, 1, threads,
         )  # fmt: skip

@@ -34,7 +34,6 @@ from ppaas.planners.hub_labels.kernels.scratch import (
     end_of,
     reach_of,
     route_of,
-    side_of,
 )
 from ppaas.planners.hub_labels.kernels.trees import FAR
 from ppaas.planners.kernels.bare import bare, joined
@@ -78,13 +77,10 @@ def _clear(reach: Integers, hubs: Shorts, begin: int, size: int) -> None:
 
 @joined
 def announce(table: Integers, labels: Integers, corner: int) -> None:
-    """Begin to bring the label of a corner."""
+    """Begin to bring the label of a corner, as far as lengths go."""
     begin = np.int64(label_of(table, corner))
-    far = begin + np.int64(lengths_after(entries_of(table, corner)))
-    fetch(labels, begin)
-    fetch(labels, begin + LINE)
-    fetch(labels, far)
-    fetch(labels, far + LINE)
+    for line in range(begin, begin + np.int64(links_after(entries_of(table, corner))), LINE):
+        fetch(labels, line)
 
 
 @bare
@@ -128,24 +124,44 @@ def _place_of(hubs: Shorts, hub: int) -> int:
 
 
 @bare
-def _follow(index: Words, scratch: Integers, end: int, corner: int, length: int, link: int) -> None:
-    """Write the ways from an end over a corner that is so far from it to a hub, given the corner's link to the hub."""
-    labels, ways, route = integers_of(index, LABELS), shorts_of(index, WAYS), route_of(index, scratch)
-    at, step = side_of(route, end)
-    count = 0
+def _set_out(index: Words, scratch: Integers, end: int, corner: int, length: int) -> int:
+    """Write the ways from an end to a corner that is so far from it, and return how many they are."""
     if index[LABELLED] < index[CORNERS]:
-        count = pass_gates(index, scratch, end, corner, length)
-    else:
-        scratch[CORNER + end] = corner
-    while link >= 0:
-        way = labels[np.uint64(link + LINK_WAY)]
-        if way < 0:
-            break
-        fetch(ways, np.int64(way))
-        route[np.uint64(at + step * count)] = way
-        count += 1
-        link = labels[np.uint64(link + LINK_NEXT)]
-    scratch[COUNT + end] = count
+        return int(pass_gates(index, scratch, end, corner, length))
+    scratch[CORNER + end] = corner
+    return 0
+
+
+@joined
+def _follow(labels: Integers, ways: Shorts, route: Integers, place: int, link: int) -> int:
+    """Write the way of a link to a place of the route, and return the next link; −1 if it was the last."""
+    way = np.int64(labels[np.uint64(link + LINK_WAY)])
+    fetch(ways, way)
+    route[np.uint64(place)] = way
+    return int(labels[np.uint64(link + LINK_NEXT)])
+
+
+@bare
+def _meet(index: Words, scratch: Integers, link: int, count: int, to_link: int, to_count: int) -> None:
+    """Write the ways from both ends to the hub, given the links to it and how many ways were written before.
+
+    Each link lies far from the one before, so those of the two ends are looked at in turns.
+    """
+    labels, ways, route = integers_of(index, LABELS), shorts_of(index, WAYS), route_of(index, scratch)
+    last = len(route) - 1
+    if labels[link + LINK_WAY] < 0:
+        link = -1
+    if labels[to_link + LINK_WAY] < 0:
+        to_link = -1
+    while link >= 0 or to_link >= 0:
+        if link >= 0:
+            link = int(_follow(labels, ways, route, count, link))
+            count += 1
+        if to_link >= 0:
+            to_link = int(_follow(labels, ways, route, last - to_count, to_link))
+            to_count += 1
+    scratch[COUNT + START] = count
+    scratch[COUNT + GOAL] = to_count
 
 
 @bare
@@ -159,12 +175,17 @@ def walk(index: Words, scratch: Integers, kept: int, to_corner: int, to_length: 
     while reach[hubs[2 * begin + place]] + labels[far + place] != length:
         place += 1
     hub = hubs[2 * begin + place]
-    _follow(index, scratch, GOAL, to_corner, to_length, begin + links_after(size) + LINK_SIZE * place)
+    to_link = np.int64(begin + links_after(size) + LINK_SIZE * place)
+    fetch(labels, to_link)
     for i in range(kept):
         corner = np.int64(seen[i])
         begin, size = label_of(table, corner), entries_of(table, corner)
         place = _place_of(hubs[2 * begin : 2 * begin + size], hub)
         found = hubs[2 * begin + place] == hub
         if found and labels[begin + lengths_after(size) + place] + lengths[i] == reach[hub]:
-            _follow(index, scratch, START, corner, np.int64(lengths[i]), begin + links_after(size) + LINK_SIZE * place)
+            link = np.int64(begin + links_after(size) + LINK_SIZE * place)
+            fetch(labels, link)
+            to_count = np.int64(_set_out(index, scratch, GOAL, to_corner, to_length))
+            count = np.int64(_set_out(index, scratch, START, corner, np.int64(lengths[i])))
+            _meet(index, scratch, link, count, to_link, to_count)
             return

@@ -9,23 +9,19 @@ from typing import Any
 import numpy as np
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.fetching import fetch
+from ppaas.planners.hub_labels.kernels.fetching import LINE, WORDS_A_LINE, fetch
 from ppaas.planners.hub_labels.kernels.layout import (
     COLUMN,
     CORNER_SIZE,
-    CORNERS,
     LABELLED,
     LANDMARK_COUNT,
-    LANDMARK_SHIFT,
     LANDMARKS,
     MARKS,
     RANKS,
     ROW,
     TABLE,
     TERRAIN,
-    Shorts,
     integers_of,
-    shorts_of,
     words_of,
 )
 from ppaas.planners.hub_labels.kernels.scan import Integers, diagonal_steps, is_free, octile, scan
@@ -33,11 +29,13 @@ from ppaas.planners.hub_labels.kernels.scratch import BOUNDS, LENGTHS, SEEN, end
 from ppaas.planners.hub_labels.kernels.terrain import (
     column_line,
     column_stride,
+    diagonal_line,
     is_corner,
     number_of,
     row_line,
     row_stride,
 )
+from ppaas.planners.hub_labels.kernels.trees import FAR
 from ppaas.planners.kernels import simd
 from ppaas.planners.kernels.bare import bare, joined
 
@@ -45,9 +43,6 @@ lanes: Any = simd  # numba's annotations take what makes an operation for the op
 
 TRIED = 2
 """Corners of each end that are tried before it is told which are left out."""
-
-UNREACHED = 0xFFFF
-"""How far a landmark is that cannot be reached; nothing is farther."""
 
 
 @bare
@@ -66,59 +61,87 @@ def sees(terrain: Words, row: int, column: int, to_row: int, to_column: int) -> 
     return bool(is_free(terrain, column_line(terrain, column), column_stride(terrain), row, below, abs(to_row - row)))
 
 
+@joined
+def approach(terrain: Words, row: int, column: int) -> None:
+    """Begin to bring the lines of the map around an end."""
+    across = row_line(terrain, row) + (column >> 6) * row_stride(terrain)
+    along = column_line(terrain, column) + (row >> 6) * column_stride(terrain)
+    for line in range(-WORDS_A_LINE, 2 * WORDS_A_LINE, WORDS_A_LINE):
+        fetch(terrain, np.int64(across + line))
+        fetch(terrain, np.int64(along + line))
+    for right in (-1, 1):
+        fetch(terrain, np.int64(diagonal_line(terrain, row, column, right) + (row >> 6) * 2))
+
+
 @bare
 def join(index: Words, scratch: Integers, end: int, row: int, column: int) -> int:
-    """Find the corners that an end sees, itself if it is one, and return how many."""
+    """Find the numbers of the corners that an end sees, itself if it is one, and return how many."""
     terrain, ranks = words_of(index, TERRAIN), integers_of(index, RANKS)
     seen, lengths = end_of(index, scratch, end, SEEN), end_of(index, scratch, end, LENGTHS)
+    found = 1
     if is_corner(terrain, row, column):
-        seen[0] = ranks[number_of(terrain, row, column)]
+        seen[0] = number_of(terrain, row, column)
         lengths[0] = 0
-        return 1
-    found = int(scan(terrain, row, column, seen, lengths))
+    else:
+        found = int(scan(terrain, row, column, seen, lengths))
     for i in range(found):
-        seen[i] = ranks[np.uint64(seen[i])]
-    if index[LANDMARK_COUNT] and index[LABELLED] == index[CORNERS]:
-        landmarks = shorts_of(index, LANDMARKS)
-        for i in range(found):
-            fetch(landmarks, np.int64(seen[i]) * MARKS)
+        fetch(ranks, np.int64(seen[i]))
     return found
+
+
+@bare
+def rank(index: Words, scratch: Integers, end: int, found: int) -> None:
+    """Tell corners by their ranks instead of their numbers."""
+    ranks, seen = integers_of(index, RANKS), end_of(index, scratch, end, SEEN)
+    table, landmarks, marks = integers_of(index, TABLE), integers_of(index, LANDMARKS), np.int64(index[LANDMARK_COUNT])
+    for i in range(found):
+        corner = np.int64(ranks[np.uint64(seen[i])])
+        seen[i] = corner
+        fetch(table, corner * CORNER_SIZE)
+        if marks and corner < index[LABELLED]:
+            fetch(landmarks, corner * marks)
+            fetch(landmarks, corner * marks + LINE)
 
 
 @bare
 def measure(index: Words, scratch: Integers, end: int, found: int) -> None:
     """Tell how far the landmarks are from an end."""
-    landmarks, shift = shorts_of(index, LANDMARKS), index[LANDMARK_SHIFT]
+    landmarks = integers_of(index, LANDMARKS)
     seen, lengths = end_of(index, scratch, end, SEEN), end_of(index, scratch, end, LENGTHS)
-    nearest = lanes.splat(UNREACHED)
+    nearest = lanes.splat(FAR)
     for i in range(found):
-        beyond = lanes.splat(lengths[i] >> shift)
-        nearest = lanes.least(nearest, lanes.add(lanes.load_shorts(landmarks, seen[i] * MARKS), beyond))
+        far = lanes.load(landmarks, seen[i] * MARKS)
+        nearest = lanes.least(nearest, lanes.add(far, lanes.splat(lengths[i])))
     lanes.store(marks_of(scratch, end), 0, nearest)
 
 
+@bare
+def least_between(scratch: Integers) -> int:
+    """Return how far the ends are from each other at least, by the landmarks."""
+    return int(_apart(marks_of(scratch, 0), 0, marks_of(scratch, 1)))
+
+
 @joined
-def _apart(landmarks: Shorts, rank: int, marks: Integers) -> int:
-    """Return by how much the distances of a corner and of an end to some landmark differ, in units."""
-    own, other = lanes.load_shorts(landmarks, rank * MARKS), lanes.load(marks, 0)
+def _apart(landmarks: Integers, at: int, marks: Integers) -> int:
+    """Return by how much the distances of two places to some landmark differ at most."""
+    own, other = lanes.load(landmarks, at), lanes.load(marks, 0)
     low = lanes.least(own, other)
     apart = lanes.add(lanes.subtract(own, low), lanes.subtract(other, low))
-    return int(UNREACHED - lanes.least_of(lanes.subtract(lanes.splat(UNREACHED), apart)))
+    return int(FAR - lanes.least_of(lanes.subtract(lanes.splat(FAR), apart)))
 
 
 @bare
 def bound_all(index: Words, scratch: Integers, end: int, found: int, to_row: int, to_column: int) -> None:
     """Tell how long ways from one end over each of its corners to the other end are at least, the best two first."""
     table = integers_of(index, TABLE)
-    landmarks, has_some, shift = shorts_of(index, LANDMARKS), index[LANDMARK_COUNT] > 0, index[LANDMARK_SHIFT]
+    landmarks, has_some = integers_of(index, LANDMARKS), index[LANDMARK_COUNT] > 0
     seen, lengths = end_of(index, scratch, end, SEEN), end_of(index, scratch, end, LENGTHS)
     bounds, marks = end_of(index, scratch, end, BOUNDS), marks_of(scratch, 1 - end)
     for i in range(found):
         at = seen[i] * CORNER_SIZE
         bound = octile(table[at + ROW] - to_row, table[at + COLUMN] - to_column)
         if has_some:
-            # Both distances were cut to whole units, that of the end twice.
-            bound = max(bound, (_apart(landmarks, seen[i], marks) - 2) << shift)
+            bound = max(bound, _apart(landmarks, np.int64(seen[i]) * MARKS, marks))
         bounds[i] = bound + lengths[i]
     for place in range(min(TRIED, found - 1)):
         best = place

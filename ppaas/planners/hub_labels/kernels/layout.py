@@ -33,14 +33,14 @@ HEAD = 32
 MAGIC, VERSION, SIZE, CHECK, FINGERPRINT = range(5)
 """Of the head: what this is, its version, how many words it has, a check sum of the head, and what map it is of."""
 
-CORNERS, LABELLED, MOST_SEEN, LANDMARK_COUNT, LANDMARK_SHIFT = range(8, 13)
-"""How many corners there are, how many of them have labels, how many a cell sees at most, how many are landmarks: none,
-or `MARKS`; and by how many bits lengths to them are cut."""
+CORNERS, LABELLED, MOST_SEEN, LANDMARK_COUNT = range(8, 12)
+"""How many corners there are, how many of them have labels, how many a cell sees at most, and how many are landmarks:
+none, or `MARKS`."""
 
-TERRAIN, TABLE, LANDMARKS, LABELS, WAYS, RANKS, END = range(13, 20)
+TERRAIN, TABLE, LANDMARKS, LABELS, WAYS, RANKS, END = range(12, 19)
 """Where the sections begin: the lines of the map (int64); the numbers of the corners; how far those with labels are
-from the landmarks (uint16); the labels; the ways; the rank of each corner, row by row, and how many were contracted
-(int32)."""
+from the landmarks, `FAR` where no way leads; the labels; the ways; the rank of each corner, row by row, and how many
+were contracted (int32)."""
 
 ROW, COLUMN, LABEL, ENTRIES, CORNER_SIZE = range(5)
 WAY_HEAD = 2

@@ -13,6 +13,8 @@ from ppaas.planners.hub_labels.kernels.layout import (
     LABEL,
     LABELLED,
     LABELS,
+    LANDMARK_COUNT,
+    LANDMARKS,
     TABLE,
     WAYS,
     edges_after,
@@ -50,19 +52,25 @@ def _reach(hub: int, length: int, places: Integers, seen: Integers, lengths: Int
 
 
 @bare
-def leave(index: Words, scratch: Integers, end: int, found: int) -> int:
-    """Find the corners with labels over which ways leave the fringe from what an end sees, and return how many.
+def keep(index: Words, scratch: Integers, end: int, found: int) -> None:
+    """Keep the corners aside that an end sees, and begin to bring what is told of them."""
+    table, labels = integers_of(index, TABLE), integers_of(index, LABELS)
+    seen, lengths = end_of(index, scratch, end, SEEN), end_of(index, scratch, end, LENGTHS)
+    near, far = end_of(index, scratch, end, JOINED), end_of(index, scratch, end, JOINED_LENGTHS)
+    for i in range(found):
+        near[i], far[i] = seen[i], lengths[i]
+        for line in range(3):
+            fetch(labels, np.int64(table[near[i] * CORNER_SIZE + LABEL]) + LINE * line)
 
-    The corners that it sees are kept aside.
-    """
+
+@bare
+def leave(index: Words, scratch: Integers, end: int, found: int) -> int:
+    """Find the corners with labels over which ways leave the fringe from what an end sees, and return how many."""
     table, labels, labelled = integers_of(index, TABLE), integers_of(index, LABELS), index[LABELLED]
     seen, lengths = end_of(index, scratch, end, SEEN), end_of(index, scratch, end, LENGTHS)
     near, far = end_of(index, scratch, end, JOINED), end_of(index, scratch, end, JOINED_LENGTHS)
     places, count = reach_of(index, scratch), np.int64(0)  # where each hub is in the list, as long as that is made
-    for i in range(found):
-        near[i], far[i] = seen[i], lengths[i]
-        fetch(labels, np.int64(table[near[i] * CORNER_SIZE + LABEL]))
-        fetch(labels, np.int64(table[near[i] * CORNER_SIZE + LABEL]) + LINE)
+    landmarks, marks = integers_of(index, LANDMARKS), np.int64(index[LANDMARK_COUNT])
     for i in range(found):
         corner, beyond = np.int64(near[i]), np.int64(far[i])
         if corner < labelled:
@@ -74,7 +82,11 @@ def leave(index: Words, scratch: Integers, end: int, found: int) -> int:
             hub, length = np.int64(labels[np.uint64(at)]) & HUB, beyond + labels[np.uint64(at + gates)]
             count = np.int64(_reach(hub, length, places, seen, lengths, count))
     for i in range(count):
-        places[np.uint64(seen[i])] = FAR
+        hub = np.int64(seen[i])
+        places[np.uint64(hub)] = FAR
+        fetch(table, hub * CORNER_SIZE)
+        fetch(landmarks, hub * marks)
+        fetch(landmarks, hub * marks + LINE)
     return int(count)
 
 

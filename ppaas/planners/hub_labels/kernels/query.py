@@ -18,7 +18,7 @@ from numba import njit, types
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.climbing import climb, descend, lead, may_meet, meet
 from ppaas.planners.hub_labels.kernels.hubs import announce, lay_out, look_up, take_back, walk
-from ppaas.planners.hub_labels.kernels.joining import TRIED, bound_all, join, measure, sees, swap
+from ppaas.planners.hub_labels.kernels.joining import TRIED, approach, bound_all, join, measure, rank, sees, swap
 from ppaas.planners.hub_labels.kernels.layout import (
     COLUMN,
     CORNER_SIZE,
@@ -37,7 +37,7 @@ from ppaas.planners.hub_labels.kernels.layout import (
     shorts_of,
     words_of,
 )
-from ppaas.planners.hub_labels.kernels.leaving import leave
+from ppaas.planners.hub_labels.kernels.leaving import keep, leave
 from ppaas.planners.hub_labels.kernels.scan import TELLING, Integers, moves_in
 from ppaas.planners.hub_labels.kernels.scratch import (
     BOUNDS,
@@ -74,8 +74,6 @@ def _lay_best(index: Words, scratch: Integers, found: int, to_found: int, best: 
     to_seen, to_lengths = end_of(index, scratch, GOAL, SEEN), end_of(index, scratch, GOAL, LENGTHS)
     table, labels = integers_of(index, TABLE), integers_of(index, LABELS)
     tried = min(TRIED, found)
-    for j in range(min(TRIED, to_found)):
-        announce(table, labels, np.int64(to_seen[j]))
     for i in range(tried):
         lay_out(index, scratch, np.int64(seen[i]), np.int64(lengths[i]))
     for j in range(min(TRIED, to_found)):
@@ -95,14 +93,23 @@ def _lay_best(index: Words, scratch: Integers, found: int, to_found: int, best: 
 def _find_route(index: Words, scratch: Integers, row: int, column: int, to_row: int, to_column: int) -> int:
     """Find a shortest way over corners and write its route; return how long it is, `FAR` or more without one."""
     found, to_found = join(index, scratch, START, row, column), join(index, scratch, GOAL, to_row, to_column)
+    rank(index, scratch, START, found)
+    rank(index, scratch, GOAL, to_found)
     near, to_near, has_fringe = found, to_found, index[LABELLED] < index[CORNERS]
     if has_fringe:
+        keep(index, scratch, START, found)
+        keep(index, scratch, GOAL, to_found)
         found, to_found = leave(index, scratch, START, found), leave(index, scratch, GOAL, to_found)
     if index[LANDMARK_COUNT]:
         measure(index, scratch, START, found)
         measure(index, scratch, GOAL, to_found)
+    table, labels = integers_of(index, TABLE), integers_of(index, LABELS)
     bound_all(index, scratch, START, found, to_row, to_column)
+    for corner in end_of(index, scratch, START, SEEN)[: min(TRIED, found)]:
+        announce(table, labels, np.int64(corner))
     bound_all(index, scratch, GOAL, to_found, row, column)
+    for corner in end_of(index, scratch, GOAL, SEEN)[: min(TRIED, to_found)]:
+        announce(table, labels, np.int64(corner))
 
     shortest = np.int64(FAR)
     kept, most = _lay_best(index, scratch, found, to_found, shortest)
@@ -120,9 +127,9 @@ def _find_route(index: Words, scratch: Integers, row: int, column: int, to_row: 
             if length < shortest:
                 shortest, last = length, j
                 most = min(most, length)
-    if has_fringe and may_meet(index, scratch, near, to_near):
-        climb(index, scratch, START, near, to_row, to_column, shortest)
-        climb(index, scratch, GOAL, to_near, row, column, shortest)
+    if has_fringe and may_meet(index, scratch, near, to_near, shortest):
+        climb(index, scratch, START, near, to_near, to_row, to_column, shortest)
+        climb(index, scratch, GOAL, to_near, near, row, column, shortest)
         length, scratch[MEETING] = meet(index, scratch)
         if length < shortest:
             shortest, last = length, -1
@@ -160,6 +167,8 @@ def _plan(index: Words, scratch: Integers, row: int, column: int, to_row: int, t
     rows, columns = terrain[ROWS] - 1, terrain[COLUMNS] - 1
     if not (0 < row < rows and 0 < to_row < rows and 0 < column < columns and 0 < to_column < columns):
         return 0
+    approach(terrain, row, column)
+    approach(terrain, to_row, to_column)
     if is_wall(terrain, row, column) or is_wall(terrain, to_row, to_column):
         return 0
     if sees(terrain, row, column, to_row, to_column):

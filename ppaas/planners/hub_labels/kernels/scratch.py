@@ -30,6 +30,10 @@ SEEN, LENGTHS, BOUNDS, JOINED, JOINED_LENGTHS, END_PARTS = range(6)
 """What lists an end has: the corners with labels over which ways lead, how far they are, and how long ways over them
 are at least; and, where there is a fringe, the corners it sees and how far those are."""
 
+FAR_OFF, WAY, BELOW, REACHED, SPOT = range(5)
+"""What an end that climbs tells of each corner, side by side: how far it is, the way to it and the corner where that
+begins; and of the first ones which corners it reached, in their order."""
+
 FIXED = 16 + 2 * MARKS
 
 _number: Any = np.int64
@@ -50,7 +54,7 @@ def _of_fringe(index: Words) -> int:
 
 @joined
 def _of_heap(index: Words) -> int:
-    return int((_of_fringe(index) + 8 * index[CORNERS] + 1) // 2 * 2)
+    return int((_of_fringe(index) + 2 * SPOT * index[CORNERS] + 1) // 2 * 2)
 
 
 def new_scratch(index: Words) -> Integers:
@@ -93,10 +97,10 @@ def end_of(index: Words, scratch: Integers, end: int, what: int) -> Integers:
 
 
 @inlined
-def fringe_of(index: Words, scratch: Integers, end: int, what: int) -> Integers:
-    """Return of an end: 0 how far each corner is, 1 the way to it, 2 where that begins, 3 which were reached."""
-    begin = _of_fringe(index) + (4 * end + what) * index[CORNERS]
-    return scratch[begin : begin + index[CORNERS]]
+def fringe_of(index: Words, scratch: Integers, end: int) -> Integers:
+    """Return what is told of each corner by an end that climbs: `SPOT` numbers each."""
+    begin = _of_fringe(index) + SPOT * end * index[CORNERS]
+    return scratch[begin : begin + SPOT * index[CORNERS]]
 
 
 @inlined

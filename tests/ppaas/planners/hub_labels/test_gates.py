@@ -57,20 +57,35 @@ def test_each_gate_is_on_a_shortest_way_and_none_is_missing(free, room):
             assert over == pytest.approx(far[rank][cells[hub]])
 
 
+def climbed_from(rank: int, fringe, edges) -> dict[int, float]:
+    """Return how many cells away each corner is that one reaches over local edges."""
+    reached = {rank: 0.0}
+    for corner in range(rank, -1, -1):  # edges lead to more important corners
+        for edge in range(edges.starts[corner], edges.starts[corner + 1]) if corner in reached else ():
+            if fringe.local[edges.ids[edge]]:
+                to, length = int(edges.to[edge]), reached[corner] + edges.lengths[edge] / STRAIGHT
+                reached[to] = min(reached.get(to, math.inf), length)
+    return reached
+
+
 @given(free=maps(14), room=st.sampled_from([5, 20, 60]))
 @settings(deadline=None, max_examples=15)
-def test_what_is_reached_below_labels_lies_in_the_rectangle_of_a_corner(free, room):
+def test_what_is_reached_below_labels_sooner_than_over_them_lies_in_the_rectangle_of_a_corner(free, room):
     pool, fringe, cells, edges = fringe_of(free, room)
+    far = [twin.lengths_from(free, cell) for cell in cells]
     for rank in range(pool.labelled, len(cells)):
-        box = fringe.boxes[rank]
-        own = slice(edges.starts[rank], edges.starts[rank + 1])
-        above = edges.to[own][fringe.local[edges.ids[own]] > 0]
-        assert (above >= pool.labelled).all()
-        for row, column in [cells[rank], *(cells[to] for to in above)]:
-            assert box[TOP] <= row + 1 <= box[BOTTOM]
-            assert box[LEFTMOST] <= column + 1 <= box[RIGHTMOST]
-        assert (fringe.boxes[above][:, [TOP, LEFTMOST]] >= box[[TOP, LEFTMOST]]).all()
-        assert (fringe.boxes[above][:, [BOTTOM, RIGHTMOST]] <= box[[BOTTOM, RIGHTMOST]]).all()
+        box = fringe.boxes[rank] - 1  # without the margin
+        climbed = climbed_from(rank, fringe, edges)
+        assert min(climbed) >= pool.labelled
+        for other, length in climbed.items():
+            row, column = cells[other]
+            over = min((far[rank][cells[hub]] + far[hub][row, column] for hub in range(pool.labelled)), default=9e9)
+            if length < over - 1e-6:
+                assert box[TOP] <= row <= box[BOTTOM]
+                assert box[LEFTMOST] <= column <= box[RIGHTMOST]
+        rows, columns = zip(*(cells[other] for other in climbed), strict=True)
+        assert min(rows) <= box[TOP] <= box[BOTTOM] <= max(rows)
+        assert min(columns) <= box[LEFTMOST] <= box[RIGHTMOST] <= max(columns)
 
 
 def test_two_threads_find_the_gates_that_one_finds():
