@@ -204,7 +204,7 @@ async def killed(rest: RestClient, robot: str) -> dict[str, Any]:
 async def lose(rest: RestClient, node: RayNode, container: dict[str, Any]) -> float:
     """Cut the power of a node; return the seconds until its robot is served by another."""
     began = time.monotonic()
-    await asyncio.to_thread(node.cut_power)
+    await asyncio.to_thread(node.end)
     replaced = await another(rest, container["robot"], container)
     assert replaced["machine"] != container["machine"]
     return time.monotonic() - began

@@ -1,21 +1,21 @@
-"""A Ray cluster on this host, each node with a loopback address of its own, as each host has an address."""
+"""A Ray cluster on this host: each node has a loopback address of its own, as each host has an address."""
 
-import asyncio
 import contextlib
 import os
 import secrets
+import shutil
 import signal
 import socket
+import subprocess
 import sys
 import tempfile
-from collections.abc import AsyncIterator
+import time
 from pathlib import Path
+from typing import Generic, TypeVar
 
 import psutil
 
 from ppaas.errors import Unavailable
-from robots.bench.engine.site import machines_beyond
-from robots.bench.target import Target
 
 RAY = (sys.executable, "-m", "ray.scripts.scripts", "start", "--block")
 SMALL = ("--disable-usage-stats", "--object-store-memory=80000000")
@@ -23,8 +23,10 @@ HEAD_ALONE = ("--num-cpus=0", "--include-dashboard=false", "--no-monitor", "--in
 STARTED = "Ray runtime started"
 START_TIMEOUT = 60.0
 END_TIMEOUT = 10.0
+BLINK = 0.05
+
 CORES = 2
-"""That each node says it has."""
+"""That a node says it has."""
 
 
 class RayNode:
@@ -32,20 +34,33 @@ class RayNode:
 
     Parameters
     ----------
-    process : Process
-        That was started, in a session of its own.
+    address : str
+        Its own, of the loopback network.
+    arguments : str
+        Of ``ray start``.
+    environment : dict of str to str
+        For it, and all below.
     log : Path
-        What it says.
+        Where it tells what it does.
     """
 
     name = ""
     """Of the machine that it is, once it is one."""
 
-    def __init__(self, process: asyncio.subprocess.Process, log: Path) -> None:
-        self._process = process
-        self._log = log
+    def __init__(self, address: str, *arguments: str, environment: dict[str, str], log: Path) -> None:
+        self.address = address
+        self.log = log
+        with log.open("wb") as output:
+            self.process = subprocess.Popen(
+                [*RAY, f"--node-ip-address={address}", *SMALL, *arguments],
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=output,
+                env=environment,
+                start_new_session=True,
+            )
 
-    async def is_up(self) -> None:
+    def wait_until_up(self) -> None:
         """Wait until it is part of its cluster.
 
         Raises
@@ -53,11 +68,18 @@ class RayNode:
         Unavailable
             It ended, or takes too long.
         """
-        deadline = asyncio.get_running_loop().time() + START_TIMEOUT
-        while STARTED not in (said := await asyncio.to_thread(self._log.read_text)):
-            if self._process.returncode is not None or asyncio.get_running_loop().time() > deadline:
+        deadline = time.monotonic() + START_TIMEOUT
+        while STARTED not in (said := self.log.read_text()):
+            if self.process.poll() is not None or time.monotonic() > deadline:
                 raise Unavailable(f"a node of Ray did not start (is the extra ppaas[ray] installed?):\n{said[-1000:]}")
-            await asyncio.sleep(0.05)
+            time.sleep(BLINK)
+
+    def family(self) -> list[psutil.Process]:
+        """Return all processes of it, those that are its own machine's agent and containers as well."""
+        with contextlib.suppress(psutil.NoSuchProcess):
+            top = psutil.Process(self.process.pid)
+            return [top, *top.children(recursive=True)]
+        return []
 
     def kill(self) -> None:
         """End all of it at a time, as if its power were cut."""
@@ -68,90 +90,88 @@ class RayNode:
         self._signal(signal.SIGSTOP)
 
     def _signal(self, number: int) -> None:
-        for process in self._family():
+        for process in self.family():
             with contextlib.suppress(psutil.NoSuchProcess):
                 process.send_signal(number)
 
-    def _family(self) -> list[psutil.Process]:
-        with contextlib.suppress(psutil.NoSuchProcess):
-            top = psutil.Process(self._process.pid)
-            return [top, *top.children(recursive=True)]
-        return []
-
-    async def end(self) -> None:
-        """End all of it, by force; what is below it goes as well."""
-        family = self._family()
+    def end(self) -> None:
+        """End all of it by force, and wait until it is gone."""
+        family = self.family()
         self.kill()
-        await self._process.wait()
-        await asyncio.to_thread(psutil.wait_procs, family, END_TIMEOUT)
+        self.process.wait(END_TIMEOUT)
+        psutil.wait_procs(family, END_TIMEOUT)
 
 
-class RayHosts:
-    """The nodes of a cluster; use ``ray_hosts``.
+Node = TypeVar("Node", bound=RayNode)
+
+
+class RayCluster(Generic[Node]):
+    """A cluster of which the head has no cores, with a token that whoever takes part in it must have.
 
     Parameters
     ----------
-    folder : Path
-        For what Ray keeps; its path is short, for sockets.
+    kind : type of RayNode
+        Of its nodes.
+    environment : str
+        Variables of all its nodes, beside what this process has.
+
+    Attributes
+    ----------
+    address : str
+        Of the head, ``host:port``.
+    credentials : dict of str to str
+        Variables of whoever may take part.
+    runs : Path
+        Where all that runs on the nodes has its temporary files.
+
+    Raises
+    ------
+    Unavailable
+        The head does not start.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
-        token = folder / "token"
+    def __init__(self, kind: type[Node], **environment: str) -> None:
+        self._kind = kind
+        self.folder = Path(tempfile.mkdtemp(prefix="r-"))  # sockets need a short path
+        token = self.folder / "token"
         token.write_text(secrets.token_hex(32))
-        self.environment = {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN_PATH": str(token)}
+        self.runs = self.folder / "runs"
+        self.runs.mkdir()
+        self.credentials = {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN_PATH": str(token)}
+        self._environment = {**os.environ, **environment, **self.credentials, "TMPDIR": str(self.runs)}
         with socket.create_server(("127.0.0.2", 0)) as free:
-            self._address = f"127.0.0.2:{free.getsockname()[1]}"
-        self.arguments: tuple[str, ...] = (
-            "--runtime",
-            "ray",
-            "--ray-address",
-            self._address,
-            "--listen-machines",
-            "127.0.0.1:0",
-        )
-        self._count = 1
-
-    @contextlib.asynccontextmanager
-    async def node(self, *arguments: str) -> AsyncIterator[RayNode]:
-        """Start a node; all of it is gone afterwards."""
-        self._count += 1
-        log = self._folder / f"node-{self._count}.log"
-        with log.open("wb") as output:
-            process = await asyncio.create_subprocess_exec(
-                *RAY, f"--node-ip-address=127.0.0.{self._count}", *SMALL, *arguments, stdin=asyncio.subprocess.DEVNULL,
-                stdout=output, stderr=output, env=os.environ | self.environment | {"TMPDIR": str(self._folder)},
-                start_new_session=True,
-            )  # fmt: skip
-        node = RayNode(process, log)
+            port = free.getsockname()[1]
+        self.address = f"127.0.0.2:{port}"
+        self.nodes: list[Node] = []
         try:
-            await node.is_up()
-            yield node
-        finally:
-            await node.end()
+            self._begin("--head", f"--port={port}", f"--temp-dir={self.folder / 'ray'}", *HEAD_ALONE)
+        except Unavailable:
+            self._end_by_force()
+            raise
 
-    def head(self) -> contextlib.AbstractAsyncContextManager[RayNode]:
-        """Start the head, which carries nothing."""
-        port = self._address.rpartition(":")[2]
-        return self.node("--head", f"--port={port}", f"--temp-dir={self._folder / 'ray'}", *HEAD_ALONE)
+    def _begin(self, *arguments: str) -> Node:
+        number = len(self.nodes) + 2
+        log = self.folder / f"node-{number}.log"
+        node = self._kind(f"127.0.0.{number}", *arguments, environment=self._environment, log=log)
+        self.nodes.append(node)
+        node.wait_until_up()  # two that begin at a time on one host disturb each other
+        return node
 
-    def worker(self) -> contextlib.AbstractAsyncContextManager[RayNode]:
-        """Start a node that can be a machine."""
-        return self.node(f"--address={self._address}", f"--num-cpus={CORES}")
+    def join(self, *arguments: str, cores: int = CORES) -> Node:
+        """Return a node that has joined; Ray tells of it a moment later.
 
-    @contextlib.asynccontextmanager
-    async def joined(self, target: Target, folder: Path) -> AsyncIterator[RayNode]:
-        """Start a node, and wait until it is a machine of a cloud."""
-        known = [view["id"] for view in await target.rest.items("/v1/machines")]
-        async with self.worker() as node:
-            node.name = (await machines_beyond(target, known))[0]
-            yield node
+        Raises
+        ------
+        Unavailable
+            It does not start.
+        """
+        return self._begin(f"--address={self.address}", f"--num-cpus={cores}", *arguments)
 
+    def stop(self) -> None:
+        """End all nodes by force, and remove what they kept."""
+        self._end_by_force()
 
-@contextlib.asynccontextmanager
-async def ray_hosts() -> AsyncIterator[RayHosts]:
-    """Start a cluster with a node, and end it afterwards."""
-    with tempfile.TemporaryDirectory(prefix="r-", ignore_cleanup_errors=True) as name:
-        hosts = RayHosts(Path(name))
-        async with hosts.head(), hosts.worker():
-            yield hosts
+    def _end_by_force(self) -> None:
+        for node in reversed(self.nodes):
+            node.end()
+        shutil.rmtree(self.folder, ignore_errors=True)

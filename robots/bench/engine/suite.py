@@ -8,7 +8,7 @@ from rich.progress import Progress
 from robots.bench.engine import crash, crowd, lost, master, messages, ready
 from robots.bench.engine.joined import LocalHosts
 from robots.bench.engine.options import Options
-from robots.bench.engine.ray_cluster import ray_hosts
+from robots.bench.engine.ray_hosts import ray_hosts
 from robots.bench.engine.site import Hosts, Site, cloud_on
 from robots.bench.figures import Figure
 
