@@ -10,7 +10,9 @@ import pytest
 from ppaas.errors import NotPermitted, NoValidPath
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
+from robots.client import RobotClient
 from robots.rest import RestClient
+from tests.journeys.test_masks import careful_robot, passed
 from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud, until
 from tests.support.docker_engine import image_for_tests, run
 from tests.support.drive import driving
@@ -58,6 +60,14 @@ async def test_a_robot_drives_and_goes_on_when_its_container_is_killed(
         assert drive.scorer.collisions(0) == 0
         [after] = [view["pid"] for view in await rest.items("/v1/containers") if view["robot"] == "tb1"]
     assert after != before
+
+
+async def test_a_container_without_a_network_keeps_its_robot_out_of_where_its_mask_says(
+    contained: RunningCloud,
+) -> None:
+    token = await careful_robot(await contained.admin(), "boxed")
+    async with RobotClient(contained.ws_url, robot="boxed", token=token) as client:
+        assert await passed(client) == {True}
 
 
 async def findings(rest: RestClient, map_id: str, start: Pose2D, goal: Pose2D) -> dict[str, Any]:

@@ -15,7 +15,9 @@ import pytest
 from engine.links.tickets import read_ticket
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
+from robots.client import RobotClient
 from robots.rest import RestClient
+from tests.journeys.test_masks import careful_robot, passed
 from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud
 from tests.support.drive import Drive, driving
 from tests.support.joined_machine import JoinedMachine, container_of, machines, ticket
@@ -156,6 +158,19 @@ async def test_robots_of_a_machine_that_is_drained_drive_on_from_the_other_and_w
         assert (seen["state"], seen["containers"]) == ("drained", 0)
         assert 0.0 < seen["round_trips"][HERE] < 1.0 and seen["round_trip"] > 0.0
     await rest.patch(f"/v1/machines/{THERE}", {"draining": False})
+
+
+async def test_a_robot_on_another_machine_keeps_out_of_where_its_mask_says(
+    two_machines: RunningCloud, second: JoinedMachine
+) -> None:
+    rest = await two_machines.admin()
+    await second.is_in(rest)
+    token = await careful_robot(rest, "far")
+    await rest.patch(f"/v1/machines/{HERE}", {"max_containers": 0})
+    async with RobotClient(two_machines.ws_url, robot="far", token=token) as client:
+        await give_each(rest, 100)
+        assert (await container_of(rest, "far"))["machine"] == THERE
+        assert await passed(client) == {True}
 
 
 async def test_a_machine_that_is_cut_off_ends_what_it_ran_by_itself_and_joins_again(
