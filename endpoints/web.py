@@ -13,6 +13,7 @@ from starlette.websockets import WebSocket
 from endpoints.accounts import Accounts
 from endpoints.app import create_app
 from endpoints.client_sessions import ClientSessions
+from endpoints.http_protocol import DirectHttp
 from endpoints.idle import IdleWatch
 from endpoints.robot_socket import serve_robot_socket
 from endpoints.services import Services
@@ -97,6 +98,7 @@ def _uvicorn_config(app: FastAPI, log_level: str, dead: float) -> uvicorn.Config
         proxy_headers=False,  # nothing asks where a client is, and each layer costs every request
         server_header=False,
         date_header=False,
+        http=DirectHttp,
         ws_max_size=MAX_FRAME,
         ws=DirectWebSocket,
         ws_per_message_deflate=False,

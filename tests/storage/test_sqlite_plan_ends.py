@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from storage import sqlite_plan_ends
+from ppaas.plans.buckets import spots_near
 from storage.plan_search import PlanSearch
 from storage.records import PlanRecord
 from storage.sqlite import SqliteStore
@@ -53,8 +53,9 @@ def test_the_shortest_of_those_that_are_near_both_places_are_found(
 def test_buckets_that_are_the_same_by_their_hash_tell_of_a_plan_once(
     store: SqliteStore, kept: list[PlanRecord], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    near = sqlite_plan_ends.spots_near
-    monkeypatch.setattr(sqlite_plan_ends, "spots_near", lambda *sought: np.repeat(near(*sought), 2, axis=0))
+    monkeypatch.setattr(
+        "storage.sqlite_plan_ends.spots_near", lambda *sought: np.repeat(spots_near(*sought), 2, axis=0)
+    )
     search = PlanSearch("house", "v", (0.0, 0.0), (5.0, 0.0), 0.12)
     found = [head.id for head in store.find_plans(search, limit=1000)]
     assert sorted(found) == sorted(one.id for one in kept if search.joins(one.start[:2], one.goal[:2]))
