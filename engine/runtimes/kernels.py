@@ -43,15 +43,16 @@ def warm_loaded() -> None:
             module.warm()
 
 
-def warm_package(name: str) -> None:
+def warm_package(name: str) -> list[ModuleType]:
     """Import all modules of one package of kernels, and call ``warm`` of each: what is in the cache is loaded, all else
-    is compiled.
+    is compiled. Return them.
     """
     package = importlib.import_module(name)
-    for found in pkgutil.iter_modules(package.__path__, f"{name}."):
-        module = importlib.import_module(found.name)
+    modules = [importlib.import_module(found.name) for found in pkgutil.iter_modules(package.__path__, f"{name}.")]
+    for module in modules:
         if hasattr(module, "warm"):
             module.warm()
+    return modules
 
 
 def _holds_kernels(name: str) -> bool:
