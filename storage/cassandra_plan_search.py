@@ -4,6 +4,7 @@ import itertools
 import math
 from collections import Counter
 from collections.abc import Iterable
+from operator import attrgetter
 from typing import Any
 
 from ppaas.plans.body import read_bodies
@@ -81,17 +82,14 @@ class CassandraPlanSearch(CassandraPlans):
 
     def _fitting(self, rows: list[Any], search: PlanSearch, limit: int) -> list[PlanRecord]:
         """Return the heads in rows of buckets that are looked for, shortest first."""
-        near = [row for row in rows if search.joins((row.start_x, row.start_y), (row.goal_x, row.goal_y))]
-        near.sort(key=lambda row: (row.length, row.id))
-        contexts = self._entries.data(row.context for row in near)
+        ordered = sorted(rows, key=attrgetter("length", "id"))
+        near = (row for row in ordered if search.joins((row.start_x, row.start_y), (row.goal_x, row.goal_y)))
         found: list[PlanRecord] = []
-        for at in range(0, len(near), READ_AT_ONCE):
-            some = near[at : at + READ_AT_ONCE]
+        while len(found) < limit and (some := list(itertools.islice(near, READ_AT_ONCE))):
+            contexts = self._entries.data(row.context for row in some)
             owns = read_bodies([row.body for row in some])
             heads = (head_of(contexts[row.context], own) for row, own in zip(some, owns, strict=True))
             found += itertools.islice(filter(search.takes, heads), limit - len(found))
-            if len(found) == limit:
-                break
         return found
 
     def _passing(self, search: PlanSearch) -> Iterable[PlanRecord]:
