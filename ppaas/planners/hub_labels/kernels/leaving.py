@@ -41,14 +41,14 @@ HUB = (1 << HUB_BITS) - 1
 
 @joined
 def _reach(hub: int, length: int, places: Integers, seen: Integers, lengths: Integers, count: int) -> int:
-    place = places[np.uint64(hub)]
-    if place == FAR:
-        places[np.uint64(hub)] = count
-        seen[count] = hub
-        lengths[count] = length
-        return count + 1
-    lengths[place] = min(lengths[place], np.int32(length))
-    return count
+    # Which hubs are new nobody can foretell, so there is no branch.
+    known = places[np.uint64(hub)]
+    place = count if known == FAR else int(known)
+    before = FAR if known == FAR else lengths[np.uint64(place)]
+    places[np.uint64(hub)] = place
+    seen[np.uint64(place)] = hub
+    lengths[np.uint64(place)] = min(before, np.int32(length))
+    return count + int(known == FAR)
 
 
 @bare
@@ -131,6 +131,8 @@ def pass_gates(index: Words, scratch: Integers, end: int, hub: int, length: int)
     scratch[CORNER + end] = corner
     while corner >= labelled:
         begin, edges = np.int64(table[corner * CORNER_SIZE + LABEL]), -1 - table[corner * CORNER_SIZE + ENTRIES]
+        for line in range(1, 5):
+            fetch(labels, begin + LINE * line)
         edge = begin + edges_after(labels[begin + GATE_COUNT])
         edge += labels[begin + FRINGE_HEAD + _gate_of(labels, begin, hub)] >> HUB_BITS
         way = np.int64(labels[edge + 2 * edges])
