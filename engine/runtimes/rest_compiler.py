@@ -8,6 +8,7 @@ that is called later is loaded from there, in milliseconds; one called earlier i
 
 import asyncio
 import contextlib
+import gc
 import importlib
 import logging
 import multiprocessing
@@ -16,6 +17,7 @@ import sys
 import threading
 from collections.abc import AsyncIterator
 from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import resource_tracker
 from pathlib import Path
 from types import ModuleType
 
@@ -65,6 +67,7 @@ def main() -> None:
     with alone(stamp.with_suffix(".lock")):
         if not kernel_stamp.all_compiled(stamp):  # another may just have done it
             kernel_stamp.note(stamp, _compile_all())
+            _end_tracker()
 
 
 def _compile_all() -> list[str]:
@@ -73,6 +76,14 @@ def _compile_all() -> list[str]:
     with ProcessPoolExecutor(len(os.sched_getaffinity(0)), spawning, _begin) as pool:
         names = pool.submit(_names).result()
         return [file for files in pool.map(_compile, names) for file in files]
+
+
+def _end_tracker() -> None:
+    """End the process that keeps count of what the pool shared, which ends after this one otherwise, as a zombie of who
+    adopts orphans: the agent.
+    """
+    gc.collect()  # what is given back later would have it started again
+    resource_tracker._resource_tracker._stop()  # type: ignore[attr-defined]
 
 
 def _begin() -> None:

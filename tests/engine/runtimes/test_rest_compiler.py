@@ -11,6 +11,7 @@ import psutil
 import pytest
 
 from engine.runtimes import rest_compiler
+from engine.runtimes.process import _adopt_orphans
 from engine.runtimes.rest_compiler import compiling_the_rest
 from tests.support.processes import has_ended, is_gone, until
 from tests.support.sources import ROOT
@@ -79,6 +80,18 @@ async def test_nothing_is_compiled_twice_and_only_one_process_compiles(tmp_path:
     processes = [await compiler_of(tmp_path) for _ in range(2)]
     assert [await process.wait() for process in processes] == [0, 0]
     assert told.read_text() == "warm "
+
+
+async def test_who_adopts_orphans_gets_none_of_a_compiler(tmp_path: Path) -> None:
+    package_that(tmp_path, "pass")
+    before = {child.pid for child in psutil.Process().children()}
+    _adopt_orphans(True)
+    try:
+        compiler = await compiler_of(tmp_path)
+        assert await compiler.wait() == 0
+        assert {child.pid for child in psutil.Process().children()} <= before
+    finally:
+        _adopt_orphans(False)
 
 
 async def test_what_compiles_for_a_compiler_that_is_killed_ends_as_well(tmp_path: Path) -> None:
