@@ -9,8 +9,8 @@ from collections.abc import Iterator
 import pytest
 
 from ppaas.maps.generate import office
+from robots.bench.free_ports import free_ports
 from robots.rest import RestClient
-from tests.servers.java_server import free_ports
 from tests.support.cloud import publish_map, register_robot
 from tests.support.docker_engine import bring_up, run
 from tests.support.drive import driving

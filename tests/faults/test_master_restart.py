@@ -14,8 +14,8 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback
-from robots.bench.chaos.site import free_pair
 from robots.bench.chaos.witness import Witness
+from robots.bench.free_ports import free_ports
 from robots.rest import RestClient
 from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud, shared_memory, until
 from tests.support.docker_engine import image_for_tests
@@ -132,7 +132,7 @@ async def test_a_robot_that_drives_itself_drives_on_and_tells_the_cloud_that_cam
 
 
 async def test_a_machine_of_another_host_is_adopted(tmp_path: Path, office_map: GridMap) -> None:
-    listen = ("--listen-machines", f"127.0.0.1:{free_pair()}", "--cores", "1")
+    listen = ("--listen-machines", f"127.0.0.1:{free_ports(2)[0]}", "--cores", "1")
     joined = JoinedMachine(tmp_path / "m2", THERE)
     with running_cloud(tmp_path, *listen) as cloud:
         joined.start(ticket(tmp_path / "data"))

@@ -8,8 +8,9 @@ from xml.sax.saxutils import escape
 
 from hdfs import InsecureClient
 
+from robots.bench.free_ports import free_ports
 from tests.servers.jars import jars_of, java
-from tests.servers.java_server import JavaServer, free_ports
+from tests.servers.java_server import JavaServer
 from tests.support.sources import ROOT
 
 HERE = ROOT / "docker" / "hdfs"

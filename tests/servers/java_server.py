@@ -1,7 +1,6 @@
 """A real server in a Java process: started, awaited, stopped, killed and started again over the same data."""
 
 import signal
-import socket
 import subprocess
 import time
 from collections.abc import Callable, Sequence
@@ -9,15 +8,6 @@ from pathlib import Path
 
 START_TIMEOUT = 90.0
 STOP_TIMEOUT = 30.0
-
-
-def free_ports(count: int) -> list[int]:
-    """Return ports of 127.0.0.1 that nobody listens on."""
-    sockets = [socket.create_server(("127.0.0.1", 0)) for _ in range(count)]
-    ports = [one.getsockname()[1] for one in sockets]
-    for one in sockets:
-        one.close()
-    return ports
 
 
 class JavaServer:

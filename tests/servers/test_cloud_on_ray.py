@@ -5,7 +5,6 @@ import contextlib
 import itertools
 import os
 import signal
-import socket
 import time
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -18,8 +17,8 @@ from playwright.async_api import expect
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
+from robots.bench.free_ports import free_ports
 from robots.rest import RestClient
-from tests.servers.java_server import free_ports
 from tests.servers.ray_cluster import RayCluster, RayNode
 from tests.support.browser import DESK, browsing, enter, looking
 from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud
@@ -56,14 +55,6 @@ def on_ray(cluster: RayCluster, port: int = 0) -> tuple[str, ...]:
     """Return the arguments of a cloud on a cluster, which keeps clones for longer than a node takes to join."""
     at = ("--ray-address", cluster.address, "--listen-machines", f"127.0.0.1:{port}")
     return ("--runtime", "ray", *at, "--linger", "300")
-
-
-def pair_of_ports() -> int:
-    """Return a port that is free, as is the next."""
-    while True:
-        (port,) = free_ports(1)
-        with contextlib.suppress(OSError), socket.create_server(("127.0.0.1", port + 1)):
-            return port
 
 
 async def machines_when(rest: RestClient, holds: Callable[[list[dict[str, Any]]], object]) -> list[dict[str, Any]]:
@@ -268,7 +259,7 @@ async def test_what_dies_on_a_node_or_watches_nodes_comes_back_by_itself(
 
 async def test_a_cloud_that_was_killed_finds_its_nodes_again(tmp_path: Path, cluster: RayCluster) -> None:
     node = cluster.join()
-    arguments = on_ray(cluster, pair_of_ports())
+    arguments = on_ray(cluster, free_ports(2)[0])
     with running_cloud(tmp_path, *arguments) as cloud:
         await machines_when(await cloud.admin(), len)
         agent = node.agent().pid

@@ -7,9 +7,9 @@ import pytest
 pytest.importorskip("hdfs")
 
 from ppaas.errors import InvalidInput, NotFound, Unavailable
+from robots.bench.free_ports import free_ports
 from storage.hdfs import HdfsMapStore
 from storage.hdfs_address import HdfsAddress
-from tests.servers.java_server import free_ports
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import signal
-import socket
 from asyncio.subprocess import Process
 from pathlib import Path
 from types import TracebackType
@@ -11,6 +10,7 @@ from typing import Self
 
 from ppaas.errors import PPaaSError, Unavailable
 from robots.bench.chaos.family import MACHINES
+from robots.bench.free_ports import free_ports
 from robots.bench.joining import join, ticket_of
 from robots.bench.target import Target, logged_in
 from robots.cloud_process import CloudProcess
@@ -88,8 +88,8 @@ class Site:
     """
 
     def __init__(self, machines: int) -> None:
-        listen = ("--listen-machines", f"127.0.0.1:{free_pair()}") if machines > 1 else ()
-        self._cloud = CloudProcess(arguments=("--port", str(free_port()), "--linger", f"{LINGER:g}", *listen))
+        listen = ("--listen-machines", f"127.0.0.1:{free_ports(2)[0]}") if machines > 1 else ()
+        self._cloud = CloudProcess(arguments=("--port", str(free_ports(1)[0]), "--linger", f"{LINGER:g}", *listen))
         self._machines = [self._machine(f"m{number}") for number in range(2, machines + 1)]
         self._closing = False
         self._keeper: asyncio.Task[None] | None = None
@@ -168,20 +168,3 @@ class Site:
             wrong.append(f"the cloud ended with status {self._cloud.status}, not in order")
         if wrong:
             raise Unavailable("; ".join(wrong))
-
-
-def free_port() -> int:
-    """Return a port of loopback that nobody uses now."""
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        return int(listener.getsockname()[1])
-
-
-def free_pair() -> int:
-    """Return a port of loopback that is free with the next one."""
-    while True:
-        port = free_port()
-        try:
-            with socket.create_server(("127.0.0.1", port + 1)):
-                return port
-        except OSError:
-            continue

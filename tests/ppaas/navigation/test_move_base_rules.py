@@ -9,7 +9,7 @@ from ppaas.controllers.base import Velocity
 from ppaas.errors import NoValidPath
 from ppaas.geometry import Pose2D
 from ppaas.navigation import events, orders
-from ppaas.navigation.move_base import MoveBase
+from ppaas.navigation.move_base import MoveBase, State
 from ppaas.navigation.parameters import MoveBaseParameters
 
 PLAN = np.zeros((2, 7))
@@ -40,6 +40,7 @@ class Rules(RuleBasedStateMachine):
         self.ended = 0
         self.plans: list[int] = []
         self.moving = False
+        self.recovering: int | None = None
 
     def feed(self, event):
         known = {state.goal.id for state in self.machine.goals.states(self.now)}
@@ -66,6 +67,8 @@ class Rules(RuleBasedStateMachine):
                     self.moving = any(order.velocity)
                 case orders.Stop():
                     self.moving = False
+        if self.machine.state is not State.CLEARING:
+            self.recovering = None
 
     @rule(name=ids)
     def goal(self, name):
