@@ -10,8 +10,10 @@ _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_ARENA_MAX = -1, -3, -8
 _LARGE, _MUCH = 256 * 1024, 512 * 1024
 _BEGUN_ANEW = "PPAAS_BEGUN_ANEW"
 
-UNUSED_EXTRAS = ("cffi", "scipy", "typing_extensions", "yaml")
-"""What numba and msgspec load where it is installed. Nothing of ours needs them for it, and they take 13 MB."""
+UNUSED_EXTRAS = ("_hashlib", "cffi", "scipy", "ssl", "typing_extensions", "yaml")
+"""What numba, msgspec and Python's own library load where it is installed. Nothing of ours needs them for it, and they
+take 14 MB. Without OpenSSL Python makes sums by itself, and asyncio has no TLS: a container speaks to its machine only.
+"""
 
 
 def give_back_early() -> None:

@@ -22,7 +22,9 @@ try:
 
         import msgspec  # noqa: F401
         import numpy as np  # noqa: F401
-        import uvloop  # noqa: F401
+
+        with stand_ins.instead_of(stand_ins.TLS):
+            import uvloop  # noqa: F401
 
         with stand_ins.instead_of(stand_ins.HTML, stand_ins.POLYNOMIAL):
             LAYER = threading_layer.choose()

@@ -1,8 +1,8 @@
-"""Keeps from memory what numba loads in any case and hardly uses, 2 MB of it.
+"""Keeps from memory what numba and uvloop load in any case and hardly use, 3 MB of it.
 
-It makes pictures of code as HTML, and knows two classes of numpy as arguments of kernels: masked arrays, which it
-refuses, and polynomials. While it looks for one of these modules it is shown an empty one; who asks later gets the
-real one.
+numba makes pictures of code as HTML, and knows two classes of numpy as arguments of kernels: masked arrays, which it
+refuses, and polynomials. uvloop looks for TLS, which nobody speaks in a container. While one of them looks for such a
+module it is shown an empty one; who asks later gets the real one.
 """
 
 import sys
@@ -10,25 +10,29 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import ModuleType, SimpleNamespace
 
-HTML, MASKED, POLYNOMIAL = "html", "numpy.ma", "numpy.polynomial"
+HTML, MASKED, POLYNOMIAL, TLS = "html", "numpy.ma", "numpy.polynomial", "ssl"
+_TLS_ERRORS = ("CertificateError", "SSLError", "SSLSyscallError", "SSLWantReadError", "SSLZeroReturnError")
 
 _CONTENT: dict[str, dict[str, object]] = {
     HTML: {},
     MASKED: {"MaskedArray": type("MaskedArray", (), {})},
     POLYNOMIAL: {"polynomial": SimpleNamespace(Polynomial=type("Polynomial", (), {}))},
+    TLS: {name: type(name, (OSError,), {}) for name in _TLS_ERRORS}
+    | {name: type(name, (), {}) for name in ("MemoryBIO", "SSLContext", "create_default_context")}
+    | {"SSL_ERROR_WANT_READ": 2, "SSL_ERROR_WANT_WRITE": 3, "SSL_ERROR_SYSCALL": 5},
 }
 
 
 @contextmanager
 def instead_of(*names: str) -> Iterator[None]:
-    """Show stand-ins for modules, as far as they are not loaded yet.
+    """Show stand-ins for modules, as far as they are not loaded yet; one that is kept from being loaded remains so.
 
     Parameters
     ----------
     *names : str
-        Of the three of this module. That for polynomials is enough to import numba and not to compile anything.
+        Of the four of this module. That for polynomials is enough to import numba and not to compile anything.
     """
-    shown = [_Shown(name) for name in names if name not in sys.modules]
+    shown = [_Shown(name) for name in names if sys.modules.get(name) is None]
     try:
         yield
     finally:
@@ -43,13 +47,17 @@ class _Shown:
         self._module = ModuleType(name)
         vars(self._module).update(_CONTENT[name])
         parent, _, self._own_name = name.rpartition(".")
+        self._kept_away = name in sys.modules
         self._parent = sys.modules.get(parent)  # an attribute of its package, once that was loaded
         sys.modules[name] = self._module
         if self._parent is not None:
             setattr(self._parent, self._own_name, self._module)
 
     def hide(self) -> None:
-        if sys.modules.get(self._module.__name__) is self._module:
-            del sys.modules[self._module.__name__]
+        name = self._module.__name__
+        if sys.modules.get(name) is self._module:
+            del sys.modules[name]
+            if self._kept_away:
+                sys.modules[name] = None  # type: ignore[assignment]  # so the import system finds no such module
         if self._parent is not None and getattr(self._parent, self._own_name) is self._module:
             delattr(self._parent, self._own_name)

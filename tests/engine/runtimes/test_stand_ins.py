@@ -44,6 +44,28 @@ except numba.errors.TypingError:
     assert run(code) == "1.0\nFalse\nrefused\n"
 
 
+def test_uvloop_runs_without_tls_and_who_asks_gets_the_real_one():
+    code = """
+import sys
+from engine.runtimes import memory
+from engine.runtimes.stand_ins import TLS, instead_of
+with memory.without_extras():
+    import asyncio
+    with instead_of(TLS):
+        import uvloop
+    print(sys.modules[TLS])
+print(TLS in sys.modules, "_hashlib" in sys.modules)
+async def echo():
+    server = await asyncio.start_server(lambda reader, writer: writer.write(b"x"), "127.0.0.1", 0)
+    reader, _ = await asyncio.open_connection(*server.sockets[0].getsockname())
+    return await reader.read(1)
+print(uvloop.run(echo()))
+import ssl
+print(ssl.create_default_context().verify_mode.name)
+"""
+    assert run(code) == "None\nFalse False\nb'x'\nCERT_REQUIRED\n"
+
+
 def test_what_is_loaded_already_stays():
     import html
 
