@@ -67,6 +67,12 @@ class AgentProcess:
         self._found: FoundProcess | None = None
         self._process: Process | FoundProcess | None = None
         self._keeper: asyncio.Task[None] | None = None
+        self._deaths = 0
+
+    @property
+    def deaths(self) -> int:
+        """How often it died or could not be started, one time soon after the other."""
+        return self._deaths
 
     @property
     def pid(self) -> int | None:
@@ -88,15 +94,15 @@ class AgentProcess:
             await asyncio.wait([self._keeper])
 
     async def _keep(self) -> None:
-        deaths = 0
         loop = asyncio.get_running_loop()
         while True:
             began = loop.time()
             status = await self._live()
             if status is not None and status == self._done:
                 return
-            deaths = 0 if loop.time() - began > STEADY else deaths + 1
-            await asyncio.sleep(RESTART_DELAYS[min(deaths, len(RESTART_DELAYS)) - 1] if deaths else 0.0)
+            self._deaths = 0 if loop.time() - began > STEADY else self._deaths + 1
+            delay = RESTART_DELAYS[min(self._deaths, len(RESTART_DELAYS)) - 1] if self._deaths else 0.0
+            await asyncio.sleep(delay)
 
     async def _live(self) -> int | None:
         """Run the agent once; return its status, or None if it could not be started."""

@@ -48,13 +48,17 @@ from storage.urls import open_map_store, open_store
 logger = logging.getLogger(__name__)
 
 USUAL_START = 3.0
-STILL_STARTING = "still starting: the first start on a computer compiles the kernels, for up to half a minute"
+STILL_STARTING = "still starting: the first start on a computer compiles the kernels, half a minute, on a slow one two"
 
 OWN_AGENT, MACHINES_HERE = "own-agent.json", "machines-here.json"
 """Files in the folder for what a killed cloud process leaves to the next."""
 
-MACHINE_TIMEOUT = 60.0
-"""The first start on a computer compiles the kernels; every later one takes a second or two."""
+MACHINE_TIMEOUT, LOOK = 600.0, 1.0
+"""Seconds for the first start on a computer, which compiles the kernels, where every later one takes a second or two;
+and after which it is asked anew whether there is hope."""
+
+HOPELESS = 3
+"""Deaths of an agent by which it is waited for no longer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,7 +255,11 @@ class Cloud:
                 await self.service.wait_for_machine(RETURN_TIMEOUT)
             except Unavailable:
                 self._agents.kill(self._own)  # it is frozen, and another is started
-        await self.service.wait_for_machine(MACHINE_TIMEOUT)
+        until = asyncio.get_running_loop().time() + MACHINE_TIMEOUT
+        while self._agents.deaths < HOPELESS and asyncio.get_running_loop().time() < until:
+            with contextlib.suppress(Unavailable):
+                return await self.service.wait_for_machine(LOOK)
+        raise Unavailable(f"no machine registered and its agent ended {self._agents.deaths} times; see what it logged")
 
     async def close(self) -> None:
         """End everything that was started, be it only half; what fails at it does not keep the rest from ending."""

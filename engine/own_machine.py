@@ -23,6 +23,11 @@ class Agents(Protocol):
     was_found: bool
     """Tell whether that machine is one that was left behind."""
 
+    @property
+    def deaths(self) -> int:
+        """How often the agent of that machine died, one time soon after the other."""
+        ...
+
     async def start(self) -> None:
         """Start the agents, and go on starting them."""
         ...
@@ -77,6 +82,11 @@ class OwnMachine:
         told = left.like(config) if left is not None else None
         self.was_found = told is not None and told.run_dir == config.run_dir
         self._agent = AgentProcess(config, started=self._note)
+
+    @property
+    def deaths(self) -> int:
+        """How often the agent died, one time soon after the other."""
+        return self._agent.deaths
 
     def _note(self, pid: int) -> None:
         if self._file is not None:

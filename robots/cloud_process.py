@@ -41,7 +41,7 @@ class CloudProcess:
 
     def __init__(
         self,
-        start_timeout: float = 120.0,
+        start_timeout: float = 600.0,
         stop_timeout: float = 15.0,
         arguments: Sequence[str] = (),
         environment: Mapping[str, str] | None = None,

@@ -17,6 +17,7 @@ class RayMachines:
 
     come_at_once = False  # nodes may join at any time
     was_found: bool = False
+    deaths: int = 0
 
     def __init__(self, watcher: WatcherProcess, router: RouterProcess) -> None:
         self._watcher = watcher

@@ -131,7 +131,7 @@ def _waiting(console: Console | None) -> contextlib.AbstractContextManager[objec
     """Show that something goes on until robots can be shown."""
     if console is None:
         return contextlib.nullcontext()
-    return console.status("starting the cloud; the first start on a computer compiles the kernels for half a minute")
+    return console.status("starting the cloud; the first start on a computer compiles the kernels for a minute")
 
 
 async def introduce(rest: RestClient, stage: Stage, options: DemoOptions) -> None:

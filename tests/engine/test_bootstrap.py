@@ -1,3 +1,4 @@
+import functools
 import logging
 import subprocess
 import sys
@@ -5,9 +6,10 @@ import sys
 import pytest
 
 from engine import bootstrap
+from engine.agent_process import AgentProcess
 from engine.bootstrap import Cloud, CloudConfig
 from engine.instances import folder_of
-from ppaas.errors import InvalidParameter
+from ppaas.errors import InvalidParameter, Unavailable
 
 
 @pytest.mark.parametrize(("usual", "told"), [(0.0, True), (600.0, False)])
@@ -22,6 +24,18 @@ async def test_a_start_that_takes_longer_than_usual_says_why(tmp_path, short_pat
         await cloud.close()
     assert (bootstrap.STILL_STARTING in caplog.text) is told
     assert list(short_path.iterdir()) == []
+
+
+async def test_an_agent_that_only_dies_is_not_waited_for(short_path, monkeypatch):
+    dies = functools.partial(AgentProcess, command=(sys.executable, "-c", "raise SystemExit(3)"))
+    monkeypatch.setattr("engine.own_machine.AgentProcess", dies)
+    monkeypatch.setattr(bootstrap, "LOOK", 0.05)
+    cloud = Cloud(CloudConfig("memory:", "memory:"))
+    try:
+        with pytest.raises(Unavailable, match=f"its agent ended {bootstrap.HOPELESS} times"):
+            await cloud.start()
+    finally:
+        await cloud.close()
 
 
 async def test_priorities_that_are_none_are_refused_before_anything_is_made(short_path):
