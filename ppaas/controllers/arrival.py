@@ -3,8 +3,10 @@
 import math
 from typing import Protocol
 
-from ppaas.controllers.base import Velocity
+from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
+from ppaas.controllers.kernels.outline import Body
 from ppaas.controllers.motion import TurnLimits, brake, turn
+from ppaas.controllers.obstacles import Room
 from ppaas.geometry import Pose2D, wrap_angle
 
 SAME_GOAL = 1e-3
@@ -24,6 +26,8 @@ class GoalTolerances(TurnLimits, Protocol):
     def rot_stopped_vel(self) -> float: ...  # noqa: D102
     @property
     def rotate_threshold(self) -> float: ...  # noqa: D102
+    @property
+    def allow_unknown(self) -> bool: ...  # noqa: D102
 
 
 class Arrival:
@@ -34,19 +38,23 @@ class Arrival:
     Parameters
     ----------
     parameters : GoalTolerances
+    body : Body
+        Of the robot.
     """
 
-    def __init__(self, parameters: GoalTolerances) -> None:
+    def __init__(self, parameters: GoalTolerances, body: Body) -> None:
         self._parameters = parameters
+        self._body = body
         self._goal: Pose2D | None = None
         self._arrived = False
+        self._long_way = 0.0
 
     def head_for(self, goal: Pose2D) -> bool:
         """Take the end of a plan; return whether it is another than before."""
         before, self._goal = self._goal, goal
         other = before is None or not _same(before, goal)
         if other:
-            self._arrived = False
+            self._arrived, self._long_way = False, 0.0
         return other
 
     def is_reached(self, pose: Pose2D, velocity: Velocity, goal: Pose2D) -> bool:
@@ -71,12 +79,36 @@ class Arrival:
         self._arrived = self._at_goal(pose, goal)
         return self._arrived
 
-    def settle(self, pose: Pose2D, goal: Pose2D, velocity: Velocity, period: float) -> Velocity:
-        """Return what to drive next to stop and then turn to the goal's heading."""
-        off = wrap_angle(goal.theta - pose.theta)
+    def settle(self, request: ControlRequest, goal: Pose2D, velocity: Velocity) -> Velocity:
+        """Return what to drive next to stop and then turn to the goal's heading, to the side where there is room.
+
+        Raises
+        ------
+        NoValidControl
+            A corner of the robot would touch something, whichever side it turned to.
+        """
+        period, off = request.period, wrap_angle(goal.theta - request.pose.theta)
         if abs(velocity.linear) > 0.0 or abs(off) <= 0.5 * self._parameters.yaw_goal_tolerance:
             return brake(velocity, self._parameters, period)
-        return turn_by(off, velocity, self._parameters, period)
+        if not len(self._body.edges):  # a disc touches nothing by turning
+            return turn_by(off, velocity, self._parameters, period)
+        return turn(self._roomy(off, request, velocity), velocity, self._parameters, period)
+
+    def _roomy(self, off: float, request: ControlRequest, velocity: Velocity) -> float:
+        """Return the turn [rad] by ``off`` or the long way round to the same heading: that for which there is room."""
+        p = self._parameters
+        room = Room(request.costmap, self._body, request.pose, allow_unknown=p.allow_unknown)
+        long_way = _long_way(off)
+        # Who has begun to turn the long way goes on, though what was in the way comes and goes with noise.
+        begun = self._long_way * long_way > 0.0 or _turns_away(off, velocity)
+        for side in (long_way, off) if begun else (off, long_way):
+            # To within the tolerance will do.
+            if room.is_for(0.0, side - math.copysign(0.5 * p.yaw_goal_tolerance, side)):
+                self._long_way = side if side == long_way else 0.0
+                return side
+        raise NoValidControl(
+            f"no room to turn at the goal, x={request.pose.x:.3f} y={request.pose.y:.3f}; plan anew or recover"
+        )
 
     def _at_goal(self, pose: Pose2D, goal: Pose2D) -> bool:
         tolerance = self._parameters.xy_goal_tolerance
@@ -85,10 +117,17 @@ class Arrival:
 
 def turn_by(off: float, velocity: Velocity, limits: TurnLimits, period: float) -> Velocity:
     """Return what to drive next to turn on the spot by ``off`` [rad], to the side that it turns to already."""
-    # Facing nearly backwards, noise would flip the nearer side from cycle to cycle: keep the side.
-    if abs(off) > 0.8 * math.pi and off * velocity.angular < 0.0:
-        off = -off
-    return turn(off, velocity, limits, period)
+    return turn(_long_way(off) if _turns_away(off, velocity) else off, velocity, limits, period)
+
+
+def _turns_away(off: float, velocity: Velocity) -> bool:
+    """Tell whether it turns to the other side, and is to keep it: facing nearly backwards, noise would flip sides."""
+    return abs(off) > 0.8 * math.pi and off * velocity.angular < 0.0
+
+
+def _long_way(off: float) -> float:
+    """Return the turn to the other side that leads to the same heading [rad]."""
+    return off - math.copysign(math.tau, off)
 
 
 def _same(one: Pose2D, other: Pose2D) -> bool:

@@ -7,7 +7,6 @@ from ppaas.controllers.arrival import turn_by
 from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
 from ppaas.controllers.dwa_parameters import DwaParameters
 from ppaas.controllers.followed_path import FollowedPath
-from ppaas.controllers.footprints import body_of
 from ppaas.controllers.motion import in_force
 from ppaas.controllers.path_follower import PathFollower
 from ppaas.controllers.rollouts import Rollouts
@@ -36,7 +35,6 @@ class DynamicWindow(PathFollower):
     def __init__(self, **parameters: Any) -> None:
         self.parameters = DwaParameters(**parameters)
         super().__init__(self.parameters)
-        self._body = body_of(self.parameters.footprint, self.parameters.robot_radius)
         self._commanded = Velocity()
         self._turning = False
 
@@ -70,7 +68,7 @@ class DynamicWindow(PathFollower):
     def _choose(self, path: FollowedPath, request: ControlRequest, velocity: Velocity) -> Velocity:
         p, pose = self.parameters, request.pose
         if self._arrival.arrive(pose, path.end):
-            return self._arrival.settle(pose, path.end, velocity, request.period)
+            return self._arrival.settle(request, path.end, velocity)
         path.locate(pose)
         x, y = path.point_ahead(max(2.0 * p.robot_radius, p.forward_point_distance))
         off = wrap_angle(math.atan2(y - pose.y, x - pose.x) - pose.theta)

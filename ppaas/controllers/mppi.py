@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
 from ppaas.controllers.followed_path import FollowedPath
-from ppaas.controllers.footprints import body_of
 from ppaas.controllers.kernels.mppi import Base, Critics, Terrain, roll_out_parallel, roll_out_serial
 from ppaas.controllers.kernels.outline import clearance
 from ppaas.controllers.motion import advance, in_force
@@ -47,7 +46,6 @@ class PathIntegral(PathFollower):
         self.parameters = MppiParameters(**parameters)
         p = self.parameters
         super().__init__(p)
-        self._body = body_of(p.footprint, p.robot_radius)
         self._noise = draw(p)
         # Whatever the sequence kept is, to stop and to turn on the spot are tried too.
         self._plain = np.array((((0.0, 0.0),), ((0.0, p.max_vel_theta),), ((0.0, -p.max_vel_theta),)))
@@ -81,7 +79,7 @@ class PathIntegral(PathFollower):
         commanded = in_force(self._sent[-1], request.velocity, p, late)
         if self._arrival.arrive(request.pose, path.end):
             self._sequence[:] = 0.0
-            return self._arrival.settle(request.pose, path.end, commanded, period)
+            return self._arrival.settle(request, path.end, commanded)
         path.locate(request.pose)
         terrain = terrain_of(request, path, p)
         start = self._start(request, commanded)
@@ -90,7 +88,7 @@ class PathIntegral(PathFollower):
         if self._stands(request.velocity, linear, angular):
             # So near to the goal a base moves too little, or not at all, to be worth its while.
             if self._arrival.rest(request.pose, path.end):
-                return self._arrival.settle(request.pose, path.end, commanded, period)
+                return self._arrival.settle(request, path.end, commanded)
             raise NoValidControl(
                 f"nothing leads on from x={request.pose.x:.3f} y={request.pose.y:.3f}; plan anew or recover"
             )

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ppaas.controllers.kernels.outline import Body, Field, clearance
+from ppaas.controllers.kernels.outline import Body, Field, clearance, clearance_along
 from ppaas.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from ppaas.geometry import Pose2D
 from ppaas.maps.kernels.distance import distance_serial
@@ -52,3 +52,40 @@ def clearance_to_keep(distance: Field, resolution: float, body: Body, pose: Pose
     """
     here = clearance(distance, resolution, body, pose.x, pose.y, math.cos(pose.theta), math.sin(pose.theta))
     return min(CORNER * resolution, here - ROUNDING)
+
+
+class Room:
+    """What a robot has around it to move in.
+
+    Parameters
+    ----------
+    costmap : Costmap
+    body : Body
+        Of the robot.
+    pose : Pose2D
+        Where it begins to move, in the frame of the costmap.
+    allow_unknown : bool
+        Whether unknown cells are free.
+
+    Attributes
+    ----------
+    distance : (height, width) array
+        To obstacles [m].
+    start : Pose2D
+        Where it begins, in the frame of the grid.
+    least : float
+        What it must keep clear of the middles of cells [m].
+    """
+
+    def __init__(self, costmap: Costmap, body: Body, pose: Pose2D, *, allow_unknown: bool) -> None:
+        self._body, self._resolution = body, costmap.info.resolution
+        self.distance = distance_to_lethal(costmap, allow_unknown=allow_unknown)
+        self.start = costmap.info.origin.inverse() @ pose
+        self.least = clearance_to_keep(self.distance, self._resolution, body, self.start)
+
+    def is_for(self, length: float, turn: float) -> bool:
+        """Tell whether the robot can drive along an arc so long [m] that turns it so far [rad]."""
+        x, y, theta = map(float, self.start)
+        motion = (float(length), float(turn))
+        free = clearance_along(self.distance, self._resolution, self._body, (x, y, theta), motion)
+        return bool(free >= self.least)

@@ -1,8 +1,10 @@
 """What local planners that drive along a plan and stop at its end have in common."""
 
-from ppaas.controllers.arrival import Arrival, GoalTolerances
+from ppaas.controllers.arrival import Arrival
 from ppaas.controllers.base import Controller, Velocity
+from ppaas.controllers.drive_parameters import DriveParameters
 from ppaas.controllers.followed_path import FollowedPath
+from ppaas.controllers.footprints import body_of
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D, Poses
 
@@ -12,12 +14,13 @@ class PathFollower(Controller):
 
     Parameters
     ----------
-    tolerances : GoalTolerances
+    parameters : DriveParameters
     """
 
-    def __init__(self, tolerances: GoalTolerances) -> None:
+    def __init__(self, parameters: DriveParameters) -> None:
         self._path: FollowedPath | None = None
-        self._arrival = Arrival(tolerances)
+        self._body = body_of(parameters.footprint, parameters.robot_radius)
+        self._arrival = Arrival(parameters, self._body)
 
     def set_plan(self, poses: Poses) -> None:
         """Follow this plan from now on; to the same goal, what was reached of it stays reached.

@@ -9,10 +9,9 @@ from ppaas.controllers.arrival import turn_by
 from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
 from ppaas.controllers.carrot import carrot_at, curvature_to, legs_of
 from ppaas.controllers.followed_path import FollowedPath
-from ppaas.controllers.footprints import body_of
-from ppaas.controllers.kernels.outline import Body, Field, clearance_along
+from ppaas.controllers.kernels.outline import Body
 from ppaas.controllers.motion import advance, in_force, towards
-from ppaas.controllers.obstacles import clearance_to_keep, distance_to_lethal
+from ppaas.controllers.obstacles import Room
 from ppaas.controllers.path_follower import PathFollower
 from ppaas.controllers.pure_pursuit_parameters import PurePursuitParameters
 from ppaas.controllers.regulation import regulated_speed
@@ -41,7 +40,6 @@ class PurePursuit(PathFollower):
         self.parameters = PurePursuitParameters(**parameters)
         p = self.parameters
         super().__init__(p)
-        self._body = body_of(p.footprint, p.robot_radius)
         self._turning = replace(p, max_vel_theta=min(p.max_vel_theta, p.rotate_to_heading_angular_vel))
         self._legs: deque[FollowedPath] = deque()
         self._commanded = Velocity()
@@ -73,7 +71,7 @@ class PurePursuit(PathFollower):
         velocity = in_force(self._commanded, request.velocity, self.parameters, 2.0 * request.period)
         self._commanded = Velocity()
         if self._leg(request.pose) is self._legs[-1] and self._arrival.arrive(request.pose, goal):
-            self._commanded = self._arrival.settle(request.pose, goal, velocity, request.period)
+            self._commanded = self._arrival.settle(request, goal, velocity)
         else:
             self._commanded = self._choose(request, velocity)
         return self._commanded
@@ -141,20 +139,15 @@ class _Way:
 
     def __init__(self, p: PurePursuitParameters, body: Body, request: ControlRequest, velocity: Velocity) -> None:
         self._seconds = p.max_allowed_time_to_collision_up_to_carrot
-        self._body = body
-        self._resolution = request.costmap.info.resolution
-        self._distance: Field = distance_to_lethal(request.costmap, allow_unknown=p.allow_unknown)
-        begin = request.costmap.info.origin.inverse() @ advance(request.pose, velocity, request.period)
-        self._start = (float(begin.x), float(begin.y), float(begin.theta))
-        self._least = clearance_to_keep(self._distance, self._resolution, body, begin)
+        begin = advance(request.pose, velocity, request.period)
+        self._room = Room(request.costmap, body, begin, allow_unknown=p.allow_unknown)
 
     def is_free(self, command: Velocity, carrot: Pose2D) -> bool:
         """Tell whether the robot can go on so for the time that is asked for, or up to the point that it steers to."""
         seconds = self._seconds
         if command.linear:
             seconds = min(seconds, math.hypot(carrot.x, carrot.y) / abs(command.linear))
-        motion = (float(command.linear * seconds), float(command.angular * seconds))
-        return clearance_along(self._distance, self._resolution, self._body, self._start, motion) >= self._least
+        return self._room.is_for(command.linear * seconds, command.angular * seconds)
 
 
 def _cost_at(request: ControlRequest) -> int:

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from ppaas.controllers.base import ControlRequest, Velocity
 from ppaas.controllers.dwa_parameters import DwaParameters
 from ppaas.controllers.followed_path import FollowedPath
-from ppaas.controllers.kernels.outline import Body, clearance_along
+from ppaas.controllers.kernels.outline import Body
 from ppaas.controllers.kernels.rollout import BLOCKED, Frame, Outline, Scoring, score_velocities
 from ppaas.controllers.motion import advance, window
-from ppaas.controllers.obstacles import clearance_to_keep, distance_to_lethal
+from ppaas.controllers.obstacles import Room
 from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
 
 NOTHING = np.ones((1, 1), np.float32)
@@ -53,7 +53,11 @@ class Rollouts:
             p.max_vel_x * p.sim_time + p.forward_point_distance + p.robot_radius, request.costmap
         )
         self._begin = advance(request.pose, velocity, request.period)
-        self._outline = self._outline_in(request.costmap, body)
+        self._room: Room | None = None
+        self._outline = Outline(body, NOTHING, 0.0)
+        if len(body.edges):
+            self._room = Room(request.costmap, body, self._begin, allow_unknown=p.allow_unknown)
+            self._outline = Outline(body, self._room.distance, self._room.least)
 
     def best(self) -> Velocity | None:
         """Return the best velocity that can be reached within the cycle, or None if each would collide."""
@@ -80,23 +84,11 @@ class Rollouts:
 
     def can_turn(self, turning: float) -> bool:
         """Tell whether the robot can turn on the spot at some speed [rad/s] until it can be stopped; a disc can."""
-        if not len(self._outline.body.edges):
+        if self._room is None:
             return True
         p, period = self._parameters, self._period
         turn = turning * 2.0 * period + math.copysign(turning * turning / (2.0 * p.acc_lim_theta), turning)
-        x, y, theta = self._start
-        free = clearance_along(
-            self._outline.distance, self._frame.resolution, self._outline.body,
-            (float(x), float(y), float(theta)), (0.0, float(turn)),
-        )  # fmt: skip
-        return bool(free >= self._outline.least)
-
-    def _outline_in(self, costmap: Costmap, body: Body) -> Outline:
-        self._start = costmap.info.origin.inverse() @ self._begin
-        if not len(body.edges):
-            return Outline(body, NOTHING, 0.0)
-        distance = distance_to_lethal(costmap, allow_unknown=self._parameters.allow_unknown)
-        return Outline(body, distance, clearance_to_keep(distance, costmap.info.resolution, body, self._start))
+        return self._room.is_for(0.0, turn)
 
     def _fastest(self) -> float:
         """Return the speed [m/s] from which the robot can stop at the goal; less where obstacles are near."""
