@@ -22,6 +22,7 @@ from engine.layer_files import write_layers
 from engine.model import ContainerSpec, Launch, MapVersion, RobotConfig
 from engine.run_dir import make_run_dir
 from ppaas.clock import epoch
+from ppaas.controllers.registry import CONTROLLERS
 from ppaas.costmap.build import build_layers
 from ppaas.errors import PPaaSError, Unavailable, rebuild
 from ppaas.geometry import Pose2D
@@ -40,7 +41,11 @@ from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.ppaas_msgs import ComputePathRequest, RobotState
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header, Time
+from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.navigation.recovery import recovery_behaviors
 from ppaas.nodes.models import robot_model
+from ppaas.planners.registry import PLANNERS
+from ppaas.recoveries.registry import RECOVERIES
 
 TIMEOUT = 20.0
 """Seconds for each part; both together take a quarter of one."""
@@ -84,6 +89,14 @@ _CLIENT = 1
 Floats = NDArray[np.float64]
 Stream = FrameStream[link.FromContainer]
 Play = Callable[[Stream], Awaitable[None]]
+
+
+def load_plugins() -> None:
+    """Load what a robot has plugged in that asks for nothing else."""
+    PLANNERS.load(ROBOT.base_global_planner)
+    CONTROLLERS.load(ROBOT.base_local_planner)
+    for behavior in recovery_behaviors(MoveBaseParameters()):
+        RECOVERIES.load(behavior.type)
 
 
 def rehearse() -> set[str]:

@@ -7,18 +7,10 @@ import traceback
 from ppaas.errors import PPaaSError
 
 try:
-    from engine.rehearsal import ROBOT, rehearse
+    from engine.rehearsal import load_plugins, rehearse
     from engine.runtimes import child, hot_code, kernels, stand_ins, warming  # noqa: F401
-    from ppaas.controllers.registry import CONTROLLERS
-    from ppaas.navigation.parameters import MoveBaseParameters
-    from ppaas.navigation.recovery import recovery_behaviors
-    from ppaas.planners.registry import PLANNERS
-    from ppaas.recoveries.registry import RECOVERIES
 
-    PLANNERS.load(ROBOT.base_global_planner)
-    CONTROLLERS.load(ROBOT.base_local_planner)
-    for behavior in recovery_behaviors(MoveBaseParameters()):
-        RECOVERIES.load(behavior.type)
+    load_plugins()
     with stand_ins.instead_of(stand_ins.MASKED):
         kernels.warm_loaded()  # what is not in the cache is compiled before a robot waits for it
         hot_code.move(rehearse)

@@ -2,7 +2,7 @@
 
 Importing this module does the work. Any failure ends the fork server with its reason: a container must never find
 out later that a kernel is missing. Kernels are loaded by what comes after this module, as far as every container uses
-them; `engine.runtimes.rest_compiler` sees to the others.
+them; `engine.runtimes.first_start` has them compiled here, and `engine.runtimes.rest_compiler` sees to the others.
 """
 
 import os
@@ -29,8 +29,9 @@ try:
         with stand_ins.instead_of(stand_ins.HTML, stand_ins.POLYNOMIAL):
             LAYER = threading_layer.choose()
 
-        from engine.runtimes import compiled, kernels
+        from engine.runtimes import compiled, first_start, kernels
 
+        first_start.compile_missing(LAYER)
         compiled.load_without_compiler()
         COMPILED = kernels.record_compilations()
 except ImportError:  # of these the fork server would say nothing

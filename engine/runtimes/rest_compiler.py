@@ -8,24 +8,17 @@ that is called later is loaded from there, in milliseconds; one called earlier i
 
 import asyncio
 import contextlib
-import gc
-import importlib
 import logging
-import multiprocessing
 import os
 import sys
-import threading
 from collections.abc import AsyncIterator
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import resource_tracker
 from pathlib import Path
-from types import ModuleType
 
 import ppaas
 from engine.background import Background
 from engine.disk_notes import alone
 from engine.parent import end_with
-from engine.runtimes import kernel_stamp, threading_layer
+from engine.runtimes import compiling, kernel_stamp, threading_layer
 
 logger = logging.getLogger(__name__)
 
@@ -66,55 +59,13 @@ def main() -> None:
         return
     with alone(stamp.with_suffix(".lock")):
         if not kernel_stamp.all_compiled(stamp):  # another may just have done it
-            kernel_stamp.note(stamp, _compile_all())
-            _end_tracker()
-
-
-def _compile_all() -> list[str]:
-    """Return the files of the cache in which the kernels lie."""
-    spawning = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(len(os.sched_getaffinity(0)), spawning, _begin) as pool:
-        names = pool.submit(_names).result()
-        return [file for files in pool.map(_compile, names) for file in files]
-
-
-def _end_tracker() -> None:
-    """End the process that keeps count of what the pool shared, which ends after this one otherwise, as a zombie of who
-    adopts orphans: the agent.
-    """
-    gc.collect()  # what is given back later would have it started again
-    resource_tracker._resource_tracker._stop()  # type: ignore[attr-defined]
-
-
-def _begin() -> None:
-    """Prepare a process of the pool, which ends with this one: when that is killed, it would wait for work for ever."""
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    threading_layer.choose()
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+            kernel_stamp.note(stamp, compiling.compile_all(_names))
 
 
 def _names() -> list[str]:
-    """Return the modules that can be warmed, the largest first: they take longest."""
     from engine.runtimes import kernels  # noqa: PLC0415  # numba, which comes after the choice of its layer
 
-    warmable = [module for module in kernels.modules() if hasattr(module, "warm")]
-    return [module.__name__ for module in sorted(warmable, key=_size, reverse=True)]
-
-
-def _size(module: ModuleType) -> int:
-    return Path(str(module.__file__)).stat().st_size
-
-
-def _compile(name: str) -> list[str]:
-    module = importlib.import_module(name)
-    module.warm()
-    return list(kernel_stamp.cache_files(module))
+    return [module.__name__ for module in kernels.modules()]
 
 
 if __name__ == "__main__":
