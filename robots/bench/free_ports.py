@@ -9,15 +9,15 @@ LOWEST, END = 20_000, 32_768
 before the server that is told of it listens. Above those that Ray's workers get."""
 
 
-def free_ports(count: int) -> list[int]:
-    """Return so many ports, one after the other, that nobody uses now."""
+def free_ports(count: int, address: str = "127.0.0.1") -> list[int]:
+    """Return so many ports of an address, one after the other, that nobody uses now."""
     while True:
         first = LOWEST + secrets.randbelow(END - LOWEST - count + 1)
         ports = list(range(first, first + count))
         with contextlib.ExitStack() as listening:
             try:
                 for port in ports:
-                    listening.enter_context(socket.create_server(("127.0.0.1", port)))
+                    listening.enter_context(socket.create_server((address, port)))
             except OSError:
                 continue
         return ports

@@ -22,8 +22,9 @@ from ppaas.errors import PPaaSError, Unavailable
 from tests.servers.ray_cluster import RayCluster
 from tests.support.docker_engine import image_for_tests
 from tests.support.launches import Reports
-from tests.support.processes import is_gone, until
+from tests.support.processes import is_gone
 from tests.support.sources import ROOT
+from tests.support.waiting import until
 
 ENTRIES = "tests.support.container_entries"
 

@@ -1,5 +1,4 @@
 import asyncio
-from collections.abc import Callable
 
 import pytest
 
@@ -7,6 +6,7 @@ from engine.fabric import Fabric
 from engine.router import RouterProcess
 from engine.zenoh_config import Credentials
 from ppaas.errors import InvalidParameter, NotFound, PPaaSError, Unavailable
+from tests.support.waiting import until
 
 
 @pytest.fixture
@@ -24,12 +24,6 @@ async def pair(router):
     yield one, other
     await one.close()
     await other.close()
-
-
-async def until(condition: Callable[[], bool]) -> None:
-    async with asyncio.timeout(10):
-        while not condition():
-            await asyncio.sleep(0.005)
 
 
 async def test_what_is_published_arrives_with_its_key(pair):

@@ -5,7 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tests.support.processes import has_ended, until
+from tests.support.processes import has_ended
+from tests.support.waiting import until
 
 CHILD = (
     "import time; from engine.parent import end_with; end_with({parent}); print('there', flush=True); time.sleep(600)"

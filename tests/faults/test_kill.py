@@ -19,10 +19,10 @@ from tests.support.cloud import (
     register_robot,
     running_cloud,
     shared_memory,
-    until,
 )
 from tests.support.drive import Drive, driving
 from tests.support.places import free_pose, reachable_pose
+from tests.support.waiting import until
 
 pytestmark = pytest.mark.journey
 

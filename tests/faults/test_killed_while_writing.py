@@ -17,8 +17,9 @@ from ppaas.maps.grid import GridMap
 from robots.rest import RestClient
 from robots.robot_file import RobotFile
 from tests.faults.test_kill import lives
-from tests.support.cloud import publish_map, running_cloud, until
+from tests.support.cloud import publish_map, running_cloud
 from tests.support.places import free_pose, reachable_pose
+from tests.support.waiting import until
 
 pytestmark = pytest.mark.journey
 

@@ -7,8 +7,9 @@ import pytest
 
 from robots.bench.chaos.family import members
 from tests.faults.test_kill import lives
-from tests.support.cloud import named, until
+from tests.support.cloud import named
 from tests.support.up_process import Up
+from tests.support.waiting import until
 
 pytestmark = pytest.mark.journey
 

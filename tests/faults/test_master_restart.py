@@ -17,13 +17,14 @@ from ppaas.messages.move_base_msgs import MoveBaseActionFeedback
 from robots.bench.chaos.witness import Witness
 from robots.bench.free_ports import free_ports
 from robots.rest import RestClient
-from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud, shared_memory, until
+from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud, shared_memory
 from tests.support.docker_engine import image_for_tests
 from tests.support.drive import Drive, driving
 from tests.support.joined_machine import JoinedMachine, container_of, machines, ticket
 from tests.support.local_nodes import ABLE, managing
 from tests.support.places import free_pose, reachable_pose
 from tests.support.processes import has_ended
+from tests.support.waiting import until
 from tests.support.wire import Wire, wire_to
 
 pytestmark = pytest.mark.journey

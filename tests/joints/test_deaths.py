@@ -18,8 +18,9 @@ from engine.mapcache import MapCache, sweep_stale
 from engine.model import LayerSpec
 from engine.runtimes.process import ProcessRuntime
 from tests.support.launches import Reports
-from tests.support.processes import SOON, has_ended, is_gone, until, zombies
+from tests.support.processes import SOON, has_ended, is_gone, zombies
 from tests.support.records import house, kept
+from tests.support.waiting import until
 
 pytestmark = [pytest.mark.joint, pytest.mark.usefixtures("no_fork_server")]
 

@@ -21,7 +21,8 @@ from engine.runtimes.process import ProcessRuntime
 from engine.zenoh_config import Credentials, client_config
 from tests.support.fabric_server import Settings
 from tests.support.launches import Reports
-from tests.support.processes import memory, until
+from tests.support.processes import memory
+from tests.support.waiting import until
 
 pytestmark = pytest.mark.joint
 

@@ -16,9 +16,10 @@ from ppaas.maps.generate import office, warehouse
 from ppaas.maps.grid import GridMap
 from robots.rest import RestClient
 from tests.joints.conftest import Figure
-from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud, until
+from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud
 from tests.support.drive import Drive, driving
 from tests.support.places import free_pose, reachable_pose
+from tests.support.waiting import until
 
 pytestmark = pytest.mark.joint
 

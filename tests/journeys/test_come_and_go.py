@@ -15,9 +15,10 @@ from robots.connection import Link
 from robots.rest import RestClient
 from robots.sim.robot import RobotModel, SimulatedRobot
 from robots.sim.world import World
-from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud, until
+from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud
 from tests.support.drive import Drive, driving
 from tests.support.places import free_pose, reachable_pose
+from tests.support.waiting import until
 from tests.support.wire import Wire, wire_to
 
 pytestmark = pytest.mark.journey

@@ -14,10 +14,11 @@ from ppaas.maps.grid import GridMap
 from robots.rest import RestClient
 from robots.robot_file import RobotFile
 from tests.support.browser import DESK, PHONE, Eye, browsing, enter, looking
-from tests.support.cloud import ADMIN_PASSWORD, RunningCloud, publish_map, register_robot, until
+from tests.support.cloud import ADMIN_PASSWORD, RunningCloud, publish_map, register_robot
 from tests.support.drive import Drive, driving
 from tests.support.forwarder import Forwarder
 from tests.support.places import free_pose, reachable_pose
+from tests.support.waiting import until
 
 pytestmark = [pytest.mark.journey, pytest.mark.asyncio(loop_scope="module")]
 

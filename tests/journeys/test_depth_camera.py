@@ -11,10 +11,11 @@ from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, LaserScan
 from ppaas.perception.compressed_depth import compress
 from robots.client import RobotClient
 from robots.robot_file import RobotFile
-from tests.support.cloud import RunningCloud, publish_map, until
+from tests.support.cloud import RunningCloud, publish_map
 from tests.support.drive import driving
 from tests.support.local_nodes import ABLE, managing
 from tests.support.places import free_pose, reachable_pose
+from tests.support.waiting import until
 
 pytestmark = pytest.mark.journey
 

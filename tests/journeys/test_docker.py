@@ -13,11 +13,12 @@ from ppaas.maps.grid import GridMap
 from robots.client import RobotClient
 from robots.rest import RestClient
 from tests.journeys.test_masks import careful_robot, passed
-from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud, until
+from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud
 from tests.support.docker_engine import image_for_tests, run
 from tests.support.drive import driving
 from tests.support.hostile_plugin import hostile
 from tests.support.places import free_pose, reachable_pose
+from tests.support.waiting import until
 
 pytestmark = [pytest.mark.journey, pytest.mark.docker, pytest.mark.timeout(600)]
 

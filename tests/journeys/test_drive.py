@@ -9,9 +9,10 @@ from ppaas.maps.grid import GridMap
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, GetPlanResponse, Odometry, Path
 from ppaas.messages.std_msgs import Header
-from tests.support.cloud import RunningCloud, publish_map, register_robot, until
+from tests.support.cloud import RunningCloud, publish_map, register_robot
 from tests.support.drive import driving
 from tests.support.places import free_pose, reachable_pose
+from tests.support.waiting import until
 
 pytestmark = pytest.mark.journey
 

@@ -18,11 +18,12 @@ from ppaas.messages.rosapi import ServiceNode, ServiceNodeResponse, ServiceReque
 from ppaas.messages.std_msgs import Header
 from robots.client import RobotClient
 from robots.rest import RestClient
-from tests.support.cloud import RunningCloud, publish_map, register_robot, until
+from tests.support.cloud import RunningCloud, publish_map, register_robot
 from tests.support.drive import driving
 from tests.support.local_nodes import ABLE, WEAK, managing
 from tests.support.places import free_pose, reachable_pose
 from tests.support.slow_link import SlowLink
+from tests.support.waiting import until
 
 pytestmark = pytest.mark.journey
 

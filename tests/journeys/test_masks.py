@@ -14,9 +14,10 @@ from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, GetPlanResponse
 from ppaas.messages.std_msgs import Header
 from robots.client import RobotClient
 from robots.rest import RestClient
-from tests.support.cloud import RunningCloud, publish_map, register_robot, until
+from tests.support.cloud import RunningCloud, publish_map, register_robot
 from tests.support.local_nodes import ABLE, managing
 from tests.support.sources import ROOT
+from tests.support.waiting import until
 
 pytestmark = pytest.mark.journey
 

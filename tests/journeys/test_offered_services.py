@@ -13,9 +13,10 @@ from ppaas.messages.message import Empty
 from ppaas.messages.rosapi import Services, ServicesResponse
 from ppaas.messages.std_srvs import EmptyService, SetBool, SetBoolRequest, SetBoolResponse
 from robots.client import RobotClient
-from tests.support.cloud import RunningCloud, publish_map, register_robot, until
+from tests.support.cloud import RunningCloud, publish_map, register_robot
 from tests.support.documents import blocks
 from tests.support.places import free_pose
+from tests.support.waiting import until
 from tests.support.wire import wire_to
 
 pytestmark = pytest.mark.journey

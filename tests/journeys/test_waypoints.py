@@ -8,10 +8,11 @@ from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.nav2_msgs import FollowWaypointsActionFeedback, FollowWaypointsActionResult
-from tests.support.cloud import RunningCloud, publish_map, register_robot, until
+from tests.support.cloud import RunningCloud, publish_map, register_robot
 from tests.support.drive import driving
 from tests.support.places import free_pose
 from tests.support.touring import waypoints
+from tests.support.waiting import until
 
 pytestmark = pytest.mark.journey
 

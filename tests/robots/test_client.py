@@ -25,7 +25,8 @@ from ppaas.messages.std_msgs import String
 from ppaas.messages.std_srvs import EmptyService, Trigger, TriggerResponse
 from robots.client import RobotClient
 from robots.connection import Link
-from tests.support.rosbridge_server import RosbridgeServer, rosbridge_server, until
+from tests.support.rosbridge_server import RosbridgeServer, rosbridge_server
+from tests.support.waiting import until
 
 
 def at_once() -> Iterator[float]:

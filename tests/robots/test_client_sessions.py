@@ -14,7 +14,8 @@ from ppaas.messages.std_msgs import String
 from ppaas.messages.std_srvs import Trigger, TriggerResponse
 from ppaas.wire.resumption import ID_HEADER, LEFT, STATE_HEADER, TAKEN_HEADER
 from robots.client import RobotClient
-from tests.support.rosbridge_server import RosbridgeServer, rosbridge_server, until
+from tests.support.rosbridge_server import RosbridgeServer, rosbridge_server
+from tests.support.waiting import until
 
 
 def at_once() -> Iterator[float]:

@@ -16,9 +16,10 @@ from ppaas.messages.actionlib_msgs import Status
 from robots.rest import RestClient
 from tests.faults.test_kill import lives
 from tests.servers.cassandra_server import CassandraServer
-from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud, until
+from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud
 from tests.support.drive import driving
 from tests.support.places import free_pose, reachable_pose
+from tests.support.waiting import until
 
 pytestmark = pytest.mark.servers
 

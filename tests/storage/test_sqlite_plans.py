@@ -17,12 +17,13 @@ from ppaas.errors import Unavailable
 from ppaas.geometry import poses_along
 from ppaas.plans.recipes import read_recipe
 from storage.encoding import encode
+from storage.plan_entry import entries_of
 from storage.plan_search import PlanSearch
 from storage.records import PlanRecord
 from storage.sqlite import SqliteStore
 from storage.sqlite_connections import APPLICATION_ID, MIGRATIONS, Schema, SqliteConnections
 from storage.sqlite_plan_tally import MOST_UNCOUNTED
-from storage.sqlite_plan_writing import MOST_REMEMBERED, RememberedChunks, move_plans
+from storage.sqlite_plan_writing import MOST_REMEMBERED, Places, Remembered, move_plans
 from tests.support.records import plan
 
 
@@ -210,14 +211,40 @@ def test_entries_that_were_taken_back_are_not_remembered(file: Path) -> None:
 
 
 def test_a_store_remembers_a_bounded_number_of_entries_until_one_is_removed() -> None:
-    remembered = RememberedChunks()
-    remembered.learn({str(number).encode(): number for number in range(MOST_REMEMBERED + 10)}, 3)
-    assert b"9" not in remembered.known(3)
-    assert remembered.known(3)[b"10"] == 10
-    assert remembered.known(4) == {}
-    remembered.learn({b"new": 1}, 4)
-    remembered.learn({b"late": 2}, 3)
-    assert remembered.known(4) == {b"new": 1}
+    remembered = Remembered()
+    remembered.learn(Places({str(number).encode(): number for number in range(MOST_REMEMBERED + 10)}), 3)
+    assert b"9" not in remembered.known(3).chunks
+    assert remembered.known(3).chunks[b"10"] == 10
+    assert remembered.known(4) == Places()
+    remembered.learn(Places({b"new": 1}, {b"robot": (2, 3)}), 4)
+    remembered.learn(Places({b"late": 2}), 3)
+    assert remembered.known(4) == Places({b"new": 1}, {b"robot": (2, 3)})
+
+
+def test_what_plans_had_in_common_is_not_remembered_once_the_last_of_them_is_gone(
+    file: Path, two: tuple[SqliteStore, SqliteStore]
+) -> None:
+    store, other = two
+    short = [plan(name, version="v1", robot="r", poses=path(name, count=3).poses) for name in "abc"]
+    store.add_plan(short[0])
+    other.remove_plan("a")  # it shares no entry, so that only its context goes
+    store.add_plan(short[1])
+    assert store.plan("b") == short[1]
+    store.replace_plan(short[1], instead_of=short[1])
+    store.add_plan(short[2])
+    assert [store.plan(each.id) for each in short[1:]] == short[1:]
+    assert store.plan_statistics().plans == 2
+    assert_sound(file)
+
+
+def test_each_who_adds_plans_at_a_time_is_told_of_its_own(file: Path) -> None:
+    with closing(SqliteStore(file)) as store:
+        store.add_plan(path("a"))
+        given = [[path(name, float(ord(name))) for name in names] for names in ("abc", "", "cd", "dd", "e")]
+        told = store._add_all([list(entries_of(some, 8)) for some in given])
+        assert told == [2, 0, 1, 0, 1]
+        assert store.plan_statistics().plans == 5
+    assert_sound(file)
 
 
 def test_what_is_not_counted_yet_is_told_too(file: Path) -> None:

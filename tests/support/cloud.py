@@ -1,6 +1,5 @@
 """A real cloud for tests: ``ppaas up`` in a process of its own, and clients over real sockets."""
 
-import asyncio
 import json
 import signal
 import subprocess
@@ -20,8 +19,6 @@ from robots.robot_file import RobotFile
 
 ADMIN_PASSWORD = "correct horse battery"
 START_TIMEOUT = 90.0
-PATIENCE = 30.0
-"""Seconds to wait for what comes at once on a computer that has nothing else to do."""
 
 LOG_SHOWN = 8000
 """Characters of a cloud's log that are shown beside a test that failed."""
@@ -146,11 +143,3 @@ async def register_robot(rest: RestClient, robot_id: str, map_id: str, pose: tup
     await rest.put_robot(robot_id, RobotFile(map=map_id, initial_pose=pose, cores=0.25))
     assert rest.token is not None
     return rest.token
-
-
-async def until(condition: "object", timeout: float = PATIENCE) -> None:
-    """Wait until a condition holds; it is looked at every 20 ms."""
-    assert callable(condition)
-    async with asyncio.timeout(timeout):
-        while not condition():
-            await asyncio.sleep(0.02)

@@ -1,23 +1,11 @@
 """What tests ask about processes."""
 
-import asyncio
-from collections.abc import Callable
 from pathlib import Path
 
 import psutil
 
 SOON = 5.0
 """Seconds within which what must happen has to: generous, since machines that run tests are busy."""
-
-
-async def until(condition: Callable[[], bool], timeout: float = SOON) -> float:
-    """Wait until something is so, and return the seconds it took."""
-    loop = asyncio.get_running_loop()
-    began = loop.time()
-    async with asyncio.timeout(timeout):
-        while not condition():
-            await asyncio.sleep(0.002)
-    return loop.time() - began
 
 
 def state(pid: int) -> str | None:

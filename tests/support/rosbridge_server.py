@@ -2,7 +2,7 @@
 
 import asyncio
 import json
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from http import HTTPStatus
 from typing import Any
@@ -78,10 +78,3 @@ async def rosbridge_server(**options: Any) -> AsyncIterator[RosbridgeServer]:
     async with serve(server.serve, "127.0.0.1", 0, **hooks, **options) as listening:
         server.url = f"http://127.0.0.1:{listening.sockets[0].getsockname()[1]}"
         yield server
-
-
-async def until(condition: Callable[[], object], timeout: float = 30.0) -> None:
-    """Wait until something holds that nobody tells of; it is looked at every 5 ms."""
-    async with asyncio.timeout(timeout):
-        while not condition():
-            await asyncio.sleep(0.005)

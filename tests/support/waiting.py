@@ -3,9 +3,17 @@
 import asyncio
 from collections.abc import Callable
 
+PATIENCE = 30.0
+"""Seconds; many, since machines that run tests are busy."""
 
-async def until(condition: Callable[[], object], timeout: float = 10.0) -> None:
-    """Wait until a condition holds."""
+STEP = 0.005
+
+
+async def until(condition: Callable[[], object], timeout: float = PATIENCE) -> float:
+    """Wait until a condition holds, and return the seconds that it took."""
+    loop = asyncio.get_running_loop()
+    began = loop.time()
     async with asyncio.timeout(timeout):
         while not condition():
-            await asyncio.sleep(0.002)
+            await asyncio.sleep(STEP)
+    return loop.time() - began

@@ -5,7 +5,6 @@ import os
 import secrets
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -16,6 +15,7 @@ from typing import Generic, TypeVar
 import psutil
 
 from ppaas.errors import Unavailable
+from robots.bench.free_ports import free_ports
 
 RAY = (sys.executable, "-m", "ray.scripts.scripts", "start", "--block")
 SMALL = ("--disable-usage-stats", "--object-store-memory=80000000")
@@ -24,6 +24,8 @@ STARTED = "Ray runtime started"
 START_TIMEOUT = 60.0
 END_TIMEOUT = 10.0
 BLINK = 0.05
+
+HEAD = "127.0.0.2"
 
 CORES = 2
 """That a node says it has."""
@@ -139,9 +141,8 @@ class RayCluster(Generic[Node]):
         self.runs.mkdir()
         self.credentials = {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN_PATH": str(token)}
         self._environment = {**os.environ, **environment, **self.credentials, "TMPDIR": str(self.runs)}
-        with socket.create_server(("127.0.0.2", 0)) as free:
-            port = free.getsockname()[1]
-        self.address = f"127.0.0.2:{port}"
+        [port] = free_ports(1, HEAD)
+        self.address = f"{HEAD}:{port}"
         self.nodes: list[Node] = []
         try:
             self._begin("--head", f"--port={port}", f"--temp-dir={self.folder / 'ray'}", *HEAD_ALONE)

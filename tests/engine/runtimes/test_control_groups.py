@@ -15,7 +15,8 @@ from engine.model import Launch
 from engine.runtimes.control_groups import V2, ControlGroups, Hierarchy, hierarchies, own_hierarchies
 from engine.runtimes.process import ProcessRuntime
 from tests.support.launches import Reports
-from tests.support.processes import is_gone, until
+from tests.support.processes import is_gone
+from tests.support.waiting import until
 
 MIB = 1 << 20
 

@@ -21,7 +21,8 @@ from engine.runtimes.fork_server import UNHEARD
 from ppaas.errors import Unavailable
 from tests.support.docker_engine import TEST_IMAGE, containers, image_for_tests, run
 from tests.support.launches import Reports
-from tests.support.processes import has_ended, until
+from tests.support.processes import has_ended
+from tests.support.waiting import until
 
 ENTRIES = "tests.support.container_entries"
 

@@ -7,7 +7,8 @@ import pytest
 from engine.runtimes.process import ProcessRuntime
 from ppaas.errors import Unavailable
 from tests.support.launches import Reports
-from tests.support.processes import is_gone, until
+from tests.support.processes import is_gone
+from tests.support.waiting import until
 
 ENTRIES = "tests.support.container_entries"
 

@@ -13,8 +13,9 @@ import pytest
 from engine.runtimes import rest_compiler
 from engine.runtimes.process import _adopt_orphans
 from engine.runtimes.rest_compiler import compiling_the_rest
-from tests.support.processes import has_ended, is_gone, until
+from tests.support.processes import has_ended, is_gone
 from tests.support.sources import ROOT
+from tests.support.waiting import until
 
 
 @pytest.fixture

@@ -19,7 +19,8 @@ from robots.sim.driver import Driver, Rates, Schedule
 from robots.sim.robot import SimulatedRobot
 from robots.sim.world import World
 from tests.support.rooms import room
-from tests.support.rosbridge_server import RosbridgeServer, rosbridge_server, until
+from tests.support.rosbridge_server import RosbridgeServer, rosbridge_server
+from tests.support.waiting import until
 
 START = Pose2D(2.5, 1.5, 0.7)
 
