@@ -82,8 +82,8 @@ def choose_beams(points: NDArray[np.float64], max_beams: int) -> NDArray[np.floa
 
     Parameters
     ----------
-    points : (n, 2) array
-        x, y [m], in the order of the beams.
+    points : (n, 2) or (n, 4) array
+        x, y [m], in the order of the beams; what else a row tells goes with them.
     max_beams : int
         Most points to return.
     """

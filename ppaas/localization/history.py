@@ -40,9 +40,15 @@ class History:
         return True
 
     def seen(self) -> NDArray[np.float64]:
-        """Return (m, 2) all that was seen, in the robot's frame when the newest scan was kept [m]."""
+        """Return all that was seen, in the robot's frame when the newest scan was kept.
+
+        Returns
+        -------
+        (m, 4) array
+            x, y where a beam ended, and where the robot was that saw it [m].
+        """
         here = self._scans[-1][0].inverse()
-        return np.concatenate([_moved(points, here @ odom) for odom, points in self._scans])
+        return np.concatenate([_rays(points, here @ odom) for odom, points in self._scans])
 
     @property
     def metres(self) -> float:
@@ -65,7 +71,9 @@ class History:
         self._scans.clear()
 
 
-def _moved(points: NDArray[np.float64], pose: Pose2D) -> NDArray[np.float64]:
+def _rays(points: NDArray[np.float64], pose: Pose2D) -> NDArray[np.float64]:
     c, s = math.cos(pose.theta), math.sin(pose.theta)
-    moved: NDArray[np.float64] = points @ np.array(((c, s), (-s, c))) + np.array((pose.x, pose.y))
-    return moved
+    rays = np.empty((len(points), 4))
+    rays[:, 2:] = pose.x, pose.y
+    rays[:, :2] = points @ np.array(((c, s), (-s, c))) + rays[:, 2:]
+    return rays

@@ -6,8 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.localization.kernels import likelihood_field
+from ppaas.localization.kernels.sight import account_for
 from ppaas.localization.parameters import AmclParameters
 from ppaas.maps.layers import MapLayers
+
+SOMEBODY = 0.5
+"""How well that somebody stands there accounts for a ray that ends in the open."""
 
 
 class Match:
@@ -44,3 +48,21 @@ class Match:
         sums = likelihood_field.score_serial(poses, points, self._distance, self._resolution, self._origin, table)
         found: NDArray[np.float64] = sums / len(points)
         return found
+
+    def accounts(self, poses: NDArray[np.float64], rays: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how well the map accounts for rays as seen from each of some poses, from 0 to 1.
+
+        Unlike `fits`, it holds against a pose that walls would have been in the way, and less that rays end in the
+        open: people stand there, who are in no map.
+
+        Parameters
+        ----------
+        poses : (n, 3) array
+            x, y [m], theta [rad] in the map frame.
+        rays : (m, 4) array
+            x, y where each ended, and where it began, in the robot's frame [m]; one at least.
+        """
+        sums: NDArray[np.float64] = account_for(
+            poses, rays, self._distance, self._resolution, self._origin, self._sigma, SOMEBODY
+        )
+        return sums / len(rays)

@@ -73,7 +73,8 @@ class Found:
     weights : (n,) array
         How likely each is, sum 1.
     told : float
-        Weight, on the same scale, of the place where the robot was taken to be.
+        How likely the place is where the robot was taken to be, against all of these: by what the map accounts for,
+        whoever stands in the way.
     """
 
     search: "Search"
@@ -91,8 +92,8 @@ class Search:
     free : FreePoses
     match : Match
         Compares with the map.
-    seen : (m, 2) array
-        Where beams ended, in the robot's frame [m].
+    seen : (m, 4) array
+        x, y where beams ended, and where they began, in the robot's frame [m].
     metres : float
         Way on which that was seen [m].
     odom : Pose2D
@@ -130,7 +131,7 @@ class Search:
 
     def _drawn(self, random: np.random.Generator, cancelled: Callable[[], bool]) -> NDArray[np.float64] | None:
         """Return the best of many poses all over the map."""
-        beams = choose_beams(self.seen, COARSE_BEAMS)
+        beams = choose_beams(self.seen[:, :2], COARSE_BEAMS)
         tries = int(min(max(TRIES_PER_AREA * self.free.area, LEAST_TRIES), TRIES))
         kept, known = np.empty((0, 3)), np.empty(0)
         for begin in range(0, tries, CHUNK):
@@ -149,7 +150,7 @@ class Search:
         """Return for each pose the best around it, and how well it fits; the best first, and one at each place."""
         tried = np.repeat(poses[:, np.newaxis], AROUND, axis=1)
         tried[:, 1:] += random.standard_normal(tried[:, 1:].shape) * (step.reach, step.reach, step.turn)
-        beams = choose_beams(self.seen, step.beams)
+        beams = choose_beams(self.seen[:, :2], step.beams)
         fits = self.match.fits(tried.reshape(-1, 3), beams, step.wide).reshape(-1, AROUND)
         best = fits.argmax(axis=1)
         every = np.arange(len(poses))
@@ -159,15 +160,24 @@ class Search:
         return poses[apart], known[apart]
 
     def _weighed(self, poses: NDArray[np.float64], fits: NDArray[np.float64], random: np.random.Generator) -> Found:
-        """Weigh each pose by how well all fits, as if each look had weighed it."""
+        """Weigh each pose by how well all fits, as if each look had weighed it.
+
+        Points that people left fit here and there by chance, better than where the robot is if they are most of what it
+        sees. So against where it was taken to be counts only what people do not account for.
+        """
         looks = 1.0 + self.metres / LOOK
         here = np.array([self.told])
         for step in _ROUNDS[1:]:
-            here, fit = self._improved(here, step, random)
-        best = max(float(fits[0]), float(fit[0]), 1e-9)
-        weights = (fits / best) ** looks
-        total = float(weights.sum())
-        return Found(self, poses, weights / total, (float(fit[0]) / best) ** looks / total)
+            here, _ = self._improved(here, step, random)
+        weights = _likely(fits, looks)
+        accounts = self.match.accounts(np.concatenate((here, poses)), choose_beams(self.seen, FINE_BEAMS))
+        told, *elsewhere = _likely(accounts, looks).tolist()
+        return Found(self, poses, weights / weights.sum(), told / max(sum(elsewhere), 1e-300))
+
+
+def _likely(fits: NDArray[np.float64], looks: float) -> NDArray[np.float64]:
+    likely: NDArray[np.float64] = (fits / max(float(fits.max()), 1e-9)) ** looks
+    return likely
 
 
 def _apart(poses: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -60,6 +60,20 @@ def score_ranges(particles, beams, distance, info: GridInfo, shares, range_max):
     return np.array(sums)
 
 
+def account_for(pose, ray, distance, info: GridInfo, sigma, somebody):
+    """How well the map accounts for one ray: by a hit, or by somebody who stands in the open."""
+    to_x, to_y, from_x, from_y = ray
+    begin, end = Pose2D(*pose) @ Pose2D(from_x, from_y), Pose2D(*pose) @ Pose2D(to_x, to_y)
+    cell = info.cell_of(end.x, end.y)
+    if cell is None:
+        return 0.0
+    hit = math.exp(-((float(distance[cell]) / sigma) ** 2) / 2.0)
+    length, heading = begin.distance_to(end), math.atan2(end.y - begin.y, end.x - begin.x)
+    inside = info.cell_of(begin.x, begin.y) is not None
+    clear = inside and _followed(Pose2D(begin.x, begin.y, heading), distance, info, length) >= length
+    return max(hit, somebody) if clear else hit
+
+
 def _followed(begin, distance, info, range_max):
     gone = 0.0
     while gone < range_max:

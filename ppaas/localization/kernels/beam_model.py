@@ -8,10 +8,8 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
+from ppaas.localization.kernels.sight import cast
 from ppaas.maps.kernels.serial import serial_copy
-
-NEAR = 1.5
-"""What two cells take up of the distance between their centres [cells]; nearer, a ray goes on by half a cell."""
 
 
 class BeamShares(NamedTuple):
@@ -29,25 +27,6 @@ Score = Callable[
     [NDArray[np.float64], NDArray[np.float64], NDArray[np.float32], float, NDArray[np.float64], BeamShares, float],
     NDArray[np.float64],
 ]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _cast(distance: NDArray[np.float32], x: float, y: float, dx: float, dy: float, most: float, cell: float) -> float:
-    """Return how many cells a ray goes until it meets an occupied one, to half a cell; ``most`` if it leaves the map.
-
-    It goes as far at a time as the distance to the nearest obstacle lets it (sphere tracing).
-    """
-    height, width = distance.shape
-    gone = 0.0
-    while gone < most:
-        column, row = math.floor(x + gone * dx), math.floor(y + gone * dy)
-        if not (0 <= row < height and 0 <= column < width):
-            return most
-        d = distance[np.uint64(row), np.uint64(column)] / cell
-        if d == 0.0:
-            return gone
-        gone += max(0.5, d - NEAR)
-    return most
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -105,7 +84,7 @@ def _score_ranges(
             py = particles[i, 1] + s * beams[j, 0] + c * beams[j, 1] - origin[1]
             angle = particles[i, 2] + beams[j, 2] - origin[2]
             x, y = (c0 * px + s0 * py) / resolution, (c0 * py - s0 * px) / resolution
-            cells = _cast(distance, x, y, math.cos(angle), math.sin(angle), range_max / resolution, resolution)
+            cells = cast(distance, x, y, math.cos(angle), math.sin(angle), range_max / resolution, resolution)
             total += _likelihood(beams[j, 3], cells * resolution, range_max, shares) ** 3
         sums[i] = total
     return sums

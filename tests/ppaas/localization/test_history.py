@@ -33,7 +33,12 @@ def test_a_wall_is_seen_where_it_is_from_wherever_it_was_seen(odoms: list[Pose2D
         if history.note(odom, np.array([[x, y]])):
             last = odom
     x, y, _ = last.inverse() @ wall
-    np.testing.assert_allclose(history.seen(), np.tile((x, y), (len(history.seen()), 1)), atol=1e-9)
+    seen = history.seen()
+    np.testing.assert_allclose(seen[:, :2], np.tile((x, y), (len(seen), 1)), atol=1e-9)
+    # Each is as long as when it was seen, and the newest begins where the robot is.
+    begins = [last.inverse() @ odom for odom in odoms]
+    assert all(min(math.dist(row, begin[:2]) for begin in begins) < 1e-9 for row in seen[:, 2:].tolist())
+    np.testing.assert_allclose(seen[-1, 2:], 0.0, atol=1e-12)
 
 
 def test_the_oldest_scan_gives_way() -> None:

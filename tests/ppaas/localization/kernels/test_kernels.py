@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from ppaas.costmap.build import build_layers
 from ppaas.geometry import Pose2D
-from ppaas.localization.kernels import beam_model, cluster, free_cells, likelihood_field, motion, resample
+from ppaas.localization.kernels import beam_model, cluster, free_cells, likelihood_field, motion, resample, sight
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.particle_filter import ParticleFilter
 from ppaas.maps.distance import distance_to_occupied
@@ -102,6 +102,28 @@ def test_ranges_are_scored_as_by_their_twin(seed, turned):
     found = beam_model.score_serial(particles, beams, distance, info.resolution, np.array(info.origin), shares, 3.0)
     np.testing.assert_allclose(found, expected, atol=10 * 3 * 0.9**3 * 0.1)
     assert np.median(np.abs(found - expected)) < 0.5
+
+
+@settings(deadline=None)
+@given(seeds, st.floats(-math.pi, math.pi))
+def test_rays_are_accounted_for_as_by_their_twin_but_for_those_that_graze_a_corner(seed, turned):
+    rng = np.random.default_rng(seed)
+    info = GridInfo(0.1, 30, 20, Pose2D(-1.0, 0.5, turned))
+    distance = walls(seed, info)
+    centre = info.origin @ Pose2D(1.5, 1.0)
+    poses = np.array(centre) + rng.uniform(-1.0, 1.0, (20, 3))
+    rays = np.hstack((rng.uniform(-1.2, 1.2, (20, 2)), rng.uniform(-0.4, 0.4, (20, 2))))
+    found, expected = np.empty((20, 20)), np.empty((20, 20))
+    for i, pose in enumerate(poses):
+        for j, ray in enumerate(rays):
+            told = sight.account_for(pose[None], ray[None], distance, 0.1, np.array(info.origin), 0.1, 0.5)
+            found[i, j], expected[i, j] = told[0], twin.account_for(pose, ray, distance, info, 0.1, 0.5)
+    same = np.isclose(found, expected, atol=1e-6)
+    assert same.mean() > 0.95
+    # A corner that half a cell steps over is taken for open; nothing that is open is taken for shut.
+    assert (found[~same] == 0.5).mean() > 0.5 if not same.all() else True
+    sums = sight.account_for(poses, rays, distance, 0.1, np.array(info.origin), 0.1, 0.5)
+    np.testing.assert_allclose(sums, found.sum(axis=1))
 
 
 @pytest.mark.parametrize("threads", [2, 3])

@@ -1,0 +1,108 @@
+"""Kernel: how well the map accounts for rays, of which some may have met somebody whom the map does not know."""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+NEAR = 1.5
+"""What two cells take up of the distance between their centres [cells]; nearer, a ray goes on by half a cell."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cast(distance: NDArray[np.float32], x: float, y: float, dx: float, dy: float, most: float, cell: float) -> float:
+    """Return how many cells a ray goes until it meets an occupied one, to half a cell; ``most`` if it leaves the map.
+
+    It goes as far at a time as the distance to the nearest obstacle lets it (sphere tracing).
+    """
+    height, width = distance.shape
+    gone = 0.0
+    while gone < most:
+        column, row = math.floor(x + gone * dx), math.floor(y + gone * dy)
+        if not (0 <= row < height and 0 <= column < width):
+            return most
+        d = distance[np.uint64(row), np.uint64(column)] / cell
+        if d == 0.0:
+            return gone
+        gone += max(0.5, d - NEAR)
+    return most
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _is_clear(distance: NDArray[np.float32], x: float, y: float, to_x: float, to_y: float, cell: float) -> bool:
+    """Tell whether nothing of the map is between two points, given in cells; the first lies in the map, too."""
+    height, width = distance.shape
+    if not (0.0 <= x < width and 0.0 <= y < height):
+        return False
+    length = math.hypot(to_x - x, to_y - y)
+    dx, dy = (to_x - x) / max(length, 1e-9), (to_y - y) / max(length, 1e-9)
+    return cast(distance, x, y, dx, dy, length, cell) >= length
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def account_for(
+    poses: NDArray[np.float64],
+    rays: NDArray[np.float64],
+    distance: NDArray[np.float32],
+    resolution: float,
+    origin: NDArray[np.float64],
+    sigma: float,
+    somebody: float,
+) -> NDArray[np.float64]:
+    """Sum up how well rays are accounted for as seen from each pose: each by 0 to 1.
+
+    One that ends at an obstacle counts by a Gaussian of how far from it. One that ends in the open counts
+    ``somebody``, if that is more and nothing of the map is in its way: who stands there is in no map. One that went
+    through an obstacle, or out of the map, has nothing else to its credit.
+
+    Parameters
+    ----------
+    poses : (n, 3) array
+        x, y [m], theta [rad] in the map frame.
+    rays : (m, 4) array
+        x, y where each ended, and where it began, in the robot's frame [m].
+    distance : (height, width) array
+        From each cell to the nearest occupied one [m].
+    resolution : float
+        Edge of a cell [m].
+    origin : (3,) array
+        Pose of the lower-left corner of cell (0, 0) in the map frame [m, m, rad].
+    sigma : float
+        Standard deviation of a hit [m].
+    somebody : float
+        As above.
+
+    Returns
+    -------
+    (n,) array
+    """
+    height, width = distance.shape
+    c0, s0 = math.cos(origin[2]), math.sin(origin[2])
+    sums = np.empty(len(poses))
+    for i in range(len(poses)):
+        dx, dy = poses[i, 0] - origin[0], poses[i, 1] - origin[1]
+        x, y = (c0 * dx + s0 * dy) / resolution, (c0 * dy - s0 * dx) / resolution
+        heading = poses[i, 2] - origin[2]
+        c, s = math.cos(heading) / resolution, math.sin(heading) / resolution
+        total = 0.0
+        for j in range(len(rays)):
+            to_x, to_y = x + c * rays[j, 0] - s * rays[j, 1], y + s * rays[j, 0] + c * rays[j, 1]
+            column, row = math.floor(to_x), math.floor(to_y)
+            if not (0 <= row < height and 0 <= column < width):
+                continue
+            hit = math.exp(-0.5 * (distance[row, column] / sigma) ** 2)
+            if hit < somebody:
+                from_x, from_y = x + c * rays[j, 2] - s * rays[j, 3], y + s * rays[j, 2] + c * rays[j, 3]
+                if _is_clear(distance, from_x, from_y, to_x, to_y, resolution):
+                    hit = somebody
+            total += hit
+        sums[i] = total
+    return sums
+
+
+def warm() -> None:
+    """Compile, or load what was compiled."""
+    distance = np.zeros((1, 1), dtype=np.float32)
+    distance.flags.writeable = False  # as layers of a map are, which all robots share
+    account_for(np.zeros((1, 3)), np.zeros((1, 4)), distance, 0.05, np.zeros(3), 0.1, 0.5)
