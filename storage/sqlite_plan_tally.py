@@ -7,11 +7,10 @@ plan: up to which plan it is counted stands beside, those after are few, and who
 
 import sqlite3
 import struct
-from collections import Counter, defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,9 +26,11 @@ SAMPLES = 8
 """Plans that are told of an entry, however many refer to it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Uncounted:
-    """A plan that is not counted yet: its number, context and scope, when it was made, and what it adds to sums."""
+class Uncounted(msgspec.Struct, frozen=True):
+    """A plan that is not counted yet: its number, context and scope, when it was made, and what it adds to sums.
+
+    No dataclass, as ``ppaas.plans.body.Body``.
+    """
 
     sequence: int
     context: int
@@ -65,15 +66,17 @@ def count_plans(connection: sqlite3.Connection) -> None:
     if not plans:
         return
     _count_references(connection, [plan.sequence for plan in plans], chunks, stops)
-    sums = defaultdict[int, Counter[str]](Counter)
+    sums: dict[int, list[int]] = {}
     spans: dict[tuple[int, int], tuple[float, float]] = {}
     for plan in plans:
-        sums[plan.context].update(plans=1, waypoints=plan.waypoints, loose=plan.loose, bytes=plan.bytes)
+        counted = sums.setdefault(plan.context, [0, 0, 0, 0])
+        for at, added in enumerate((1, plan.waypoints, plan.loose, plan.bytes)):
+            counted[at] += added
         span, made = (plan.scope, plan.sequence // SPAN), plan.created
         oldest, newest = spans.get(span, (made, made))
         spans[span] = min(oldest, made), max(newest, made)
     for context, counted in sums.items():
-        add_to_context(connection, context, [counted[name] for name in ("plans", "waypoints", "loose", "bytes")])
+        add_to_context(connection, context, counted)
     connection.executemany(
         """INSERT INTO plan_spans VALUES (?, ?, ?, ?) ON CONFLICT DO UPDATE
            SET oldest = min(oldest, excluded.oldest), newest = max(newest, excluded.newest)""",
@@ -96,18 +99,25 @@ def _count_references(
 ) -> None:
     places = np.argsort(chunks, kind="stable")
     ids, first, counts = np.unique(chunks[places], return_index=True, return_counts=True)
-    before = dict(rows_of(connection, "SELECT id, refs FROM {given} JOIN chunk_refs ON chunk = id", ids.tolist()))
-    updates, samples = [], []
-    for chunk, at, count in zip(ids.tolist(), first.tolist(), counts.tolist(), strict=True):
-        refs = before[chunk]
-        updates.append((refs + count, chunk))
-        # At the first reference, the second, fourth, eighth …, so that samples are of all times.
-        for slot in range(refs.bit_length(), (refs + count).bit_length()):
-            plan = int(np.searchsorted(stops, places[at + (1 << slot) - refs - 1], side="right"))
-            samples.append((chunk, slot % SAMPLES, sequences[plan]))
+    # All entries have their counts, and ids go up.
+    query = "SELECT refs FROM {given} AS given JOIN chunk_refs ON chunk = given.id ORDER BY chunk"
+    before = np.array(rows_of(connection, query, ids.tolist()), np.int64).reshape(-1)
+    after = before + counts
+    updates = zip(after.tolist(), ids.tolist(), strict=True)
+    samples = []
+    # At the first reference, the second, fourth, eighth …, so that samples are of all times.
+    for at in np.flatnonzero(_doublings(before) != _doublings(after)).tolist():
+        refs = int(before[at])
+        for slot in range(refs.bit_length(), int(after[at]).bit_length()):
+            plan = int(np.searchsorted(stops, places[first[at] + (1 << slot) - refs - 1], side="right"))
+            samples.append((int(ids[at]), slot % SAMPLES, sequences[plan]))
     connection.executemany("UPDATE chunk_refs SET refs = ? WHERE chunk = ?", updates)
     for chunk, slot, sequence in samples:
         _put_sample(connection, chunk, slot, sequence)
+
+
+def _doublings(counts: NDArray[np.int64]) -> NDArray[np.int32]:
+    return np.frexp(counts.astype(np.float64))[1]
 
 
 def _put_sample(connection: sqlite3.Connection, chunk: int, slot: int, sequence: int) -> None:
