@@ -2,7 +2,6 @@
 
 import itertools
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import msgspec
@@ -34,9 +33,8 @@ class PlanContext(msgspec.Struct, frozen=True, array_like=True):
     parameters: dict[str, Any]
 
 
-@dataclass(frozen=True, slots=True)
-class PlanEntry:
-    """What is kept of a plan.
+class PlanEntry(msgspec.Struct, frozen=True):
+    """What is kept of a plan. No dataclass, as ``ppaas.plans.body.Body``.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ppaas.errors import Unavailable
 from ppaas.geometry import Poses
 from ppaas.plans.codes import pack, poses_in
-from ppaas.plans.kernels.numbering import COUNT, MOST, NUMBERS, read_numbers, take_ends, write_numbers
+from ppaas.plans.kernels.numbering import COUNT, MOST, NUMBERS, read_numbers, write_numbers
 
 _FORMAT, _IN_SPACE, _HEX, _INLINE = 2, 0x10, 0x20, 0x40
 
@@ -45,9 +45,8 @@ def write_bodies(
     """
     values, beyond = np.empty((len(plan_ids), COUNT)), np.empty((len(plan_ids), 10), np.uint64)
     values[:, :NUMBERS] = numbers
-    take_ends(words, stops, values, beyond)
     out, ends = np.empty(MOST * len(plan_ids), np.uint8), np.empty(len(plan_ids), np.int64)
-    write_numbers(values, out, ends)
+    write_numbers(words, stops, values, beyond, out, ends)
     in_space = (beyond[:, 9] != 0).tolist()
     data, begin, before, bodies = out[: ends[-1]].tobytes(), 0, 0, []
     for number, (end, stop) in enumerate(zip(ends.tolist(), stops.tolist(), strict=True)):

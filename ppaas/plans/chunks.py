@@ -62,9 +62,7 @@ def waypoint_hashes(words: NDArray[np.uint64]) -> NDArray[np.uint64]:
         One is not finite.
     """
     hashes = np.empty(len(words), np.uint64)
-    row = cutting.hash_waypoints(words, hashes)
-    if row >= 0:
-        raise InvalidInput(f"pose {row} is not finite: give numbers")
+    _check_finite(cutting.hash_waypoints(words, hashes))
     return hashes
 
 
@@ -108,8 +106,13 @@ def cut_plans(words: NDArray[np.uint64], stops: NDArray[np.int64], granularity: 
     """
     most = len(words) // granularity + len(stops) + 1
     begins, ends, parts = np.empty(most, np.int64), np.empty(most, np.int64), np.empty(len(stops), np.int64)
-    cutting.cut(waypoint_hashes(words), stops, granularity, begins, ends, parts)
+    _check_finite(cutting.cut(words, stops, granularity, begins, ends, parts))
     between = stops.copy()
     between[1:] -= stops[:-1]
     shared = between >= granularity + ENDS_BEFORE + ENDS_AFTER
     return Stretches(begins[: parts[-1]], ends[: parts[-1]], parts, shared)
+
+
+def _check_finite(infinite: int) -> None:
+    if infinite >= 0:
+        raise InvalidInput(f"pose {infinite} is not finite: give numbers")

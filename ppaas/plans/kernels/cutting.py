@@ -40,13 +40,13 @@ def hash_waypoints(words: Words, hashes: Words) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def cut(hashes: Words, stops: Rows, granularity: int, begins: Rows, ends: Rows, parts: Rows) -> None:
+def cut(words: Words, stops: Rows, granularity: int, begins: Rows, ends: Rows, parts: Rows) -> int:
     """Cut plans before each waypoint whose hash is the largest within G before and behind, of equal ones the last.
 
     Parameters
     ----------
-    hashes : (n,) array
-        Of all waypoints, one plan after the other.
+    words : (n, 7) array
+        The bits of the poses of all plans, one plan after the other.
     stops : (m,) array
         For each plan the row behind its last waypoint.
     granularity : int
@@ -55,7 +55,16 @@ def cut(hashes: Words, stops: Rows, granularity: int, begins: Rows, ends: Rows, 
         Get the rows of the stretches: so many as waypoints hold G, and one for each plan.
     parts : (m,) array
         Gets for each plan where its stretches end; it has none where nothing is between its own waypoints.
+
+    Returns
+    -------
+    int
+        The first row that is not finite, and then nothing is cut, or -1.
     """
+    hashes = np.empty(len(words), np.uint64)
+    infinite = hash_waypoints(words, hashes)
+    if infinite >= 0:
+        return infinite
     at = before = 0
     for plan in range(len(stops)):
         first, last = before + ENDS_BEFORE, stops[plan] - ENDS_AFTER
@@ -75,6 +84,7 @@ def cut(hashes: Words, stops: Rows, granularity: int, begins: Rows, ends: Rows, 
             ends[at] = last
             at += 1
         parts[plan] = at
+    return -1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -89,7 +99,6 @@ def warm() -> None:
     """Call the kernels once."""
     words = np.zeros((3, 7), np.uint64)
     words.flags.writeable = False
-    hashes = np.empty(3, np.uint64)
-    hash_waypoints(words, hashes)
+    hash_waypoints(words, np.empty(3, np.uint64))
     rows = np.empty(4, np.int64)
-    cut(hashes, np.array([3]), 1, rows, rows, np.empty(1, np.int64))
+    cut(words, np.array([3]), 1, rows, rows, np.empty(1, np.int64))

@@ -15,6 +15,7 @@ from ppaas.plans.kernels.words import bits_of, float_of
 Bytes = NDArray[np.uint8]
 Rows = NDArray[np.int64]
 Numbers = NDArray[np.float64]
+Words = NDArray[np.uint64]
 
 NUMBERS, PLACES = 10, 12
 """Of a plan itself (``ppaas.plans.body.NUMBERS``), and x, y, qz, qw of its first pose, its last and the last but
@@ -36,20 +37,8 @@ _COST_PER_METRE = 1000.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def take_ends(words: NDArray[np.uint64], stops: Rows, values: Numbers, beyond: NDArray[np.uint64]) -> None:
-    """Write what the numbers of plans tell of the poses at their ends.
-
-    Parameters
-    ----------
-    words : (n, 7) array
-        The bits of the poses of all plans, one plan after the other.
-    stops : (m,) array
-        For each plan the row behind its last pose.
-    values : (m, ``COUNT``) array
-        Gets x, y, qz, qw of the first pose, the last and the last but one; where there are fewer, some are the same.
-    beyond : (m, 10) array
-        Gets the bits of z, qx, qy of these, and last whether any is not zero.
-    """
+def _take_ends(words: Words, stops: Rows, values: Numbers, beyond: Words) -> None:
+    """Write what the numbers of plans tell of the poses at their ends, as `write_numbers`."""
     first = 0
     for plan in range(len(stops)):
         last = stops[plan] - 1
@@ -137,17 +126,26 @@ def _value(tag: int, code: int, expected: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def write_numbers(values: Numbers, out: Bytes, stops: Rows) -> None:
+def write_numbers(words: Words, stops: Rows, values: Numbers, beyond: Words, out: Bytes, ends: Rows) -> None:
     """Write the numbers of plans.
 
     Parameters
     ----------
+    words : (n, 7) array
+        The bits of the poses of all plans, one plan after the other.
+    stops : (m,) array
+        For each plan the row behind its last pose.
     values : (m, ``COUNT``) array
+        The first ``NUMBERS`` of each plan. Gets x, y, qz, qw of the first pose, the last and the last but one; where
+        there are fewer, some are the same.
+    beyond : (m, 10) array
+        Gets the bits of z, qx, qy of these, and last whether any is not zero.
     out : (k,) array
         ``MOST`` bytes for each plan.
-    stops : (m,) array
+    ends : (m,) array
         Gets where each plan ends.
     """
+    _take_ends(words, stops, values, beyond)
     at = 0
     tags, codes = np.empty(COUNT, np.int64), np.empty(COUNT, np.int64)
     for plan in range(len(values)):
@@ -164,7 +162,7 @@ def write_numbers(values: Numbers, out: Bytes, stops: Rows) -> None:
             at = _write(out, at, tags[number] | after << 4, 1)
         for number in range(told):
             at = _write(out, at, codes[number], _SIZES[tags[number]])
-        stops[plan] = at
+        ends[plan] = at
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -222,8 +220,7 @@ def warm() -> None:
     values, rows = np.zeros((1, COUNT)), np.zeros(1, np.int64)
     words = np.zeros((1, 7), np.uint64)
     words.flags.writeable = False
-    take_ends(words, rows + 1, values, np.empty((1, 10), np.uint64))
-    write_numbers(values, np.empty(MOST, np.uint8), rows.copy())
+    write_numbers(words, rows + 1, values, np.empty((1, 10), np.uint64), np.empty(MOST, np.uint8), rows.copy())
     data = np.zeros(MOST, np.uint8)
     data.flags.writeable = False
     read_numbers(data, rows, rows + MOST, values, rows.copy())
