@@ -9,7 +9,7 @@ Rows are small and many, so what is looked for by has tables of its own that hol
 - ``plan_spots``: plans by where they begin and end (``ppaas.plans.buckets``).
 - ``plan_spans``: for each scope and each ``SPAN`` plans that follow one another, when these were made.
 - ``tally``: one row: up to which plan sums, times and references are counted (``storage.sqlite_plan_tally``), and how
-  often an entry was removed.
+  often an entry or a context was removed.
 - ``chunks``: the entries, and a few of the plans that refer to each; an id is never given twice.
 - ``chunk_refs``: how often plans refer to an entry; beside it, since it changes often.
 - ``chunk_ids``: entries by what is in them.

@@ -28,7 +28,7 @@ from storage.sqlite_plan_ends import plans_between
 from storage.sqlite_plan_removal import remove_span
 from storage.sqlite_plan_schema import SPAN
 from storage.sqlite_plan_tally import counted_up_to, rows_of, uncounted
-from storage.sqlite_plan_writing import PlanTransaction, RememberedChunks, sequence_of, sequences_of
+from storage.sqlite_plan_writing import PlanTransaction, Remembered, sequence_of, sequences_of
 
 MOST_CHUNKS, MOST_PLANS = 256, 32
 """Entries near a place, and plans that share them, which are looked at for plans that pass it."""
@@ -54,7 +54,7 @@ class SqlitePlans:
     def __init__(self, connections: SqliteConnections, granularity: int = GRANULARITY) -> None:
         self._plan_connections = connections
         self._granularity = inner_granularity(granularity)
-        self._remembered = RememberedChunks()
+        self._remembered = Remembered()
         self._adding: GroupCommit[list[PlanEntry], int] = GroupCommit(self._add_all)
 
     def add_plan(self, record: PlanRecord) -> None:
@@ -68,7 +68,7 @@ class SqlitePlans:
     def _add_all(self, given: Sequence[list[PlanEntry]]) -> list[int]:
         with self._plan_connections.writing() as connection:
             transaction = PlanTransaction(connection, self._remembered)
-            added = [transaction.add(entries) for entries in given]
+            added = transaction.add(*given)
         transaction.committed()
         return added
 

@@ -23,7 +23,7 @@ from storage.records import PlanRecord
 from storage.sqlite import SqliteStore
 from storage.sqlite_connections import APPLICATION_ID, MIGRATIONS, Schema, SqliteConnections
 from storage.sqlite_plan_tally import MOST_UNCOUNTED
-from storage.sqlite_plan_writing import MOST_REMEMBERED, Places, Remembered, move_plans
+from storage.sqlite_plan_writing import MOST_REMEMBERED, KnownIds, Remembered, move_plans
 from tests.support.records import plan
 
 
@@ -212,13 +212,13 @@ def test_entries_that_were_taken_back_are_not_remembered(file: Path) -> None:
 
 def test_a_store_remembers_a_bounded_number_of_entries_until_one_is_removed() -> None:
     remembered = Remembered()
-    remembered.learn(Places({str(number).encode(): number for number in range(MOST_REMEMBERED + 10)}), 3)
+    remembered.learn(KnownIds({str(number).encode(): number for number in range(MOST_REMEMBERED + 10)}), 3)
     assert b"9" not in remembered.known(3).chunks
     assert remembered.known(3).chunks[b"10"] == 10
-    assert remembered.known(4) == Places()
-    remembered.learn(Places({b"new": 1}, {b"robot": (2, 3)}), 4)
-    remembered.learn(Places({b"late": 2}), 3)
-    assert remembered.known(4) == Places({b"new": 1}, {b"robot": (2, 3)})
+    assert remembered.known(4) == KnownIds()
+    remembered.learn(KnownIds({b"new": 1}, {b"robot": (2, 3)}), 4)
+    remembered.learn(KnownIds({b"late": 2}), 3)
+    assert remembered.known(4) == KnownIds({b"new": 1}, {b"robot": (2, 3)})
 
 
 def test_what_plans_had_in_common_is_not_remembered_once_the_last_of_them_is_gone(
