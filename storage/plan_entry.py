@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 from typing import Any
 
 import msgspec
@@ -86,8 +87,9 @@ def entries_of(records: Iterable[PlanRecord], granularity: int) -> Iterator[Plan
 
 
 def context_of(data: bytes) -> PlanContext:
-    """Return what was encoded; its dictionary is the caller's own."""
-    return decode(data, PlanContext)
+    """Return what was encoded; its parameters are the caller's own, unless they are none."""
+    common = _remembered(data)
+    return decode(data, PlanContext) if common.parameters else common
 
 
 def head_of(context: bytes, own: Body) -> PlanRecord:
@@ -99,6 +101,12 @@ def record_of(context: bytes, body: bytes, shared: list[Poses]) -> PlanRecord:
     """Return a plan, of the stretches that it shares."""
     own = read_body(body)
     return _record(context_of(context), own, own.poses(shared).astype("<f8", copy=False).tobytes())
+
+
+@lru_cache(1 << 10)
+def _remembered(data: bytes) -> PlanContext:
+    """Return what was encoded: of the plans that a search finds most have the same in common."""
+    return decode(data, PlanContext)
 
 
 def _entries(records: list[PlanRecord], granularity: int) -> Iterator[PlanEntry]:
@@ -140,5 +148,5 @@ def _record(common: PlanContext, own: Body, poses: bytes) -> PlanRecord:
     return PlanRecord(
         id=own.plan_id, user=common.user, map=common.map, version=common.version, planner=common.planner,
         start=(ends[0], ends[1], ends[2]), goal=(ends[3], ends[4], ends[5]), length=length, cost=cost, seconds=seconds,
-        poses=poses, created=created, robot=common.robot, parameters=common.parameters, origin=common.origin,
+        poses=poses, created=created, robot=common.robot, parameters=common.parameters or {}, origin=common.origin,
     )  # fmt: skip

@@ -57,6 +57,18 @@ def test_what_led_to_a_plan_is_kept_with_it(store: Store) -> None:
     assert store.plans("house")[0].origin == "given"
 
 
+@pytest.mark.parametrize("parameters", [{}, {"names": ["a", {"b": None}]}])
+def test_whoever_changes_the_parameters_of_a_plan_changes_no_other(store: Store, parameters: dict[str, Any]) -> None:
+    store.add_plans([path(name, (0, 0), (5, 0), parameters=parameters) for name in "ab"])
+    search = PlanSearch("house", "v1", (0.0, 0.0), (5.0, 0.0), 0.1)
+    for _ in range(2):
+        told = [*store.find_plans(search), *store.plans("house"), store.plan("a"), store.plan("b")]
+        assert [one.parameters for one in told] == [parameters] * 6
+        for one in told:
+            one.parameters.setdefault("names", []).append("changed")
+        assert [one.parameters["names"].count("changed") for one in told] == [1] * 6
+
+
 @pytest.mark.parametrize("count", [1, 2, 3, 15, 16, 17, 33, 1000])
 @pytest.mark.parametrize("seed", [0, 1])
 def test_poses_come_back_bit_for_bit(store: Store, count: int, seed: int) -> None:
