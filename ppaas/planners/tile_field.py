@@ -92,7 +92,8 @@ class TileField(GridField):
         m.begin(self._tiles, threads, costmap.data, allow_unknown)
         seed_tiles(
             self._source, *self._shape, self._unknown, m.field, m.tables, m.costs,
-            self._across, self._tiles, m.marks, m.words, m.hints, m.state, np.array(goals, np.int64, order="C"),
+            self._across, self._tiles, m.marks, m.words, m.hints, m.places, m.state,
+            np.array(goals, np.int64, order="C"),
         )  # fmt: skip
 
     @property
@@ -171,7 +172,7 @@ class TileField(GridField):
         return partial(
             grow_tiles,
             self._source, *self._shape, self._unknown, m.field, m.tables, m.costs, self._across, self._tiles,
-            m.marks, m.words, m.hints, m.scratch[: self._threads], m.state, wanted,
+            m.marks, m.words, m.hints, m.places, m.scratch[: self._threads], m.state, wanted,
         )  # fmt: skip
 
     def path_from(self, cell: Cell) -> NDArray[np.int32]:

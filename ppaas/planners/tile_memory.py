@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.planners.kernels.tile_growth import APART, CALLED, STOP, THREADS, state_size
-from ppaas.planners.kernels.tile_layout import CELLS, EDGES, FREE, KIND, LAID, SIDE, TABLE, UNREACHED
-from ppaas.planners.kernels.tile_queue import GROUP, IDLE
+from ppaas.planners.kernels.tile_layout import CELLS, EDGES, FREE, KIND, LAID, TABLE, UNREACHED
+from ppaas.planners.kernels.tile_queue import GROUP, IDLE, lay_places, part_size
 from ppaas.planners.kernels.tile_rows import SCRATCH
 from ppaas.planners.workers import Helpers
 
@@ -35,10 +35,9 @@ class TileMemory:
         self.field = _aligned(tiles * CELLS, np.uint32)
         self.tables = _aligned((tiles + 1) * TABLE, np.uint32)
         self.costs = _aligned(tiles * CELLS, np.uint8)
-        groups = -(-tiles // GROUP)
         self.marks = np.empty(tiles + 1, np.uint8)
-        self.words = _aligned(groups * GROUP, np.uint32)
-        self.hints = _aligned(-(-groups // SIDE) * SIDE, np.uint32)
+        self._words = _aligned(-(-tiles // GROUP) * GROUP, np.uint32)
+        self._share_among(1, tiles)
         self.scratch = _scratch(1)
         self.state = _aligned(state_size(1), np.int64)
         self.helpers = Helpers()
@@ -69,6 +68,8 @@ class TileMemory:
         if len(self.scratch) < threads:
             self.scratch = _scratch(threads)
             self.state = _aligned(state_size(threads), np.int64)
+        if self._sharing != (threads, tiles):
+            self._share_among(threads, tiles)
         if self._map is not None and self._map[0]() is data and self._map[1] == allow_unknown:
             self.marks[: tiles + 1] &= LAID
         else:
@@ -81,6 +82,15 @@ class TileMemory:
         outside[EDGES:FREE] = UNREACHED
         outside[FREE : KIND + 1] = 0
         self.marks[tiles] = LAID
+
+    def _share_among(self, threads: int, tiles: int) -> None:
+        self._sharing = threads, tiles
+        groups = -(-tiles // GROUP)
+        size = threads * part_size(groups, threads)
+        self.words = self._words[: groups * GROUP]
+        self.hints = _aligned(size, np.uint32)
+        self.places = np.zeros(groups + size, np.uint32)
+        lay_places(self.places, groups, threads)
 
     def open_for_help(self) -> None:
         """Let helpers come, after those have left that were called before."""

@@ -24,9 +24,11 @@ from ppaas.planners.kernels.tile_queue import (
     NONE,
     REASONS,
     UNIT_SHIFT,
+    lay_places,
     let_go,
-    own_groups,
+    part_size,
     take,
+    until_look,
     waits,
     wake,
 )
@@ -69,13 +71,13 @@ def state_size(threads: int) -> int:
 @bare
 def seed_tiles(
     source: Bytes, height: int, width: int, unknown: int, field: Numbers, tables: Numbers, costs: Bytes,
-    across: int, tiles: int, marks: Bytes, words: Numbers, hints: Numbers, state: Ints, goals: Ints,
+    across: int, tiles: int, marks: Bytes, words: Numbers, hints: Numbers, places: Numbers, state: Ints, goals: Ints,
 ) -> None:  # fmt: skip
     """Put the goals into a field in which nobody has been.
 
     Parameters
     ----------
-    source, height, width, unknown, field, tables, costs, across, tiles, marks, words, hints, state
+    source, height, width, unknown, field, tables, costs, across, tiles, marks, words, hints, places, state
         As in `grow_tiles`.
     goals : (n, 2) int64 array
         Row, column; one may be named twice.
@@ -90,7 +92,7 @@ def seed_tiles(
             for place in range(FREE):
                 tables[tile * TABLE + place] = UNREACHED
             marks[tile] |= TOUCHED
-            state[THREADS + WAITING] += wake(words, hints, tile, np.int64(0), np.int64(GOAL))
+            state[THREADS + WAITING] += wake(words, hints, places, tile, np.int64(0), np.int64(GOAL))
         field[tile * CELLS + row % SIDE * SIDE + column % SIDE] = 0
 
 
@@ -137,8 +139,8 @@ def _is_short_of_hands(state: Ints, helpers: Int) -> bool:
 @bare
 def grow_tiles(
     source: Bytes, height: int, width: int, unknown: int, field: Numbers, tables: Numbers, costs: Bytes,
-    across: int, tiles: int, marks: Bytes, words: Numbers, hints: Numbers, scratch: Numbers, state: Ints,
-    target: int, thread: int, helpers: int, budget: int,
+    across: int, tiles: int, marks: Bytes, words: Numbers, hints: Numbers, places: Numbers, scratch: Numbers,
+    state: Ints, target: int, thread: int, helpers: int, budget: int,
 ) -> int:  # fmt: skip
     """Work until ``budget`` lines of tiles are done, and tell why it stopped.
 
@@ -152,7 +154,7 @@ def grow_tiles(
         Tiles side by side, and in all.
     marks : (tiles + 1,) uint8 array
         For each tile whether somebody has been there, and whether its table is filled.
-    words, hints : uint32 arrays
+    words, hints, places : uint32 arrays
         As in `ppaas.planners.kernels.tile_queue`.
     scratch : (threads, SCRATCH) uint32 array
         Each thread's own; of as many threads as may ever work at this field.
@@ -173,22 +175,27 @@ def grow_tiles(
         SHORT_OF_HANDS.
     """
     me = THREADS + thread * APART
-    own = own_groups(thread, len(scratch), len(words) // GROUP)
+    part = len(hints) // len(scratch)
+    own: Int = 0
     end = state[me + LINES] + budget
     outcome = PAUSED
     atomics.add(state, ACTIVE, 1)
     while outcome == PAUSED and state[me + LINES] < end and not atomics.read(state, STOP):
         bound = _bound_of(target, field, marks)
-        tile, word = take(words, hints, bound, own)
+        # Who is alone has all tiles.
+        begin, count = (thread * part, part) if atomics.read(state, ACTIVE) > 1 else (0, len(hints))
+        tile, word = take(words, hints, places, bound, begin, count, own <= 0)
         if tile == NONE:
             outcome = _find_work(hints, state, bound)
             continue
+        own = until_look(own, places[tile // GROUP] // part == thread)
         if not marks[tile] & TOUCHED:
             lay_around(source, height, width, unknown, across, tiles, tile, costs, tables, marks)
         woken, work, overlong = visit(
-            field, tables, costs, across, tiles, tile, word & REASONS, marks, words, hints, scratch[thread]
+            field, tables, costs, across, tiles, tile, word & REASONS, marks, words, hints, places,
+            scratch[thread],
         )  # fmt: skip
-        woken += let_go(words, hints, tile)
+        woken += let_go(words, hints, places, tile)
         state[me + WAITING] += woken - 1
         state[me + LINES] += work + PER_VISIT
         if overlong:
@@ -209,6 +216,8 @@ def warm() -> None:
     field, tables = np.zeros(CELLS, np.uint32), np.zeros(2 * TABLE, np.uint32)
     marks, state = np.zeros(2, np.uint8), np.zeros(state_size(1), np.int64)
     words, hints = np.full(GROUP, IDLE, np.uint32), np.full(SIDE, IDLE, np.uint32)
-    arrays = (source, 1, 1, 0, field, tables, costs, 1, 1, marks, words, hints)
+    places = np.zeros(1 + part_size(1, 1), np.uint32)
+    lay_places(places, 1, 1)
+    arrays = (source, 1, 1, 0, field, tables, costs, 1, 1, marks, words, hints, places)
     seed_tiles(*arrays, state, np.zeros((1, 2), np.int64))
     grow_tiles(*arrays, np.zeros((1, SCRATCH), np.uint32), state, -1, 0, 0, 1)

@@ -15,6 +15,10 @@ Threads prefer tiles of *their own* groups, which lie in bands across the map: m
 on by the same thread, and what it reads of them is in its own core's cache. A tile of others is taken if it is nearer
 by more than `AWAY`: so no thread hurries far ahead, and none is out of work as long as there is any.
 
+The hints of a thread's own groups lie side by side, in its *part* of them, and no line of memory holds those of two
+threads. It looks at the other parts only now and then: each look fetches what another core has just written, which that
+core has to fetch back.
+
 Nothing is lost: who lowers a word looks at its hint after that, and who raises a hint looks at the words after that. As
 the order of all these steps is the same for all threads, one of the two sees what the other did.
 """
@@ -42,12 +46,14 @@ BUSY = 1 << 31
 """The bit of a tile that somebody works on."""
 NONE = -1
 """No tile."""
+LOOK_AFTER = 8
+"""So many tiles of its own a thread takes in turn between two looks at others'."""
 AWAY = (SIDE * BASE >> UNIT_SHIFT) << KEY_SHIFT
 """How much greater words of others' groups count: what a straight way through a tile weighs at least."""
 
 
 @bare
-def wake(words: Numbers, hints: Numbers, tile: Int, value: Int, reason: Int) -> bool:
+def wake(words: Numbers, hints: Numbers, places: Numbers, tile: Int, value: Int, reason: Int) -> bool:
     """Let a tile wait with a value, unless it waits with a lesser one; return whether it was idle."""
     key = (value >> UNIT_SHIFT) << KEY_SHIFT
     while True:
@@ -58,12 +64,12 @@ def wake(words: Numbers, hints: Numbers, tile: Int, value: Int, reason: Int) -> 
         if atomics.replace(words, tile, word, woken):
             break
     if not word & BUSY:
-        _lower_hint(hints, tile, woken)
+        _lower_hint(hints, places, tile, woken)
     return bool(word == IDLE)
 
 
 @bare
-def let_go(words: Numbers, hints: Numbers, tile: Int) -> bool:
+def let_go(words: Numbers, hints: Numbers, places: Numbers, tile: Int) -> bool:
     """End the work on a tile; return whether it waits again, because somebody woke it meanwhile."""
     while True:
         word = atomics.read(words, tile)
@@ -71,85 +77,137 @@ def let_go(words: Numbers, hints: Numbers, tile: Int) -> bool:
             break
     again = bool(word & ~BUSY != IDLE)
     if again:
-        _lower_hint(hints, tile, word & ~BUSY)
+        _lower_hint(hints, places, tile, word & ~BUSY)
     return again
 
 
 @bare
-def own_groups(thread: Int, threads: Int, groups: Int) -> Int:
-    """Return which groups are a thread's own, as lanes of each 32 hints: bands, two for each thread on small maps."""
-    each, own = max(1, min(groups // (2 * threads), SIDE // threads)), 0
-    for lane in range(SIDE):
-        if lane // each % threads == thread:
-            own |= 1 << lane
-    return own
+def lay_places(places: Numbers, groups: Int, threads: Int) -> None:
+    """Deal the groups to the threads in bands, two for each on small maps.
+
+    Parameters
+    ----------
+    places : (groups + threads · part_size(groups, threads),) uint32 array
+        Out: where the hint of each group is; behind them, for each hint, of which group it is.
+    groups, threads : int
+    """
+    each, part = band(groups, threads), part_size(groups, threads)
+    for group in range(groups):
+        turn = group // each
+        place = turn % threads * part + turn // threads * each + group % each
+        places[group] = place
+        places[groups + place] = group
+
+
+@joined
+def band(groups: Int, threads: Int) -> Int:
+    """Return how many groups side by side are one thread's own."""
+    return max(1, min(groups // (2 * threads), SIDE // threads))
+
+
+@joined
+def part_size(groups: Int, threads: Int) -> Int:
+    """Return how many hints there are for each thread, those without a group included: a multiple of 32."""
+    each: Int = band(groups, threads)
+    turns = -(-groups // (each * threads))
+    return -(-turns * each // SIDE) * SIDE
 
 
 @bare
-def take(words: Numbers, hints: Numbers, bound: Int, own: Int) -> tuple[Int, Int]:
-    """Take the tile to be worked on next; return it, or `NONE` if there is none below a bound, and its word."""
+def take(
+    words: Numbers, hints: Numbers, places: Numbers, bound: Int, begin: Int, count: Int, looks: bool
+) -> tuple[Int, Int]:
+    """Take the tile to be worked on next.
+
+    Parameters
+    ----------
+    words, hints, places
+    bound : int
+        Tiles with this word or a greater one are left alone.
+    begin, count : int
+        Where the thread's own part of the hints is.
+    looks : bool
+        Whether it looks at others' tiles even if one of its own waits.
+
+    Returns
+    -------
+    tile : int
+        `NONE` if there is none below the bound.
+    word : int
+    """
     while True:
-        hint, group = _least(hints, np.int64(0), len(hints), own)
-        if hint >= bound:
-            hint, group = _least(hints, np.int64(0), len(hints), np.int64(ALL))
+        hint, place = _least(hints, begin, count)
+        if count < len(hints) and (looks or hint >= bound):
+            other, elsewhere = _least(hints, np.int64(0), len(hints))
+            if hint >= bound or other + AWAY < hint:
+                hint, place = other, elsewhere
         if hint >= bound:
             return np.int64(NONE), hint
-        word, tile = _least(words, group * GROUP, np.int64(GROUP), np.int64(ALL))
-        if (word & ~REASONS) <= hint and atomics.replace(words, tile, word, BUSY | IDLE):
-            _raise_hint(words, hints, group, hint)
+        group = np.int64(places[len(words) // GROUP + place])
+        word, tile = _least(words, group * GROUP, np.int64(GROUP))
+        taken = (word & ~REASONS) <= hint and atomics.replace(words, tile, word, BUSY | IDLE)
+        if taken or (word & ~REASONS) > hint:
+            _raise_hint(words, hints, group, place, hint)
+        if taken:
             return tile, word
-        if (word & ~REASONS) > hint:
-            _raise_hint(words, hints, group, hint)
+
+
+@bare
+def until_look(before: Int, is_own: bool) -> Int:
+    """Return how many tiles a thread takes yet before it looks at others': none as long as theirs are nearer.
+
+    Parameters
+    ----------
+    before : int
+        The same, before it took the last tile.
+    is_own : bool
+        Whether that was one of its own.
+    """
+    return 0 if not is_own else before - 1 if before > 0 else LOOK_AFTER - 1
 
 
 @bare
 def waits(hints: Numbers, bound: Int) -> bool:
     """Return whether a tile waits below a bound."""
-    return bool(_least(hints, np.int64(0), len(hints), np.int64(ALL))[0] < bound)
+    return bool(_least(hints, np.int64(0), len(hints))[0] < bound)
 
 
 @joined
-def _counted(numbers: Numbers, at: Int, own: Int) -> Any:
-    row = simd.load(numbers, at)
-    return simd.where(own, row, simd.add(row, simd.splat(AWAY)))
-
-
-@joined
-def _least(numbers: Numbers, begin: Int, count: Int, own: Int) -> tuple[Int, Int]:
-    """Return the least of so many numbers, a multiple of 32, and where it was; others than ``own`` count for more."""
-    best = _counted(numbers, begin, own)
+def _least(numbers: Numbers, begin: Int, count: Int) -> tuple[Int, Int]:
+    """Return the least of so many numbers, a multiple of 32, and where it was."""
+    best = simd.load(numbers, begin)
     for at in range(begin + SIDE, begin + count, SIDE):
-        best = simd.least(best, _counted(numbers, at, own))
+        best = simd.least(best, simd.load(numbers, at))
     least = simd.least_of(best)
     found: Int = begin
     for at in range(begin, begin + count, SIDE):
-        other = simd.unlike(_counted(numbers, at, own), simd.splat(least))
+        other = simd.unlike(simd.load(numbers, at), simd.splat(least))
         if other != ALL:
             found = at + simd.first_lane(~other)
             break
     # As it was when it was the least: by now it may be another.
-    return (least if own >> found % SIDE & 1 else least - AWAY), found
+    return least, found
 
 
 @bare
-def _lower_hint(hints: Numbers, tile: Int, word: Int) -> None:
-    group, key = tile // GROUP, word & ~REASONS
-    if atomics.read(hints, group) > key:
-        atomics.lower(hints, group, key)
+def _lower_hint(hints: Numbers, places: Numbers, tile: Int, word: Int) -> None:
+    place, key = np.int64(places[tile // GROUP]), word & ~REASONS
+    if atomics.read(hints, place) > key:
+        atomics.lower(hints, place, key)
 
 
 @bare
-def _raise_hint(words: Numbers, hints: Numbers, group: Int, hint: Int) -> None:
+def _raise_hint(words: Numbers, hints: Numbers, group: Int, place: Int, hint: Int) -> None:
     """Set a hint to what it should be, if it is as it was and should be greater."""
     key = _key_of(words, group)
-    if key > hint and atomics.replace(hints, group, hint, key):
+    if key > hint and atomics.replace(hints, place, hint, key):
         atomics.fence()
         again = _key_of(words, group)
         if again < key:
-            atomics.lower(hints, group, again)
+            atomics.lower(hints, place, again)
 
 
 @bare
 def _key_of(words: Numbers, group: Int) -> Int:
-    least = _least(words, group * GROUP, np.int64(GROUP), np.int64(ALL))[0]
+    least = _least(words, group * GROUP, np.int64(GROUP))[0]
     return IDLE if least >= BUSY else least & ~REASONS

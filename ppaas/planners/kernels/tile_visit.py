@@ -176,7 +176,7 @@ def _work_off(
 @bare
 def visit(
     field: Numbers, tables: Numbers, costs: Bytes, across: Int, tiles: Int, tile: Int, reasons: Int,
-    marks: Bytes, words: Numbers, hints: Numbers, scratch: Numbers,
+    marks: Bytes, words: Numbers, hints: Numbers, places: Numbers, scratch: Numbers,
 ) -> tuple[Int, Int, bool]:  # fmt: skip
     """Work on one tile, and wake its neighbours."""
     look_around(tile, across, tiles, marks, scratch)
@@ -209,7 +209,7 @@ def visit(
         value = np.int64(scratch[KEYS + move])
         if value != UNREACHED:
             other = beside(scratch, move)
-            woken += wake(words, hints, other, value, move ^ 1 if move < 4 else move ^ 3)
+            woken += wake(words, hints, places, other, value, move ^ 1 if move < 4 else move ^ 3)
     return woken, work, overlong
 
 

@@ -332,9 +332,20 @@ def test_memory_that_is_far_too_large_is_let_go():
     assert not tile_memory._spare
 
 
+def test_memory_of_a_larger_map_deals_out_the_tiles_of_this_one():
+    data = np.zeros((64, 64), np.uint8)
+    fitting, larger = tile_memory.TileMemory(500), tile_memory.TileMemory(1_500)
+    for memory in (fitting, larger):
+        memory.begin(500, 2, data, True)
+    assert (fitting.places == larger.places).all()
+    assert len(fitting.words) == len(larger.words) == 512
+    larger.begin(1_500, 2, data, True)
+    assert len(larger.words) == 1_536
+
+
 def test_at_most_six_bytes_a_cell_are_used():
     memory = tile_memory.TileMemory(64 * 64)
-    arrays = (memory.field, memory.tables, memory.costs, memory.marks, memory.words, memory.hints)
+    arrays = (memory.field, memory.tables, memory.costs, memory.marks, memory.words, memory.hints, memory.places)
     assert sum(array.nbytes for array in arrays) <= 6 * 2_048**2
 
 
