@@ -1,4 +1,4 @@
-"""What drives a robot that has no map: a memory of obstacles in the frame of its odometry, and two planners."""
+"""What drives a robot that has no map: scan matching, a memory of obstacles, and two planners."""
 
 from typing import Any
 
@@ -20,6 +20,7 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.planners.base import PlanRequest
 from robots.bench.barn.impasses import Impasses
 from robots.bench.barn.jackal import RANGE_MAX, WIDTH
+from robots.bench.barn.scan_matching import ScanMatching
 from robots.bench.barn.smoothing import smoothed
 
 PERIOD = 0.05
@@ -39,7 +40,7 @@ WINDOW = 10.0
 
 
 class Pilot:
-    """Drives to a goal in the frame of the odometry, told only what the robot's sensors tell.
+    """Drives to a goal in the frame that the odometry began with, told only what the robot's sensors tell.
 
     Parameters
     ----------
@@ -91,13 +92,16 @@ class Pilot:
         self._plan: Poses | None = None
         self._failed = 0
         self._impasses = Impasses()
+        self._matching = ScanMatching()
         self.costs: Costmap | None = None
 
     def drive(self, odometry: Odometry, scan: LaserScan) -> Twist:
         """Take what the sensors tell now; return the velocity to drive until the next cycle."""
-        pose, twist = odometry.pose.pose.planar(), odometry.twist.twist
+        odom, twist = odometry.pose.pose.planar(), odometry.twist.twist
+        seen = smoothed(LaserReading.of(scan, odom))
+        pose = self._matching.correct(odom, seen)
         shut = self._impasses.discs
-        self.costs = self._local.update(pose, smoothed(LaserReading.of(scan, pose)), shut)
+        self.costs = self._local.update(pose, LaserReading(pose, seen.angles, seen.ranges), shut)
         self._memory.update(self._local.obstacles, shut)
         if self._plan is not None and self._impasses.look(self._cycle * PERIOD, pose, self._plan, self.costs):
             self._plan = None
