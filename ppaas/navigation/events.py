@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from ppaas.controllers.base import Velocity
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D, Poses
+from ppaas.navigation.obedience import Disobedience
 from ppaas.plans.stored import Origin
 
 
@@ -86,11 +87,14 @@ class ControlTick:
         Of the robot in the map frame; None if it is not known well enough to move.
     reason : str
         Why not.
+    disobedience : Disobedience, optional
+        Why the robot is to stand though its pose is known: its base does not do what it is told.
     """
 
     now: float
     pose: Pose2D | None
     reason: str = ""
+    disobedience: Disobedience | None = None
 
 
 @dataclass(frozen=True, slots=True)

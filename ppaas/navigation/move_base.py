@@ -9,11 +9,12 @@ States, patience and recoveries are those of ``move_base.cpp`` (ros-planning/nav
                └─CLEARING◄──────────┘
                    └── no recovery is left ──► ABORTED
 
-Three things differ. A planning error that no recovery can change (``PlanFailed.final``) aborts the goal at once with
+Four things differ. A planning error that no recovery can change (``PlanFailed.final``) aborts the goal at once with
 the planner's reason. A plan that could not be renewed while it is followed is given up after planner_patience: the way
 is blocked, and move_base would creep up to what blocks it. And while the robot's pose is not known, or a plan is
 deferred since a better one may be free in a moment, Move Base stands, says why in the status of the goal, and counts no
-patience.
+patience. A base that does not do what it is told is not pushed: the robot stands, says so, and is tried again now and
+then, until controller_patience ends in recovery.
 """
 
 from collections import Counter
@@ -38,6 +39,7 @@ from ppaas.navigation.events import (
     VelocityComputed,
 )
 from ppaas.navigation.goals import GoalList
+from ppaas.navigation.obedience import Disobedience
 from ppaas.navigation.orders import (
     CancelPlan,
     ComputeVelocity,
@@ -75,6 +77,11 @@ class Trigger(Enum):
     PLANNING = "Failed to find a valid plan. Even after executing recovery behaviors."
     CONTROLLING = "Failed to find a valid control. Even after executing recovery behaviors."
     OSCILLATION = "Robot is oscillating. Even after executing recovery behaviors."
+    DISOBEDIENCE = "Robot does not move as it is told. Even after executing recovery behaviors."
+
+
+STUCK = frozenset({Trigger.OSCILLATION, Trigger.DISOBEDIENCE})
+"""It recovered from these where it has left its place."""
 
 
 class MoveBase:
@@ -183,7 +190,7 @@ class MoveBase:
         self._orders.append(PublishFeedback(active.goal, event.pose))
         left = self._oscillation.has_left(event.now, event.pose)
         # A recovery that moves the robot is no sign that it gets on.
-        if left and self._trigger is Trigger.OSCILLATION and self.state is not State.CLEARING:
+        if left and self._trigger in STUCK and self.state is not State.CLEARING:
             self._recovery_index = 0
         match self.state:
             case State.PLANNING:
@@ -191,6 +198,8 @@ class MoveBase:
                 if self._moving:
                     self._stop()
                 self._request_plan(event.now)
+            case State.CONTROLLING if event.disobedience is not None:
+                self._stand(event.now, event.disobedience)
             case State.CONTROLLING:
                 self._control(event.now, event.pose)
             case State.CLEARING:
@@ -201,6 +210,16 @@ class MoveBase:
         """Stand still until the pose is known again; nothing was tried meanwhile, so patience does not run out."""
         self._count_anew(event.now)
         self._say(f"waiting: {event.reason}")
+        if self._moving:
+            self._stop()
+
+    def _stand(self, now: float, why: Disobedience) -> None:
+        """Stand, since the base does not obey; recover if that has not ended within controller_patience."""
+        if now > why.since + self.parameters.controller_patience:
+            self._recover(now, Trigger.DISOBEDIENCE, why.reason)
+            return
+        self._last_valid_control = now
+        self._say(f"waiting: {why.reason}")
         if self._moving:
             self._stop()
 

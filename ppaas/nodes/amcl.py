@@ -9,6 +9,7 @@ import numpy as np
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.localization.beams import check_count
+from ppaas.localization.blindness import check_sight
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.particle_filter import ParticleFilter
 from ppaas.localization.search import Found
@@ -94,7 +95,7 @@ class AmclNode(Node):
     ) -> None:
         super().__init__(context)
         self._parameters = parameters
-        self._info = layers.grid.info
+        self._info, self._layers = layers.grid.info, layers
         self._filter = ParticleFilter(layers, parameters, threads)
         spread = (parameters.initial_cov_xx, parameters.initial_cov_yy, parameters.initial_cov_aa)
         self._filter.initialise(initial_pose, np.diag(spread))
@@ -143,17 +144,24 @@ class AmclNode(Node):
     # -- scans ---------------------------------------------------------------------------------------------------------
 
     def _on_scan(self, scan: LaserScan) -> None:
-        self._laser(scan)
+        laser, newest = self._laser(scan), self._frames.tree.newest(BASE_LINK)
         check_count(scan)
+        check_sight(scan, self._layers, self._in_map(laser))
         stamp = tf_time(scan.header.stamp)
         if stamp:
-            self._continuity.check_stamp(stamp)
+            self._continuity.check_stamp(stamp, newest)
         self._waiting = scan
         self._process_waiting()
 
     def _laser(self, scan: LaserScan) -> Pose2D:
         frame = scan.header.frame_id.lstrip("/")
         return self._frames.tree.lookup(BASE_LINK, frame or BASE_LINK)
+
+    def _in_map(self, laser: Pose2D) -> Pose2D | None:
+        """Return where a laser is taken to be, if the robot was localized."""
+        if self._map_to_odom is None:
+            return None
+        return self._map_to_odom @ self._frames.tree.lookup(ODOM, BASE_LINK) @ laser
 
     def _process_waiting(self) -> None:
         scan, newest = self._waiting, self._frames.tree.newest(BASE_LINK)

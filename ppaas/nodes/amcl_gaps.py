@@ -8,6 +8,9 @@ from ppaas.transforms import CACHE_TIME
 
 logger = logging.getLogger(__name__)
 
+LATE = 1.0
+"""A scan that was taken longer than this before the newest odometry tells of a place that the robot has left [s]."""
+
 LONGEST_GAP = 5.0
 """A robot whose odometry is farther than this from where it was at the checkpoint [m] has reset its odometry."""
 
@@ -22,14 +25,28 @@ class Continuity:
         self.odom: Pose2D | None = None
         self._stamp: float | None = None
 
-    def check_stamp(self, stamp: float) -> None:
-        """Refuse a scan that is older than the last one. A clock that was set back by more than tf keeps is believed.
+    def check_stamp(self, stamp: float, newest: float | None) -> None:
+        """Refuse a scan that is older than the last one, or late.
+
+        A clock that was set back by more than tf keeps is believed.
+
+        Parameters
+        ----------
+        stamp : float
+            Of the scan [s].
+        newest : float or None
+            Of the newest odometry, if there is any [s].
 
         Raises
         ------
         InvalidInput
-            It is older.
+            It is older, or late.
         """
+        if newest is not None and LATE < newest - stamp <= CACHE_TIME:
+            raise InvalidInput(
+                f"a scan was taken {newest - stamp:.1f} s before the newest odometry: send it sooner, and stamp both "
+                "by one clock"
+            )
         if self._stamp is None or stamp >= self._stamp:
             return
         if stamp >= self._stamp - CACHE_TIME:

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import msgspec
 
-from ppaas.controllers.base import Controller, ControlRequest, SpeedLimit, Velocity
+from ppaas.controllers.base import Controller, ControlRequest, Velocity
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput, PPaaSError, TransformError
 from ppaas.geometry import Pose2D
@@ -28,17 +28,18 @@ from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.navigation import events, orders
 from ppaas.navigation.giving_way import GivingWay
 from ppaas.navigation.move_base import MoveBase
+from ppaas.navigation.obedience import Obedience
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.nodes import action_topics
 from ppaas.nodes.action_topics import ActionTopics
 from ppaas.nodes.amcl import SCAN_RATE, SCAN_TOPIC
 from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Timer, Topic
 from ppaas.nodes.checks import expect, pose_in
-from ppaas.nodes.frames import MAP, TF, TF_STATIC
+from ppaas.nodes.frames import BASE_LINK, MAP, ODOM, TF, TF_STATIC
 from ppaas.nodes.kernel_threads import Threads
 from ppaas.nodes.path_services import PathServices, get_plan_response
 from ppaas.nodes.robot_plan import Detour, NoPlan, Planned, RobotPlanner
-from ppaas.nodes.speed_limits import SpeedFilter, limit_of, lower_of
+from ppaas.nodes.speed_limits import SpeedFilter, SpeedLimits
 from ppaas.nodes.state_publisher import ODOM_RATE, ODOM_TOPIC
 from ppaas.nodes.surroundings import Surroundings
 from ppaas.planners.base import Planner, PlanResult
@@ -129,7 +130,8 @@ class MoveBaseNode(Node):
         speed_filter: SpeedFilter | None = None,
     ) -> None:
         super().__init__(context)
-        self._speed_filter, self._giving_way = speed_filter, giving_way
+        self._limits, self._giving_way = SpeedLimits(speed_filter), giving_way
+        self._obedience, self._sent = Obedience(), Velocity()
         self._layers = layers
         self._surroundings = surroundings
         self._planner = RobotPlanner(context, planner, layers.costmap, parameters, threads=threads, processor=processor)
@@ -145,7 +147,6 @@ class MoveBaseNode(Node):
         )
         self._cycle: Timer | None = None
         self._counter = 0
-        self._limit_speed(nav2_msgs.SpeedLimit(0.0))
         self._events: deque[events.Event] = deque()
         self._handling = False
 
@@ -195,12 +196,9 @@ class MoveBaseNode(Node):
             case People():
                 around.take_people(message, now)
             case nav2_msgs.SpeedLimit():
-                self._limit_speed(message)
+                self._limits.take(message)
             case _:
                 raise InvalidInput(f"{self.name} takes no {type(message).__name__} on {topic!r}")
-
-    def _limit_speed(self, message: nav2_msgs.SpeedLimit) -> None:
-        self._speed_limit, self._told_limit = limit_of(message), message
 
     def _on_goal(self, target: PoseStamped, goal_id: GoalID) -> None:
         pose = pose_in(self._surroundings.frames.tree, MAP, target, "a goal")
@@ -266,7 +264,8 @@ class MoveBaseNode(Node):
         except PPaaSError as error:
             self._feed(events.ControlTick(now, None, str(error)))
             return
-        self._feed(events.ControlTick(now, pose))
+        odom = self._surroundings.frames.tree.lookup(ODOM, BASE_LINK)
+        self._feed(events.ControlTick(now, pose, disobedience=self._obedience.look(now, self._sent, odom)))
 
     # -- events and orders ---------------------------------------------------------------------------------------------
 
@@ -316,6 +315,7 @@ class MoveBaseNode(Node):
                 self._topics.result(order.goal, order.status, order.text)
 
     def _send(self, velocity: Velocity) -> None:
+        self._sent = velocity
         self.context.publish("cmd_vel", Twist(Vector3(x=velocity.linear), Vector3(z=velocity.angular)))
 
     def _follow(self, order: orders.FollowPlan) -> None:
@@ -329,7 +329,7 @@ class MoveBaseNode(Node):
         assert costs is not None, "a control tick brings the costs up to date"
         period = 1.0 / self._parameters.controller_frequency
         movers = around.movers(pose, self.context.now())
-        limit = self._limit_at(pose)
+        limit = self._limits.at(pose)
         request = ControlRequest(pose, around.velocity, costs, period, self._threads(), movers, limit)
         try:
             reached = self._controller.is_goal_reached(pose, around.velocity)
@@ -338,10 +338,6 @@ class MoveBaseNode(Node):
             return events.ControlFailed(self.context.now(), str(error))
         velocity = self._giving_way.slowed(velocity, pose, around.walkers(self.context.now()))
         return events.VelocityComputed(self.context.now(), velocity, reached)
-
-    def _limit_at(self, pose: Pose2D) -> SpeedLimit:
-        told = self._speed_limit
-        return told if self._speed_filter is None else lower_of(told, self._speed_filter.at(pose))
 
     def _recover(self, order: orders.Recover) -> events.Event:
         around, now = self._surroundings, self.context.now()
@@ -384,7 +380,7 @@ class MoveBaseNode(Node):
 
     def checkpoint(self) -> bytes:
         """Return the goal it drives to, and its speed limit."""
-        active, told = self._machine.goals.active, self._told_limit
+        active, told = self._machine.goals.active, self._limits.told
         goal = active.goal if active else None
         return msgspec.json.encode(MoveBaseState(goal, self._counter, told.speed_limit, told.percentage))
 
@@ -392,6 +388,6 @@ class MoveBaseNode(Node):
         """Drive on to the goal; the plan is made anew, from where the robot is now."""
         restored = msgspec.json.decode(state, type=MoveBaseState)
         self._counter = restored.counter
-        self._limit_speed(nav2_msgs.SpeedLimit(restored.speed_limit, restored.percentage))
+        self._limits.take(nav2_msgs.SpeedLimit(restored.speed_limit, restored.percentage))
         if restored.goal is not None:
             self._feed(events.GoalReceived(self.context.now(), restored.goal))

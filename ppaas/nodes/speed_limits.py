@@ -33,6 +33,33 @@ def lower_of(one: SpeedLimit, other: SpeedLimit) -> SpeedLimit:
     return SpeedLimit(min(one.speed, other.speed), min(one.part, other.part))
 
 
+class SpeedLimits:
+    """How fast a robot may drive: by what an operator said last, and by where it is.
+
+    Parameters
+    ----------
+    mask : SpeedFilter, optional
+        How fast where.
+
+    Attributes
+    ----------
+    told : nav2_msgs.SpeedLimit
+        By an operator.
+    """
+
+    def __init__(self, mask: "SpeedFilter | None" = None) -> None:
+        self._mask = mask
+        self.take(nav2_msgs.SpeedLimit(0.0))
+
+    def take(self, message: nav2_msgs.SpeedLimit) -> None:
+        """Take what an operator says; ``InvalidInput`` as `limit_of`."""
+        self._limit, self.told = limit_of(message), message
+
+    def at(self, pose: Pose2D) -> SpeedLimit:
+        """Return the limit that counts where the robot is."""
+        return self._limit if self._mask is None else lower_of(self._limit, self._mask.at(pose))
+
+
 class SpeedFilter:
     """The limits of a mask, as Nav2's speed filter makes them of its cells.
 

@@ -10,6 +10,7 @@ from ppaas.messages.actionlib_msgs import GoalStatusArray, Status
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
 from ppaas.messages.std_msgs import Header
+from ppaas.nodes.base import Payload
 from ppaas.nodes.clone import build_clone
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.jobs import Worker, run_inline
@@ -73,13 +74,17 @@ class ClosedLoop:
         self.clearance = min(self.clearance, self.world.clearance())
         now = self.clock()
         if self.sensing:
-            self.graph.inject("odom", self.world.odometry(now))
+            self.sense("odom", self.world.odometry(now))
             if self._cycle % 2 == 0:
-                self.graph.inject("scan", self.world.scan(now))
+                self.sense("scan", self.world.scan(now))
                 if self.told is not None:
                     self.worst = max(self.worst, error_of(self.told, self.world.pose)[0])
         self._cycle += 1
         self.graph.run_due()
+
+    def sense(self, topic: str, message: Payload) -> None:
+        """Take what a sensor of the robot tells."""
+        self.graph.inject(topic, message)
 
     def run(self, seconds: float) -> None:
         """Go on until a result comes, at most so long."""

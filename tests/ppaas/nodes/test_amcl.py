@@ -122,8 +122,23 @@ def test_a_scan_in_an_unknown_frame_is_refused_to_its_sender():
 def test_a_scan_that_is_older_than_all_odometry_is_refused():
     home = Home()
     home.odom(100.0)
-    with pytest.raises(TransformError, match=r"90\.000"):
-        home.scan(90.0)
+    with pytest.raises(TransformError, match=r"80\.000"):
+        home.scan(80.0)
+
+
+@pytest.mark.parametrize(("late", "taken"), [(0.9, True), (1.1, False)])
+def test_a_scan_that_comes_long_after_it_was_taken_is_refused(late, taken):
+    home = Home()
+    for _ in range(30):
+        home.clock.advance(0.1)
+        home.odom()
+    if taken:
+        home.scan(home.clock() - late)
+        assert home.poses
+        return
+    with pytest.raises(InvalidInput, match=r"1\.1 s before the newest odometry"):
+        home.scan(home.clock() - late)
+    assert not home.poses
 
 
 def test_the_covariance_has_its_numbers_where_ros_has_them():
