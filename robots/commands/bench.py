@@ -29,7 +29,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_cloud_arguments(service)
     service.set_defaults(url=None, what="service")
     service.add_argument("--only", choices=PARTS, metavar="NAME", action="append", help=f"of {', '.join(PARTS)}")
-    planning = kinds.add_parser("planning", help="preparing maps and planning paths, without a cloud")
+    planning = kinds.add_parser(
+        "planning", help="preparing maps, making scans of depth images, and planning paths, without a cloud"
+    )
     planning.set_defaults(what="planning")
     reuse = kinds.add_parser("reuse", help="how much sooner a kept path arrives than a computed one")
     reuse.set_defaults(what="reuse")
@@ -78,11 +80,11 @@ def _measure_figures(arguments: argparse.Namespace, progress: "Progress") -> Cal
     import uvloop  # noqa: PLC0415 - what is measured is the cloud, not our own loop
     from rich.console import Console  # noqa: PLC0415
 
-    from robots.bench import planning, reuse, service  # noqa: PLC0415
+    from robots.bench import planning, preparing, reuse, service  # noqa: PLC0415
     from robots.bench.figures import show, to_json  # noqa: PLC0415
 
     if arguments.what == "planning":
-        figures = planning.measure(progress, arguments.quick)
+        figures = planning.measure(progress, arguments.quick) + preparing.measure(progress, arguments.quick)
     elif arguments.what == "reuse":
         figures = uvloop.run(reuse.measure(progress, arguments.quick))
     else:
