@@ -41,9 +41,6 @@ from ppaas.planners.kernels.bare import bare, joined
 
 lanes: Any = simd  # numba's annotations take what makes an operation for the operation
 
-TRIED = 2
-"""Corners of each end that are tried before it is told which are left out."""
-
 
 @bare
 def sees(terrain: Words, row: int, column: int, to_row: int, to_column: int) -> bool:
@@ -132,23 +129,23 @@ def _apart(landmarks: Integers, at: int, marks: Integers) -> int:
 
 @bare
 def bound_all(index: Words, scratch: Integers, end: int, found: int, to_row: int, to_column: int) -> None:
-    """Tell how long ways from one end over each of its corners to the other end are at least, the best two first."""
+    """Tell how long ways from one end over each of its corners to the other end are at least, the best one first."""
     table = integers_of(index, TABLE)
     landmarks, has_some = integers_of(index, LANDMARKS), index[LANDMARK_COUNT] > 0
     seen, lengths = end_of(index, scratch, end, SEEN), end_of(index, scratch, end, LENGTHS)
     bounds, marks = end_of(index, scratch, end, BOUNDS), marks_of(scratch, 1 - end)
+    best, least = np.int64(0), np.int64(FAR)
     for i in range(found):
         at = seen[i] * CORNER_SIZE
         bound = octile(table[at + ROW] - to_row, table[at + COLUMN] - to_column)
         if has_some:
             bound = max(bound, _apart(landmarks, np.int64(seen[i]) * MARKS, marks))
-        bounds[i] = bound + lengths[i]
-    for place in range(min(TRIED, found - 1)):
-        best = place
-        for i in range(place + 1, found):
-            if bounds[i] < bounds[best]:
-                best = i
-        swap(place, best, seen, lengths, bounds)
+        bound += lengths[i]
+        bounds[i] = bound
+        if bound < least:
+            best, least = np.int64(i), np.int64(bound)
+    if found > 0:
+        swap(0, best, seen, lengths, bounds)
 
 
 @joined

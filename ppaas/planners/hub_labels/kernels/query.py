@@ -5,7 +5,7 @@ labels of the start's corners are laid out in an array by their hubs, and those 
 over which the way is shortest. From there the links of the labels lead back to both ends. Where corners have no labels,
 their gates take their place; and ends that are near each other also look for a way below all labels.
 
-The two corners of each end over which a way may be shortest give a good way; corners over which none can be shorter are
+The corner of each end over which a way may be shortest gives a good way; corners over which none can be shorter are
 left out.
 """
 
@@ -18,7 +18,7 @@ from numba import njit, types
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.climbing import climb, descend, lead, may_meet, meet
 from ppaas.planners.hub_labels.kernels.hubs import announce, lay_out, look_up, take_back, walk
-from ppaas.planners.hub_labels.kernels.joining import TRIED, approach, bound_all, join, measure, rank, sees, swap
+from ppaas.planners.hub_labels.kernels.joining import approach, bound_all, join, measure, rank, sees, swap
 from ppaas.planners.hub_labels.kernels.layout import (
     COLUMN,
     CORNER_SIZE,
@@ -63,30 +63,54 @@ from ppaas.planners.hub_labels.kernels.writing import (
     write_straight,
     write_way,
 )
-from ppaas.planners.kernels.bare import inlined
+from ppaas.planners.kernels.bare import inlined, joined
 
 
-@inlined
-def _lay_best(index: Words, scratch: Integers, found: int, to_found: int, best: int) -> tuple[int, int]:
-    """Lay the corners of the start out that matter; return how many, now the first, and how long a way is at most."""
-    seen, lengths = end_of(index, scratch, START, SEEN), end_of(index, scratch, START, LENGTHS)
-    bounds = end_of(index, scratch, START, BOUNDS)
-    to_seen, to_lengths = end_of(index, scratch, GOAL, SEEN), end_of(index, scratch, GOAL, LENGTHS)
+@joined
+def _announce_best(index: Words, scratch: Integers, end: int, found: int) -> None:
+    """Begin to bring the label of the first corner of an end."""
+    for corner in end_of(index, scratch, end, SEEN)[: min(1, found)]:
+        announce(integers_of(index, TABLE), integers_of(index, LABELS), np.int64(corner))
+
+
+@joined
+def _announce_others(index: Words, scratch: Integers, end: int, found: int, most: int) -> int:
+    """Let the corners be first over which a way may be below ``most``, bring their labels; return how many they are."""
     table, labels = integers_of(index, TABLE), integers_of(index, LABELS)
-    tried = min(TRIED, found)
-    for i in range(tried):
-        lay_out(index, scratch, np.int64(seen[i]), np.int64(lengths[i]))
-    for j in range(min(TRIED, to_found)):
-        best = min(best, look_up(index, scratch, np.int64(to_seen[j])) + to_lengths[j])
-    kept = tried
-    for i in range(tried, found):
-        if bounds[i] < best:
+    seen, lengths = end_of(index, scratch, end, SEEN), end_of(index, scratch, end, LENGTHS)
+    bounds, kept = end_of(index, scratch, end, BOUNDS), np.int64(min(1, found))
+    for i in range(1, found):
+        if bounds[i] < most:
             announce(table, labels, np.int64(seen[i]))
             swap(kept, i, seen, lengths, bounds)
             kept += 1
-    for i in range(tried, kept):
+    return int(kept)
+
+
+@inlined
+def _look_up_all(index: Words, scratch: Integers, found: int, to_found: int) -> tuple[int, int, int]:
+    """Lay the corners of the start out that matter, and look those of the goal up.
+
+    Returns how many of the start, now the first, were laid out; how long the shortest way is, `FAR` or more without
+    one; and over which corner of the goal it leads, −1 over none.
+    """
+    seen, lengths = end_of(index, scratch, START, SEEN), end_of(index, scratch, START, LENGTHS)
+    to_seen, to_lengths = end_of(index, scratch, GOAL, SEEN), end_of(index, scratch, GOAL, LENGTHS)
+    to_bounds, most, shortest, last = end_of(index, scratch, GOAL, BOUNDS), np.int64(FAR), np.int64(FAR), np.int64(-1)
+    if found > 0 and to_found > 0:
+        lay_out(index, scratch, np.int64(seen[0]), np.int64(lengths[0]))
+        most = min(most, np.int64(look_up(index, scratch, np.int64(to_seen[0])) + to_lengths[0]))
+    kept = np.int64(_announce_others(index, scratch, START, found, most))
+    to_kept = np.int64(_announce_others(index, scratch, GOAL, to_found, most))
+    for i in range(1, kept):
         lay_out(index, scratch, np.int64(seen[i]), np.int64(lengths[i]))
-    return kept, best
+    for j in range(to_kept):
+        if j == 0 or to_bounds[j] < most:
+            length = np.int64(look_up(index, scratch, np.int64(to_seen[j])) + to_lengths[j])
+            if length < shortest:
+                shortest, last = length, np.int64(j)
+                most = min(most, length)
+    return int(kept), int(shortest), int(last)
 
 
 @inlined
@@ -103,30 +127,11 @@ def _find_route(index: Words, scratch: Integers, row: int, column: int, to_row: 
     if index[LANDMARK_COUNT]:
         measure(index, scratch, START, found)
         measure(index, scratch, GOAL, to_found)
-    table, labels = integers_of(index, TABLE), integers_of(index, LABELS)
     bound_all(index, scratch, START, found, to_row, to_column)
-    for corner in end_of(index, scratch, START, SEEN)[: min(TRIED, found)]:
-        announce(table, labels, np.int64(corner))
+    _announce_best(index, scratch, START, found)
     bound_all(index, scratch, GOAL, to_found, row, column)
-    for corner in end_of(index, scratch, GOAL, SEEN)[: min(TRIED, to_found)]:
-        announce(table, labels, np.int64(corner))
-
-    shortest = np.int64(FAR)
-    kept, most = _lay_best(index, scratch, found, to_found, shortest)
-    to_seen, to_lengths = end_of(index, scratch, GOAL, SEEN), end_of(index, scratch, GOAL, LENGTHS)
-    to_bounds, last = end_of(index, scratch, GOAL, BOUNDS), -1
-    to_kept = min(TRIED, to_found)
-    for j in range(to_kept, to_found):
-        if to_bounds[j] < most:
-            announce(integers_of(index, TABLE), integers_of(index, LABELS), np.int64(to_seen[j]))
-            swap(to_kept, j, to_seen, to_lengths, to_bounds)
-            to_kept += 1
-    for j in range(to_kept):
-        if j < TRIED or to_bounds[j] < most:
-            length = look_up(index, scratch, np.int64(to_seen[j])) + to_lengths[j]
-            if length < shortest:
-                shortest, last = length, j
-                most = min(most, length)
+    _announce_best(index, scratch, GOAL, to_found)
+    kept, shortest, last = _look_up_all(index, scratch, found, to_found)
     if has_fringe and may_meet(index, scratch, near, to_near, shortest):
         climb(index, scratch, START, near, to_near, to_row, to_column, shortest)
         climb(index, scratch, GOAL, to_near, near, row, column, shortest)
@@ -135,8 +140,9 @@ def _find_route(index: Words, scratch: Integers, row: int, column: int, to_row: 
             shortest, last = length, -1
         descend(index, scratch)
     if last >= 0:
-        to_length = np.int64(to_lengths[last])
-        walk(index, scratch, kept, np.int64(to_seen[last]), to_length, shortest - to_length)
+        to_corner = np.int64(end_of(index, scratch, GOAL, SEEN)[last])
+        to_length = np.int64(end_of(index, scratch, GOAL, LENGTHS)[last])
+        walk(index, scratch, kept, to_corner, to_length, shortest - to_length)
     elif shortest < FAR:
         scratch[COUNT] = lead(index, scratch, START, np.int64(scratch[MEETING]))
         scratch[COUNT + 1] = lead(index, scratch, GOAL, np.int64(scratch[MEETING]))
