@@ -378,3 +378,14 @@ async def test_a_process_forked_for_it_makes_the_index_that_the_planner_makes(tm
     with pytest.raises(NotFound, match="known: hub_labels"):
         await cache.prepare(folder, "dijkstra")
     assert {file.name for file in folder.iterdir() if "index" in file.name} == {"hub_labels.index"}
+
+
+async def test_a_map_too_crowded_for_an_index_is_refused_soon_with_planners_that_can(tmp_path):
+    free = np.random.default_rng(0).random((1024, 1024)) >= 0.2
+    record = house(image=b"P5\n1024 1024\n255\n" + np.where(free, 254, 0).astype(np.uint8).tobytes())
+    cache = MapCache(tmp_path / "shm", build=build_in_thread(tmp_path, record))
+    folder = await cache.ensure(LayerSpec(record, 0.01))
+    async with asyncio.timeout(30):
+        with pytest.raises(InvalidPlanner, match="jps or dijkstra"):
+            await cache.prepare(folder, "hub_labels")
+    assert not list(folder.glob("*.index"))

@@ -23,7 +23,6 @@ from ppaas.planners.hub_labels.head import fingerprint, seal
 from ppaas.planners.hub_labels.importance import edges_of, inherit
 from ppaas.planners.hub_labels.kernels import layout
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.contraction import RUNS
 from ppaas.planners.hub_labels.kernels.core_labels import tell_lengths
 from ppaas.planners.hub_labels.kernels.laying import lay_fringe, lay_labels, lay_table, lay_ways
 from ppaas.planners.hub_labels.kernels.layout import Shorts
@@ -31,20 +30,23 @@ from ppaas.planners.hub_labels.kernels.scan import DIAGONAL, Integers, most_seen
 from ppaas.planners.hub_labels.kernels.terrain import COLUMNS, ROWS
 from ppaas.planners.hub_labels.kernels.trees import FAR
 from ppaas.planners.hub_labels.labels import Pool, label
+from ppaas.planners.hub_labels.room import (
+    BYTES_AN_ENTRY,
+    LEAST_ENTRIES,
+    is_crowded,
+    label_room,
+    most_bytes,
+    most_edges,
+    too_crowded,
+)
 
 ENTRIES_A_SLICE = 1 << 17
-
-MOST_BYTES, CELLS_OF_MOST_BYTES = 39.5e6, 1 << 20
-"""How large an index may be, and up to how many cells that holds; that of a larger map may be larger in proportion."""
-
-BYTES_AN_ENTRY, BYTES_AN_EDGE, BYTES_A_RUN, BYTES_A_CORNER = 14, 12, 2, 192
-"""What is taken by an entry of a label, an edge of the fringe, a run of a way, and a corner with nineteen gates."""
 
 MANY_GATES = 6
 """Gates of a corner in the mean, from which on landmarks leave enough of them out."""
 
-CORE_IN_CLUTTER = 4000
-"""Corners that a core may have where corners see few others: labels grow with it."""
+CORE_IN_A_CROWD = 4000
+"""Corners that a core may have on a crowded map: labels grow with it."""
 
 
 def build_index(free: NDArray[np.bool_], *, threads: int, check: Callable[[], None]) -> Words:
@@ -107,43 +109,34 @@ def _index(
     ground: Ground, prices: Integers, inherited: Integers | None, threads: int, check: Callable[[], None]
 ) -> Words:
     graph = link_corners(ground, threads=threads, check=check)
-    contraction = Contraction(graph, prices, threads=threads)
+    crowded = is_crowded(ground, graph)
+    contraction = Contraction(graph, prices, thorough=crowded, most_edges=most_edges(ground, graph), threads=threads)
     contracted = contraction.run(check=check)
-    if graph.is_cluttered and contraction.core > CORE_IN_CLUTTER:
-        contracted = contraction.run(CORE_IN_CLUTTER, check=check)
+    if crowded and contraction.core > CORE_IN_A_CROWD:
+        contracted = contraction.run(CORE_IN_A_CROWD, check=check)
     # A hub and an end of a path are so far apart at most, or the length of the path to the corner before would not fit.
     longest = int(FAR - DIAGONAL * (ground.terrain[ROWS] + ground.terrain[COLUMNS]))
-    while True:
-        check()
-        room = label_room(ground, contracted)
+    excess = 0
+    while not contraction.is_full:
+        room = label_room(ground, contracted) - excess
+        if room < LEAST_ENTRIES * len(ground.places):
+            break
         pool = label(contracted, inherited, room=room, longest=longest, threads=threads, check=check)
-        if pool is not None:
-            fringe = _fringe_of(ground, contracted, pool, threads, check)
-            index = _Assembly(ground, graph, contracted, pool, fringe).assemble(check)
-            if index.nbytes <= most_bytes(ground) or not contraction.core:
-                return index
-        contracted = contraction.run(contraction.core * 3 // 4, check=check)
+        if pool is None:
+            contracted = contraction.run(contraction.core // 2, check=check)
+            continue
+        fringe = _fringe_of(ground, contracted, pool, threads, check)
+        index = _Assembly(ground, graph, contracted, pool, fringe).assemble(check)
+        if index.nbytes <= most_bytes(ground):
+            return index
+        excess += int(index.nbytes - most_bytes(ground)) // BYTES_AN_ENTRY + 1
+    raise too_crowded(ground)
 
 
 def _fringe_of(ground: Ground, contracted: Contracted, pool: Pool, threads: int, check: Callable[[], None]) -> Fringe:
     nodes = np.argsort(pool.ranks).astype(np.int32)
     edges = edges_of(contracted, nodes, pool.ranks)
     return open_fringe(pool, edges, contracted.levels[nodes], ground.places[nodes], threads=threads, check=check)
-
-
-def most_bytes(ground: Ground) -> float:
-    """Return how large an index may be."""
-    return MOST_BYTES * max(1.0, int(ground.terrain[ROWS]) * int(ground.terrain[COLUMNS]) / CELLS_OF_MOST_BYTES)
-
-
-def label_room(ground: Ground, contracted: Contracted) -> int:
-    """Return how many entries labels may have, for an index that is not too large."""
-    corners = len(ground.places)
-    listed, upwards = contracted.listed()
-    runs = layout.WAY_HEAD * int(np.count_nonzero(listed)) + int(contracted.edges[listed, RUNS].sum(dtype=np.int64))
-    edges = BYTES_AN_EDGE * int(np.count_nonzero(upwards))
-    others = ground.terrain.nbytes + BYTES_A_CORNER * corners + edges + BYTES_A_RUN * runs
-    return int(max(0.0, most_bytes(ground) - others)) // BYTES_AN_ENTRY
 
 
 class _Assembly:

@@ -23,7 +23,7 @@ from ppaas.planners.hub_labels.kernels.trees import Rows
 
 NODES_A_SLICE = 1 << 16
 
-SETTLED_IN_THE_OPEN, SETTLED_IN_CLUTTER = 12, 300
+SETTLED, SETTLED_THOROUGHLY = 12, 300
 """Nodes that a search for another way settles before a shortcut is made. To look further leaves a smaller core: that is
 ordered better than what is contracted, so it is worth it only where the core would be too large."""
 
@@ -40,6 +40,7 @@ FEW = 64
 """Nodes of a round, below which it takes longer to wake threads than to look at them."""
 
 ANY_PRICE = np.empty(0, np.int32)
+ANY_NUMBER = 1 << 60
 
 
 class Contraction:
@@ -50,13 +51,21 @@ class Contraction:
     graph : Graph
     prices : int32 array
         The nodes are contracted in the order of these, where they are given.
+    thorough : bool
+        Whether to look further for other ways before a shortcut is made.
+    most_edges : int
+        It ends before its time once there are more.
     threads : int
         Most threads that kernels may use.
     """
 
-    def __init__(self, graph: Graph, prices: Integers = ANY_PRICE, *, threads: int = 1) -> None:
+    def __init__(
+        self, graph: Graph, prices: Integers = ANY_PRICE, *,
+        thorough: bool = False, most_edges: int = ANY_NUMBER, threads: int = 1,
+    ) -> None:  # fmt: skip
         nodes, edges, self._slots = len(graph.starts) - 1, len(graph.to), max(1, threads)
-        self._graph, self._told = graph, len(prices) > 0
+        self._told, self._most_edges = len(prices) > 0, most_edges
+        self._settle = SETTLED_THOROUGHLY if thorough else SETTLED
         self._prices = prices.copy() if self._told else np.zeros(nodes, np.int32)
         self._begins = np.empty(nodes, np.int64)
         self._degrees, self._rooms, self._levels, self._order = np.zeros((4, nodes), np.int32)
@@ -80,13 +89,19 @@ class Contraction:
         """Return how many nodes are not contracted."""
         return len(self._order) - int(self._state[CONTRACTED])
 
+    @property
+    def is_full(self) -> bool:
+        """Tell whether there are more edges than there may be."""
+        return int(self._state[EDGES]) > 2 * self._most_edges
+
     def run(self, core: int | None = None, *, check: Callable[[], None]) -> Contracted:
         """Contract nodes with few neighbours, and return what there is then.
 
         If ``core`` is given, nodes with more and more neighbours are contracted until no more than so many are left.
+        Where it is full before, what it returns is of no use.
         """
         self._contract(core or 0, check)
-        while core is not None and self.core > core:
+        while core is not None and self.core > core and not self.is_full:
             self._most *= 2
             self._contract(core, check)
         used = self._state[EDGES]
@@ -98,7 +113,7 @@ class Contraction:
     def _contract(self, core: int, check: Callable[[], None]) -> None:
         targets = np.empty((self._slots, 4, self._most), np.int32)
         batch = np.empty(len(self._begins), np.int32)
-        while self.core > core and (count := self._choose(batch, check)):
+        while self.core > core and not self.is_full and (count := self._choose(batch, check)):
             counts = self._find_shortcuts(batch[:count], targets, check)
             self._take_out(batch[:count], counts, core, check)
 
@@ -114,7 +129,6 @@ class Contraction:
         return count
 
     def _find_shortcuts(self, batch: Integers, targets: Targets, check: Callable[[], None]) -> Rows:
-        settle = SETTLED_IN_CLUTTER if self._graph.is_cluttered else SETTLED_IN_THE_OPEN
         counts, states = np.empty((len(batch), 2), np.int32), self._slot_states
         states[:, NEXT_OF_SLOT], states[:, USED_OF_SLOT] = np.arange(self._slots), 0
         while (states[:, NEXT_OF_SLOT] < len(batch)).any():
@@ -122,7 +136,7 @@ class Contraction:
             before = states[:, NEXT_OF_SLOT].copy()
             find_shortcuts(
                 batch, self._begins, self._degrees, self._rows, self._held, self._spots, targets, self._heaps,
-                self._pairs, counts, states, settle * self._most // MOST_NEIGHBOURS, WORK_A_SLICE,
+                self._pairs, counts, states, self._settle * self._most // MOST_NEIGHBOURS, WORK_A_SLICE,
                 self._slots if len(batch) >= FEW else 1,
             )  # fmt: skip
             if ((states[:, NEXT_OF_SLOT] == before) & (before < len(batch))).any():

@@ -9,7 +9,7 @@ from ppaas.errors import InvalidPlanner
 from ppaas.planners.hub_labels.graph import WORK_A_SLICE, Contracted
 from ppaas.planners.hub_labels.importance import Edges, edges_of, order_core
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.core_labels import POOL, QUEUED, TOO_LONG, label_core
+from ppaas.planners.hub_labels.kernels.core_labels import LIVE, POOL, QUEUED, TOO_LONG, label_core
 from ppaas.planners.hub_labels.kernels.layout import MOST_HUBS
 from ppaas.planners.hub_labels.kernels.merging import merge
 from ppaas.planners.hub_labels.kernels.scan import STRAIGHT, Integers
@@ -22,9 +22,6 @@ USUAL = 128
 """Entries of a label for which there is room from the first; memory is taken only as it is used."""
 
 COPIED_A_SLICE = 1 << 20
-
-MOST_OVER = 4
-"""How many times the room for labels the core may take while it is labelled, with what its labels leave unused."""
 
 FEW = 256
 """Nodes of a level, below which it takes longer to wake threads than to label them."""
@@ -125,7 +122,7 @@ def _label_core(pool: Pool, edges: Edges, core: int, *, room: int, longest: int,
     reach, of_root = np.full((2, core), FAR, np.int32)
     rooms, came, touched = np.zeros((3, core), np.int32)
     heap = np.empty(edges.starts[core] + 1, np.int64)
-    state = np.zeros(6, np.int64)
+    state = np.zeros(7, np.int64)
     state[QUEUED] = -1
     while True:
         check()
@@ -138,7 +135,7 @@ def _label_core(pool: Pool, edges: Edges, core: int, *, room: int, longest: int,
         )  # fmt: skip
         if state[TOO_LONG]:
             raise _too_long(longest)
-        if state[POOL] > MOST_OVER * room:
+        if state[LIVE] > room:
             return False
         if done:
             break
@@ -146,7 +143,7 @@ def _label_core(pool: Pool, edges: Edges, core: int, *, room: int, longest: int,
             pool.extend(pool.room, check)
     pool.used = int(state[POOL])
     pool.labelled = core
-    return int((pool.ends - pool.begins)[:core].sum()) <= room
+    return True
 
 
 def _label_rest(

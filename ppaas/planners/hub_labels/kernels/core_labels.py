@@ -19,9 +19,9 @@ from ppaas.planners.kernels.bare import bare, joined
 
 FIRST_ROOM = 8
 
-ROOT, QUEUED, TOUCHED, POOL, WIDEST, TOO_LONG = range(6)
+ROOT, QUEUED, TOUCHED, POOL, WIDEST, TOO_LONG, LIVE = range(7)
 """What is counted in ``state``: the root, the size of its heap or −1, nodes that it touched, entries of the pool in
-use, entries of the widest label, and whether a way was longer than a label may tell."""
+use, entries of the widest label, whether a way was longer than a label may tell, and entries of all labels."""
 
 
 @joined
@@ -54,6 +54,7 @@ def _append(
     lengths[ends[node]] = length
     edges[ends[node]] = edge
     ends[node] += 1
+    state[LIVE] += 1
 
 
 @bare
@@ -82,7 +83,7 @@ def label_core(
     came, touched : (at least ``core``,) int32 arrays
     heap : (edges of the core + 1,) int64 array
         Scratch.
-    state : (6,) int64 array
+    state : (7,) int64 array
         Zeros but for −1 at `QUEUED` at first.
     longest : int
         How long a way may be; `TOO_LONG` tells if one is longer.
@@ -164,6 +165,6 @@ def warm() -> None:
     label_core(
         0, np.zeros(1, np.int64), nothing, nothing, nothing, nothing, nothing, nothing,
         np.zeros(1, np.int64), np.zeros(1, np.int64), whole, whole, whole, whole, whole, np.zeros(1, np.int64),
-        np.zeros(6, np.int64), 0, 0,
+        np.zeros(7, np.int64), 0, 0,
     )  # fmt: skip
     tell_lengths(0, 0, nothing, nothing, np.zeros(1, np.int64), np.zeros(1, np.int64), nothing, nothing)

@@ -61,8 +61,7 @@ def assert_lengths_are_told(free, graph, cells):
 @settings(deadline=None, max_examples=40)
 def test_no_way_gets_longer_however_few_nodes_are_left_and_however_short_searches_are(free, core, settle):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(contractions, "SETTLED_IN_CLUTTER", settle)
-        patch.setattr(contractions, "SETTLED_IN_THE_OPEN", settle)
+        patch.setattr(contractions, "SETTLED", settle)
         graph, cells = contracted(free, core)
     assert len(graph.order) == len(set(graph.order.tolist())) == max(0, len(cells) - core)
     assert_lengths_are_told(free, graph, cells)

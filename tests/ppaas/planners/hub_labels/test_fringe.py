@@ -16,8 +16,13 @@ from tests.ppaas.planners.hub_labels.test_scan import maps
 
 @pytest.fixture
 def room(monkeypatch):
-    """Return what sets how many entries labels may have."""
-    return lambda entries: monkeypatch.setattr(assembly, "label_room", lambda *_: entries)
+    """Return what sets how many entries labels may have, however few that are for a corner."""
+
+    def allow(entries: int) -> None:
+        monkeypatch.setattr(assembly, "label_room", lambda *_: entries)
+        monkeypatch.setattr(assembly, "LEAST_ENTRIES", 0)
+
+    return allow
 
 
 def index_of(free) -> HubIndex:
@@ -34,6 +39,7 @@ def some(free, count: int) -> list[tuple[int, int]]:
 def test_paths_are_shortest_however_few_labels_there_are_with_landmarks_and_without(free, entries, gates):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(assembly, "label_room", lambda *_: entries)
+        patch.setattr(assembly, "LEAST_ENTRIES", 0)
         patch.setattr(assembly, "MANY_GATES", gates)
         index = index_of(free)
     assert_all_paths_are_shortest(free, index, some(free, 5) if free.any() else [])
