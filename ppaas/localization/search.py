@@ -73,8 +73,7 @@ class Found:
     weights : (n,) array
         How likely each is, sum 1.
     told : float
-        How likely the place is where the robot was taken to be, against all of these: by what the map accounts for,
-        whoever stands in the way.
+        How likely the place is where the robot was taken to be, against all of these.
     """
 
     search: "Search"
@@ -100,6 +99,8 @@ class Search:
         Of the robot in the odometry frame when the last of it was seen.
     told : Pose2D
         Where the robot was taken to be then.
+    lost : bool
+        It may be anywhere already: where it was taken to be has no more to say for it than elsewhere.
     seed : int
         The same seed finds the same.
     """
@@ -110,6 +111,7 @@ class Search:
     metres: float
     odom: Pose2D
     told: Pose2D
+    lost: bool
     seed: int
 
     def run(self, cancelled: Callable[[], bool]) -> Found | None:
@@ -160,19 +162,23 @@ class Search:
         return poses[apart], known[apart]
 
     def _weighed(self, poses: NDArray[np.float64], fits: NDArray[np.float64], random: np.random.Generator) -> Found:
-        """Weigh each pose by how well all fits, as if each look had weighed it.
+        """Weigh each pose by how well all fits, as if each look had weighed it."""
+        looks = 1.0 + self.metres / LOOK
+        here, known = np.array([self.told]), np.empty(0)
+        for step in _ROUNDS[1:]:
+            here, known = self._improved(here, step, random)
+        weights = _likely(fits, looks)
+        together = np.concatenate((known, fits)) if self.lost else self._accounts(np.concatenate((here, poses)))
+        told, *elsewhere = _likely(together, looks).tolist()
+        return Found(self, poses, weights / weights.sum(), told / max(sum(elsewhere), 1e-300))
+
+    def _accounts(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how well the map accounts for what was seen, whoever stood in the way.
 
         Points that people left fit here and there by chance, better than where the robot is if they are most of what it
-        sees. So against where it was taken to be counts only what people do not account for.
+        sees. So against where a robot that may be there is taken to be counts only what people do not account for.
         """
-        looks = 1.0 + self.metres / LOOK
-        here = np.array([self.told])
-        for step in _ROUNDS[1:]:
-            here, _ = self._improved(here, step, random)
-        weights = _likely(fits, looks)
-        accounts = self.match.accounts(np.concatenate((here, poses)), choose_beams(self.seen, FINE_BEAMS))
-        told, *elsewhere = _likely(accounts, looks).tolist()
-        return Found(self, poses, weights / weights.sum(), told / max(sum(elsewhere), 1e-300))
+        return self.match.accounts(poses, choose_beams(self.seen, FINE_BEAMS))
 
 
 def _likely(fits: NDArray[np.float64], looks: float) -> NDArray[np.float64]:

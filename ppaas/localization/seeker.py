@@ -90,7 +90,7 @@ class Seeker:
         if (self.searching or self._suspected) and len(points) and self._history.note(odom, points):
             seed = int(self._random.integers(1 << 62))
             seen, metres = self._history.seen(), self._history.metres
-            self._wanted = Search(self.free, self._match, seen, metres, odom, told, seed)
+            self._wanted = Search(self.free, self._match, seen, metres, odom, told, self.searching, seed)
 
     def next_search(self) -> Search | None:
         """Return what to look for now, once, or None; what is found of what was returned before is no use then."""

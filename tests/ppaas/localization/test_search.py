@@ -28,7 +28,7 @@ HERE = Pose2D(0.0, 0.0, 0.0)
 def search(told: Pose2D = TRUE, metres: float = 2.0, seed: int = 1, grid: GridMap = GRID) -> Search:
     layers = LAYERS if grid is GRID else build_layers(grid)
     seen = np.pad(scan_points(World(GRID, TRUE).scan(0.0), HERE), ((0, 0), (0, 2)))
-    return Search(FreePoses(grid), Match(layers, AmclParameters()), seen, metres, HERE, told, seed)
+    return Search(FreePoses(grid), Match(layers, AmclParameters()), seen, metres, HERE, told, False, seed)
 
 
 def found(**given: object) -> Found:
@@ -83,7 +83,7 @@ OFFICE = office(seed=1)
 OFFICE_LAYERS = build_layers(OFFICE)
 
 
-def crowded(seed: int, people: int, told: Pose2D | None = None) -> Found:
+def crowded(seed: int, people: int, told: Pose2D | None = None, *, lost: bool = False) -> Found:
     """Look for a robot that has driven around a circle with people around it, others at each look."""
     random = np.random.default_rng(seed)
     roomy = OFFICE.info.to_world(np.argwhere(OFFICE_LAYERS.distance > 1.2))
@@ -99,7 +99,7 @@ def crowded(seed: int, people: int, told: Pose2D | None = None) -> Found:
         history.note(odom, scan_points(world.scan(0.0), HERE))
     told = world.pose if told is None else told
     match = Match(OFFICE_LAYERS, AmclParameters())
-    poses = Search(FreePoses(OFFICE), match, history.seen(), history.metres, odom, told, seed).run(bool)
+    poses = Search(FreePoses(OFFICE), match, history.seen(), history.metres, odom, told, lost, seed).run(bool)
     assert poses is not None
     return poses
 
@@ -117,3 +117,11 @@ def test_a_robot_around_which_people_stand_is_not_lost(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(6))
 def test_among_people_too_a_robot_that_was_carried_off_is_lost(seed: int) -> None:
     assert is_lost(crowded(seed, people=4, told=Pose2D(1.5, 2.0, 2.0)))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_where_a_robot_that_is_lost_was_taken_to_be_is_weighed_as_all_other_places_are(seed: int) -> None:
+    best = Pose2D(*crowded(seed, people=12).poses[0])
+    lost = crowded(seed, people=12, told=best, lost=True)
+    assert lost.told > 0.9 * lost.weights[0]
+    assert crowded(seed, people=12, told=best).told < 0.6 * lost.weights[0]  # people do not account for that place
