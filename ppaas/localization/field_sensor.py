@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
 from ppaas.localization.beams import choose_beams, scan_points
+from ppaas.localization.crowd import at_people
 from ppaas.localization.kernels import likelihood_field
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.sensor_model import Fit, SensorModel
@@ -20,7 +21,12 @@ class LikelihoodField(SensorModel):
 
     def __init__(self, layers: MapLayers, parameters: AmclParameters, threads: Threads) -> None:
         super().__init__(layers, parameters, threads)
+        self._layers = layers
         self._table: tuple[float, NDArray[np.int64]] | None = None
+
+    def telling(self, beams: NDArray[np.float64], pose: Pose2D) -> NDArray[np.float64]:
+        """Return those that did not end at people who crowd around the robot."""
+        return beams[~at_people(pose, beams, self._layers)]
 
     def _choose(self, scan: LaserScan, laser: Pose2D) -> NDArray[np.float64]:
         return choose_beams(scan_points(scan, laser), self._parameters.laser_max_beams)

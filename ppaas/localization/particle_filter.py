@@ -135,10 +135,12 @@ class ParticleFilter:
         PoseEstimate
             Pose in the map frame.
         """
+        about = self.estimate.pose
         if self._odom is not None:
+            about = about @ self._odom.inverse() @ odom
             self._odometry.move(self.particles, self._odom, odom, self._random)
         self._odom = odom
-        fit = self._weigh(beams, range_max) if len(beams) else None
+        fit = self._weigh(beams, range_max, about) if len(beams) else None
         self.estimate = estimate(self.particles, self.weights)
         if fit is not None:
             self._seeker.note(fit, odom, self.sensor.points(beams, range_max), self.estimate.pose)
@@ -147,10 +149,15 @@ class ParticleFilter:
             self._resample()
         return self.estimate
 
-    def _weigh(self, beams: NDArray[np.float64], range_max: float) -> float:
-        """Weigh the particles; return how well the scan fits."""
+    def _weigh(self, beams: NDArray[np.float64], range_max: float, about: Pose2D) -> float:
+        """Weigh the particles, which are about there unless the robot is lost; return how well the scan fits."""
         fit = self.sensor.fit(self.particles, beams, range_max)
         fits = float((self.weights * fit.fits).sum())
+        telling = beams if self.searching else self.sensor.telling(beams, about)
+        if not len(telling):
+            return fits
+        if len(telling) < len(beams):
+            fit = self.sensor.fit(self.particles, telling, range_max)
         self.weights *= fit.weights
         self.weights /= self.weights.sum()
         return fits

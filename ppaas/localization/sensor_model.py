@@ -79,6 +79,18 @@ class SensorModel(ABC):
         """
         return beams
 
+    def telling(self, beams: NDArray[np.float64], pose: Pose2D) -> NDArray[np.float64]:
+        """Return the beams that tell where a robot is that is about there: all, if a model reckons with people itself.
+
+        Parameters
+        ----------
+        beams : (m, k) array
+            Of `beams`.
+        pose : Pose2D
+            In the map frame.
+        """
+        return beams
+
     def range_max(self, scan: LaserScan) -> float:
         """Return from which range on a beam met nothing [m]."""
         most = self._parameters.laser_max_range

@@ -15,7 +15,7 @@ HELP = (
     "a simulated robot whose odometry drifts: how far off localization is, how soon it finds a lost robot, update times"
 )
 
-MOST_RUNS, MOST_JOBS, MOST_METRES = 10_000, 1_024, 100_000.0
+MOST_RUNS, MOST_JOBS, MOST_METRES, MOST_PEOPLE = 10_000, 1_024, 100_000.0, 100
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -36,6 +36,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     lost = parser.add_mutually_exclusive_group()
     lost.add_argument("--kidnap", action="store_true", help="carry the robot off, and count metres from there")
     lost.add_argument("--global", action="store_true", dest="anywhere", help="do not say where the robot starts")
+    lost.add_argument("--jam", type=whole(most=MOST_PEOPLE), default=0, metavar="PEOPLE",
+                      help="have people crowd around the robot for 80 s, and count metres from there")  # fmt: skip
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a parameter of amcl")
     parser.add_argument("--seed", type=whole(least=0), default=0, metavar="N",
                         help="the same seed makes the same runs (%(default)s)")  # fmt: skip
@@ -72,10 +74,12 @@ def _drive(arguments: argparse.Namespace, grid: Any, progress: "Progress") -> di
     from robots.bench.localize import suite  # noqa: PLC0415
     from robots.bench.localize.run import Job, Kind  # noqa: PLC0415
 
-    kind: Kind = "kidnap" if arguments.kidnap else "global" if arguments.anywhere else "track"
+    asked: dict[Kind, Any] = {"kidnap": arguments.kidnap, "global": arguments.anywhere, "jam": arguments.jam}
+    kind: Kind = next((kind for kind, wanted in asked.items() if wanted), "track")
     parameters = dict(map(_parameter, arguments.set))
     read_parameters(AmclParameters, "amcl", parameters)  # what cannot be set is told before any process is begun
-    jobs = [Job(grid, kind, arguments.metres, parameters, arguments.seed, run) for run in range(arguments.runs)]
+    given = (grid, kind, arguments.metres, parameters, arguments.seed)
+    jobs = [Job(*given, run, arguments.jam) for run in range(arguments.runs)]
     task = progress.add_task(f"{kind} in {arguments.map}", total=len(jobs))
     results = suite.measure(jobs, arguments.jobs, lambda: progress.advance(task))
     return {"map": arguments.map, "kind": kind, **suite.summary(results)}
@@ -89,8 +93,8 @@ def _play(arguments: argparse.Namespace, progress: "Progress") -> dict[str, Any]
     from robots.bench.localize.reader import read_recording  # noqa: PLC0415
     from robots.bench.localize.recording import drifting  # noqa: PLC0415
 
-    if arguments.kidnap or arguments.update:
-        raise InvalidInput("--kidnap and --update are not for a recording")
+    if arguments.kidnap or arguments.jam or arguments.update:
+        raise InvalidInput("--kidnap, --jam and --update are not for a recording")
     if arguments.plot is not None:
         from robots.plans.plot import check_picture  # noqa: PLC0415
 

@@ -3,14 +3,15 @@
 import argparse
 import re
 
-from ppaas.localization import seeker
+from ppaas.localization import crowd, seeker
 from ppaas.localization.history import SCANS, SPACING
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.recovery import AMISS
 from ppaas.localization.search import TRIES, TRIES_PER_AREA
 from ppaas.localization.seeker import FOUND
 from ppaas.nodes.amcl import GLOBAL_LOCALIZATION, NOMOTION_UPDATE
-from robots.bench.localize.run import LOST
+from robots.bench.localize.jam import FARTHEST, NEAREST
+from robots.bench.localize.run import BEFORE, JAM, LOST
 from robots.commands import bench_localize
 from tests.support.documents import text_of
 
@@ -45,6 +46,10 @@ def test_the_numbers_are_those_of_the_code() -> None:
     assert AMISS == 0.1 and "fast one is a tenth below" in text
     assert seeker.LOST == 0.1 and "one in\n  ten such robots is lost" in text
     assert f"{LOST} m or 20°" in text
+    assert crowd.MANY == 0.25 and "more than a quarter of the beams" in text
+    assert f"nearer than {crowd.NEAR:g} m" in text and f"go {crowd.BEYOND} m farther" in text
+    assert f"between {NEAREST} and {FARTHEST} m" in text and f"for {JAM:.0f} s" in text
+    assert f"close after {BEFORE:.0f} m" in text
     for service in (GLOBAL_LOCALIZATION, NOMOTION_UPDATE):
         assert f"`{service.name}` (`{service.type.name}`)" in text
         assert f"| `{service.name}` | `{service.type.name}` |" in text_of("docs/protocol.md")

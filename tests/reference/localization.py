@@ -74,6 +74,15 @@ def account_for(pose, ray, distance, info: GridInfo, sigma, somebody):
     return max(hit, somebody) if clear else hit
 
 
+def stopped_short(pose, point, distance, info: GridInfo, beyond):
+    """Whether the map lets a beam go farther, by so much, than where it ended."""
+    begin, length = Pose2D(*pose), math.hypot(*point) + beyond
+    if info.cell_of(begin.x, begin.y) is None:
+        return False
+    aimed = Pose2D(begin.x, begin.y, begin.theta + math.atan2(point[1], point[0]))
+    return _followed(aimed, distance, info, length) >= length
+
+
 def _followed(begin, distance, info, range_max):
     gone = 0.0
     while gone < range_max:

@@ -1,4 +1,4 @@
-"""Kernel: how well the map accounts for rays, of which some may have met somebody whom the map does not know."""
+"""Kernels: how well the map accounts for rays, of which some may have met somebody whom the map does not know."""
 
 import math
 
@@ -101,8 +101,47 @@ def account_for(
     return sums
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def stopped_short(
+    pose: NDArray[np.float64],
+    points: NDArray[np.float64],
+    distance: NDArray[np.float32],
+    resolution: float,
+    origin: NDArray[np.float64],
+    beyond: float,
+) -> NDArray[np.bool_]:
+    """Tell which beams ended where nothing of the map is, nor on the way there, nor for some way beyond.
+
+    Parameters
+    ----------
+    pose : (3,) array
+        From where they are seen: x, y [m], theta [rad] in the map frame.
+    points : (m, 2) array
+        Where each ended, in the robot's frame [m].
+    distance, resolution, origin
+        As `account_for` takes them.
+    beyond : float
+        How far beyond [m].
+
+    Returns
+    -------
+    (m,) bool array
+    """
+    c0, s0 = math.cos(origin[2]), math.sin(origin[2])
+    dx, dy = pose[0] - origin[0], pose[1] - origin[1]
+    x, y = (c0 * dx + s0 * dy) / resolution, (c0 * dy - s0 * dx) / resolution
+    c, s = math.cos(pose[2] - origin[2]) / resolution, math.sin(pose[2] - origin[2]) / resolution
+    short = np.empty(len(points), dtype=np.bool_)
+    for j in range(len(points)):
+        longer = 1.0 + beyond / max(math.hypot(points[j, 0], points[j, 1]), 1e-9)
+        ahead, left = longer * points[j, 0], longer * points[j, 1]
+        short[j] = _is_clear(distance, x, y, x + c * ahead - s * left, y + s * ahead + c * left, resolution)
+    return short
+
+
 def warm() -> None:
     """Compile, or load what was compiled."""
     distance = np.zeros((1, 1), dtype=np.float32)
     distance.flags.writeable = False  # as layers of a map are, which all robots share
     account_for(np.zeros((1, 3)), np.zeros((1, 4)), distance, 0.05, np.zeros(3), 0.1, 0.5)
+    stopped_short(np.zeros(3), np.zeros((1, 2)), distance, 0.05, np.zeros(3), 0.1)

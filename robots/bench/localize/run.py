@@ -1,34 +1,29 @@
 """One run in the simulated world: drive, localize beside it, and compare with where the robot really is."""
 
 import math
-from collections.abc import Iterator
+from collections import deque
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.costmap.build import build_layers
-from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.maps.grid import GridMap
-from robots.bench.localize.localizer import Localizer
-from robots.bench.localize.route import Route
-from robots.sim.robot import SimulatedRobot
-from robots.sim.world import World
-
-ODOM_STEPS, SCAN_STEPS = 3, 5
-"""Steps of the world (20 ms) between two messages: odometry at 17 Hz, scans at 10 Hz."""
+from robots.bench.localize.scene import Scene
 
 LOST, LOST_TURN = 0.5, math.radians(20.0)
 """A robot that is told to be farther off than this is lost [m, rad]."""
 
 BEFORE = 10.0
-"""A robot is carried off after this way [m]."""
+"""A robot is carried off, or people crowd around it, after this way [m]."""
+
+JAM = 80.0
+"""They go away again after this time [s]."""
 
 CERTAIN = 2.0
 """A robot is found where it is lost no more to the end of its way, and that is at least so far [m]."""
 
-Kind = Literal["track", "kidnap", "global"]
+Kind = Literal["track", "kidnap", "global", "jam"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,14 +33,17 @@ class Job:
     Parameters
     ----------
     grid : GridMap
-    kind : {"track", "kidnap", "global"}
-        The robot is told where it starts; is told so, and carried off later; is not told.
+    kind : {"track", "kidnap", "global", "jam"}
+        The robot is told where it starts; is told so, and carried off later; is not told; is told so, and people crowd
+        around it later.
     metres : float
-        To drive; after it was carried off, or from the start [m].
+        To drive; after it was carried off, after people have gone, or from the start [m].
     parameters : dict
         Of amcl.
     seed, run : int
         What is left to chance depends on these and the kind, and nothing else.
+    people : int
+        Who crowd around it.
     """
 
     grid: GridMap
@@ -54,6 +52,7 @@ class Job:
     parameters: dict[str, Any]
     seed: int
     run: int
+    people: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,45 +88,16 @@ class Result:
 
 def drive(job: Job) -> Result:
     """Drive one run, faster than real time."""
-    seed = np.random.default_rng((job.seed, job.run, len(job.kind)))
-    route = Route(job.grid, seed)
-    start = route.anywhere()
-    world = World(job.grid, int(seed.integers(1 << 30)))
-    robot = world.add_robot(start)
-    parameters = {"seed": job.run, **job.parameters}
-    told = start if job.kind != "global" else route.anywhere()
-    localizer = Localizer(build_layers(job.grid), told, parameters)
-    route.begin(start)
-    if job.kind == "global":
-        localizer.look_everywhere()
-    elif job.kind == "kidnap":
-        for _ in _errors(world, robot, route, localizer, BEFORE):
-            pass
-        there = route.anywhere()
-        robot.base.carry_to(there)
-        route.begin(there)
-    begin = robot.base.travelled
-    rows = list(_errors(world, robot, route, localizer, begin + job.metres))
-    return _judge(job, np.array(rows), begin, float(np.mean(localizer.seconds)))
-
-
-def _errors(
-    world: World, robot: SimulatedRobot, route: Route, localizer: Localizer, metres: float
-) -> Iterator[tuple[float, float, float]]:
-    """Drive on until so many metres; give way [m], error [m] and turn [rad] at each scan."""
-    while robot.base.travelled < metres:
-        if world.steps % ODOM_STEPS == 0 or world.steps % SCAN_STEPS == 0:
-            localizer.odometry(robot.odometry())
-        if world.steps % SCAN_STEPS == 0:
-            robot.command(route.steer(robot.base.pose))
-            pose = localizer.scan(robot.scan())
-            if pose is not None:
-                yield (robot.base.travelled, *_apart(pose, robot.base.pose))
-        world.step()
-
-
-def _apart(told: Pose2D, true: Pose2D) -> tuple[float, float]:
-    return told.distance_to(true), abs(wrap_angle(told.theta - true.theta))
+    rng = np.random.default_rng((job.seed, job.run, len(job.kind)))
+    scene = Scene(job.grid, {"seed": job.run, **job.parameters}, rng, told=job.kind != "global")
+    if job.kind in ("kidnap", "jam"):
+        deque(scene.drive(BEFORE), maxlen=0)
+    if job.kind == "kidnap":
+        scene.carry_off()
+    begin = scene.way
+    rows = list(scene.jam(job.people, JAM)) if job.kind == "jam" else []
+    rows += scene.drive(job.metres)
+    return _judge(job, np.array(rows), begin, float(np.mean(scene.localizer.seconds)))
 
 
 def found_after(way: NDArray[np.float64], fine: NDArray[np.bool_]) -> float | None:
@@ -153,13 +123,14 @@ def _judge(job: Job, rows: NDArray[np.float64], begin: float, seconds: float) ->
     way, error, turn = rows.T
     way = way - begin
     fine = (error <= LOST) & (turn <= LOST_TURN)
-    found = 0.0 if job.kind == "track" else found_after(way, fine)
+    known = job.kind in ("track", "jam")
+    found = 0.0 if known else found_after(way, fine)
     if found is None:
         return Result(job.run, math.nan, math.nan, math.nan, math.nan, True, None, float(way[-1]), seconds)
     # The way alone would not do: a robot that turns in place goes none.
-    since = 0 if job.kind == "track" else held_from(fine)
+    since = 0 if known else held_from(fine)
     error, turn = error[since:], turn[since:]
-    lost = job.kind == "track" and not bool(fine.all())
+    lost = known and not bool(fine.all())
     return Result(
         job.run, float(error.mean()), float(turn.mean()), float(error.max()), float(turn.max()), lost, found,
         float(way[-1]), seconds,

@@ -18,6 +18,13 @@ def test_it_tells_what_all_runs_come_to(capsys: pytest.CaptureFixture[str]) -> N
     assert 0.0 < told["error_cm"] < 10.0
 
 
+def test_it_has_people_crowd_around_the_robot(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*RUN, "--json", "--jam", "10"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["kind"], told["runs"], told["lost"]) == ("jam", 1, 0)
+    assert told["metres"] > 3.2  # it crept on among them
+
+
 def test_it_tells_how_long_an_update_takes(capsys: pytest.CaptureFixture[str]) -> None:
     asked = ["bench", "localize", "--update", "--particles", "100,200", "--threads", "1"]
     assert main([*asked, "--json"]) == 0
@@ -52,7 +59,8 @@ def test_it_plays_a_log_on_a_map_of_its_own_and_draws_it(tmp_path: Path, capsys:
 
 
 @pytest.mark.parametrize(
-    ("wrong", "told"), [(["--kidnap"], "--kidnap"), (["--update"], "--update"), (["--plot", "out.pdf"], "PNG")]
+    ("wrong", "told"),
+    [(["--kidnap"], "--kidnap"), (["--jam", "3"], "--jam"), (["--update"], "--update"), (["--plot", "out.pdf"], "PNG")],
 )
 def test_what_a_recording_is_not_for_is_refused(
     capsys: pytest.CaptureFixture[str], wrong: list[str], told: str

@@ -22,6 +22,14 @@ def test_a_robot_that_is_lost_is_found(kind: Kind) -> None:
     assert result.error < 0.15
 
 
+@pytest.mark.parametrize("run", [4, 16])
+def test_a_robot_in_a_jam_is_not_lost(run: int) -> None:
+    result = drive(Job(office(seed=1), "jam", 2.0, {}, seed=1, run=run, people=10))
+    assert not result.lost
+    assert result.found == 0.0
+    assert result.worst < 0.3
+
+
 def test_runs_are_the_same_in_one_process_and_in_two_and_come_in_order() -> None:
     jobs = [job("track", 3.0, run) for run in (0, 1)]
     done: list[int] = []
