@@ -17,7 +17,7 @@ from robots.bench.barn.worlds import GOAL, GOAL_TOLERANCE, START, World
 SCALE = 80
 """Pixels of a metre."""
 MARGIN = 0.5
-HEAD = 60
+HEAD = 76
 OUTLINE_EVERY = 0.5
 """Seconds between two outlines of the robot."""
 
@@ -72,7 +72,8 @@ def draw(world: World, poses: list[Pose2D], costs: Costmap | None, result: Resul
     sheet.line(poses)
     sheet.title(
         f"BARN world {world.world}: {result.outcome} after {result.seconds:.2f} s",
-        f"least clearance {result.clearance:.3f} m   ·   grey: cylinders, orange: cells marked half-way, shade: costs",
+        f"least clearance {result.clearance:.3f} m",
+        "grey: cylinders, orange: cells marked half-way, shade: costs",
     )
     return sheet.image
 
@@ -120,8 +121,8 @@ class _Sheet:
         """Draw the way along poses."""
         self._pen.line([self._pixel(pose.x, pose.y) for pose in poses], WAY, 3, joint="curve")
 
-    def title(self, title: str, line: str) -> None:
-        """Write the headline and a line below."""
+    def title(self, title: str, *lines: str) -> None:
+        """Write the headline and lines below."""
         self._pen.rectangle((0, 0, self.image.width, HEAD), PAPER)
         self._pen.text((12, 8), title, INK, ImageFont.load_default(20))
-        self._pen.text((12, 36), line, FAINT, ImageFont.load_default(12))
+        self._pen.text((12, 36), "\n".join(lines), FAINT, ImageFont.load_default(12))
