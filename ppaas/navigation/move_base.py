@@ -209,9 +209,7 @@ class MoveBase:
     def _wait(self, event: ControlTick) -> None:
         """Stand still until the pose is known again; nothing was tried meanwhile, so patience does not run out."""
         self._count_anew(event.now)
-        self._say(f"waiting: {event.reason}")
-        if self._moving:
-            self._stop()
+        self._pause(event.reason)
 
     def _stand(self, now: float, why: Disobedience) -> None:
         """Stand, since the base does not obey; recover if that has not ended within controller_patience."""
@@ -219,7 +217,10 @@ class MoveBase:
             self._recover(now, Trigger.DISOBEDIENCE, why.reason)
             return
         self._last_valid_control = now
-        self._say(f"waiting: {why.reason}")
+        self._pause(why.reason)
+
+    def _pause(self, reason: str) -> None:
+        self._say(f"waiting: {reason}")
         if self._moving:
             self._stop()
 
