@@ -69,8 +69,9 @@ from ppaas.planners.kernels.bare import inlined, joined
 @joined
 def _announce_best(index: Words, scratch: Integers, end: int, found: int) -> None:
     """Begin to bring the label of the first corner of an end."""
-    for corner in end_of(index, scratch, end, SEEN)[: min(1, found)]:
-        announce(integers_of(index, TABLE), integers_of(index, LABELS), np.int64(corner))
+    if found > 0:
+        corner = np.int64(end_of(index, scratch, end, SEEN)[0])
+        announce(integers_of(index, TABLE), integers_of(index, LABELS), corner)
 
 
 @joined
