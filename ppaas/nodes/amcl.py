@@ -146,7 +146,7 @@ class AmclNode(Node):
     def _on_scan(self, scan: LaserScan) -> None:
         laser, newest = self._laser(scan), self._frames.tree.newest(BASE_LINK)
         check_count(scan)
-        check_sight(scan, self._layers, self._in_map(laser))
+        check_sight(scan, self._layers, lambda: self._in_map(laser))
         stamp = tf_time(scan.header.stamp)
         if stamp:
             self._continuity.check_stamp(stamp, newest)

@@ -74,6 +74,11 @@ def account_for(pose, ray, distance, info: GridInfo, sigma, somebody):
     return max(hit, somebody) if clear else hit
 
 
+def to_walls(laser, angle, distance, info: GridInfo, most):
+    """How far a beam would go."""
+    return _followed(Pose2D(*laser) @ Pose2D(0.0, 0.0, angle), distance, info, most)
+
+
 def stopped_short(pose, point, distance, info: GridInfo, beyond):
     """Whether the map lets a beam go farther, by so much, than where it ended."""
     begin, length = Pose2D(*pose), math.hypot(*point) + beyond

@@ -41,6 +41,50 @@ def _is_clear(distance: NDArray[np.float32], x: float, y: float, to_x: float, to
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _in_cells(pose: NDArray[np.float64], resolution: float, origin: NDArray[np.float64]) -> tuple[float, float]:
+    """Return where a pose lies, counted in cells of the grid."""
+    c0, s0 = math.cos(origin[2]), math.sin(origin[2])
+    dx, dy = pose[0] - origin[0], pose[1] - origin[1]
+    return (c0 * dx + s0 * dy) / resolution, (c0 * dy - s0 * dx) / resolution
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def to_walls(
+    laser: NDArray[np.float64],
+    angles: NDArray[np.float64],
+    distance: NDArray[np.float32],
+    resolution: float,
+    origin: NDArray[np.float64],
+    most: float,
+) -> NDArray[np.float64]:
+    """Return how far each beam of a laser would go.
+
+    Parameters
+    ----------
+    laser : (3,) array
+        x, y [m], theta [rad] in the map frame.
+    angles : (n,) array
+        Of the beams, from its heading [rad].
+    distance, resolution, origin
+        As `account_for` takes them.
+    most : float
+        Longest range [m].
+
+    Returns
+    -------
+    (n,) array
+        [m]; ``most`` or more where nothing is met.
+    """
+    x, y = _in_cells(laser, resolution, origin)
+    gone = np.empty(len(angles))
+    for j in range(len(angles)):
+        angle = laser[2] + angles[j] - origin[2]
+        cells = cast(distance, x, y, math.cos(angle), math.sin(angle), most / resolution, resolution)
+        gone[j] = cells * resolution
+    return gone
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def account_for(
     poses: NDArray[np.float64],
     rays: NDArray[np.float64],
@@ -78,11 +122,9 @@ def account_for(
     (n,) array
     """
     height, width = distance.shape
-    c0, s0 = math.cos(origin[2]), math.sin(origin[2])
     sums = np.empty(len(poses))
     for i in range(len(poses)):
-        dx, dy = poses[i, 0] - origin[0], poses[i, 1] - origin[1]
-        x, y = (c0 * dx + s0 * dy) / resolution, (c0 * dy - s0 * dx) / resolution
+        x, y = _in_cells(poses[i], resolution, origin)
         heading = poses[i, 2] - origin[2]
         c, s = math.cos(heading) / resolution, math.sin(heading) / resolution
         total = 0.0
@@ -127,9 +169,7 @@ def stopped_short(
     -------
     (m,) bool array
     """
-    c0, s0 = math.cos(origin[2]), math.sin(origin[2])
-    dx, dy = pose[0] - origin[0], pose[1] - origin[1]
-    x, y = (c0 * dx + s0 * dy) / resolution, (c0 * dy - s0 * dx) / resolution
+    x, y = _in_cells(pose, resolution, origin)
     c, s = math.cos(pose[2] - origin[2]) / resolution, math.sin(pose[2] - origin[2]) / resolution
     short = np.empty(len(points), dtype=np.bool_)
     for j in range(len(points)):
@@ -144,4 +184,5 @@ def warm() -> None:
     distance = np.zeros((1, 1), dtype=np.float32)
     distance.flags.writeable = False  # as layers of a map are, which all robots share
     account_for(np.zeros((1, 3)), np.zeros((1, 4)), distance, 0.05, np.zeros(3), 0.1, 0.5)
+    to_walls(np.zeros(3), np.zeros(1), distance, 0.05, np.zeros(3), 8.0)
     stopped_short(np.zeros(3), np.zeros((1, 2)), distance, 0.05, np.zeros(3), 0.1)

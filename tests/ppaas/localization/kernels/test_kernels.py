@@ -127,6 +127,19 @@ def test_rays_are_accounted_for_as_by_their_twin_but_for_those_that_graze_a_corn
 
 
 @settings(deadline=None)
+@given(seeds, st.floats(-math.pi, math.pi), st.floats(0.3, 5.0))
+def test_beams_go_to_walls_as_by_their_twin_but_for_those_that_graze_a_corner(seed, turned, most):
+    rng = np.random.default_rng(seed)
+    info = GridInfo(0.1, 30, 20, Pose2D(-1.0, 0.5, turned))
+    distance = walls(seed, info)
+    lasers = np.array(info.origin @ Pose2D(1.5, 1.0)) + rng.uniform(-1.0, 1.0, (20, 3))
+    angles, placed = rng.uniform(-math.pi, math.pi, 20), np.array(info.origin)
+    found = np.array([sight.to_walls(laser, angles, distance, 0.1, placed, most) for laser in lasers])
+    twins = np.array([[twin.to_walls(laser, angle, distance, info, most) for angle in angles] for laser in lasers])
+    assert (np.abs(np.minimum(found, most) - np.minimum(twins, most)) < 0.06).mean() > 0.9
+
+
+@settings(deadline=None)
 @given(seeds, st.floats(-math.pi, math.pi), st.floats(0.0, 0.5))
 def test_beams_stop_short_as_by_their_twin_but_for_those_that_graze_a_corner(seed, turned, beyond):
     rng = np.random.default_rng(seed)
