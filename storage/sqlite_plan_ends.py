@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ppaas.plans.body import read_bodies
+from ppaas.plans.body import bodies_near
 from ppaas.plans.buckets import IN_BUCKET, holds, may_join, spots_near
 from storage.plan_entry import head_of
 from storage.plan_search import PlanSearch
@@ -59,8 +59,8 @@ def _rows(connection: sqlite3.Connection, search: PlanSearch, limit: int) -> Ite
 
 def _joining(rows: list[Row], search: PlanSearch) -> Iterator[PlanRecord]:
     """Yield the heads of those plans that are sought."""
-    for (context, _), own in zip(rows, read_bodies([body for _, body in rows]), strict=True):
-        if search.joins(*own.ends()) and search.takes(head := head_of(context, own)):
+    for at, own in bodies_near([body for _, body in rows], search.start, search.goal, search.tolerance):
+        if search.joins(*own.ends()) and search.takes(head := head_of(rows[at][0], own)):
             yield head
 
 

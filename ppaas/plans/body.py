@@ -1,7 +1,7 @@
 """What of a plan is its own, as bytes: its id and numbers, its ends, and what of it is too short to be shared."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import msgspec
 import numpy as np
@@ -10,9 +10,14 @@ from numpy.typing import NDArray
 from ppaas.errors import Unavailable
 from ppaas.geometry import Poses
 from ppaas.plans.codes import pack, poses_in
-from ppaas.plans.kernels.numbering import COUNT, MOST, NUMBERS, read_numbers, write_numbers
+from ppaas.plans.kernels.numbering import COUNT, MOST, NUMBERS, write_numbers
+from ppaas.plans.kernels.reading import FORMAT, HEX, ends_near, read_bodies_numbers
+from ppaas.plans.squares import Place
 
-_FORMAT, _IN_SPACE, _HEX, _INLINE = 2, 0x10, 0x20, 0x40
+_IN_SPACE, _INLINE = 0x10, 0x40
+
+_MARGIN = 1e-6
+"""[m]"""
 
 NAMES = ("created", "length", "cost", "seconds", "start_x", "start_y", "start_yaw", "goal_x", "goal_y", "goal_yaw")
 """The numbers of a plan, in the order in which they are told."""
@@ -53,7 +58,7 @@ def write_bodies(
         name, is_hex = _write_id(plan_ids[number])
         spatial = beyond[number, :9].tobytes() if in_space[number] else b""
         code = between[number]
-        flags = _FORMAT | in_space[number] * _IN_SPACE | is_hex * _HEX | (code is not None) * _INLINE
+        flags = FORMAT | in_space[number] * _IN_SPACE | is_hex * HEX | (code is not None) * _INLINE
         own = data[begin:end] + spatial + (b"" if code is None else pack(code))
         bodies.append(bytes((flags,)) + name + _write_count(stop - before) + own)
         begin, before = end, stop
@@ -121,43 +126,58 @@ def read_bodies(bodies: Sequence[bytes]) -> list[Body]:
     Unavailable
         One is damaged, or of a release that wrote it otherwise.
     """
-    heads = [_head(data) for data in bodies]
-    first = np.array([0, *itertools.accumulate(map(len, bodies))], np.int64)
-    begins = first[:-1] + np.array([at for _, _, at in heads], np.int64)
-    values, stops = np.empty((len(bodies), COUNT)), np.empty(len(bodies), np.int64)
-    read_numbers(np.frombuffer(b"".join(bodies), np.uint8), begins, first[1:], values, stops)
-    if (stops > first[1:]).any():
-        raise Unavailable("a stored plan is damaged: restore it from a backup")
-    read = []
-    for data, (plan_id, count, _), numbers, rest in zip(
-        bodies, heads, values.tolist(), (stops - first[:-1]).tolist(), strict=True
-    ):
-        shared = not data[0] & _INLINE and count > 3
-        read.append(Body(plan_id, count, shared, numbers, data[rest:], bool(data[0] & _IN_SPACE)))
-    return read
+    read = _Numbers(bodies)
+    return read.bodies(range(len(bodies)))
+
+
+def bodies_near(bodies: Sequence[bytes], start: Place, goal: Place, tolerance: float) -> list[tuple[int, Body]]:
+    """Return what bodies tell whose ends may lie within a tolerance of two places [m], and which these are.
+
+    What is rounded away hides none: one may lie a micrometre further off.
+
+    Raises
+    ------
+    Unavailable
+        As of `read_bodies`.
+    """
+    read = _Numbers(bodies)
+    x, y, to_x, to_y = map(float, (*start, *goal))
+    near = np.flatnonzero(ends_near(read.values, (x, y, to_x, to_y), tolerance + _MARGIN)).tolist()
+    return list(zip(near, read.bodies(near), strict=True))
 
 
 def id_in(data: bytes) -> str:
     """Return the id of a plan by its body."""
-    return _head(data)[0]
-
-
-def _head(data: bytes) -> tuple[str, int, int]:
-    """Return the id of a plan, how many waypoints it has, and where its numbers begin."""
     flags = data[0] if data else 0
-    if flags & 0x0F != _FORMAT:
+    if flags & 0x0F != FORMAT:
         raise Unavailable(f"a stored plan is of format {flags & 0x0F}, which this release does not know: upgrade it")
-    if flags & _HEX:
-        plan_id, at = data[1:17].hex(), 17
-    else:
-        at = 2 + (data[1] if len(data) > 1 else 0)
-        plan_id = data[2:at].decode()
-    count, shift = 0, 0
-    while data[at : at + 1] >= b"\x80":
-        count |= (data[at] & 127) << shift
-        at, shift = at + 1, shift + 7
-    count |= (data[at] if at < len(data) else 0) << shift
-    return plan_id, count, at + 1
+    return data[1:17].hex() if flags & HEX else data[2 : 2 + sum(data[1:2])].decode()
+
+
+class _Numbers:
+    """The numbers in some bodies, read all together."""
+
+    def __init__(self, bodies: Sequence[bytes]) -> None:
+        self._data = bodies
+        first = np.array([0, *itertools.accumulate(map(len, bodies))], np.int64)
+        self.values = np.empty((len(bodies), COUNT))
+        places = np.empty((3, len(bodies)), np.int64)
+        read_bodies_numbers(np.frombuffer(b"".join(bodies), np.uint8), first, self.values, places)
+        self._counts, rests, states = places.tolist()
+        if any(states):
+            number = next(number for number, state in enumerate(states) if state)
+            id_in(bodies[number])  # tells if it is of another format
+            raise Unavailable("a stored plan is damaged: restore it from a backup")
+        self._rests = rests
+
+    def bodies(self, which: Iterable[int]) -> list[Body]:
+        """Return what some of the bodies tell."""
+        return [self._body(at, self._data[at], self.values[at].tolist()) for at in which]
+
+    def _body(self, at: int, data: bytes, numbers: list[float]) -> Body:
+        count, flags = self._counts[at], data[0]
+        shared = not flags & _INLINE and count > 3
+        return Body(id_in(data), count, shared, numbers, data[self._rests[at] :], bool(flags & _IN_SPACE))
 
 
 def _write_id(plan_id: str) -> tuple[bytes, bool]:

@@ -166,36 +166,38 @@ def write_numbers(words: Words, stops: Rows, values: Numbers, beyond: Words, out
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def read_numbers(data: Bytes, begins: Rows, ends: Rows, values: Numbers, stops: Rows) -> None:
-    """Read the numbers of plans.
+def read_numbers(data: Bytes, begin: int, end: int, values: Numbers) -> int:
+    """Read the numbers of a plan.
 
     Parameters
     ----------
     data : (k,) array
-    begins, ends : (m,) array
-        Where the numbers of each plan begin, and up to where they may go.
-    values : (m, ``COUNT``) array
+    begin, end : int
+        Where they begin, and up to where they may go.
+    values : (``COUNT``,) array
         Gets them.
-    stops : (m,) array
-        Gets where those of each plan end; beyond what they may if they are damaged.
+
+    Returns
+    -------
+    int
+        Where they end; beyond what they may if they are damaged.
     """
-    for plan in range(len(begins)):
-        at, end = begins[plan], ends[plan]
-        mask = _read(data, at, end, 3)
-        told = 0
-        for number in range(COUNT):
-            told += mask >> number & 1
-        head, at = at + 3, at + 3 + (told + 1) // 2
-        told = 0
-        for number in range(COUNT):
-            expected = _expected(values[plan], number)
-            if mask >> number & 1:
-                tag = _read(data, head + told // 2, end, 1) >> 4 * (told & 1) & 15
-                values[plan, number] = _value(tag, _read(data, at, end, _SIZES[tag]), expected)
-                told, at = told + 1, at + _SIZES[tag]
-            else:
-                values[plan, number] = expected
-        stops[plan] = at
+    mask = _read(data, begin, end, 3)
+    told = 0
+    for number in range(COUNT):
+        told += mask >> number & 1
+    head = begin + 3
+    at = head + (told + 1) // 2
+    told = 0
+    for number in range(COUNT):
+        expected = _expected(values, number)
+        if mask >> number & 1:
+            tag = _read(data, head + told // 2, end, 1) >> 4 * (told & 1) & 15
+            values[number] = _value(tag, _read(data, at, end, _SIZES[tag]), expected)
+            told, at = told + 1, at + _SIZES[tag]
+        else:
+            values[number] = expected
+    return int(at)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -216,11 +218,8 @@ def _read(data: Bytes, at: int, end: int, size: int) -> int:
 
 
 def warm() -> None:
-    """Call the kernels once."""
+    """Call the kernel once."""
     values, rows = np.zeros((1, COUNT)), np.zeros(1, np.int64)
     words = np.zeros((1, 7), np.uint64)
     words.flags.writeable = False
-    write_numbers(words, rows + 1, values, np.empty((1, 10), np.uint64), np.empty(MOST, np.uint8), rows.copy())
-    data = np.zeros(MOST, np.uint8)
-    data.flags.writeable = False
-    read_numbers(data, rows, rows + MOST, values, rows.copy())
+    write_numbers(words, rows + 1, values, np.empty((1, 10), np.uint64), np.empty(MOST, np.uint8), rows)

@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ppaas.errors import Unavailable
-from ppaas.plans.body import NAMES, read_bodies, read_body, write_bodies
+from ppaas.plans.body import NAMES, bodies_near, read_bodies, read_body, write_bodies
 from ppaas.plans.chunks import words_of
 from ppaas.plans.kernels.heading import quaternion_near, quaternion_towards
+from ppaas.plans.passages import joins
 from ppaas.plans.recipes import numbers_in, read_recipe, recipes_of
 from tests.reference import plan_bytes
 
@@ -48,6 +49,18 @@ def test_bodies_come_back(plans) -> None:
         assert bits(own.ends()) == bits((path[0][:2], path[-1][:2])) == bits(((x, y), (to_x, to_y)))
         middle = [np.array(path[1:-2])] if len(path) > 3 else []
         assert own.poses(middle).tobytes() == bits(path)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(*[st.integers(-4, 4)] * 4), min_size=1), st.tuples(*[st.integers(-4, 4)] * 4))
+def test_bodies_whose_ends_are_near_are_told(plans, sought) -> None:
+    start, goal = sought[:2], sought[2:]
+    paths = [[(x, y, 0, 0, 0, 0, 1.0), (to_x, to_y, 0, 0, 0, 0, 1.0)] for x, y, to_x, to_y in plans]
+    bodies = [body_of(str(at), (0.5,) * 10, path) for at, path in enumerate(paths)]
+    ends = [(plan[:2], plan[2:]) for plan in plans]
+    near = [at for at, (first, last) in enumerate(ends) if joins(first, last, start, goal, 5.0)]
+    assert [at for at, _ in bodies_near(bodies, start, goal, 5.0)] == near  # at whole metres some are 5 m off exactly
+    assert [own for _, own in bodies_near(bodies, start, goal, 5.0)] == [read_body(bodies[at]) for at in near]
 
 
 @settings(max_examples=60, deadline=None)
