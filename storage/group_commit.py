@@ -1,11 +1,18 @@
 """Several callers' work in one transaction: what comes while another commits is committed together after it.
 
-A commit that lasts waits for the disk once, however much is in it. Whoever comes alone waits for nobody.
+A commit that lasts waits for the disk once, however much is in it. So who were committed together and come again are
+waited for a moment, or the first of them would be committed alone while the others wait. Whoever comes alone waits for
+nobody.
 """
 
 import threading
 from collections.abc import Callable, Sequence
 from typing import Generic, TypeVar
+
+from ppaas.clock import monotonic
+
+PATIENCE = 0.5
+"""For how much of the time that the last commit took those of it are waited for."""
 
 Given = TypeVar("Given")
 Told = TypeVar("Told")
@@ -37,21 +44,25 @@ class GroupCommit(Generic[Given, Told]):
     Parameters
     ----------
     commit : callable
-        Commits what several gave, all or nothing; returns what each is told, in their order. What it raises is raised
-        to all of them.
+        Commits what several gave, all or nothing; returns what each is told, in their order, or the error that it has
+        of its own. What it raises is raised to all of them.
     """
 
-    def __init__(self, commit: Callable[[Sequence[Given]], Sequence[Told]]) -> None:
+    def __init__(self, commit: Callable[[Sequence[Given]], Sequence[Told | Exception]]) -> None:
         self._commit = commit
         self._lock = threading.Lock()
         self._waiting: list[_Ticket[Given, Told]] = []
         self._led = False
+        self._together, self._lasted = 1, 0.0
+        self._all_came = threading.Condition(self._lock)
 
     def submit(self, given: Given) -> Told:
         """Return when it is committed."""
         ticket: _Ticket[Given, Told] = _Ticket(given)
         with self._lock:
             self._waiting.append(ticket)
+            if len(self._waiting) == self._together > 1:
+                self._all_came.notify()
             first, self._led = not self._led, True
         if not first:
             ticket.wait()
@@ -63,18 +74,29 @@ class GroupCommit(Generic[Given, Told]):
 
     def _lead(self) -> None:
         """Commit all that waits, then let the next go on with what came meanwhile: nobody works for others for ever."""
-        with self._lock:
-            taken, self._waiting = self._waiting, []
+        taken, began = self._taken(), monotonic()
         try:
             for ticket, told in zip(taken, self._commit([ticket.given for ticket in taken]), strict=True):
-                ticket.told = told
+                if isinstance(told, Exception):
+                    ticket.error = told
+                else:
+                    ticket.told = told
         except BaseException as error:  # noqa: BLE001  # it is raised by each that waits
             for ticket in taken:
                 ticket.error = error
         with self._lock:
+            self._together, self._lasted = len(taken), monotonic() - began
             self._led = bool(self._waiting)
             following = self._waiting[:1]
         for ticket in taken:
             ticket.over = True
         for ticket in taken + following:
             ticket.wake()
+
+    def _taken(self) -> list[_Ticket[Given, Told]]:
+        """Take all that waits, once as many wait as came the last time or are late."""
+        with self._lock:
+            if len(self._waiting) < self._together:
+                self._all_came.wait_for(lambda: len(self._waiting) >= self._together, PATIENCE * self._lasted)
+            taken, self._waiting = self._waiting, []
+        return taken

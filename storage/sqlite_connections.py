@@ -15,14 +15,16 @@ from pathlib import Path
 
 from ppaas.errors import Unavailable
 from storage.failures import disk_errors
+from storage.sqlite_checkpoints import Checkpoints
 from storage.sqlite_plan_schema import BEFORE_PLAN_TABLES, PLAN_TABLES, renew_plans
 from storage.sqlite_plan_writing import move_plans
 
 APPLICATION_ID = 0x50506153  # "PPaS": tells our files from other programs'
 
-CHECKPOINT_PAGES = 2048
-"""Pages of 4 KiB in the WAL from which they are brought to the file: many plans change the same ones. Then the WAL is
-written over from its beginning, and what is written over is synced several times as fast as what makes a file grow."""
+CHECKPOINT_PAGES = 6144
+"""Pages of 4 KiB in the WAL from which whoever commits brings them to the file, where that was not done beside
+(``storage.sqlite_checkpoints``) or was not done with. Then the WAL is written over from its beginning, and what is
+written over is synced several times as fast as what makes a file grow."""
 
 CACHE_KIB = 16384
 """What a connection may hold of the file in memory."""
@@ -124,6 +126,7 @@ class SqliteConnections:
         self._idle: list[sqlite3.Connection] = []
         self._closed = False
         self._errors = _Errors(path)
+        self._checkpoints = Checkpoints(self._connect)
         if path.is_dir():
             raise Unavailable(f"{path}: this is a folder: give the path of a file")
         with disk_errors(path):
@@ -162,9 +165,11 @@ class SqliteConnections:
             if not synced:
                 connection.execute("PRAGMA synchronous = NORMAL")
             connection.execute("BEGIN IMMEDIATE")
+            before = connection.total_changes
             try:
                 yield connection
                 connection.execute("COMMIT")
+                self._checkpoints.committed(connection.total_changes - before)
             finally:
                 if connection.in_transaction:
                     connection.execute("ROLLBACK")
@@ -176,6 +181,7 @@ class SqliteConnections:
         with self._lock:
             self._closed = True
             idle, self._idle = self._idle, []
+        self._checkpoints.close()
         for connection in idle:
             connection.close()
 

@@ -55,7 +55,7 @@ class SqlitePlans:
         self._plan_connections = connections
         self._granularity = inner_granularity(granularity)
         self._remembered = Remembered()
-        self._adding: GroupCommit[list[PlanEntry], int] = GroupCommit(self._add_all)
+        self._adding: GroupCommit[list[PlanRecord], int] = GroupCommit(self._add_all)
 
     def add_plan(self, record: PlanRecord) -> None:
         """Keep a plan; keeping the same id twice changes nothing."""
@@ -63,14 +63,31 @@ class SqlitePlans:
 
     def add_plans(self, records: Iterable[PlanRecord]) -> int:
         """Keep plans, all or none; return how many were not there before."""
-        return self._adding.submit(list(entries_of(records, self._granularity)))
+        return self._adding.submit(list(records))
 
-    def _add_all(self, given: Sequence[list[PlanEntry]]) -> list[int]:
+    def _add_all(self, given: Sequence[list[PlanRecord]]) -> list[int | Exception]:
+        """Keep what several give together, but for what is wrong."""
+        # Here, and not by each: many are cut together in little more time than one, and threads that all
+        # compute wait for each other.
+        cut = self._cut_all(given)
+        right = [entries for entries in cut if not isinstance(entries, Exception)]
+        added = iter(self._add_entries(right) if right else ())
+        return [entries if isinstance(entries, Exception) else next(added) for entries in cut]
+
+    def _add_entries(self, given: Sequence[list[PlanEntry]]) -> list[int]:
         with self._plan_connections.writing() as connection:
             transaction = PlanTransaction(connection, self._remembered)
             added = transaction.add(*given)
         transaction.committed()
         return added
+
+    def _cut_all(self, given: Sequence[list[PlanRecord]]) -> list[list[PlanEntry] | Exception]:
+        """Return what is kept of what each gives, or what is wrong with it."""
+        entries = entries_of(itertools.chain.from_iterable(given), self._granularity)
+        try:
+            return [list(itertools.islice(entries, len(some))) for some in given]
+        except Exception as error:  # noqa: BLE001  # whoever gave what is wrong is told, and nobody else
+            return [error] if len(given) == 1 else [each for some in given for each in self._cut_all([some])]
 
     def replace_plan(self, record: PlanRecord, *, instead_of: PlanRecord) -> None:
         """Keep a plan in place of the one of the same id; ``Conflict`` if that was changed meanwhile."""

@@ -1,8 +1,7 @@
 """What several threads commit at a time."""
 
 import threading
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 
 import pytest
@@ -10,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from storage.group_commit import GroupCommit
+from tests.support.waiting import wait_until
 
 
 class Disk:
@@ -26,13 +26,6 @@ class Disk:
         if 13 in given:
             raise OSError("the disk is full")
         return [number * number for number in given]
-
-
-def wait_until(condition: Callable[[], bool]) -> None:
-    until = time.monotonic() + 10.0
-    while not condition():
-        assert time.monotonic() < until
-        time.sleep(0.001)
 
 
 @pytest.fixture
@@ -82,6 +75,31 @@ def test_an_error_is_raised_to_all_of_its_group_and_to_no_other(disk: Disk, thre
     assert told[0].result(10.0) == 1
     assert [str(each.exception(10.0)) for each in told[1:]] == ["the disk is full"] * 2
     assert group.submit(5) == 25
+
+
+def test_who_has_an_error_of_its_own_is_told_it_alone(disk: Disk, threads: ThreadPoolExecutor) -> None:
+    def commit(given: Sequence[int]) -> list[int | Exception]:
+        return [ValueError(f"{told} is odd") if told % 2 else told for told in disk.commit(given)]
+
+    told = _held_by_one(disk, GroupCommit(commit), threads, 2, 3, 4)
+    disk.open.set()
+    assert [each.result(10.0) for each in (told[1], told[3])] == [4, 16]
+    assert [str(each.exception(10.0)) for each in (told[0], told[2])] == ["1 is odd", "9 is odd"]
+
+
+def test_who_were_committed_together_and_come_again_are_waited_for(disk: Disk, threads: ThreadPoolExecutor) -> None:
+    group = GroupCommit(disk.commit)
+    told = _held_by_one(disk, group, threads, 2, 3)
+    disk.open.set()
+    assert [each.result(10.0) for each in told] == [1, 4, 9]
+    group._lasted = 20.0  # as long as they may be waited for if the next does not come
+    first = threads.submit(group.submit, 4)
+    wait_until(lambda: len(group._waiting) == 1)
+    assert group.submit(5) == 25
+    assert first.result(10.0) == 16
+    assert disk.groups == [[1], [2, 3], [4, 5]]
+    group._lasted = 0.0
+    assert group.submit(6) == 36  # nobody else comes
 
 
 @given(st.lists(st.integers(0, 12), max_size=40), st.integers(1, 6))

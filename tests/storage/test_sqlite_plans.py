@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ppaas.errors import Unavailable
+from ppaas.errors import InvalidInput, Unavailable
 from ppaas.geometry import poses_along
 from ppaas.plans.recipes import read_recipe
 from storage.encoding import encode
-from storage.plan_entry import entries_of
 from storage.plan_search import PlanSearch
 from storage.records import PlanRecord
 from storage.sqlite import SqliteStore
@@ -241,9 +240,20 @@ def test_each_who_adds_plans_at_a_time_is_told_of_its_own(file: Path) -> None:
     with closing(SqliteStore(file)) as store:
         store.add_plan(path("a"))
         given = [[path(name, float(ord(name))) for name in names] for names in ("abc", "", "cd", "dd", "e")]
-        told = store._add_all([list(entries_of(some, 8)) for some in given])
-        assert told == [2, 0, 1, 0, 1]
+        assert store._add_all(given) == [2, 0, 1, 0, 1]
         assert store.plan_statistics().plans == 5
+    assert_sound(file)
+
+
+def test_what_is_wrong_is_told_to_who_gave_it_alone(file: Path) -> None:
+    wrong = [plan("wrong", poses=np.full((4, 7), np.nan).tobytes()), "no plan"]
+    with closing(SqliteStore(file)) as store:
+        told = store._add_all([[path("a")], [path("b"), wrong[0]], [path("c")], [wrong[1]], [path("d")]])
+        assert [one for one in told if isinstance(one, int)] == [1, 1, 1]
+        assert [type(told[1]), type(told[3])] == [InvalidInput, AttributeError]
+        assert sorted(head.id for head in store.plans("house")) == ["a", "c", "d"]
+        with pytest.raises(InvalidInput, match="'wrong'"):
+            store.add_plans(wrong[:1])
     assert_sound(file)
 
 

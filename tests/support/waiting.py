@@ -1,6 +1,7 @@
 """Waiting for what nobody tells of."""
 
 import asyncio
+import time
 from collections.abc import Callable
 
 PATIENCE = 30.0
@@ -17,3 +18,12 @@ async def until(condition: Callable[[], object], timeout: float = PATIENCE) -> f
         while not condition():
             await asyncio.sleep(STEP)
     return loop.time() - began
+
+
+def wait_until(condition: Callable[[], object], timeout: float = PATIENCE) -> None:
+    """Block until a condition holds, for tests of threads."""
+    until = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > until:
+            raise TimeoutError
+        time.sleep(STEP)
