@@ -11,8 +11,9 @@ from typing import Generic, TypeVar
 
 from ppaas.clock import monotonic
 
-PATIENCE = 0.5
-"""For how much of the time that the last commit took those of it are waited for."""
+PATIENCE, LONGEST = 0.5, 0.01
+"""For how much of the time that the last commit took those of it are waited for, and at most [s]: a disk that was slow
+once is not to hold up who comes alone."""
 
 Given = TypeVar("Given")
 Told = TypeVar("Told")
@@ -97,6 +98,7 @@ class GroupCommit(Generic[Given, Told]):
         """Take all that waits, once as many wait as came the last time or are late."""
         with self._lock:
             if len(self._waiting) < self._together:
-                self._all_came.wait_for(lambda: len(self._waiting) >= self._together, PATIENCE * self._lasted)
+                patience = min(PATIENCE * self._lasted, LONGEST)
+                self._all_came.wait_for(lambda: len(self._waiting) >= self._together, patience)
             taken, self._waiting = self._waiting, []
         return taken

@@ -87,19 +87,23 @@ def test_who_has_an_error_of_its_own_is_told_it_alone(disk: Disk, threads: Threa
     assert [str(each.exception(10.0)) for each in (told[0], told[2])] == ["1 is odd", "9 is odd"]
 
 
-def test_who_were_committed_together_and_come_again_are_waited_for(disk: Disk, threads: ThreadPoolExecutor) -> None:
+def test_who_were_committed_together_and_come_again_are_waited_for(
+    disk: Disk, threads: ThreadPoolExecutor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("storage.group_commit.LONGEST", 20.0)
     group = GroupCommit(disk.commit)
     told = _held_by_one(disk, group, threads, 2, 3)
     disk.open.set()
     assert [each.result(10.0) for each in told] == [1, 4, 9]
-    group._lasted = 20.0  # as long as they may be waited for if the next does not come
+    group._lasted = 20.0
     first = threads.submit(group.submit, 4)
     wait_until(lambda: len(group._waiting) == 1)
     assert group.submit(5) == 25
     assert first.result(10.0) == 16
     assert disk.groups == [[1], [2, 3], [4, 5]]
-    group._lasted = 0.0
-    assert group.submit(6) == 36  # nobody else comes
+    monkeypatch.undo()
+    group._lasted = 20.0  # nobody else comes
+    assert group.submit(6) == 36
 
 
 @given(st.lists(st.integers(0, 12), max_size=40), st.integers(1, 6))
