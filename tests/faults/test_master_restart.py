@@ -21,7 +21,7 @@ from tests.support.cloud import RunningCloud, publish_map, register_robot, runni
 from tests.support.docker_engine import image_for_tests
 from tests.support.drive import Drive, driving
 from tests.support.joined_machine import JoinedMachine, container_of, machines, ticket
-from tests.support.local_nodes import ABLE, managing
+from tests.support.local_nodes import ABLE, managing, take_over
 from tests.support.places import free_pose, reachable_pose
 from tests.support.processes import has_ended
 from tests.support.waiting import until
@@ -119,9 +119,7 @@ async def test_a_robot_that_drives_itself_drives_on_and_tells_the_cloud_that_cam
             standing(cloud, rest, office_map, "survivor") as (drive, wire, goal),
             managing(drive.robot, ABLE) as manager,
         ):
-            for node in sorted(own):
-                assert (await manager.ask(node, "robot")).wanted == "robot"
-            await until(lambda: manager.running == own, 60)
+            await take_over(manager, *own)
             await set_off(drive, goal)
             before = await container_of(rest, "survivor")
             kill(cloud, wire, tmp_path)

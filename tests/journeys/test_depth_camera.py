@@ -13,7 +13,7 @@ from robots.client import RobotClient
 from robots.robot_file import RobotFile
 from tests.support.cloud import RunningCloud, publish_map
 from tests.support.drive import driving
-from tests.support.local_nodes import ABLE, managing
+from tests.support.local_nodes import ABLE, managing, take_over
 from tests.support.places import free_pose, reachable_pose
 from tests.support.waiting import until
 
@@ -67,8 +67,7 @@ async def test_a_robot_with_a_depth_camera_is_localized_and_driven(cloud: Runnin
         assert await drive.go(goal) <= 0.25
         assert images
         async with managing(drive.robot, ABLE, sensors=("odom", INFO, IMAGE)) as manager:
-            assert (await manager.ask("depthimage_to_laserscan", "robot")).wanted == "robot"
-            await until(lambda: manager.running == {"depthimage_to_laserscan"}, 60)
+            await take_over(manager, "depthimage_to_laserscan")
             images.clear()
             heard.clear()
             located = len(drive.poses)

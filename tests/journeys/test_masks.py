@@ -15,9 +15,8 @@ from ppaas.messages.std_msgs import Header
 from robots.client import RobotClient
 from robots.rest import RestClient
 from tests.support.cloud import RunningCloud, publish_map, register_robot
-from tests.support.local_nodes import ABLE, managing
+from tests.support.local_nodes import ABLE, managing, take_over
 from tests.support.sources import ROOT
-from tests.support.waiting import until
 
 pytestmark = pytest.mark.journey
 
@@ -87,8 +86,7 @@ async def test_a_robot_whose_mask_is_gone_is_refused(cloud: RunningCloud) -> Non
 async def test_a_node_that_runs_on_the_robot_keeps_out_of_the_same_places(cloud: RunningCloud) -> None:
     token = await careful_robot(await cloud.admin(), "own")
     async with RobotClient(cloud.ws_url, robot="own", token=token) as client, managing(client, ABLE) as manager:
-        assert (await manager.ask("move_base", "robot")).wanted == "robot"
-        await until(lambda: manager.running == {"move_base"}, 60)
+        await take_over(manager, "move_base")
         assert await passed(client) == {True}
 
 

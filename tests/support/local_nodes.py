@@ -1,6 +1,7 @@
 """Local node managers beside clients."""
 
 import asyncio
+import contextlib
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
@@ -8,9 +9,12 @@ from typing import Any
 from robots.client import RobotClient
 from robots.local.computer import Computer
 from robots.local.node_manager import LocalNodes
+from tests.support.waiting import until
 
 WEAK = Computer(4, 1.5, 1.0)
 ABLE = Computer(4, 2.0, 2.2)
+ASK_AGAIN, GIVE_UP = 10.0, 120.0
+"""[s]"""
 
 
 @asynccontextmanager
@@ -26,3 +30,13 @@ async def managing(client: RobotClient, computer: Computer, **options: Any) -> A
     finally:
         running.cancel()
         await asyncio.gather(running, return_exceptions=True)
+
+
+async def take_over(manager: LocalNodes, *nodes: str) -> None:
+    """Have nodes run on the robot, though the cloud takes back what a busy computer did not tell of in time."""
+    async with asyncio.timeout(GIVE_UP):
+        while manager.running != set(nodes):
+            for node in nodes:
+                assert (await manager.ask(node, "robot")).wanted == "robot"
+            with contextlib.suppress(TimeoutError):
+                await until(lambda: manager.running == set(nodes), ASK_AGAIN)

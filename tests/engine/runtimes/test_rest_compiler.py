@@ -63,7 +63,8 @@ def package_that(folder: Path, warms: str) -> None:
 async def compiler_of(folder: Path) -> asyncio.subprocess.Process:
     """Start a compiler of the kernels of that package, with a cache of their own."""
     script = (
-        "import sys, types, pathlib\n"
+        "import os, sys\n"
+        "os.nice = lambda _: 0\n"  # who gives way to the tests beside it may wait for minutes
         "import engine.runtimes.threading_layer, engine.runtimes.kernel_stamp, engine.background\n"
         "for name in [name for name in sys.modules if name.split('.')[0] == 'ppaas']: del sys.modules[name]\n"
         f"sys.path.insert(0, {str(folder)!r})\n"
@@ -99,7 +100,7 @@ async def test_what_compiles_for_a_compiler_that_is_killed_ends_as_well(tmp_path
     begun = tmp_path / "begun"
     package_that(tmp_path, f"open({str(begun)!r}, 'w').write(f'{{os.getpid()}} '); time.sleep(600)")
     compiler = await compiler_of(tmp_path)
-    await until(lambda: pid_in(begun) > 0, timeout=150.0)  # it gives way to all that runs beside it
+    await until(lambda: pid_in(begun) > 0)
     helpers = [child.pid for child in psutil.Process(compiler.pid).children(recursive=True)]
     assert pid_in(begun) in helpers
     compiler.kill()
