@@ -20,7 +20,7 @@ UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --g
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser kernels test test-servers test-docker test-ray joints chaos schemathesis lint bench performance lock clean
+.PHONY: help setup demo browser kernels test test-servers test-docker test-ray joints chaos schemathesis lint bench bench-cassandra performance lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -80,6 +80,11 @@ bench: $(INSTALLED) ## Measure what a user waits for, and how fast maps are prep
 	@echo "bench: let the machine do nothing else"
 	$(BIN)/ppaas bench service $(BENCH_ARGS)
 	$(BIN)/ppaas bench planning $(BENCH_ARGS)
+
+bench-cassandra: $(INSTALLED) ## Measure plans in a real Cassandra of one node (wants Java 17 and Maven; BENCH_ARGS="--plans 1000000")
+	@echo "bench-cassandra: let the machine do nothing else"
+	@$(BIN)/python -m tests.servers.jars
+	$(BIN)/python -m tests.servers.bench_plans $(BENCH_ARGS)
 
 performance: $(INSTALLED) ## Measure planners, and write what docs/performance.md tells of them
 	@echo "performance: let the machine do nothing else; peers are measured that are installed (the extra bench)"

@@ -31,7 +31,7 @@ def connect(address: CassandraAddress) -> Session:
     Raises
     ------
     Unavailable
-        The keyspace was made by a newer release.
+        The keyspace was made by a newer release, or before the first.
     Exception
         As the driver raises.
     """
@@ -125,3 +125,8 @@ def _check_version(session: Session, address: CassandraAddress) -> None:
     version = session.execute("SELECT version FROM schema_version WHERE id = 0").one().version
     if version > VERSION:
         raise Unavailable(f"{address}: written by a newer release (schema {version}): upgrade this one")
+    if version < VERSION:
+        raise Unavailable(
+            f"{address}: written before the first release (schema {version}): have what wrote it copy it to another"
+            " kind of store (ppaas store migrate), and that into a new keyspace"
+        )

@@ -28,7 +28,9 @@ MOST_PARTS = 256
 """Ids in a row: a longer recipe is cut into sheets, which are entries of their own, so that no row grows large."""
 
 _IDS, _SHEETS = b"\x00", b"\x01"
+_LEAD = struct.Struct("<16sd8s")
 _PLACE = struct.Struct("<2d")
+_LARGEST = 2.0**127
 _POSE_BYTES = 56
 
 _known_id = lru_cache(1 << 15)(entry_id)
@@ -52,8 +54,8 @@ class PlanRow:
         By their ids the codes of the stretches, in their order, each once.
     beside : dict
         By their ids the context and the sheets.
-    lead : tuple
-        The key under which it is found (``led``).
+    key : tuple
+        Under which it lies (``led``).
     """
 
     record: PlanRecord
@@ -62,12 +64,23 @@ class PlanRow:
     recipe: bytes
     stretches: dict[bytes, bytes]
     beside: dict[bytes, bytes]
-    lead: tuple[bytes, float, str]
+    key: tuple[bytes, float, str]
 
     @property
     def size(self) -> int:
         """Return the bytes that are its own."""
         return len(self.entry.body) + len(self.recipe)
+
+    @property
+    def head(self) -> bytes:
+        """Return the id of its context, and its body (``head_parts``)."""
+        return self.context + self.entry.body
+
+    @property
+    def lead(self) -> bytes:
+        """Return where it lies (``lead_key``), and a hash of what lies there."""
+        content = hashlib.blake2b(self.head + self.recipe, digest_size=8).digest()
+        return _LEAD.pack(*self.key[:2], content)
 
 
 def plan_rows(records: Sequence[PlanRecord], granularity: int) -> Iterator[PlanRow]:
@@ -105,6 +118,17 @@ def ids_on(sheet: bytes) -> list[bytes]:
     return [sheet[at : at + ID_BYTES] for at in range(0, len(sheet), ID_BYTES)]
 
 
+def head_parts(head: bytes) -> tuple[bytes, bytes]:
+    """Return the id of the context in a head, and the body."""
+    return head[:ID_BYTES], head[ID_BYTES:]
+
+
+def lead_key(lead: bytes) -> tuple[bytes, float]:
+    """Return in which bucket a plan lies, and its length, by which it lies there."""
+    bucket, length, _ = _LEAD.unpack(lead)
+    return bucket, length
+
+
 def loose_in(body: Body) -> int:
     """Return how many waypoints are kept for a plan alone."""
     return ENDS_BEFORE + ENDS_AFTER if body.shared else body.count
@@ -132,7 +156,7 @@ def listed(record: PlanRecord) -> tuple[str, float, str]:
 
 
 def led(record: PlanRecord) -> tuple[bytes, float, str]:
-    """Return the key under which a plan is found: the bucket of its ends, its length, and its id."""
+    """Return the key under which a plan lies: the bucket of its ends, its length, and its id."""
     start, goal = ends_of(record)
     bucket = bucket_of(scope_of(record.map, record.version), start, goal)
     return bucket, record.length + 0.0, record.id
@@ -150,9 +174,14 @@ def buckets_near(scope: bytes, start: Place, goal: Place, tolerance: float) -> l
 
 
 def reach(value: float, tolerance: float) -> tuple[float, float]:
-    """Return from where to where a coordinate may lie [m]: what is rounded away must not hide a plan."""
-    margin = tolerance + 1e-9 * max(1.0, abs(value))
+    """Return from where to where a coordinate may lie [m]: what is rounded away, to 4 bytes, must not hide a plan."""
+    margin = tolerance + 2.0**-22 * max(1.0, abs(value))
     return value - margin, value + margin
+
+
+def narrow(value: float) -> float:
+    """Return a number that 4 bytes hold, which is the largest for those that are larger."""
+    return min(max(value, -_LARGEST), _LARGEST)
 
 
 def _near(value: float, tolerance: float) -> range:

@@ -1,16 +1,16 @@
 """Plans in Cassandra: looked for by where they lead, and told of."""
 
 import itertools
-import math
 from collections import Counter
 from collections.abc import Iterable
 from operator import attrgetter
 from typing import Any
 
-from ppaas.plans.body import read_bodies
+from ppaas.plans.body import bodies_near, read_bodies
 from ppaas.plans.chunks import ENDS_BEFORE
 from ppaas.plans.codes import unpack, waypoints_in
-from storage.cassandra_plan_rows import buckets_near, reach
+from storage.cassandra_kept_plans import kept_plans
+from storage.cassandra_plan_rows import buckets_near, head_parts, narrow, reach
 from storage.cassandra_plans import CassandraPlans
 from storage.cassandra_session import PAGE
 from storage.names import check_name
@@ -18,11 +18,8 @@ from storage.plan_entry import head_of
 from storage.plan_search import PlanSearch
 from storage.records import PlanPart, PlanPassage, PlanRecord, PlanStatistics
 
-FIRST_ROWS, TIMES_MORE = 32, 16
+FIRST_ROWS, TIMES_MORE = 32, 4
 """Plans of a bucket that are looked at first, the shortest, and how many times as many next."""
-
-READ_AT_ONCE = 16
-"""Plans that are read together, as many as are mostly wanted: to read one costs hardly less."""
 
 MOST_LOOKED_AT = 64
 """Plans that are looked at for whether they pass two places."""
@@ -30,9 +27,12 @@ MOST_LOOKED_AT = 64
 NEWEST = 1024
 """Plans of a map, the newest, among which are counted those that share a stretch."""
 
-_LED = """SELECT bucket, length, id, start_x, start_y, goal_x, goal_y, context, body FROM plans_by_ends
-          WHERE bucket IN ? AND start_x >= ? AND start_x <= ? AND start_y >= ? AND start_y <= ?
-          AND goal_x >= ? AND goal_x <= ? AND goal_y >= ? AND goal_y <= ? PER PARTITION LIMIT ? ALLOW FILTERING"""
+_NEAR = """start_x >= ? AND start_x <= ? AND start_y >= ? AND start_y <= ?
+           AND goal_x >= ? AND goal_x <= ? AND goal_y >= ? AND goal_y <= ?"""
+_SHORTEST = f"""SELECT bucket, head FROM plans_by_ends WHERE bucket IN ? AND {_NEAR}
+                PER PARTITION LIMIT ? ALLOW FILTERING"""
+_NEXT = f"""SELECT bucket, head FROM plans_by_ends WHERE bucket = ? AND (length, id) > (?, ?) AND {_NEAR}
+            LIMIT ? ALLOW FILTERING"""
 """The filtering is within the buckets."""
 
 
@@ -41,16 +41,19 @@ class CassandraPlanSearch(CassandraPlans):
 
     def find_plans(self, search: PlanSearch, *, limit: int = 16) -> list[PlanRecord]:
         """Return the heads of plans whose ends lie near two places, shortest first."""
+        if limit < 1:
+            return []
         buckets = buckets_near(search.scope, search.start, search.goal, search.tolerance)
         sides = itertools.chain.from_iterable(reach(value, search.tolerance) for value in (*search.start, *search.goal))
-        values, most = (buckets, *sides), FIRST_ROWS
-        while True:
-            rows = list(self._session.rows(_LED, *values, most))
-            complete = _complete_until(rows, most)
-            found = self._fitting(rows, search, limit)
-            if complete == math.inf or (len(found) == limit and all(one.length <= complete for one in found)):
-                return found
+        near, most = list(map(narrow, sides)), FIRST_ROWS
+        rows = list(self._session.rows(_SHORTEST, buckets, *near, most))
+        found = self._fitting(rows, search, limit)
+        while left := _left(rows, most, found[-1] if len(found) == limit else None):
             most *= TIMES_MORE
+            keys = [(*behind, *near, most) for behind in left]
+            rows = [row for more in self._session.rows_each(_NEXT, keys) for row in more]
+            found = sorted((*found, *self._fitting(rows, search, limit)), key=attrgetter("length", "id"))[:limit]
+        return found
 
     def plans_through(self, search: PlanSearch, *, limit: int = 8) -> list[PlanPassage]:
         """Return plans that pass near one place and later near another, the shortest passage first."""
@@ -61,10 +64,10 @@ class CassandraPlanSearch(CassandraPlans):
 
         How many plans refer to one is counted among ``NEWEST`` plans of its map, and among all when these are swept.
         """
-        row = self._known_plan(plan_id)
-        [numbers] = self._entries.stretches([row.recipe])
+        kept = self._known_plan(plan_id)
+        [numbers] = self._entries.stretches([kept.recipe])
         data = self._entries.data(numbers)
-        uses = self._uses(self._head(row).map, numbers)
+        uses = self._uses(self._head(kept).map, numbers)
         first, told = ENDS_BEFORE, []
         for number in numbers:
             count = waypoints_in(unpack(data[number]))
@@ -82,15 +85,13 @@ class CassandraPlanSearch(CassandraPlans):
 
     def _fitting(self, rows: list[Any], search: PlanSearch, limit: int) -> list[PlanRecord]:
         """Return the heads in rows of buckets that are looked for, shortest first."""
-        ordered = sorted(rows, key=attrgetter("length", "id"))
-        near = (row for row in ordered if search.joins((row.start_x, row.start_y), (row.goal_x, row.goal_y)))
-        found: list[PlanRecord] = []
-        while len(found) < limit and (some := list(itertools.islice(near, READ_AT_ONCE))):
-            contexts = self._entries.data(row.context for row in some)
-            owns = read_bodies([row.body for row in some])
-            heads = (head_of(contexts[row.context], own) for row, own in zip(some, owns, strict=True))
-            found += itertools.islice(filter(search.takes, heads), limit - len(found))
-        return found
+        parts = [head_parts(row.head) for row in rows]
+        near = bodies_near([body for _, body in parts], search.start, search.goal, search.tolerance)
+        joining = [(parts[at][0], own) for at, own in near if search.joins(*own.ends())]
+        joining.sort(key=lambda one: (one[1].length, one[1].plan_id))
+        contexts = self._entries.data(context for context, _ in joining)
+        heads = (head_of(contexts[context], own) for context, own in joining)
+        return list(itertools.islice(filter(search.takes, heads), limit))
 
     def _passing(self, search: PlanSearch) -> Iterable[PlanRecord]:
         """Return plans that are named near either place, those that are named near both first."""
@@ -106,14 +107,20 @@ class CassandraPlanSearch(CassandraPlans):
         swept = self._session.rows_each("SELECT plans FROM plan_entry_uses WHERE id = ?", [(one,) for one in wanted])
         seen: Counter[bytes] = Counter()
         for page in itertools.islice(self._listed(map_id), NEWEST // PAGE):
-            rows = self._session.rows_each("SELECT recipe FROM plans WHERE id = ?", [(row.id,) for row in page])
-            for mine in self._entries.stretches(row.recipe for found in rows for row in found):
+            kept = kept_plans(self._session, [row.id for row in page])
+            for mine in self._entries.stretches(each.recipe for each in kept if each is not None):
                 seen.update(set(mine).intersection(wanted))
         return {one: max(1, seen[one], *(row.plans for row in rows)) for one, rows in zip(wanted, swept, strict=True)}
 
 
-def _complete_until(rows: list[Any], most: int) -> float:
-    """Return the length up to which no plan of these buckets is missing: where one was cut short, its longest."""
+def _left(rows: list[Any], most: int, longest: PlanRecord | None) -> list[tuple[bytes, float, str]]:
+    """Return of which buckets there is more that may be shorter than a plan, and behind which length and id."""
     counts = Counter(row.bucket for row in rows)
-    longest = {row.bucket: row.length for row in rows}  # of each bucket they come by length
-    return min((longest[bucket] for bucket, count in counts.items() if count == most), default=math.inf)
+    last = {row.bucket: row.head for row in rows}  # of each bucket they come by length and id
+    cut = [bucket for bucket, count in counts.items() if count == most]
+    ends = [(end.length, end.plan_id) for end in read_bodies([head_parts(last[bucket])[1] for bucket in cut])]
+    return [
+        (bucket, *end)
+        for bucket, end in zip(cut, ends, strict=True)
+        if longest is None or end < (longest.length, longest.id)
+    ]

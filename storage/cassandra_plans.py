@@ -3,7 +3,6 @@
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
-from operator import attrgetter
 from typing import Any
 
 from ppaas.errors import Conflict, NotFound, Unavailable
@@ -11,36 +10,27 @@ from ppaas.plans.body import read_body
 from ppaas.plans.codes import pack, poses_of, waypoints_in
 from ppaas.plans.squares import scope_of
 from storage.cassandra_entries import CassandraEntries, code_of
-from storage.cassandra_plan_rows import PlanRow, ends_of, led, listed, loose_in, plan_rows
+from storage.cassandra_kept_plans import KeptPlan, kept_plans
+from storage.cassandra_plan_rows import PlanRow, loose_in, plan_rows
 from storage.cassandra_plan_sums import PlanSums, Sums, added
-from storage.cassandra_session import BYTES_TOGETHER, PAGE, CassandraSession, Write
+from storage.cassandra_plan_writes import forgetting, indexing, laying, naming, unlisting
+from storage.cassandra_session import PAGE, CassandraSession
 from storage.cassandra_squares import Squares
 from storage.names import check_name
 from storage.plan_checks import check_plan, check_replacement
 from storage.plan_entry import context_of, head_of, record_of
 from storage.records import PlanRecord, PlanStatistics
 
-_PLAN = "SELECT id, context, body, recipe FROM plans WHERE id = ?"
-_HEAD = "SELECT context, body FROM plans WHERE id = ?"
 _KNOWN = "SELECT id FROM plans WHERE id IN ?"
-_INSERT = "INSERT INTO plans (id, context, body, recipe) VALUES (?, ?, ?, ?)"
-_CHANGE = "UPDATE plans SET context = ?, body = ?, recipe = ? WHERE id = ? IF context = ? AND body = ? AND recipe = ?"
+_CHANGE = "UPDATE plans SET lead = ?, head = ?, recipe = ? WHERE id = ? IF lead = ? AND head = ?"
 _REMOVE = "DELETE FROM plans WHERE id = ?"
-_LIST = "INSERT INTO plans_by_map (map, created, id) VALUES (?, ?, ?)"
-_UNLIST = "DELETE FROM plans_by_map WHERE map = ? AND created = ? AND id = ?"
-_LEAD = """INSERT INTO plans_by_ends (bucket, length, id, start_x, start_y, goal_x, goal_y, context, body)
-           VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)"""
-_UNLEAD = "DELETE FROM plans_by_ends WHERE bucket = ? AND length = ? AND id = ?"
-
-KEYS_BYTES = 440
-"""Bytes of a plan in its three rows beside what is its own, about, as Cassandra counts: each value has a time."""
 
 
 class CassandraPlans:
     """What a ``PlanStore`` keeps, in Cassandra.
 
-    What a plan refers to is there before it; its row and those by which it is found come together. Of many plans that
-    are kept together all are kept, or, where it ends in ``Unavailable``, some: to keep them again changes nothing.
+    What a plan refers to, and what names it, is there before it. Of many plans that are kept together all are kept, or,
+    where it ends in ``Unavailable``, some: to keep them again changes nothing.
     """
 
     _session: CassandraSession
@@ -70,7 +60,8 @@ class CassandraPlans:
         ids = list(given)
         asked = [self._session.asked(_KNOWN, ids[at : at + PAGE]) for at in range(0, len(ids), PAGE)]
         rows = list(plan_rows(list(given.values()), self._granularity))  # most are new: cut them while that is answered
-        known = {row.id for answer in asked for row in answer()}
+        named = [row.id for answer in asked for row in answer()]
+        known = {kept.id for kept in kept_plans(self._session, named) if kept is not None}
         rows = [row for row in rows if row.record.id not in known]
         if rows:
             self._keep(rows)
@@ -79,17 +70,19 @@ class CassandraPlans:
     def replace_plan(self, record: PlanRecord, *, instead_of: PlanRecord) -> None:
         """Keep a plan in place of the one of the same id; ``Conflict`` if that was changed meanwhile."""
         check_plan(record)
-        kept = self._session.row(_PLAN, record.id)
+        [kept] = kept_plans(self._session, [record.id])
         check_replacement(record, None if kept is None else self._whole(kept), instead_of)
+        assert kept is not None
         [row] = plan_rows([record], self._granularity)
         fresh = self._refer([row])
-        if not self._session.write_if(_CHANGE, *_own(row), record.id, kept.context, kept.body, kept.recipe):
+        seen = kept.lead, kept.head if kept.replaced else None
+        if not self._session.write_if(_CHANGE, row.lead, row.head, row.recipe, record.id, *seen):
             raise Conflict(f"the plan {record.id!r} was changed meanwhile: look at it and try again")
         change = _taken([row], fresh)
         gone = taken_by(kept)
         change[instead_of.map] = added(change.get(instead_of.map, PlanStatistics()), gone, -1)
         beside = [*self._squares.naming([row]), *self._plan_sums.adding(change)]
-        self._session.write_all([[*_unindex(instead_of, but=record), *_index(row)]], beside)
+        self._session.write_all([[*forgetting(instead_of, but=record), *indexing(row)]], beside)
 
     def plan(self, plan_id: str) -> PlanRecord:
         """Return a plan; ``NotFound`` if there is none."""
@@ -97,9 +90,8 @@ class CassandraPlans:
 
     def whole_plans(self, plan_ids: Sequence[str]) -> dict[str, PlanRecord]:
         """Return those of some plans that are kept, by id."""
-        keys = [(check_name("plan", plan_id),) for plan_id in plan_ids]
-        rows = [row for found in self._session.rows_each(_PLAN, keys) for row in found]
-        return {record.id: record for record in self._wholes(rows)}
+        kept = kept_plans(self._session, [check_name("plan", plan_id) for plan_id in plan_ids])
+        return {record.id: record for record in self._wholes([each for each in kept if each is not None])}
 
     def plans(
         self, map_id: str, *, before: tuple[float, str] | None = None, limit: int | None = None
@@ -110,13 +102,14 @@ class CassandraPlans:
 
     def plan_maps(self) -> list[str]:
         """Return the ids of the maps that have plans, sorted."""
-        return self._session.partitions("plans_by_map", "map")
+        named = self._session.partitions("plans_by_map", "map")
+        return [map_id for map_id in named if any(self._heads(map_id, None))]
 
     def remove_plan(self, plan_id: str) -> None:
         """Forget a plan; ``NotFound`` if there is none."""
         kept = self._known_plan(plan_id)
         record = self._whole(kept)
-        self._session.write_together(_unindex(record))
+        self._session.write_together(forgetting(record))
         [row] = plan_rows([record], self._granularity)
         self._squares.remove(row)
         if not self._session.write_if(f"{_REMOVE} IF EXISTS", plan_id):
@@ -127,34 +120,33 @@ class CassandraPlans:
         """Forget the plans of a map, a page at a time; return how many."""
         removed = 0
         for page in self._listed(check_name("map", map_id)):
-            found = self._session.rows_each(_PLAN, [(row.id,) for row in page])
-            removed += self._remove_all(map_id, page, [row for rows in found for row in rows])
+            kept = kept_plans(self._session, [row.id for row in page])
+            removed += self._remove_all(map_id, page, [each for each in kept if each is not None])
         return removed
 
     # -- inside --------------------------------------------------------------------------------------------------------
 
     def _keep(self, rows: Sequence[PlanRow]) -> None:
         fresh = self._refer(rows)
+        self._session.write_apart(naming(rows))
         change = _taken(rows, fresh)
         beside = [*self._plan_sums.adding(change), *self._squares.naming(rows)]
         try:
-            self._session.write_all(_together(rows), beside)
+            self._session.write_apart(laying(rows), beside)
         except Unavailable:
             self._plan_sums.adding(change, -1)
             raise
 
-    def _remove_all(self, map_id: str, page: Sequence[Any], kept: Sequence[Any]) -> int:
+    def _remove_all(self, map_id: str, page: Sequence[Any], kept: Sequence[KeptPlan]) -> int:
         """Remove plans of a map of a page of its list, and this; return how many."""
         records = [record for record in self._wholes(kept) if record.map == map_id]  # another was changed meanwhile
         mine = {record.id for record in records}
-        groups = [[*_unindex(record), (_REMOVE, (record.id,))] for record in records]
+        groups = [[*forgetting(record), (_REMOVE, (record.id,))] for record in records]
         self._squares.clear(plan_rows(records, self._granularity))
-        self._session.write_all(
-            groups, [(_UNLIST, (map_id, row.created, row.id)) for row in page if row.id not in mine]
-        )
+        self._session.write_all(groups, [unlisting(map_id, row) for row in page if row.id not in mine])
         gone = PlanStatistics()
-        for row in kept:
-            gone = added(gone, taken_by(row)) if row.id in mine else gone
+        for each in kept:
+            gone = added(gone, taken_by(each)) if each.id in mine else gone
         self._session.write_all((), self._plan_sums.adding({map_id: gone}, -1))
         return len(records)
 
@@ -169,9 +161,8 @@ class CassandraPlans:
 
     def _heads(self, map_id: str, before: tuple[float, str] | None) -> Iterator[PlanRecord]:
         for page in self._listed(map_id, before):
-            heads = self._session.rows_each(_HEAD, [(row.id,) for row in page])
-            for row, found in zip(page, heads, strict=True):
-                head = self._head(found[0]) if found else None
+            for row, kept in zip(page, kept_plans(self._session, [row.id for row in page]), strict=True):
+                head = self._head(kept) if kept is not None else None
                 if head is not None and (head.map, head.created) == (map_id, row.created):  # else it was just changed
                     yield head
 
@@ -184,29 +175,29 @@ class CassandraPlans:
         while page := list(itertools.islice(rows, PAGE)):
             yield page
 
-    def _known_plan(self, plan_id: str) -> Any:
-        row = self._session.row(_PLAN, check_name("plan", plan_id))
-        if row is None:
+    def _known_plan(self, plan_id: str) -> KeptPlan:
+        [kept] = kept_plans(self._session, [check_name("plan", plan_id)])
+        if kept is None:
             raise NotFound("plan", plan_id)
-        return row
+        return kept
 
-    def _head(self, row: Any) -> PlanRecord:
-        return head_of(self._entries.data((row.context,))[row.context], read_body(row.body))
+    def _head(self, kept: KeptPlan) -> PlanRecord:
+        return head_of(self._entries.data((kept.context,))[kept.context], read_body(kept.body))
 
-    def _whole(self, row: Any) -> PlanRecord:
-        """Return a plan of its row, with its poses."""
-        [whole] = self._wholes([row])
+    def _whole(self, kept: KeptPlan) -> PlanRecord:
+        """Return a plan with its poses."""
+        [whole] = self._wholes([kept])
         return whole
 
-    def _wholes(self, rows: Sequence[Any]) -> Iterator[PlanRecord]:
-        """Yield plans of their rows, with their poses."""
-        recipes = self._entries.stretches(row.recipe for row in rows)
-        data = self._entries.data(itertools.chain((row.context for row in rows), *recipes))
-        for row, numbers in zip(rows, recipes, strict=True):
-            context = data[row.context]
+    def _wholes(self, kept: Sequence[KeptPlan]) -> Iterator[PlanRecord]:
+        """Yield plans with their poses."""
+        recipes = self._entries.stretches(each.recipe for each in kept)
+        data = self._entries.data(itertools.chain((each.context for each in kept), *recipes))
+        for each, numbers in zip(kept, recipes, strict=True):
+            context = data[each.context]
             common = context_of(context)
             scope = scope_of(common.map, common.version)
-            yield record_of(context, row.body, [poses_of(code_of(scope, one, data[one])) for one in numbers])
+            yield record_of(context, each.body, [poses_of(code_of(scope, one, data[one])) for one in numbers])
 
 
 def _taken(rows: Sequence[PlanRow], fresh: set[bytes]) -> Sums:
@@ -224,45 +215,7 @@ def _taken(rows: Sequence[PlanRow], fresh: set[bytes]) -> Sums:
     return sums
 
 
-def taken_by(row: Any) -> PlanStatistics:
+def taken_by(kept: KeptPlan) -> PlanStatistics:
     """Return what a kept plan takes, without what it shares."""
-    body = read_body(row.body)
-    return PlanStatistics(1, body.count, loose_in(body), 0, len(row.body) + len(row.recipe))
-
-
-def _own(row: PlanRow) -> tuple[bytes, bytes, bytes]:
-    return row.context, row.entry.body, row.recipe
-
-
-def _together(rows: Sequence[PlanRow]) -> Iterator[list[Write]]:
-    """Yield what keeps plans, some at a time: as many as Cassandra takes without a warning."""
-    writes: list[Write] = []
-    size = 0
-    # Rows that are found in one bucket are one change for Cassandra where they come together.
-    for row in sorted(rows, key=attrgetter("lead")):
-        mine = row.size + len(row.entry.body) + KEYS_BYTES
-        if writes and size + mine > BYTES_TOGETHER:
-            yield writes
-            writes, size = [], 0
-        writes += [(_INSERT, (row.record.id, *_own(row))), *_index(row)]
-        size += mine
-    if writes:
-        yield writes
-
-
-def _index(row: PlanRow) -> list[Write]:
-    """Return what has a plan found by its map and its ends."""
-    start, goal = ends_of(row.record)
-    return [
-        (_LIST, listed(row.record)),
-        (_LEAD, (*row.lead, *start, *goal, row.context, row.entry.body)),
-    ]
-
-
-def _unindex(record: PlanRecord, but: PlanRecord | None = None) -> list[Write]:
-    """Return what has a plan found no more, but where another is found: together, the removal would win."""
-    return [
-        (forget, key(record))
-        for forget, key in ((_UNLIST, listed), (_UNLEAD, led))
-        if but is None or key(record) != key(but)
-    ]
+    body = read_body(kept.body)
+    return PlanStatistics(1, body.count, loose_in(body), 0, len(kept.body) + len(kept.recipe))

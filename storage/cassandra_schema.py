@@ -7,9 +7,13 @@ There are no transactions over several tables, so what must go together hangs on
 numbers: robots, checkpoints and the like of a user lie under the user's ``generation``, tokens carry an ``epoch``, and
 whatever is not of the present number is as good as not there. To remove a user raises both, to change a password the
 epoch: at once, whenever the process dies. What lies under old numbers is swept away after that.
+
+A plan lies whole in ``plans_by_ends``, and is there from the moment when that row is: ``plans`` and ``plans_by_map``
+are written before and removed after it, and what they name may be gone. Only a plan that was replaced lies whole in
+``plans`` too, where one of two who replace it wins.
 """
 
-VERSION = 1
+VERSION = 2
 
 _TABLES = {
     "schema_version": "id tinyint PRIMARY KEY, version int",
@@ -25,14 +29,14 @@ _TABLES = {
     "clones": "user text, generation int, robot text, record blob, PRIMARY KEY ((user, generation), robot)",
     "history": """map text, version text, planner text, bucket int, record blob,
                   PRIMARY KEY (map, version, planner, bucket)""",
-    "plans": "id text PRIMARY KEY, context blob, body blob, recipe blob",
+    "plans": "id text PRIMARY KEY, lead blob, head blob, recipe blob",
     "plan_entries": "id blob PRIMARY KEY, data blob",
     "plan_entry_uses": "id blob PRIMARY KEY, plans int",
     "plan_sums": "map text, writer uuid, record blob, PRIMARY KEY (map, writer)",
     "plans_by_map": """map text, created double, id text, PRIMARY KEY (map, created, id))
                        WITH CLUSTERING ORDER BY (created DESC, id DESC""",
-    "plans_by_ends": """bucket blob, length double, id text, start_x double, start_y double, goal_x double,
-                        goal_y double, context blob, body blob, PRIMARY KEY (bucket, length, id)""",
+    "plans_by_ends": """bucket blob, length double, id text, start_x float, start_y float, goal_x float, goal_y float,
+                        head blob, recipe blob, PRIMARY KEY (bucket, length, id)""",
     "plans_by_square": """scope blob, x bigint, y bigint, created double, id text,
                           PRIMARY KEY ((scope, x, y), created, id)) WITH CLUSTERING ORDER BY (created DESC, id ASC""",
     "links": "shard tinyint, link text, record blob, PRIMARY KEY (shard, link)",

@@ -95,18 +95,20 @@ class CassandraSession:
 
     def write_each(self, cql: str, rows: Iterable[Sequence[Any]]) -> None:
         """Write many rows, each for itself; the first error ends it."""
-        self.write_all((), ((cql, row) for row in rows))
+        self.write_apart((), ((cql, row) for row in rows))
 
-    def write_all(self, groups: Iterable[Sequence[Write]], rows: Iterable[Write]) -> None:
+    def write_all(self, groups: Iterable[Sequence[Write]], rows: Iterable[Write] = ()) -> None:
         """Write many groups, each as ``write_together`` does, and rows, each for itself; the first error ends it."""
         with driver_errors(self._address):
-            under_way: deque[ResponseFuture] = deque()
-            for batch in itertools.chain(map(self._batch, groups), map(self._apart, _small_groups(rows))):
-                if len(under_way) == GROUPS_AT_ONCE:
-                    under_way.popleft().result()
-                under_way.append(self._session().execute_async(batch))
-            for future in under_way:
-                future.result()
+            self._send(itertools.chain(map(self._batch, groups), map(self._apart, _small_groups(rows))))
+
+    def write_apart(self, groups: Iterable[Sequence[Write]], rows: Iterable[Write] = ()) -> None:
+        """Write many rows, each for itself, those of a group in one message; the first error ends it.
+
+        What a group has for one partition comes together.
+        """
+        with driver_errors(self._address):
+            self._send(map(self._apart, itertools.chain(groups, _small_groups(rows))))
 
     def rows_each(self, cql: str, keys: Iterable[Sequence[Any]]) -> list[list[Any]]:
         """Return the rows of a query for each of many keys, asked for at once."""
@@ -139,6 +141,16 @@ class CassandraSession:
 
     def _execute_batch(self, writes: Iterable[Write]) -> ResultSet:
         return self._session().execute(self._batch(writes))
+
+    def _send(self, batches: Iterable[BatchStatement]) -> None:
+        """Have so many written at a time that a node is kept busy."""
+        under_way: deque[ResponseFuture] = deque()
+        for batch in batches:
+            if len(under_way) == GROUPS_AT_ONCE:
+                under_way.popleft().result()
+            under_way.append(self._session().execute_async(batch))
+        for future in under_way:
+            future.result()
 
     def _batch(self, writes: Iterable[Write], kind: BatchType = BatchType.LOGGED) -> BatchStatement:
         batch = BatchStatement(kind)

@@ -9,13 +9,18 @@ from typing import Any
 from ppaas.clock import epoch
 from ppaas.plans.codes import unpack, waypoints_in
 from storage.cassandra_entries import GRACE
-from storage.cassandra_plan_rows import ids_in
+from storage.cassandra_kept_plans import KeptPlan
+from storage.cassandra_plan_rows import ids_in, lead_key
 from storage.cassandra_plan_search import CassandraPlanSearch
 from storage.cassandra_plan_sums import Sums, added
+from storage.cassandra_plan_writes import laying_again
 from storage.cassandra_plans import taken_by
 from storage.cassandra_session import PAGE
 from storage.plan_entry import context_of
 from storage.records import PlanStatistics
+
+_REPLACED = "SELECT id, lead, head, recipe, WRITETIME(head) AS written FROM plans"
+_LYING = "SELECT bucket, length, id, head, recipe, WRITETIME(head) AS written FROM plans_by_ends"
 
 
 @dataclass
@@ -65,31 +70,54 @@ class CassandraSweep(CassandraPlanSearch):
         """
         began = epoch()
         told = self._plan_sums.told()
-        marked = self._mark(began)
+        marked = _Marked()
+        for page in self._pages(_REPLACED):
+            self._finish_replacing([row for row in page if row.head is not None])
+        for page in self._pages(_LYING):
+            self._mark_page(marked, self._owned(page, epoch() - grace), began * 1e6)
         swept = self._sweep(marked, began, grace)
         self._plan_sums.recount(marked.sums, told, began)
         uses = "INSERT INTO plan_entry_uses (id, plans) VALUES (?, ?)"
         self._session.write_each(uses, marked.uses.items())
         return swept
 
-    def _mark(self, began: float) -> _Marked:
-        marked = _Marked()
-        rows = self._session.rows("SELECT context, body, recipe, WRITETIME(body) AS written FROM plans")
+    def _pages(self, query: str) -> Iterator[list[Any]]:
+        rows = self._session.rows(query)
         while page := list(itertools.islice(rows, PAGE)):
-            self._mark_page(marked, page, began * 1e6)
-        return marked
+            yield page
+
+    def _finish_replacing(self, replaced: Sequence[Any]) -> None:
+        """Have plans that were replaced lie where they are found: who replaced one may have been cut off before that.
+
+        What is written carries the time of the replacement, so whatever was done to the plan since then stays.
+        """
+        self._session.write_apart((), map(laying_again, replaced))
+
+    def _owned(self, page: Sequence[Any], before: float) -> list[Any]:
+        """Return the rows of a page in which plans lie by what names them; of the others the older ones are removed."""
+        named = self._session.rows("SELECT id, lead FROM plans WHERE id IN ?", [row.id for row in page])
+        places = {row.id: lead_key(row.lead) for row in named}
+        owned = [row for row in page if places.get(row.id) == (row.bucket, row.length)]
+        lost = [row for row in page if places.get(row.id) != (row.bucket, row.length)]
+        self._session.write_each(
+            "DELETE FROM plans_by_ends USING TIMESTAMP ? WHERE bucket = ? AND length = ? AND id = ?",
+            [(row.written, row.bucket, row.length, row.id) for row in lost if row.written < before * 1e6],
+        )
+        return owned
 
     def _mark_page(self, marked: _Marked, page: Sequence[Any], began: float) -> None:
-        contexts = self._entries.data({row.context for row in page} - marked.maps.keys())
+        kept = [KeptPlan(row.id, b"", False, row.head, row.recipe) for row in page]
+        contexts = self._entries.data({each.context for each in kept} - marked.maps.keys())
         marked.maps.update((number, context_of(data).map) for number, data in contexts.items())
-        for row, numbers in zip(page, self._entries.stretches(row.recipe for row in page), strict=True):
-            ids, on_sheets = ids_in(row.recipe)
-            map_id = marked.maps[row.context]
+        recipes = self._entries.stretches(each.recipe for each in kept)
+        for row, each, numbers in zip(page, kept, recipes, strict=True):
+            ids, on_sheets = ids_in(each.recipe)
+            map_id = marked.maps[each.context]
             marked.sheets.update(ids if on_sheets else ())
             marked.uses.update(set(numbers))
             marked.owners.update(dict.fromkeys(numbers, map_id))
             if row.written < began:
-                marked.take(map_id, taken_by(row))
+                marked.take(map_id, taken_by(each))
 
     def _sweep(self, marked: _Marked, began: float, grace: float) -> int:
         """Remove what is not marked, and count the waypoints of what is."""

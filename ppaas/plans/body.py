@@ -23,6 +23,7 @@ NAMES = ("created", "length", "cost", "seconds", "start_x", "start_y", "start_ya
 """The numbers of a plan, in the order in which they are told."""
 
 _IN_PLANE, _BEYOND = [0, 1, 5, 6], [2, 3, 4]
+_LENGTH = NAMES.index("length")
 _FIRST, _LAST = NUMBERS, NUMBERS + 4
 _ENDS = [_FIRST, _FIRST + 1, _LAST, _LAST + 1]
 
@@ -87,6 +88,11 @@ class Body(msgspec.Struct, frozen=True):
     def numbers(self) -> list[float]:
         """Return ``NAMES``."""
         return self._values[:NUMBERS]
+
+    @property
+    def length(self) -> float:
+        """Of the path [m]."""
+        return self._values[_LENGTH]
 
     def ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return x, y of the first and the last pose [m]."""

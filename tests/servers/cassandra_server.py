@@ -2,6 +2,7 @@
 
 import logging
 import subprocess
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +22,7 @@ HERE = ROOT / "docker" / "cassandra"
 PASSWORD = "cassandra"  # of the user of the same name, whom a new server makes
 
 JVM = [
-    *("-Xms64m", "-Xmx768m", "-Xss512k", "-XX:MaxDirectMemorySize=256m", "-XX:+UseSerialGC"),
-    *("-XX:TieredStopAtLevel=1", "-XX:-UsePerfData", "-XX:+ExitOnOutOfMemoryError", "-Djava.net.preferIPv4Stack=true"),
+    *("-XX:-UsePerfData", "-XX:+ExitOnOutOfMemoryError", "-Djava.net.preferIPv4Stack=true"),
     *(f"--add-opens={name}=ALL-UNNAMED" for name in ("java.base/sun.nio.ch", "java.base/jdk.internal.ref")),
     "--add-opens=java.base/java.io=ALL-UNNAMED",
 ]
@@ -36,6 +36,47 @@ SETTINGS = {
 }
 
 
+@dataclass(frozen=True)
+class NodeSize:
+    """What a node may use.
+
+    Parameters
+    ----------
+    jvm : tuple of str
+        Options of its Java.
+    settings : dict
+        Beside those of every node; what is not told is Cassandra's own choice.
+    """
+
+    jvm: tuple[str, ...]
+    settings: dict[str, Any] = field(default_factory=dict)
+
+
+SMALL = NodeSize(
+    ("-Xms64m", "-Xmx768m", "-Xss512k", "-XX:MaxDirectMemorySize=256m", "-XX:+UseSerialGC", "-XX:TieredStopAtLevel=1"),
+    {
+        **{f"{what}_validity": "0ms" for what in ("roles", "permissions", "credentials")},
+        "commitlog_segment_size": "8MiB",
+        "commitlog_total_space": "128MiB",
+        "concurrent_reads": 8,
+        "concurrent_writes": 8,
+        "concurrent_counter_writes": 4,
+        "concurrent_compactors": 1,
+        "memtable_heap_space": "64MiB",
+        "memtable_offheap_space": "64MiB",
+        "file_cache_size": "32MiB",
+        "key_cache_size": "4MiB",
+        "counter_cache_size": "2MiB",
+        "networking_cache_size": "32MiB",
+        "native_transport_max_threads": 32,
+    },
+)
+"""Beside which there is room for tests; it starts soon, and who may do what it looks up each time."""
+
+ORDINARY = NodeSize(("-Xms2g", "-Xmx2g", "-XX:+UseG1GC"))
+"""As one that serves."""
+
+
 class CassandraServer(JavaServer):
     """Cassandra with its data in a folder.
 
@@ -46,15 +87,17 @@ class CassandraServer(JavaServer):
     ----------
     folder : Path
         For its data and its log.
+    size : NodeSize
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, size: NodeSize = SMALL) -> None:
         self.port, storage_port = free_ports(2)
         folder.mkdir(parents=True, exist_ok=True)
         config = folder / "cassandra.yaml"
         self.certificate = folder / "node.pem"
         keys = prove(folder / "node.p12", self.certificate)
-        config.write_text(yaml.safe_dump(configuration(self.port, storage_port) | {"client_encryption_options": keys}))
+        settings = configuration(self.port, storage_port) | size.settings | {"client_encryption_options": keys}
+        config.write_text(yaml.safe_dump(settings))
         places = {
             "logback.configurationFile": f"file:{HERE / 'logback.xml'}",
             "cassandra.config": f"file:{config}",
@@ -65,7 +108,7 @@ class CassandraServer(JavaServer):
         }
         properties = [f"-D{name}={value}" for name, value in (SETTINGS | places).items()]
         jars = f"{jars_of(HERE / 'pom.xml')}/*"
-        command = [java(), *JVM, *properties, "-cp", jars, "org.apache.cassandra.service.CassandraDaemon"]
+        command = [java(), *size.jvm, *JVM, *properties, "-cp", jars, "org.apache.cassandra.service.CassandraDaemon"]
         super().__init__(command, folder, "cassandra", self._answers)
 
     def url(self, keyspace: str, query: str = "") -> str:
@@ -131,20 +174,6 @@ def configuration(port: int, storage_port: int) -> dict[str, Any]:
         "authenticator": "PasswordAuthenticator",
         "authorizer": "CassandraAuthorizer",
         "role_manager": "CassandraRoleManager",
-        **{f"{what}_validity": "0ms" for what in ("roles", "permissions", "credentials")},
         "commitlog_sync": "batch",
-        "commitlog_segment_size": "8MiB",
-        "commitlog_total_space": "128MiB",
         "auto_snapshot": False,
-        "concurrent_reads": 8,
-        "concurrent_writes": 8,
-        "concurrent_counter_writes": 4,
-        "concurrent_compactors": 1,
-        "memtable_heap_space": "64MiB",
-        "memtable_offheap_space": "64MiB",
-        "file_cache_size": "32MiB",
-        "key_cache_size": "4MiB",
-        "counter_cache_size": "2MiB",
-        "networking_cache_size": "32MiB",
-        "native_transport_max_threads": 32,
     }

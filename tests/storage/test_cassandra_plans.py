@@ -3,10 +3,11 @@
 import itertools
 
 import numpy as np
+import pytest
 
-from storage.cassandra_plan_rows import led, plan_rows
-from storage.cassandra_plans import _together
-from storage.cassandra_session import BYTES_TOGETHER
+from storage.cassandra_plan_rows import head_parts, lead_key, led, plan_rows
+from storage.cassandra_plan_writes import laying, naming
+from storage.cassandra_session import BYTES_TOGETHER, MOST_TOGETHER
 from storage.records import PlanRecord
 from tests.support.records import plan
 
@@ -19,18 +20,31 @@ def from_place(number: int, metres: float) -> PlanRecord:
 
 def test_plans_of_one_bucket_are_sent_together_though_others_come_between() -> None:
     records = [from_place(number, 10.0 * (number % 4)) for number in range(80)]
-    groups = list(_together(list(plan_rows(records, 8))))
-    leading = [values[0] for group in groups for cql, values in group if "plans_by_ends" in cql]
+    groups = list(laying(list(plan_rows(records, 8))))
+    leading = [values[0] for group in groups for _, values in group]
     assert len(leading) == 80
     assert len(list(itertools.groupby(leading))) == len({led(record)[0] for record in records}) == 4
 
 
-def test_all_that_keeps_a_plan_is_in_one_group_and_no_group_is_large() -> None:
-    records = [from_place(number, 10.0 * (number % 3)) for number in range(50)]
-    groups = list(_together(list(plan_rows(records, 8))))
-    told = [[value for _, values in group for value in values if isinstance(value, str)] for group in groups]
-    kept = [{name for name in names if name != "house"} for names in told]
-    assert sum(map(len, kept)) == len(set().union(*kept)) == 50
-    assert all(len(group) == 3 * len(names) for group, names in zip(groups, kept, strict=True))
-    sizes = [sum(len(value) for _, values in group for value in values if isinstance(value, bytes)) for group in groups]
-    assert max(sizes) <= BYTES_TOGETHER
+@pytest.mark.parametrize("places", [1, 3, 50])
+def test_no_message_is_so_large_or_of_so_many_partitions_that_cassandra_warns(places: int) -> None:
+    rows = list(plan_rows([from_place(number, 10.0 * (number % places)) for number in range(50)], 8))
+    for groups in (list(laying(rows)), list(naming(rows))):
+        assert all(len({(cql, values[0]) for cql, values in group}) <= MOST_TOGETHER for group in groups)
+        sizes = [
+            sum(len(value) for _, values in each for value in values if isinstance(value, bytes)) for each in groups
+        ]
+        assert max(sizes) <= BYTES_TOGETHER
+    ids = [row.record.id for row in rows]
+    assert sorted(values[2] for group in laying(rows) for _, values in group) == sorted(ids)
+    assert sorted(values[-1] for group in naming(rows) for cql, values in group if "by_map" in cql) == sorted(ids)
+    assert [values for group in naming(rows) for cql, values in group if "INTO plans " in cql] == [
+        (row.record.id, row.lead) for row in rows
+    ]
+
+
+def test_a_lead_tells_where_a_plan_lies_and_is_another_for_another_plan() -> None:
+    one, other = plan_rows([plan("p"), plan("p", cost=1.0)], 8)
+    assert lead_key(one.lead) == one.key[:2] == lead_key(other.lead)
+    assert one.lead != other.lead
+    assert head_parts(one.head) == (one.context, one.entry.body)
