@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from operator import attrgetter
 from typing import Any
 
-from ppaas.plans.body import bodies_near, read_bodies
+from ppaas.plans.body import bodies_near
 from ppaas.plans.chunks import ENDS_BEFORE
 from ppaas.plans.codes import unpack, waypoints_in
 from storage.cassandra_kept_plans import kept_plans
@@ -29,9 +29,9 @@ NEWEST = 1024
 
 _NEAR = """start_x >= ? AND start_x <= ? AND start_y >= ? AND start_y <= ?
            AND goal_x >= ? AND goal_x <= ? AND goal_y >= ? AND goal_y <= ?"""
-_SHORTEST = f"""SELECT bucket, head FROM plans_by_ends WHERE bucket IN ? AND {_NEAR}
+_SHORTEST = f"""SELECT bucket, length, id, head FROM plans_by_ends WHERE bucket IN ? AND {_NEAR}
                 PER PARTITION LIMIT ? ALLOW FILTERING"""
-_NEXT = f"""SELECT bucket, head FROM plans_by_ends WHERE bucket = ? AND (length, id) > (?, ?) AND {_NEAR}
+_NEXT = f"""SELECT bucket, length, id, head FROM plans_by_ends WHERE bucket = ? AND (length, id) > (?, ?) AND {_NEAR}
             LIMIT ? ALLOW FILTERING"""
 """The filtering is within the buckets."""
 
@@ -85,12 +85,10 @@ class CassandraPlanSearch(CassandraPlans):
 
     def _fitting(self, rows: list[Any], search: PlanSearch, limit: int) -> list[PlanRecord]:
         """Return the heads in rows of buckets that are looked for, shortest first."""
-        parts = [head_parts(row.head) for row in rows]
+        parts = [head_parts(row.head) for row in sorted(rows, key=attrgetter("length", "id"))]
+        contexts = self._entries.data(context for context, _ in parts)
         near = bodies_near([body for _, body in parts], search.start, search.goal, search.tolerance)
-        joining = [(parts[at][0], own) for at, own in near if search.joins(*own.ends())]
-        joining.sort(key=lambda one: (one[1].length, one[1].plan_id))
-        contexts = self._entries.data(context for context, _ in joining)
-        heads = (head_of(contexts[context], own) for context, own in joining)
+        heads = (head_of(contexts[parts[at][0]], own) for at, own in near if search.joins(*own.ends()))
         return list(itertools.islice(filter(search.takes, heads), limit))
 
     def _passing(self, search: PlanSearch) -> Iterable[PlanRecord]:
@@ -116,11 +114,10 @@ class CassandraPlanSearch(CassandraPlans):
 def _left(rows: list[Any], most: int, longest: PlanRecord | None) -> list[tuple[bytes, float, str]]:
     """Return of which buckets there is more that may be shorter than a plan, and behind which length and id."""
     counts = Counter(row.bucket for row in rows)
-    last = {row.bucket: row.head for row in rows}  # of each bucket they come by length and id
-    cut = [bucket for bucket, count in counts.items() if count == most]
-    ends = [(end.length, end.plan_id) for end in read_bodies([head_parts(last[bucket])[1] for bucket in cut])]
+    last = {row.bucket: row for row in rows}  # of each bucket they come by length and id
+    cut = [last[bucket] for bucket, count in counts.items() if count == most]
     return [
-        (bucket, *end)
-        for bucket, end in zip(cut, ends, strict=True)
-        if longest is None or end < (longest.length, longest.id)
+        (row.bucket, row.length, row.id)
+        for row in cut
+        if longest is None or (row.length, row.id) < (longest.length, longest.id)
     ]

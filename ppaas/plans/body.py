@@ -1,7 +1,7 @@
 """What of a plan is its own, as bytes: its id and numbers, its ends, and what of it is too short to be shared."""
 
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import msgspec
 import numpy as np
@@ -23,7 +23,6 @@ NAMES = ("created", "length", "cost", "seconds", "start_x", "start_y", "start_ya
 """The numbers of a plan, in the order in which they are told."""
 
 _IN_PLANE, _BEYOND = [0, 1, 5, 6], [2, 3, 4]
-_LENGTH = NAMES.index("length")
 _FIRST, _LAST = NUMBERS, NUMBERS + 4
 _ENDS = [_FIRST, _FIRST + 1, _LAST, _LAST + 1]
 
@@ -89,11 +88,6 @@ class Body(msgspec.Struct, frozen=True):
         """Return ``NAMES``."""
         return self._values[:NUMBERS]
 
-    @property
-    def length(self) -> float:
-        """Of the path [m]."""
-        return self._values[_LENGTH]
-
     def ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return x, y of the first and the last pose [m]."""
         at = self._values
@@ -132,12 +126,11 @@ def read_bodies(bodies: Sequence[bytes]) -> list[Body]:
     Unavailable
         One is damaged, or of a release that wrote it otherwise.
     """
-    read = _Numbers(bodies)
-    return read.bodies(range(len(bodies)))
+    return list(_Numbers(bodies).bodies(range(len(bodies))))
 
 
-def bodies_near(bodies: Sequence[bytes], start: Place, goal: Place, tolerance: float) -> list[tuple[int, Body]]:
-    """Return what bodies tell whose ends may lie within a tolerance of two places [m], and which these are.
+def bodies_near(bodies: Sequence[bytes], start: Place, goal: Place, tolerance: float) -> Iterator[tuple[int, Body]]:
+    """Yield which bodies have ends that may lie within a tolerance of two places [m], and what these tell.
 
     What is rounded away hides none: one may lie a micrometre further off.
 
@@ -149,7 +142,7 @@ def bodies_near(bodies: Sequence[bytes], start: Place, goal: Place, tolerance: f
     read = _Numbers(bodies)
     x, y, to_x, to_y = map(float, (*start, *goal))
     near = np.flatnonzero(ends_near(read.values, (x, y, to_x, to_y), tolerance + _MARGIN)).tolist()
-    return list(zip(near, read.bodies(near), strict=True))
+    return zip(near, read.bodies(near), strict=True)
 
 
 def id_in(data: bytes) -> str:
@@ -176,9 +169,9 @@ class _Numbers:
             raise Unavailable("a stored plan is damaged: restore it from a backup")
         self._rests = rests
 
-    def bodies(self, which: Iterable[int]) -> list[Body]:
-        """Return what some of the bodies tell."""
-        return [self._body(at, self._data[at], self.values[at].tolist()) for at in which]
+    def bodies(self, which: Iterable[int]) -> Iterator[Body]:
+        """Yield what some of the bodies tell."""
+        return (self._body(at, self._data[at], self.values[at].tolist()) for at in which)
 
     def _body(self, at: int, data: bytes, numbers: list[float]) -> Body:
         count, flags = self._counts[at], data[0]
