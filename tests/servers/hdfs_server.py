@@ -53,7 +53,7 @@ class HdfsServer:
             command = [*self._java, f"{PACKAGE}.namenode.NameNode", "-format", "-nonInteractive"]
             subprocess.run(command, cwd=self._folder, check=True, capture_output=True)
         for daemon in (self.name_node, self.data_node):
-            if not daemon.running:
+            if not daemon.runs:
                 daemon.launch()
         self.name_node.wait_ready()
         self.data_node.wait_ready()

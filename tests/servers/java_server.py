@@ -39,11 +39,6 @@ class JavaServer:
         return self._process.pid
 
     @property
-    def running(self) -> bool:
-        """Tell whether it was started and neither stopped nor killed since."""
-        return self._process is not None
-
-    @property
     def runs(self) -> bool:
         """Whether it was started, and neither stopped nor killed since."""
         return self._process is not None
