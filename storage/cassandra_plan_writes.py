@@ -11,6 +11,7 @@ from typing import Any
 
 from ppaas.plans.body import read_body
 from ppaas.plans.codes import ID_BYTES
+from ppaas.plans.squares import Place
 from storage.cassandra_plan_rows import PlanRow, ends_of, head_parts, lead_key, led, listed, narrow
 from storage.cassandra_session import BYTES_TOGETHER, MOST_TOGETHER, Write
 from storage.records import PlanRecord
@@ -71,12 +72,22 @@ def unlisting(map_id: str, row: Any) -> Write:
 
 def laying_again(row: Any) -> Write:
     """Return what has a plan found by its ends that lies under its id, as of the time when that was written."""
-    body = head_parts(row.head)[1]
-    start, goal = read_body(body).ends()
-    values = *lead_key(row.lead), row.id, *map(narrow, (*start, *goal)), row.head, row.recipe, row.written
-    return f"{_LAY} USING TIMESTAMP ?", values
+    ends = read_body(head_parts(row.head)[1]).ends()
+    values = _values((*lead_key(row.lead), row.id), ends, row.head, row.recipe)
+    return f"{_LAY} USING TIMESTAMP ?", (*values, row.written)
+
+
+def taking_up(row: Any) -> Write:
+    """Return what removes a row in which a plan lies, unless it is written again meanwhile."""
+    forget = "DELETE FROM plans_by_ends USING TIMESTAMP ? WHERE bucket = ? AND length = ? AND id = ?"
+    return forget, (row.written, row.bucket, row.length, row.id)
 
 
 def _laid(row: PlanRow) -> Write:
-    start, goal = ends_of(row.record)
-    return _LAY, (*row.key, *map(narrow, (*start, *goal)), row.head, row.recipe)
+    return _LAY, _values(row.key, ends_of(row.record), row.head, row.recipe)
+
+
+def _values(key: tuple[bytes, float, str], ends: tuple[Place, Place], head: bytes, recipe: bytes) -> tuple[Any, ...]:
+    """Return the values of a row in which a plan lies."""
+    start, goal = ends
+    return (*key, *map(narrow, (*start, *goal)), head, recipe)

@@ -79,7 +79,7 @@ class CassandraPlans:
         if not self._session.write_if(_CHANGE, row.lead, row.head, row.recipe, record.id, *seen):
             raise Conflict(f"the plan {record.id!r} was changed meanwhile: look at it and try again")
         change = _taken([row], fresh)
-        gone = taken_by(kept)
+        gone = taken_by(kept.body, kept.recipe)
         change[instead_of.map] = added(change.get(instead_of.map, PlanStatistics()), gone, -1)
         beside = [*self._squares.naming([row]), *self._plan_sums.adding(change)]
         self._session.write_all([[*forgetting(instead_of, but=record), *indexing(row)]], beside)
@@ -114,7 +114,7 @@ class CassandraPlans:
         self._squares.remove(row)
         if not self._session.write_if(f"{_REMOVE} IF EXISTS", plan_id):
             raise NotFound("plan", plan_id)
-        self._session.write_all((), self._plan_sums.adding({record.map: taken_by(kept)}, -1))
+        self._session.write_all((), self._plan_sums.adding({record.map: taken_by(kept.body, kept.recipe)}, -1))
 
     def remove_plans(self, map_id: str) -> int:
         """Forget the plans of a map, a page at a time; return how many."""
@@ -146,7 +146,7 @@ class CassandraPlans:
         self._session.write_all(groups, [unlisting(map_id, row) for row in page if row.id not in mine])
         gone = PlanStatistics()
         for each in kept:
-            gone = added(gone, taken_by(each)) if each.id in mine else gone
+            gone = added(gone, taken_by(each.body, each.recipe)) if each.id in mine else gone
         self._session.write_all((), self._plan_sums.adding({map_id: gone}, -1))
         return len(records)
 
@@ -215,7 +215,7 @@ def _taken(rows: Sequence[PlanRow], fresh: set[bytes]) -> Sums:
     return sums
 
 
-def taken_by(kept: KeptPlan) -> PlanStatistics:
+def taken_by(body: bytes, recipe: bytes) -> PlanStatistics:
     """Return what a kept plan takes, without what it shares."""
-    body = read_body(kept.body)
-    return PlanStatistics(1, body.count, loose_in(body), 0, len(kept.body) + len(kept.recipe))
+    own = read_body(body)
+    return PlanStatistics(1, own.count, loose_in(own), 0, len(body) + len(recipe))

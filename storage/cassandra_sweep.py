@@ -9,11 +9,10 @@ from typing import Any
 from ppaas.clock import epoch
 from ppaas.plans.codes import unpack, waypoints_in
 from storage.cassandra_entries import GRACE
-from storage.cassandra_kept_plans import KeptPlan
-from storage.cassandra_plan_rows import ids_in, lead_key
+from storage.cassandra_plan_rows import head_parts, ids_in, lead_key
 from storage.cassandra_plan_search import CassandraPlanSearch
 from storage.cassandra_plan_sums import Sums, added
-from storage.cassandra_plan_writes import laying_again
+from storage.cassandra_plan_writes import laying_again, taking_up
 from storage.cassandra_plans import taken_by
 from storage.cassandra_session import PAGE
 from storage.plan_entry import context_of
@@ -97,27 +96,26 @@ class CassandraSweep(CassandraPlanSearch):
         """Return the rows of a page in which plans lie by what names them; of the others the older ones are removed."""
         named = self._session.rows("SELECT id, lead FROM plans WHERE id IN ?", [row.id for row in page])
         places = {row.id: lead_key(row.lead) for row in named}
-        owned = [row for row in page if places.get(row.id) == (row.bucket, row.length)]
-        lost = [row for row in page if places.get(row.id) != (row.bucket, row.length)]
-        self._session.write_each(
-            "DELETE FROM plans_by_ends USING TIMESTAMP ? WHERE bucket = ? AND length = ? AND id = ?",
-            [(row.written, row.bucket, row.length, row.id) for row in lost if row.written < before * 1e6],
-        )
+        owned: list[Any] = []
+        lost: list[Any] = []
+        for row in page:
+            (owned if places.get(row.id) == (row.bucket, row.length) else lost).append(row)
+        self._session.write_apart((), (taking_up(row) for row in lost if row.written < before * 1e6))
         return owned
 
     def _mark_page(self, marked: _Marked, page: Sequence[Any], began: float) -> None:
-        kept = [KeptPlan(row.id, b"", False, row.head, row.recipe) for row in page]
-        contexts = self._entries.data({each.context for each in kept} - marked.maps.keys())
+        parts = [head_parts(row.head) for row in page]
+        contexts = self._entries.data({context for context, _ in parts} - marked.maps.keys())
         marked.maps.update((number, context_of(data).map) for number, data in contexts.items())
-        recipes = self._entries.stretches(each.recipe for each in kept)
-        for row, each, numbers in zip(page, kept, recipes, strict=True):
-            ids, on_sheets = ids_in(each.recipe)
-            map_id = marked.maps[each.context]
+        recipes = self._entries.stretches(row.recipe for row in page)
+        for row, (context, body), numbers in zip(page, parts, recipes, strict=True):
+            ids, on_sheets = ids_in(row.recipe)
+            map_id = marked.maps[context]
             marked.sheets.update(ids if on_sheets else ())
             marked.uses.update(set(numbers))
             marked.owners.update(dict.fromkeys(numbers, map_id))
             if row.written < began:
-                marked.take(map_id, taken_by(each))
+                marked.take(map_id, taken_by(body, row.recipe))
 
     def _sweep(self, marked: _Marked, began: float, grace: float) -> int:
         """Remove what is not marked, and count the waypoints of what is."""

@@ -9,16 +9,13 @@ import pytest
 
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
-from tests.faults.test_kill import lives, longest_gap
+from tests.faults.test_kill import SERVED_AGAIN, lives, longest_gap
 from tests.support.cloud import RunningCloud, publish_map, register_robot
 from tests.support.drive import driving
 from tests.support.places import free_pose, reachable_pose
 from tests.support.waiting import until
 
 pytestmark = pytest.mark.journey
-
-SERVED_AGAIN = 30.0
-"""[s]; how soon it really is, `ppaas bench engine` tells, beside which nothing else computes."""
 
 VICTIMS: dict[str, Callable[[RunningCloud], psutil.Process]] = {
     "router": RunningCloud.router,

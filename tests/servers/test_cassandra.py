@@ -15,6 +15,7 @@ from hypothesis import settings
 from ppaas.errors import Conflict, InvalidInput, NotFound, Unavailable
 from ppaas.geometry import poses_along
 from storage.cassandra import CassandraStore
+from storage.cassandra_plan_rows import ends_of
 from storage.cassandra_schema import VERSION
 from storage.memory import MemoryStore
 from storage.plan_search import PlanSearch
@@ -222,9 +223,8 @@ def test_plans_are_found_behind_many_shorter_ones_that_begin_just_too_far_off(st
 
 def found(store: CassandraStore, record: PlanRecord) -> list[str]:
     """Return the ids of plans that are found by the ends of one."""
-    poses = np.frombuffer(record.poses).reshape(-1, 7)
-    start, goal = ((float(poses[at, 0]), float(poses[at, 1])) for at in (0, -1))
-    return [head.id for head in store.find_plans(PlanSearch(record.map, record.version, start, goal, 0.1))]
+    search = PlanSearch(record.map, record.version, *ends_of(record), 0.1)
+    return [head.id for head in store.find_plans(search)]
 
 
 @contextlib.contextmanager
