@@ -140,6 +140,17 @@ def store(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, values: ir.Val
 
 
 @operation(types.none, ARRAY, types.intp, row)
+def stream(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, values: ir.Value) -> None:
+    """Write a row past the caches, to where a line of memory begins, so that what was there need not be fetched.
+
+    Other threads see it after the next atomic step of this one.
+    """
+    written = builder.store(values, _pointer(builder, data, index, _ROW))
+    written.align = 64
+    written.set_metadata("nontemporal", builder.module.add_metadata([ir.Constant(_NUMBER, 1)]))
+
+
+@operation(types.none, ARRAY, types.intp, row)
 def store_bytes(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, values: ir.Value) -> None:
     """Write a row, whose numbers must be below 256, to a uint8 array from ``index`` on."""
     builder.store(builder.trunc(values, _OCTETS), _pointer(builder, data, index, _OCTETS)).align = 1

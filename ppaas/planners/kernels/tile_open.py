@@ -21,7 +21,6 @@ from ppaas.planners.kernels.tile_layout import (
     BOTTOM,
     BOTTOM_LEFT,
     BOTTOM_RIGHT,
-    CELLS,
     COST,
     GOAL,
     LEFT,
@@ -104,7 +103,7 @@ def _look_along(field: Numbers, at: Int, weight: Int, scratch: Numbers) -> None:
 
 @bare
 def _flow(
-    field: Numbers, tables: Numbers, tile: Int, step: Int, woken: Int, fresh: bool, weights: Any, diagonals: Any,
+    values: Numbers, at: Int, tables: Numbers, step: Int, woken: Int, fresh: bool, weights: Any, diagonals: Any,
     scratch: Numbers,
 ) -> Int:  # fmt: skip
     """Carry values down, or up, with what enters from both sides, if that betters any; return the lines done.
@@ -131,22 +130,25 @@ def _flow(
     facing = BOTTOM if down else TOP
     source = edge(tables, seen(scratch, TOP if down else BOTTOM), facing)
     free = free_along(tables, beside(scratch, TOP if down else BOTTOM), facing)
-    _pour(field, tile * CELLS, step, source, free, weights, diagonals, fresh, scratch)
+    _pour(values, at, step, source, free, weights, diagonals, fresh, scratch)
     return SIDE
 
 
 @bare
-def spread(field: Numbers, tables: Numbers, tile: Int, reasons: Int, fresh: bool, scratch: Numbers) -> Int:
-    """Settle a tile within; return the lines done, two as one: they take half the time of others."""
+def spread(values: Numbers, at: Int, tables: Numbers, tile: Int, reasons: Int, fresh: bool, scratch: Numbers) -> Int:
+    """Settle a tile within; return the lines done, two as one: they take half the time of others.
+
+    Its values lie in an array from ``at`` on; if it is fresh, nothing is there yet.
+    """
     weights = weighed(simd.splat(np.int64(tables[tile * TABLE + COST])))
-    diagonals, at = slanted(weights), tile * CELLS
-    work: Int = _flow(field, tables, tile, FORTH, reasons & FROM_ABOVE, fresh, weights, diagonals, scratch)
+    diagonals = slanted(weights)
+    work: Int = _flow(values, at, tables, FORTH, reasons & FROM_ABOVE, fresh, weights, diagonals, scratch)
     fresh &= work == 0
-    work += _flow(field, tables, tile, BACK, reasons & FROM_BELOW, fresh, weights, diagonals, scratch)
+    work += _flow(values, at, tables, BACK, reasons & FROM_BELOW, fresh, weights, diagonals, scratch)
     if fresh and work == 0:
         for row in range(SIDE):
-            simd.store(field, at + row * SIDE, simd.splat(UNREACHED))
+            simd.store(values, at + row * SIDE, simd.splat(UNREACHED))
     simd.store(scratch, BESIDE_LEFT, edge(tables, seen(scratch, LEFT), RIGHT))
     simd.store(scratch, BESIDE_RIGHT, edge(tables, seen(scratch, RIGHT), LEFT))
-    _look_along(field, at, np.int64(simd.least_of(weights)), scratch)
+    _look_along(values, at, np.int64(simd.least_of(weights)), scratch)
     return (work + SIDE) >> 1

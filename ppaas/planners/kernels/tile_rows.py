@@ -48,7 +48,9 @@ KEYS = SEEN + 9
 """With what each neighbour is to be woken."""
 SPARE = BESIDE + SIDE
 """Behind them: four rows more."""
-SCRATCH = SPARE + 4 * SIDE
+TILE = SPARE + 4 * SIDE
+"""Behind them: the values of a whole tile that goes to the field once it is settled."""
+SCRATCH = TILE + SIDE * SIDE
 """Numbers in the scratch memory of one thread."""
 
 FORTH, BACK = np.int64(1), np.int64(-1)

@@ -53,6 +53,7 @@ from ppaas.planners.kernels.tile_rows import (
     LAST,
     SELF,
     SUMS,
+    TILE,
     WEIGHTS,
     lay_runs,
     slanted,
@@ -64,6 +65,10 @@ from ppaas.planners.kernels.tile_rows import EDGES as SHOWN
 Int = int | np.signedinteger[Any]
 Numbers = NDArray[np.uint32]
 Bytes = NDArray[np.uint8]
+
+STREAMED = 2048
+"""Tiles of a field, 8 MB, from which on the values of an open one are written past the caches: it is hardly ever come
+back to, and would not be there any more."""
 
 
 @bare
@@ -182,10 +187,17 @@ def visit(
     look_around(tile, across, tiles, marks, scratch)
     fresh = seen(scratch, SELF) == tiles
     if tables[tile * TABLE + KIND] == OPEN and is_open_beside(tables, scratch):
-        work = spread(field, tables, tile, reasons, fresh, scratch)
+        if fresh and tiles >= STREAMED:
+            work = spread(scratch, TILE, tables, tile, reasons, fresh, scratch)
+            lines, overlong = _show(scratch, TILE, tables, tile, scratch)
+            for row in range(SIDE):
+                simd.stream(field, tile * CELLS + row * SIDE, simd.load(scratch, TILE + row * SIDE))
+        else:
+            work = spread(field, tile * CELLS, tables, tile, reasons, fresh, scratch)
+            lines, overlong = _show(field, tile * CELLS, tables, tile, scratch)
     else:
         work = _work_off(field, tables, costs, tile, reasons, fresh, scratch)
-    lines, overlong = _show(field, tables, tile, scratch)
+        lines, overlong = _show(field, tile * CELLS, tables, tile, scratch)
     if fresh:
         atomics.mark(marks, tile, TOUCHED)
     look_around(tile, across, tiles, marks, scratch)
@@ -214,14 +226,22 @@ def visit(
 
 
 @bare
-def _show(field: Numbers, tables: Numbers, tile: Int, scratch: Numbers) -> tuple[Any, bool]:
-    """Let the neighbours see the tile's edges; return the lanes that changed on each side."""
-    at, edges, overlong = tile * CELLS, tile * TABLE + EDGES, False
-    simd.store(scratch, SHOWN + TOP * SIDE, simd.load(field, at))
-    simd.store(scratch, SHOWN + BOTTOM * SIDE, simd.load(field, at + LAST * SIDE))
+def _show(values: Numbers, at: Int, tables: Numbers, tile: Int, scratch: Numbers) -> tuple[Any, bool]:
+    """Let the neighbours see the edges of a tile, whose values lie from ``at`` on.
+
+    Returns
+    -------
+    changed : lanes
+        That changed on each side.
+    overlong : bool
+        Whether a value there is so large that others may be too large for the field.
+    """
+    edges, overlong = tile * TABLE + EDGES, False
+    simd.store(scratch, SHOWN + TOP * SIDE, simd.load(values, at))
+    simd.store(scratch, SHOWN + BOTTOM * SIDE, simd.load(values, at + LAST * SIDE))
     for row in range(SIDE):
-        simd.put(scratch, SHOWN + LEFT * SIDE + row, simd.pick(field, at + row * SIDE))
-        simd.put(scratch, SHOWN + RIGHT * SIDE + row, simd.pick(field, at + row * SIDE + LAST))
+        simd.put(scratch, SHOWN + LEFT * SIDE + row, simd.pick(values, at + row * SIDE))
+        simd.put(scratch, SHOWN + RIGHT * SIDE + row, simd.pick(values, at + row * SIDE + LAST))
     lines = (
         _show_side(tables, edges, TOP, scratch), _show_side(tables, edges, BOTTOM, scratch),
         _show_side(tables, edges, LEFT, scratch), _show_side(tables, edges, RIGHT, scratch),

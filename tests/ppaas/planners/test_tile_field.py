@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from ppaas.errors import PlanCancelled
 from ppaas.planners import tile_field, tile_memory
-from ppaas.planners.kernels import tile_growth, tile_layout, tile_setup, tile_walk
+from ppaas.planners.kernels import tile_growth, tile_layout, tile_setup, tile_visit, tile_walk
 from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED
 from ppaas.planners.kernels.tile_growth import OUT_OF_WORK
 from ppaas.planners.queue_field import QueueField
@@ -87,6 +87,18 @@ def test_any_number_of_threads_gives_the_field_of_the_queue_bit_for_bit(kind, se
         tiled.grow()
         queued.grow()
         assert np.array_equal(tiled.values(), queued.values())
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_open_tiles_of_a_large_map_that_are_written_past_the_caches_have_the_values_of_the_queue(threads):
+    costs = np.kron(np.random.default_rng(3).choice([0, 0, 0, 0, 0, 0, 7, 254], (12, 12)), np.ones((128, 128)))
+    costs = costs.astype(np.uint8)
+    assert costs.size >= tile_visit.STREAMED * tile_layout.CELLS
+    free = grids.free_cells(costs, True)
+    tiled, queued = fields(costs, [free[len(free) // 3], free[-1]], threads=threads)
+    tiled.grow()
+    queued.grow()
+    assert np.array_equal(tiled.values(), queued.values())
 
 
 @pytest.mark.parametrize("kind", KINDS)
