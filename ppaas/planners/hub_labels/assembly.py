@@ -37,6 +37,7 @@ from ppaas.planners.hub_labels.room import (
     label_room,
     most_bytes,
     most_edges,
+    most_looks,
     too_crowded,
 )
 
@@ -45,8 +46,11 @@ ENTRIES_A_SLICE = 1 << 17
 MANY_GATES = 6
 """Gates of a corner in the mean, from which on landmarks leave enough of them out."""
 
-CORE_IN_A_CROWD = 4000
-"""Corners that a core may have on a crowded map: labels grow with it."""
+CORE_IN_A_CROWD = 4000, 7000
+"""Corners that a core may have on a crowded map, by how much room there is: labels grow with it."""
+
+ENTRIES_A_CORNER = 240
+"""Entries of the label of one of so many, at most: the core has room then."""
 
 
 def build_index(free: NDArray[np.bool_], *, threads: int, check: Callable[[], None]) -> Words:
@@ -110,14 +114,20 @@ def _index(
 ) -> Words:
     graph = link_corners(ground, threads=threads, check=check)
     crowded = is_crowded(ground, graph)
-    contraction = Contraction(graph, prices, thorough=crowded, most_edges=most_edges(ground, graph), threads=threads)
+    contraction = Contraction(
+        graph, prices,
+        thorough=crowded, most_edges=most_edges(ground, graph), most_looks=most_looks(ground), threads=threads,
+    )  # fmt: skip
     contracted = contraction.run(check=check)
-    if crowded and contraction.core > CORE_IN_A_CROWD:
-        contracted = contraction.run(CORE_IN_A_CROWD, check=check)
+    if crowded and not contraction.is_given_up:
+        least, most = CORE_IN_A_CROWD
+        core = min(most, max(least, label_room(ground, contracted) // ENTRIES_A_CORNER))
+        if contraction.core > core:
+            contracted = contraction.run(core, check=check)
     # A hub and an end of a path are so far apart at most, or the length of the path to the corner before would not fit.
     longest = int(FAR - DIAGONAL * (ground.terrain[ROWS] + ground.terrain[COLUMNS]))
     excess = 0
-    while not contraction.is_full:
+    while not contraction.is_given_up:
         room = label_room(ground, contracted) - excess
         if room < LEAST_ENTRIES * len(ground.places):
             break
@@ -129,7 +139,8 @@ def _index(
         index = _Assembly(ground, graph, contracted, pool, fringe).assemble(check)
         if index.nbytes <= most_bytes(ground):
             return index
-        excess += int(index.nbytes - most_bytes(ground)) // BYTES_AN_ENTRY + 1
+        # Twice what is too much, as fewer labels leave more gates.
+        excess += 2 * int(index.nbytes - most_bytes(ground)) // BYTES_AN_ENTRY + 1
     raise too_crowded(ground)
 
 

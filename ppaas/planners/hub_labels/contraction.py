@@ -10,13 +10,14 @@ from ppaas.planners.hub_labels.kernels.contraction import (
     EDGES,
     FIRST_ROOM,
     NEXT,
+    admit,
     choose,
     contract,
     lay_rows,
     list_edges,
 )
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.hub_labels.kernels.shortcuts import COLUMN, ROW, Targets, find_shortcuts
+from ppaas.planners.hub_labels.kernels.shortcuts import AT_A_TIME, COLUMN, LOOKS, ROW, Targets, find_shortcuts
 from ppaas.planners.hub_labels.kernels.shortcuts import NEXT as NEXT_OF_SLOT
 from ppaas.planners.hub_labels.kernels.shortcuts import USED as USED_OF_SLOT
 from ppaas.planners.hub_labels.kernels.trees import Rows
@@ -24,8 +25,13 @@ from ppaas.planners.hub_labels.kernels.trees import Rows
 NODES_A_SLICE = 1 << 16
 
 SETTLED, SETTLED_THOROUGHLY = 12, 300
-"""Nodes that a search for another way settles before a shortcut is made. To look further leaves a smaller core: that is
-ordered better than what is contracted, so it is worth it only where the core would be too large."""
+"""Nodes that a search for another way settles before a shortcut is made, more where nodes have more neighbours. To look
+further leaves a smaller core: that is ordered better than what is contracted, so it is worth it only where the core
+would be too large."""
+
+SETTLED_FOR_A_PRICE = 40
+"""The same to tell a price again, four times in the mean until a node goes, where nodes may have more neighbours than
+at first: among few, further searches take hardly longer. With 12 a crowded map gets a twentieth more edges."""
 
 MOST_NEIGHBOURS = 16
 """Neighbours that a node may have to be contracted, unless the core has to be smaller."""
@@ -53,18 +59,18 @@ class Contraction:
         The nodes are contracted in the order of these, where they are given.
     thorough : bool
         Whether to look further for other ways before a shortcut is made.
-    most_edges : int
-        It ends before its time once there are more.
+    most_edges, most_looks : int
+        It ends before its time once there are more edges, or it has looked at more to find shortcuts.
     threads : int
         Most threads that kernels may use.
     """
 
     def __init__(
         self, graph: Graph, prices: Integers = ANY_PRICE, *,
-        thorough: bool = False, most_edges: int = ANY_NUMBER, threads: int = 1,
+        thorough: bool = False, most_edges: int = ANY_NUMBER, most_looks: int = ANY_NUMBER, threads: int = 1,
     ) -> None:  # fmt: skip
         nodes, edges, self._slots = len(graph.starts) - 1, len(graph.to), max(1, threads)
-        self._told, self._most_edges = len(prices) > 0, most_edges
+        self._told, self._most_edges, self._most_looks = len(prices) > 0, most_edges, most_looks
         self._settle = SETTLED_THOROUGHLY if thorough else SETTLED
         self._prices = prices.copy() if self._told else np.zeros(nodes, np.int32)
         self._begins = np.empty(nodes, np.int64)
@@ -81,7 +87,7 @@ class Contraction:
         self._spots[:, :, ROW], self._spots[:, :, COLUMN] = graph.places.T
         self._heaps = np.empty((self._slots, HEAP), np.int64)
         self._pairs = np.empty((self._slots, PAIRS), np.int32)
-        self._slot_states = np.zeros((self._slots, 3), np.int64)
+        self._slot_states = np.zeros((self._slots, 4), np.int64)
         self._most = MOST_NEIGHBOURS
 
     @property
@@ -90,18 +96,19 @@ class Contraction:
         return len(self._order) - int(self._state[CONTRACTED])
 
     @property
-    def is_full(self) -> bool:
-        """Tell whether there are more edges than there may be."""
-        return int(self._state[EDGES]) > 2 * self._most_edges
+    def is_given_up(self) -> bool:
+        """Tell whether there are more edges than there may be, or it took more than it may."""
+        looks = int(self._slot_states[:, LOOKS].sum())
+        return int(self._state[EDGES]) > 2 * self._most_edges or looks > self._most_looks
 
     def run(self, core: int | None = None, *, check: Callable[[], None]) -> Contracted:
         """Contract nodes with few neighbours, and return what there is then.
 
         If ``core`` is given, nodes with more and more neighbours are contracted until no more than so many are left.
-        Where it is full before, what it returns is of no use.
+        Where it is given up before, what it returns is of no use.
         """
         self._contract(core or 0, check)
-        while core is not None and self.core > core and not self.is_full:
+        while core is not None and self.core > core and not self.is_given_up:
             self._most *= 2
             self._contract(core, check)
         used = self._state[EDGES]
@@ -111,10 +118,16 @@ class Contraction:
         return Contracted(head, after, self._edges[:used], self._levels, order)
 
     def _contract(self, core: int, check: Callable[[], None]) -> None:
-        targets = np.empty((self._slots, 4, self._most), np.int32)
+        targets = np.zeros((self._slots, 4, -(-self._most // AT_A_TIME) * AT_A_TIME), np.int32)
         batch = np.empty(len(self._begins), np.int32)
-        while self.core > core and not self.is_full and (count := self._choose(batch, check)):
-            counts = self._find_shortcuts(batch[:count], targets, check)
+        while self.core > core and not self.is_given_up and (count := self._choose(batch, check)):
+            at_once = self._told or self._most == MOST_NEIGHBOURS
+            settle = self._settle * self._most // MOST_NEIGHBOURS
+            counts = self._find_shortcuts(batch[:count], targets, settle if at_once else SETTLED_FOR_A_PRICE, check)
+            if not self._told:
+                count = self._admit(batch[:count], counts, check)
+            if not at_once:
+                counts = self._find_shortcuts(batch[:count], targets, settle, check)
             self._take_out(batch[:count], counts, core, check)
 
     def _choose(self, batch: Integers, check: Callable[[], None]) -> int:
@@ -128,15 +141,26 @@ class Contraction:
             )  # fmt: skip
         return count
 
-    def _find_shortcuts(self, batch: Integers, targets: Targets, check: Callable[[], None]) -> Rows:
-        counts, states = np.empty((len(batch), 2), np.int32), self._slot_states
+    def _admit(self, batch: Integers, counts: Rows, check: Callable[[], None]) -> int:
+        kept = 0
+        for first in range(0, len(batch), NODES_A_SLICE):
+            check()
+            last = min(first + NODES_A_SLICE, len(batch))
+            kept = admit(
+                batch, counts, first, last, kept, self._begins, self._degrees, self._rows, self._levels,
+                self._prices, self._most, self._held,
+            )  # fmt: skip
+        return kept
+
+    def _find_shortcuts(self, batch: Integers, targets: Targets, settle: int, check: Callable[[], None]) -> Rows:
+        counts, states = np.empty((len(batch), 3), np.int32), self._slot_states
         states[:, NEXT_OF_SLOT], states[:, USED_OF_SLOT] = np.arange(self._slots), 0
         while (states[:, NEXT_OF_SLOT] < len(batch)).any():
             check()
             before = states[:, NEXT_OF_SLOT].copy()
             find_shortcuts(
                 batch, self._begins, self._degrees, self._rows, self._held, self._spots, targets, self._heaps,
-                self._pairs, counts, states, self._settle * self._most // MOST_NEIGHBOURS, WORK_A_SLICE,
+                self._pairs, counts, states, settle, WORK_A_SLICE,
                 self._slots if len(batch) >= FEW else 1,
             )  # fmt: skip
             if ((states[:, NEXT_OF_SLOT] == before) & (before < len(batch))).any():
@@ -151,8 +175,7 @@ class Contraction:
             before = int(self._state[NEXT])
             done = contract(
                 batch, self._pairs, counts, self._begins, self._degrees, self._rooms, self._rows, self._edges,
-                self._levels, self._prices, self._told, self._gone, self._held, self._order,
-                self._state, core, self._most, WORK_A_SLICE,
+                self._levels, self._gone, self._held, self._order, self._state, core, WORK_A_SLICE,
             )  # fmt: skip
             if not done and self._state[NEXT] == before:
                 self._make_room()

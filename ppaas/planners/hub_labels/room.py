@@ -17,11 +17,18 @@ BYTES_AN_ENTRY, BYTES_A_RUN, BYTES_A_CORNER = 14, 2, 40
 BYTES_AN_EDGE = 29
 """What is taken by an edge of the fringe and the gates that come with it: a corner has up to 2.1 gates an edge."""
 
+GUESSED = 0.94
+"""What of the room for labels is given out: they, and gates, may take more than is foretold, and to label anew takes
+seconds."""
+
 BYTES_A_WAY = 10
 """What a way takes in the mean: a head and three runs, or more."""
 
 GROWTH = 1.25
 """How many times as many edges as before a crowded map has at least when it is contracted."""
+
+MOST_LOOKS = 4e9
+"""Looks at edges that the contraction of a map of up to `CELLS_OF_MOST_BYTES` may take: 40 s of one core or less."""
 
 ROOMY = 200
 """Entries a corner that labels may have, below which a map is crowded: a core that is large takes too many."""
@@ -34,6 +41,11 @@ is searched from each corner, which takes up to minutes, and by each query, whic
 def most_bytes(ground: Ground) -> float:
     """Return how large an index may be."""
     return MOST_BYTES * max(1.0, int(ground.terrain[ROWS]) * int(ground.terrain[COLUMNS]) / CELLS_OF_MOST_BYTES)
+
+
+def most_looks(ground: Ground) -> int:
+    """Return at how many edges the contraction of a map may look: it is refused rather than that it takes minutes."""
+    return int(MOST_LOOKS * most_bytes(ground) / MOST_BYTES)
 
 
 def is_crowded(ground: Ground, graph: Graph) -> bool:
@@ -63,7 +75,7 @@ def label_room(ground: Ground, contracted: Contracted) -> int:
     runs = layout.WAY_HEAD * int(np.count_nonzero(listed)) + int(contracted.edges[listed, RUNS].sum(dtype=np.int64))
     fringe = BYTES_A_CORNER * len(ground.places) + BYTES_AN_EDGE * int(np.count_nonzero(upwards))
     others = ground.terrain.nbytes + fringe + BYTES_A_RUN * runs
-    return int(max(0.0, most_bytes(ground) - others)) // BYTES_AN_ENTRY
+    return int(GUESSED * max(0.0, most_bytes(ground) - others)) // BYTES_AN_ENTRY
 
 
 def too_crowded(ground: Ground) -> InvalidPlanner:

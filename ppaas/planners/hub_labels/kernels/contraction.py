@@ -7,7 +7,9 @@ is called the core.
 
 Nodes go in rounds. In each, those go whose price is less than that of all their neighbours; `shortcuts` tells what
 shortcuts they leave (Vetter, "Parallel Time-Dependent Contraction Hierarchies", 2009). Ways that lead over another
-node of the same round do not count, so whatever is left out is a way over what is left.
+node of the same round do not count, so whatever is left out is a way over what is left. Prices are told again before
+nodes go. Where that takes long, it is done by short searches, and only for nodes that still may go are ways looked for
+as far as it is worth it.
 
 Edges come in pairs: e leads from a to b, e ^ 1 from b to a. A shortcut knows the two edges that it stands for, both
 from the node that was contracted: ``left`` to its own beginning, ``right`` to its end; −1 and −1 in an edge of the
@@ -44,8 +46,9 @@ for each other."""
 PAIR_BITS = 16
 """A pair of neighbours is a number: the place of the second in the row, and above it that of the first."""
 
-FOUND, FIRST = range(2)
-"""What is told of a node of a round: how many pairs of neighbours need a shortcut, and where they begin."""
+FOUND, FIRST, SLOT = range(3)
+"""What is told of a node of a round: how many pairs of neighbours need a shortcut, where they begin, and which slot has
+them."""
 
 EDGES, CONTRACTED, USED, NEXT = range(4)
 """What is counted in ``state``: edges, nodes contracted, room that rows take, and nodes of this round that are done."""
@@ -170,6 +173,51 @@ def choose(
 
 
 @bare
+def admit(
+    batch: Integers, counts: Rows, first: int, last: int, kept: int,
+    begins: Words, degrees: Integers, rows: Rows, levels: Integers, prices: Integers, most: int, held: Flags,
+) -> int:  # fmt: skip
+    """Tell anew what nodes of a round cost, and leave out those before which a neighbour comes then.
+
+    Parameters
+    ----------
+    batch : (b,) int32 array
+        The nodes; out: first those that are not left out.
+    counts : (b, 3) int32 array
+        What shortcuts each leaves, as `shortcuts.find_shortcuts` tells; out: likewise.
+    first, last : int
+        Which are to be looked at.
+    kept : int
+        How many of those before were not left out.
+    begins, degrees, rows
+        The graph.
+    levels : (n,) int32 array
+        How deep a node lies under those contracted before it.
+    prices : (n,) int32 array
+        Out: what it costs to contract them.
+    most : int
+        Neighbours that a node may have to be contracted.
+    held : (n,) bool array
+        Out: false for those that are left out.
+
+    Returns
+    -------
+    int
+        How many are not left out so far.
+    """
+    for i in range(first, last):
+        node = batch[i]
+        prices[node] = 2 * (counts[i, FOUND] - degrees[node]) + levels[node] + BIAS
+        held[node] = _comes_first(node, begins, degrees, rows, prices, most)
+        if held[node]:
+            batch[kept] = node
+            for what in range(3):
+                counts[kept, what] = counts[i, what]
+            kept += 1
+    return kept
+
+
+@bare
 def _place_of(node: int, other: int, begins: Words, degrees: Integers, rows: Rows) -> int:
     """Return where a neighbour stands in the row of a node, or −1."""
     for at in range(begins[node], begins[node] + degrees[node]):
@@ -236,12 +284,9 @@ def _shorten(
 def contract(
     batch: Integers, pairs: Rows, counts: Rows,
     begins: Words, degrees: Integers, rooms: Integers, rows: Rows, edges: Rows,
-    levels: Integers, prices: Integers, told: bool, gone: Flags, held: Flags, order: Integers,
-    state: Words, core: int, most: int, budget: int,
+    levels: Integers, gone: Flags, held: Flags, order: Integers, state: Words, core: int, budget: int,
 ) -> bool:  # fmt: skip
     """Contract the nodes of a round until so much was done, or there is no room for more; return whether all are done.
-
-    A node that turns out to cost so much that a neighbour comes before it stays, with that price.
 
     Parameters
     ----------
@@ -252,37 +297,28 @@ def contract(
         The graph.
     levels : (n,) int32 array
         How deep a node lies under those contracted before it; zero at first.
-    prices : (n,) int32 array
-        What it costs to contract each, as far as that is known.
-    told : bool
-        Whether prices are told and do not change.
     gone, held : (n,) bool arrays
         Which nodes were contracted, and which belong to the round.
     order : (n,) int32 array
         Out: the nodes as they were contracted.
     state : (4,) int64 array
-    core, most : int
-        How many nodes are left at least, and how many neighbours a node may have to be contracted.
+    core : int
+        How many nodes are left at least.
     budget : int
     """
     work = 0
     while state[NEXT] < len(batch) and work < budget:
         node, found = batch[state[NEXT]], counts[state[NEXT], FOUND]
-        slot, first, degree = state[NEXT] % len(pairs), counts[state[NEXT], FIRST], degrees[node]
+        slot, first, degree = counts[state[NEXT], SLOT], counts[state[NEXT], FIRST], degrees[node]
         if state[EDGES] + 2 * found > len(edges):
             return False
         if state[USED] + _most_room(node, begins, degrees, rooms, rows) > len(rows):
             return False
         held[node] = False
         state[NEXT] += 1
-        price = 2 * (found - degree) + levels[node] + BIAS
         work += 1
         if len(gone) - state[CONTRACTED] <= core:
             continue
-        if not told:
-            prices[node] = price
-            if not _comes_first(node, begins, degrees, rows, prices, most):
-                continue
         begin = begins[node]
         for at in range(begin, begin + degree):
             other = rows[at, NODE]
@@ -315,9 +351,10 @@ def warm() -> None:
     rows, edges, flags = np.zeros((20, 3), np.int32), np.zeros((2, 5), np.int32), np.zeros((2, 2), np.bool_)
     lay_rows(np.zeros((2, 2), np.int32), starts, to, lengths, begins, numbers[0], numbers[1], rows, edges, state)
     chosen = choose(0, 2, begins, numbers[0], rows, numbers[2], flags[0], 1, numbers[3], 0, flags[1])
+    counts = np.zeros((2, 3), np.int32)
+    chosen = admit(numbers[3], counts, 0, chosen, 0, begins, numbers[0], rows, numbers[4], numbers[2], 1, flags[1])
     contract(
-        numbers[3, :chosen], np.zeros((1, 1), np.int32), np.zeros((2, 2), np.int32),
-        begins, numbers[0], numbers[1], rows, edges, numbers[4], numbers[2], True, flags[0], flags[1], lengths,
-        state, 0, 1, 1,
+        numbers[3, :chosen], np.zeros((1, 1), np.int32), counts,
+        begins, numbers[0], numbers[1], rows, edges, numbers[4], flags[0], flags[1], lengths, state, 0, 1,
     )  # fmt: skip
     list_edges(begins, numbers[0], rows, numbers[2], numbers[3])

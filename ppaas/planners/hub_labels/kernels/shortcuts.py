@@ -2,7 +2,7 @@
 
 From each neighbour of a node all its others are looked for over ways that avoid the nodes of the round. A way is
 followed only as long as it may still be as short as that over the node, to some neighbour that is not found yet: it is
-known how far apart two places are at least.
+known how far apart two places are at least. So is what waits when it is its turn: fewer may be left to find by then.
 
 Each *slot* looks at nodes of its own: slot s of S at the nodes s, s + S, s + 2 S … of the round.
 """
@@ -12,19 +12,20 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.contraction import FAR_OFF, FIRST, FOUND, NODE, PAIR_BITS, Flags
+from ppaas.planners.hub_labels.kernels.contraction import FAR_OFF, FIRST, FOUND, NODE, PAIR_BITS, SLOT, Flags
 from ppaas.planners.hub_labels.kernels.heap import NODE as LOWER
 from ppaas.planners.hub_labels.kernels.heap import pop, push
-from ppaas.planners.hub_labels.kernels.scan import Integers, octile
+from ppaas.planners.hub_labels.kernels.scan import DIAGONAL, STRAIGHT, Integers
 from ppaas.planners.hub_labels.kernels.trees import Heaps, Rows
-from ppaas.planners.kernels.bare import bare
+from ppaas.planners.kernels.bare import bare, joined
 from ppaas.planners.kernels.threads import at_most
 
 Spots = NDArray[np.int64]
 Targets = NDArray[np.int32]
 
-NEXT, USED, SEARCHES = range(3)
-"""What a slot knows of its work: its next node, how many pairs it has told, and how often it has searched so far."""
+NEXT, USED, SEARCHES, LOOKS = range(4)
+"""What a slot knows of its work: its next node, how many pairs it has told, and how often it has searched so far and at
+how many edges it has looked."""
 
 ERA = 1 << 32
 """What is written by one search lies so far from that of the next."""
@@ -35,6 +36,17 @@ Of those that are looked for: which node in place of how far."""
 
 SATISFIED = np.iinfo(np.int64).max
 """Stands for the limit of a node to which a way was found."""
+
+
+AT_A_TIME = 16
+"""Targets are filled up to a multiple of so many, by some to which no way leads."""
+
+_STRAIGHT, _ASIDE = np.int32(STRAIGHT), np.int32(DIAGONAL - STRAIGHT)
+
+
+@joined
+def _padded(wanted: int) -> int:
+    return -(-wanted // AT_A_TIME) * AT_A_TIME
 
 
 @bare
@@ -52,6 +64,7 @@ def _aim(
         targets[ROW, wanted] = spots[other, ROW]
         targets[COLUMN, wanted] = spots[other, COLUMN]
         wanted += 1
+    targets[LIMIT, wanted : _padded(wanted)] = -1
     return wanted
 
 
@@ -63,24 +76,30 @@ def _strike(node: int, targets: Rows, wanted: int) -> int:
         at += 1
     for what in range(4):
         targets[what, at] = targets[what, wanted - 1]
+    targets[LIMIT, wanted - 1] = -1
     return wanted - 1
 
 
-@bare
+@joined
 def _farthest(targets: Rows, wanted: int) -> int:
-    most = np.int64(-1)
+    most = np.int32(-1)
     for i in range(wanted):
         most = max(most, targets[LIMIT, i])
     return int(most)
 
 
-@bare
-def _may_lead(length: int, row: int, column: int, targets: Rows, wanted: int) -> bool:
-    """Tell whether a way of that length to a place may lead on to some node that is looked for."""
-    for i in range(wanted):
-        if length + octile(targets[ROW, i] - row, targets[COLUMN, i] - column) <= targets[LIMIT, i]:
-            return True
-    return False
+@joined
+def _longest(spot: Words, targets: Rows, wanted: int) -> int:
+    """Return how long a way to a place may be if it is to lead on to some node that is looked for.
+
+    Written for `AT_A_TIME` numbers of 32 bits to be looked at by each instruction: it is asked for each edge.
+    """
+    row, column, most = np.int32(spot[ROW]), np.int32(spot[COLUMN]), np.int32(-1)
+    for i in range(_padded(wanted)):
+        down, right = np.int32(abs(targets[ROW, i] - row)), np.int32(abs(targets[COLUMN, i] - column))
+        least = np.int32(_STRAIGHT * max(down, right)) + np.int32(_ASIDE * min(down, right))
+        most = max(most, np.int32(targets[LIMIT, i] - least))
+    return int(most)
 
 
 @bare
@@ -108,7 +127,7 @@ def _search(
                 if wanted == 0:
                     return int(work)
                 most = _farthest(targets, wanted)
-            if size < len(heap) and _may_lead(further, spots[to, ROW], spots[to, COLUMN], targets, wanted):
+            if size < len(heap) and further <= _longest(spots[to], targets, wanted):
                 spots[to, REACHED] = era + further
                 size = push(heap, size, further, to)
     return int(work)
@@ -131,13 +150,16 @@ def _find_slot(
             era = -(state[SEARCHES] * ERA)  # what an earlier search wrote is larger than all of this one
             wanted = _aim(node, first, era, begins, degrees, rows, spots, targets)
             source = rows[begins[node] + first, NODE]
-            work += _search(source, settle, wanted, era, begins, degrees, rows, held, spots, targets, heap)
+            looks = _search(source, settle, wanted, era, begins, degrees, rows, held, spots, targets, heap)
+            state[LOOKS] += looks
+            work += looks
             for second in range(first + 1, degree):
                 if spots[rows[begins[node] + second, NODE], LIMIT] != SATISFIED:
                     pairs[found] = (first << PAIR_BITS) | second
                     found += 1
         counts[state[NEXT], FOUND] = found - state[USED]
         counts[state[NEXT], FIRST] = state[USED]
+        counts[state[NEXT], SLOT] = state[NEXT] % slots
         state[USED] = found
         state[NEXT] += slots
 
@@ -183,14 +205,14 @@ def find_shortcuts(
     spots : (S, n, 4) int64 array
         Place of each node in `ROW` and `COLUMN`, else zero at first.
     targets : (S, 4, k) int32 array
-        Scratch for as many nodes as a node of the round has neighbours.
+        Zeros at first; for as many nodes as a node of the round has neighbours, a multiple of `AT_A_TIME`.
     heaps : (S, k) int64 array
         Scratch; the longer, the further searches go.
     pairs : (S, m) int32 array
         Out: pairs of places in the row of a node; they are told by `PAIR_BITS`.
-    counts : (b, 2) int32 array
-        Out: how many pairs each node has, `FOUND`, and where they begin among those of its slot, `FIRST`.
-    states : (S, 3) int64 array
+    counts : (b, 3) int32 array
+        Out: how many pairs each node has, `FOUND`, and where they begin, `FIRST`, among those of its `SLOT`.
+    states : (S, 4) int64 array
         Slot i has the next node i and no pairs at first.
     settle : int
         Nodes that a search for another way may settle.
@@ -207,7 +229,8 @@ def warm() -> None:
     """Compile and call each kernel once."""
     for threads in (1, 2):
         nothing, whole, wide = np.empty(0, np.int32), np.zeros((1, 3), np.int32), np.zeros((1, 1, 4), np.int64)
+        targets = np.zeros((1, 4, AT_A_TIME), np.int32)
         find_shortcuts(
-            nothing, np.zeros(1, np.int64), nothing, whole, np.zeros(1, np.bool_), wide, np.zeros((1, 4, 1), np.int32),
-            np.zeros((1, 1), np.int64), whole, whole.copy(), np.zeros((1, 3), np.int64), 1, 1, threads,
+            nothing, np.zeros(1, np.int64), nothing, whole, np.zeros(1, np.bool_), wide, targets,
+            np.zeros((1, 1), np.int64), whole, whole.copy(), np.zeros((1, 4), np.int64), 1, 1, threads,
         )  # fmt: skip

@@ -57,11 +57,13 @@ def assert_lengths_are_told(free, graph, cells):
             assert over / STRAIGHT == pytest.approx(lengths[cells[goal]])
 
 
-@given(free=maps(14), core=st.integers(0, 8), settle=st.sampled_from([1, 300]))
-@settings(deadline=None, max_examples=40)
-def test_no_way_gets_longer_however_few_nodes_are_left_and_however_short_searches_are(free, core, settle):
+@given(free=maps(14), core=st.integers(0, 8), settle=st.sampled_from([1, 300]), neighbours=st.sampled_from([2, 16]))
+@settings(deadline=None, max_examples=60)
+def test_no_way_gets_longer_however_few_nodes_are_left_and_however_short_searches_are(free, core, settle, neighbours):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(contractions, "SETTLED", settle)
+        patch.setattr(contractions, "SETTLED_FOR_A_PRICE", settle)
+        patch.setattr(contractions, "MOST_NEIGHBOURS", neighbours)
         graph, cells = contracted(free, core)
     assert len(graph.order) == len(set(graph.order.tolist())) == max(0, len(cells) - core)
     assert_lengths_are_told(free, graph, cells)
@@ -96,8 +98,10 @@ def test_a_shortcut_is_as_long_as_what_it_stands_for_and_so_it_is_back():
     assert (forth[short, LEFT] == back[short, RIGHT]).all()
 
 
-def test_it_takes_no_other_nodes_on_two_threads_and_with_little_room(monkeypatch):
+@pytest.mark.parametrize("neighbours", [4, 16])
+def test_it_takes_no_other_nodes_on_two_threads_and_with_little_room(neighbours, monkeypatch):
     free = np.random.default_rng(4).random((70, 70)) > 0.12
+    monkeypatch.setattr(contractions, "MOST_NEIGHBOURS", neighbours)
     usual, _ = contracted(free, 10)
     monkeypatch.setattr(contractions, "PAIRS", 8)
     monkeypatch.setattr(contractions, "FEW", 1)

@@ -71,6 +71,13 @@ def test_one_that_gets_too_many_edges_is_refused_before_it_is_contracted_to_the_
     assert contractions[0].core > len(graph.places) // 4
 
 
+def test_one_that_would_take_minutes_to_contract_is_refused(monkeypatch):
+    monkeypatch.setattr(room, "MOST_LOOKS", 1000)
+    monkeypatch.setattr(assembly, "label", refuse)
+    with pytest.raises(InvalidPlanner, match="too many"):
+        build_index(strewn(0.1), threads=2, check=proceed)
+
+
 def test_one_without_room_for_labels_is_refused_before_it_is_labelled(monkeypatch):
     free = strewn(0.2)
     monkeypatch.setattr(assembly, "label_room", lambda ground, _: len(ground.places) // 3)
@@ -88,6 +95,7 @@ def test_a_map_is_crowded_where_corners_see_few_others_or_are_many(monkeypatch):
     assert room.is_crowded(ground, graph)
 
 
-def test_a_larger_map_may_have_a_larger_index():
-    small, large = (room.most_bytes(ground_of(np.ones((size, size), np.bool_))) for size in (500, 2046))
-    assert (small, large) == (39.5e6, 4 * 39.5e6)
+def test_a_larger_map_may_have_a_larger_index_and_take_longer():
+    small, large = (ground_of(np.ones((size, size), np.bool_)) for size in (500, 2046))
+    assert (room.most_bytes(small), room.most_bytes(large)) == (39.5e6, 4 * 39.5e6)
+    assert room.most_looks(large) == 4 * room.most_looks(small) == 4 * room.MOST_LOOKS
