@@ -40,6 +40,9 @@ Numbers = NDArray[np.uint32]
 FROM_LEFT, FROM_RIGHT, BESIDE_LEFT, BESIDE_RIGHT = (SPARE + SIDE * line for line in range(4))
 """Lines of scratch memory for what stands beside each row, to move in diagonally and straight."""
 
+STAYS = np.int64(-1)
+"""Nowhere: the values of a tile stay where they are."""
+
 FROM_ABOVE = 1 << TOP | 1 << TOP_LEFT | 1 << TOP_RIGHT | 1 << GOAL
 FROM_BELOW = 1 << BOTTOM | 1 << BOTTOM_LEFT | 1 << BOTTOM_RIGHT | 1 << GOAL
 
@@ -82,23 +85,26 @@ def _pour(
 
 
 @bare
-def _look_along(field: Numbers, at: Int, weight: Int, scratch: Numbers) -> None:
-    """Carry values along each row, both ways."""
+def _look_along(values: Numbers, at: Int, weight: Int, field: Numbers, to: Int, scratch: Numbers) -> None:
+    """Carry values along each row, both ways, and stream them to the field if they lie elsewhere."""
     weights = simd.splat(weight)
     rising = simd.multiply(simd.ramp(), weights)
     falling = simd.subtract(simd.splat(LAST * weight), rising)
     for row in range(SIDE):
-        values = simd.load(field, at + row * SIDE)
+        line = simd.load(values, at + row * SIDE)
         moved = simd.least(
-            simd.from_left(values, simd.pick(scratch, BESIDE_LEFT + row)),
-            simd.from_right(values, simd.pick(scratch, BESIDE_RIGHT + row)),
+            simd.from_left(line, simd.pick(scratch, BESIDE_LEFT + row)),
+            simd.from_right(line, simd.pick(scratch, BESIDE_RIGHT + row)),
         )
         moved = simd.add(moved, weights)
-        if simd.less(moved, values):
-            values = simd.least(values, moved)
-            rightward = simd.subtract(simd.least_up_to(simd.add(values, falling)), falling)
-            leftward = simd.subtract(simd.least_from(simd.add(values, rising)), rising)
-            simd.store(field, at + row * SIDE, simd.least(rightward, leftward))
+        if simd.less(moved, line):
+            line = simd.least(line, moved)
+            rightward = simd.subtract(simd.least_up_to(simd.add(line, falling)), falling)
+            leftward = simd.subtract(simd.least_from(simd.add(line, rising)), rising)
+            line = simd.least(rightward, leftward)
+            simd.store(values, at + row * SIDE, line)
+        if to != STAYS:
+            simd.stream(field, to + row * SIDE, line)
 
 
 @bare
@@ -135,10 +141,24 @@ def _flow(
 
 
 @bare
-def spread(values: Numbers, at: Int, tables: Numbers, tile: Int, reasons: Int, fresh: bool, scratch: Numbers) -> Int:
+def spread(
+    values: Numbers, at: Int, field: Numbers, to: Int, tables: Numbers, tile: Int, reasons: Int, fresh: bool,
+    scratch: Numbers,
+) -> Int:  # fmt: skip
     """Settle a tile within; return the lines done, two as one: they take half the time of others.
 
-    Its values lie in an array from ``at`` on; if it is fresh, nothing is there yet.
+    Parameters
+    ----------
+    values : uint32 array
+    at : int
+        Where in it the tile's values lie; if it is fresh, nothing is there yet.
+    field : uint32 array
+    to : int
+        Where in it they are to lie as well once it is settled, or `STAYS`.
+    tables, tile, reasons, scratch
+        As in `ppaas.planners.kernels.tile_growth`.
+    fresh : bool
+        Whether nobody has been there.
     """
     weights = weighed(simd.splat(np.int64(tables[tile * TABLE + COST])))
     diagonals = slanted(weights)
@@ -150,5 +170,5 @@ def spread(values: Numbers, at: Int, tables: Numbers, tile: Int, reasons: Int, f
             simd.store(values, at + row * SIDE, simd.splat(UNREACHED))
     simd.store(scratch, BESIDE_LEFT, edge(tables, seen(scratch, LEFT), RIGHT))
     simd.store(scratch, BESIDE_RIGHT, edge(tables, seen(scratch, RIGHT), LEFT))
-    _look_along(values, at, np.int64(simd.least_of(weights)), scratch)
+    _look_along(values, at, np.int64(simd.least_of(weights)), field, to, scratch)
     return (work + SIDE) >> 1

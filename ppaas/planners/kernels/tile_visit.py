@@ -41,7 +41,7 @@ from ppaas.planners.kernels.tile_layout import (
     TOUCHED,
     UNREACHED,
 )  # fmt: skip
-from ppaas.planners.kernels.tile_open import is_open_beside, spread
+from ppaas.planners.kernels.tile_open import STAYS, is_open_beside, spread
 from ppaas.planners.kernels.tile_queue import wake
 from ppaas.planners.kernels.tile_rows import (
     BACK,
@@ -188,12 +188,10 @@ def visit(
     fresh = seen(scratch, SELF) == tiles
     if tables[tile * TABLE + KIND] == OPEN and is_open_beside(tables, scratch):
         if fresh and tiles >= STREAMED:
-            work = spread(scratch, TILE, tables, tile, reasons, fresh, scratch)
+            work = spread(scratch, TILE, field, tile * CELLS, tables, tile, reasons, fresh, scratch)
             lines, overlong = _show(scratch, TILE, tables, tile, scratch)
-            for row in range(SIDE):
-                simd.stream(field, tile * CELLS + row * SIDE, simd.load(scratch, TILE + row * SIDE))
         else:
-            work = spread(field, tile * CELLS, tables, tile, reasons, fresh, scratch)
+            work = spread(field, tile * CELLS, field, STAYS, tables, tile, reasons, fresh, scratch)
             lines, overlong = _show(field, tile * CELLS, tables, tile, scratch)
     else:
         work = _work_off(field, tables, costs, tile, reasons, fresh, scratch)

@@ -40,17 +40,17 @@ def empty(size: int) -> Grid:
     return _grid(f"empty {size}²", np.zeros((size, size), np.uint8))
 
 
-def random(size: int, percent: float) -> Grid:
-    """Return a square in which so many percent of the cells are blocked, the same each time."""
+def random(size: int, percent: float, seed: int = SEED) -> Grid:
+    """Return a square in which so many percent of the cells are blocked, the same each time for a seed."""
     _check("a random grid", size, 1)
     if not 0.0 <= percent < 100.0:
         raise InvalidParameter(f"from 0 to less than 100 percent of a grid can be blocked, not {percent:g}")
-    blocked = np.random.default_rng(SEED).random((size, size), np.float32) < percent / 100.0
+    blocked = np.random.default_rng(seed).random((size, size), np.float32) < percent / 100.0
     return _grid(f"random {percent:g} % {size}²", np.where(blocked, LETHAL_OBSTACLE, FREE_SPACE).astype(np.uint8))
 
 
-def maze(size: int, width: int = 1) -> Grid:
-    """Return a perfect maze: between any two cells of its corridors there is one way, the same each time.
+def maze(size: int, width: int = 1, seed: int = SEED) -> Grid:
+    """Return a perfect maze: between any two cells of its corridors there is one way, the same each time for a seed.
 
     Parameters
     ----------
@@ -58,6 +58,7 @@ def maze(size: int, width: int = 1) -> Grid:
         Edge of the square [cells].
     width : int
         Of a corridor [cells]; a wall has one.
+    seed : int
 
     Notes
     -----
@@ -67,7 +68,7 @@ def maze(size: int, width: int = 1) -> Grid:
         raise InvalidParameter(f"a corridor is 1 or more cells wide, not {width}")
     _check(f"a maze with corridors of {width}", size, width + 2)
     rooms = (size - 1) // (width + 1)
-    doors = _doors(rooms)
+    doors = _doors(rooms, seed)
     repeats = np.tile((width, 1), rooms)[:-1]
     inner = doors.repeat(repeats, axis=0).repeat(repeats, axis=1)
     costs = np.full((size, size), LETHAL_OBSTACLE, np.uint8)
@@ -149,7 +150,7 @@ def _check(what: str, size: int, least: int) -> None:
         raise InvalidParameter(f"{what} has an edge of {least} to {LARGEST} cells, not {size}")
 
 
-def _doors(rooms: int) -> NDArray[np.bool_]:
+def _doors(rooms: int, seed: int) -> NDArray[np.bool_]:
     """Return the (2·rooms − 1)² squares of a maze, rooms at even rows and columns: which of them are open."""
     from scipy.sparse import coo_array  # noqa: PLC0415 - of the extra bench
     from scipy.sparse.csgraph import minimum_spanning_tree  # noqa: PLC0415
@@ -157,7 +158,7 @@ def _doors(rooms: int) -> NDArray[np.bool_]:
     number = np.arange(rooms * rooms).reshape(rooms, rooms)
     first = np.concatenate((number[:, :-1].ravel(), number[:-1].ravel()))
     second = np.concatenate((number[:, 1:].ravel(), number[1:].ravel()))
-    weights = 1.0 + np.random.default_rng(SEED).random(len(first))
+    weights = 1.0 + np.random.default_rng(seed).random(len(first))
     tree = minimum_spanning_tree(
         coo_array((weights, (first, second)), shape=(number.size, number.size)).tocsr()
     ).tocoo()
@@ -184,11 +185,11 @@ def _bytes(path: Path) -> bytes:
         raise InvalidMap(f"cannot read the map: {error}") from error
 
 
-KINDS: dict[str, Callable[[int], Grid]] = {
-    "empty": empty,
-    "random 10 %": lambda size: random(size, 10.0),
-    "random 20 %": lambda size: random(size, 20.0),
-    "random 30 %": lambda size: random(size, 30.0),
-    "maze": maze,
+KINDS: dict[str, Callable[[int, int], Grid]] = {
+    "empty": lambda size, _: empty(size),
+    "random 10 %": lambda size, seed: random(size, 10.0, seed),
+    "random 20 %": lambda size, seed: random(size, 20.0, seed),
+    "random 30 %": lambda size, seed: random(size, 30.0, seed),
+    "maze": lambda size, seed: maze(size, seed=seed),
 }
-"""Grids that can be made in any size."""
+"""Grids that can be made in any size, alike by a seed."""

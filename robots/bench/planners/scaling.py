@@ -3,18 +3,22 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from rich.progress import Progress
 
 from ppaas.errors import InvalidParameter, NotFound
-from robots.bench.planners import field
 from robots.bench.planners.chart import Axis, Line
-from robots.bench.planners.grids import KINDS
-from robots.bench.planners.timing import cpus
+from robots.bench.planners.field import grow, newly_read
+from robots.bench.planners.grids import KINDS, SEED, Grid, goal_in
+from robots.bench.planners.timing import announce, cpus, in_turn
 
 SMALLEST, LARGEST = 256, 8192
 FROM = 512
 """Edge from which on the time for a cell is to stay the same; smaller grids fit the processor's caches."""
 RUNS = 3
+ALIKE, MOST_ALIKE = 2048, 16
+"""Small grids take turns with others of their size, as many as a grid of this edge has room for: a single one would be
+learned by heart by the processor, as no robot's map is, and compared with one that is too large for that."""
 
 KINDS_SHOWN = ("empty", "random 20 %", "maze")
 """Of those that there are, where none is asked for."""
@@ -50,9 +54,7 @@ def measure(kinds: Sequence[str], sizes: Sequence[int], threads: Sequence[int], 
     unknown = [kind for kind in kinds if kind not in KINDS]
     if unknown:
         raise NotFound("kind of grid", unknown[0], tuple(KINDS))
-    told = {
-        kind: [field.measure(KINDS[kind](size), None, threads, progress, runs=RUNS) for size in sizes] for kind in kinds
-    }
+    told = {kind: [_of_size(_alike(kind, size), threads, progress) for size in sizes] for kind in kinds}
     by = {
         key: {kind: {str(n): [one[key][str(n)] for one in fields] for n in threads} for kind, fields in told.items()}
         for key in ("seconds", "ns_per_cell")
@@ -62,6 +64,28 @@ def measure(kinds: Sequence[str], sizes: Sequence[int], threads: Sequence[int], 
         for kind, by_threads in by["ns_per_cell"].items()
     }
     return {"sizes": list(sizes), **by, "spread": spread, "cpus": cpus()}
+
+
+def _alike(kind: str, size: int) -> list[Grid]:
+    return [KINDS[kind](size, SEED + number) for number in range(min(MOST_ALIKE, max(1, ALIKE // size) ** 2))]
+
+
+def _of_size(grids: Sequence[Grid], threads: Sequence[int], progress: Progress) -> dict[str, dict[str, float]]:
+    """Return what a field of one of these grids takes in the mean, and for each cell that is reached."""
+    announce(progress, f"scaling: {grids[0].name}")
+    reached, works = 0, {}
+    for number, grid in enumerate(grids):
+        goal = goal_in(grid.costmap)
+        for n in threads:  # what is compiled is not timed
+            values = grow(grid.costmap, goal, n).values()
+            works[f"{n} {number}"] = lambda map_=grid.costmap, goal=goal, n=n: grow(newly_read(map_), goal, n)
+        reached += int(np.count_nonzero(np.isfinite(values)))
+    best = in_turn(works, progress, grids[0].name, RUNS)
+    total = {str(n): sum(best[f"{n} {number}"] for number in range(len(grids))) for n in threads}
+    return {
+        "seconds": {n: seconds / len(grids) for n, seconds in total.items()},
+        "ns_per_cell": {n: seconds / reached * 1e9 for n, seconds in total.items()},
+    }
 
 
 def _spread(sizes: Sequence[int], values: Sequence[float]) -> float:

@@ -83,8 +83,8 @@ def measure(options: Options, progress: Progress) -> Iterator[tuple[str, Told]]:
 
 def _fields(options: Options, progress: Progress) -> Told:
     size, others = options.size, peers.beside(BESIDE)
-    made = [*grids.KINDS.values(), lambda size: grids.maze(size, 4)]
-    yet_to_make = [partial(make, size) for make in made] + [partial(grids.random, size // 2, 20.0)]
+    yet_to_make = [partial(make, size, grids.SEED) for make in grids.KINDS.values()]
+    yet_to_make += [partial(grids.maze, size, 4), partial(grids.random, size // 2, 20.0)]
     yet_to_make += [partial(grids.from_file, path) for path in _ros_maps(options)]
     return [field.measure(make(), None, options.threads, progress, others=others) for make in yet_to_make]
 
