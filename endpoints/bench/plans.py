@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import cycle, islice
 from pathlib import Path
-from time import process_time
+from time import process_time, sleep
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -42,13 +42,17 @@ COMPARED = 2_000
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What is asked for: how many plans, of what kind, where they are kept; ``folder`` keeps planned routes."""
+    """What is asked for: how many plans, of what kind, where they are kept; ``folder`` keeps planned routes.
+
+    After ``rest`` seconds in which nothing is written plans are looked for once more.
+    """
 
     plans: int
     folder: Path
     store: str | None = None
     smooth: bool = False
     seed: int = 1
+    rest: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +115,7 @@ def _fill(
                 "bulk_per_second": in_bulk / bulk.seconds,
                 "bulk_per_processor_second": in_bulk / bulk.processor,
             }
+            | (_rested(store, driven, size, options.rest) if options.rest else {})
         )
     progress.remove_task(task)
 
@@ -150,7 +155,8 @@ def _synced_page(folder: Path) -> Iterator[Callable[[], None]]:
         yield write
 
 
-def _state(store: Store, driven: Routes, size: int, smooth: bool) -> dict[str, Any]:
+def _looked_for(store: Store, driven: Routes, size: int) -> dict[str, Any]:
+    """Look for some of the plans, near their ends, and read some of these."""
     random = np.random.default_rng(size)
     sought = [driven.record(int(number)) for number in random.integers(0, size, LOOKUPS)]
     offsets = random.uniform(-0.6 * TOLERANCE, 0.6 * TOLERANCE, (LOOKUPS, 4)).tolist()
@@ -159,16 +165,29 @@ def _state(store: Store, driven: Routes, size: int, smooth: bool) -> dict[str, A
         for record, off in zip(sought, offsets, strict=True)
     ]
     reads = [_took(lambda record=record: store.plan(record.id)) for record in sought[:READS]]  # type: ignore[misc]
+    return {
+        "lookup_ms": _percentiles([each.seconds for each in lookups]),
+        "lookup_processor_ms": _percentiles([each.processor for each in lookups]),
+        "read_ms": _percentiles([each.seconds for each in reads]),
+        "read_processor_ms": _percentiles([each.processor for each in reads]),
+    }
+
+
+def _rested(store: Store, driven: Routes, size: int, seconds: float) -> dict[str, Any]:
+    """Do the same once nothing has been written for some time: a store may bring order into it until then."""
+    sleep(seconds)
+    return {f"rested_{name}": told for name, told in _looked_for(store, driven, size).items()}
+
+
+def _state(store: Store, driven: Routes, size: int, smooth: bool) -> dict[str, Any]:
+    found = _looked_for(store, driven, size)
     for record in driven.records(0, 3, smooth=smooth):
         if store.plan(record.id) != record:
             raise Conflict(f"the store gives another plan {record.id!r} than it was given")
     counts = store.plan_statistics(MAP)
     return {
         "plans": size,
-        "lookup_ms": _percentiles([each.seconds for each in lookups]),
-        "lookup_processor_ms": _percentiles([each.processor for each in lookups]),
-        "read_ms": _percentiles([each.seconds for each in reads]),
-        "read_processor_ms": _percentiles([each.processor for each in reads]),
+        **found,
         "waypoints_a_plan": counts.waypoints / counts.plans,
         "kept_once": counts.waypoints / counts.kept,
         "entries": counts.entries,

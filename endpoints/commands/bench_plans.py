@@ -23,6 +23,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--store", metavar="URL", help="where they are kept (an SQLite file that goes away)")
     parser.add_argument("--smooth", action="store_true", help="smooth them: fewer waypoints lie on a grid")
     parser.add_argument("--seed", type=int, default=1, help="the same seed makes the same plans (%(default)s)")
+    parser.add_argument(
+        "--rest", type=whole(0, 600), default=0, metavar="S",
+        help="looks for plans once more after so many seconds without writing",
+    )  # fmt: skip
     parser.add_argument("--cache", type=Path, metavar="FOLDER", help="keeps the routes that were planned")
 
 
@@ -31,7 +35,12 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[s
     from endpoints.bench import plans  # noqa: PLC0415 - ``ppaas --help`` loads this
 
     options = plans.Options(
-        arguments.plans, arguments.cache or _cache(), arguments.store, arguments.smooth, arguments.seed
+        arguments.plans,
+        arguments.cache or _cache(),
+        arguments.store,
+        arguments.smooth,
+        arguments.seed,
+        arguments.rest,
     )
     options.folder.mkdir(parents=True, exist_ok=True)
     told = plans.measure(options, progress)
@@ -50,6 +59,7 @@ def rows_of(told: dict[str, Any]) -> list[Row]:
             "by 8 at a time /s": f"{size['several_per_second']:,.0f}",
             "lookup p50 ms": f"{size['lookup_ms']['p50']:.2f}",
             "p99": f"{size['lookup_ms']['p99']:.2f}",
+            **_after_rest(size),
             "read p50 ms": f"{size['read_ms']['p50']:.2f}",
             "bytes a plan": f"{size.get('file_bytes_a_plan', size['data_bytes_a_plan']):,.0f}",
             "waypoints ÷ kept": f"{size['kept_once']:.1f}",
@@ -61,6 +71,11 @@ def rows_of(told: dict[str, Any]) -> list[Row]:
     raw["bytes a plan"] = f"{others['raw_bytes_a_plan']:,.0f}; zlib {others['zlib_bytes_a_plan']:,.0f}"
     greedy = {"plans": f"greedy split, {others['plans']:,}", "waypoints ÷ kept": f"{others['greedy_kept_once']:.1f}"}
     return [dict.fromkeys(rows[0], "") | row for row in (*rows, raw, greedy)]
+
+
+def _after_rest(size: dict[str, Any]) -> Row:
+    found = size.get("rested_lookup_ms")
+    return {"after a rest p50 / p99": f"{found['p50']:.2f} / {found['p99']:.2f}"} if found else {}
 
 
 def _cache() -> Path:

@@ -34,10 +34,13 @@ def test_what_was_measured_is_told_as_json(folder: Path, capsys: pytest.CaptureF
 
 def test_smooth_plans_share_stretches_too_in_a_store_of_ones_own(folder: Path) -> None:
     url = f"sqlite://{folder}/own.db"
-    options = plans.Options(200, folder, url, smooth=True)
+    options = plans.Options(200, folder, url, smooth=True, rest=0.01)
     with Progress(disable=True) as progress:
-        [size] = plans.measure(options, progress)["sizes"]
+        told = plans.measure(options, progress)
+        [size] = told["sizes"]
         assert size["kept_once"] > 1.2
+        assert size["rested_lookup_ms"]["p99"] > 0
+        assert "/" in rows_of(told)[0]["after a rest p50 / p99"]
         with pytest.raises(Conflict, match="has plans"):
             plans.measure(options, progress)
     store = open_store(url)
