@@ -28,7 +28,7 @@ GROWTH = 1.25
 """How many times as many edges as before a crowded map has at least when it is contracted."""
 
 MOST_LOOKS = 4e9
-"""Looks at edges that the contraction of a map of up to `CELLS_OF_MOST_BYTES` may take: 40 s of one core or less."""
+"""Looks at edges that the contraction of a map of up to `CELLS_OF_MOST_BYTES` may take: up to a minute of one core."""
 
 ROOMY = 200
 """Entries a corner that labels may have, below which a map is crowded: a core that is large takes too many."""

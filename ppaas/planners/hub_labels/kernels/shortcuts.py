@@ -2,7 +2,8 @@
 
 From each neighbour of a node all its others are looked for over ways that avoid the nodes of the round. A way is
 followed only as long as it may still be as short as that over the node, to some neighbour that is not found yet: it is
-known how far apart two places are at least. So is what waits when it is its turn: fewer may be left to find by then.
+known how far apart two places are at least. That is asked again when its turn comes, as fewer may be left to find by
+then.
 
 Each *slot* looks at nodes of its own: slot s of S at the nodes s, s + S, s + 2 S … of the round.
 """
