@@ -120,6 +120,6 @@ $(NODE_TESTS)/node_modules: $(NODE_TESTS)/package-lock.json
 # has, all count as changed, or what was compiled of an older release would go on to run.
 $(INSTALLED): $(LOCKED) pyproject.toml $(KERNELS)
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation --editable .
-	@touch $(KERNELS)
+	@test -z "$(filter %.py,$?)" || touch $(KERNELS)
 	@$(BIN)/python -m compileall -q ppaas engine endpoints storage robots
 	@touch $@

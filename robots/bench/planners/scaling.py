@@ -3,12 +3,11 @@
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from rich.progress import Progress
 
 from ppaas.errors import InvalidParameter, NotFound
 from robots.bench.planners.chart import Axis, Line
-from robots.bench.planners.field import grow, newly_read
+from robots.bench.planners.field import grow, newly_read, reached_once
 from robots.bench.planners.grids import KINDS, SEED, Grid, goal_in
 from robots.bench.planners.timing import announce, cpus, in_turn
 
@@ -76,10 +75,9 @@ def _of_size(grids: Sequence[Grid], threads: Sequence[int], progress: Progress) 
     reached, works = 0, {}
     for number, grid in enumerate(grids):
         goal = goal_in(grid.costmap)
-        for n in threads:  # what is compiled is not timed
-            values = grow(grid.costmap, goal, n).values()
+        reached += reached_once(grid.costmap, goal, threads)
+        for n in threads:
             works[f"{n} {number}"] = lambda map_=grid.costmap, goal=goal, n=n: grow(newly_read(map_), goal, n)
-        reached += int(np.count_nonzero(np.isfinite(values)))
     best = in_turn(works, progress, grids[0].name, RUNS)
     total = {str(n): sum(best[f"{n} {number}"] for number in range(len(grids))) for n in threads}
     return {
