@@ -89,7 +89,7 @@ def mixed(scope: bytes, numbers) -> int:
 
 def spot(scope: bytes, ends, length: float) -> int:
     """Return the spot of a plan from (x, y) to (x, y)."""
-    parts = [math.floor(value / EDGE * PARTS) for value in ends]
+    parts = [math.floor(min(max(value / EDGE, -(2.0**40)), 2.0**40) * PARTS) for value in ends]
     inside = 0
     for part in parts:
         inside = inside << 6 | part % PARTS

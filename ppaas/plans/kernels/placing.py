@@ -15,6 +15,7 @@ COLUMNS = 10
 """Of a bucket: its first spot and its last, and the first and last part in which x and y of start and goal may lie."""
 
 _FARTHEST = 2.0**40
+_ROUNDED = 2.0**-50
 _BUCKET_BITS = 63 - LENGTH_BITS - END_BITS
 _ODD, _LAST = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9)
 _SHIFT = np.uint64(29)
@@ -33,7 +34,12 @@ def mixed(scope: np.uint64, numbers: Rows) -> np.uint64:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _part(value: float) -> int:
     """Return in which part of a square a coordinate lies, counted from zero on."""
-    return int(np.floor(min(max(value / EDGE, -_FARTHEST), _FARTHEST) * PARTS))
+    return int(np.floor(_in_parts(value)))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _in_parts(value: float) -> float:
+    return min(max(value / EDGE, -_FARTHEST), _FARTHEST) * PARTS
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -81,8 +87,8 @@ def buckets_near(scope: np.uint64, places: Numbers, tolerance: float) -> Rows:
     lows, highs = np.empty(4, np.int64), np.empty(4, np.int64)
     count = 1
     for side in range(4):
-        # What is rounded away must not hide a plan.
-        margin = tolerance + 1e-9 * max(1.0, abs(places[side]))
+        # What is rounded away must not hide a plan, nor make thousands of buckets of a place far off.
+        margin = tolerance + _ROUNDED * max(1.0, min(abs(places[side]), _FARTHEST))
         lows[side], highs[side] = _part(places[side] - margin), _part(places[side] + margin)
         count *= highs[side] // PARTS - lows[side] // PARTS + 1
     found, squares = np.empty((count, COLUMNS), np.int64), np.empty(4, np.int64)
@@ -113,10 +119,10 @@ def may_join(spots: Rows, places: Numbers, tolerance: float) -> NDArray[np.bool_
         for side in range(4):
             part = spots[number] >> PART_BITS * (3 - side) & PARTS - 1
             # From the middle of the part to the place, in parts, to either side.
-            apart = (places[side] / width - part - 0.5) % PARTS
+            apart = (_in_parts(places[side]) - part - 0.5) % PARTS
             apart = max(min(apart, PARTS - apart) - 0.5, 0.0) * width
             squared[side // 2] += apart * apart
-        margin = tolerance + 1e-9 * max(1.0, np.abs(places).max())
+        margin = tolerance + _ROUNDED * max(1.0, min(np.abs(places).max(), _FARTHEST))
         found[number] = squared.max() <= margin * margin
     return found
 

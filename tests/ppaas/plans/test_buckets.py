@@ -9,7 +9,9 @@ from ppaas.plans.squares import scope_of
 from tests.reference import plan_bytes, plan_chunks
 
 SCOPE = scope_of("house", "v1")
-places = st.tuples(*[st.floats(-1e6, 1e6) | st.integers(-40, 40).map(lambda eighth: eighth / 8)] * 2)
+places = st.tuples(
+    *[st.floats(-1e6, 1e6) | st.floats(-1e300, 1e300) | st.integers(-40, 40).map(lambda eighth: eighth / 8)] * 2
+)
 offsets = st.tuples(*[st.floats(-0.5, 0.5)] * 4)
 tolerances = st.sampled_from([0.0, 0.1, 0.25, 0.5])
 
