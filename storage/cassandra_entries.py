@@ -10,6 +10,7 @@ from ppaas.errors import Unavailable
 from ppaas.plans.codes import entry_id, unpack
 from storage.cassandra_plan_rows import ids_in, ids_on
 from storage.cassandra_session import PAGE, CassandraSession
+from storage.last_written import LastWritten
 
 GRACE = 24 * 3600.0
 """Seconds that an entry is kept after it was written last, though no plan refers to it: a plan may be about to."""
@@ -39,21 +40,20 @@ class CassandraEntries:
         self._session = session
         self._clock = clock
         self._lock = threading.Lock()
-        self._known: OrderedDict[bytes, float] = OrderedDict()
+        self._known = LastWritten[bytes](MOST_KNOWN)
         self._cached: OrderedDict[bytes, bytes] = OrderedDict()
 
     def keep(self, entries: Mapping[bytes, bytes], packing: Callable[[bytes], bytes]) -> set[bytes]:
         """Keep entries as they are packed; when it returns all are there. Return the ids of those that are new."""
         now = self._clock()
         since = now - GRACE / 2.0
-        with self._lock:
-            new = [number for number in entries if self._known.get(number, -math.inf) < since]
+        new = self._known.late(entries, since)
         if not new:
             return set()
         written = {number: now - age for number, age in self._ages(new)}
         late = [number for number in new if written.get(number, -math.inf) < since]
         self._session.write_each(_WRITE, ((number, packing(entries[number])) for number in late))
-        self._know(written | dict.fromkeys(late, now))
+        self._known.note(written | dict.fromkeys(late, now))
         return {number for number in late if number not in written}
 
     def stretches(self, recipes: Iterable[bytes]) -> list[list[bytes]]:
@@ -86,14 +86,6 @@ class CassandraEntries:
         for rows in self._session.rows_each(_WRITTEN, groups):
             for row in rows:
                 yield row.id, max(0.0, now - row.written / 1e6)
-
-    def _know(self, written: Mapping[bytes, float]) -> None:
-        with self._lock:
-            for number, when in written.items():
-                self._known[number] = when
-                self._known.move_to_end(number)
-            while len(self._known) > MOST_KNOWN:
-                self._known.popitem(last=False)
 
     def _remember(self, found: Mapping[bytes, bytes]) -> None:
         with self._lock:

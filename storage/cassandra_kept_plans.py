@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from storage.cassandra_plan_rows import head_parts, lead_key
+from storage.cassandra_plan_rows import head_parts, lead_spot
 from storage.cassandra_session import CassandraSession
 
 _LED = "SELECT id, lead, head, recipe FROM plans WHERE id = ?"
-_LYING = "SELECT head, recipe FROM plans_by_ends WHERE bucket = ? AND length = ? AND id = ?"
+_LYING = "SELECT head, recipe FROM plans_at_spots WHERE bucket = ? AND spot = ? AND id = ?"
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ def kept_plans(session: CassandraSession, plan_ids: Sequence[str]) -> list[KeptP
     """Return what is kept of each of some plans; None where there is none, or one that was never wholly written."""
     led = session.rows_each(_LED, [(plan_id,) for plan_id in plan_ids])
     away = [row for rows in led for row in rows if row.head is None]
-    lying = iter(session.rows_each(_LYING, [(*lead_key(row.lead), row.id) for row in away]))
+    lying = iter(session.rows_each(_LYING, [(*lead_spot(row.lead), row.id) for row in away]))
     kept: list[KeptPlan | None] = [None] * len(led)
     for number, rows in enumerate(led):
         for row in rows:

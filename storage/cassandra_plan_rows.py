@@ -5,10 +5,8 @@ under a hash of themselves, so whoever keeps one first or again keeps the same.
 """
 
 import hashlib
-import itertools
-import math
 import struct
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -16,22 +14,15 @@ from ppaas.errors import Unavailable
 from ppaas.plans.body import Body
 from ppaas.plans.chunks import ENDS_AFTER, ENDS_BEFORE
 from ppaas.plans.codes import ID_BYTES, entry_id
-from ppaas.plans.squares import Place, scope_of
+from storage.cassandra_plan_spots import Spot, led
 from storage.plan_entry import PlanEntry, entries_of
 from storage.records import PlanRecord
-
-EDGE = 1.0
-"""Edge of the squares by which plans are looked for [m]. To read a bucket takes as long as to pass over some hundred
-plans in it: at a tolerance of a quarter of the edge, which is common, some five are read, and at a half of it 16."""
 
 MOST_PARTS = 256
 """Ids in a row: a longer recipe is cut into sheets, which are entries of their own, so that no row grows large."""
 
 _IDS, _SHEETS = b"\x00", b"\x01"
-_LEAD = struct.Struct("<16sd8s")
-_PLACE = struct.Struct("<2d")
-_LARGEST = 2.0**127
-_POSE_BYTES = 56
+_LEAD = struct.Struct("<16sq8s")
 
 _known_id = lru_cache(1 << 15)(entry_id)
 """Most stretches of a plan are those of plans before it."""
@@ -55,7 +46,7 @@ class PlanRow:
     beside : dict
         By their ids the context and the sheets.
     key : tuple
-        Under which it lies (``led``).
+        Under which it lies (``cassandra_plan_spots.led``).
     """
 
     record: PlanRecord
@@ -64,12 +55,17 @@ class PlanRow:
     recipe: bytes
     stretches: dict[bytes, bytes]
     beside: dict[bytes, bytes]
-    key: tuple[bytes, float, str]
+    key: tuple[bytes, int, str]
 
     @property
     def size(self) -> int:
         """Return the bytes that are its own."""
         return len(self.entry.body) + len(self.recipe)
+
+    @property
+    def spot(self) -> Spot:
+        """Return where it lies."""
+        return self.key[:2]
 
     @property
     def head(self) -> bytes:
@@ -78,9 +74,9 @@ class PlanRow:
 
     @property
     def lead(self) -> bytes:
-        """Return where it lies (``lead_key``), and a hash of what lies there."""
+        """Return where it lies (``lead_spot``), and a hash of what lies there."""
         content = hashlib.blake2b(self.head + self.recipe, digest_size=8).digest()
-        return _LEAD.pack(*self.key[:2], content)
+        return _LEAD.pack(*self.spot, content)
 
 
 def plan_rows(records: Sequence[PlanRecord], granularity: int) -> Iterator[PlanRow]:
@@ -123,10 +119,10 @@ def head_parts(head: bytes) -> tuple[bytes, bytes]:
     return head[:ID_BYTES], head[ID_BYTES:]
 
 
-def lead_key(lead: bytes) -> tuple[bytes, float]:
-    """Return in which bucket a plan lies, and its length, by which it lies there."""
-    bucket, length, _ = _LEAD.unpack(lead)
-    return bucket, length
+def lead_spot(lead: bytes) -> Spot:
+    """Return where a plan lies."""
+    bucket, spot, _ = _LEAD.unpack(lead)
+    return bucket, spot
 
 
 def loose_in(body: Body) -> int:
@@ -141,53 +137,6 @@ def _sheets(scope: bytes, ids: list[bytes]) -> Iterator[tuple[bytes, bytes]]:
             yield entry_id(scope, sheet), sheet
 
 
-# -- where plans are looked for ----------------------------------------------------------------------------------------
-
-
-def ends_of(record: PlanRecord) -> tuple[Place, Place]:
-    """Return x, y of the first and the last pose [m]."""
-    last = len(record.poses) - _POSE_BYTES
-    return _PLACE.unpack_from(record.poses), _PLACE.unpack_from(record.poses, last)
-
-
 def listed(record: PlanRecord) -> tuple[str, float, str]:
     """Return the key under which a plan is listed: its map, when it was made, and its id."""
     return record.map, record.created + 0.0, record.id  # -0 would come before 0
-
-
-def led(record: PlanRecord) -> tuple[bytes, float, str]:
-    """Return the key under which a plan lies: the bucket of its ends, its length, and its id."""
-    start, goal = ends_of(record)
-    bucket = bucket_of(scope_of(record.map, record.version), start, goal)
-    return bucket, record.length + 0.0, record.id
-
-
-def bucket_of(scope: bytes, start: Place, goal: Place) -> bytes:
-    """Return the bucket of the plans that lead from one square of ``EDGE`` to another."""
-    return _bucket(scope, [math.floor(value / EDGE) for value in (*start, *goal)])
-
-
-def buckets_near(scope: bytes, start: Place, goal: Place, tolerance: float) -> list[bytes]:
-    """Return the buckets of all plans with ends within a tolerance of two places [m]."""
-    sides = [_near(value, tolerance) for value in (*start, *goal)]
-    return [_bucket(scope, squares) for squares in itertools.product(*sides)]
-
-
-def reach(value: float, tolerance: float) -> tuple[float, float]:
-    """Return from where to where a coordinate may lie [m]: what is rounded away, to 4 bytes, must not hide a plan."""
-    margin = tolerance + 2.0**-22 * max(1.0, abs(value))
-    return value - margin, value + margin
-
-
-def narrow(value: float) -> float:
-    """Return a number that 4 bytes hold, which is the largest for those that are larger."""
-    return min(max(value, -_LARGEST), _LARGEST)
-
-
-def _near(value: float, tolerance: float) -> range:
-    low, high = (math.floor(min(max(side / EDGE, -(2.0**30)), 2.0**30)) for side in reach(value, tolerance))
-    return range(low, high + 1)
-
-
-def _bucket(scope: bytes, squares: Iterable[int]) -> bytes:
-    return hashlib.blake2b(repr(tuple(squares)).encode(), digest_size=16, salt=scope).digest()

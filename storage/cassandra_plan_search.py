@@ -2,7 +2,7 @@
 
 import itertools
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from operator import attrgetter
 from typing import Any
 
@@ -10,7 +10,9 @@ from ppaas.plans.body import bodies_near
 from ppaas.plans.chunks import ENDS_BEFORE
 from ppaas.plans.codes import unpack, waypoints_in
 from storage.cassandra_kept_plans import kept_plans
-from storage.cassandra_plan_rows import buckets_near, head_parts, narrow, reach
+from storage.cassandra_near import NearPlans
+from storage.cassandra_plan_rows import head_parts
+from storage.cassandra_plan_spots import Surroundings, length_told
 from storage.cassandra_plans import CassandraPlans
 from storage.cassandra_session import PAGE
 from storage.names import check_name
@@ -18,22 +20,11 @@ from storage.plan_entry import head_of
 from storage.plan_search import PlanSearch
 from storage.records import PlanPart, PlanPassage, PlanRecord, PlanStatistics
 
-FIRST_ROWS, TIMES_MORE = 32, 4
-"""Plans of a bucket that are looked at first, the shortest, and how many times as many next."""
-
 MOST_LOOKED_AT = 64
 """Plans that are looked at for whether they pass two places."""
 
 NEWEST = 1024
 """Plans of a map, the newest, among which are counted those that share a stretch."""
-
-_NEAR = """start_x >= ? AND start_x <= ? AND start_y >= ? AND start_y <= ?
-           AND goal_x >= ? AND goal_x <= ? AND goal_y >= ? AND goal_y <= ?"""
-_SHORTEST = f"""SELECT bucket, length, id, head FROM plans_by_ends WHERE bucket IN ? AND {_NEAR}
-                PER PARTITION LIMIT ? ALLOW FILTERING"""
-_NEXT = f"""SELECT bucket, length, id, head FROM plans_by_ends WHERE bucket = ? AND (length, id) > (?, ?) AND {_NEAR}
-            LIMIT ? ALLOW FILTERING"""
-"""The filtering is within the buckets."""
 
 
 class CassandraPlanSearch(CassandraPlans):
@@ -43,16 +34,13 @@ class CassandraPlanSearch(CassandraPlans):
         """Return the heads of plans whose ends lie near two places, shortest first."""
         if limit < 1:
             return []
-        buckets = buckets_near(search.scope, search.start, search.goal, search.tolerance)
-        sides = itertools.chain.from_iterable(reach(value, search.tolerance) for value in (*search.start, *search.goal))
-        near, most = list(map(narrow, sides)), FIRST_ROWS
-        rows = list(self._session.rows(_SHORTEST, buckets, *near, most))
-        found = self._fitting(rows, search, limit)
-        while left := _left(rows, most, found[-1] if len(found) == limit else None):
-            most *= TIMES_MORE
-            keys = [(*behind, *near, most) for behind in left]
-            rows = [row for more in self._session.rows_each(_NEXT, keys) for row in more]
-            found = sorted((*found, *self._fitting(rows, search, limit)), key=attrgetter("length", "id"))[:limit]
+        near, found = NearPlans(self._session, Surroundings(search)), list[PlanRecord]()
+        rows: list[Any] | None = near.first()
+        while rows is not None:
+            known = {head.id for head in found}
+            fresh = (head for head in self._fitting(rows, search, limit) if head.id not in known)
+            found = sorted((*found, *fresh), key=attrgetter("length", "id"))[:limit]
+            rows = near.more(limit, length_told(found[-1].length) if len(found) == limit else None)
         return found
 
     def plans_through(self, search: PlanSearch, *, limit: int = 8) -> list[PlanPassage]:
@@ -83,13 +71,13 @@ class CassandraPlanSearch(CassandraPlans):
 
     # -- inside --------------------------------------------------------------------------------------------------------
 
-    def _fitting(self, rows: list[Any], search: PlanSearch, limit: int) -> list[PlanRecord]:
-        """Return the heads in rows of buckets that are looked for, shortest first."""
-        parts = [head_parts(row.head) for row in sorted(rows, key=attrgetter("length", "id"))]
+    def _fitting(self, rows: Sequence[Any], search: PlanSearch, limit: int) -> Iterator[PlanRecord]:
+        """Yield the heads in rows that are looked for, the shortest so many."""
+        parts = [head_parts(row.head) for row in rows]
         contexts = self._entries.data(context for context, _ in parts)
         near = bodies_near([body for _, body in parts], search.start, search.goal, search.tolerance)
         heads = (head_of(contexts[parts[at][0]], own) for at, own in near if search.joins(*own.ends()))
-        return list(itertools.islice(filter(search.takes, heads), limit))
+        return itertools.islice(filter(search.takes, heads), limit)
 
     def _passing(self, search: PlanSearch) -> Iterable[PlanRecord]:
         """Return plans that are named near either place, those that are named near both first."""
@@ -109,15 +97,3 @@ class CassandraPlanSearch(CassandraPlans):
             for mine in self._entries.stretches(each.recipe for each in kept if each is not None):
                 seen.update(set(mine).intersection(wanted))
         return {one: max(1, seen[one], *(row.plans for row in rows)) for one, rows in zip(wanted, swept, strict=True)}
-
-
-def _left(rows: list[Any], most: int, longest: PlanRecord | None) -> list[tuple[bytes, float, str]]:
-    """Return of which buckets there is more that may be shorter than a plan, and behind which length and id."""
-    counts = Counter(row.bucket for row in rows)
-    last = {row.bucket: row for row in rows}  # of each bucket they come by length and id
-    cut = [last[bucket] for bucket, count in counts.items() if count == most]
-    return [
-        (row.bucket, row.length, row.id)
-        for row in cut
-        if longest is None or (row.length, row.id) < (longest.length, longest.id)
-    ]

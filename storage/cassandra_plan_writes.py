@@ -9,19 +9,17 @@ from collections.abc import Iterator, Sequence
 from operator import attrgetter
 from typing import Any
 
-from ppaas.plans.body import read_body
 from ppaas.plans.codes import ID_BYTES
-from ppaas.plans.squares import Place
-from storage.cassandra_plan_rows import PlanRow, ends_of, head_parts, lead_key, led, listed, narrow
+from storage.cassandra_plan_rows import PlanRow, lead_spot, listed
+from storage.cassandra_plan_spots import led
 from storage.cassandra_session import BYTES_TOGETHER, MOST_TOGETHER, Write
 from storage.records import PlanRecord
 
 _LEAD = "INSERT INTO plans (id, lead) VALUES (?, ?)"
 _LIST = "INSERT INTO plans_by_map (map, created, id) VALUES (?, ?, ?)"
-_LAY = """INSERT INTO plans_by_ends (bucket, length, id, start_x, start_y, goal_x, goal_y, head, recipe)
-          VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)"""
+_LAY = "INSERT INTO plans_at_spots (bucket, spot, id, head, recipe) VALUES (?, ?, ?, ?, ?)"
 _UNLIST = "DELETE FROM plans_by_map WHERE map = ? AND created = ? AND id = ?"
-_TAKE_UP = "DELETE FROM plans_by_ends WHERE bucket = ? AND length = ? AND id = ?"
+_TAKE_UP = "DELETE FROM plans_at_spots WHERE bucket = ? AND spot = ? AND id = ?"
 
 KEYS_BYTES = 240
 """Bytes of the row in which a plan lies beside what is its own, about, as Cassandra counts: each value has a time."""
@@ -72,22 +70,14 @@ def unlisting(map_id: str, row: Any) -> Write:
 
 def laying_again(row: Any) -> Write:
     """Return what has a plan found by its ends that lies under its id, as of the time when that was written."""
-    ends = read_body(head_parts(row.head)[1]).ends()
-    values = _values((*lead_key(row.lead), row.id), ends, row.head, row.recipe)
-    return f"{_LAY} USING TIMESTAMP ?", (*values, row.written)
+    return f"{_LAY} USING TIMESTAMP ?", (*lead_spot(row.lead), row.id, row.head, row.recipe, row.written)
 
 
 def taking_up(row: Any) -> Write:
     """Return what removes a row in which a plan lies, unless it is written again meanwhile."""
-    forget = "DELETE FROM plans_by_ends USING TIMESTAMP ? WHERE bucket = ? AND length = ? AND id = ?"
-    return forget, (row.written, row.bucket, row.length, row.id)
+    forget = "DELETE FROM plans_at_spots USING TIMESTAMP ? WHERE bucket = ? AND spot = ? AND id = ?"
+    return forget, (row.written, row.bucket, row.spot, row.id)
 
 
 def _laid(row: PlanRow) -> Write:
-    return _LAY, _values(row.key, ends_of(row.record), row.head, row.recipe)
-
-
-def _values(key: tuple[bytes, float, str], ends: tuple[Place, Place], head: bytes, recipe: bytes) -> tuple[Any, ...]:
-    """Return the values of a row in which a plan lies."""
-    start, goal = ends
-    return (*key, *map(narrow, (*start, *goal)), head, recipe)
+    return _LAY, (*row.key, row.head, row.recipe)

@@ -10,8 +10,10 @@ from ppaas.plans.body import read_body
 from ppaas.plans.codes import pack, poses_of, waypoints_in
 from ppaas.plans.squares import scope_of
 from storage.cassandra_entries import CassandraEntries, code_of
+from storage.cassandra_fronts import Fronts
 from storage.cassandra_kept_plans import KeptPlan, kept_plans
 from storage.cassandra_plan_rows import PlanRow, loose_in, plan_rows
+from storage.cassandra_plan_spots import led
 from storage.cassandra_plan_sums import PlanSums, Sums, added
 from storage.cassandra_plan_writes import forgetting, indexing, laying, naming, unlisting
 from storage.cassandra_session import PAGE, CassandraSession
@@ -39,6 +41,10 @@ class CassandraPlans:
     @cached_property
     def _entries(self) -> CassandraEntries:
         return CassandraEntries(self._session)
+
+    @cached_property
+    def _fronts(self) -> Fronts:
+        return Fronts(self._session)
 
     @cached_property
     def _squares(self) -> Squares:
@@ -75,6 +81,7 @@ class CassandraPlans:
         assert kept is not None
         [row] = plan_rows([record], self._granularity)
         fresh = self._refer([row])
+        front = self._fronts.replacing(led(instead_of), row)
         seen = kept.lead, kept.head if kept.replaced else None
         if not self._session.write_if(_CHANGE, row.lead, row.head, row.recipe, record.id, *seen):
             raise Conflict(f"the plan {record.id!r} was changed meanwhile: look at it and try again")
@@ -82,7 +89,7 @@ class CassandraPlans:
         gone = taken_by(kept.body, kept.recipe)
         change[instead_of.map] = added(change.get(instead_of.map, PlanStatistics()), gone, -1)
         beside = [*self._squares.naming([row]), *self._plan_sums.adding(change)]
-        self._session.write_all([[*forgetting(instead_of, but=record), *indexing(row)]], beside)
+        self._session.write_all([[*forgetting(instead_of, but=record), *indexing(row), *front]], beside)
 
     def plan(self, plan_id: str) -> PlanRecord:
         """Return a plan; ``NotFound`` if there is none."""
@@ -109,7 +116,7 @@ class CassandraPlans:
         """Forget a plan; ``NotFound`` if there is none."""
         kept = self._known_plan(plan_id)
         record = self._whole(kept)
-        self._session.write_together(forgetting(record))
+        self._session.write_together([*forgetting(record), *self._fronts.leaving([led(record)])])
         [row] = plan_rows([record], self._granularity)
         self._squares.remove(row)
         if not self._session.write_if(f"{_REMOVE} IF EXISTS", plan_id):
@@ -128,9 +135,9 @@ class CassandraPlans:
 
     def _keep(self, rows: Sequence[PlanRow]) -> None:
         fresh = self._refer(rows)
-        self._session.write_apart(naming(rows))
+        front = self._fronts.take(rows, naming(rows))
         change = _taken(rows, fresh)
-        beside = [*self._plan_sums.adding(change), *self._squares.naming(rows)]
+        beside = [*self._plan_sums.adding(change), *self._squares.naming(rows), *front]
         try:
             self._session.write_apart(laying(rows), beside)
         except Unavailable:
@@ -143,7 +150,8 @@ class CassandraPlans:
         mine = {record.id for record in records}
         groups = [[*forgetting(record), (_REMOVE, (record.id,))] for record in records]
         self._squares.clear(plan_rows(records, self._granularity))
-        self._session.write_all(groups, [unlisting(map_id, row) for row in page if row.id not in mine])
+        front = self._fronts.leaving(map(led, records))
+        self._session.write_all(groups, [*front, *(unlisting(map_id, row) for row in page if row.id not in mine)])
         gone = PlanStatistics()
         for each in kept:
             gone = added(gone, taken_by(each.body, each.recipe)) if each.id in mine else gone

@@ -8,12 +8,12 @@ numbers: robots, checkpoints and the like of a user lie under the user's ``gener
 whatever is not of the present number is as good as not there. To remove a user raises both, to change a password the
 epoch: at once, whenever the process dies. What lies under old numbers is swept away after that.
 
-A plan lies whole in ``plans_by_ends``, and is there from the moment when that row is: ``plans`` and ``plans_by_map``
+A plan lies whole in ``plans_at_spots``, and is there from the moment when that row is: ``plans`` and ``plans_by_map``
 are written before and removed after it, and what they name may be gone. Only a plan that was replaced lies whole in
-``plans`` too, where one of two who replace it wins.
+``plans`` too, where one of two who replace it wins. Of the plans at each spot ``plan_fronts`` has a few once more.
 """
 
-VERSION = 2
+VERSION = 3
 
 _TABLES = {
     "schema_version": "id tinyint PRIMARY KEY, version int",
@@ -35,8 +35,8 @@ _TABLES = {
     "plan_sums": "map text, writer uuid, record blob, PRIMARY KEY (map, writer)",
     "plans_by_map": """map text, created double, id text, PRIMARY KEY (map, created, id))
                        WITH CLUSTERING ORDER BY (created DESC, id DESC""",
-    "plans_by_ends": """bucket blob, length double, id text, start_x float, start_y float, goal_x float, goal_y float,
-                        head blob, recipe blob, PRIMARY KEY (bucket, length, id)""",
+    "plans_at_spots": "bucket blob, spot bigint, id text, head blob, recipe blob, PRIMARY KEY (bucket, spot, id)",
+    "plan_fronts": "bucket blob, spot bigint, id text, head blob, PRIMARY KEY (bucket, spot, id)",
     "plans_by_square": """scope blob, x bigint, y bigint, created double, id text,
                           PRIMARY KEY ((scope, x, y), created, id)) WITH CLUSTERING ORDER BY (created DESC, id ASC""",
     "links": "shard tinyint, link text, record blob, PRIMARY KEY (shard, link)",

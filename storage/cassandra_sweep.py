@@ -9,7 +9,8 @@ from typing import Any
 from ppaas.clock import epoch
 from ppaas.plans.codes import unpack, waypoints_in
 from storage.cassandra_entries import GRACE
-from storage.cassandra_plan_rows import head_parts, ids_in, lead_key
+from storage.cassandra_front_sweep import tell_crowds, tidy_front
+from storage.cassandra_plan_rows import head_parts, ids_in, lead_spot
 from storage.cassandra_plan_search import CassandraPlanSearch
 from storage.cassandra_plan_sums import Sums, added
 from storage.cassandra_plan_writes import laying_again, taking_up
@@ -19,7 +20,7 @@ from storage.plan_entry import context_of
 from storage.records import PlanStatistics
 
 _REPLACED = "SELECT id, lead, head, recipe, WRITETIME(head) AS written FROM plans"
-_LYING = "SELECT bucket, length, id, head, recipe, WRITETIME(head) AS written FROM plans_by_ends"
+_LYING = "SELECT bucket, spot, id, head, recipe, WRITETIME(head) AS written FROM plans_at_spots"
 
 
 @dataclass
@@ -73,8 +74,11 @@ class CassandraSweep(CassandraPlanSearch):
         for page in self._pages(_REPLACED):
             self._finish_replacing([row for row in page if row.head is not None])
         for page in self._pages(_LYING):
-            self._mark_page(marked, self._owned(page, epoch() - grace), began * 1e6)
+            owned = self._owned(page, epoch() - grace)
+            self._mark_page(marked, owned, began * 1e6)
+            tell_crowds(self._session, owned)
         swept = self._sweep(marked, began, grace)
+        tidy_front(self._session, began - grace)
         self._plan_sums.recount(marked.sums, told, began)
         uses = "INSERT INTO plan_entry_uses (id, plans) VALUES (?, ?)"
         self._session.write_each(uses, marked.uses.items())
@@ -95,11 +99,11 @@ class CassandraSweep(CassandraPlanSearch):
     def _owned(self, page: Sequence[Any], before: float) -> list[Any]:
         """Return the rows of a page in which plans lie by what names them; of the others the older ones are removed."""
         named = self._session.rows("SELECT id, lead FROM plans WHERE id IN ?", [row.id for row in page])
-        places = {row.id: lead_key(row.lead) for row in named}
+        places = {row.id: lead_spot(row.lead) for row in named}
         owned: list[Any] = []
         lost: list[Any] = []
         for row in page:
-            (owned if places.get(row.id) == (row.bucket, row.length) else lost).append(row)
+            (owned if places.get(row.id) == (row.bucket, row.spot) else lost).append(row)
         self._session.write_apart((), (taking_up(row) for row in lost if row.written < before * 1e6))
         return owned
 

@@ -22,6 +22,7 @@ _MARGIN = 1e-6
 NAMES = ("created", "length", "cost", "seconds", "start_x", "start_y", "start_yaw", "goal_x", "goal_y", "goal_yaw")
 """The numbers of a plan, in the order in which they are told."""
 
+_LENGTH = NAMES.index("length")
 _IN_PLANE, _BEYOND = [0, 1, 5, 6], [2, 3, 4]
 _FIRST, _LAST = NUMBERS, NUMBERS + 4
 _ENDS = [_FIRST, _FIRST + 1, _LAST, _LAST + 1]
@@ -132,7 +133,7 @@ def read_bodies(bodies: Sequence[bytes]) -> list[Body]:
 def bodies_near(bodies: Sequence[bytes], start: Place, goal: Place, tolerance: float) -> Iterator[tuple[int, Body]]:
     """Yield which bodies have ends that may lie within a tolerance of two places [m], and what these tell.
 
-    What is rounded away hides none: one may lie a micrometre further off.
+    Those of the shortest plans come first. What is rounded away hides none: one may lie a micrometre further off.
 
     Raises
     ------
@@ -141,8 +142,9 @@ def bodies_near(bodies: Sequence[bytes], start: Place, goal: Place, tolerance: f
     """
     read = _Numbers(bodies)
     x, y, to_x, to_y = map(float, (*start, *goal))
-    near = np.flatnonzero(ends_near(read.values, (x, y, to_x, to_y), tolerance + _MARGIN)).tolist()
-    return zip(near, read.bodies(near), strict=True)
+    near = np.flatnonzero(ends_near(read.values, (x, y, to_x, to_y), tolerance + _MARGIN))
+    order = near[np.argsort(read.values[near, _LENGTH], kind="stable")].tolist()
+    return zip(order, read.bodies(order), strict=True)
 
 
 def id_in(data: bytes) -> str:

@@ -15,7 +15,7 @@ from hypothesis import settings
 from ppaas.errors import Conflict, InvalidInput, NotFound, Unavailable
 from ppaas.geometry import poses_along
 from storage.cassandra import CassandraStore
-from storage.cassandra_plan_rows import ends_of
+from storage.cassandra_plan_spots import ends_of
 from storage.cassandra_schema import VERSION
 from storage.memory import MemoryStore
 from storage.plan_search import PlanSearch
@@ -216,6 +216,70 @@ def test_plans_are_found_behind_many_shorter_ones_that_begin_just_too_far_off(st
     assert [head.id for head in other.find_plans(search)] == ["at4", "at5", "at2", "at3", "at0", "at1"]
     one.add_plans([straight(f"also{n:03}", 0.02, 1.0) for n in range(200)])
     assert [head.id for head in other.find_plans(search, limit=70)] == [f"also{n:03}" for n in range(70)]
+
+
+# -- plans that are alike ----------------------------------------------------------------------------------------------
+
+HERE = PlanSearch("house", "v", *ends_of(plan("p")), 0.1)
+
+
+def alike(first: int, last: int) -> list[PlanRecord]:
+    return [plan(f"p{number:02}") for number in range(first, last)]
+
+
+def rows_in_front(store: CassandraStore) -> list[str]:
+    return [row.id for row in store._session.rows("SELECT id FROM plan_fronts")]
+
+
+def test_of_plans_that_are_alike_all_are_found_and_those_that_are_left_when_some_go(
+    stores: list[CassandraStore],
+) -> None:
+    one, other = stores
+    for first in range(0, 30, 3):
+        one.add_plans(alike(first, first + 3))
+    assert rows_in_front(other) == ["", "p00", "p01", "p02", "p03"]
+    assert [head.id for head in other.find_plans(HERE, limit=40)] == [f"p{n:02}" for n in range(30)]
+    assert len(other.find_plans(HERE, limit=3)) == 3
+    for number in range(4):
+        other.remove_plan(f"p{number:02}")
+    assert rows_in_front(other) == [""]
+    other.add_plan(plan("q"))
+    assert [head.id for head in one.find_plans(HERE, limit=40)] == [*(f"p{n:02}" for n in range(4, 30)), "q"]
+    assert one.remove_plans("house") == 27
+    assert one.find_plans(HERE) == []
+    one.add_plan(plan("r"))
+    assert [head.id for head in other.find_plans(HERE)] == ["r"]
+
+
+def test_a_plan_that_is_replaced_among_many_that_are_alike_is_told_as_it_is(stores: list[CassandraStore]) -> None:
+    one, other = stores
+    one.add_plans(alike(0, 6))
+    for name in ("p00", "p05"):
+        one.replace_plan(plan(name, cost=7.0), instead_of=plan(name))
+    assert {head.id: head.cost for head in other.find_plans(HERE)} == dict.fromkeys(
+        (f"p{n:02}" for n in range(6)), 118.5
+    ) | {"p00": 7.0, "p05": 7.0}
+    one.replace_plan(plan("p00", length=9.0), instead_of=plan("p00", cost=7.0))
+    assert [head.id for head in other.find_plans(HERE)] == ["p01", "p02", "p03", "p04", "p05", "p00"]
+
+
+def test_a_sweep_leaves_a_few_in_front_and_finds_what_was_left_out(stores: list[CassandraStore]) -> None:
+    one, other = stores
+    one.add_plans(alike(0, 6))
+    other.add_plans(alike(6, 12))
+    assert len(rows_in_front(one)) == 1 + 4 + 4
+    one.sweep_entries()
+    assert len(rows_in_front(one)) == 1 + 4 + 4, "they were written a moment ago"
+    one.sweep_entries(grace=0.0)
+    assert rows_in_front(one) == ["", "p00", "p01", "p02", "p03"]
+    assert len(other.find_plans(HERE)) == 12
+    one._session.write("TRUNCATE plan_fronts")
+    assert other.find_plans(HERE) == []
+    other.sweep_entries()
+    assert len(one.find_plans(HERE)) == 12
+    one.remove_plans("house")
+    one.sweep_entries(grace=0.0)
+    assert rows_in_front(one) == []
 
 
 # -- who was cut off in between ----------------------------------------------------------------------------------------

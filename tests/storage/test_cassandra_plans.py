@@ -5,7 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from storage.cassandra_plan_rows import head_parts, lead_key, led, plan_rows
+from storage.cassandra_plan_rows import head_parts, lead_spot, plan_rows
+from storage.cassandra_plan_spots import led
 from storage.cassandra_plan_writes import laying, naming
 from storage.cassandra_session import BYTES_TOGETHER, MOST_TOGETHER
 from storage.records import PlanRecord
@@ -45,6 +46,6 @@ def test_no_message_is_so_large_or_of_so_many_partitions_that_cassandra_warns(pl
 
 def test_a_lead_tells_where_a_plan_lies_and_is_another_for_another_plan() -> None:
     one, other = plan_rows([plan("p"), plan("p", cost=1.0)], 8)
-    assert lead_key(one.lead) == one.key[:2] == lead_key(other.lead)
+    assert lead_spot(one.lead) == one.spot == lead_spot(other.lead)
     assert one.lead != other.lead
     assert head_parts(one.head) == (one.context, one.entry.body)
