@@ -5,7 +5,6 @@ first of them is kept. So at a spot that is not, all plans are in front, and who
 """
 
 import threading
-from collections import OrderedDict
 from collections.abc import Iterable, Sequence
 
 from ppaas.clock import Clock, monotonic
@@ -13,6 +12,7 @@ from storage.cassandra_entries import GRACE
 from storage.cassandra_plan_rows import PlanRow
 from storage.cassandra_plan_spots import Spot
 from storage.cassandra_session import CassandraSession, Write
+from storage.counted import Counted
 from storage.last_written import LastWritten
 
 PLANS_IN_FRONT = 4
@@ -49,7 +49,7 @@ class Fronts:
         self._session = session
         self._clock = clock
         self._lock = threading.Lock()
-        self._counts: OrderedDict[Spot, int] = OrderedDict()
+        self._chosen = Counted[Spot](PLANS_IN_FRONT, MOST_KNOWN)
         self._crowded = LastWritten[Spot](MOST_KNOWN)
 
     def take(self, rows: Sequence[PlanRow], beside: Iterable[Sequence[Write]] = ()) -> list[Write]:
@@ -59,7 +59,8 @@ class Fronts:
         """
         now = self._clock()
         free = set(self._crowded.late((row.spot for row in rows), now - GRACE / 2.0))
-        front = [row for row in rows if row.spot in free and self._has_room(row.spot)]
+        with self._lock:
+            front = [row for row in rows if row.spot in free and self._chosen.take(row.spot)]
         chosen = {row.key for row in front}
         crowds = {row.spot: now for row in rows if row.spot in free and row.key not in chosen}
         self._session.write_apart(beside, map(crowding, crowds))
@@ -76,18 +77,6 @@ class Fronts:
         stays = before == row.key
         left = self.leaving([before])
         return [_putting(row)] if stays and left else [*left, *self.take([row])]
-
-    def _has_room(self, spot: Spot) -> bool:
-        """Tell whether one more plan is in front, and count it."""
-        with self._lock:
-            count = self._counts.get(spot, 0)
-            if count >= PLANS_IN_FRONT:
-                return False
-            self._counts[spot] = count + 1
-            self._counts.move_to_end(spot)
-            if len(self._counts) > MOST_KNOWN:
-                self._counts.popitem(last=False)
-            return True
 
 
 def crowding(spot: Spot) -> Write:

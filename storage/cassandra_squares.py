@@ -11,6 +11,7 @@ from ppaas.plans.codes import poses_of
 from ppaas.plans.squares import Place, squares_near, squares_touched
 from storage.cassandra_plan_rows import PlanRow
 from storage.cassandra_session import CassandraSession, Write
+from storage.counted import Counted
 from storage.plan_checks import array_of
 
 PLANS_OF_SQUARE = 8
@@ -46,7 +47,7 @@ class Squares:
         self._session = session
         self._clock = clock
         self._lock = threading.Lock()
-        self._named: OrderedDict[Square, int] = OrderedDict()
+        self._named = Counted[Square](PLANS_OF_SQUARE, MOST_SQUARES)
         self._full: set[bytes] = set()
         self._since = -math.inf
         self._touched: OrderedDict[bytes, list[tuple[int, int]]] = OrderedDict()
@@ -59,7 +60,7 @@ class Squares:
                 (_NAME, (row.entry.scope, x, y, row.record.created + 0.0, row.record.id))
                 for row in rows
                 for x, y in self._squares(row, but=self._full)
-                if self._has_room((row.entry.scope, x, y))
+                if self._named.take((row.entry.scope, x, y))
             ]
 
     def remove(self, row: PlanRow) -> None:
@@ -74,7 +75,7 @@ class Squares:
         with self._lock:
             squares = {(row.entry.scope, x, y) for row in rows for x, y in self._squares(row)}
             for square in squares:
-                self._named.pop(square, None)
+                self._named.forget(square)
             self._full.clear()
         self._session.write_each("DELETE FROM plans_by_square WHERE scope = ? AND x = ? AND y = ?", squares)
 
@@ -105,17 +106,6 @@ class Squares:
             touched = self._touched[number] = list(squares_touched(poses_of(code)[:, :2]))
             if len(self._touched) > MOST_STRETCHES:
                 self._full.discard(self._touched.popitem(last=False)[0])
-        if all(self._named.get((scope, x, y), 0) >= PLANS_OF_SQUARE for x, y in touched):
+        if all(self._named.is_full((scope, x, y)) for x, y in touched):
             self._full.add(number)
         return touched
-
-    def _has_room(self, square: Square) -> bool:
-        """Tell whether one more plan is named in a square, and count it."""
-        count = self._named.get(square, 0)
-        if count >= PLANS_OF_SQUARE:
-            return False
-        self._named[square] = count + 1
-        self._named.move_to_end(square)
-        if len(self._named) > MOST_SQUARES:
-            self._named.popitem(last=False)
-        return True
