@@ -9,7 +9,7 @@ from storage.cassandra_fronts import CROWD
 from storage.cassandra_plan_spots import Surroundings, length_at
 from storage.cassandra_session import CassandraSession
 
-FIRST, NEXT = 128, 1024
+FIRST, NEXT = 256, 1024
 """Rows of a bucket that are read of the front at first, those of the shortest plans, and then at a time."""
 
 CROWDS_AT_ONCE = 16

@@ -256,7 +256,7 @@ class PlanStore(Protocol):
             Which are sought.
         limit : int
             The most that are returned. Where there are more, lengths count to a 16th of a metre, and which of equally
-            long ones are returned is not said; of more than four that are as long, and begin and end within two
+            long ones are returned is not said; of those that are as long, planned alike, and begin and end within two
             centimetres of each other, some may be missed.
         """
         ...

@@ -237,7 +237,7 @@ def test_of_plans_that_are_alike_all_are_found_and_those_that_are_left_when_some
     one, other = stores
     for first in range(0, 30, 3):
         one.add_plans(alike(first, first + 3))
-    assert rows_in_front(other) == ["", "p00", "p01", "p02", "p03"]
+    assert rows_in_front(other) == ["", "p00"]
     assert [head.id for head in other.find_plans(HERE, limit=40)] == [f"p{n:02}" for n in range(30)]
     assert len(other.find_plans(HERE, limit=3)) == 3
     for number in range(4):
@@ -267,11 +267,11 @@ def test_a_sweep_leaves_a_few_in_front_and_finds_what_was_left_out(stores: list[
     one, other = stores
     one.add_plans(alike(0, 6))
     other.add_plans(alike(6, 12))
-    assert len(rows_in_front(one)) == 1 + 4 + 4
+    assert rows_in_front(one) == ["", "p00", "p06"]
     one.sweep_entries()
-    assert len(rows_in_front(one)) == 1 + 4 + 4, "they were written a moment ago"
+    assert rows_in_front(one) == ["", "p00", "p06"], "they were written a moment ago"
     one.sweep_entries(grace=0.0)
-    assert rows_in_front(one) == ["", "p00", "p01", "p02", "p03"]
+    assert rows_in_front(one) == ["", "p00"]
     assert len(other.find_plans(HERE)) == 12
     one._session.write("TRUNCATE plan_fronts")
     assert other.find_plans(HERE) == []
