@@ -27,6 +27,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--rest", type=whole(0, 600), default=0, metavar="S",
         help="looks for plans once more after so many seconds without writing",
     )  # fmt: skip
+    parser.add_argument(
+        "--warm", type=whole(0, 1_000_000), default=0, metavar="N",
+        help="looks for so many before that, unmeasured: what a store's Java does often it compiles",
+    )  # fmt: skip
     parser.add_argument("--cache", type=Path, metavar="FOLDER", help="keeps the routes that were planned")
 
 
@@ -41,6 +45,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[s
         arguments.smooth,
         arguments.seed,
         arguments.rest,
+        arguments.warm,
     )
     options.folder.mkdir(parents=True, exist_ok=True)
     told = plans.measure(options, progress)
