@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ppaas.planners.hub_labels.graph import WORK_A_SLICE, Contracted
 from ppaas.planners.hub_labels.kernels import layout
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.coverage import cover
+from ppaas.planners.hub_labels.kernels.coverage import GROUPS, cover
 from ppaas.planners.hub_labels.kernels.graphs import rank_edges
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import TREE, grow
@@ -17,8 +17,8 @@ from ppaas.planners.hub_labels.kernels.trees import TREE, grow
 EDGES_A_SLICE = 3 << 16
 """Edges that a slot looks at between two calls of ``check``: some five milliseconds, since all threads meet then."""
 
-MOST_TREES = 1200
-MOST_TREE_NODES = 1 << 23
+MOST_TREES = 600
+MOST_TREE_NODES = 1 << 22
 """Trees that are grown to learn which ways are shortest, and how many nodes all of them may have."""
 
 
@@ -80,7 +80,7 @@ def order_core(edges: Edges, *, threads: int, check: Callable[[], None]) -> NDAr
     count = min(nodes, MOST_TREES, max(16, MOST_TREE_NODES // nodes))
     roots = np.random.default_rng(nodes).permutation(nodes)[:count].astype(np.int32)
     trees, _ = grow_trees(edges, roots, sizes=True, slots=max(1, threads), threads=threads, check=check)
-    totals = trees.sizes.sum(axis=0, dtype=np.int64)
+    totals = np.column_stack([trees.sizes[group::GROUPS].sum(axis=0, dtype=np.int32) for group in range(GROUPS)])
     order, state = np.empty(nodes, np.int32), np.zeros(2, np.int64)
     done = False
     while not done:
@@ -88,6 +88,9 @@ def order_core(edges: Edges, *, threads: int, check: Callable[[], None]) -> NDAr
         done = cover(
             trees.parents, trees.sizes, trees.firsts, trees.nexts, totals, order, state, WORK_A_SLICE
         )  # fmt: skip
+    chosen = int(state[0])
+    worth = totals.sum(axis=1) - totals.max(axis=1)
+    order[chosen:] = np.argsort(-worth, kind="stable")[: nodes - chosen]  # those that were chosen come last
     return order
 
 

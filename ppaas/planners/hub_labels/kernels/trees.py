@@ -2,6 +2,8 @@
 
 Each *slot* grows trees of its own, one after the other: slot s of S those of the roots s, s + S, s + 2 S … So slots
 share nothing that is written, and a slice may end in the middle of a tree.
+
+Of ways as short as each other a tree has the one whose last edge is the shortest: such ways lead over many nodes.
 """
 
 import numpy as np
@@ -70,10 +72,13 @@ def _grow_slot(
             state[SETTLED] += 1
             work += starts[node + 1] - starts[node]
             for edge in range(starts[node], starts[node + 1]):
-                if length + far[edge] < reach[to[edge]]:
-                    reach[to[edge]] = length + far[edge]
-                    parents[tree, to[edge]] = node
-                    state[QUEUED] = push(heap, state[QUEUED], length + far[edge], to[edge])
+                further, beyond = length + far[edge], to[edge]
+                if further > reach[beyond]:
+                    continue
+                parents[tree, beyond] = node
+                if further < reach[beyond]:
+                    reach[beyond] = further
+                    state[QUEUED] = push(heap, state[QUEUED], further, beyond)
         if state[QUEUED] == 0:
             if len(sizes):
                 _sum_up(tree, settled[slot], state[SETTLED], parents, sizes, firsts, nexts)
