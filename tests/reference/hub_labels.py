@@ -95,3 +95,34 @@ def length_of(free: NDArray[np.bool_], cells: NDArray[np.int32]) -> float:
             return float("inf")
         total += ((row - r) ** 2 + (column - c) ** 2) ** 0.5
     return total
+
+
+def most_covering(parents: list[list[int]], groups: int) -> list[int]:
+    """Return the nodes that cover most ways from the root of each tree, best first, until all are on fewer than trees.
+
+    ``parents`` has a row for each tree, the node before each; −1 for the root and for what is not in the tree. Ways
+    through a node before do not count, and neither do those of the group of trees, i mod ``groups``, with the most.
+    """
+    nodes = range(len(parents[0]))
+    roots = {(tree, row[node]) for tree, row in enumerate(parents) for node in nodes if row[node] >= 0}
+    ways = []
+    for tree, row in enumerate(parents):
+        for node in nodes:
+            way = [node]
+            while row[way[-1]] >= 0:
+                way.append(row[way[-1]])
+            if len(way) > 1 or (tree, node) in roots:
+                ways.append((tree % groups, set(way)))
+    chosen: list[int] = []
+    while len(chosen) < len(nodes):
+        left = [(group, way) for group, way in ways if not way & set(chosen)]
+        counts = [[0] * groups for _ in nodes]
+        for group, way in left:
+            for node in way:
+                counts[node][group] += 1
+        worth = [-1 if node in chosen else sum(count) - max(count) for node, count in zip(nodes, counts, strict=True)]
+        best = worth.index(max(worth))
+        if worth[best] < len(parents):
+            break
+        chosen.append(best)
+    return chosen

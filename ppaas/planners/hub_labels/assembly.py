@@ -46,11 +46,12 @@ ENTRIES_A_SLICE = 1 << 17
 MANY_GATES = 6
 """Gates of a corner in the mean, from which on landmarks leave enough of them out."""
 
-CORE_IN_A_CROWD = 4000, 7000
+CORE_IN_A_CROWD = 4000, 12000
 """Corners that a core may have on a crowded map, by how much room there is: labels grow with it."""
 
-ENTRIES_A_CORNER = 240
-"""Entries of the label of one of so many, at most: the core has room then."""
+ENTRIES_A_CORNER, ENTRIES_FOR_SHORTCUTS = 160, 62
+"""Entries of the label of one of so many, at most, and for how many there is no room any more for each corner that is
+contracted: the core has room then."""
 
 
 def build_index(free: NDArray[np.bool_], *, threads: int, check: Callable[[], None]) -> Words:
@@ -120,8 +121,7 @@ def _index(
     )  # fmt: skip
     contracted = contraction.run(check=check)
     if crowded and not contraction.is_given_up:
-        least, most = CORE_IN_A_CROWD
-        core = min(most, max(least, label_room(ground, contracted) // ENTRIES_A_CORNER))
+        core = _core_in_a_crowd(ground, label_room(ground, contracted), contraction.core)
         if contraction.core > core:
             contracted = contraction.run(core, check=check)
     # A hub and an end of a path are so far apart at most, or the length of the path to the corner before would not fit.
@@ -142,6 +142,15 @@ def _index(
         # Twice what is too much, as fewer labels leave more gates.
         excess += 2 * int(index.nbytes - most_bytes(ground)) // BYTES_AN_ENTRY + 1
     raise too_crowded(ground)
+
+
+def _core_in_a_crowd(ground: Ground, room: int, before: int) -> int:
+    """Return how many corners of a core are left, of so many, for those to have room for their labels then."""
+    least, most = CORE_IN_A_CROWD
+    core = (room - ENTRIES_FOR_SHORTCUTS * before) // (ENTRIES_A_CORNER - ENTRIES_FOR_SHORTCUTS)
+    if core < 0 and before > least:
+        raise too_crowded(ground)
+    return min(most, max(least, core))
 
 
 def _fringe_of(ground: Ground, contracted: Contracted, pool: Pool, threads: int, check: Callable[[], None]) -> Fringe:

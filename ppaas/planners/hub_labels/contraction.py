@@ -29,9 +29,9 @@ SETTLED, SETTLED_THOROUGHLY = 12, 300
 further leaves a smaller core: that is ordered better than what is contracted, so it is worth it only where the core
 would be too large."""
 
-SETTLED_FOR_A_PRICE = 40
+SETTLED_FOR_A_PRICE = 12
 """The same to tell a price again, four times in the mean until a node goes, where nodes may have more neighbours than
-at first: among few, further searches take hardly longer. With 12 a crowded map gets a twentieth more edges."""
+at first: among few, further searches take hardly longer."""
 
 MOST_NEIGHBOURS = 16
 """Neighbours that a node may have to be contracted, unless the core has to be smaller."""

@@ -78,6 +78,17 @@ def test_one_that_would_take_minutes_to_contract_is_refused(monkeypatch):
         build_index(strewn(0.1), threads=2, check=proceed)
 
 
+def test_one_whose_shortcuts_will_leave_no_room_for_any_core_is_refused_before_they_are_made(monkeypatch):
+    monkeypatch.setattr(assembly, "CORE_IN_A_CROWD", (0, 100))
+    monkeypatch.setattr(assembly, "label_room", lambda *_: 0)
+    cores = []
+    usual = Contraction.run
+    monkeypatch.setattr(Contraction, "run", lambda *a, **k: (cores.append(a[1:]), usual(*a, **k))[1])
+    with pytest.raises(InvalidPlanner, match="too many"):
+        build_index(strewn(0.1), threads=1, check=proceed)
+    assert cores == [()]
+
+
 def test_one_without_room_for_labels_is_refused_before_it_is_labelled(monkeypatch):
     free = strewn(0.2)
     monkeypatch.setattr(assembly, "label_room", lambda ground, _: len(ground.places) // 3)
