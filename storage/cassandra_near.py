@@ -35,6 +35,7 @@ class NearPlans:
     def __init__(self, session: CassandraSession, surroundings: Surroundings) -> None:
         self._session = session
         self._around = surroundings
+        self._told: list[Any] = []
         self._crowds: list[tuple[int, bytes]] = []
         self._behind: list[tuple[int, bytes, str]] = []
 
@@ -52,6 +53,8 @@ class NearPlans:
         longest : int, optional
             If as many are found, how long the longest of these is (``length_told``).
         """
+        if longest is None:
+            self._take_crowds()
         if longest is None and self._crowds and (not self._behind or self._crowds[0] < self._behind[0][:2]):
             return self._in_crowds(max(limit, LEAST_OF_CROWDS))
         if not self._behind or (longest is not None and length_at(self._behind[0][0]) >= longest):
@@ -62,13 +65,18 @@ class NearPlans:
     def _noted(self, answer: Iterable[Any], most: int) -> list[Any]:
         """Return the plans among rows of the front, and note where there are more."""
         rows = list(answer)
-        for bucket, count in Counter(row.bucket for row in rows).items():
+        for bucket, count in Counter(row.bucket for row in rows).items() if len(rows) >= most else ():
             if count == most:
                 last = next(row for row in reversed(rows) if row.bucket == bucket)
                 heapq.heappush(self._behind, (last.spot, bucket, last.id))
-        for bucket, spot in self._around.joining([row for row in rows if row.id == CROWD]):
-            heapq.heappush(self._crowds, (spot, bucket))
+        self._told += [row for row in rows if row.id == CROWD]
         return [row for row in rows if row.id != CROWD]
+
+    def _take_crowds(self) -> None:
+        """Have the crowded spots wait that were told of: mostly nobody asks for them."""
+        for bucket, spot in self._around.joining(self._told):
+            heapq.heappush(self._crowds, (spot, bucket))
+        self._told = []
 
     def _in_crowds(self, most: int) -> list[Any]:
         """Return plans at the next crowded spots.
