@@ -55,8 +55,8 @@ class NearPlans:
         """
         if longest is None:
             self._take_crowds()
-        if longest is None and self._crowds and (not self._behind or self._crowds[0] < self._behind[0][:2]):
-            return self._in_crowds(max(limit, LEAST_OF_CROWDS))
+            if self._crowds and (not self._behind or self._crowds[0] < self._behind[0][:2]):
+                return self._in_crowds(max(limit, LEAST_OF_CROWDS))
         if not self._behind or (longest is not None and length_at(self._behind[0][0]) >= longest):
             return None
         spot, bucket, plan_id = heapq.heappop(self._behind)

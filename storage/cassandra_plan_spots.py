@@ -15,6 +15,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from ppaas.plans.kernels.placing import LENGTH_BITS, PER_METRE
 from ppaas.plans.squares import Place, scope_of
 from storage.encoding import encode
 from storage.plan_search import PlanSearch
@@ -23,9 +24,6 @@ from storage.records import PlanRecord
 EDGE = 2.0
 """Edge of the squares [m]. To open a bucket takes as long as to read some hundred plans in it: at a tolerance of an
 eighth of the edge, which is common, two or three are opened, and seldom more than eight."""
-
-PER_METRE, LONGEST = 16, (1 << 18) - 1
-"""In what lengths are told, and the longest, in these."""
 
 _PART_BITS, _KIND_BYTES = 7, 2
 _PARTS = 1 << _PART_BITS
@@ -59,7 +57,7 @@ def led(record: PlanRecord) -> tuple[bytes, int, str]:
 
 def length_told(length: float) -> int:
     """Return a length [m] as spots tell it: in 16ths of a metre, rounded down; the longest are all the same."""
-    return int(min(length * PER_METRE, LONGEST))
+    return int(min(length * PER_METRE, (1 << LENGTH_BITS) - 1))
 
 
 def length_at(spot: int) -> int:

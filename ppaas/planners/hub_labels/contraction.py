@@ -31,7 +31,7 @@ would be too large."""
 
 SETTLED_FOR_A_PRICE = 12
 """The same to tell a price again, four times in the mean until a node goes, where nodes may have more neighbours than
-at first: among few, further searches take hardly longer."""
+at first: whoever goes is looked at thoroughly after that."""
 
 MOST_NEIGHBOURS = 16
 """Neighbours that a node may have to be contracted, unless the core has to be smaller."""
