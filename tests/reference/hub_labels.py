@@ -126,3 +126,26 @@ def most_covering(parents: list[list[int]], groups: int) -> list[int]:
             break
         chosen.append(best)
     return chosen
+
+
+def hubs_of(nodes: int, lengths: dict[tuple[int, int], int]) -> list[dict[int, float]]:
+    """Return the hubs of each node and how far they are, given the lengths of edges; node 0 is the most important.
+
+    A node is a hub of another if, of all nodes on shortest ways between both, it is the most important.
+    """
+    far = [[0 if a == b else float("inf") for b in range(nodes)] for a in range(nodes)]
+    for (a, b), length in lengths.items():
+        far[a][b] = far[b][a] = length
+    for over in range(nodes):
+        for a in range(nodes):
+            for b in range(nodes):
+                far[a][b] = min(far[a][b], far[a][over] + far[over][b])
+    return [
+        {
+            hub: far[node][hub]
+            for hub in range(nodes)
+            if far[node][hub] < float("inf")
+            and all(far[node][over] + far[over][hub] > far[node][hub] for over in range(hub))
+        }
+        for node in range(nodes)
+    ]

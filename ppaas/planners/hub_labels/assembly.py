@@ -23,13 +23,14 @@ from ppaas.planners.hub_labels.head import fingerprint, seal
 from ppaas.planners.hub_labels.importance import edges_of, inherit
 from ppaas.planners.hub_labels.kernels import layout
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.core_labels import tell_lengths
 from ppaas.planners.hub_labels.kernels.laying import lay_fringe, lay_labels, lay_table, lay_ways
 from ppaas.planners.hub_labels.kernels.layout import Shorts
+from ppaas.planners.hub_labels.kernels.pooled import tell_lengths
 from ppaas.planners.hub_labels.kernels.scan import DIAGONAL, Integers, most_seen
 from ppaas.planners.hub_labels.kernels.terrain import COLUMNS, ROWS
 from ppaas.planners.hub_labels.kernels.trees import FAR
-from ppaas.planners.hub_labels.labels import Pool, label
+from ppaas.planners.hub_labels.labels import label
+from ppaas.planners.hub_labels.pool import Pool
 from ppaas.planners.hub_labels.room import (
     BYTES_AN_ENTRY,
     LEAST_ENTRIES,

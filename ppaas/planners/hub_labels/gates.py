@@ -10,7 +10,7 @@ from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.gates import BEGIN, END, NEXT, open_gates
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import FAR
-from ppaas.planners.hub_labels.labels import FEW, Pool
+from ppaas.planners.hub_labels.pool import FEW, Pool
 
 USUAL = 24
 """Gates of a corner for which there is room from the first; memory is taken only as it is used."""

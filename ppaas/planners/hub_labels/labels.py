@@ -5,69 +5,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ppaas.errors import InvalidPlanner
+from ppaas.planners.hub_labels.core import Core
 from ppaas.planners.hub_labels.graph import WORK_A_SLICE, Contracted
 from ppaas.planners.hub_labels.importance import Edges, edges_of, order_core
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.core_labels import LIVE, POOL, QUEUED, TOO_LONG, label_core
 from ppaas.planners.hub_labels.kernels.layout import MOST_HUBS
 from ppaas.planners.hub_labels.kernels.merging import merge
-from ppaas.planners.hub_labels.kernels.scan import STRAIGHT, Integers
+from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import FAR
+from ppaas.planners.hub_labels.pool import FEW, Pool, too_long
 
 WINDOW = 1 << 16
 """Entries of the pool that a slot is given at a time, at least."""
-
-USUAL = 128
-"""Entries of a label for which there is room from the first; memory is taken only as it is used."""
-
-COPIED_A_SLICE = 1 << 20
-
-FEW = 256
-"""Nodes of a level, below which it takes longer to wake threads than to label them."""
-
-
-class Pool:
-    """Labels, by the rank of their node.
-
-    Attributes
-    ----------
-    ranks : (n,) int32 array
-        How important each corner is; 0 the most.
-    hubs, lengths, towards : (m,) int32 arrays
-        The entries: hub, how far it is, and the edge towards it.
-    begins, ends : (n,) int64 array
-        Where the label of a rank lies.
-    labelled : int
-        How many of the most important corners have labels.
-    """
-
-    def __init__(self, ranks: Integers) -> None:
-        nodes = len(ranks)
-        room = USUAL * nodes + WINDOW
-        self.ranks = ranks
-        self.hubs, self.lengths, self.towards = (np.empty(room, np.int32) for _ in range(3))
-        self.begins, self.ends = np.zeros((2, nodes), np.int64)
-        self.used = self.labelled = 0
-
-    @property
-    def room(self) -> int:
-        """Return for how many entries there is room."""
-        return len(self.hubs)
-
-    def extend(self, room: int, check: Callable[[], None]) -> None:
-        """Make room for so many more entries at the end."""
-        self.hubs, self.lengths, self.towards = (
-            _extended(each, room, check) for each in (self.hubs, self.lengths, self.towards)
-        )
-
-
-def _extended(entries: Integers, room: int, check: Callable[[], None]) -> Integers:
-    longer = np.empty(len(entries) + room, np.int32)
-    for first in range(0, len(entries), COPIED_A_SLICE):
-        check()
-        longer[first : min(first + COPIED_A_SLICE, len(entries))] = entries[first : first + COPIED_A_SLICE]
-    return longer
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +42,7 @@ def label(
     ranked = _rank(contracted, inherited, threads=threads, check=check)
     edges = edges_of(contracted, ranked.nodes, ranked.ranks)
     pool = Pool(ranked.ranks)
-    if not _label_core(pool, edges, ranked.core, room=room, longest=longest, check=check):
+    if not Core(pool, edges, ranked.core, longest=longest, threads=threads).label(room, check):
         return None
     levels = contracted.levels[ranked.nodes]
     _label_rest(pool, edges, levels, ranked.core, room=room, longest=longest, threads=threads, check=check)
@@ -116,34 +65,6 @@ def _rank(contracted: Contracted, inherited: Integers | None, *, threads: int, c
     nodes = np.concatenate((core[order], last))
     ranks[nodes] = np.arange(len(nodes))
     return _Ranked(nodes, ranks, len(core))
-
-
-def _label_core(pool: Pool, edges: Edges, core: int, *, room: int, longest: int, check: Callable[[], None]) -> bool:
-    reach, of_root = np.full((2, core), FAR, np.int32)
-    rooms, came, touched = np.zeros((3, core), np.int32)
-    heap = np.empty(edges.starts[core] + 1, np.int64)
-    state = np.zeros(7, np.int64)
-    state[QUEUED] = -1
-    while True:
-        check()
-        before = state.copy()
-        done = label_core(
-            core, edges.starts, edges.to, edges.lengths, edges.ids,
-                pool.hubs, pool.lengths, pool.towards,
-            pool.begins, pool.ends, rooms,
-            reach, came, of_root, touched, heap, state, longest, WORK_A_SLICE,
-        )  # fmt: skip
-        if state[TOO_LONG]:
-            raise _too_long(longest)
-        if state[LIVE] > room:
-            return False
-        if done:
-            break
-        if (state == before).all():
-            pool.extend(pool.room, check)
-    pool.used = int(state[POOL])
-    pool.labelled = core
-    return True
 
 
 def _label_rest(
@@ -170,7 +91,7 @@ def _label_rest(
                 reach, came, marks, windows, longest, WORK_A_SLICE, usable,
             )  # fmt: skip
             if windows[:, 3].any():
-                raise _too_long(longest)
+                raise too_long(longest)
             for slot in np.flatnonzero((windows[:, 0] == before) & (before < len(level))):
                 _open_window(pool, windows[slot], _most_entries(pool, edges, int(level[windows[slot, 0]])), check)
         pool.labelled += len(level)
@@ -197,10 +118,3 @@ def _open_window(pool: Pool, window: Words, least: int, check: Callable[[], None
         pool.extend(max(size, pool.room // 2), check)
     window[1:3] = pool.used, pool.used + size
     pool.used += size
-
-
-def _too_long(longest: int) -> InvalidPlanner:
-    return InvalidPlanner(
-        f"a way on the map is longer than {longest // STRAIGHT} cells, too long for an index of hub labels; "
-        "choose another planner"
-    )

@@ -14,8 +14,8 @@ import numpy as np
 from numba import njit, prange
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.core_labels import least
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
+from ppaas.planners.hub_labels.kernels.pooled import told
 from ppaas.planners.hub_labels.kernels.scan import Integers, octile
 from ppaas.planners.hub_labels.kernels.trees import FAR, Heaps, Rows
 from ppaas.planners.kernels.bare import bare
@@ -83,7 +83,8 @@ def _keep(
             laid_out = True
             for entry in range(begin, end):
                 reach[hubs[entry]] = far[entry]
-        if lengths[i] + least(reach, hubs, far, label_begins[gate], label_ends[gate]) <= best[hub]:
+        most = best[hub] - lengths[i]
+        if told(reach, hubs, far, label_begins[gate], label_ends[gate], most) <= most:
             kept = False
             break
     if laid_out:

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit, prange
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.core_labels import least
+from ppaas.planners.hub_labels.kernels.pooled import told
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import FAR, Heaps, Rows
 from ppaas.planners.kernels.bare import bare
@@ -52,7 +52,7 @@ def _keep(
             hub = (word << 6) + trailing_zeros(np.uint64(marks[word]))
             marks[word] &= marks[word] - 1
             work += 4 + ((ends[hub] - begins[hub]) >> 3)
-            if least(reach, hubs, lengths, begins[hub], ends[hub] - 1) > reach[hub]:
+            if told(reach, hubs, lengths, begins[hub], ends[hub] - 1, reach[hub]) > reach[hub]:
                 hubs[at] = hub
                 lengths[at] = reach[hub]
                 edges[at] = came[hub]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from ppaas.planners.hub_labels.kernels.core_labels import tell_lengths
+from ppaas.planners.hub_labels.kernels.pooled import tell_lengths
 from ppaas.planners.hub_labels.kernels.scan import STRAIGHT
 from ppaas.planners.hub_labels.kernels.trees import FAR
 from tests.ppaas.planners.hub_labels.test_gates import fringe_of
