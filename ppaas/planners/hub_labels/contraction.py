@@ -17,7 +17,7 @@ from ppaas.planners.hub_labels.kernels.contraction import (
     list_edges,
 )
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.hub_labels.kernels.shortcuts import AT_A_TIME, COLUMN, LOOKS, ROW, Targets, find_shortcuts
+from ppaas.planners.hub_labels.kernels.shortcuts import AT_A_TIME, LOOKS, Targets, find_shortcuts
 from ppaas.planners.hub_labels.kernels.shortcuts import NEXT as NEXT_OF_SLOT
 from ppaas.planners.hub_labels.kernels.shortcuts import USED as USED_OF_SLOT
 from ppaas.planners.hub_labels.kernels.trees import Rows
@@ -29,7 +29,7 @@ SETTLED, SETTLED_THOROUGHLY = 12, 300
 further leaves a smaller core: that is ordered better than what is contracted, so it is worth it only where the core
 would be too large."""
 
-SETTLED_FOR_A_PRICE = 12
+SETTLED_FOR_A_PRICE = 2
 """The same to tell a price again, four times in the mean until a node goes, where nodes may have more neighbours than
 at first: whoever goes is looked at thoroughly after that."""
 
@@ -83,8 +83,8 @@ class Contraction:
             graph.places, graph.starts, graph.to, graph.lengths,
             self._begins, self._degrees, self._rooms, self._rows, self._edges, self._state,
         )  # fmt: skip
-        self._spots = np.zeros((self._slots, nodes, 4), np.int64)
-        self._spots[:, :, ROW], self._spots[:, :, COLUMN] = graph.places.T
+        self._places = graph.places
+        self._reached, self._limits = np.zeros((2, self._slots, nodes), np.int64)
         self._heaps = np.empty((self._slots, HEAP), np.int64)
         self._pairs = np.empty((self._slots, PAIRS), np.int32)
         self._slot_states = np.zeros((self._slots, 4), np.int64)
@@ -159,8 +159,8 @@ class Contraction:
             check()
             before = states[:, NEXT_OF_SLOT].copy()
             find_shortcuts(
-                batch, self._begins, self._degrees, self._rows, self._held, self._spots, targets, self._heaps,
-                self._pairs, counts, states, settle, WORK_A_SLICE,
+                batch, self._begins, self._degrees, self._rows, self._held, self._places, self._reached,
+                self._limits, targets, self._heaps, self._pairs, counts, states, settle, WORK_A_SLICE,
                 self._slots if len(batch) >= FEW else 1,
             )  # fmt: skip
             if ((states[:, NEXT_OF_SLOT] == before) & (before < len(batch))).any():

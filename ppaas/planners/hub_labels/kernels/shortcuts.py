@@ -21,7 +21,6 @@ from ppaas.planners.hub_labels.kernels.trees import Heaps, Rows
 from ppaas.planners.kernels.bare import bare, joined
 from ppaas.planners.kernels.threads import at_most
 
-Spots = NDArray[np.int64]
 Targets = NDArray[np.int32]
 
 NEXT, USED, SEARCHES, LOOKS = range(4)
@@ -31,13 +30,11 @@ how many edges it has looked."""
 ERA = 1 << 32
 """What is written by one search lies so far from that of the next."""
 
-REACHED, LIMIT, ROW, COLUMN = range(4)
-"""Of a node: how far it is, how far it may be over another way, both less than in all searches before, and its place.
-Of those that are looked for: which node in place of how far."""
+WANTED, LIMIT, ROW, COLUMN = range(4)
+"""Of what is looked for: which node, how far it may be over another way, and its place."""
 
 SATISFIED = np.iinfo(np.int64).max
 """Stands for the limit of a node to which a way was found."""
-
 
 AT_A_TIME = 16
 """Targets are filled up to a multiple of so many, by some to which no way leads."""
@@ -52,18 +49,19 @@ def _padded(wanted: int) -> int:
 
 @bare
 def _aim(
-    node: int, first: int, era: int, begins: Words, degrees: Integers, rows: Rows, spots: Heaps, targets: Rows
-) -> int:
+    node: int, first: int, era: int, begins: Words, degrees: Integers, rows: Rows, places: Rows, limits: Words,
+    targets: Rows,
+) -> int:  # fmt: skip
     """Write to which neighbours other ways are looked for from one, and how long they may be; return how many."""
     begin, own = begins[node], np.int64(rows[begins[node] + first, FAR_OFF])
     wanted = 0
     for at in range(begin + first + 1, begin + degrees[node]):
         other, limit = rows[at, NODE], own + rows[at, FAR_OFF]
-        spots[other, LIMIT] = era + limit
-        targets[REACHED, wanted] = other
+        limits[other] = era + limit
+        targets[WANTED, wanted] = other
         targets[LIMIT, wanted] = limit
-        targets[ROW, wanted] = spots[other, ROW]
-        targets[COLUMN, wanted] = spots[other, COLUMN]
+        targets[ROW, wanted] = places[other, 0]
+        targets[COLUMN, wanted] = places[other, 1]
         wanted += 1
     targets[LIMIT, wanted : _padded(wanted)] = -1
     return wanted
@@ -73,7 +71,7 @@ def _aim(
 def _strike(node: int, targets: Rows, wanted: int) -> int:
     """Take a node out of those that are looked for; return how many are left."""
     at = 0
-    while targets[REACHED, at] != node:
+    while targets[WANTED, at] != node:
         at += 1
     for what in range(4):
         targets[what, at] = targets[what, wanted - 1]
@@ -90,12 +88,12 @@ def _farthest(targets: Rows, wanted: int) -> int:
 
 
 @joined
-def _longest(spot: Words, targets: Rows, wanted: int) -> int:
-    """Return how long a way to a place may be if it is to lead on to some node that is looked for.
+def _longest(node: int, places: Rows, targets: Rows, wanted: int) -> int:
+    """Return how long a way to a node may be if it is to lead on to some node that is looked for.
 
     Written for `AT_A_TIME` numbers of 32 bits to be looked at by each instruction: it is asked for each edge.
     """
-    row, column, most = np.int32(spot[ROW]), np.int32(spot[COLUMN]), np.int32(-1)
+    row, column, most = places[node, 0], places[node, 1], np.int32(-1)
     for i in range(_padded(wanted)):
         down, right = np.int32(abs(targets[ROW, i] - row)), np.int32(abs(targets[COLUMN, i] - column))
         least = np.int32(_STRAIGHT * max(down, right)) + np.int32(_ASIDE * min(down, right))
@@ -106,38 +104,42 @@ def _longest(spot: Words, targets: Rows, wanted: int) -> int:
 @bare
 def _search(
     source: int, settle: int, wanted: int, era: int, begins: Words, degrees: Integers, rows: Rows, held: Flags,
-    spots: Heaps, targets: Rows, heap: Words,
+    places: Rows, reached: Words, limits: Words, targets: Rows, heap: Words,
 ) -> int:  # fmt: skip
     """Look for ways to all that are wanted; return at how many edges it looked."""
-    spots[source, REACHED] = era
+    reached[source] = era
     size, settled, work, most = push(heap, 0, 0, source), 0, np.int64(0), _farthest(targets, wanted)
     while size > 0 and settled < settle:
         node, length = heap[0] & LOWER, heap[0] >> 32
         size = pop(heap, size)
-        if spots[node, REACHED] != era + length:
+        if reached[node] != era + length or length > _longest(node, places, targets, wanted):
             continue
         settled += 1
         work += degrees[node]
         for at in range(begins[node], begins[node] + degrees[node]):
             further, to = length + rows[at, FAR_OFF], rows[at, NODE]
-            if further > most or era + further >= spots[to, REACHED] or held[to]:
+            if further > most or era + further >= reached[to] or held[to]:
                 continue
-            if spots[to, LIMIT] < era + ERA and era + further <= spots[to, LIMIT]:
-                spots[to, LIMIT] = SATISFIED
+            if limits[to] < era + ERA and era + further <= limits[to]:
+                limits[to] = SATISFIED
                 wanted = _strike(to, targets, wanted)
                 if wanted == 0:
                     return int(work)
                 most = _farthest(targets, wanted)
-            if size < len(heap) and further <= _longest(spots[to], targets, wanted):
-                spots[to, REACHED] = era + further
+            longest = _longest(to, places, targets, wanted)
+            if further > longest:
+                reached[to] = era + longest + 1  # whoever comes there by a way as long need not ask
+            elif size < len(heap):
+                reached[to] = era + further
                 size = push(heap, size, further, to)
     return int(work)
 
 
 @bare
 def _find_slot(
-    batch: Integers, begins: Words, degrees: Integers, rows: Rows, held: Flags, spots: Heaps, targets: Rows,
-    heap: Words, pairs: Integers, counts: Rows, state: Words, slots: int, settle: int, budget: int,
+    batch: Integers, begins: Words, degrees: Integers, rows: Rows, held: Flags, places: Rows, reached: Words,
+    limits: Words, targets: Rows, heap: Words, pairs: Integers, counts: Rows, state: Words, slots: int, settle: int,
+    budget: int,
 ) -> None:  # fmt: skip
     work = np.int64(0)
     while state[NEXT] < len(batch) and work < budget:
@@ -149,13 +151,15 @@ def _find_slot(
         for first in range(degree - 1):
             state[SEARCHES] += 1
             era = -(state[SEARCHES] * ERA)  # what an earlier search wrote is larger than all of this one
-            wanted = _aim(node, first, era, begins, degrees, rows, spots, targets)
+            wanted = _aim(node, first, era, begins, degrees, rows, places, limits, targets)
             source = rows[begins[node] + first, NODE]
-            looks = _search(source, settle, wanted, era, begins, degrees, rows, held, spots, targets, heap)
+            looks = _search(
+                source, settle, wanted, era, begins, degrees, rows, held, places, reached, limits, targets, heap
+            )
             state[LOOKS] += looks
             work += looks
             for second in range(first + 1, degree):
-                if spots[rows[begins[node] + second, NODE], LIMIT] != SATISFIED:
+                if limits[rows[begins[node] + second, NODE]] != SATISFIED:
                     pairs[found] = (first << PAIR_BITS) | second
                     found += 1
         counts[state[NEXT], FOUND] = found - state[USED]
@@ -167,31 +171,32 @@ def _find_slot(
 
 @bare
 def _find_serial(
-    batch: Integers, begins: Words, degrees: Integers, rows: Rows, held: Flags, spots: Spots, targets: Targets,
-    heaps: Heaps, pairs: Rows, counts: Rows, states: Heaps, settle: int, budget: int,
+    batch: Integers, begins: Words, degrees: Integers, rows: Rows, held: Flags, places: Rows, reached: Heaps,
+    limits: Heaps, targets: Targets, heaps: Heaps, pairs: Rows, counts: Rows, states: Heaps, settle: int, budget: int,
 ) -> None:  # fmt: skip
     for slot in range(len(states)):
         _find_slot(
-            batch, begins, degrees, rows, held, spots[slot], targets[slot], heaps[slot], pairs[slot], counts,
-            states[slot], len(states), settle, budget,
+            batch, begins, degrees, rows, held, places, reached[slot], limits[slot], targets[slot], heaps[slot],
+            pairs[slot], counts, states[slot], len(states), settle, budget,
         )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def _find_parallel(
-    batch: Integers, begins: Words, degrees: Integers, rows: Rows, held: Flags, spots: Spots, targets: Targets,
-    heaps: Heaps, pairs: Rows, counts: Rows, states: Heaps, settle: int, budget: int,
+    batch: Integers, begins: Words, degrees: Integers, rows: Rows, held: Flags, places: Rows, reached: Heaps,
+    limits: Heaps, targets: Targets, heaps: Heaps, pairs: Rows, counts: Rows, states: Heaps, settle: int, budget: int,
 ) -> None:  # fmt: skip
     for slot in prange(len(states)):
         _find_slot(
-            batch, begins, degrees, rows, held, spots[slot], targets[slot], heaps[slot], pairs[slot], counts,
-            states[slot], len(states), settle, budget,
+            batch, begins, degrees, rows, held, places, reached[slot], limits[slot], targets[slot], heaps[slot],
+            pairs[slot], counts, states[slot], len(states), settle, budget,
         )  # fmt: skip
 
 
 def find_shortcuts(
-    batch: Integers, begins: Words, degrees: Integers, rows: Rows, held: Flags, spots: Spots, targets: Targets,
-    heaps: Heaps, pairs: Rows, counts: Rows, states: Heaps, settle: int, budget: int, threads: int,
+    batch: Integers, begins: Words, degrees: Integers, rows: Rows, held: Flags, places: Rows, reached: Heaps,
+    limits: Heaps, targets: Targets, heaps: Heaps, pairs: Rows, counts: Rows, states: Heaps, settle: int, budget: int,
+    threads: int,
 ) -> None:  # fmt: skip
     """Look at nodes of a round until each slot has looked at so many edges, or has no room, or all is done.
 
@@ -203,8 +208,10 @@ def find_shortcuts(
         The graph, as `contraction` has it.
     held : (n,) bool array
         Which nodes belong to the round.
-    spots : (S, n, 4) int64 array
-        Place of each node in `ROW` and `COLUMN`, else zero at first.
+    places : (n, 2) int32 array
+        Row and column of each node.
+    reached, limits : (S, n) int64 arrays
+        Zeros at first; how far a node is and may be, both less than in all searches before.
     targets : (S, 4, k) int32 array
         Zeros at first; for as many nodes as a node of the round has neighbours, a multiple of `AT_A_TIME`.
     heaps : (S, k) int64 array
@@ -222,16 +229,17 @@ def find_shortcuts(
     with at_most(threads) as usable:
         kernel = _find_parallel if usable > 1 else _find_serial
         kernel(
-            batch, begins, degrees, rows, held, spots, targets, heaps, pairs, counts, states, settle, budget
+            batch, begins, degrees, rows, held, places, reached, limits, targets, heaps, pairs, counts, states,
+            settle, budget,
         )  # fmt: skip
 
 
 def warm() -> None:
     """Compile and call each kernel once."""
     for threads in (1, 2):
-        nothing, whole, wide = np.empty(0, np.int32), np.zeros((1, 3), np.int32), np.zeros((1, 1, 4), np.int64)
+        nothing, whole, wide = np.empty(0, np.int32), np.zeros((1, 3), np.int32), np.zeros((1, 1), np.int64)
         targets = np.zeros((1, 4, AT_A_TIME), np.int32)
         find_shortcuts(
-            nothing, np.zeros(1, np.int64), nothing, whole, np.zeros(1, np.bool_), wide, targets,
-            np.zeros((1, 1), np.int64), whole, whole.copy(), np.zeros((1, 4), np.int64), 1, 1, threads,
+            nothing, np.zeros(1, np.int64), nothing, whole, np.zeros(1, np.bool_), whole, wide, wide, targets,
+            wide, whole, whole.copy(), np.zeros((1, 4), np.int64), 1, 1, threads,
         )  # fmt: skip
