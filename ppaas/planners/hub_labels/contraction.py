@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ppaas.planners.hub_labels.graph import WORK_A_SLICE, Contracted, Graph
+from ppaas.planners.hub_labels.kernels.buckets import ENTRY
 from ppaas.planners.hub_labels.kernels.contraction import (
     CONTRACTED,
     EDGES,
@@ -36,8 +37,11 @@ at first: whoever goes is looked at thoroughly after that."""
 MOST_NEIGHBOURS = 16
 """Neighbours that a node may have to be contracted, unless the core has to be smaller."""
 
-HEAP = 1 << 12
-"""Nodes that may wait in such a search; further ones are not looked at."""
+PUTS = 1 << 14
+"""How often a node may be put into the queue of such a search; further ones are not looked at."""
+
+BUCKETS = 1 << 12
+"""Buckets of that queue: as many as an edge of 2,900 cells is long."""
 
 PAIRS = 1 << 16
 """Pairs of neighbours that a slot has room for, at least."""
@@ -85,7 +89,8 @@ class Contraction:
         )  # fmt: skip
         self._places = graph.places
         self._reached, self._limits = np.zeros((2, self._slots, nodes), np.int64)
-        self._heaps = np.empty((self._slots, HEAP), np.int64)
+        self._buckets = np.empty((self._slots, BUCKETS), np.int32)
+        self._entries = np.empty((self._slots, PUTS, ENTRY), np.int64)
         self._pairs = np.empty((self._slots, PAIRS), np.int32)
         self._slot_states = np.zeros((self._slots, 4), np.int64)
         self._most = MOST_NEIGHBOURS
@@ -160,7 +165,8 @@ class Contraction:
             before = states[:, NEXT_OF_SLOT].copy()
             find_shortcuts(
                 batch, self._begins, self._degrees, self._rows, self._held, self._places, self._reached,
-                self._limits, targets, self._heaps, self._pairs, counts, states, settle, WORK_A_SLICE,
+                self._limits, targets, self._buckets, self._entries, self._pairs, counts, states,
+                settle, WORK_A_SLICE,
                 self._slots if len(batch) >= FEW else 1,
             )  # fmt: skip
             if ((states[:, NEXT_OF_SLOT] == before) & (before < len(batch))).any():

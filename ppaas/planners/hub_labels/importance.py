@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 from ppaas.planners.hub_labels.graph import WORK_A_SLICE, Contracted
 from ppaas.planners.hub_labels.kernels import layout
 from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.buckets import ENTRY, buckets_for
 from ppaas.planners.hub_labels.kernels.coverage import GROUPS, cover
 from ppaas.planners.hub_labels.kernels.graphs import rank_edges
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.hub_labels.kernels.trees import TREE, grow
+from ppaas.planners.hub_labels.kernels.trees import SETTLED, STATE, TREE, grow
 
 EDGES_A_SLICE = 3 << 16
 """Edges that a slot looks at between two calls of ``check``: some five milliseconds, since all threads meet then."""
@@ -53,23 +54,22 @@ def edges_of(contracted: Contracted, nodes: Integers, ranks: Integers) -> Edges:
     return Edges(starts, to, lengths, ids)
 
 
-def grow_trees(
-    edges: Edges, roots: Integers, *, sizes: bool, slots: int, threads: int, check: Callable[[], None]
-) -> tuple[Trees, Integers]:
-    """Grow a tree of shortest ways from each root; with the lengths to the last root of each slot, (slots, n)."""
-    nodes, rows = len(edges.starts) - 1, len(roots)
-    states = np.column_stack((np.arange(slots), np.zeros(slots, np.int64), np.full(slots, -1)))
+def grow_trees(edges: Edges, roots: Integers, *, threads: int, check: Callable[[], None]) -> Trees:
+    """Grow a tree of shortest ways from each root."""
+    nodes, rows, slots = len(edges.starts) - 1, len(roots), max(1, threads)
+    states = np.zeros((slots, STATE), np.int64)
+    states[:, TREE], states[:, SETTLED] = np.arange(slots), -1
     lengths, settled = np.empty((2, slots, nodes), np.int32)
-    heaps = np.empty((slots, len(edges.to) + 1), np.int64)
-    parents = np.empty((rows, nodes), np.int32)
-    below = np.empty((3, rows if sizes else 0, nodes), np.int32)
+    buckets = np.full((slots, buckets_for(int(edges.lengths.max(initial=0)))), -1, np.int32)
+    entries = np.empty((slots, len(edges.to) + 1, ENTRY), np.int64)
+    trees = Trees(*np.empty((4, rows, nodes), np.int32))
     while (states[:, TREE] < rows).any():
         check()
         grow(
-            edges.starts, edges.to, edges.lengths, roots, states, lengths, heaps, settled,
-            parents, below[0], below[1], below[2], EDGES_A_SLICE, threads,
+            edges.starts, edges.to, edges.lengths, roots, states, lengths, buckets, entries, settled,
+            trees.parents, trees.sizes, trees.firsts, trees.nexts, EDGES_A_SLICE, threads,
         )  # fmt: skip
-    return Trees(parents, below[0], below[1], below[2]), lengths
+    return trees
 
 
 def order_core(edges: Edges, *, threads: int, check: Callable[[], None]) -> NDArray[np.int32]:
@@ -79,7 +79,7 @@ def order_core(edges: Edges, *, threads: int, check: Callable[[], None]) -> NDAr
         return np.arange(nodes, dtype=np.int32)
     count = min(nodes, MOST_TREES, max(16, MOST_TREE_NODES // nodes))
     roots = np.random.default_rng(nodes).permutation(nodes)[:count].astype(np.int32)
-    trees, _ = grow_trees(edges, roots, sizes=True, slots=max(1, threads), threads=threads, check=check)
+    trees = grow_trees(edges, roots, threads=threads, check=check)
     totals = np.column_stack([trees.sizes[group::GROUPS].sum(axis=0, dtype=np.int32) for group in range(GROUPS)])
     order, state = np.empty(nodes, np.int32), np.zeros(2, np.int64)
     done = False

@@ -13,9 +13,9 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.buckets import ENTRY, WIDTH, Entries, next_bucket, put, take
+from ppaas.planners.hub_labels.kernels.buckets import NODE as LOWER
 from ppaas.planners.hub_labels.kernels.contraction import FAR_OFF, FIRST, FOUND, NODE, PAIR_BITS, SLOT, Flags
-from ppaas.planners.hub_labels.kernels.heap import NODE as LOWER
-from ppaas.planners.hub_labels.kernels.heap import pop, push
 from ppaas.planners.hub_labels.kernels.scan import DIAGONAL, STRAIGHT, Integers
 from ppaas.planners.hub_labels.kernels.trees import Heaps, Rows
 from ppaas.planners.kernels.bare import bare, joined
@@ -104,14 +104,17 @@ def _longest(node: int, places: Rows, targets: Rows, wanted: int) -> int:
 @bare
 def _search(
     source: int, settle: int, wanted: int, era: int, begins: Words, degrees: Integers, rows: Rows, held: Flags,
-    places: Rows, reached: Words, limits: Words, targets: Rows, heap: Words,
+    places: Rows, reached: Words, limits: Words, targets: Rows, buckets: Integers, entries: Entries,
 ) -> int:  # fmt: skip
     """Look for ways to all that are wanted; return at how many edges it looked."""
-    reached[source] = era
-    size, settled, work, most = push(heap, 0, 0, source), 0, np.int64(0), _farthest(targets, wanted)
-    while size > 0 and settled < settle:
-        node, length = heap[0] & LOWER, heap[0] >> 32
-        size = pop(heap, size)
+    reached[source], most = era, _farthest(targets, wanted)
+    buckets[: min(len(buckets), (most >> WIDTH) + 1)] = -1
+    puts, queued, bucket, settled, work = put(buckets, entries, 0, 0, source), 1, 0, 0, np.int64(0)
+    while queued > 0 and settled < settle:
+        bucket = next_bucket(buckets, bucket)
+        key = take(buckets, entries, bucket)
+        queued -= 1
+        node, length = key & LOWER, key >> 32
         if reached[node] != era + length or length > _longest(node, places, targets, wanted):
             continue
         settled += 1
@@ -129,17 +132,18 @@ def _search(
             longest = _longest(to, places, targets, wanted)
             if further > longest:
                 reached[to] = era + longest + 1  # whoever comes there by a way as long need not ask
-            elif size < len(heap):
+            elif puts < len(entries):
                 reached[to] = era + further
-                size = push(heap, size, further, to)
+                puts = put(buckets, entries, puts, further, to)
+                queued += 1
     return int(work)
 
 
 @bare
 def _find_slot(
     batch: Integers, begins: Words, degrees: Integers, rows: Rows, held: Flags, places: Rows, reached: Words,
-    limits: Words, targets: Rows, heap: Words, pairs: Integers, counts: Rows, state: Words, slots: int, settle: int,
-    budget: int,
+    limits: Words, targets: Rows, buckets: Integers, entries: Entries, pairs: Integers, counts: Rows, state: Words,
+    slots: int, settle: int, budget: int,
 ) -> None:  # fmt: skip
     work = np.int64(0)
     while state[NEXT] < len(batch) and work < budget:
@@ -154,8 +158,9 @@ def _find_slot(
             wanted = _aim(node, first, era, begins, degrees, rows, places, limits, targets)
             source = rows[begins[node] + first, NODE]
             looks = _search(
-                source, settle, wanted, era, begins, degrees, rows, held, places, reached, limits, targets, heap
-            )
+                source, settle, wanted, era, begins, degrees, rows, held, places, reached, limits, targets,
+                buckets, entries,
+            )  # fmt: skip
             state[LOOKS] += looks
             work += looks
             for second in range(first + 1, degree):
@@ -172,30 +177,33 @@ def _find_slot(
 @bare
 def _find_serial(
     batch: Integers, begins: Words, degrees: Integers, rows: Rows, held: Flags, places: Rows, reached: Heaps,
-    limits: Heaps, targets: Targets, heaps: Heaps, pairs: Rows, counts: Rows, states: Heaps, settle: int, budget: int,
+    limits: Heaps, targets: Targets, buckets: Rows, entries: Heaps, pairs: Rows, counts: Rows, states: Heaps,
+    settle: int, budget: int,
 ) -> None:  # fmt: skip
     for slot in range(len(states)):
         _find_slot(
-            batch, begins, degrees, rows, held, places, reached[slot], limits[slot], targets[slot], heaps[slot],
-            pairs[slot], counts, states[slot], len(states), settle, budget,
+            batch, begins, degrees, rows, held, places, reached[slot], limits[slot], targets[slot],
+            buckets[slot], entries[slot], pairs[slot], counts, states[slot], len(states), settle, budget,
         )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def _find_parallel(
     batch: Integers, begins: Words, degrees: Integers, rows: Rows, held: Flags, places: Rows, reached: Heaps,
-    limits: Heaps, targets: Targets, heaps: Heaps, pairs: Rows, counts: Rows, states: Heaps, settle: int, budget: int,
+    limits: Heaps, targets: Targets, buckets: Rows, entries: Heaps, pairs: Rows, counts: Rows, states: Heaps,
+    settle: int, budget: int,
 ) -> None:  # fmt: skip
     for slot in prange(len(states)):
         _find_slot(
-            batch, begins, degrees, rows, held, places, reached[slot], limits[slot], targets[slot], heaps[slot],
-            pairs[slot], counts, states[slot], len(states), settle, budget,
+            batch, begins, degrees, rows, held, places, reached[slot], limits[slot], targets[slot],
+            buckets[slot], entries[slot], pairs[slot], counts, states[slot], len(states), settle, budget,
         )  # fmt: skip
 
 
 def find_shortcuts(
     batch: Integers, begins: Words, degrees: Integers, rows: Rows, held: Flags, places: Rows, reached: Heaps,
-    limits: Heaps, targets: Targets, heaps: Heaps, pairs: Rows, counts: Rows, states: Heaps, settle: int, budget: int,
+    limits: Heaps, targets: Targets, buckets: Rows, entries: Heaps, pairs: Rows, counts: Rows, states: Heaps,
+    settle: int, budget: int,
     threads: int,
 ) -> None:  # fmt: skip
     """Look at nodes of a round until each slot has looked at so many edges, or has no room, or all is done.
@@ -214,7 +222,9 @@ def find_shortcuts(
         Zeros at first; how far a node is and may be, both less than in all searches before.
     targets : (S, 4, k) int32 array
         Zeros at first; for as many nodes as a node of the round has neighbours, a multiple of `AT_A_TIME`.
-    heaps : (S, k) int64 array
+    buckets : (S, b) int32 array
+        Scratch, 2 to the power of something. Edges that are longer than they go round make it take longer.
+    entries : (S, k, `ENTRY`) int64 array
         Scratch; the longer, the further searches go.
     pairs : (S, m) int32 array
         Out: pairs of places in the row of a node; they are told by `PAIR_BITS`.
@@ -229,8 +239,8 @@ def find_shortcuts(
     with at_most(threads) as usable:
         kernel = _find_parallel if usable > 1 else _find_serial
         kernel(
-            batch, begins, degrees, rows, held, places, reached, limits, targets, heaps, pairs, counts, states,
-            settle, budget,
+            batch, begins, degrees, rows, held, places, reached, limits, targets, buckets, entries, pairs, counts,
+            states, settle, budget,
         )  # fmt: skip
 
 
@@ -238,8 +248,9 @@ def warm() -> None:
     """Compile and call each kernel once."""
     for threads in (1, 2):
         nothing, whole, wide = np.empty(0, np.int32), np.zeros((1, 3), np.int32), np.zeros((1, 1), np.int64)
+        entries = np.zeros((1, 1, ENTRY), np.int64)
         targets = np.zeros((1, 4, AT_A_TIME), np.int32)
         find_shortcuts(
             nothing, np.zeros(1, np.int64), nothing, whole, np.zeros(1, np.bool_), whole, wide, wide, targets,
-            wide, whole, whole.copy(), np.zeros((1, 4), np.int64), 1, 1, threads,
+            whole, entries, whole, whole.copy(), np.zeros((1, 4), np.int64), 1, 1, threads,
         )  # fmt: skip

@@ -8,6 +8,7 @@ from ppaas.planners.hub_labels.contraction import Contraction
 from ppaas.planners.hub_labels.graph import lay_ground, link_corners
 from ppaas.planners.hub_labels.importance import Edges, edges_of, grow_trees, order_core
 from ppaas.planners.hub_labels.kernels.coverage import GROUPS, cover
+from ppaas.planners.hub_labels.kernels.scan import STRAIGHT
 from ppaas.planners.watch import proceed
 from tests.ppaas.planners.hub_labels.test_scan import maps
 from tests.reference import hub_labels as twin
@@ -27,7 +28,7 @@ def test_those_are_chosen_that_cover_most_ways_not_counted_yet(free):
     if nodes == 0:
         return
     roots = np.random.default_rng(1).permutation(nodes).astype(np.int32)
-    trees, _ = grow_trees(edges, roots, sizes=True, slots=1, threads=1, check=proceed)
+    trees = grow_trees(edges, roots, threads=1, check=proceed)
     sizes = trees.sizes.copy()
     totals = np.column_stack([sizes[group::GROUPS].sum(axis=0, dtype=np.int32) for group in range(GROUPS)])
     order, state = np.empty(nodes, np.int32), np.zeros(2, np.int64)
@@ -49,6 +50,6 @@ def test_of_ways_as_short_as_each_other_a_tree_has_the_one_whose_last_edge_is_sh
     both = sorted(pairs + [(b, a, length) for a, b, length in pairs])
     starts = np.searchsorted([a for a, _, _ in both], np.arange(5))
     to, lengths = np.array([(b, length) for _, b, length in both], np.int32).T.copy()
-    edges = Edges(starts, to, lengths, np.arange(len(to), dtype=np.int32))
-    trees, _ = grow_trees(edges, np.zeros(1, np.int32), sizes=False, slots=1, threads=1, check=proceed)
+    edges = Edges(starts, to, STRAIGHT * lengths, np.arange(len(to), dtype=np.int32))
+    trees = grow_trees(edges, np.zeros(1, np.int32), threads=1, check=proceed)
     assert trees.parents.tolist() == [[-1, 0, 0, 2]]
