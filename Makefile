@@ -13,7 +13,6 @@ DEMO_ARGS ?=
 BIN := $(VENV)/bin
 LOCKED := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
-KERNELS := $(shell find ppaas -path '*/kernels/*.py')
 NODE_TESTS := tests/journeys/roslib
 LOCKS := deploy/bootstrap.lock deploy/requirements.lock
 UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
@@ -116,10 +115,7 @@ $(NODE_TESTS)/node_modules: $(NODE_TESTS)/package-lock.json
 	@npm ci --silent --no-audit --no-fund --prefix $(NODE_TESTS) && touch $@ || \
 		echo "setup: no roslib; install Node 20 with npm, or the test of roslib is skipped" >&2
 
-# A kernel is compiled together with those that it calls, but numba looks only whether its own file has changed: where one
-# has, all count as changed, or what was compiled of an older release would go on to run.
-$(INSTALLED): $(LOCKED) pyproject.toml $(KERNELS)
+$(INSTALLED): $(LOCKED) pyproject.toml
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation --editable .
-	@test -z "$(filter %.py,$?)" || touch $(KERNELS)
 	@$(BIN)/python -m compileall -q ppaas engine endpoints storage robots
 	@touch $@

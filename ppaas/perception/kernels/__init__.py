@@ -1,1 +1,5 @@
 """Kernels of perception."""
+
+from ppaas.kernel_cache import watch_all_kernels
+
+watch_all_kernels()

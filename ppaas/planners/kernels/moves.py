@@ -1,7 +1,4 @@
-"""Kernels: the eight moves from a cell, and why a search over them stopped.
-
-numba's cache of a kernel looks at the kernel's own file alone: after a change here, remove the ``*.nbi`` files.
-"""
+"""Kernels: the eight moves from a cell, and why a search over them stopped."""
 
 from typing import Any
 

@@ -1,0 +1,84 @@
+"""What is compiled of a kernel is taken from the cache until any kernel changes, those included that it calls."""
+
+import os
+import pkgutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import ppaas
+
+LOWER = """
+from numba import njit
+
+STEP = {step}
+
+@njit(cache=True)
+def lower(number):
+    return number + STEP
+"""
+
+UPPER = """
+from numba import njit
+
+from ppaas.room.kernels.lower import lower
+
+@njit(cache=True)
+def upper(number):
+    return lower(number)
+"""
+
+ASK = """
+import ppaas
+ppaas.__path__.insert(0, {folder!r})
+from ppaas.room.kernels.upper import upper
+print(upper(1), sum(upper.stats.cache_hits.values()))
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Return the folder of a package that is found in place of this project's, with two modules of kernels."""
+    kernels = tmp_path / "ppaas" / "room" / "kernels"
+    kernels.mkdir(parents=True)
+    (kernels.parent / "__init__.py").touch()
+    real = Path(ppaas.__path__[0], "planners", "kernels", "__init__.py")
+    (kernels / "__init__.py").write_text(real.read_text())
+    (kernels / "lower.py").write_text(LOWER.format(step=1))
+    (kernels / "upper.py").write_text(UPPER)
+    return tmp_path / "ppaas"
+
+
+def ask(folder: Path, **environment: str) -> str:
+    """Return what a new process is told by the upper kernel, and how often it found that in the cache."""
+    command = [sys.executable, "-c", ASK.format(folder=str(folder))]
+    inherited = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+    return subprocess.run(command, env=inherited | environment, check=True, capture_output=True, text=True).stdout
+
+
+@pytest.mark.parametrize("given", [False, True])
+def test_a_kernel_is_compiled_again_where_one_that_it_calls_has_changed(folder, tmp_path, given):
+    environment = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")} if given else {}
+    assert ask(folder, **environment) == "2 0\n"
+    assert ask(folder, **environment) == "2 1\n"
+    (folder / "room" / "kernels" / "lower.py").write_text(LOWER.format(step=2))
+    assert ask(folder, **environment) == "3 0\n"
+    assert (tmp_path / "cache").exists() == given
+
+
+def test_it_is_taken_from_the_cache_where_files_were_only_touched(folder):
+    assert ask(folder) == "2 0\n"
+    for file in folder.rglob("*.py"):
+        os.utime(file, (1, 1))
+    assert ask(folder) == "2 1\n"
+
+
+def test_all_packages_of_kernels_do_so():
+    packages = [found.name for found in pkgutil.walk_packages(ppaas.__path__, "ppaas.") if found.ispkg]
+    kernels = [name for name in packages if name.endswith(".kernels")]
+    assert len(kernels) > 5
+    for name in kernels:
+        told = Path(ppaas.__path__[0], *name.split(".")[1:], "__init__.py").read_text()
+        assert "\nwatch_all_kernels()\n" in told, name
