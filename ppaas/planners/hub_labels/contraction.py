@@ -25,10 +25,10 @@ from ppaas.planners.hub_labels.kernels.trees import Rows
 
 NODES_A_SLICE = 1 << 16
 
-SETTLED, SETTLED_THOROUGHLY = 12, 300
-"""Nodes that a search for another way settles before a shortcut is made, more where nodes have more neighbours. To look
-further leaves a smaller core: that is ordered better than what is contracted, so it is worth it only where the core
-would be too large."""
+SETTLED, ALL = 12, 1 << 40
+"""Nodes that a search for another way settles before a shortcut is made. To look further leaves a smaller core: that is
+ordered better than what is contracted, so it is worth it only where the core would be too large. There all are settled
+over which a way may lead: shortcuts that are not needed would take longer to look at than they take to be found so."""
 
 SETTLED_FOR_A_PRICE = 2
 """The same to tell a price again, four times in the mean until a node goes, where nodes may have more neighbours than
@@ -62,7 +62,7 @@ class Contraction:
     prices : int32 array
         The nodes are contracted in the order of these, where they are given.
     thorough : bool
-        Whether to look further for other ways before a shortcut is made.
+        Whether to look for all other ways before a shortcut is made.
     most_edges, most_looks : int
         It ends before its time once there are more edges, or it has looked at more to find shortcuts.
     threads : int
@@ -75,7 +75,7 @@ class Contraction:
     ) -> None:  # fmt: skip
         nodes, edges, self._slots = len(graph.starts) - 1, len(graph.to), max(1, threads)
         self._told, self._most_edges, self._most_looks = len(prices) > 0, most_edges, most_looks
-        self._settle = SETTLED_THOROUGHLY if thorough else SETTLED
+        self._settle = ALL if thorough else SETTLED
         self._prices = prices.copy() if self._told else np.zeros(nodes, np.int32)
         self._begins = np.empty(nodes, np.int64)
         self._degrees, self._rooms, self._levels, self._order = np.zeros((4, nodes), np.int32)

@@ -18,7 +18,7 @@ from ppaas.planners.hub_labels.kernels.terrain import HEAD
 MAGIC = int.from_bytes(b"PPaaShub", "big") & 0x7FFFFFFFFFFFFFFF
 """Read on a machine of the other byte order, it is another number."""
 
-VERSION = 4
+VERSION = 5
 """Raised whenever the layout or the meaning of an index changes: old files are then built anew."""
 
 FINGERPRINT_WORDS = 4

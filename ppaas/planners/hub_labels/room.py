@@ -4,7 +4,6 @@ import numpy as np
 
 from ppaas.errors import InvalidPlanner
 from ppaas.planners.hub_labels.graph import Contracted, Graph, Ground
-from ppaas.planners.hub_labels.kernels import layout
 from ppaas.planners.hub_labels.kernels.contraction import RUNS
 from ppaas.planners.hub_labels.kernels.terrain import COLUMNS, ROWS
 
@@ -21,8 +20,8 @@ GUESSED = 0.94
 """What of the room for labels is given out: they, and gates, may take more than is foretold, and to label anew takes
 seconds."""
 
-BYTES_A_WAY = 10
-"""What a way takes in the mean: a head and three runs, or more."""
+BYTES_A_WAY = 6
+"""What a way takes in the mean: three runs, or more."""
 
 GROWTH = 1.25
 """How many times as many edges as before a crowded map has at least when it is contracted."""
@@ -72,7 +71,7 @@ def most_edges(ground: Ground, graph: Graph) -> int:
 def label_room(ground: Ground, contracted: Contracted) -> int:
     """Return how many entries labels may have, for an index that is not too large."""
     listed, upwards = contracted.listed()
-    runs = layout.WAY_HEAD * int(np.count_nonzero(listed)) + int(contracted.edges[listed, RUNS].sum(dtype=np.int64))
+    runs = int(contracted.edges[listed, RUNS].sum(dtype=np.int64))
     fringe = BYTES_A_CORNER * len(ground.places) + BYTES_AN_EDGE * int(np.count_nonzero(upwards))
     others = ground.terrain.nbytes + fringe + BYTES_A_RUN * runs
     return int(GUESSED * max(0.0, most_bytes(ground) - others)) // BYTES_AN_ENTRY

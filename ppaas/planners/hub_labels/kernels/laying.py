@@ -13,12 +13,12 @@ from ppaas.planners.hub_labels.kernels.layout import (
     FRINGE_HEAD,
     GATE_COUNT,
     LABEL,
+    LAST,
     LINK_NEXT,
     LINK_SIZE,
     LINK_WAY,
     MOST_MOVES,
     ROW,
-    WAY_HEAD,
     Shorts,
     edges_after,
     fringe_size,
@@ -68,7 +68,7 @@ def lay_table(
         edge, count = head[corner], 0
         while edge >= 0:
             offsets[edge] = way
-            way += WAY_HEAD + edges[edge, RUNS]
+            way += edges[edge, RUNS]
             edge = after[edge]
             count += 1
         entries = ends[rank] - begins[rank] if rank < labelled else -1 - count
@@ -200,7 +200,7 @@ def lay_ways(
 
 @bare
 def _spell(edge: int, corner: int, edges: Rows, places: Rows, begin: int, ways: Shorts, stack: Integers) -> None:
-    at = begin + WAY_HEAD
+    at = begin
     stack[0] = edge
     depth = 1
     while depth > 0:
@@ -222,9 +222,7 @@ def _spell(edge: int, corner: int, edges: Rows, places: Rows, begin: int, ways: 
         else:
             at = _put(ways, at, direction_of(0, right), columns - diagonal)
         corner = to
-    runs = at - begin - WAY_HEAD
-    ways[begin] = runs & 0xFFFF
-    ways[begin + 1] = runs >> 16
+    ways[at - 1] |= LAST
 
 
 @joined

@@ -13,9 +13,9 @@ Labels are int32. The label of a corner is the hubs of all its entries, two to a
 all their links. A link is two numbers: where the link of the same hub lies in the label one way nearer to the hub, −1
 if the way leads to the hub itself; and where that way lies among the ways, −1 in the hub's own label.
 
-Ways are uint16. A way is how many runs it has, as a lower and an upper half, and the runs: a *run* is a direction, and
-above it how many moves it goes that way. So whoever follows links looks at one place a way,
-and whoever writes cells looks at the ways one number after the other.
+Ways are uint16, each one or more runs: a *run* is a direction, above it how many moves it goes that way, and above
+that whether it is the last one of its way. So whoever follows links looks at one place a way, and whoever writes cells
+looks at the ways one number after the other.
 """
 
 import numpy as np
@@ -43,7 +43,6 @@ from the landmarks, `FAR` where no way leads; the labels; the ways; the rank of 
 were contracted (int32)."""
 
 ROW, COLUMN, LABEL, ENTRIES, CORNER_SIZE = range(5)
-WAY_HEAD = 2
 LINK_NEXT, LINK_WAY, LINK_SIZE = range(3)
 
 GATE_COUNT = 4
@@ -57,7 +56,10 @@ MOST_HUBS = 1 << 16
 DIRECTIONS = 3
 """Bits of a run that tell its direction."""
 
-MOST_MOVES = (1 << (16 - DIRECTIONS)) - 1
+LAST = 1 << 15
+"""The bit of a run that tells that it is the last one."""
+
+MOST_MOVES = (LAST >> DIRECTIONS) - 1
 """Moves that a run can tell."""
 
 
@@ -110,15 +112,30 @@ def links_after(entries: int) -> int:
 
 
 @joined
-def runs_of(ways: Shorts, way: int) -> int:
-    """Return how many runs a way has."""
-    return int(ways[np.uint64(way)]) | (int(ways[np.uint64(way + 1)]) << 16)
+def direction_of_run(run: int) -> int:
+    """Return in which direction a run goes."""
+    return run & ((1 << DIRECTIONS) - 1)
+
+
+@joined
+def moves_of_run(run: int) -> int:
+    """Return how many moves a run has."""
+    return (run >> DIRECTIONS) & MOST_MOVES
+
+
+@joined
+def last_run_of(ways: Shorts, way: int) -> int:
+    """Return where the last run of a way lies."""
+    place = np.int64(way)
+    while ways[np.uint64(place)] < LAST:
+        place += 1
+    return int(place)
 
 
 @joined
 def moves_of(ways: Shorts, way: int) -> int:
     """Return how many moves a way has."""
     moves = np.int64(0)
-    for place in range(way + WAY_HEAD, way + WAY_HEAD + runs_of(ways, way)):
-        moves += ways[np.uint64(place)] >> np.uint16(DIRECTIONS)
+    for place in range(way, last_run_of(ways, way) + 1):
+        moves += moves_of_run(np.int64(ways[np.uint64(place)]))
     return int(moves)

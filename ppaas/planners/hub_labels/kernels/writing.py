@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.kernels import vectors
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.layout import DIRECTIONS, WAY_HEAD, Shorts, runs_of
+from ppaas.planners.hub_labels.kernels.layout import DIRECTIONS, Shorts, direction_of_run, last_run_of, moves_of_run
 from ppaas.planners.hub_labels.kernels.vectors import AT_ONCE
 from ppaas.planners.kernels.bare import bare, joined
 
@@ -24,8 +24,7 @@ _vectors: Any = vectors  # numba's annotations take what makes an operation for 
 ROW_UNIT, COLUMN_UNIT = (1, 1 << 32) if sys.byteorder == "little" else (1 << 32, 1)
 """A cell is written as one int64, which lies in memory as its row and its column do."""
 
-COMPASS = 1 << DIRECTIONS
-OPPOSITE = COMPASS // 2
+OPPOSITE = (1 << DIRECTIONS) // 2
 """Directions go round: that which is so many further leads back."""
 
 _ROUND = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
@@ -90,18 +89,16 @@ def write_straight(
 @bare
 def write_way(flat: Words, at: int, cell: int, ways: Shorts, way: int) -> tuple[int, int]:
     """Write the cells of a way."""
-    first = way + WAY_HEAD
-    for place in range(first, first + runs_of(ways, way)):
+    for place in range(way, last_run_of(ways, way) + 1):
         run = np.int64(ways[np.uint64(place)])
-        at, cell = write_run(flat, at, cell, run & (COMPASS - 1), run >> DIRECTIONS)
+        at, cell = write_run(flat, at, cell, direction_of_run(run), moves_of_run(run))
     return at, cell
 
 
 @bare
 def write_back(flat: Words, at: int, cell: int, ways: Shorts, way: int) -> tuple[int, int]:
     """Write the cells of a way from its end to its begin."""
-    first = way + WAY_HEAD
-    for place in range(first + runs_of(ways, way) - 1, first - 1, -1):
+    for place in range(last_run_of(ways, way), way - 1, -1):
         run = np.int64(ways[np.uint64(place)])
-        at, cell = write_run(flat, at, cell, (run & (COMPASS - 1)) ^ OPPOSITE, run >> DIRECTIONS)
+        at, cell = write_run(flat, at, cell, direction_of_run(run) ^ OPPOSITE, moves_of_run(run))
     return at, cell
