@@ -120,11 +120,7 @@ def _index(
         graph, prices,
         thorough=crowded, most_edges=most_edges(ground, graph), most_looks=most_looks(ground), threads=threads,
     )  # fmt: skip
-    contracted = contraction.run(check=check)
-    if crowded and not contraction.is_given_up:
-        core = _core_in_a_crowd(ground, label_room(ground, contracted), contraction.core)
-        if contraction.core > core:
-            contracted = contraction.run(core, check=check)
+    contracted = _contracted(contraction, ground, crowded, check)
     # A hub and an end of a path are so far apart at most, or the length of the path to the corner before would not fit.
     longest = int(FAR - DIAGONAL * (ground.terrain[ROWS] + ground.terrain[COLUMNS]))
     excess = 0
@@ -143,6 +139,16 @@ def _index(
         # Twice what is too much, as fewer labels leave more gates.
         excess += 2 * int(index.nbytes - most_bytes(ground)) // BYTES_AN_ENTRY + 1
     raise too_crowded(ground)
+
+
+def _contracted(contraction: Contraction, ground: Ground, crowded: bool, check: Callable[[], None]) -> Contracted:
+    """Contract a graph until all of its core may have labels, and there is room for them; or until it is given up."""
+    contracted, most = contraction.run(check=check), layout.MOST_HUBS
+    if contraction.is_given_up:
+        return contracted
+    if crowded:
+        most = min(most, _core_in_a_crowd(ground, label_room(ground, contracted), contraction.core))
+    return contraction.run(most, check=check) if contraction.core > most else contracted
 
 
 def _core_in_a_crowd(ground: Ground, room: int, before: int) -> int:

@@ -8,8 +8,8 @@ import numpy as np
 from ppaas.planners.hub_labels.core import Core
 from ppaas.planners.hub_labels.graph import WORK_A_SLICE, Contracted
 from ppaas.planners.hub_labels.importance import Edges, edges_of, order_core
+from ppaas.planners.hub_labels.kernels import layout
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.layout import MOST_HUBS
 from ppaas.planners.hub_labels.kernels.merging import merge
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import FAR
@@ -104,7 +104,7 @@ def _most_labels(pool: Pool, room: int) -> int:
         return 0
     used = int((pool.ends[:labelled] - pool.begins[:labelled]).sum())
     mean = max(1, used // max(1, labelled))
-    return max(0, min(MOST_HUBS - labelled, (room - used) // mean))
+    return max(0, min(layout.MOST_HUBS - labelled, (room - used) // mean))
 
 
 def _most_entries(pool: Pool, edges: Edges, node: int) -> int:

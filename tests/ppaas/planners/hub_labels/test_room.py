@@ -9,6 +9,7 @@ from ppaas.planners.hub_labels.assembly import build_index
 from ppaas.planners.hub_labels.contraction import Contraction
 from ppaas.planners.hub_labels.graph import lay_ground, link_corners
 from ppaas.planners.hub_labels.index import HubIndex
+from ppaas.planners.hub_labels.kernels import layout
 from ppaas.planners.watch import proceed
 from tests.ppaas.planners.hub_labels.test_planner import assert_all_paths_are_shortest
 
@@ -36,6 +37,16 @@ def test_an_index_is_no_larger_than_it_may_be_or_there_is_none(monkeypatch, bloc
         assert most < 1.0e6
         return
     assert words.nbytes <= most
+    assert_all_paths_are_shortest(free, HubIndex(words), [tuple(np.argwhere(free)[0].tolist())])
+
+
+@pytest.mark.parametrize(("blocked", "most"), [(0.005, 30), (0.005, 120), (0.2, 200)])
+def test_no_more_corners_have_labels_than_there_are_numbers_of_hubs(monkeypatch, blocked, most):
+    free = strewn(blocked)
+    assert build_index(free, threads=1, check=proceed)[layout.LABELLED] > most
+    monkeypatch.setattr(layout, "MOST_HUBS", most)
+    words = build_index(free, threads=1, check=proceed)
+    assert words[layout.LABELLED] <= most
     assert_all_paths_are_shortest(free, HubIndex(words), [tuple(np.argwhere(free)[0].tolist())])
 
 
