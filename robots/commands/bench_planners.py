@@ -1,4 +1,4 @@
-"""``ppaas bench field|scenario|compare|scaling|fig3``: how fast planners plan, and how right they are."""
+"""``ppaas bench field|scenario|index|compare|scaling|fig3``: how fast planners plan, and how right they are."""
 
 import argparse
 from collections.abc import Callable
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 HELP = {
     "field": "the full field of costs from one goal",
     "scenario": "every query of a MovingAI scenario, and how many lengths are wrong",
+    "index": "an index of one grid, by number of threads, and how right its queries are",
     "compare": "the same grid by the peers that are installed from PyPI",
     "scaling": "the field on grids from 256² up, by number of threads",
     "fig3": "time over length of the path: one thread here, a container of many cores, and navfn",
@@ -27,15 +28,18 @@ Tell = Callable[[argparse.Namespace, "Progress"], tuple[dict[str, Any], list[dic
 def configure(kinds: Any) -> None:
     """Add the verbs and their arguments to the subparsers of ``ppaas bench``."""
     verbs = {name: kinds.add_parser(name, help=text, description=text) for name, text in HELP.items()}
-    for name in ("field", "compare"):
+    for name in ("field", "compare", "index"):
         _add_grid_arguments(verbs[name])
-    for name in ("field", "compare", "scaling"):
+    for name in ("field", "compare"):
+        verbs[name].add_argument("--goal", type=int, nargs=2, metavar=("R", "C"), help="row, column (near the middle)")
+    for name in ("field", "compare", "scaling", "index"):
         verbs[name].add_argument("--threads", type=_numbers, metavar="1,2", help="(1 and as many as there are CPUs)")
     for name in ("field", "scaling", "fig3"):
         verbs[name].add_argument("--plot", type=Path, metavar="OUT.png", help=_PLOTS[name])
     _configure_scenario(verbs["scenario"])
     verbs["field"].add_argument("--beside", type=_names, default=[], metavar="A,B", help="navfn, or packages of peers")
     verbs["compare"].add_argument("--only", action="append", metavar="PACKAGE", help="a peer; all that are installed")
+    verbs["index"].add_argument("--planner", default="hub_labels", help="one that prepares a map (%(default)s)")
     verbs["scaling"].add_argument("--kind", action="append", help="of grid (empty, random 20 %%, maze)")
     verbs["scaling"].add_argument("--largest", type=int, default=8192, metavar="N", help="edge in cells (%(default)s)")
     verbs["fig3"].add_argument("--map", type=Path, help="YAML file or MovingAI map (a warehouse of 120 by 80 m)")
@@ -58,7 +62,7 @@ def _add_grid_arguments(parser: argparse.ArgumentParser) -> None:
     grid.add_argument("--empty", type=int, metavar="N", help="N×N free cells")
     grid.add_argument("--random", type=float, nargs=2, metavar=("N", "PERCENT"), help="so many percent blocked")
     grid.add_argument("--maze", type=int, nargs="+", metavar="N", help="N [WIDTH of its corridors, 1]")
-    parser.add_argument("--goal", type=int, nargs=2, metavar=("R", "C"), help="row, column (near the middle)")
+    parser.add_argument("--tiles", type=int, default=1, metavar="N", help="N by N copies of it, side by side")
 
 
 def _configure_scenario(parser: argparse.ArgumentParser) -> None:
@@ -100,6 +104,13 @@ def _scenario(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict
 
     told = scenario.measure(arguments.scenario, arguments.map, arguments.planner, arguments.limit, progress)
     return told, tables.scenario_rows(told)
+
+
+def _index(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[dict[str, str]]]:
+    from robots.bench.planners import index, tables  # noqa: PLC0415
+
+    told = index.measure(_grid(arguments), arguments.planner, _threads(arguments), progress)
+    return told, tables.index_rows(told)
 
 
 def _compare(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[dict[str, str]]]:
@@ -147,6 +158,12 @@ def _plot(path: Path, chart: Any) -> None:
 def _grid(arguments: argparse.Namespace) -> "Grid":
     from robots.bench.planners import grids  # noqa: PLC0415
 
+    return grids.tiled(_single(arguments), arguments.tiles)
+
+
+def _single(arguments: argparse.Namespace) -> "Grid":
+    from robots.bench.planners import grids  # noqa: PLC0415
+
     if arguments.map is not None:
         return grids.from_file(arguments.map)
     if arguments.empty is not None:
@@ -183,5 +200,5 @@ def _names(text: str) -> list[str]:
 
 
 _VERBS: dict[str, Tell] = {
-    "field": _field, "scenario": _scenario, "compare": _compare, "scaling": _scaling, "fig3": _fig3,
+    "field": _field, "scenario": _scenario, "index": _index, "compare": _compare, "scaling": _scaling, "fig3": _fig3,
 }  # fmt: skip

@@ -15,7 +15,7 @@ HELP = {
     "report": "what a suite measured, as Markdown",
 }
 
-PARTS = ("fields", "comparisons", "scaling", "lengths", "scenarios")
+PARTS = ("fields", "comparisons", "scaling", "lengths", "scenarios", "indexes")
 
 
 def configure(kinds: Any) -> None:

@@ -100,6 +100,20 @@ def from_file(path: Path) -> Grid:
     return _grid(path.stem, costmap.data, costmap.info)
 
 
+def tiled(grid: Grid, copies: int) -> Grid:
+    """Return a grid of so many by so many copies of one, side by side.
+
+    Raises
+    ------
+    InvalidParameter
+        It would be none, or larger than any grid may be.
+    """
+    _check(f"{copies} by {copies} times {grid.name}", copies * max(grid.costmap.data.shape), 1)
+    if copies == 1:
+        return grid
+    return _grid(f"{copies} by {copies} times {grid.name}", np.tile(grid.costmap.data, (copies, copies)))
+
+
 def map_from_file(path: Path) -> GridMap:
     """Read a map of MovingAI's, or one of map_server by its YAML file or image.
 

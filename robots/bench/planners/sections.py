@@ -34,6 +34,8 @@ def sections(measured: Measured) -> Iterator[str]:
         yield from _lengths(told)
     if scenarios := measured.get("scenarios"):
         yield from _scenarios(scenarios)
+    if indexes := measured.get("indexes"):
+        yield from _indexes(indexes)
 
 
 def _machine(told: dict[str, Any]) -> str:
@@ -104,6 +106,19 @@ def _scenarios(scenarios: Sequence[dict[str, Any]]) -> Iterator[str]:
     if rows:
         yield _markdown(rows)
     yield from _left_out([told for told in scenarios if "left_out" in told], "map")
+
+
+def _indexes(indexes: Sequence[dict[str, Any]]) -> Iterator[str]:
+    yield "### Indexes"
+    yield (
+        "An index of a grid, made on one thread and on more, and queries between cells that are drawn at random. "
+        "*Wrong* are those whose path is not as long as that of jps. An index of 1024² is meant to take at most 5 s on "
+        "two threads, and 40 MB."
+    )
+    rows = [row for told in indexes if "seconds" in told for row in tables.index_rows(told)]
+    if rows:
+        yield _markdown(rows)
+    yield from _left_out([told for told in indexes if "left_out" in told])
 
 
 def _left_out(told: Sequence[dict[str, Any]], where: str = "grid") -> Iterator[str]:

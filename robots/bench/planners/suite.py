@@ -9,10 +9,10 @@ from typing import Any
 
 from rich.progress import Progress
 
-from ppaas.errors import InvalidInput, PlanTimeout
+from ppaas.errors import InvalidInput, InvalidPlanner, PlanTimeout
 from ppaas.maps.generate import warehouse
 from ppaas.planners import planner_names
-from robots.bench.planners import compare, field, grids, lengths, machine, peers, scaling, scenario
+from robots.bench.planners import compare, field, grids, index, lengths, machine, peers, scaling, scenario
 from robots.bench.planners.timing import cpus, within
 
 ROS_MAPS = ("warehouse.yaml", "depot.yaml", "tb3_sandbox.yaml", "willow_costmap.pgm")
@@ -30,6 +30,13 @@ SAMPLED = ("dijkstra", "astar", "dstar_lite")
 PATIENCE = 60.0
 """Seconds that a planner may take to prepare a map of a scenario."""
 SAMPLE, QUICK_SAMPLE = 100, 10
+
+INDEXED = "hub_labels"
+"""Whose index is made of grids that are made up, too."""
+STREWN = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 2.0)
+"""Percent of a grid that is blocked by single cells, which is worst for an index."""
+TILED = {"cities/Paris_1_512.map": 2, "cities/Boston_0_256.map": 4}
+"""City maps, and how many copies of them side by side make one of 1024²."""
 
 Told = list[dict[str, Any]]
 
@@ -124,6 +131,28 @@ def _lengths(options: Options, progress: Progress) -> Told:
     return [asyncio.run(lengths.measure(map_, min(2, cpus()), progress, points))]
 
 
+def _indexes(options: Options, progress: Progress) -> Told:
+    size = options.size // 4
+    made = [partial(grids.random, size, percent) for percent in STREWN]
+    made += [partial(grids.random, size // 2, percent) for percent in (10.0, 20.0, 30.0)]
+    if options.data is not None:
+        maps = [(options.data / "movingai" / name, copies) for name, copies in TILED.items()]
+        made += [partial(_tiled, path, copies) for path, copies in maps if path.exists()]
+    return [_index(make(), options, progress) for make in made]
+
+
+def _index(grid: grids.Grid, options: Options, progress: Progress) -> dict[str, Any]:
+    queries = QUICK_SAMPLE if options.quick else index.QUERIES
+    try:
+        return index.measure(grid, INDEXED, options.threads, progress, queries)
+    except InvalidPlanner as refused:
+        return {"grid": grid.name, "left_out": {INDEXED: str(refused)}}
+
+
+def _tiled(path: Path, copies: int) -> grids.Grid:
+    return grids.tiled(grids.from_file(path), copies)
+
+
 def _ros_maps(options: Options) -> list[Path]:
     if options.data is None:
         return []
@@ -136,4 +165,5 @@ PARTS: dict[str, Callable[[Options, Progress], Told]] = {
     "scaling": _scaling,
     "lengths": _lengths,
     "scenarios": _scenarios,
+    "indexes": _indexes,
 }

@@ -72,6 +72,21 @@ def scenario_rows(told: dict[str, Any]) -> list[Row]:
     ]
 
 
+def index_rows(told: dict[str, Any]) -> list[Row]:
+    """Return one row."""
+    return [
+        {
+            "grid": told["grid"],
+            "planner": told["planner"],
+            **{f"{_threads(threads)}, s": f"{seconds:.2f}" for threads, seconds in told["seconds"].items()},
+            "MB": f"{told['bytes'] / 1e6:.3g}",
+            "queries": f"{told['queries']:,}",
+            "wrong": str(told["wrong"]),
+            **{f"{name}, µs": f"{told[key]:,.1f}" for name, key in _SPREAD.items()},
+        }
+    ]
+
+
 def compare_rows(told: dict[str, Any]) -> list[Row]:
     """Return the rows of the fields, and those of the paths."""
     rows = []
@@ -115,6 +130,10 @@ def length_rows(told: dict[str, Any]) -> list[Row]:
 
 def _times_faster(told: dict[str, Any], seconds: float) -> Row:
     return {f"× {name}": _figure(other / seconds) for name, other in told["beside"].items()}
+
+
+def _threads(number: str) -> str:
+    return f"{number} thread{'s' * (number != '1')}"
 
 
 def _share(threads: str) -> float:

@@ -40,6 +40,15 @@ def test_the_map_of_a_scenario_is_looked_for_beside_it(capsys: pytest.CaptureFix
     assert told(capsys, "scenario", f"{map_}.scen")["wrong"] == 0
 
 
+def test_the_json_of_an_index_has_seconds_by_threads(capsys: pytest.CaptureFixture[str], map_: Path) -> None:
+    answer = told(capsys, "index", "--map", str(map_), "--tiles", "3", "--threads", "1,2")
+    assert set(answer) == {
+        "grid", "planner", "seconds", "bytes", "queries", "wrong", "mean_us", "p50_us", "p99_us", "cpus",
+    }  # fmt: skip
+    assert (answer["grid"], answer["planner"], answer["wrong"]) == ("3 by 3 times a", "hub_labels", 0)
+    assert set(answer["seconds"]) == {"1", "2"}
+
+
 @pytest.mark.parametrize(
     ("grid", "cells", "reached"),
     [
@@ -47,6 +56,7 @@ def test_the_map_of_a_scenario_is_looked_for_beside_it(capsys: pytest.CaptureFix
         (["--maze", "9"], 81, 16 + 15),
         (["--maze", "9", "3"], 81, 4 * 9 + 3 * 3),
         (["--random", "8", "0"], 64, 64),
+        (["--random", "8", "0", "--tiles", "2"], 256, 256),
     ],
 )
 def test_the_json_of_a_field_counts_its_cells(
@@ -83,6 +93,8 @@ def test_people_read_a_table(capsys: pytest.CaptureFixture[str], map_: Path) -> 
         (["field", "--random", "2.5", "10"], "invalid-input"),
         (["field", "--random", "9", "100"], "invalid-parameter"),
         (["field", "--maze", "9", "1", "1"], "invalid-input"),
+        (["field", "--empty", "9", "--tiles", "0"], "invalid-parameter"),
+        (["index", "--empty", "9", "--planner", "dijkstra"], "invalid-parameter"),
         (["field", "--empty", "3", "--goal", "3", "0"], "goal-outside-map"),
         (["field", "--empty", "3", "--plot", "a.svg"], "invalid-input"),
         (["scenario", "none.scen"], "invalid-map"),
