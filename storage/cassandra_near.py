@@ -38,6 +38,7 @@ class NearPlans:
         self._told: list[Any] = []
         self._crowds: list[tuple[int, bytes]] = []
         self._behind: list[tuple[int, bytes, str]] = []
+        self._too_few = False
 
     def first(self) -> list[Any]:
         """Return plans in front, the shortest of each bucket."""
@@ -53,12 +54,15 @@ class NearPlans:
         longest : int, optional
             If as many are found, how long the longest of these is (``length_told``).
         """
-        if longest is None:
+        self._too_few |= longest is None
+        if self._too_few:  # once plans of crowds count, so do shorter ones in others
             self._take_crowds()
-            if self._crowds and (not self._behind or self._crowds[0] < self._behind[0][:2]):
-                return self._in_crowds(max(limit, LEAST_OF_CROWDS))
-        if not self._behind or (longest is not None and length_at(self._behind[0][0]) >= longest):
+        in_crowds = bool(self._crowds) and (not self._behind or self._crowds[0] < self._behind[0][:2])
+        waiting = self._crowds if in_crowds else self._behind
+        if not waiting or (longest is not None and length_at(waiting[0][0]) >= longest):
             return None
+        if in_crowds:
+            return self._in_crowds(max(limit, LEAST_OF_CROWDS))
         spot, bucket, plan_id = heapq.heappop(self._behind)
         return self._noted(self._session.rows(_NEXT, bucket, spot, plan_id, NEXT), NEXT)
 

@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from storage import cassandra_near
@@ -97,6 +97,7 @@ def test_all_are_read_however_few_at_a_time(seed, count, first, then, at_once) -
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 1000), st.integers(0, 200), st.integers(2, 30), st.integers(1, 20))
+@example(310, 72, 20, 16)  # enough at some crowded spots, shorter ones at others that were not come to
 def test_once_enough_are_found_nothing_shorter_is_left_but_in_crowds(seed, count, first, limit) -> None:
     tables = Tables(lying(seed, count))
     with pytest.MonkeyPatch.context() as patch:
