@@ -35,6 +35,7 @@ def _made_from() -> str:
     return hashlib.sha256(repr(stamps).encode()).hexdigest()
 
 
+@functools.cache
 def _root() -> Path:
     return Path(ppaas.__path__[0])
 

@@ -17,7 +17,7 @@ from robots.bench.planners import scenario
 from robots.bench.planners.field import farthest, grow, newly_read
 from robots.bench.planners.grids import Grid, goal_in
 from robots.bench.planners.peers import BESIDE, NAVFN, PATHS, Peer, Problem
-from robots.bench.planners.timing import announce, cpus, least, within
+from robots.bench.planners.timing import announce, cpus, least, on_threads, within
 
 OURS = ("dijkstra", "astar", "jps", "hub_labels")
 """Planners asked for one long path, of those that are installed."""
@@ -136,14 +136,14 @@ def _add_ratios(rows: list[Row]) -> None:
 
 
 def _our_fields(problem: Problem, threads: Sequence[int]) -> list[_Step]:
-    return [_Step(f"dijkstra, {n} thread{'s' * (n > 1)}", partial(_our_field_row, problem, n)) for n in threads]
+    return [_Step(f"dijkstra, {on_threads(n)}", partial(_our_field_row, problem, n)) for n in threads]
 
 
 def _our_field_row(problem: Problem, threads: int) -> Row:
     costmap, goal = problem.costmap, problem.goal
     seconds, field = least(lambda: grow(newly_read(costmap), goal, threads))
     reached = int(np.isfinite(field.values()).sum())
-    who = f"ppaas dijkstra, {threads} thread{'s' * (threads > 1)}"
+    who = f"ppaas dijkstra, {on_threads(threads)}"
     told = {"who": who, "ours": True, "solves": "the definition", "seconds": seconds, "prepare_seconds": 0.0}
     return {**told, "ns_per_cell": seconds / reached * 1e9, "off": 0.0, "other_cells": 0}
 

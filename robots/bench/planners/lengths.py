@@ -28,7 +28,7 @@ from robots.bench.plan_requests import compute_path_call
 from robots.bench.planners.chart import Axis, Line
 from robots.bench.planners.field import farthest, grow
 from robots.bench.planners.grids import goal_in
-from robots.bench.planners.timing import RUNS, cpus
+from robots.bench.planners.timing import RUNS, cpus, on_threads
 from robots.bench.target import own_cloud
 
 MAP, ROBOT = "bench-lengths", "bench-lengths"
@@ -89,7 +89,7 @@ def local(costmap: Costmap, planner: str, threads: int) -> Ask:
 
 def local_ways(costmap: Costmap, threads: Sequence[int]) -> dict[str, Ask]:
     """Return our planner in this process by its curve, one for each number of threads."""
-    return {f"{PLANNER}, {n} thread{'s' * (n > 1)}": local(costmap, PLANNER, n) for n in threads}
+    return {f"{PLANNER}, {on_threads(n)}": local(costmap, PLANNER, n) for n in threads}
 
 
 def remote(socket: ClientConnection) -> Ask:

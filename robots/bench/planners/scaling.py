@@ -9,7 +9,7 @@ from ppaas.errors import InvalidParameter, NotFound
 from robots.bench.planners.chart import Axis, Line
 from robots.bench.planners.field import grow, newly_read, reached_once
 from robots.bench.planners.grids import KINDS, SEED, Grid, goal_in
-from robots.bench.planners.timing import announce, cpus, in_turn
+from robots.bench.planners.timing import announce, cpus, in_turn, on_threads
 
 SMALLEST, LARGEST = 256, 8192
 FROM = 512
@@ -95,7 +95,7 @@ def chart(told: dict[str, Any]) -> tuple[str, list[Line], Axis, Axis]:
     """Return what a chart shows of it: a colour a kind of grid, dashes for one thread."""
     lines = [
         Line(
-            f"{kind}, {n} thread{'s' * (n != '1')}",
+            f"{kind}, {on_threads(n)}",
             list(zip(told["sizes"], values, strict=True)),
             colour=number,
             dashed=n == "1",

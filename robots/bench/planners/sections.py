@@ -1,6 +1,6 @@
 """What the page tells of what was measured: a section for each part of the suite."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from robots.bench.planners import peers, tables
@@ -102,10 +102,11 @@ def _scenarios(scenarios: Sequence[dict[str, Any]]) -> Iterator[str]:
         "Each query by itself, its path of cells included. Planners that prepare the map answer all queries of a "
         "scenario, the others some from all over it."
     )
-    rows = [{"map": told["map"]} | row for told in scenarios if "mean_us" in told for row in tables.scenario_rows(told)]
-    if rows:
-        yield _markdown(rows)
-    yield from _left_out([told for told in scenarios if "left_out" in told], "map")
+    yield from _answered(scenarios, _of_map, "map")
+
+
+def _of_map(told: dict[str, Any]) -> list[dict[str, str]]:
+    return [{"map": told["map"]} | row for row in tables.scenario_rows(told)]
 
 
 def _indexes(indexes: Sequence[dict[str, Any]]) -> Iterator[str]:
@@ -115,10 +116,17 @@ def _indexes(indexes: Sequence[dict[str, Any]]) -> Iterator[str]:
         "*Wrong* are those whose path is not as long as that of jps. An index of 1024² is meant to take at most 5 s on "
         "two threads, and 40 MB."
     )
-    rows = [row for told in indexes if "seconds" in told for row in tables.index_rows(told)]
+    yield from _answered(indexes, tables.index_rows, "grid")
+
+
+def _answered(
+    told: Sequence[dict[str, Any]], rows_of: Callable[[dict[str, Any]], list[dict[str, str]]], where: str
+) -> Iterator[str]:
+    """Tell how queries were answered, and who was left out."""
+    rows = [row for one in told if "mean_us" in one for row in rows_of(one)]
     if rows:
         yield _markdown(rows)
-    yield from _left_out([told for told in indexes if "left_out" in told])
+    yield from _left_out([one for one in told if "left_out" in one], where)
 
 
 def _left_out(told: Sequence[dict[str, Any]], where: str = "grid") -> Iterator[str]:

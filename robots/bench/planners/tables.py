@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
+from robots.bench.planners.timing import on_threads
+
 Row = dict[str, str]
 
 AIMS = {
@@ -63,9 +65,7 @@ def scenario_rows(told: dict[str, Any]) -> list[Row]:
     return [
         {
             "planner": told["planner"],
-            "queries": f"{told['queries']:,}" + (f" of {told['of']:,}" if "of" in told else ""),
-            "wrong": str(told["wrong"]),
-            **{f"{name}, µs": f"{told[key]:,.1f}" for name, key in _SPREAD.items()},
+            **_answers(told),
             "index, s": f"{told['index_seconds']:.3g}",
             "index, MB": f"{told['index_bytes'] / 1e6:.3g}",
         }
@@ -78,11 +78,9 @@ def index_rows(told: dict[str, Any]) -> list[Row]:
         {
             "grid": told["grid"],
             "planner": told["planner"],
-            **{f"{_threads(threads)}, s": f"{seconds:.2f}" for threads, seconds in told["seconds"].items()},
+            **{f"{on_threads(threads)}, s": f"{seconds:.2f}" for threads, seconds in told["seconds"].items()},
             "MB": f"{told['bytes'] / 1e6:.3g}",
-            "queries": f"{told['queries']:,}",
-            "wrong": str(told["wrong"]),
-            **{f"{name}, µs": f"{told[key]:,.1f}" for name, key in _SPREAD.items()},
+            **_answers(told),
         }
     ]
 
@@ -128,12 +126,16 @@ def length_rows(told: dict[str, Any]) -> list[Row]:
     ]
 
 
+def _answers(told: dict[str, Any]) -> Row:
+    return {
+        "queries": f"{told['queries']:,}" + (f" of {told['of']:,}" if "of" in told else ""),
+        "wrong": str(told["wrong"]),
+        **{f"{name}, µs": f"{told[key]:,.1f}" for name, key in _SPREAD.items()},
+    }
+
+
 def _times_faster(told: dict[str, Any], seconds: float) -> Row:
     return {f"× {name}": _figure(other / seconds) for name, other in told["beside"].items()}
-
-
-def _threads(number: str) -> str:
-    return f"{number} thread{'s' * (number != '1')}"
 
 
 def _share(threads: str) -> float:

@@ -27,6 +27,11 @@ def cpus() -> int:
     return len(os.sched_getaffinity(0))
 
 
+def on_threads(count: int | str) -> str:
+    """Return how so many threads are called."""
+    return f"{count} thread{'s' * (int(count) != 1)}"
+
+
 @dataclass(slots=True)
 class Compilation:
     """What was compiled.

@@ -5,8 +5,8 @@ kept in order as in a heap (Dial, "Algorithm 360: Shortest-Path Forest with Topo
 Fox, "Shortest-Route Methods: 1", 1979).
 
 ``buckets`` tells the newest entry of each, or −1; they go round, so they must be more than the longest edge is long.
-``entries`` tells the key of each, length in the upper half and node in the lower, and the entry of its bucket before
-it. Entries are not used again until the queue is empty.
+``entries`` tells the key of each, as in `heap`, and the entry of its bucket before it. Entries are not used again until
+the queue is empty.
 """
 
 import numpy as np
@@ -21,9 +21,6 @@ WIDTH = STRAIGHT.bit_length() - 1
 """A bucket is so many bits wide, which is no more than one move."""
 
 KEY, BEFORE, ENTRY = range(3)
-
-NODE = 0xFFFFFFFF
-"""The lower half of a key."""
 
 
 def buckets_for(longest: int) -> int:

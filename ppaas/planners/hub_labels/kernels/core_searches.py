@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
-from ppaas.planners.hub_labels.kernels.pooled import announce, told
+from ppaas.planners.hub_labels.kernels.pooled import announce, lay_out, take_back, told
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import FAR, Heaps, Rows
 from ppaas.planners.kernels.bare import bare, joined
@@ -43,14 +43,12 @@ def _begin(root: int, hubs: Integers, lengths: Integers, begins: Words, ends: Wo
     own[CAME, root] = -1
     own[SEEN, 0] = root
     push(heap, 0, 0, root)
-    for i in range(begins[root], ends[root]):
-        own[OF_ROOT, hubs[i]] = lengths[i]
+    lay_out(own[OF_ROOT], hubs, lengths, begins[root], ends[root])
 
 
 @joined
 def _end(root: int, hubs: Integers, begins: Words, ends: Words, own: Rows, touched: int) -> None:
-    for i in range(begins[root], ends[root]):
-        own[OF_ROOT, hubs[i]] = FAR
+    take_back(own[OF_ROOT], hubs, begins[root], ends[root])
     for i in range(touched):
         own[REACH, own[SEEN, i]] = FAR
 

@@ -15,7 +15,7 @@ from numba import njit, prange
 
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
-from ppaas.planners.hub_labels.kernels.pooled import told
+from ppaas.planners.hub_labels.kernels.pooled import lay_out, take_back, told
 from ppaas.planners.hub_labels.kernels.scan import Integers, octile
 from ppaas.planners.hub_labels.kernels.trees import FAR, Heaps, Rows
 from ppaas.planners.kernels.bare import bare
@@ -81,15 +81,13 @@ def _keep(
             continue
         if not laid_out:
             laid_out = True
-            for entry in range(begin, end):
-                reach[hubs[entry]] = far[entry]
+            lay_out(reach, hubs, far, begin, end)
         most = best[hub] - lengths[i]
         if told(reach, hubs, far, label_begins[gate], label_ends[gate], most) <= most:
             kept = False
             break
     if laid_out:
-        for entry in range(begin, end):
-            reach[hubs[entry]] = FAR
+        take_back(reach, hubs, begin, end)
     return kept
 
 

@@ -11,9 +11,9 @@ import numpy as np
 from numba import njit, prange
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.pooled import told
+from ppaas.planners.hub_labels.kernels.pooled import take_back, told
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.hub_labels.kernels.trees import FAR, Heaps, Rows
+from ppaas.planners.hub_labels.kernels.trees import Heaps, Rows
 from ppaas.planners.kernels.bare import bare
 from ppaas.planners.kernels.bits import trailing_zeros
 from ppaas.planners.kernels.threads import at_most
@@ -82,8 +82,7 @@ def _merge_slot(
             window[3] = 1
         work += most + _keep(node, hubs, lengths, edges, begins, ends, reach, came, marks, window[1])
         for edge in range(starts[node], starts[node + 1]):
-            for i in range(begins[to[edge]], ends[to[edge]]):
-                reach[hubs[i]] = FAR
+            take_back(reach, hubs, begins[to[edge]], ends[to[edge]])
         window[1] = ends[node]
         window[0] += slots
 

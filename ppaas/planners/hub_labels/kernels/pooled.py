@@ -17,6 +17,20 @@ AT_A_TIME = LINE
 
 
 @joined
+def lay_out(reach: Integers, hubs: Integers, lengths: Integers, begin: int, end: int) -> None:
+    """Tell how far the hubs of a label are."""
+    for i in range(begin, end):
+        reach[hubs[i]] = lengths[i]
+
+
+@joined
+def take_back(reach: Integers, hubs: Integers, begin: int, end: int) -> None:
+    """Forget how far the hubs of a label are."""
+    for i in range(begin, end):
+        reach[hubs[i]] = FAR
+
+
+@joined
 def least(reach: Integers, hubs: Integers, lengths: Integers, begin: int, end: int) -> int:
     """Return the least of reach[hub] + length over a stretch of labels; `FAR` or more if no hub is reached."""
     best = np.int32(0x7FFFFFFF)
@@ -61,12 +75,10 @@ def tell_lengths(
     far : (``labelled``,) int32 array
         Out; `FAR` or more where there is no way.
     """
-    for i in range(begins[root], ends[root]):
-        of_root[hubs[i]] = lengths[i]
+    lay_out(of_root, hubs, lengths, begins[root], ends[root])
     for node in range(labelled):
         far[node] = least(of_root, hubs, lengths, begins[node], ends[node])
-    for i in range(begins[root], ends[root]):
-        of_root[hubs[i]] = FAR
+    take_back(of_root, hubs, begins[root], ends[root])
 
 
 def warm() -> None:

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.buckets import ENTRY, WIDTH, Entries, next_bucket, put, take
-from ppaas.planners.hub_labels.kernels.buckets import NODE as LOWER
 from ppaas.planners.hub_labels.kernels.contraction import FAR_OFF, FIRST, FOUND, NODE, PAIR_BITS, SLOT, Flags
+from ppaas.planners.hub_labels.kernels.heap import NODE as LOWER
 from ppaas.planners.hub_labels.kernels.scan import DIAGONAL, STRAIGHT, Integers
 from ppaas.planners.hub_labels.kernels.trees import Heaps, Rows
 from ppaas.planners.kernels.bare import bare, joined

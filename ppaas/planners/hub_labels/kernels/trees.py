@@ -12,7 +12,8 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.buckets import NODE, Entries, next_bucket, put, take
+from ppaas.planners.hub_labels.kernels.buckets import Entries, next_bucket, put, take
+from ppaas.planners.hub_labels.kernels.heap import NODE
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.kernels.bare import bare, joined
 from ppaas.planners.kernels.threads import at_most

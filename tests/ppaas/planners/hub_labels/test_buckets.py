@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
 
-from ppaas.planners.hub_labels.kernels.buckets import ENTRY, NODE, WIDTH, buckets_for, next_bucket, put, take
+from ppaas.planners.hub_labels.kernels.buckets import ENTRY, WIDTH, buckets_for, next_bucket, put, take
+from ppaas.planners.hub_labels.kernels.heap import NODE
 from ppaas.planners.hub_labels.kernels.scan import STRAIGHT
 
 LONGEST = 20 * STRAIGHT
