@@ -4,7 +4,8 @@ Tiles wait with the least value that a neighbour would better in them. Each thre
 on it until nothing changes within it, and wakes the neighbours in which it would better something. As values are whole
 numbers that only fall, and nobody stops before none can fall, the field is the same whoever comes first.
 
-No thread waits for another as long as there is work. One that is put aside in the middle of a tile holds up that tile.
+No thread waits for another as long as there is work. One that is put aside in the middle of a tile holds up that
+tile, and perhaps the one before, whose values it had yet to put down.
 """
 
 from typing import Any
@@ -32,9 +33,9 @@ from ppaas.planners.kernels.tile_queue import (
     waits,
     wake,
 )
-from ppaas.planners.kernels.tile_rows import SCRATCH
+from ppaas.planners.kernels.tile_rows import KEPT, SCRATCH
 from ppaas.planners.kernels.tile_setup import lay_around
-from ppaas.planners.kernels.tile_visit import visit
+from ppaas.planners.kernels.tile_visit import put_down, visit
 
 Int = int | np.signedinteger[Any]
 Ints = NDArray[np.int64]
@@ -124,6 +125,14 @@ def _find_work(hints: Numbers, state: Ints, bound: Int) -> Int:
 
 
 @bare
+def _give_up(field: Numbers, tiles: Int, words: Numbers, hints: Numbers, places: Numbers, scratch: Numbers) -> Int:
+    """Put down what is kept of a tile, and end the work on it; return whether it waits again."""
+    kept = np.int64(scratch[KEPT])
+    put_down(field, tiles, scratch)
+    return np.int64(let_go(words, hints, places, kept)) if kept != tiles else np.int64(0)
+
+
+@bare
 def _is_short_of_hands(state: Ints, helpers: Int) -> bool:
     """Return whether not all helpers are called, and so many tiles wait that one more is worth it."""
     waiting, called = state[THREADS + WAITING], 0
@@ -179,6 +188,8 @@ def grow_tiles(
     own: Int = 0
     end = state[me + LINES] + budget
     outcome = PAUSED
+    mine = scratch[thread]
+    mine[KEPT] = tiles
     atomics.add(state, ACTIVE, 1)
     while outcome == PAUSED and state[me + LINES] < end and not atomics.read(state, STOP):
         bound = _bound_of(target, field, marks)
@@ -186,16 +197,20 @@ def grow_tiles(
         begin, count = (thread * part, part) if atomics.read(state, ACTIVE) > 1 else (0, len(hints))
         tile, word = take(words, hints, places, bound, begin, count, own <= 0)
         if tile == NONE:
+            state[me + WAITING] += _give_up(field, tiles, words, hints, places, mine)
             outcome = _find_work(hints, state, bound)
             continue
         own = until_look(own, places[tile // GROUP] // part == thread)
         if not marks[tile] & TOUCHED:
             lay_around(source, height, width, unknown, across, tiles, tile, costs, tables, marks)
+        kept = np.int64(mine[KEPT])
         woken, work, overlong = visit(
-            field, tables, costs, across, tiles, tile, word & REASONS, marks, words, hints, places,
-            scratch[thread],
+            field, tables, costs, across, tiles, tile, word & REASONS, marks, words, hints, places, mine,
+            tile != target >> CELL_SHIFT,
         )  # fmt: skip
-        woken += let_go(words, hints, places, tile)
+        for done in (kept, tile):
+            if done != tiles and done != mine[KEPT]:
+                woken += let_go(words, hints, places, done)
         state[me + WAITING] += woken - 1
         state[me + LINES] += work + PER_VISIT
         if overlong:
@@ -204,6 +219,7 @@ def grow_tiles(
             outcome = TOO_NARROW
         elif helpers and _is_short_of_hands(state, helpers):
             outcome = SHORT_OF_HANDS
+    state[me + WAITING] += _give_up(field, tiles, words, hints, places, mine)
     atomics.add(state, ACTIVE, -1)
     atomics.write(state, me + CALLED, 0)
     return outcome

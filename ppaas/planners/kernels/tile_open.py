@@ -40,9 +40,6 @@ Numbers = NDArray[np.uint32]
 FROM_LEFT, FROM_RIGHT, BESIDE_LEFT, BESIDE_RIGHT = (SPARE + SIDE * line for line in range(4))
 """Lines of scratch memory for what stands beside each row, to move in diagonally and straight."""
 
-STAYS = np.int64(-1)
-"""Nowhere: the values of a tile stay where they are."""
-
 FROM_ABOVE = 1 << TOP | 1 << TOP_LEFT | 1 << TOP_RIGHT | 1 << GOAL
 FROM_BELOW = 1 << BOTTOM | 1 << BOTTOM_LEFT | 1 << BOTTOM_RIGHT | 1 << GOAL
 
@@ -85,8 +82,8 @@ def _pour(
 
 
 @bare
-def _look_along(values: Numbers, at: Int, weight: Int, field: Numbers, to: Int, scratch: Numbers) -> None:
-    """Carry values along each row, both ways, and stream them to the field if they lie elsewhere."""
+def _look_along(values: Numbers, at: Int, weight: Int, scratch: Numbers) -> None:
+    """Carry values along each row, both ways."""
     weights = simd.splat(weight)
     rising = simd.multiply(simd.ramp(), weights)
     falling = simd.subtract(simd.splat(LAST * weight), rising)
@@ -103,8 +100,6 @@ def _look_along(values: Numbers, at: Int, weight: Int, field: Numbers, to: Int, 
             leftward = simd.subtract(simd.least_from(simd.add(line, rising)), rising)
             line = simd.least(rightward, leftward)
             simd.store(values, at + row * SIDE, line)
-        if to != STAYS:
-            simd.stream(field, to + row * SIDE, line)
 
 
 @bare
@@ -141,10 +136,7 @@ def _flow(
 
 
 @bare
-def spread(
-    values: Numbers, at: Int, field: Numbers, to: Int, tables: Numbers, tile: Int, reasons: Int, fresh: bool,
-    scratch: Numbers,
-) -> Int:  # fmt: skip
+def spread(values: Numbers, at: Int, tables: Numbers, tile: Int, reasons: Int, fresh: bool, scratch: Numbers) -> Int:
     """Settle a tile within; return the lines done, two as one: they take half the time of others.
 
     Parameters
@@ -152,9 +144,6 @@ def spread(
     values : uint32 array
     at : int
         Where in it the tile's values lie; if it is fresh, nothing is there yet.
-    field : uint32 array
-    to : int
-        Where in it they are to lie as well once it is settled, or `STAYS`.
     tables, tile, reasons, scratch
         As in `ppaas.planners.kernels.tile_growth`.
     fresh : bool
@@ -170,5 +159,5 @@ def spread(
             simd.store(values, at + row * SIDE, simd.splat(UNREACHED))
     simd.store(scratch, BESIDE_LEFT, edge(tables, seen(scratch, LEFT), RIGHT))
     simd.store(scratch, BESIDE_RIGHT, edge(tables, seen(scratch, RIGHT), LEFT))
-    _look_along(values, at, np.int64(simd.least_of(weights)), field, to, scratch)
+    _look_along(values, at, np.int64(simd.least_of(weights)), scratch)
     return (work + SIDE) >> 1

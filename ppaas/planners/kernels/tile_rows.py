@@ -48,8 +48,10 @@ KEYS = SEEN + 9
 """With what each neighbour is to be woken."""
 SPARE = BESIDE + SIDE
 """Behind them: four rows more."""
+KEPT = KEYS + 8
+"""The tile whose values lie behind `TILE`; the number of the outside if they are no tile's."""
 TILE = SPARE + 4 * SIDE
-"""Behind them: the values of a whole tile that goes to the field once it is settled."""
+"""Behind them: the values of a tile that is settled, which go to the field when the next is worked on."""
 SCRATCH = TILE + SIDE * SIDE
 """Numbers in the scratch memory of one thread."""
 

@@ -34,8 +34,8 @@ Tables = NDArray[np.uint32]
 
 
 @bare
-def _describe(cells: Bytes, at: Int, stride: Int, unknown: Int, tables: Tables, table: Int) -> None:
-    """Fill one table from 32 rows of costs that begin at ``at`` and lie ``stride`` apart."""
+def _describe(cells: Bytes, at: Int, stride: Int, unknown: Int, tables: Tables, table: Int) -> Int:
+    """Fill one table from 32 rows of costs that begin at ``at`` and lie ``stride`` apart; return the tile's kind."""
     some, every, mixed, left, right = 0, ALL, 0, 0, 0
     cost: Int = -1
     for row in range(SIDE):
@@ -54,6 +54,7 @@ def _describe(cells: Bytes, at: Int, stride: Int, unknown: Int, tables: Tables, 
     kind = MIXED if mixed else OPEN if every == ALL else WALLED if some else BLOCKED
     tables[table + KIND] = kind
     tables[table + COST] = max(cost, 0)
+    return np.int64(kind)
 
 
 @bare
@@ -98,8 +99,8 @@ def lay_tile(
     rows, columns = min(SIDE, height - top), min(SIDE, width - left)
     kept, table = tile * CELLS, tile * TABLE
     if rows == SIDE and columns == SIDE:
-        _describe(source, top * width + left, width, unknown, tables, table)
-        for row in range(SIDE if tables[table + KIND] == MIXED else 0):
+        kind = _describe(source, top * width + left, width, unknown, tables, table)
+        for row in range(SIDE if kind == MIXED else 0):
             simd.store_bytes(costs, kept + row * SIDE, simd.load_bytes(source, (top + row) * width + left))
         return
     _keep_part(source, top * width + left, width, rows, columns, costs, kept)
@@ -118,9 +119,15 @@ def lay_around(
     first = max(tile % across - 1, 0) // TOGETHER * TOGETHER
     end = min((tile % across + 1) // TOGETHER * TOGETHER + TOGETHER, across)
     for row in range(tile // across - 1, tile // across + 2):
+        if not 0 <= row * across < tiles:
+            continue
+        lacked = False
         for beside in range(row * across + first, row * across + end):
-            if 0 <= beside < tiles and not atomics.read(marks, beside) & LAID:
+            if not atomics.read(marks, beside) & LAID:
                 lay_tile(source, height, width, unknown, across, beside, costs, tables)
+                lacked = True
+        for beside in range(row * across + first, row * across + end if lacked else 0):
+            if not atomics.read(marks, beside) & LAID:  # so it was laid out just now
                 atomics.mark(marks, beside, LAID)
 
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ppaas.planners.kernels import atomics, simd
 from ppaas.planners.kernels.bare import bare, joined
+from ppaas.planners.kernels.fetching import LINE, fetch
 from ppaas.planners.kernels.tile_border import (
     beside,
     crossed,
@@ -41,7 +42,7 @@ from ppaas.planners.kernels.tile_layout import (
     TOUCHED,
     UNREACHED,
 )  # fmt: skip
-from ppaas.planners.kernels.tile_open import STAYS, is_open_beside, spread
+from ppaas.planners.kernels.tile_open import is_open_beside, spread
 from ppaas.planners.kernels.tile_queue import wake
 from ppaas.planners.kernels.tile_rows import (
     BACK,
@@ -49,6 +50,7 @@ from ppaas.planners.kernels.tile_rows import (
     ENTER_LEFT,
     ENTER_RIGHT,
     FORTH,
+    KEPT,
     KEYS,
     LAST,
     SELF,
@@ -68,7 +70,7 @@ Bytes = NDArray[np.uint8]
 
 STREAMED = 2048
 """Tiles of a field, 8 MB, from which on the values of an open one are written past the caches: it is hardly ever come
-back to, and would not be there any more."""
+back to, and would not be there any more. They are written while the next tile is worked on."""
 
 
 @bare
@@ -179,23 +181,50 @@ def _work_off(
 
 
 @bare
+def put_down(field: Numbers, tiles: Int, scratch: Numbers) -> None:
+    """Write the values of a tile that a thread keeps, if it keeps any, to the field.
+
+    Others see them after the next atomic step of this thread, which waits until they are written: much is to be done
+    before that comes.
+    """
+    kept = np.int64(scratch[KEPT])
+    for row in range(SIDE if kept != tiles else 0):
+        simd.stream(field, kept * CELLS + row * SIDE, simd.load(scratch, TILE + row * SIDE))
+    scratch[KEPT] = tiles
+
+
+@joined
+def _fetch_around(tables: Numbers, tile: Int, scratch: Numbers) -> None:
+    """Fetch what a visit writes to the table of its tile, and reads of those around even if nobody has been there."""
+    for number in range(EDGES, FREE, LINE):
+        fetch(tables, tile * TABLE + number)
+    for move in range(8):
+        for number in range(FREE, TABLE, LINE):
+            fetch(tables, beside(scratch, move) * TABLE + number)
+
+
+@bare
 def visit(
     field: Numbers, tables: Numbers, costs: Bytes, across: Int, tiles: Int, tile: Int, reasons: Int,
-    marks: Bytes, words: Numbers, hints: Numbers, places: Numbers, scratch: Numbers,
+    marks: Bytes, words: Numbers, hints: Numbers, places: Numbers, scratch: Numbers, may_keep: bool,
 ) -> tuple[Int, Int, bool]:  # fmt: skip
-    """Work on one tile, and wake its neighbours."""
+    """Work on one tile, and wake its neighbours; what was kept of another is put down.
+
+    Whether its own values are kept is in the scratch memory then. As long as they are, nobody else may work on it.
+    """
     look_around(tile, across, tiles, marks, scratch)
+    _fetch_around(tables, tile, scratch)
+    put_down(field, tiles, scratch)
     fresh = seen(scratch, SELF) == tiles
+    values, at = field, tile * CELLS
     if tables[tile * TABLE + KIND] == OPEN and is_open_beside(tables, scratch):
-        if fresh and tiles >= STREAMED:
-            work = spread(scratch, TILE, field, tile * CELLS, tables, tile, reasons, fresh, scratch)
-            lines, overlong = _show(scratch, TILE, tables, tile, scratch)
-        else:
-            work = spread(field, tile * CELLS, field, STAYS, tables, tile, reasons, fresh, scratch)
-            lines, overlong = _show(field, tile * CELLS, tables, tile, scratch)
+        if fresh and tiles >= STREAMED and may_keep:
+            values, at = scratch, np.int64(TILE)
+            scratch[KEPT] = tile
+        work = spread(values, at, tables, tile, reasons, fresh, scratch)
     else:
         work = _work_off(field, tables, costs, tile, reasons, fresh, scratch)
-        lines, overlong = _show(field, tile * CELLS, tables, tile, scratch)
+    lines, overlong = _show(values, at, tables, tile, scratch)
     if fresh:
         atomics.mark(marks, tile, TOUCHED)
     look_around(tile, across, tiles, marks, scratch)

@@ -89,16 +89,59 @@ def test_any_number_of_threads_gives_the_field_of_the_queue_bit_for_bit(kind, se
         assert np.array_equal(tiled.values(), queued.values())
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-def test_open_tiles_of_a_large_map_that_are_written_past_the_caches_have_the_values_of_the_queue(threads):
-    costs = np.kron(np.random.default_rng(3).choice([0, 0, 0, 0, 0, 0, 7, 254], (12, 12)), np.ones((128, 128)))
-    costs = costs.astype(np.uint8)
+@pytest.fixture(scope="module")
+def halls():
+    """A map so large that the values of open tiles are kept until the next is worked on; nobody can write to it."""
+    blocks = np.random.default_rng(3).choice([0, 0, 0, 0, 0, 0, 7, 254], (12, 12))
+    costs = np.kron(blocks, np.ones((128, 128))).astype(np.uint8)
     assert costs.size >= tile_visit.STREAMED * tile_layout.CELLS
-    free = grids.free_cells(costs, True)
+    costs.flags.writeable = False
+    return costs, grids.free_cells(costs, True)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_open_tiles_of_a_large_map_that_are_written_past_the_caches_have_the_values_of_the_queue(threads, halls):
+    costs, free = halls
     tiled, queued = fields(costs, [free[len(free) // 3], free[-1]], threads=threads)
     tiled.grow()
     queued.grow()
     assert np.array_equal(tiled.values(), queued.values())
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_an_early_stop_in_an_open_tile_of_a_large_map_does_not_look_at_values_of_the_field_before(threads, halls):
+    costs, free = halls
+    queued = fields(costs, [free[0]])[1]
+    queued.grow()
+    values = queued.values()
+    for target in free[1 :: len(free) // 9]:
+        before, _ = fields(costs, [target])  # all of its values near the target are less
+        before.grow()
+        used = before._memory
+        del before
+        tiled, _ = fields(costs, [free[0]], threads=threads)
+        assert tiled._memory is used
+        assert tiled.grow(target) == np.isfinite(values[target])
+        if np.isfinite(values[target]):
+            assert tiled.values_at(np.array([target]))[0] == values[target]
+            assert tiled.path_from(target).tolist() == queued.path_from(target).tolist()
+
+
+@pytest.mark.parametrize("budget", [1, 50, 3_000])
+def test_threads_of_a_large_map_that_are_stopped_anywhere_leave_all_values_in_the_field(budget, halls):
+    costs, free = halls
+    tiled, queued = fields(costs, free[:1], threads=MANY)
+    work = tiled._work(-1)
+    for _ in range(30):
+        with ThreadPoolExecutor(MANY) as threads:
+            list(threads.map(work, range(MANY), [0] * MANY, [budget] * MANY))
+    touched = np.flatnonzero(tiled._memory.marks[: tiled._tiles] & tile_layout.TOUCHED)
+    queued.grow()
+    expected, now = queued.values(), tiled.values()
+    assert len(touched)
+    assert (now >= expected).all()
+    tiled.grow()
+    assert np.array_equal(tiled.values(), expected)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -10,7 +10,6 @@ once.
 import numpy as np
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.fetching import LINE, fetch
 from ppaas.planners.hub_labels.kernels.gates import BOTTOM, LEFTMOST, RIGHTMOST, TOP
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
 from ppaas.planners.hub_labels.kernels.joining import least_between
@@ -50,6 +49,7 @@ from ppaas.planners.hub_labels.kernels.scratch import (
 )
 from ppaas.planners.hub_labels.kernels.trees import FAR
 from ppaas.planners.kernels.bare import bare, joined
+from ppaas.planners.kernels.fetching import LINE, fetch
 
 
 @bare

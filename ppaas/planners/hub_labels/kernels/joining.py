@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.fetching import LINE, WORDS_A_LINE, fetch
 from ppaas.planners.hub_labels.kernels.layout import (
     COLUMN,
     CORNER_SIZE,
@@ -38,6 +37,7 @@ from ppaas.planners.hub_labels.kernels.terrain import (
 from ppaas.planners.hub_labels.kernels.trees import FAR
 from ppaas.planners.kernels import simd
 from ppaas.planners.kernels.bare import bare, joined
+from ppaas.planners.kernels.fetching import LINE, WORDS_A_LINE, fetch
 
 lanes: Any = simd  # numba's annotations take what makes an operation for the operation
 

@@ -3,7 +3,6 @@
 import numpy as np
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.fetching import LINE, fetch
 from ppaas.planners.hub_labels.kernels.gates import HUB_BITS
 from ppaas.planners.hub_labels.kernels.layout import (
     CORNER_SIZE,
@@ -35,6 +34,7 @@ from ppaas.planners.hub_labels.kernels.scratch import (
 )
 from ppaas.planners.hub_labels.kernels.trees import FAR
 from ppaas.planners.kernels.bare import bare, joined
+from ppaas.planners.kernels.fetching import LINE, fetch
 
 HUB = (1 << HUB_BITS) - 1
 

@@ -7,10 +7,10 @@ order of importance. One of two labels is laid out first: ``reach`` tells how fa
 import numpy as np
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.fetching import LINE, fetch
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.trees import FAR
 from ppaas.planners.kernels.bare import bare, joined
+from ppaas.planners.kernels.fetching import LINE, fetch
 
 AT_A_TIME = LINE
 """Entries after which it is asked whether they tell a way that is short enough: the most important hubs mostly do."""

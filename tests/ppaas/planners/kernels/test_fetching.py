@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from ppaas.planners.hub_labels.kernels.fetching import fetch
+from ppaas.planners.kernels.fetching import fetch
 
 
 @njit
