@@ -8,6 +8,7 @@ from functools import cache, partial
 from typing import TypeVar
 
 from ppaas.errors import PlanCancelled
+from ppaas.planners.helper_threads import HelperThreads
 from ppaas.planners.watch import proceed
 
 T = TypeVar("T")
@@ -84,6 +85,8 @@ class Helpers:
     def call(self, work: Callable[[], object]) -> None:
         """Let one more help: it calls ``work``, which is to return soon when there is nothing to do."""
         self._see_who_left()
+        if not self._at_work:
+            _threads().keep_off()
         self._at_work.append(_threads().submit(work))
 
     def rest(self) -> None:
@@ -139,9 +142,8 @@ def share(slices: Sequence[T], work: Callable[[T], object], *, helpers: int, che
 
 
 @cache
-def _threads() -> ThreadPoolExecutor:
-    """Return the threads of all helpers, which are started as they are needed."""
-    return ThreadPoolExecutor(os.cpu_count(), thread_name_prefix="planning")
+def _threads() -> HelperThreads:
+    return HelperThreads()
 
 
 if hasattr(os, "register_at_fork"):
