@@ -1,7 +1,7 @@
-"""The threads of all helpers, which begin their work on other CPUs than the one that calls them.
+"""The threads of all helpers, which wake on other CPUs than the one that calls them.
 
 Linux may wake a thread on the CPU of who wakes it even if another is idle, and let it run at once: then the caller
-waits until its helper is done. So those that sleep are told to wake elsewhere; once they work they may go anywhere.
+waits until its helper is done. So they are kept off it.
 """
 
 import ctypes
@@ -17,37 +17,27 @@ class HelperThreads:
     """Threads that are started as they are needed, one for each CPU at most."""
 
     def __init__(self) -> None:
-        self._ids: list[int] = []
+        self._kept: dict[int, set[int]] = {}
         self._executor = ThreadPoolExecutor(
-            os.cpu_count(), "planning", initializer=lambda: self._ids.append(threading.get_native_id())
+            os.cpu_count(), "planning", initializer=lambda: self._kept.update({threading.get_native_id(): set()})
         )
 
     def submit(self, work: Callable[[], object]) -> Future[object]:
         """Let the first that is free do some work."""
-        return self._executor.submit(_anywhere, threading.get_native_id(), work)
+        return self._executor.submit(work)
 
     def keep_off(self) -> None:
-        """Let none of those that sleep wake on the CPU of the caller."""
+        """Keep them to the CPUs that the caller may use, and off the one that it runs on, if there is another."""
         here = _sched_getcpu()
         if here is None:
             return
-        others = os.sched_getaffinity(0) - {here()}
-        for thread in self._ids if others else ():
-            _allow(thread, others)
-
-
-def _anywhere(caller: int, work: Callable[[], object]) -> object:
-    """Do some work on any CPU that the caller may use: as of now, because it may be moved to others at any time."""
-    if _sched_getcpu() is not None:
-        with suppress(ProcessLookupError):  # it called off the work, and ended
-            _allow(0, os.sched_getaffinity(caller))
-    return work()
-
-
-def _allow(thread: int, cpus: set[int]) -> None:
-    """Let a thread use some CPUs, or leave it as it is where that is forbidden, or they have just been taken away."""
-    with suppress(OSError):
-        os.sched_setaffinity(thread, cpus)
+        allowed = os.sched_getaffinity(0)
+        others = allowed - {here()} or allowed
+        for thread, kept in list(self._kept.items()):
+            if kept != others:
+                self._kept[thread] = others
+                with suppress(OSError):  # forbidden here, or these CPUs have just been taken away
+                    os.sched_setaffinity(thread, others)
 
 
 @cache

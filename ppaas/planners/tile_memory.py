@@ -64,7 +64,7 @@ class TileMemory:
         allow_unknown : bool
             Whether unknown cells are free.
         """
-        self.helpers.wait()
+        self._wait_for_helpers()
         if len(self.scratch) < threads:
             self.scratch = _scratch(threads)
             self.state = _aligned(state_size(threads), np.int64)
@@ -94,7 +94,7 @@ class TileMemory:
 
     def open_for_help(self) -> None:
         """Let helpers come, after those have left that were called before."""
-        self.helpers.wait()
+        self._wait_for_helpers()
         self.state[STOP] = 0
         self._called[:] = 0
 
@@ -108,6 +108,13 @@ class TileMemory:
         """Tell all helpers to leave, but do not wait for them: one may have been put aside for a while."""
         self.state[STOP] = 1
         self.helpers.send_away()
+
+    def _wait_for_helpers(self) -> None:
+        """Wait until nobody uses this memory; who has left the kernel need not have told so."""
+        if self._called[1:].any():
+            self.helpers.wait()
+        else:
+            self.helpers.forget()
 
     @property
     def _called(self) -> NDArray[np.int64]:

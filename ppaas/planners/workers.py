@@ -104,6 +104,10 @@ class Helpers:
             future.result()
         self._at_work.clear()
 
+    def forget(self) -> None:
+        """Do not wait for those who are about to leave, nor tell what went wrong with them."""
+        self._at_work.clear()
+
     def _see_who_left(self) -> None:
         left = [future for future in self._at_work if future.done()]
         for future in left:

@@ -51,6 +51,8 @@ PER_VISIT = 40
 """Lines that the work around a visit is worth."""
 POLLS = 500
 """Looks for work before a thread gives up: some 20 µs."""
+LINGERS = 20_000
+"""Looks whether a helper may leave: some 10 µs."""
 EACH = 3
 """So many tiles must wait for each thread before one more is asked for."""
 
@@ -130,6 +132,14 @@ def _give_up(field: Numbers, tiles: Int, words: Numbers, hints: Numbers, places:
     kept = np.int64(scratch[KEPT])
     put_down(field, tiles, scratch)
     return np.int64(let_go(words, hints, places, kept)) if kept != tiles else np.int64(0)
+
+
+@bare
+def _linger(state: Ints) -> None:
+    """Let the planner's own thread leave first: it would wait until a helper has done what Python has it do then."""
+    for _ in range(LINGERS):
+        if atomics.read(state, STOP):
+            break
 
 
 @bare
@@ -221,6 +231,8 @@ def grow_tiles(
             outcome = SHORT_OF_HANDS
     state[me + WAITING] += _give_up(field, tiles, words, hints, places, mine)
     atomics.add(state, ACTIVE, -1)
+    if thread and outcome in (EXHAUSTED, SETTLED):
+        _linger(state)
     atomics.write(state, me + CALLED, 0)
     return outcome
 

@@ -7,6 +7,7 @@ from ppaas.planners import helper_threads
 from ppaas.planners.helper_threads import HelperThreads
 
 CPUS = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set()
+with_two_cpus = pytest.mark.skipif(len(CPUS) < 2, reason="one CPU: no other to run on")
 
 
 @pytest.fixture
@@ -16,36 +17,43 @@ def asleep():
     return threads, threads.submit(threading.get_native_id).result()
 
 
-@pytest.mark.skipif(len(CPUS) < 2, reason="one CPU: no other to run on")
-def test_a_helper_is_not_woken_where_the_caller_runs_and_goes_anywhere_when_it_works(asleep):
+@with_two_cpus
+def test_a_helper_runs_where_the_caller_does_not(asleep):
     threads, helper = asleep
     threads.keep_off()
-    assert len(CPUS - os.sched_getaffinity(helper)) == 1
-    assert threads.submit(lambda: os.sched_getaffinity(0)).result() == CPUS
+    allowed = threads.submit(lambda: os.sched_getaffinity(0)).result()
+    assert allowed == os.sched_getaffinity(helper)
+    assert allowed < CPUS
+    assert len(CPUS - allowed) == 1
 
 
-@pytest.mark.skipif(len(CPUS) < 2, reason="one CPU: no other to run on")
+@with_two_cpus
 def test_a_helper_keeps_to_the_cpus_that_the_caller_is_given_meanwhile(asleep):
     threads, _ = asleep
     found = []
 
     def call():
-        threads.keep_off()
-        os.sched_setaffinity(0, {min(CPUS)})  # of this thread alone
-        found.append(threads.submit(lambda: os.sched_getaffinity(0)).result())
+        for cpus in ({min(CPUS)}, {max(CPUS)}, CPUS):
+            os.sched_setaffinity(0, cpus)  # of this thread alone
+            threads.keep_off()
+            found.append(threads.submit(lambda: os.sched_getaffinity(0)).result())
 
     caller = threading.Thread(target=call)
     caller.start()
     caller.join()
-    assert found == [{min(CPUS)}]
+    assert found[:2] == [{min(CPUS)}, {max(CPUS)}], "there is no other"
+    assert len(CPUS - found[2]) == 1
 
 
-def test_a_caller_with_one_cpu_has_its_helpers_there(asleep, monkeypatch):
-    threads, _ = asleep
-    monkeypatch.setattr(helper_threads, "_sched_getcpu", lambda: lambda: 3)
-    monkeypatch.setattr(os, "sched_getaffinity", lambda thread: {3})
-    monkeypatch.setattr(os, "sched_setaffinity", lambda thread, cpus: pytest.fail("there is no other"))
-    threads.keep_off()
+def test_what_is_so_already_is_not_asked_for_again(asleep, monkeypatch):
+    threads, helper = asleep
+    asked, here = [], 0
+    monkeypatch.setattr(helper_threads, "_sched_getcpu", lambda: lambda: here)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda thread: {0, 1, 2})
+    monkeypatch.setattr(os, "sched_setaffinity", lambda thread, cpus: asked.append((thread, cpus)))
+    for here in (0, 0, 2, 2, 0):  # noqa: B007 - looked at by the function above
+        threads.keep_off()
+    assert asked == [(helper, {1, 2}), (helper, {0, 1}), (helper, {1, 2})]
 
 
 def test_where_cpus_cannot_be_chosen_helpers_work_all_the_same(asleep, monkeypatch):

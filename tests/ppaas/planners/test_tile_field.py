@@ -1,6 +1,7 @@
 import os
 import subprocess
 import sys
+import threading
 import weakref
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -320,6 +321,30 @@ def test_helpers_are_called_and_the_next_field_waits_until_they_have_left(monkey
         assert np.array_equal(tiled.values(), expected)
         del tiled
     assert called
+
+
+def test_the_next_field_does_not_wait_for_a_helper_who_has_left_the_kernel_and_is_about_to_tell():
+    memory, gone, gate = tile_memory.TileMemory(4), threading.Event(), threading.Event()
+    memory.begin(4, 2, np.zeros((64, 64), np.uint8), allow_unknown=True)
+
+    def leave(number):
+        memory.state[tile_growth.THREADS + number * tile_growth.APART + tile_growth.CALLED] = 0
+        gone.set()
+        assert gate.wait(30)
+
+    memory.open_for_help()
+    memory.call_help(leave)
+    assert gone.wait(30)
+    memory.open_for_help()
+    assert not gate.is_set()
+    gate.set()
+
+
+def test_a_helper_who_finds_all_done_leaves_when_the_planner_has_or_after_a_moment():
+    tiled, _ = fields(np.zeros((64, 64), np.uint8), [(0, 0)], threads=2)
+    work = tiled._work(-1)
+    assert work(0, 0, 1_000_000) == EXHAUSTED
+    assert work(1, 0, 1_000_000) == EXHAUSTED
 
 
 @pytest.mark.parametrize(("size", "asked"), [(500, False), (600, True)])
