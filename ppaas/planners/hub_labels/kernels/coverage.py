@@ -94,7 +94,6 @@ def cover(
             best = _best(totals)
             if _worth(best, totals) < len(parents):
                 return True
-            work += len(totals)
             order[state[0]] = best
         best = order[state[0]]
         while state[1] < len(parents) and work < budget:
@@ -106,6 +105,7 @@ def cover(
             totals[best] = -1
             state[0] += 1
             state[1] = 0
+            work += len(totals)  # for the look at all of them; not before, or a small budget never came to a tree
     return bool(state[0] == len(totals))
 
 
