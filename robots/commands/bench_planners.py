@@ -38,6 +38,9 @@ def configure(kinds: Any) -> None:
         verbs[name].add_argument("--plot", type=Path, metavar="OUT.png", help=_PLOTS[name])
     _configure_scenario(verbs["scenario"])
     verbs["field"].add_argument("--beside", type=_names, default=[], metavar="A,B", help="navfn, or packages of peers")
+    verbs["field"].add_argument(
+        "--pause", type=float, metavar="S", help="tell what a field takes that long after another"
+    )
     verbs["compare"].add_argument("--only", action="append", metavar="PACKAGE", help="a peer; all that are installed")
     verbs["index"].add_argument("--planner", default="hub_labels", help="one that prepares a map (%(default)s)")
     verbs["scaling"].add_argument("--kind", action="append", help="of grid (empty, random 20 %%, maze)")
@@ -94,6 +97,8 @@ def _field(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[st
     others = beside(arguments.beside)
     told = field.measure(grid, _goal(arguments), threads, progress, others=others)
     _tell_left_out(told, progress)
+    if arguments.pause is not None:
+        told["paused_seconds"] = field.now_and_then(grid, tuple(told["goal"]), threads, arguments.pause, progress)
     if arguments.plot is not None:
         _plot(arguments.plot, lengths.chart(asyncio.run(lengths.measure_locally(grid.costmap, threads, progress))))
     return told, tables.field_rows(told)

@@ -1,6 +1,9 @@
 """How fast the full field of costs of a grid is computed, by itself and beside others."""
 
+import statistics
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from time import sleep
 from typing import Any
 
 import numpy as np
@@ -16,6 +19,11 @@ from robots.bench.planners.timing import BUDGET, RUNS, announce, compilation, cp
 
 Work = Callable[[], object]
 
+APART = 60
+"""Fields that are computed now and then with each number of threads."""
+LONGEST = 60.0
+"""Between two of them [s]."""
+
 
 def grow(costmap: Costmap, goal: Cell, threads: int) -> CostField:
     """Compute a field from one goal all over the map."""
@@ -30,6 +38,10 @@ def reached_once(costmap: Costmap, goal: Cell, threads: Sequence[int]) -> int:
     for n in others:
         grow(costmap, goal, n)  # its memory is the next one's
     return int(np.count_nonzero(np.isfinite(grow(costmap, goal, last).values())))
+
+
+def _first(costmap: Costmap, goal: Cell, threads: int) -> CostField:
+    return grow(newly_read(costmap), goal, threads)
 
 
 def newly_read(costmap: Costmap) -> Costmap:
@@ -103,6 +115,39 @@ def measure(
         "compile_seconds": compiled.seconds,
         "cpus": cpus(),
     }
+
+
+def now_and_then(grid: Grid, goal: Cell, threads: Sequence[int], pause: float, progress: Progress) -> dict[str, float]:
+    """Return what a field takes that is computed a while after the one before, as robots' are: caches have gone cold,
+    and threads asleep.
+
+    Parameters
+    ----------
+    grid : Grid
+    goal : (row, column)
+    threads : sequence of int
+    pause : float
+        Between two fields [s].
+    progress : Progress
+
+    Returns
+    -------
+    dict
+        By number of threads the median of `APART` fields, each on a map that is new to the planner [s].
+
+    Raises
+    ------
+    InvalidParameter
+        No such pause.
+    """
+    if not 0.0 <= pause <= LONGEST:
+        raise InvalidParameter(f"a pause is 0 to {LONGEST:g} s long, not {pause:g}")
+    spent: dict[str, list[float]] = {str(n): [] for n in threads}
+    for _ in progress.track(range(APART), description=f"{grid.name}, now and then"):
+        for n in threads:
+            sleep(pause)
+            spent[str(n)].append(timed(partial(_first, grid.costmap, goal, n))[0])
+    return {n: statistics.median(seconds) for n, seconds in spent.items()}
 
 
 def _ours(costmap: Costmap, goal: Cell, threads: Sequence[int]) -> dict[str, Work]:

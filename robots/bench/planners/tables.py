@@ -36,6 +36,7 @@ def field_rows(told: dict[str, Any]) -> list[Row]:
             "ms": _ms(seconds),
             "ns a cell": f"{told['ns_per_cell'][threads]:.2f}",
             "again, ms": _ms(told["again_seconds"][threads]),
+            **({"after a pause, ms": _ms(told["paused_seconds"][threads])} if "paused_seconds" in told else {}),
             **_times_faster(told, seconds),
         }
         for threads, seconds in told["seconds"].items()

@@ -23,6 +23,23 @@ def test_every_number_of_threads_has_its_seconds_and_all_cells_are_counted() -> 
     assert told["compile_seconds"] >= 0.0
 
 
+def test_what_a_field_takes_after_a_pause_is_the_median_and_the_pause_is_not_in_it(monkeypatch) -> None:
+    slept: list[float] = []
+    monkeypatch.setattr(field, "sleep", slept.append)
+    monkeypatch.setattr(field, "APART", 3)
+    monkeypatch.setattr(field, "timed", lambda work: (float(len(slept)), work()))
+    with Progress(disable=True) as progress:
+        told = field.now_and_then(grids.empty(40), (20, 20), [1, 2], 5.0, progress)
+    assert slept == [5.0] * 6
+    assert told == {"1": 3.0, "2": 4.0}
+
+
+@pytest.mark.parametrize("pause", [-1.0, float("nan"), 61.0])
+def test_a_pause_is_a_while(pause: float) -> None:
+    with Progress(disable=True) as progress, pytest.raises(InvalidParameter, match="pause"):
+        field.now_and_then(grids.empty(4), (0, 0), [1], pause, progress)
+
+
 def test_others_stand_beside_ours_or_it_is_told_why_not() -> None:
     absent = Peer("f", "absent-peer", "absent_peer", "nothing", NAVFN.prepare, NAVFN.told)
     too_far = Peer("f", "ppaas", "ppaas", "nothing", lambda *_: raise_too_far, NAVFN.told)
