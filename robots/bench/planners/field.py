@@ -40,13 +40,14 @@ def reached_once(costmap: Costmap, goal: Cell, threads: Sequence[int]) -> int:
     return int(np.count_nonzero(np.isfinite(grow(costmap, goal, last).values())))
 
 
-def _first(costmap: Costmap, goal: Cell, threads: int) -> CostField:
-    return grow(newly_read(costmap), goal, threads)
-
-
 def newly_read(costmap: Costmap) -> Costmap:
     """Return the same map as planners see it for the first time: they keep what they know of one, not of its copy."""
     return Costmap(costmap.data.view(), costmap.info)
+
+
+def grow_anew(costmap: Costmap, goal: Cell, threads: int) -> CostField:
+    """Compute a field of a map that planners see for the first time."""
+    return grow(newly_read(costmap), goal, threads)
 
 
 def farthest(field: CostField) -> Cell:
@@ -118,8 +119,7 @@ def measure(
 
 
 def now_and_then(grid: Grid, goal: Cell, threads: Sequence[int], pause: float, progress: Progress) -> dict[str, float]:
-    """Return what a field takes that is computed a while after the one before, as robots' are: caches have gone cold,
-    and threads asleep.
+    """Return what a field takes a while after another, as robots plan: caches are cold by then, and threads asleep.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def now_and_then(grid: Grid, goal: Cell, threads: Sequence[int], pause: float, p
     for _ in progress.track(range(APART), description=f"{grid.name}, now and then"):
         for n in threads:
             sleep(pause)
-            spent[str(n)].append(timed(partial(_first, grid.costmap, goal, n))[0])
+            spent[str(n)].append(timed(partial(grow_anew, grid.costmap, goal, n))[0])
     return {n: statistics.median(seconds) for n, seconds in spent.items()}
 
 

@@ -1,13 +1,14 @@
 """How the time for a cell of the full field depends on the size of the grid and the number of threads."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from rich.progress import Progress
 
 from ppaas.errors import InvalidParameter, NotFound
 from robots.bench.planners.chart import Axis, Line
-from robots.bench.planners.field import grow, newly_read, reached_once
+from robots.bench.planners.field import grow_anew, reached_once
 from robots.bench.planners.grids import KINDS, SEED, Grid, goal_in
 from robots.bench.planners.timing import announce, cpus, in_turn, on_threads
 
@@ -77,7 +78,7 @@ def _of_size(grids: Sequence[Grid], threads: Sequence[int], progress: Progress) 
         goal = goal_in(grid.costmap)
         reached += reached_once(grid.costmap, goal, threads)
         for n in threads:
-            works[f"{n} {number}"] = lambda map_=grid.costmap, goal=goal, n=n: grow(newly_read(map_), goal, n)
+            works[f"{n} {number}"] = partial(grow_anew, grid.costmap, goal, n)
     best = in_turn(works, progress, grids[0].name, RUNS)
     total = {str(n): sum(best[f"{n} {number}"] for number in range(len(grids))) for n in threads}
     return {
