@@ -14,7 +14,7 @@ from ppaas.planners import create, planner_names
 from ppaas.planners.ends import Cell
 from ppaas.planners.path import path_cost
 from robots.bench.planners import scenario
-from robots.bench.planners.field import farthest, grow, newly_read
+from robots.bench.planners.field import farthest, grow, grow_anew
 from robots.bench.planners.grids import Grid, goal_in
 from robots.bench.planners.peers import BESIDE, NAVFN, PATHS, Peer, Problem
 from robots.bench.planners.timing import announce, cpus, least, on_threads, within
@@ -141,7 +141,7 @@ def _our_fields(problem: Problem, threads: Sequence[int]) -> list[_Step]:
 
 def _our_field_row(problem: Problem, threads: int) -> Row:
     costmap, goal = problem.costmap, problem.goal
-    seconds, field = least(lambda: grow(newly_read(costmap), goal, threads))
+    seconds, field = least(partial(grow_anew, costmap, goal, threads))
     reached = int(np.isfinite(field.values()).sum())
     who = f"ppaas dijkstra, {on_threads(threads)}"
     told = {"who": who, "ours": True, "solves": "the definition", "seconds": seconds, "prepare_seconds": 0.0}
