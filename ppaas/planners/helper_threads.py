@@ -1,4 +1,4 @@
-"""The threads of all helpers, which wake on other CPUs than the one that calls them.
+"""Threads that help wake on other CPUs than the one that calls them.
 
 Linux may wake a thread on the CPU of who wakes it even if another is idle, and let it run at once: then the caller
 waits until its helper is done. So they are kept off it.
@@ -8,23 +8,19 @@ import ctypes
 import os
 import threading
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from functools import cache
 
 
 class HelperThreads:
-    """Threads that are started as they are needed, one for each CPU at most."""
+    """Threads that are kept off the CPU of who is about to wake them."""
 
     def __init__(self) -> None:
         self._kept: dict[int, set[int]] = {}
-        self._executor = ThreadPoolExecutor(
-            os.cpu_count(), "planning", initializer=lambda: self._kept.update({threading.get_native_id(): set()})
-        )
 
-    def submit(self, work: Callable[[], object]) -> Future[object]:
-        """Let the first that is free do some work."""
-        return self._executor.submit(work)
+    def enlist(self) -> None:
+        """Make the thread that calls this one of them."""
+        self._kept[threading.get_native_id()] = set()
 
     def keep_off(self) -> None:
         """Keep them to the CPUs that the caller may use, and off the one that it runs on, if there is another."""

@@ -10,11 +10,14 @@ from numpy.typing import NDArray
 from ppaas.costmap.costmap import Costmap
 from ppaas.planners import tile_memory
 from ppaas.planners.ends import Cell
+from ppaas.planners.field_helpers import boxes_for
 from ppaas.planners.grid_field import GridField
 from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED
 from ppaas.planners.kernels.propagation import TOO_NARROW
-from ppaas.planners.kernels.tile_growth import OUT_OF_WORK, SHORT_OF_HANDS, grow_tiles, seed_tiles
+from ppaas.planners.kernels.tile_growth import OUT_OF_WORK, grow_tiles, seed_tiles
+from ppaas.planners.kernels.tile_help import rest
 from ppaas.planners.kernels.tile_layout import ALL, CELLS, SIDE, TOUCHED, UNREACHED
+from ppaas.planners.kernels.tile_rows import SCRATCH
 from ppaas.planners.kernels.tile_setup import lay_sample
 from ppaas.planners.kernels.tile_walk import count_up_to, descend_tiles, read_rows
 from ppaas.planners.watch import proceed
@@ -29,8 +32,8 @@ others that first have to come, and far sooner where they find no core that is f
 or more is to be reached there is more to do, and they are asked for at once."""
 SLICE_ALONE_OF_FEW, FEW = 25_000, 256
 """The same on a map of no more than so many tiles: what is left of it after 0.1 ms is not worth calling others."""
-SLICE_HELPED = 1 << 62
-"""Of a helper, who is told when to stop."""
+PATIENCE = 50
+"""How long who is out of work sleeps before it looks again [µs]."""
 SLICE_WALKED = 50_000
 """Cells walked along between two checks."""
 SLICE_READ = 128
@@ -88,7 +91,7 @@ class TileField(GridField):
         self._tiles = -(-self._shape[0] // SIDE) * self._across
         self._bound: int | None = None
         self._memory = m = tile_memory.take(self._tiles)
-        weakref.finalize(self, tile_memory.give_back, m).atexit = False
+        weakref.finalize(self, tile_memory.give_back, m, self._source).atexit = False
         m.begin(self._tiles, threads, costmap.data, allow_unknown)
         seed_tiles(
             self._source, *self._shape, self._unknown, m.field, m.tables, m.costs,
@@ -148,31 +151,29 @@ class TileField(GridField):
     def _work_off(self, wanted: int) -> int:
         """Work, with helpers, and check now and then, until there is nothing to do; return why."""
         m, work = self._memory, self._work(wanted)
-        helpers, budget = 0, SLICE_ALONE if self._tiles > FEW else SLICE_ALONE_OF_FEW
+        boxes, budget = boxes_for(1), SLICE_ALONE if self._tiles > FEW else SLICE_ALONE_OF_FEW
         if wanted < 0 and self._tiles >= FEW:
-            helpers, budget = self._threads - 1, SLICE_LINES
+            boxes, budget = boxes_for(self._threads), SLICE_LINES
         m.open_for_help()
         try:
             while True:
                 self._check()
-                outcome = work(0, helpers, budget)
-                helpers, budget = self._threads - 1, SLICE_LINES
-                if outcome == SHORT_OF_HANDS:
-                    m.call_help(lambda number: work(number, 0, SLICE_HELPED))
-                elif outcome == OUT_OF_WORK:
-                    m.helpers.rest()
+                outcome = work(boxes, 0, budget)
+                if outcome == OUT_OF_WORK:
+                    rest(PATIENCE)
                 elif outcome != PAUSED:
                     return int(outcome)
+                boxes, budget = boxes_for(self._threads), SLICE_LINES
         finally:
-            m.close_for_help()
+            m.close_for_help(boxes)
 
-    def _work(self, wanted: int) -> Callable[[int, int, int], int]:
-        """Return the kernel for this field: without it, so that the field can go before a helper that was held up."""
+    def _work(self, wanted: int) -> Callable[[NDArray[np.int64], int, int], int]:
+        """Return the kernel for this field, which takes the boxes of helpers, the number of a thread and its budget."""
         m = self._memory
         return partial(
             grow_tiles,
             self._source, *self._shape, self._unknown, m.field, m.tables, m.costs, self._across, self._tiles,
-            m.marks, m.words, m.hints, m.places, m.scratch[: self._threads], m.state, wanted,
+            m.marks, m.words, m.hints, m.places, m.scratch[: self._threads * SCRATCH], m.state, wanted,
         )  # fmt: skip
 
     def path_from(self, cell: Cell) -> NDArray[np.int32]:

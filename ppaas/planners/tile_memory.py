@@ -1,22 +1,24 @@
 """The arrays of a field of tiles, which the next field takes over: fresh memory costs as much time as the field."""
 
+import os
 import weakref
-from collections.abc import Callable
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.planners.kernels.tile_growth import APART, CALLED, STOP, THREADS, state_size
+from ppaas.planners.kernels.tile_help import rest, send_away
 from ppaas.planners.kernels.tile_layout import CELLS, EDGES, FREE, KIND, LAID, TABLE, UNREACHED
 from ppaas.planners.kernels.tile_queue import GROUP, IDLE, lay_places, part_size
 from ppaas.planners.kernels.tile_rows import SCRATCH
-from ppaas.planners.workers import Helpers
+from ppaas.planners.kernels.tile_state import APART, CALLED, STOP, THREADS, state_size
 
 T = TypeVar("T", bound=np.generic)
 
 LINE = 64
 """Bytes of a cache line."""
+PATIENCE = 50
+"""How long who waits for helpers sleeps before it looks again [µs]."""
 MOST_TOO_LARGE = 4
 """Arrays that are larger than needed by more than this factor are not taken over."""
 
@@ -38,9 +40,8 @@ class TileMemory:
         self.marks = np.empty(tiles + 1, np.uint8)
         self._words = _aligned(-(-tiles // GROUP) * GROUP, np.uint32)
         self._share_among(1, tiles)
-        self.scratch = _scratch(1)
-        self.state = _aligned(state_size(1), np.int64)
-        self.helpers = Helpers()
+        self.scratch = _aligned(SCRATCH, np.uint32)
+        self.state = _state(1)
         self._map: tuple[weakref.ref[NDArray[np.uint8]], bool] | None = None
 
     @property
@@ -65,9 +66,9 @@ class TileMemory:
             Whether unknown cells are free.
         """
         self._wait_for_helpers()
-        if len(self.scratch) < threads:
-            self.scratch = _scratch(threads)
-            self.state = _aligned(state_size(threads), np.int64)
+        if len(self.scratch) < threads * SCRATCH:
+            self.scratch = _aligned(threads * SCRATCH, np.uint32)
+            self.state = _state(threads)
         if self._sharing != (threads, tiles):
             self._share_among(threads, tiles)
         if self._map is not None and self._map[0]() is data and self._map[1] == allow_unknown:
@@ -96,33 +97,27 @@ class TileMemory:
         """Let helpers come, after those have left that were called before."""
         self._wait_for_helpers()
         self.state[STOP] = 0
-        self._called[:] = 0
 
-    def call_help(self, work: Callable[[int], object]) -> None:
-        """Call one more helper, who is given its number: the first that is free."""
-        number = int(np.argmin(self._called[1:])) + 1
-        self._called[number] = 1
-        self.helpers.call(lambda: work(number))
-
-    def close_for_help(self) -> None:
+    def close_for_help(self, boxes: NDArray[np.int64]) -> None:
         """Tell all helpers to leave, but do not wait for them: one may have been put aside for a while."""
-        self.state[STOP] = 1
-        self.helpers.send_away()
-
-    def _wait_for_helpers(self) -> None:
-        """Wait until nobody uses this memory; who has left the kernel need not have told so."""
-        if self._called[1:].any():
-            self.helpers.wait()
-        else:
-            self.helpers.forget()
+        if len(boxes):
+            send_away(boxes, self.state)
 
     @property
-    def _called(self) -> NDArray[np.int64]:
-        return self.state[THREADS + CALLED :: APART]
+    def is_used(self) -> bool:
+        """Whether a helper has not left yet."""
+        return bool(self.state[THREADS + CALLED :: APART].any())
+
+    def _wait_for_helpers(self) -> None:
+        while self.is_used:
+            rest(PATIENCE)
 
 
 _spare: list[TileMemory] = []
 """At most one that no field uses."""
+
+_left_to_helpers: list[tuple[TileMemory, NDArray[np.uint8]]] = []
+"""What helpers still use of fields that are gone, as they were put aside."""
 
 
 def take(tiles: int) -> TileMemory:
@@ -134,11 +129,20 @@ def take(tiles: int) -> TileMemory:
     return TileMemory(tiles)
 
 
-def give_back(memory: TileMemory) -> None:
+def give_back(memory: TileMemory, source: NDArray[np.uint8]) -> None:
     """Let the next field have memory that is not used any longer, if it knows a map that stays as it is.
 
     Who plans on maps that change is a robot, once a second at most: it is to weigh little in between.
+
+    Parameters
+    ----------
+    memory : TileMemory
+    source : array
+        Costs of the map, which helpers read that have not left yet.
     """
+    _left_to_helpers[:] = [pair for pair in _left_to_helpers if pair[0].is_used]
+    if memory.is_used:
+        _left_to_helpers.append((memory, source))
     _spare[:] = [memory] if memory.knows_map else []
 
 
@@ -149,6 +153,17 @@ def _aligned(count: int, dtype: type[T]) -> NDArray[T]:
     return octets[begin : begin + size].view(dtype)
 
 
-def _scratch(threads: int) -> NDArray[np.uint32]:
-    each = -(-SCRATCH // LINE) * LINE
-    return _aligned(threads * each, np.uint32).reshape(threads, each)
+def _state(threads: int) -> NDArray[np.int64]:
+    state = _aligned(state_size(threads), np.int64)
+    state[:] = 0
+    return state
+
+
+def _forget_helpers() -> None:
+    """Forget what threads of the process work at from which this one was forked."""
+    _spare.clear()
+    _left_to_helpers.clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_helpers)

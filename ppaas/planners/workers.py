@@ -3,7 +3,7 @@
 import os
 from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, as_completed, wait
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed, wait
 from functools import cache, partial
 from typing import TypeVar
 
@@ -16,9 +16,6 @@ R = TypeVar("R")
 
 Check = Callable[[], None]
 Worker = Callable[[T, Check], R]
-
-PATIENCE = 0.000_2
-"""How long who is out of work waits for one of the helpers to be done before it looks again [s]."""
 
 
 def work_off(workers: Sequence[Worker[T, R]], jobs: Sequence[T], *, check: Check, done: Callable[[T], None]) -> list[R]:
@@ -76,45 +73,6 @@ def _alone(worker: Worker[T, R], jobs: Sequence[T], check: Check, done: Callable
     return results
 
 
-class Helpers:
-    """Those who help with one piece of work."""
-
-    def __init__(self) -> None:
-        self._at_work: list[Future[object]] = []
-
-    def call(self, work: Callable[[], object]) -> None:
-        """Let one more help: it calls ``work``, which is to return soon when there is nothing to do."""
-        self._see_who_left()
-        if not self._at_work:
-            _threads().keep_off()
-        self._at_work.append(_threads().submit(work))
-
-    def rest(self) -> None:
-        """Wait a moment, as long as none leaves."""
-        wait(self._at_work, PATIENCE, FIRST_COMPLETED)
-        self._see_who_left()
-
-    def send_away(self) -> None:
-        """Let nobody begin who has not; all others must have been told."""
-        self._at_work = [future for future in self._at_work if not future.cancel()]
-
-    def wait(self) -> None:
-        """Wait until all have left."""
-        for future in self._at_work:
-            future.result()
-        self._at_work.clear()
-
-    def forget(self) -> None:
-        """Do not wait for those who are about to leave, nor tell what went wrong with them."""
-        self._at_work.clear()
-
-    def _see_who_left(self) -> None:
-        left = [future for future in self._at_work if future.done()]
-        for future in left:
-            future.result()
-            self._at_work.remove(future)
-
-
 def share(slices: Sequence[T], work: Callable[[T], object], *, helpers: int, check: Check) -> None:
     """Work off slices in this thread and in those of helpers: each is done by who comes to it first.
 
@@ -128,27 +86,36 @@ def share(slices: Sequence[T], work: Callable[[T], object], *, helpers: int, che
     check : callable
         This thread calls it before each slice. What it raises ends the work; it is raised when all have left.
     """
-    left, called = iter(slices), Helpers()
+    left = iter(slices)
 
     def take(check: Check) -> None:
         for one in left:
             check()
             work(one)
 
-    for _ in range(helpers):
-        called.call(partial(take, proceed))
+    called = [_call(partial(take, proceed)) for _ in range(helpers)]
     try:
         take(check)
     finally:
         deque(left, 0)  # whoever still works finds nothing more
-        called.send_away()
-        called.wait()
+        at_work = [future for future in called if not future.cancel()]
+        wait(at_work)
+    for future in at_work:
+        future.result()
+
+
+def _call(work: Callable[[], object]) -> Future[object]:
+    executor, threads = _helpers()
+    threads.keep_off()
+    return executor.submit(work)
 
 
 @cache
-def _threads() -> HelperThreads:
-    return HelperThreads()
+def _helpers() -> tuple[ThreadPoolExecutor, HelperThreads]:
+    """Return threads that are started as they are needed, one for each CPU at most."""
+    threads = HelperThreads()
+    return ThreadPoolExecutor(os.cpu_count(), "planning", initializer=threads.enlist), threads
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_threads.cache_clear)  # of the parent's threads a child has none
+    os.register_at_fork(after_in_child=_helpers.cache_clear)  # of the parent's threads a child has none

@@ -17,6 +17,7 @@ from ppaas.planners.kernels import atomics
 from ppaas.planners.kernels.bare import bare
 from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED, SETTLED
 from ppaas.planners.kernels.propagation import TOO_NARROW
+from ppaas.planners.kernels.tile_help import BOX, call_one
 from ppaas.planners.kernels.tile_layout import CELL_SHIFT, CELLS, FREE, GOAL, SIDE, TABLE, TOUCHED, UNREACHED
 from ppaas.planners.kernels.tile_queue import (
     GROUP,
@@ -35,6 +36,7 @@ from ppaas.planners.kernels.tile_queue import (
 )
 from ppaas.planners.kernels.tile_rows import KEPT, SCRATCH
 from ppaas.planners.kernels.tile_setup import lay_around
+from ppaas.planners.kernels.tile_state import ACTIVE, APART, CALLED, LINES, OVERLONG, STOP, THREADS, WAITING, state_size
 from ppaas.planners.kernels.tile_visit import put_down, visit
 
 Int = int | np.signedinteger[Any]
@@ -44,31 +46,13 @@ Bytes = NDArray[np.uint8]
 
 OUT_OF_WORK = 5
 """Others may find some, but for a while they did not."""
-SHORT_OF_HANDS = 6
-"""More tiles wait than the threads that work will soon come to."""
 
 PER_VISIT = 40
 """Lines that the work around a visit is worth."""
 POLLS = 500
 """Looks for work before a thread gives up: some 20 µs."""
-LINGERS = 20_000
-"""Looks whether a helper may leave: some 10 µs."""
 EACH = 3
 """So many tiles must wait for each thread before one more is asked for."""
-
-LINE = 8
-"""Numbers of a cache line: what one thread often writes lies as far from what others read."""
-STOP, ACTIVE, OVERLONG, THREADS = (LINE * place for place in range(4))
-"""Of the state: whether all are to leave, how many threads may still wake a tile, whether values grow too large; from
-`THREADS` on `APART` numbers for each thread."""
-WAITING, LINES, CALLED, APART = 0, 1, LINE, 2 * LINE
-"""Of a thread: how many tiles it woke less those it took, lines that it did, and whether it was called and has not
-left."""
-
-
-def state_size(threads: int) -> int:
-    """Return how many numbers the state has for so many threads."""
-    return THREADS + threads * APART
 
 
 @bare
@@ -135,14 +119,6 @@ def _give_up(field: Numbers, tiles: Int, words: Numbers, hints: Numbers, places:
 
 
 @bare
-def _linger(state: Ints) -> None:
-    """Let the planner's own thread leave first: it would wait until a helper has done what Python has it do then."""
-    for _ in range(LINGERS):
-        if atomics.read(state, STOP):
-            break
-
-
-@bare
 def _is_short_of_hands(state: Ints, helpers: Int) -> bool:
     """Return whether not all helpers are called, and so many tiles wait that one more is worth it."""
     waiting, called = state[THREADS + WAITING], 0
@@ -159,7 +135,7 @@ def _is_short_of_hands(state: Ints, helpers: Int) -> bool:
 def grow_tiles(
     source: Bytes, height: int, width: int, unknown: int, field: Numbers, tables: Numbers, costs: Bytes,
     across: int, tiles: int, marks: Bytes, words: Numbers, hints: Numbers, places: Numbers, scratch: Numbers,
-    state: Ints, target: int, thread: int, helpers: int, budget: int,
+    state: Ints, target: int, boxes: Ints, thread: int, budget: int,
 ) -> int:  # fmt: skip
     """Work until ``budget`` lines of tiles are done, and tell why it stopped.
 
@@ -175,30 +151,32 @@ def grow_tiles(
         For each tile whether somebody has been there, and whether its table is filled.
     words, hints, places : uint32 arrays
         As in `ppaas.planners.kernels.tile_queue`.
-    scratch : (threads, SCRATCH) uint32 array
-        Each thread's own; of as many threads as may ever work at this field.
+    scratch : (threads · SCRATCH,) uint32 array
+        A part for each thread; of as many threads as may ever work at this field.
     state : int64 array
+        As in `ppaas.planners.kernels.tile_state`.
     target : int
         Element of the field whose value is wanted; −1 to go on until all are reached.
+    boxes : (n, BOX) int64 array
+        Of the helpers that may be called, as in `ppaas.planners.kernels.tile_help`; none if this is one itself.
     thread : int
         Which of the threads this is.
-    helpers : int
-        How many other threads this one may ask for.
     budget : int
         Lines to do before it pauses, give or take a tile.
 
     Returns
     -------
     int
-        EXHAUSTED, SETTLED, PAUSED or TOO_NARROW, as in `ppaas.planners.kernels.propagation`, OUT_OF_WORK or
-        SHORT_OF_HANDS.
+        EXHAUSTED, SETTLED, PAUSED or TOO_NARROW, as in `ppaas.planners.kernels.propagation`, or OUT_OF_WORK.
     """
     me = THREADS + thread * APART
-    part = len(hints) // len(scratch)
+    threads = len(scratch) // SCRATCH
+    part = len(hints) // threads
+    hands = min(len(boxes), threads - 1)
     own: Int = 0
     end = state[me + LINES] + budget
     outcome = PAUSED
-    mine = scratch[thread]
+    mine = scratch[thread * SCRATCH : (thread + 1) * SCRATCH]
     mine[KEPT] = tiles
     atomics.add(state, ACTIVE, 1)
     while outcome == PAUSED and state[me + LINES] < end and not atomics.read(state, STOP):
@@ -227,12 +205,13 @@ def grow_tiles(
             atomics.write(state, OVERLONG, 1)
         if atomics.read(state, OVERLONG):
             outcome = TOO_NARROW
-        elif helpers and _is_short_of_hands(state, helpers):
-            outcome = SHORT_OF_HANDS
+        elif hands and _is_short_of_hands(state, hands) and not call_one(
+            boxes, source, height, width, unknown, field, tables, costs, across, tiles, marks, words, hints, places,
+            scratch, state, target,
+        ):  # fmt: skip
+            hands = 0
     state[me + WAITING] += _give_up(field, tiles, words, hints, places, mine)
     atomics.add(state, ACTIVE, -1)
-    if thread and outcome in (EXHAUSTED, SETTLED):
-        _linger(state)
     atomics.write(state, me + CALLED, 0)
     return outcome
 
@@ -248,4 +227,4 @@ def warm() -> None:
     lay_places(places, 1, 1)
     arrays = (source, 1, 1, 0, field, tables, costs, 1, 1, marks, words, hints, places)
     seed_tiles(*arrays, state, np.zeros((1, 2), np.int64))
-    grow_tiles(*arrays, np.zeros((1, SCRATCH), np.uint32), state, -1, 0, 0, 1)
+    grow_tiles(*arrays, np.zeros(SCRATCH, np.uint32), state, -1, np.zeros((0, BOX), np.int64), 0, 1)

@@ -1,5 +1,6 @@
 import os
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -12,16 +13,17 @@ with_two_cpus = pytest.mark.skipif(len(CPUS) < 2, reason="one CPU: no other to r
 
 @pytest.fixture
 def asleep():
-    """Threads of which one has worked and sleeps, and its number."""
+    """Threads of which one has worked and sleeps, what has it work, and its number."""
     threads = HelperThreads()
-    return threads, threads.submit(threading.get_native_id).result()
+    with ThreadPoolExecutor(1, initializer=threads.enlist) as executor:
+        yield threads, executor, executor.submit(threading.get_native_id).result()
 
 
 @with_two_cpus
 def test_a_helper_runs_where_the_caller_does_not(asleep):
-    threads, helper = asleep
+    threads, executor, helper = asleep
     threads.keep_off()
-    allowed = threads.submit(lambda: os.sched_getaffinity(0)).result()
+    allowed = executor.submit(lambda: os.sched_getaffinity(0)).result()
     assert allowed == os.sched_getaffinity(helper)
     assert allowed < CPUS
     assert len(CPUS - allowed) == 1
@@ -29,14 +31,14 @@ def test_a_helper_runs_where_the_caller_does_not(asleep):
 
 @with_two_cpus
 def test_a_helper_keeps_to_the_cpus_that_the_caller_is_given_meanwhile(asleep):
-    threads, _ = asleep
+    placed, executor, _ = asleep
     found = []
 
     def call():
         for cpus in ({min(CPUS)}, {max(CPUS)}, CPUS):
             os.sched_setaffinity(0, cpus)  # of this thread alone
-            threads.keep_off()
-            found.append(threads.submit(lambda: os.sched_getaffinity(0)).result())
+            placed.keep_off()
+            found.append(executor.submit(lambda: os.sched_getaffinity(0)).result())
 
     caller = threading.Thread(target=call)
     caller.start()
@@ -46,7 +48,7 @@ def test_a_helper_keeps_to_the_cpus_that_the_caller_is_given_meanwhile(asleep):
 
 
 def test_what_is_so_already_is_not_asked_for_again(asleep, monkeypatch):
-    threads, helper = asleep
+    threads, _, helper = asleep
     asked, here = [], 0
     monkeypatch.setattr(helper_threads, "_sched_getcpu", lambda: lambda: here)
     monkeypatch.setattr(os, "sched_getaffinity", lambda thread: {0, 1, 2})
@@ -57,19 +59,19 @@ def test_what_is_so_already_is_not_asked_for_again(asleep, monkeypatch):
 
 
 def test_where_cpus_cannot_be_chosen_helpers_work_all_the_same(asleep, monkeypatch):
-    threads, _ = asleep
+    threads, executor, _ = asleep
 
     def refuse(thread, cpus):
         raise PermissionError("not in here")
 
     monkeypatch.setattr(os, "sched_setaffinity", refuse)
     threads.keep_off()
-    assert threads.submit(lambda: 7).result() == 7
+    assert executor.submit(lambda: 7).result() == 7
 
 
 def test_nor_are_cpus_needed_that_can_be_told_apart(asleep, monkeypatch):
-    threads, _ = asleep
+    threads, executor, _ = asleep
     monkeypatch.setattr(helper_threads, "_sched_getcpu", lambda: None)
     monkeypatch.delattr(os, "sched_setaffinity", raising=False)
     threads.keep_off()
-    assert threads.submit(lambda: 7).result() == 7
+    assert executor.submit(lambda: 7).result() == 7

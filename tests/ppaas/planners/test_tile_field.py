@@ -1,9 +1,9 @@
 import os
 import subprocess
 import sys
-import threading
 import weakref
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,19 +13,22 @@ from hypothesis import strategies as st
 
 from ppaas.errors import PlanCancelled
 from ppaas.planners import tile_field, tile_memory
+from ppaas.planners.field_helpers import boxes_for
 from ppaas.planners.kernels import tile_growth, tile_layout, tile_setup, tile_visit, tile_walk
 from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED
 from ppaas.planners.kernels.tile_growth import OUT_OF_WORK
+from ppaas.planners.kernels.tile_help import BOX, STATE
+from ppaas.planners.kernels.tile_state import APART, CALLED, LINES, THREADS
 from ppaas.planners.queue_field import QueueField
 from ppaas.planners.tile_field import PathTooLong, TileField, suits_tiles
 from ppaas.planners.weights import fixed_weights
-from ppaas.planners.workers import Helpers
 from tests.reference import dijkstra as twin
 from tests.support import grids
 
 ROOT = Path(__file__).resolve().parents[3]
 
 MANY = 8
+NOBODY = np.zeros((0, BOX), np.int64)
 KINDS = ["empty", "graded", "cluttered", "patches", "maze"]
 
 
@@ -135,7 +138,7 @@ def test_threads_of_a_large_map_that_are_stopped_anywhere_leave_all_values_in_th
     work = tiled._work(-1)
     for _ in range(30):
         with ThreadPoolExecutor(MANY) as threads:
-            list(threads.map(work, range(MANY), [0] * MANY, [budget] * MANY))
+            list(threads.map(partial(work, NOBODY), range(MANY), [budget] * MANY))
     touched = np.flatnonzero(tiled._memory.marks[: tiled._tiles] & tile_layout.TOUCHED)
     queued.grow()
     expected, now = queued.values(), tiled.values()
@@ -247,7 +250,7 @@ def test_many_threads_that_come_and_go_on_a_tiny_map_give_the_same_field(scene, 
     work = tiled._work(-1)
 
     def help_along(number):
-        while (outcome := work(number, 0, budget)) in (PAUSED, OUT_OF_WORK):
+        while (outcome := work(NOBODY, number, budget)) in (PAUSED, OUT_OF_WORK):
             pass
         return outcome
 
@@ -266,7 +269,7 @@ def test_threads_that_are_stopped_anywhere_leave_a_field_that_grows_on(seed):
     work = tiled._work(-1)
     for stop in (10, 100, 1_000):
         with ThreadPoolExecutor(MANY) as threads:
-            list(threads.map(work, range(MANY), [0] * MANY, [stop] * MANY))
+            list(threads.map(partial(work, NOBODY), range(MANY), [stop] * MANY))
     tiled.grow()
     queued.grow()
     assert np.array_equal(tiled.values(), queued.values())
@@ -305,10 +308,12 @@ def test_the_check_ends_the_counting_of_all_threads(monkeypatch):
     assert len(calls) == before + 1
 
 
-def test_helpers_are_called_and_the_next_field_waits_until_they_have_left(monkeypatch):
-    called = []
-    call = Helpers.call
-    monkeypatch.setattr(Helpers, "call", lambda self, work: (called.append(1), call(self, work)))
+def helps(number, field):
+    """Whether the helper of some number was called to a field."""
+    return boxes_for(number + 1)[number - 1, STATE] == field._memory.state.ctypes.data
+
+
+def test_helpers_are_called_and_the_next_field_waits_until_they_have_left():
     costs = drawn("cluttered", (600, 600), 3)
     costs.flags.writeable = False
     goals = grids.free_cells(costs, True)[:1]
@@ -319,54 +324,85 @@ def test_helpers_are_called_and_the_next_field_waits_until_they_have_left(monkey
         tiled = TileField(grids.of(costs), np.array(goals), threads=3)
         tiled.grow()
         assert np.array_equal(tiled.values(), expected)
+        assert helps(1, tiled)
         del tiled
-    assert called
 
 
-def test_the_next_field_does_not_wait_for_a_helper_who_has_left_the_kernel_and_is_about_to_tell():
-    memory, gone, gate = tile_memory.TileMemory(4), threading.Event(), threading.Event()
+def test_many_fields_at_a_time_share_the_helpers():
+    costs = drawn("patches", (600, 600), 3)
+    goals = grids.free_cells(costs, True)
+    queued = [QueueField(grids.of(costs), np.array([goal])) for goal in (goals[0], goals[-1])]
+    for field in queued:
+        field.grow()
+    expected = [field.values() for field in queued]
+
+    def is_right(number):
+        tiled = TileField(grids.of(costs), np.array([goals[-(number % 2)]]), threads=1 + number % 3)
+        tiled.grow()
+        return np.array_equal(tiled.values(), expected[number % 2])
+
+    with ThreadPoolExecutor(4) as threads:
+        assert all(threads.map(is_right, range(60)))
+
+
+def test_the_next_field_waits_for_a_helper_who_has_not_left():
+    memory, called = tile_memory.TileMemory(4), THREADS + APART + CALLED
     memory.begin(4, 2, np.zeros((64, 64), np.uint8), allow_unknown=True)
-
-    def leave(number):
-        memory.state[tile_growth.THREADS + number * tile_growth.APART + tile_growth.CALLED] = 0
-        gone.set()
-        assert gate.wait(30)
-
-    memory.open_for_help()
-    memory.call_help(leave)
-    assert gone.wait(30)
-    memory.open_for_help()
-    assert not gate.is_set()
-    gate.set()
+    memory.state[called] = 1
+    with ThreadPoolExecutor(1) as threads:
+        begun = threads.submit(memory.open_for_help)
+        with pytest.raises(TimeoutError):
+            begun.result(0.05)
+        memory.state[called] = 0
+        begun.result(30)
 
 
-def test_a_helper_who_finds_all_done_leaves_when_the_planner_has_or_after_a_moment():
+@pytest.mark.parametrize("writeable", [False, True])
+def test_what_a_helper_still_uses_is_kept_until_it_has_left(writeable):
+    costs = np.zeros((64, 64), np.uint8)
+    costs.flags.writeable = writeable
+    field, _ = fields(costs, [(0, 0)], threads=2)
+    memory, source = weakref.ref(field._memory), weakref.ref(field._source)
+    state = field._memory.state
+    state[THREADS + APART + CALLED] = 1
+    del field
+    assert memory() is not None
+    assert source() is not None
+    state[THREADS + APART + CALLED] = 0
+    other, _ = fields(np.zeros((100, 100), np.uint8), [(0, 0)])
+    del other
+    assert memory() is None
+    assert source() is None
+
+
+def test_a_helper_who_finds_all_done_leaves():
     tiled, _ = fields(np.zeros((64, 64), np.uint8), [(0, 0)], threads=2)
     work = tiled._work(-1)
-    assert work(0, 0, 1_000_000) == EXHAUSTED
-    assert work(1, 0, 1_000_000) == EXHAUSTED
+    assert work(NOBODY, 0, 1_000_000) == EXHAUSTED
+    assert work(NOBODY, 1, 1_000_000) == EXHAUSTED
 
 
 @pytest.mark.parametrize(("size", "asked"), [(500, False), (600, True)])
-def test_on_a_small_map_one_thread_goes_farther_before_it_asks_for_others(size, asked, monkeypatch):
-    called = []
-    monkeypatch.setattr(Helpers, "call", lambda self, work: called.append(work))
+def test_on_a_small_map_one_thread_goes_farther_before_it_asks_for_others(size, asked):
     tiled = TileField(grids.of(np.zeros((size, size), np.uint8)), np.array([(250, 250)]), threads=2)
     assert tiled.grow((250, 480))
-    assert bool(called) == asked
+    assert helps(1, tiled) == asked
 
 
 @pytest.mark.parametrize(
     ("size", "target", "at_once"), [(512, None, True), (600, None, True), (600, (250, 480), False)]
 )
 def test_others_are_asked_for_at_once_where_all_of_a_map_is_to_be_reached(size, target, at_once, monkeypatch):
-    lines = []
-    monkeypatch.setattr(
-        Helpers, "call", lambda self, work: lines.append(tiled._memory.state[tile_growth.THREADS + tile_growth.LINES])
-    )
+    asked = []
+
+    def boxes(threads):
+        asked.extend([tiled._memory.state[THREADS + LINES]] * (threads - 1))
+        return boxes_for(threads)
+
+    monkeypatch.setattr(tile_field, "boxes_for", boxes)
     tiled = TileField(grids.of(np.zeros((size, size), np.uint8)), np.array([(250, 250)]), threads=2)
     assert tiled.grow(target)
-    assert (lines[0] < tile_field.SLICE_ALONE) == at_once
+    assert (asked[0] == 0) == at_once
 
 
 @pytest.mark.parametrize("walled", [np.s_[16:, 32:], np.s_[:16, 32:], np.s_[16:, :32], np.s_[:16, :32]])
@@ -407,7 +443,7 @@ def test_a_map_that_nobody_can_write_to_is_laid_out_once(writeable):
 
 
 def test_memory_that_is_far_too_large_is_let_go():
-    tile_memory.give_back(tile_memory.TileMemory(100))
+    tile_memory.give_back(tile_memory.TileMemory(100), np.zeros(1, np.uint8))
     assert tile_memory.take(20).tiles == 20
     assert not tile_memory._spare
 

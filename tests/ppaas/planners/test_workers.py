@@ -1,4 +1,6 @@
+import os
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -94,3 +96,42 @@ def test_the_check_ends_the_work_on_slices():
     with pytest.raises(PlanCancelled):
         share(range(200), done.append, helpers=0, check=check)
     assert done == [0]
+
+
+def test_what_goes_wrong_with_a_helper_is_told():
+    begun, failed = threading.Event(), threading.Event()
+
+    def work(one):
+        if threading.current_thread() is threading.main_thread():
+            begun.set()
+            assert failed.wait(30)
+        else:
+            assert begun.wait(30)
+            failed.set()
+            raise OSError("broken")
+
+    with pytest.raises(OSError, match="broken"):
+        share(range(2), work, helpers=1, check=proceed)
+
+
+def test_who_has_not_begun_when_all_is_done_is_not_waited_for():
+    gate, others = threading.Event(), ThreadPoolExecutor(1)
+    busy = others.submit(
+        share, range(os.cpu_count() + 1), lambda one: gate.wait(), helpers=os.cpu_count(), check=proceed
+    )
+    done = []
+    share(range(3), done.append, helpers=2, check=proceed)
+    gate.set()
+    busy.result()
+    assert sorted(done) == [0, 1, 2]
+
+
+def test_a_process_that_is_forked_gets_threads_of_its_own():
+    both = threading.Barrier(2, timeout=30)
+    share(range(2), lambda one: both.wait(), helpers=1, check=proceed)
+    child = os.fork()
+    if not child:
+        together = threading.Barrier(2, timeout=10)
+        share(range(2), lambda one: together.wait(), helpers=1, check=proceed)
+        os._exit(7)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7

@@ -1,0 +1,140 @@
+"""Kernel: call other threads to help with a field of tiles, and send them away.
+
+Each helper has a *box*, in which what it is to help with is written before it is woken. The first word of a box tells
+whose it is: nobody's, somebody's who is just writing into it, or that of one field, given by the address of its state,
+with a bit for whether the helper was called, or has come. It changes by compare-and-swap: so a helper that has not
+come yet can be sent away without waiting for it, and one that comes too late finds nothing.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.planners.kernels import atomics
+from ppaas.planners.kernels.addresses import address_of
+from ppaas.planners.kernels.bare import bare, joined
+from ppaas.planners.kernels.doorbell import doze, hear, ring
+from ppaas.planners.kernels.tile_rows import SCRATCH
+from ppaas.planners.kernels.tile_state import APART, CALLED, LINE, STOP, THREADS
+
+Int = int | np.signedinteger[Any]
+Ints = NDArray[np.int64]
+Numbers = NDArray[np.uint32]
+Bytes = NDArray[np.uint8]
+
+WORD, HEARS, RINGS, OVER = 0, LINE, LINE + 1, LINE + 2
+"""Of a box: whose it is, both ends of the pipe that wakes its helper, and whether that is to end for good."""
+THREAD, TARGET, HEIGHT, WIDTH, UNKNOWN, ACROSS, TILES = range(2 * LINE, 2 * LINE + 7)
+"""Of what it is to help with; see `ppaas.planners.kernels.tile_growth.grow_tiles`."""
+SOURCE, FIELD, TABLES, COSTS, MARKS, WORDS, HINTS, PLACES, SCRATCH_MEMORY, STATE = range(TILES + 1, TILES + 21, 2)
+"""Where each array lies, followed by how long it is."""
+BOX = 6 * LINE
+"""Numbers of a box."""
+
+NOBODY, WRITTEN = 0, 1
+_CALLED, _CAME = 1, 2
+_ALIGNED = 64
+"""What is added to the address of a field's state, that can be divided by so much."""
+
+
+@joined
+def _put(box: Ints, place: int, array: NDArray[Any]) -> None:
+    box[place] = address_of(array)
+    box[place + 1] = len(array)
+
+
+@bare
+def _claim(boxes: Ints) -> Int:
+    """Return the number of a box that was nobody's and is ours to write into now, or −1."""
+    for number in range(len(boxes)):
+        if atomics.replace(boxes[number], WORD, NOBODY, WRITTEN):
+            return np.int64(number)
+    return np.int64(-1)
+
+
+@bare
+def call_one(
+    boxes: Ints, source: Bytes, height: int, width: int, unknown: int, field: Numbers, tables: Numbers, costs: Bytes,
+    across: int, tiles: int, marks: Bytes, words: Numbers, hints: Numbers, places: Numbers, scratch: Numbers,
+    state: Ints, target: int,
+) -> bool:  # fmt: skip
+    """Call one more helper to a field; return false if there is none, or no more may work at it.
+
+    Parameters
+    ----------
+    boxes : (n, BOX) int64 array
+        Of all helpers who may be called.
+    source, height, width, unknown, field, tables, costs, across, tiles
+        As in `ppaas.planners.kernels.tile_growth.grow_tiles`.
+    marks, words, hints, places, scratch, state, target
+        Likewise.
+    """
+    thread = 1
+    threads = len(scratch) // SCRATCH
+    while thread < threads and atomics.read(state, THREADS + thread * APART + CALLED):
+        thread += 1
+    number = _claim(boxes) if thread < threads else -1
+    if number < 0:
+        return False
+    box = boxes[number]
+    box[THREAD], box[TARGET] = thread, target
+    box[HEIGHT], box[WIDTH], box[UNKNOWN], box[ACROSS], box[TILES] = height, width, unknown, across, tiles
+    _put(box, SOURCE, source)
+    _put(box, FIELD, field)
+    _put(box, TABLES, tables)
+    _put(box, COSTS, costs)
+    _put(box, MARKS, marks)
+    _put(box, WORDS, words)
+    _put(box, HINTS, hints)
+    _put(box, PLACES, places)
+    _put(box, SCRATCH_MEMORY, scratch)
+    _put(box, STATE, state)
+    atomics.write(state, THREADS + thread * APART + CALLED, 1)
+    atomics.write(box, WORD, address_of(state) + _CALLED)
+    ring(box[RINGS])
+    return True
+
+
+@bare
+def send_away(boxes: Ints, state: Ints) -> None:
+    """Tell all helpers of a field to leave, and do not wait for them: one may have been put aside for a while.
+
+    Those who were called and have not come yet never will.
+    """
+    atomics.write(state, STOP, 1)
+    called = address_of(state) + _CALLED
+    for number in range(len(boxes)):
+        box = boxes[number]
+        thread = box[THREAD]
+        if atomics.replace(box, WORD, called, NOBODY):
+            atomics.write(state, THREADS + thread * APART + CALLED, 0)
+
+
+@bare
+def comes(box: Ints) -> bool:
+    """Sleep until called, and come; return false when it is over."""
+    while not atomics.read(box, OVER):
+        word = atomics.read(box, WORD)
+        if word % _ALIGNED == _CALLED and atomics.replace(box, WORD, word, word - _CALLED + _CAME):
+            return True
+        hear(box[HEARS])
+    return False
+
+
+@bare
+def leave(box: Ints) -> None:
+    """Be free to be called by anybody."""
+    atomics.write(box, WORD, NOBODY)
+
+
+@bare
+def rest(microseconds: int) -> None:
+    """Sleep for a while, of less than a second."""
+    doze(microseconds)
+
+
+def warm() -> None:
+    """Compile and call each kernel once that Python calls."""
+    rest(0)
+    send_away(np.zeros((0, BOX), np.int64), np.zeros(THREADS, np.int64))
