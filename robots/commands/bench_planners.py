@@ -1,6 +1,7 @@
 """``ppaas bench field|scenario|index|compare|scaling|fig3``: how fast planners plan, and how right they are."""
 
 import argparse
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +23,9 @@ HELP = {
     "fig3": "time over length of the path: one thread here, a container of many cores, and navfn",
 }
 
+LONGEST_PAUSE = 60.0
+"""Between two fields [s]."""
+
 Tell = Callable[[argparse.Namespace, "Progress"], tuple[dict[str, Any], list[dict[str, str]]]]
 
 
@@ -39,7 +43,7 @@ def configure(kinds: Any) -> None:
     _configure_scenario(verbs["scenario"])
     verbs["field"].add_argument("--beside", type=_names, default=[], metavar="A,B", help="navfn, or packages of peers")
     verbs["field"].add_argument(
-        "--pause", type=float, metavar="S", help="tell what a field takes that long after another"
+        "--pause", type=_pause, metavar="S", help="tell what a field takes that long after another"
     )
     verbs["compare"].add_argument("--only", action="append", metavar="PACKAGE", help="a peer; all that are installed")
     verbs["index"].add_argument("--planner", default="hub_labels", help="one that prepares a map (%(default)s)")
@@ -198,6 +202,16 @@ def _numbers(text: str) -> list[int]:
     if min(numbers) < 1:
         raise argparse.ArgumentTypeError(f"numbers of threads are whole numbers from 1 up, not {text!r}")
     return list(dict.fromkeys(numbers))
+
+
+def _pause(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0.0 <= seconds <= LONGEST_PAUSE:
+        raise argparse.ArgumentTypeError(f"a pause is 0 to {LONGEST_PAUSE:g} s long, not {text!r}")
+    return seconds
 
 
 def _names(text: str) -> list[str]:

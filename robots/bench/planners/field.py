@@ -21,8 +21,6 @@ Work = Callable[[], object]
 
 APART = 60
 """Fields that are computed now and then with each number of threads."""
-LONGEST = 60.0
-"""Between two of them [s]."""
 
 
 def grow(costmap: Costmap, goal: Cell, threads: int) -> CostField:
@@ -134,14 +132,7 @@ def now_and_then(grid: Grid, goal: Cell, threads: Sequence[int], pause: float, p
     -------
     dict
         By number of threads the median of `APART` fields, each on a map that is new to the planner [s].
-
-    Raises
-    ------
-    InvalidParameter
-        No such pause.
     """
-    if not 0.0 <= pause <= LONGEST:
-        raise InvalidParameter(f"a pause is 0 to {LONGEST:g} s long, not {pause:g}")
     spent: dict[str, list[float]] = {str(n): [] for n in threads}
     for _ in progress.track(range(APART), description=f"{grid.name}, now and then"):
         for n in threads:

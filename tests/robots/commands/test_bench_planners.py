@@ -119,6 +119,13 @@ def test_threads_are_whole_numbers(capsys: pytest.CaptureFixture[str], threads: 
     assert "whole numbers from 1 up" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("pause", ["-1", "nan", "61", "soon"])
+def test_a_pause_is_a_while(capsys: pytest.CaptureFixture[str], pause: str) -> None:
+    with pytest.raises(SystemExit):
+        main(["bench", "field", "--empty", "3", "--pause", pause])
+    assert "a pause is 0 to 60 s long" in capsys.readouterr().err
+
+
 def test_a_plot_of_a_field_is_the_time_over_the_length(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     told(capsys, "field", "--empty", "40", "--threads", "1", "--plot", str(tmp_path / "lengths.png"))
     with Image.open(tmp_path / "lengths.png") as picture:

@@ -34,12 +34,6 @@ def test_what_a_field_takes_after_a_pause_is_the_median_and_the_pause_is_not_in_
     assert told == {"1": 3.0, "2": 4.0}
 
 
-@pytest.mark.parametrize("pause", [-1.0, float("nan"), 61.0])
-def test_a_pause_is_a_while(pause: float) -> None:
-    with Progress(disable=True) as progress, pytest.raises(InvalidParameter, match="pause"):
-        field.now_and_then(grids.empty(4), (0, 0), [1], pause, progress)
-
-
 def test_others_stand_beside_ours_or_it_is_told_why_not() -> None:
     absent = Peer("f", "absent-peer", "absent_peer", "nothing", NAVFN.prepare, NAVFN.told)
     too_far = Peer("f", "ppaas", "ppaas", "nothing", lambda *_: raise_too_far, NAVFN.told)

@@ -1,5 +1,6 @@
 """The grids that planners are measured on."""
 
+import mmap
 from collections.abc import Callable
 from pathlib import Path
 
@@ -28,6 +29,14 @@ def test_a_random_grid_has_its_share_of_obstacles_and_is_the_same_each_time() ->
     assert (first.costmap.data == LETHAL_OBSTACLE).mean() == pytest.approx(0.2, abs=0.02)
     np.testing.assert_array_equal(first.costmap.data, again.costmap.data)
     assert not first.costmap.data.flags.writeable
+
+
+@pytest.mark.parametrize("size", [1, 2048])
+def test_a_grid_lies_where_nothing_did_before(size: int) -> None:
+    first, second = grids.empty(size).costmap.data, grids.empty(size).costmap.data
+    assert first.ctypes.data % mmap.PAGESIZE == second.ctypes.data % mmap.PAGESIZE == 0
+    assert not np.shares_memory(first, second)
+    assert not first.any()
 
 
 @pytest.mark.parametrize(("size", "width"), [(3, 1), (4, 1), (5, 1), (64, 1), (65, 1), (50, 3), (61, 4)])
