@@ -2,7 +2,6 @@
 
 import weakref
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +15,7 @@ from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED
 from ppaas.planners.kernels.propagation import TOO_NARROW
 from ppaas.planners.kernels.tile_growth import OUT_OF_WORK, grow_tiles, seed_tiles
 from ppaas.planners.kernels.tile_help import rest
-from ppaas.planners.kernels.tile_layout import ALL, CELLS, SIDE, TOUCHED, UNREACHED
-from ppaas.planners.kernels.tile_rows import SCRATCH
+from ppaas.planners.kernels.tile_layout import CELLS, SIDE, TOUCHED, UNREACHED
 from ppaas.planners.kernels.tile_setup import lay_sample
 from ppaas.planners.kernels.tile_walk import count_up_to, descend_tiles, read_rows
 from ppaas.planners.watch import proceed
@@ -86,18 +84,14 @@ class TileField(GridField):
         self._shape = costmap.info.shape
         self._source = np.ascontiguousarray(costmap.data).reshape(-1)
         self._source.flags.writeable = False  # a view: kernels are compiled for such arrays alone
-        self._unknown = ALL if allow_unknown else 0
         self._across = -(-self._shape[1] // SIDE)
         self._tiles = -(-self._shape[0] // SIDE) * self._across
         self._bound: int | None = None
         self._memory = m = tile_memory.take(self._tiles)
         weakref.finalize(self, tile_memory.give_back, m, self._source).atexit = False
-        m.begin(self._tiles, threads, costmap.data, allow_unknown)
-        seed_tiles(
-            self._source, *self._shape, self._unknown, m.field, m.tables, m.costs,
-            self._across, self._tiles, m.marks, m.words, m.hints, m.places, m.state,
-            np.array(goals, np.int64, order="C"),
-        )  # fmt: skip
+        shape = self._tiles // self._across, self._across
+        knows = m.begin(self._source, shape, threads, costmap, allow_unknown)
+        seed_tiles(m.record, knows, np.array(goals, np.int64, order="C"))
 
     @property
     def is_winding(self) -> bool:
@@ -110,11 +104,7 @@ class TileField(GridField):
 
     def _sampled(self, count: int) -> tuple[int, int]:
         """Return how many cells of about so many tiles are free, and at how many of those ways part."""
-        m = self._memory
-        free, forks = lay_sample(
-            self._source, *self._shape, self._unknown, self._across, self._tiles, -(-self._tiles // count),
-            m.costs, m.tables, m.marks,
-        )  # fmt: skip
+        free, forks = lay_sample(self._memory.record, -(-self._tiles // count))
         return int(free), int(forks)
 
     @property
@@ -150,31 +140,22 @@ class TileField(GridField):
 
     def _work_off(self, wanted: int) -> int:
         """Work, with helpers, and check now and then, until there is nothing to do; return why."""
-        m, work = self._memory, self._work(wanted)
+        memory = self._memory
         boxes, budget = boxes_for(1), SLICE_ALONE if self._tiles > FEW else SLICE_ALONE_OF_FEW
         if wanted < 0 and self._tiles >= FEW:
             boxes, budget = boxes_for(self._threads), SLICE_LINES
-        m.open_for_help()
+        memory.open_for_help(wanted)
         try:
             while True:
                 self._check()
-                outcome = work(boxes, 0, budget)
+                outcome = grow_tiles(memory.record, boxes, 0, budget)
                 if outcome == OUT_OF_WORK:
                     rest(PATIENCE)
                 elif outcome != PAUSED:
                     return int(outcome)
                 boxes, budget = boxes_for(self._threads), SLICE_LINES
         finally:
-            m.close_for_help(boxes)
-
-    def _work(self, wanted: int) -> Callable[[NDArray[np.int64], int, int], int]:
-        """Return the kernel for this field, which takes the boxes of helpers, the number of a thread and its budget."""
-        m = self._memory
-        return partial(
-            grow_tiles,
-            self._source, *self._shape, self._unknown, m.field, m.tables, m.costs, self._across, self._tiles,
-            m.marks, m.words, m.hints, m.places, m.scratch[: self._threads * SCRATCH], m.state, wanted,
-        )  # fmt: skip
+            memory.close_for_help(boxes)
 
     def path_from(self, cell: Cell) -> NDArray[np.int32]:
         """Return the (n, 2) cells of a cheapest path from ``cell``, whose value must be final, to a goal."""

@@ -7,9 +7,25 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.costmap.costmap import Costmap
 from ppaas.planners.kernels.tile_help import rest, send_away
-from ppaas.planners.kernels.tile_layout import CELLS, EDGES, FREE, KIND, LAID, TABLE, UNREACHED
-from ppaas.planners.kernels.tile_queue import GROUP, IDLE, lay_places, part_size
+from ppaas.planners.kernels.tile_layout import ALL, CELLS, TABLE
+from ppaas.planners.kernels.tile_queue import GROUP, lay_places, part_size
+from ppaas.planners.kernels.tile_record import (
+    COSTS,
+    FIELD,
+    HINTS,
+    MARKS,
+    PLACES,
+    RECORD,
+    SCRATCH_MEMORY,
+    SOURCE,
+    STATE,
+    TABLES,
+    TARGET,
+    WORDS,
+    note,
+)
 from ppaas.planners.kernels.tile_rows import SCRATCH
 from ppaas.planners.kernels.tile_state import APART, CALLED, STOP, THREADS, state_size
 
@@ -24,7 +40,7 @@ MOST_TOO_LARGE = 4
 
 
 class TileMemory:
-    """The arrays of one field at a time; see `ppaas.planners.kernels.tile_growth` for what they hold.
+    """The arrays of one field at a time; see `ppaas.planners.kernels.tile_record` for what they hold.
 
     Parameters
     ----------
@@ -34,14 +50,15 @@ class TileMemory:
 
     def __init__(self, tiles: int) -> None:
         self.tiles = tiles
-        self.field = _aligned(tiles * CELLS, np.uint32)
-        self.tables = _aligned((tiles + 1) * TABLE, np.uint32)
-        self.costs = _aligned(tiles * CELLS, np.uint8)
-        self.marks = np.empty(tiles + 1, np.uint8)
+        self.record = np.zeros(RECORD, np.int64)
+        self.field = self._kept(FIELD, _aligned(tiles * CELLS, np.uint32))
+        self.tables = self._kept(TABLES, _aligned((tiles + 1) * TABLE, np.uint32))
+        self.marks = self._kept(MARKS, np.empty(tiles + 1, np.uint8))
+        self.costs = self._kept(COSTS, _aligned(tiles * CELLS, np.uint8))
         self._words = _aligned(-(-tiles // GROUP) * GROUP, np.uint32)
         self._share_among(1, tiles)
-        self.scratch = _aligned(SCRATCH, np.uint32)
-        self.state = _state(1)
+        self._make_room(1)
+        self._lent = False
         self._map: tuple[weakref.ref[NDArray[np.uint8]], bool] | None = None
 
     @property
@@ -49,68 +66,85 @@ class TileMemory:
         """Whether its tables are of a map that nobody can write to."""
         return self._map is not None
 
-    def begin(self, tiles: int, threads: int, data: NDArray[np.uint8], allow_unknown: bool) -> None:
-        """Make it ready for a new field.
+    def begin(
+        self, source: NDArray[np.uint8], tiles: tuple[int, int], threads: int, costmap: Costmap, allow_unknown: bool
+    ) -> bool:
+        """Make it ready for a new field; return whether tables that are filled are those of its map.
 
-        Tables that are filled are kept if the map is the one before and nobody can have written to it.
+        They are if the map is the one before and nobody can have written to it.
 
         Parameters
         ----------
-        tiles : int
-            No more than there is room for.
+        source : (height · width,) uint8 array
+            Costs of the map, to be held until nobody uses this memory.
+        tiles : int, int
+            From the top of the map to its bottom, and across: no more in all than there is room for.
         threads : int
             Most that will be used.
-        data : (height, width) uint8 array
-            Costs of the map.
+        costmap : Costmap
+            The map.
         allow_unknown : bool
             Whether unknown cells are free.
         """
         self._wait_for_helpers()
-        if len(self.scratch) < threads * SCRATCH:
-            self.scratch = _aligned(threads * SCRATCH, np.uint32)
-            self.state = _state(threads)
-        if self._sharing != (threads, tiles):
-            self._share_among(threads, tiles)
-        if self._map is not None and self._map[0]() is data and self._map[1] == allow_unknown:
-            self.marks[: tiles + 1] &= LAID
-        else:
-            self.marks[: tiles + 1] = 0
+        data, count = costmap.data, tiles[0] * tiles[1]
+        if len(self._scratch) < threads * SCRATCH:
+            self._make_room(threads)
+        if self._sharing != (threads, count):
+            self._share_among(threads, count)
+        self.record[:TARGET] = *costmap.info.shape, ALL if allow_unknown else 0, tiles[1], count
+        note(self.record, SOURCE, source)
+        self.record[SCRATCH_MEMORY + 1] = threads * SCRATCH
+        knows = self._map is not None and self._map[0]() is data and self._map[1] == allow_unknown
         self._map = None if data.flags.writeable else (weakref.ref(data), allow_unknown)
-        self.words[:] = IDLE
-        self.hints[:] = IDLE
+        return knows
+
+    def _make_room(self, threads: int) -> None:
+        self._scratch = self._kept(SCRATCH_MEMORY, _aligned(threads * SCRATCH, np.uint32))
+        self.state = self._kept(STATE, _aligned(state_size(threads), np.int64))
         self.state[:] = 0
-        outside = self.tables[tiles * TABLE : (tiles + 1) * TABLE]
-        outside[EDGES:FREE] = UNREACHED
-        outside[FREE : KIND + 1] = 0
-        self.marks[tiles] = LAID
 
     def _share_among(self, threads: int, tiles: int) -> None:
         self._sharing = threads, tiles
         groups = -(-tiles // GROUP)
         size = threads * part_size(groups, threads)
-        self.words = self._words[: groups * GROUP]
-        self.hints = _aligned(size, np.uint32)
-        self.places = np.zeros(groups + size, np.uint32)
+        self.words = self._kept(WORDS, self._words[: groups * GROUP])
+        self.hints = self._kept(HINTS, _aligned(size, np.uint32))
+        self.places = self._kept(PLACES, np.zeros(groups + size, np.uint32))
         lay_places(self.places, groups, threads)
 
-    def open_for_help(self) -> None:
-        """Let helpers come, after those have left that were called before."""
+    def _kept(self, place: int, array: NDArray[T]) -> NDArray[T]:
+        """Note in the record where an array lies that this memory holds."""
+        note(self.record, place, array)
+        return array
+
+    def open_for_help(self, target: int) -> None:
+        """Let helpers come, after those have left that were called before.
+
+        Parameters
+        ----------
+        target : int
+            Element of the field whose value is wanted, or −1.
+        """
         self._wait_for_helpers()
+        self.record[TARGET] = target
         self.state[STOP] = 0
 
     def close_for_help(self, boxes: NDArray[np.int64]) -> None:
         """Tell all helpers to leave, but do not wait for them: one may have been put aside for a while."""
         if len(boxes):
-            send_away(boxes, self.state)
+            send_away(boxes, self.record)
+            self._lent = True
 
     @property
     def is_used(self) -> bool:
         """Whether a helper has not left yet."""
-        return bool(self.state[THREADS + CALLED :: APART].any())
+        return self._lent and bool(self.state[THREADS + CALLED :: APART].any())
 
     def _wait_for_helpers(self) -> None:
         while self.is_used:
             rest(PATIENCE)
+        self._lent = False
 
 
 _spare: list[TileMemory] = []
@@ -151,12 +185,6 @@ def _aligned(count: int, dtype: type[T]) -> NDArray[T]:
     octets = np.empty(size + LINE, np.uint8)
     begin = -octets.ctypes.data % LINE
     return octets[begin : begin + size].view(dtype)
-
-
-def _state(threads: int) -> NDArray[np.int64]:
-    state = _aligned(state_size(threads), np.int64)
-    state[:] = 0
-    return state
 
 
 def _forget_helpers() -> None:

@@ -1,4 +1,7 @@
-"""Kernel parts: where an array lies, and the array that lies somewhere, for threads that are told of it by numbers."""
+"""Kernel parts: an array that is told of by two numbers, where it lies and how long it is.
+
+Whoever writes the numbers sees to it that the array stays there.
+"""
 
 from collections.abc import Callable
 from typing import Any, cast
@@ -13,6 +16,7 @@ from numpy.typing import NDArray
 from ppaas.planners.kernels.simd import ARRAY, number, operation
 
 Int = int | np.signedinteger[Any]
+Ints = NDArray[np.int64]
 
 
 @operation(number, ARRAY)
@@ -21,33 +25,35 @@ def address_of(builder: ir.IRBuilder, data: ir.Value) -> ir.Value:
     return builder.ptrtoint(data, ir.IntType(64))
 
 
-def _array_at(element: Any, readonly: bool = False) -> Any:
+def _array_of(element: Any, readonly: bool = False) -> Any:
     kind = types.Array(element, 1, "C", readonly=readonly)
 
-    def at(_typing: Any, _address: Any, _count: Any) -> Any:
-        def emit(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+    def of(_typing: Any, _record: Any, _place: Any) -> Any:
+        def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            record = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+            address = builder.gep(record, [arguments[1]])
             made = context.make_array(kind)(context, builder)
             size = context.get_constant(types.intp, element.bitwidth // 8)
             populate_array(  # type: ignore[no-untyped-call]
                 made,
-                data=builder.inttoptr(arguments[0], made.data.type),
-                shape=[arguments[1]],
+                data=builder.inttoptr(builder.load(address), made.data.type),
+                shape=[builder.load(builder.gep(address, [ir.IntType(64)(1)]))],
                 strides=[size],
                 itemsize=size,
                 meminfo=None,
             )
             return made._getvalue()
 
-        return kind(number, number), emit
+        return kind(_record, number), emit
 
-    return intrinsic(at)
+    return intrinsic(of)
 
 
-octets_at = cast("Callable[[Int, Int], NDArray[np.uint8]]", _array_at(types.uint8))
-"""Return the array of so many uint8 from an address on: whoever calls sees to it that they stay there."""
-map_at = cast("Callable[[Int, Int], NDArray[np.uint8]]", _array_at(types.uint8, readonly=True))
+octets_of = cast("Callable[[Ints, Int], NDArray[np.uint8]]", _array_of(types.uint8))
+"""Return the array of uint8 of which an array of int64 tells from a place on."""
+map_of = cast("Callable[[Ints, Int], NDArray[np.uint8]]", _array_of(types.uint8, readonly=True))
 """The same, of one that nobody writes to."""
-numbers_at = cast("Callable[[Int, Int], NDArray[np.uint32]]", _array_at(types.uint32))
+numbers_of = cast("Callable[[Ints, Int], NDArray[np.uint32]]", _array_of(types.uint32))
 """The same, of uint32."""
-longs_at = cast("Callable[[Int, Int], NDArray[np.int64]]", _array_at(types.int64))
+longs_of = cast("Callable[[Ints, Int], NDArray[np.int64]]", _array_of(types.int64))
 """The same, of int64."""

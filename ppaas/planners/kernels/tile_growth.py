@@ -14,11 +14,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.planners.kernels import atomics
+from ppaas.planners.kernels.addresses import longs_of, map_of, numbers_of, octets_of
 from ppaas.planners.kernels.bare import bare
 from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED, SETTLED
 from ppaas.planners.kernels.propagation import TOO_NARROW
 from ppaas.planners.kernels.tile_help import BOX, call_one
-from ppaas.planners.kernels.tile_layout import CELL_SHIFT, CELLS, FREE, GOAL, SIDE, TABLE, TOUCHED, UNREACHED
+from ppaas.planners.kernels.tile_layout import (
+    CELL_SHIFT,
+    CELLS,
+    EDGES,
+    FREE,
+    GOAL,
+    KIND,
+    LAID,
+    SIDE,
+    TABLE,
+    TOUCHED,
+    UNREACHED,
+)
 from ppaas.planners.kernels.tile_queue import (
     GROUP,
     IDLE,
@@ -33,6 +46,26 @@ from ppaas.planners.kernels.tile_queue import (
     until_look,
     waits,
     wake,
+)
+from ppaas.planners.kernels.tile_record import (
+    ACROSS,
+    COSTS,
+    FIELD,
+    HEIGHT,
+    HINTS,
+    MARKS,
+    PLACES,
+    RECORD,
+    SCRATCH_MEMORY,
+    SOURCE,
+    STATE,
+    TABLES,
+    TARGET,
+    TILES,
+    UNKNOWN,
+    WIDTH,
+    WORDS,
+    note,
 )
 from ppaas.planners.kernels.tile_rows import KEPT, SCRATCH
 from ppaas.planners.kernels.tile_setup import lay_around
@@ -56,19 +89,46 @@ EACH = 3
 
 
 @bare
-def seed_tiles(
-    source: Bytes, height: int, width: int, unknown: int, field: Numbers, tables: Numbers, costs: Bytes,
-    across: int, tiles: int, marks: Bytes, words: Numbers, hints: Numbers, places: Numbers, state: Ints, goals: Ints,
-) -> None:  # fmt: skip
-    """Put the goals into a field in which nobody has been.
+def _clear(record: Ints, knows: bool) -> None:
+    """Make the arrays those of a field in which nobody has been."""
+    tiles = record[TILES]
+    tables, marks, state = numbers_of(record, TABLES), octets_of(record, MARKS), longs_of(record, STATE)
+    words, hints = numbers_of(record, WORDS), numbers_of(record, HINTS)
+    for tile in range(tiles):
+        marks[tile] = marks[tile] & LAID if knows else 0
+    for place in range(len(words)):
+        words[place] = IDLE
+    for place in range(len(hints)):
+        hints[place] = IDLE
+    for place in range(len(state)):
+        state[place] = 0
+    outside = tiles * TABLE
+    for place in range(outside + EDGES, outside + FREE):
+        tables[place] = UNREACHED
+    for place in range(outside + FREE, outside + KIND + 1):
+        tables[place] = 0
+    marks[tiles] = LAID
+
+
+@bare
+def seed_tiles(record: Ints, knows: bool, goals: Ints) -> None:
+    """Begin a field: put the goals into it.
 
     Parameters
     ----------
-    source, height, width, unknown, field, tables, costs, across, tiles, marks, words, hints, places, state
-        As in `grow_tiles`.
+    record : (RECORD,) int64 array
+        As in `ppaas.planners.kernels.tile_record`; nobody else uses it or its arrays.
+    knows : bool
+        Whether tables that are marked as filled are those of this map.
     goals : (n, 2) int64 array
         Row, column; one may be named twice.
     """
+    _clear(record, knows)
+    source, height, width, unknown = map_of(record, SOURCE), record[HEIGHT], record[WIDTH], record[UNKNOWN]
+    across, tiles, state = record[ACROSS], record[TILES], longs_of(record, STATE)
+    field, tables, costs = numbers_of(record, FIELD), numbers_of(record, TABLES), octets_of(record, COSTS)
+    marks, words = octets_of(record, MARKS), numbers_of(record, WORDS)
+    hints, places = numbers_of(record, HINTS), numbers_of(record, PLACES)
     for goal in range(len(goals)):
         row, column = goals[goal, 0], goals[goal, 1]
         tile = row // SIDE * across + column // SIDE
@@ -132,31 +192,13 @@ def _is_short_of_hands(state: Ints, helpers: Int) -> bool:
 
 
 @bare
-def grow_tiles(
-    source: Bytes, height: int, width: int, unknown: int, field: Numbers, tables: Numbers, costs: Bytes,
-    across: int, tiles: int, marks: Bytes, words: Numbers, hints: Numbers, places: Numbers, scratch: Numbers,
-    state: Ints, target: int, boxes: Ints, thread: int, budget: int,
-) -> int:  # fmt: skip
+def grow_tiles(record: Ints, boxes: Ints, thread: int, budget: int) -> int:
     """Work until ``budget`` lines of tiles are done, and tell why it stopped.
 
     Parameters
     ----------
-    source, height, width, unknown
-        As in `ppaas.planners.kernels.tile_setup`.
-    field, tables, costs
-        As in `ppaas.planners.kernels.tile_layout`.
-    across, tiles : int
-        Tiles side by side, and in all.
-    marks : (tiles + 1,) uint8 array
-        For each tile whether somebody has been there, and whether its table is filled.
-    words, hints, places : uint32 arrays
-        As in `ppaas.planners.kernels.tile_queue`.
-    scratch : (threads · SCRATCH,) uint32 array
-        A part for each thread; of as many threads as may ever work at this field.
-    state : int64 array
-        As in `ppaas.planners.kernels.tile_state`.
-    target : int
-        Element of the field whose value is wanted; −1 to go on until all are reached.
+    record : (RECORD,) int64 array
+        As in `ppaas.planners.kernels.tile_record`.
     boxes : (n, BOX) int64 array
         Of the helpers that may be called, as in `ppaas.planners.kernels.tile_help`; none if this is one itself.
     thread : int
@@ -169,6 +211,12 @@ def grow_tiles(
     int
         EXHAUSTED, SETTLED, PAUSED or TOO_NARROW, as in `ppaas.planners.kernels.propagation`, or OUT_OF_WORK.
     """
+    source, height, width, unknown = map_of(record, SOURCE), record[HEIGHT], record[WIDTH], record[UNKNOWN]
+    across, tiles, target, state = record[ACROSS], record[TILES], record[TARGET], longs_of(record, STATE)
+    field, tables, costs = numbers_of(record, FIELD), numbers_of(record, TABLES), octets_of(record, COSTS)
+    marks, words = octets_of(record, MARKS), numbers_of(record, WORDS)
+    hints, places = numbers_of(record, HINTS), numbers_of(record, PLACES)
+    scratch = numbers_of(record, SCRATCH_MEMORY)
     me = THREADS + thread * APART
     threads = len(scratch) // SCRATCH
     part = len(hints) // threads
@@ -205,10 +253,7 @@ def grow_tiles(
             atomics.write(state, OVERLONG, 1)
         if atomics.read(state, OVERLONG):
             outcome = TOO_NARROW
-        elif hands and _is_short_of_hands(state, hands) and not call_one(
-            boxes, source, height, width, unknown, field, tables, costs, across, tiles, marks, words, hints, places,
-            scratch, state, target,
-        ):  # fmt: skip
+        elif hands and _is_short_of_hands(state, hands) and not call_one(boxes, record):
             hands = 0
     state[me + WAITING] += _give_up(field, tiles, words, hints, places, mine)
     atomics.add(state, ACTIVE, -1)
@@ -218,13 +263,18 @@ def grow_tiles(
 
 def warm() -> None:
     """Compile and call each kernel once."""
-    source, costs = np.zeros(1, np.uint8), np.zeros(CELLS, np.uint8)
-    source.flags.writeable = False
+    source, costs, marks = np.zeros(1, np.uint8), np.zeros(CELLS, np.uint8), np.zeros(2, np.uint8)
     field, tables = np.zeros(CELLS, np.uint32), np.zeros(2 * TABLE, np.uint32)
-    marks, state = np.zeros(2, np.uint8), np.zeros(state_size(1), np.int64)
-    words, hints = np.full(GROUP, IDLE, np.uint32), np.full(SIDE, IDLE, np.uint32)
-    places = np.zeros(1 + part_size(1, 1), np.uint32)
+    words, hints = np.zeros(GROUP, np.uint32), np.zeros(SIDE, np.uint32)
+    places, scratch = np.zeros(1 + part_size(1, 1), np.uint32), np.zeros(SCRATCH, np.uint32)
+    state = np.zeros(state_size(1), np.int64)
     lay_places(places, 1, 1)
-    arrays = (source, 1, 1, 0, field, tables, costs, 1, 1, marks, words, hints, places)
-    seed_tiles(*arrays, state, np.zeros((1, 2), np.int64))
-    grow_tiles(*arrays, np.zeros(SCRATCH, np.uint32), state, -1, np.zeros((0, BOX), np.int64), 0, 1)
+    record = np.zeros(RECORD, np.int64)
+    record[[HEIGHT, WIDTH, ACROSS, TILES, TARGET]] = 1, 1, 1, 1, -1
+    for place, array in (
+        (SOURCE, source), (FIELD, field), (TABLES, tables), (COSTS, costs), (MARKS, marks), (WORDS, words),
+        (HINTS, hints), (PLACES, places), (SCRATCH_MEMORY, scratch), (STATE, state),
+    ):  # fmt: skip
+        note(record, place, array)
+    seed_tiles(record, knows=False, goals=np.zeros((1, 2), np.int64))
+    grow_tiles(record, np.zeros((0, BOX), np.int64), 0, 1)

@@ -12,36 +12,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.planners.kernels import atomics
-from ppaas.planners.kernels.addresses import address_of
-from ppaas.planners.kernels.bare import bare, joined
+from ppaas.planners.kernels.addresses import address_of, longs_of
+from ppaas.planners.kernels.bare import bare
 from ppaas.planners.kernels.doorbell import doze, hear, ring
+from ppaas.planners.kernels.tile_record import RECORD, SCRATCH_MEMORY, STATE, note
 from ppaas.planners.kernels.tile_rows import SCRATCH
 from ppaas.planners.kernels.tile_state import APART, CALLED, LINE, STOP, THREADS
 
 Int = int | np.signedinteger[Any]
 Ints = NDArray[np.int64]
-Numbers = NDArray[np.uint32]
-Bytes = NDArray[np.uint8]
 
-WORD, HEARS, RINGS, OVER = 0, LINE, LINE + 1, LINE + 2
-"""Of a box: whose it is, both ends of the pipe that wakes its helper, and whether that is to end for good."""
-THREAD, TARGET, HEIGHT, WIDTH, UNKNOWN, ACROSS, TILES = range(2 * LINE, 2 * LINE + 7)
-"""Of what it is to help with; see `ppaas.planners.kernels.tile_growth.grow_tiles`."""
-SOURCE, FIELD, TABLES, COSTS, MARKS, WORDS, HINTS, PLACES, SCRATCH_MEMORY, STATE = range(TILES + 1, TILES + 21, 2)
-"""Where each array lies, followed by how long it is."""
-BOX = 6 * LINE
+WORD, HEARS, RINGS, OVER, THREAD, FIELD_RECORD = 0, *range(LINE, LINE + 5)
+"""Of a box: whose it is; both ends of the pipe that wakes its helper, and whether that is to end for good; which of the
+threads of a field the helper is to be, and where the record of that field lies, followed by how long it is."""
+BOX = 2 * LINE
 """Numbers of a box."""
 
 NOBODY, WRITTEN = 0, 1
 _CALLED, _CAME = 1, 2
 _ALIGNED = 64
 """What is added to the address of a field's state, that can be divided by so much."""
-
-
-@joined
-def _put(box: Ints, place: int, array: NDArray[Any]) -> None:
-    box[place] = address_of(array)
-    box[place + 1] = len(array)
 
 
 @bare
@@ -54,42 +44,25 @@ def _claim(boxes: Ints) -> Int:
 
 
 @bare
-def call_one(
-    boxes: Ints, source: Bytes, height: int, width: int, unknown: int, field: Numbers, tables: Numbers, costs: Bytes,
-    across: int, tiles: int, marks: Bytes, words: Numbers, hints: Numbers, places: Numbers, scratch: Numbers,
-    state: Ints, target: int,
-) -> bool:  # fmt: skip
+def call_one(boxes: Ints, record: Ints) -> bool:
     """Call one more helper to a field; return false if there is none, or no more may work at it.
 
     Parameters
     ----------
     boxes : (n, BOX) int64 array
         Of all helpers who may be called.
-    source, height, width, unknown, field, tables, costs, across, tiles
-        As in `ppaas.planners.kernels.tile_growth.grow_tiles`.
-    marks, words, hints, places, scratch, state, target
-        Likewise.
+    record : (RECORD,) int64 array
+        As in `ppaas.planners.kernels.tile_record`.
     """
+    state, threads = longs_of(record, STATE), record[SCRATCH_MEMORY + 1] // SCRATCH
     thread = 1
-    threads = len(scratch) // SCRATCH
     while thread < threads and atomics.read(state, THREADS + thread * APART + CALLED):
         thread += 1
     number = _claim(boxes) if thread < threads else -1
     if number < 0:
         return False
     box = boxes[number]
-    box[THREAD], box[TARGET] = thread, target
-    box[HEIGHT], box[WIDTH], box[UNKNOWN], box[ACROSS], box[TILES] = height, width, unknown, across, tiles
-    _put(box, SOURCE, source)
-    _put(box, FIELD, field)
-    _put(box, TABLES, tables)
-    _put(box, COSTS, costs)
-    _put(box, MARKS, marks)
-    _put(box, WORDS, words)
-    _put(box, HINTS, hints)
-    _put(box, PLACES, places)
-    _put(box, SCRATCH_MEMORY, scratch)
-    _put(box, STATE, state)
+    box[THREAD], box[FIELD_RECORD], box[FIELD_RECORD + 1] = thread, address_of(record), len(record)
     atomics.write(state, THREADS + thread * APART + CALLED, 1)
     atomics.write(box, WORD, address_of(state) + _CALLED)
     ring(box[RINGS])
@@ -97,11 +70,12 @@ def call_one(
 
 
 @bare
-def send_away(boxes: Ints, state: Ints) -> None:
+def send_away(boxes: Ints, record: Ints) -> None:
     """Tell all helpers of a field to leave, and do not wait for them: one may have been put aside for a while.
 
     Those who were called and have not come yet never will.
     """
+    state = longs_of(record, STATE)
     atomics.write(state, STOP, 1)
     called = address_of(state) + _CALLED
     for number in range(len(boxes)):
@@ -137,4 +111,6 @@ def rest(microseconds: int) -> None:
 def warm() -> None:
     """Compile and call each kernel once that Python calls."""
     rest(0)
-    send_away(np.zeros((0, BOX), np.int64), np.zeros(THREADS, np.int64))
+    record, state = np.zeros(RECORD, np.int64), np.zeros(THREADS, np.int64)
+    note(record, STATE, state)
+    send_away(np.zeros((0, BOX), np.int64), record)

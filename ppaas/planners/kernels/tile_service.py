@@ -3,32 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.planners.kernels.addresses import longs_at, map_at, numbers_at, octets_at
+from ppaas.planners.kernels.addresses import longs_of
 from ppaas.planners.kernels.bare import bare
 from ppaas.planners.kernels.tile_growth import grow_tiles
-from ppaas.planners.kernels.tile_help import (
-    ACROSS,
-    BOX,
-    COSTS,
-    FIELD,
-    HEIGHT,
-    HINTS,
-    MARKS,
-    OVER,
-    PLACES,
-    SCRATCH_MEMORY,
-    SOURCE,
-    STATE,
-    TABLES,
-    TARGET,
-    THREAD,
-    TILES,
-    UNKNOWN,
-    WIDTH,
-    WORDS,
-    comes,
-    leave,
-)
+from ppaas.planners.kernels.tile_help import BOX, FIELD_RECORD, OVER, THREAD, comes, leave
 
 Ints = NDArray[np.int64]
 
@@ -48,20 +26,7 @@ def serve(box: Ints, nobody: Ints) -> None:
         The boxes of those whom a helper may call.
     """
     while comes(box):
-        grow_tiles(
-            map_at(box[SOURCE], box[SOURCE + 1]), box[HEIGHT], box[WIDTH], box[UNKNOWN],
-            numbers_at(box[FIELD], box[FIELD + 1]),
-            numbers_at(box[TABLES], box[TABLES + 1]),
-            octets_at(box[COSTS], box[COSTS + 1]),
-            box[ACROSS], box[TILES],
-            octets_at(box[MARKS], box[MARKS + 1]),
-            numbers_at(box[WORDS], box[WORDS + 1]),
-            numbers_at(box[HINTS], box[HINTS + 1]),
-            numbers_at(box[PLACES], box[PLACES + 1]),
-            numbers_at(box[SCRATCH_MEMORY], box[SCRATCH_MEMORY + 1]),
-            longs_at(box[STATE], box[STATE + 1]),
-            box[TARGET], nobody, box[THREAD], ENDLESS,
-        )  # fmt: skip
+        grow_tiles(longs_of(box, FIELD_RECORD), nobody, box[THREAD], ENDLESS)
         leave(box)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.planners.kernels import atomics, simd
+from ppaas.planners.kernels.addresses import map_of, numbers_of, octets_of
 from ppaas.planners.kernels.bare import bare
 from ppaas.planners.kernels.tile_layout import (
     ALL,
@@ -23,12 +24,25 @@ from ppaas.planners.kernels.tile_layout import (
     TABLE,
     WALLED,
 )  # fmt: skip
+from ppaas.planners.kernels.tile_record import (
+    ACROSS,
+    COSTS,
+    HEIGHT,
+    MARKS,
+    RECORD,
+    SOURCE,
+    TABLES,
+    TILES,
+    UNKNOWN,
+    WIDTH,
+)
 
 TOGETHER = 4
 """So many tiles side by side are laid out together: rows of one lie in cache lines and pages of memory that the others
 need as well."""
 
 Int = int | np.signedinteger[Any]
+Ints = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
 Tables = NDArray[np.uint32]
 
@@ -132,11 +146,14 @@ def lay_around(
 
 
 @bare
-def lay_sample(
-    source: Bytes, height: int, width: int, unknown: int, across: int, tiles: int, step: int,
-    costs: Bytes, tables: Tables, marks: Bytes,
-) -> tuple[int, int]:  # fmt: skip
+def lay_sample(record: Ints, step: int) -> tuple[int, int]:
     """Fill the table of each ``step``-th tile.
+
+    Parameters
+    ----------
+    record : (RECORD,) int64 array
+        As in `ppaas.planners.kernels.tile_record`.
+    step : int
 
     Returns
     -------
@@ -145,6 +162,9 @@ def lay_sample(
     forks : int
         How many of those have free ones on three of their four sides, or on all, within the tile.
     """
+    source, height, width, unknown = map_of(record, SOURCE), record[HEIGHT], record[WIDTH], record[UNKNOWN]
+    across, tiles = record[ACROSS], record[TILES]
+    costs, tables, marks = octets_of(record, COSTS), numbers_of(record, TABLES), octets_of(record, MARKS)
     free, forks = 0, 0
     for tile in range(0, tiles, step):
         if not marks[tile] & LAID:
@@ -161,8 +181,5 @@ def lay_sample(
 
 
 def warm() -> None:
-    """Compile and call each kernel once."""
-    source = np.zeros(1, np.uint8)
-    source.flags.writeable = False
-    tables, marks = np.zeros(2 * TABLE, np.uint32), np.zeros(1, np.uint8)
-    lay_sample(source, 1, 1, ALL, 1, 1, 1, np.zeros(CELLS, np.uint8), tables, marks)
+    """Compile and call the kernel once that Python calls."""
+    lay_sample(np.zeros(RECORD, np.int64), 1)

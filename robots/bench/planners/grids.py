@@ -166,8 +166,8 @@ def _grid(name: str, costs: NDArray[np.uint8], info: GridInfo | None = None) -> 
 def _in_fresh_memory(costs: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return a copy where a process has it that has just started, whatever this one has done before.
 
-    What a process gives back and takes again lies in small pages of memory: some CPUs read a large map through them half
-    as slowly again as through the large ones that numpy asks for.
+    What a process gives back and takes again lies in small pages of memory: some CPUs read a large map half as slowly
+    again through them as through the large ones that numpy asks for.
     """
     memory = mmap.mmap(-1, costs.size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
     if costs.size >= LARGE and hasattr(mmap, "MADV_HUGEPAGE"):

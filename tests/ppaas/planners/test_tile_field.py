@@ -16,8 +16,8 @@ from ppaas.planners import tile_field, tile_memory
 from ppaas.planners.field_helpers import boxes_for
 from ppaas.planners.kernels import tile_growth, tile_layout, tile_setup, tile_visit, tile_walk
 from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED
-from ppaas.planners.kernels.tile_growth import OUT_OF_WORK
-from ppaas.planners.kernels.tile_help import BOX, STATE
+from ppaas.planners.kernels.tile_growth import OUT_OF_WORK, grow_tiles
+from ppaas.planners.kernels.tile_help import BOX, FIELD_RECORD
 from ppaas.planners.kernels.tile_state import APART, CALLED, LINES, THREADS
 from ppaas.planners.queue_field import QueueField
 from ppaas.planners.tile_field import PathTooLong, TileField, suits_tiles
@@ -135,10 +135,10 @@ def test_an_early_stop_in_an_open_tile_of_a_large_map_does_not_look_at_values_of
 def test_threads_of_a_large_map_that_are_stopped_anywhere_leave_all_values_in_the_field(budget, halls):
     costs, free = halls
     tiled, queued = fields(costs, free[:1], threads=MANY)
-    work = tiled._work(-1)
+    work = worker(tiled)
     for _ in range(30):
         with ThreadPoolExecutor(MANY) as threads:
-            list(threads.map(partial(work, NOBODY), range(MANY), [budget] * MANY))
+            list(threads.map(work, range(MANY), [budget] * MANY))
     touched = np.flatnonzero(tiled._memory.marks[: tiled._tiles] & tile_layout.TOUCHED)
     queued.grow()
     expected, now = queued.values(), tiled.values()
@@ -247,10 +247,10 @@ def test_only_what_is_near_the_way_is_laid_out():
 def test_many_threads_that_come_and_go_on_a_tiny_map_give_the_same_field(scene, budget):
     costs, goals, allow_unknown = scene
     tiled, queued = fields(costs, goals, allow_unknown, threads=MANY)
-    work = tiled._work(-1)
+    work = worker(tiled)
 
     def help_along(number):
-        while (outcome := work(NOBODY, number, budget)) in (PAUSED, OUT_OF_WORK):
+        while (outcome := work(number, budget)) in (PAUSED, OUT_OF_WORK):
             pass
         return outcome
 
@@ -266,10 +266,10 @@ def test_threads_that_are_stopped_anywhere_leave_a_field_that_grows_on(seed):
     costs = drawn(KINDS[seed % len(KINDS)], (200, 200), seed)
     goals = grids.free_cells(costs, True)[:1]
     tiled, queued = fields(costs, goals, threads=MANY)
-    work = tiled._work(-1)
+    work = worker(tiled)
     for stop in (10, 100, 1_000):
         with ThreadPoolExecutor(MANY) as threads:
-            list(threads.map(partial(work, NOBODY), range(MANY), [stop] * MANY))
+            list(threads.map(work, range(MANY), [stop] * MANY))
     tiled.grow()
     queued.grow()
     assert np.array_equal(tiled.values(), queued.values())
@@ -308,9 +308,15 @@ def test_the_check_ends_the_counting_of_all_threads(monkeypatch):
     assert len(calls) == before + 1
 
 
+def worker(field):
+    """Return the kernel for all of a field, with nobody to call: it takes the number of a thread and its budget."""
+    field._memory.open_for_help(-1)
+    return partial(grow_tiles, field._memory.record, NOBODY)
+
+
 def helps(number, field):
     """Whether the helper of some number was called to a field."""
-    return boxes_for(number + 1)[number - 1, STATE] == field._memory.state.ctypes.data
+    return boxes_for(number + 1)[number - 1, FIELD_RECORD] == field._memory.record.ctypes.data
 
 
 def test_helpers_are_called_and_the_next_field_waits_until_they_have_left():
@@ -346,11 +352,12 @@ def test_many_fields_at_a_time_share_the_helpers():
 
 
 def test_the_next_field_waits_for_a_helper_who_has_not_left():
-    memory, called = tile_memory.TileMemory(4), THREADS + APART + CALLED
-    memory.begin(4, 2, np.zeros((64, 64), np.uint8), allow_unknown=True)
+    field, _ = fields(np.zeros((64, 64), np.uint8), [(0, 0)], threads=2)
+    memory, called = field._memory, THREADS + APART + CALLED
+    memory.close_for_help(boxes_for(2))
     memory.state[called] = 1
     with ThreadPoolExecutor(1) as threads:
-        begun = threads.submit(memory.open_for_help)
+        begun = threads.submit(memory.open_for_help, -1)
         with pytest.raises(TimeoutError):
             begun.result(0.05)
         memory.state[called] = 0
@@ -364,6 +371,7 @@ def test_what_a_helper_still_uses_is_kept_until_it_has_left(writeable):
     field, _ = fields(costs, [(0, 0)], threads=2)
     memory, source = weakref.ref(field._memory), weakref.ref(field._source)
     state = field._memory.state
+    field._memory.close_for_help(boxes_for(2))
     state[THREADS + APART + CALLED] = 1
     del field
     assert memory() is not None
@@ -377,9 +385,9 @@ def test_what_a_helper_still_uses_is_kept_until_it_has_left(writeable):
 
 def test_a_helper_who_finds_all_done_leaves():
     tiled, _ = fields(np.zeros((64, 64), np.uint8), [(0, 0)], threads=2)
-    work = tiled._work(-1)
-    assert work(NOBODY, 0, 1_000_000) == EXHAUSTED
-    assert work(NOBODY, 1, 1_000_000) == EXHAUSTED
+    work = worker(tiled)
+    assert work(0, 1_000_000) == EXHAUSTED
+    assert work(1, 1_000_000) == EXHAUSTED
 
 
 @pytest.mark.parametrize(("size", "asked"), [(500, False), (600, True)])
@@ -449,13 +457,14 @@ def test_memory_that_is_far_too_large_is_let_go():
 
 
 def test_memory_of_a_larger_map_deals_out_the_tiles_of_this_one():
-    data = np.zeros((64, 64), np.uint8)
+    map_ = grids.of(np.zeros((64, 64), np.uint8))
+    source = map_.data.reshape(-1)
     fitting, larger = tile_memory.TileMemory(500), tile_memory.TileMemory(1_500)
     for memory in (fitting, larger):
-        memory.begin(500, 2, data, True)
+        memory.begin(source, (20, 25), 2, map_, allow_unknown=True)
     assert (fitting.places == larger.places).all()
     assert len(fitting.words) == len(larger.words) == 512
-    larger.begin(1_500, 2, data, True)
+    larger.begin(source, (60, 25), 2, map_, allow_unknown=True)
     assert len(larger.words) == 1_536
 
 
