@@ -73,12 +73,13 @@ def _alike(kind: str, size: int) -> list[Grid]:
 def _of_size(grids: Sequence[Grid], threads: Sequence[int], progress: Progress) -> dict[str, dict[str, float]]:
     """Return what a field of one of these grids takes in the mean, and for each cell that is reached."""
     announce(progress, f"scaling: {grids[0].name}")
-    reached, works = 0, {}
-    for number, grid in enumerate(grids):
-        goal = goal_in(grid.costmap)
-        reached += reached_once(grid.costmap, goal, threads)
-        for n in threads:
-            works[f"{n} {number}"] = partial(grow_anew, grid.costmap, goal, n)
+    goals = [goal_in(grid.costmap) for grid in grids]
+    reached = sum(reached_once(grid.costmap, goal, threads) for grid, goal in zip(grids, goals, strict=True))
+    works = {
+        f"{n} {number}": partial(grow_anew, grid.costmap, goal, n)
+        for n in threads  # one after the other, as a container always has as many: each finds its part in its own cache
+        for number, (grid, goal) in enumerate(zip(grids, goals, strict=True))
+    }
     best = in_turn(works, progress, grids[0].name, RUNS)
     total = {str(n): sum(best[f"{n} {number}"] for number in range(len(grids))) for n in threads}
     return {
