@@ -1,6 +1,5 @@
 """The grids that planners are measured on: made up, or from any map file."""
 
-import mmap
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,9 +23,6 @@ LARGEST = 32768
 RESOLUTION = 0.05
 SEED = 1
 
-LARGE = 1 << 22
-"""Bytes from which on numpy asks for large pages of memory."""
-
 _NAVFN_UNKNOWN = 253
 
 
@@ -41,7 +37,8 @@ class Grid:
 def empty(size: int) -> Grid:
     """Return a square without obstacles."""
     _check("an empty grid", size, 1)
-    return _grid(f"empty {size}²", np.zeros((size, size), np.uint8))
+    # Not zeros: what nobody has written to is one page of zeros, again and again, as no map of a robot is.
+    return _grid(f"empty {size}²", np.full((size, size), FREE_SPACE, np.uint8))
 
 
 def random(size: int, percent: float, seed: int = SEED) -> Grid:
@@ -158,23 +155,9 @@ def goal_in(costmap: Costmap, goal: Cell | None = None) -> Cell:
 
 
 def _grid(name: str, costs: NDArray[np.uint8], info: GridInfo | None = None) -> Grid:
-    costs = _in_fresh_memory(costs)
+    costs = np.ascontiguousarray(costs)
     costs.setflags(write=False)
     return Grid(name, Costmap(costs, info or GridInfo(RESOLUTION, costs.shape[1], costs.shape[0])))
-
-
-def _in_fresh_memory(costs: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return a copy where a process has it that has just started, whatever this one has done before.
-
-    What a process gives back and takes again lies in small pages of memory: some CPUs read a large map half as slowly
-    again through them as through the large ones that numpy asks for.
-    """
-    memory = mmap.mmap(-1, costs.size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
-    if costs.size >= LARGE and hasattr(mmap, "MADV_HUGEPAGE"):
-        memory.madvise(mmap.MADV_HUGEPAGE)
-    fresh = np.frombuffer(memory, np.uint8, costs.size).reshape(costs.shape)
-    fresh[:] = costs
-    return fresh
 
 
 def _check(what: str, size: int, least: int) -> None:
