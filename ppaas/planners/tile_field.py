@@ -26,10 +26,12 @@ SLICE_LINES = 150_000
 """Lines of tiles worked on between two checks: 2 to 3 ms on one thread."""
 SLICE_ALONE = 8_000
 """Of the first slice, in which no others are asked for: what is done in 0.1 ms is done sooner by one thread than with
-others that first have to come, and far sooner where they find no core that is free. Where all of a map of `FEW` tiles
-or more is to be reached there is more to do, and they are asked for at once."""
+others that first have to come, and far sooner where they find no core that is free."""
 SLICE_ALONE_OF_FEW, FEW = 25_000, 256
 """The same on a map of no more than so many tiles: what is left of it after 0.1 ms is not worth calling others."""
+AT_ONCE = 160
+"""Others are asked for at once where all of a map of so many tiles or more is to be reached: one thread takes 0.1 ms for
+that even on an empty one."""
 PATIENCE = 50
 """How long who is out of work sleeps before it looks again [µs]."""
 SLICE_WALKED = 50_000
@@ -142,7 +144,7 @@ class TileField(GridField):
         """Work, with helpers, and check now and then, until there is nothing to do; return why."""
         memory = self._memory
         boxes, budget = boxes_for(1), SLICE_ALONE if self._tiles > FEW else SLICE_ALONE_OF_FEW
-        if wanted < 0 and self._tiles >= FEW:
+        if wanted < 0 and self._tiles >= AT_ONCE:
             boxes, budget = boxes_for(self._threads), SLICE_LINES
         memory.open_for_help(wanted)
         try:
