@@ -30,8 +30,8 @@ others that first have to come, and far sooner where they find no core that is f
 SLICE_ALONE_OF_FEW, FEW = 25_000, 256
 """The same on a map of no more than so many tiles: what is left of it after 0.1 ms is not worth calling others."""
 AT_ONCE = 160
-"""Others are asked for at once where all of a map of so many tiles or more is to be reached: one thread takes 0.1 ms for
-that even on an empty one."""
+"""Others are asked for at once where all of a map of so many tiles or more is to be reached: one thread takes 0.1 ms
+for that even if it is empty."""
 PATIENCE = 50
 """How long who is out of work sleeps before it looks again [µs]."""
 SLICE_WALKED = 50_000
