@@ -1,7 +1,7 @@
 import math
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from ppaas.controllers.footprints import body_of
@@ -50,6 +50,7 @@ def test_the_clearance_of_an_outline_is_what_it_is_when_measured(seed, pose):
     motion=st.tuples(st.floats(-1.0, 1.0), st.floats(-2.0, 2.0)),
     corners=st.sampled_from([BOX, ()]),
 )
+@example(seed=98, pose=(0.8, 0.8125, 0.75), motion=(0.796875, 0.0), corners=BOX)
 @settings(deadline=None, max_examples=40)
 def test_the_least_clearance_on_an_arc_is_that_of_the_poses_on_it(seed, pose, motion, corners):
     _, distance = field(seed, 0.002)
@@ -58,7 +59,9 @@ def test_the_least_clearance_on_an_arc_is_that_of_the_poses_on_it(seed, pose, mo
     # A twentieth of a cell from one to the next: what lies between differs by no more.
     poses = pursuit.arc(pose, *motion, 600)
     clearances = [clearance(distance, EDGE, body, x, y, math.cos(a), math.sin(a)) for x, y, a in poses]
-    assert min(clearances) - 0.05 * EDGE <= got <= min(clearances) + 0.5 * EDGE + 1e-6
+    # Half a cell lies between the nearest pose that is looked at and any, and a quarter between the nearest point of an
+    # edge that is and any; between the middles of cells a distance changes by up to √2 m a metre.
+    assert min(clearances) - 0.05 * EDGE <= got <= min(clearances) + 0.75 * math.sqrt(2.0) * EDGE
     assert got <= min(clearances[0], clearances[-1]) + 1e-6
 
 
