@@ -32,8 +32,6 @@ SLICE_ALONE_OF_FEW, FEW = 25_000, 256
 AT_ONCE = 160
 """Others are asked for at once where all of a map of so many tiles or more is to be reached: one thread takes 0.1 ms
 for that even if it is empty."""
-PATIENCE = 50
-"""How long who is out of work sleeps before it looks again [µs]."""
 SLICE_WALKED = 50_000
 """Cells walked along between two checks."""
 SLICE_READ = 128
@@ -152,7 +150,7 @@ class TileField(GridField):
                 self._check()
                 outcome = grow_tiles(memory.record, boxes, 0, budget)
                 if outcome == OUT_OF_WORK:
-                    rest(PATIENCE)
+                    rest()
                 elif outcome != PAUSED:
                     return int(outcome)
                 boxes, budget = boxes_for(self._threads), SLICE_LINES

@@ -27,14 +27,10 @@ from ppaas.planners.kernels.tile_record import (
     note,
 )
 from ppaas.planners.kernels.tile_rows import SCRATCH
-from ppaas.planners.kernels.tile_state import APART, CALLED, STOP, THREADS, state_size
+from ppaas.planners.kernels.tile_state import ALIGNED, APART, CALLED, STOP, THREADS, state_size
 
 T = TypeVar("T", bound=np.generic)
 
-LINE = 64
-"""Bytes of a cache line."""
-PATIENCE = 50
-"""How long who waits for helpers sleeps before it looks again [µs]."""
 MOST_TOO_LARGE = 4
 """Arrays that are larger than needed by more than this factor are not taken over."""
 
@@ -143,7 +139,7 @@ class TileMemory:
 
     def _wait_for_helpers(self) -> None:
         while self.is_used:
-            rest(PATIENCE)
+            rest()
         self._lent = False
 
 
@@ -182,8 +178,8 @@ def give_back(memory: TileMemory, source: NDArray[np.uint8]) -> None:
 
 def _aligned(count: int, dtype: type[T]) -> NDArray[T]:
     size = count * np.dtype(dtype).itemsize
-    octets = np.empty(size + LINE, np.uint8)
-    begin = -octets.ctypes.data % LINE
+    octets = np.empty(size + ALIGNED, np.uint8)
+    begin = -octets.ctypes.data % ALIGNED
     return octets[begin : begin + size].view(dtype)
 
 

@@ -93,7 +93,7 @@ def share(slices: Sequence[T], work: Callable[[T], object], *, helpers: int, che
             check()
             work(one)
 
-    called = [_call(partial(take, proceed)) for _ in range(helpers)]
+    called = _call(partial(take, proceed), helpers)
     try:
         take(check)
     finally:
@@ -104,10 +104,13 @@ def share(slices: Sequence[T], work: Callable[[T], object], *, helpers: int, che
         future.result()
 
 
-def _call(work: Callable[[], object]) -> Future[object]:
+def _call(work: Callable[[], object], count: int) -> list[Future[object]]:
+    """Let so many help with some work."""
+    if count < 1:
+        return []
     executor, threads = _helpers()
     threads.keep_off()
-    return executor.submit(work)
+    return [executor.submit(work) for _ in range(count)]
 
 
 @cache

@@ -3,8 +3,6 @@
 What is compiled calls the C library itself, so neither needs the interpreter, for which threads of Python wait in turn.
 """
 
-from typing import Any
-
 from llvmlite import ir
 from numba import types
 from numba.core.cgutils import alloca_once, get_or_insert_function
@@ -14,18 +12,18 @@ from ppaas.planners.kernels.simd import number, operation
 _OCTET, _INT, _LONG = (ir.IntType(bits) for bits in (8, 32, 64))
 
 
-def _transfer(builder: ir.IRBuilder, how: str, pipe: ir.Value) -> Any:
+def _transfer(builder: ir.IRBuilder, how: str, pipe: ir.Value) -> None:
     kind = ir.FunctionType(_LONG, [_INT, _OCTET.as_pointer(), _LONG])
     function = get_or_insert_function(builder.module, kind, how)  # type: ignore[no-untyped-call]
     octet = alloca_once(builder, _OCTET)  # type: ignore[no-untyped-call]
     builder.store(_OCTET(1), octet)
-    return builder.call(function, [builder.trunc(pipe, _INT), octet, _LONG(1)])
+    builder.call(function, [builder.trunc(pipe, _INT), octet, _LONG(1)])
 
 
-@operation(number, number)
-def hear(builder: ir.IRBuilder, pipe: ir.Value) -> ir.Value:
-    """Sleep until a byte comes out of a pipe; return 1, or less if a signal woke this thread instead."""
-    return _transfer(builder, "read", pipe)
+@operation(types.none, number)
+def hear(builder: ir.IRBuilder, pipe: ir.Value) -> None:
+    """Sleep until a byte comes out of a pipe, or a signal wakes this thread."""
+    _transfer(builder, "read", pipe)
 
 
 @operation(types.none, number)

@@ -17,7 +17,7 @@ from ppaas.planners.kernels.bare import bare
 from ppaas.planners.kernels.doorbell import doze, hear, ring
 from ppaas.planners.kernels.tile_record import RECORD, SCRATCH_MEMORY, STATE, note
 from ppaas.planners.kernels.tile_rows import SCRATCH
-from ppaas.planners.kernels.tile_state import APART, CALLED, LINE, STOP, THREADS
+from ppaas.planners.kernels.tile_state import ALIGNED, APART, CALLED, LINE, STOP, THREADS
 
 Int = int | np.signedinteger[Any]
 Ints = NDArray[np.int64]
@@ -30,8 +30,9 @@ BOX = 2 * LINE
 
 NOBODY, WRITTEN = 0, 1
 _CALLED, _CAME = 1, 2
-_ALIGNED = 64
-"""What is added to the address of a field's state, that can be divided by so much."""
+"""What is added to the address of a field's state, which is a multiple of `ALIGNED`."""
+PATIENCE = 50
+"""How long who waits for helpers sleeps before it looks again [µs]."""
 
 
 @bare
@@ -90,7 +91,7 @@ def comes(box: Ints) -> bool:
     """Sleep until called, and come; return false when it is over."""
     while not atomics.read(box, OVER):
         word = atomics.read(box, WORD)
-        if word % _ALIGNED == _CALLED and atomics.replace(box, WORD, word, word - _CALLED + _CAME):
+        if word % ALIGNED == _CALLED and atomics.replace(box, WORD, word, word - _CALLED + _CAME):
             return True
         hear(box[HEARS])
     return False
@@ -103,14 +104,14 @@ def leave(box: Ints) -> None:
 
 
 @bare
-def rest(microseconds: int) -> None:
-    """Sleep for a while, of less than a second."""
-    doze(microseconds)
+def rest() -> None:
+    """Sleep for a moment, as who waits for helpers does before it looks again."""
+    doze(PATIENCE)
 
 
 def warm() -> None:
     """Compile and call each kernel once that Python calls."""
-    rest(0)
+    rest()
     record, state = np.zeros(RECORD, np.int64), np.zeros(THREADS, np.int64)
     note(record, STATE, state)
     send_away(np.zeros((0, BOX), np.int64), record)

@@ -10,6 +10,8 @@
 LINE = 8
 """Numbers of a cache line: what one thread often writes lies as far from what others read."""
 STOP, ACTIVE, OVERLONG, THREADS = (LINE * place for place in range(4))
+ALIGNED = 8 * LINE
+"""Bytes of a line: it begins at a multiple of so many."""
 WAITING, LINES, CALLED, APART = 0, 1, LINE, 2 * LINE
 
 
