@@ -1,6 +1,5 @@
 """A field of costs-to-go that grows tile by tile, on all threads."""
 
-import weakref
 from collections.abc import Callable
 
 import numpy as np
@@ -88,10 +87,10 @@ class TileField(GridField):
         self._tiles = -(-self._shape[0] // SIDE) * self._across
         self._bound: int | None = None
         self._memory = m = tile_memory.take(self._tiles)
-        weakref.finalize(self, tile_memory.give_back, m, self._source).atexit = False
+        self._loan = tile_memory.Loan(m, self._source)
         shape = self._tiles // self._across, self._across
         knows = m.begin(self._source, shape, threads, costmap, allow_unknown)
-        seed_tiles(m.record, knows, np.array(goals, np.int64, order="C"))
+        seed_tiles(m.record, knows, goals.astype(np.int64, order="C"))
 
     @property
     def is_winding(self) -> bool:

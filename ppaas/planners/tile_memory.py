@@ -135,7 +135,7 @@ class TileMemory:
     @property
     def is_used(self) -> bool:
         """Whether a helper has not left yet."""
-        return self._lent and bool(self.state[THREADS + CALLED :: APART].any())
+        return self._lent and any(self.state[THREADS + CALLED :: APART].tolist())
 
     def _wait_for_helpers(self) -> None:
         while self.is_used:
@@ -174,6 +174,18 @@ def give_back(memory: TileMemory, source: NDArray[np.uint8]) -> None:
     if memory.is_used:
         _left_to_helpers.append((memory, source))
     _spare[:] = [memory] if memory.knows_map else []
+
+
+class Loan:
+    """Gives memory back as it goes, as its field does that alone holds it; see `give_back`."""
+
+    __slots__ = "_memory", "_source"
+
+    def __init__(self, memory: TileMemory, source: NDArray[np.uint8]) -> None:
+        self._memory, self._source = memory, source
+
+    def __del__(self) -> None:
+        give_back(self._memory, self._source)
 
 
 def _aligned(count: int, dtype: type[T]) -> NDArray[T]:

@@ -13,6 +13,8 @@ LINE = 16
 
 WORDS_A_LINE = LINE // 2
 """Numbers of 64 bits, likewise."""
+OCTETS_A_LINE = 4 * LINE
+"""Numbers of 8 bits."""
 
 _READ, _KEEP, _DATA = 0, 3, 1
 

@@ -133,6 +133,14 @@ def load_bytes(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Val
     return builder.zext(loaded, _ROW)
 
 
+@operation(row, ARRAY, types.intp)
+def load_octets(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Value:
+    """Return the 128 numbers of a uint8 array from ``index`` on, four a lane, as they lie in memory."""
+    loaded = builder.load(_pointer(builder, data, index, _ROW))
+    loaded.align = 1
+    return loaded
+
+
 @operation(types.none, ARRAY, types.intp, row)
 def store(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, values: ir.Value) -> None:
     """Write a row to a uint32 array from ``index`` on."""
@@ -202,6 +210,18 @@ def shift_left(builder: ir.IRBuilder, values: ir.Value, by: ir.Value) -> ir.Valu
 def both(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
     """Return the bits that both have."""
     return builder.and_(a, b)
+
+
+@operation(row, row, row)
+def either(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
+    """Return the bits that any of both has."""
+    return builder.or_(a, b)
+
+
+@operation(row, row, row)
+def differing(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
+    """Return the bits in which they differ."""
+    return builder.xor(a, b)
 
 
 @operation(row, row, row)

@@ -18,6 +18,7 @@ from ppaas.planners.kernels.addresses import longs_of, map_of, numbers_of, octet
 from ppaas.planners.kernels.bare import bare
 from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED, SETTLED
 from ppaas.planners.kernels.propagation import TOO_NARROW
+from ppaas.planners.kernels.tile_groups import lay_around
 from ppaas.planners.kernels.tile_help import BOX, call_one
 from ppaas.planners.kernels.tile_layout import (
     CELL_SHIFT,
@@ -68,7 +69,6 @@ from ppaas.planners.kernels.tile_record import (
     note,
 )
 from ppaas.planners.kernels.tile_rows import KEPT, SCRATCH
-from ppaas.planners.kernels.tile_setup import lay_around
 from ppaas.planners.kernels.tile_state import ACTIVE, APART, CALLED, LINES, OVERLONG, STOP, THREADS, WAITING, state_size
 from ppaas.planners.kernels.tile_visit import put_down, visit
 
@@ -80,6 +80,8 @@ Bytes = NDArray[np.uint8]
 OUT_OF_WORK = 5
 """Others may find some, but for a while they did not."""
 
+SOON = 8_000
+"""Lines of tiles after which a search is not expected to end soon any more: a tenth of a millisecond."""
 PER_VISIT = 40
 """Lines that the work around a visit is worth."""
 POLLS = 500
@@ -129,11 +131,12 @@ def seed_tiles(record: Ints, knows: bool, goals: Ints) -> None:
     field, tables, costs = numbers_of(record, FIELD), numbers_of(record, TABLES), octets_of(record, COSTS)
     marks, words = octets_of(record, MARKS), numbers_of(record, WORDS)
     hints, places = numbers_of(record, HINTS), numbers_of(record, PLACES)
+    scratch = numbers_of(record, SCRATCH_MEMORY)
     for goal in range(len(goals)):
         row, column = goals[goal, 0], goals[goal, 1]
         tile = row // SIDE * across + column // SIDE
         if not marks[tile] & TOUCHED:
-            lay_around(source, height, width, unknown, across, tiles, tile, costs, tables, marks)
+            lay_around(source, height, width, unknown, across, tiles, tile, costs, tables, marks, scratch, False)
             for inner in range(CELLS):
                 field[tile * CELLS + inner] = UNREACHED
             for place in range(FREE):
@@ -238,7 +241,8 @@ def grow_tiles(record: Ints, boxes: Ints, thread: int, budget: int) -> int:
             continue
         own = until_look(own, places[tile // GROUP] // part == thread)
         if not marks[tile] & TOUCHED:
-            lay_around(source, height, width, unknown, across, tiles, tile, costs, tables, marks)
+            is_far = target < 0 or state[me + LINES] >= SOON
+            lay_around(source, height, width, unknown, across, tiles, tile, costs, tables, marks, mine, is_far)
         kept = np.int64(mine[KEPT])
         woken, work, overlong = visit(
             field, tables, costs, across, tiles, tile, word & REASONS, marks, words, hints, places, mine,

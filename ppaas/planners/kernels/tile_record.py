@@ -20,12 +20,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.planners.kernels.addresses import address_of
+from ppaas.planners.kernels.bare import bare
+
 HEIGHT, WIDTH, UNKNOWN, ACROSS, TILES, TARGET = range(6)
 SOURCE, FIELD, TABLES, COSTS, MARKS, WORDS, HINTS, PLACES, SCRATCH_MEMORY, STATE = range(6, 26, 2)
 RECORD = 26
 """Numbers of a record."""
 
 
+@bare
 def note(record: NDArray[np.int64], place: int, array: NDArray[Any]) -> None:
     """Write into a record where an array lies."""
-    record[place : place + 2] = array.ctypes.data, len(array)
+    record[place], record[place + 1] = address_of(array), len(array)
+
+
+def warm() -> None:
+    """Compile and call the kernel once for each kind of array."""
+    record, read_only = np.zeros(RECORD, np.int64), np.zeros(1, np.uint8)
+    read_only.flags.writeable = False
+    for array in (record, read_only, np.zeros(1, np.uint8), np.zeros(1, np.uint32)):
+        note(record, SOURCE, array)

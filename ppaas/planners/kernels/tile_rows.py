@@ -52,7 +52,9 @@ KEPT = KEYS + 8
 """The tile whose values lie behind `TILE`; the number of the outside if they are no tile's."""
 TILE = SPARE + 4 * SIDE
 """Behind them: the values of a tile that is settled, which go to the field when the next is worked on."""
-SCRATCH = -(-(TILE + SIDE * SIDE) // (2 * SIDE)) * 2 * SIDE
+CHANGES = TILE + SIDE * SIDE
+"""Behind them: eight rows for `ppaas.planners.kernels.tile_groups`."""
+SCRATCH = -(-(CHANGES + 8 * SIDE) // (2 * SIDE)) * 2 * SIDE
 """Numbers in the scratch memory of one thread: whole lines of memory."""
 
 FORTH, BACK = np.int64(1), np.int64(-1)

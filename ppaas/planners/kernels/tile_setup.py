@@ -1,11 +1,12 @@
-"""Kernel: lay out the tables of the tiles of a map: which cells are free, and what they cost."""
+"""Kernel: lay out the table of a tile: which of its cells are free, and what they cost."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.planners.kernels import atomics, simd
+from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from ppaas.planners.kernels import simd
 from ppaas.planners.kernels.addresses import map_of, numbers_of, octets_of
 from ppaas.planners.kernels.bare import bare
 from ppaas.planners.kernels.tile_layout import (
@@ -37,10 +38,6 @@ from ppaas.planners.kernels.tile_record import (
     WIDTH,
 )
 
-TOGETHER = 4
-"""So many tiles side by side are laid out together: rows of one lie in cache lines and pages of memory that the others
-need as well."""
-
 Int = int | np.signedinteger[Any]
 Ints = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
@@ -54,7 +51,8 @@ def _describe(cells: Bytes, at: Int, stride: Int, unknown: Int, tables: Tables, 
     cost: Int = -1
     for row in range(SIDE):
         begin = at + row * stride
-        free = simd.bytes_below(cells, begin, 253) | (ALL ^ simd.bytes_unlike(cells, begin, 255)) & unknown
+        free = simd.bytes_below(cells, begin, INSCRIBED_INFLATED_OBSTACLE)
+        free |= (ALL ^ simd.bytes_unlike(cells, begin, NO_INFORMATION)) & unknown
         if cost < 0 and free != 0:
             cost = np.int64(cells[begin + simd.first_lane(free)])
         mixed |= simd.bytes_unlike(cells, begin, cost) & free
@@ -119,30 +117,6 @@ def lay_tile(
         return
     _keep_part(source, top * width + left, width, rows, columns, costs, kept)
     _describe(costs, kept, np.int64(SIDE), unknown, tables, table)
-
-
-@bare
-def lay_around(
-    source: Bytes, height: Int, width: Int, unknown: Int, across: Int, tiles: Int, tile: Int,
-    costs: Bytes, tables: Tables, marks: Bytes,
-) -> None:  # fmt: skip
-    """Fill the tables of a tile and of those around, as far as nobody has, `TOGETHER` at a time.
-
-    Two threads that come at a time both write the same.
-    """
-    first = max(tile % across - 1, 0) // TOGETHER * TOGETHER
-    end = min((tile % across + 1) // TOGETHER * TOGETHER + TOGETHER, across)
-    for row in range(tile // across - 1, tile // across + 2):
-        if not 0 <= row * across < tiles:
-            continue
-        lacked = False
-        for beside in range(row * across + first, row * across + end):
-            if not atomics.read(marks, beside) & LAID:
-                lay_tile(source, height, width, unknown, across, beside, costs, tables)
-                lacked = True
-        for beside in range(row * across + first, row * across + end if lacked else 0):
-            if not atomics.read(marks, beside) & LAID:  # so it was laid out just now
-                atomics.mark(marks, beside, LAID)
 
 
 @bare

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from ppaas.errors import PlanCancelled
 from ppaas.planners import tile_field, tile_memory
 from ppaas.planners.field_helpers import boxes_for
-from ppaas.planners.kernels import tile_growth, tile_layout, tile_setup, tile_visit, tile_walk
+from ppaas.planners.kernels import tile_groups, tile_growth, tile_layout, tile_setup, tile_visit, tile_walk
 from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED
 from ppaas.planners.kernels.tile_growth import OUT_OF_WORK, grow_tiles
 from ppaas.planners.kernels.tile_help import BOX, FIELD_RECORD
@@ -448,10 +448,26 @@ def test_a_map_that_nobody_can_write_to_is_laid_out_once(writeable):
         kept = laid(tiled)
         del tiled
     again = TileField(map_, goals, allow_unknown=False)
-    around = 3 * 2 * tile_setup.TOGETHER
+    around = 3 * 2 * tile_groups.FEW
     assert laid(again) <= around if writeable else laid(again) == kept
     del again
     assert laid(TileField(map_, goals, allow_unknown=True)) <= around < kept
+
+
+FIELDS_AT_THE_END = """
+from tests.support import grids
+from ppaas.planners.tile_field import TileField
+import numpy as np
+fields = [TileField(grids.of(np.zeros((500, 500), np.uint8)), np.array([(9, 9)]), threads=2) for _ in range(3)]
+for field in fields:
+    field.grow()
+fields[0].itself = fields[0]
+"""
+
+
+def test_a_process_ends_in_peace_that_still_holds_fields():
+    done = subprocess.run([sys.executable, "-c", FIELDS_AT_THE_END], cwd=ROOT, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_memory_that_is_far_too_large_is_let_go():
