@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
 from ppaas.planners.kernels import atomics, simd
 from ppaas.planners.kernels.bare import bare, joined
-from ppaas.planners.kernels.fetching import OCTETS_A_LINE, fetch
+from ppaas.planners.kernels.fetching import OCTETS_A_LINE, fetch_close
 from ppaas.planners.kernels.tile_layout import ALL, BLOCKED, COLUMNS, COST, FREE, KIND, LAID, OPEN, SIDE, TABLE
 from ppaas.planners.kernels.tile_rows import CHANGES
 from ppaas.planners.kernels.tile_setup import lay_tile
@@ -25,8 +25,7 @@ EACH = 4
 """Tiles whose cells in a row of the map, an octet each, are one row of `ppaas.planners.kernels.simd`."""
 
 AHEAD = 4
-"""So many rows before they are looked at, cells are fetched. On maps whose rows are as long as pages, rows take each
-other's place in the nearest cache, which holds eight such at a time."""
+"""So many rows before they are looked at, cells are fetched."""
 
 Int = int | np.signedinteger[Any]
 Bytes = NDArray[np.uint8]
@@ -45,7 +44,7 @@ def _look_down(source: Bytes, at: Int, width: Int, rows: Int, scratch: Numbers) 
         for place in range(rows):
             first, changes = at + place * EACH * SIDE, CHANGES + place * SIDE
             for line in range(0, EACH * SIDE, OCTETS_A_LINE):
-                fetch(source, first + (row + AHEAD) * width + line)
+                fetch_close(source, first + (row + AHEAD) * width + line)
             differing = simd.differing(simd.load_octets(source, first), simd.load_octets(source, first + row * width))
             simd.store(scratch, changes, simd.either(simd.load(scratch, changes), differing))
 

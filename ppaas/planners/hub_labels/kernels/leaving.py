@@ -40,15 +40,12 @@ HUB = (1 << HUB_BITS) - 1
 
 
 @joined
-def _reach(hub: int, length: int, places: Integers, seen: Integers, lengths: Integers, count: int) -> int:
+def _reach(hub: int, length: int, reach: Integers, seen: Integers, count: int) -> int:
     # Which hubs are new nobody can foretell, so there is no branch.
-    known = places[np.uint64(hub)]
-    place = count if known == FAR else int(known)
-    before = FAR if known == FAR else lengths[np.uint64(place)]
-    places[np.uint64(hub)] = place
-    seen[np.uint64(place)] = hub
-    lengths[np.uint64(place)] = min(before, np.int32(length))
-    return count + int(known == FAR)
+    before = reach[np.uint64(hub)]
+    reach[np.uint64(hub)] = min(before, np.int32(length))
+    seen[np.uint64(count)] = hub
+    return count + int(before == FAR)
 
 
 @bare
@@ -69,21 +66,22 @@ def leave(index: Words, scratch: Integers, end: int, found: int) -> int:
     table, labels, labelled = integers_of(index, TABLE), integers_of(index, LABELS), index[LABELLED]
     seen, lengths = end_of(index, scratch, end, SEEN), end_of(index, scratch, end, LENGTHS)
     near, far = end_of(index, scratch, end, JOINED), end_of(index, scratch, end, JOINED_LENGTHS)
-    places, count = reach_of(index, scratch), np.int64(0)  # where each hub is in the list, as long as that is made
+    reach, count = reach_of(index, scratch), np.int64(0)
     landmarks, marks = integers_of(index, LANDMARKS), np.int64(index[LANDMARK_COUNT])
     for i in range(found):
         corner, beyond = np.int64(near[i]), np.int64(far[i])
         if corner < labelled:
-            count = np.int64(_reach(corner, beyond, places, seen, lengths, count))
+            count = np.int64(_reach(corner, beyond, reach, seen, count))
             continue
         begin = np.int64(table[corner * CORNER_SIZE + LABEL])
         gates = np.int64(labels[begin + GATE_COUNT])
         for at in range(begin + FRINGE_HEAD, begin + FRINGE_HEAD + gates):
             hub, length = np.int64(labels[np.uint64(at)]) & HUB, beyond + labels[np.uint64(at + gates)]
-            count = np.int64(_reach(hub, length, places, seen, lengths, count))
+            count = np.int64(_reach(hub, length, reach, seen, count))
     for i in range(count):
         hub = np.int64(seen[i])
-        places[np.uint64(hub)] = FAR
+        lengths[i] = reach[np.uint64(hub)]
+        reach[np.uint64(hub)] = FAR
         fetch(table, hub * CORNER_SIZE)
         fetch(landmarks, hub * marks)
         fetch(landmarks, hub * marks + LINE)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from ppaas.planners.kernels.fetching import fetch
+from ppaas.planners.kernels.fetching import fetch, fetch_close
 
 
 @njit
@@ -12,6 +12,7 @@ def _sum_up(numbers, ahead):
     total = 0
     for i in range(len(numbers)):
         fetch(numbers, i + ahead)
+        fetch_close(numbers, i + ahead)
         total += numbers[i]
     return total
 
