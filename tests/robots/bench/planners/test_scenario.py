@@ -108,6 +108,19 @@ def test_a_planner_that_lies_is_found_out(files: Path, monkeypatch: pytest.Monke
     assert measure(files, "liar")["wrong"] == wrong
 
 
+@pytest.mark.parametrize(("block", "longest"), [(1, 1.0), (3, 1.0), (2048, 1e-9)])
+@pytest.mark.parametrize("lie", LIES)
+def test_answers_are_looked_at_wherever_it_is_broken_off(
+    files: Path, monkeypatch: pytest.MonkeyPatch, lie: str, block: int, longest: float
+) -> None:
+    monkeypatch.setattr(scenario, "BLOCK", block)
+    monkeypatch.setattr(scenario, "LONGEST", longest)
+    spoil, wrong = LIES[lie]
+    lies(monkeypatch, spoil)
+    told = measure(files, "liar")
+    assert (told["queries"], told["wrong"]) == (4, wrong)
+
+
 def test_a_planner_that_finds_no_way_is_wrong(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(cells: NDArray[np.int32]) -> NDArray[np.int32]:
         raise NoValidPath("no way")
