@@ -227,14 +227,19 @@ async def test_several_at_a_time_are_all_ended_by_close_and_no_more_start(machin
 
 async def test_a_launch_that_is_given_up_leaves_no_container(machine: Machine) -> None:
     runtime = await machine.start("dial_and_stay")
-    launching = asyncio.create_task(runtime.launch(machine.reports.launch()))
+    given_up = machine.reports.launch()
+    launching = asyncio.create_task(runtime.launch(given_up))
     await asyncio.sleep(0)
     launching.cancel()
     with pytest.raises(asyncio.CancelledError):
         await launching
     launch = machine.reports.launch()
     await runtime.launch(launch)
-    assert (await machine.reports.next()).container == launch.spec.id
+    report = await machine.reports.next()
+    if report.container == given_up.spec.id:  # it had come up before it was killed
+        await until(lambda: given_up.spec.id in machine.reports.hung_up)
+        report = await machine.reports.next()
+    assert report.container == launch.spec.id
 
 
 @pytest.mark.parametrize("machine", [PROCESS, DOCKER], indirect=True)  # on a Ray node its agent is told, and logs it

@@ -25,10 +25,16 @@ class Reports:
     ----------
     folder : Path
         Where the socket is made.
+
+    Attributes
+    ----------
+    hung_up : set of str
+        Containers that said something and closed the connection, or are gone.
     """
 
     def __init__(self, folder: Path) -> None:
         self.path = str(folder / "reports.sock")
+        self.hung_up: set[str] = set()
         self._queue: asyncio.Queue[Report] = asyncio.Queue()
         self._server: asyncio.Server | None = None
 
@@ -42,9 +48,11 @@ class Reports:
 
     async def connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, _: str = "") -> None:
         """Hear what a container says; it may have come by a machine of another host."""
+        container = ""
         while line := (await reader.readline()).decode():
             container, pid, text = line.strip().split(" ", 2)
             self._queue.put_nowait(Report(container, int(pid), text))
+        self.hung_up.add(container)
         writer.close()
 
     async def next(self, timeout: float = 30.0) -> Report:

@@ -41,7 +41,8 @@ HUB = (1 << HUB_BITS) - 1
 
 @joined
 def _reach(hub: int, length: int, reach: Integers, seen: Integers, count: int) -> int:
-    # Which hubs are new nobody can foretell, so there is no branch.
+    # Which hubs are new nobody can foretell, so there is no branch. Where all are known, what is written behind the
+    # list is the first of the lengths, which come when the list is whole.
     before = reach[np.uint64(hub)]
     reach[np.uint64(hub)] = min(before, np.int32(length))
     seen[np.uint64(count)] = hub
