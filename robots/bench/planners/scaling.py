@@ -15,10 +15,15 @@ from robots.bench.planners.timing import announce, cpus, in_turn, on_threads
 SMALLEST, LARGEST = 256, 8192
 FROM = 512
 """Edge from which on the time for a cell is to stay the same; smaller grids fit the processor's caches."""
-RUNS = 3
+RUNS, PASSES = 3, 2
+"""Of each size in a row, and how often all sizes are gone through: what disturbs a machine for a while then spoils the
+figures of no size."""
 ALIKE, MOST_ALIKE = 2048, 16
 """Small grids take turns with others of their size, as many as a grid of this edge has room for: a single one would be
 learned by heart by the processor, as no robot's map is, and compared with one that is too large for that."""
+
+Told = dict[str, dict[str, float]]
+"""``seconds`` and ``ns_per_cell``, by number of threads."""
 
 KINDS_SHOWN = ("empty", "random 20 %", "maze")
 """Of those that there are, where none is asked for."""
@@ -54,7 +59,7 @@ def measure(kinds: Sequence[str], sizes: Sequence[int], threads: Sequence[int], 
     unknown = [kind for kind in kinds if kind not in KINDS]
     if unknown:
         raise NotFound("kind of grid", unknown[0], tuple(KINDS))
-    told = {kind: [_of_size(_alike(kind, size), threads, progress) for size in sizes] for kind in kinds}
+    told = {kind: _of_kind([_alike(kind, size) for size in sizes], threads, progress) for kind in kinds}
     by = {
         key: {kind: {str(n): [one[key][str(n)] for one in fields] for n in threads} for kind, fields in told.items()}
         for key in ("seconds", "ns_per_cell")
@@ -70,7 +75,16 @@ def _alike(kind: str, size: int) -> list[Grid]:
     return [KINDS[kind](size, SEED + number) for number in range(min(MOST_ALIKE, max(1, ALIKE // size) ** 2))]
 
 
-def _of_size(grids: Sequence[Grid], threads: Sequence[int], progress: Progress) -> dict[str, dict[str, float]]:
+def _of_kind(sizes: Sequence[Sequence[Grid]], threads: Sequence[int], progress: Progress) -> list[Told]:
+    """Return of each size the least that was measured of it."""
+    passes = [[_of_size(grids, threads, progress) for grids in sizes] for _ in range(PASSES)]
+    return [
+        {key: {n: min(one[key][n] for one in measured) for n in measured[0][key]} for key in measured[0]}
+        for measured in zip(*passes, strict=True)
+    ]
+
+
+def _of_size(grids: Sequence[Grid], threads: Sequence[int], progress: Progress) -> Told:
     """Return what a field of one of these grids takes in the mean, and for each cell that is reached."""
     announce(progress, f"scaling: {grids[0].name}")
     goals = [goal_in(grid.costmap) for grid in grids]
