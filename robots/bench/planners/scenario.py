@@ -1,6 +1,6 @@
 """Every query of a MovingAI scenario: how long it takes, and whether the path is one and as short as can be."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -183,7 +183,8 @@ def ask_all(asked: Asked, scene: Scene, progress: Progress, what: str) -> dict[s
     """
     free = passable(True)[scene.costmap.data]
     ends, optima = np.hstack((scene.queries.starts, scene.queries.goals)).tolist(), scene.queries.optima
-    answer(asked.question(*ends[0]))  # the first query after a map was prepared pays for what it leaves cold
+    questions = [asked.question(*own) for own in ends]
+    answer(questions[0])  # the first query after a map was prepared pays for what it leaves cold
     best, wrong = np.full(len(ends), np.inf), np.zeros(len(ends), bool)
     task = progress.add_task(what, total=len(ends))
     for number in range(RUNS):
@@ -191,7 +192,7 @@ def ask_all(asked: Asked, scene: Scene, progress: Progress, what: str) -> dict[s
             break
         seconds, first = np.empty(len(ends)), 0
         while first < len(ends):
-            took, answers = ask_some(asked, ends[first : first + BLOCK])
+            took, answers = ask_some(questions[first : first + BLOCK])
             block = slice(first, first + len(answers))
             lengths = [walked(free, cells, own) for cells, own in zip(answers, ends[block], strict=True)]
             seconds[block], first = took, block.stop
@@ -209,9 +210,8 @@ def ask_all(asked: Asked, scene: Scene, progress: Progress, what: str) -> dict[s
     }
 
 
-def ask_some(asked: Asked, ends: list[list[int]]) -> tuple[list[float], list[NDArray[np.int32]]]:
-    """Ask the first queries, one at least; return the seconds that each took, and the cells of the answers."""
-    questions = [asked.question(*own) for own in ends]
+def ask_some(questions: Sequence[Question]) -> tuple[list[float], list[NDArray[np.int32]]]:
+    """Ask the first of some queries, one at least; return the seconds that each took, and the cells of the answers."""
     seconds, answers, last = list[float](), list[NDArray[np.int32]](), monotonic() + LONGEST
     for question in questions:
         began = monotonic()
