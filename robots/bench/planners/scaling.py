@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from rich.progress import Progress
 
 from ppaas.errors import InvalidParameter, NotFound
+from ppaas.planners.ends import Cell
 from robots.bench.planners.chart import Axis, Line
 from robots.bench.planners.field import grow_anew, reached_once
 from robots.bench.planners.grids import KINDS, SEED, Grid, goal_in
@@ -27,6 +28,14 @@ Told = dict[str, dict[str, float]]
 
 KINDS_SHOWN = ("empty", "random 20 %", "maze")
 """Of those that there are, where none is asked for."""
+
+
+class _Alike(NamedTuple):
+    """Grids of one kind and size, a goal in each, and how many cells are reached in all of them together."""
+
+    grids: list[Grid]
+    goals: list[Cell]
+    reached: int
 
 
 def sizes_up_to(largest: int) -> list[int]:
@@ -59,7 +68,9 @@ def measure(kinds: Sequence[str], sizes: Sequence[int], threads: Sequence[int], 
     unknown = [kind for kind in kinds if kind not in KINDS]
     if unknown:
         raise NotFound("kind of grid", unknown[0], tuple(KINDS))
-    told = {kind: _of_kind([_alike(kind, size) for size in sizes], threads, progress) for kind in kinds}
+    told = {
+        kind: _of_kind([_alike(kind, size, threads, progress) for size in sizes], threads, progress) for kind in kinds
+    }
     by = {
         key: {kind: {str(n): [one[key][str(n)] for one in fields] for n in threads} for kind, fields in told.items()}
         for key in ("seconds", "ns_per_cell")
@@ -71,35 +82,38 @@ def measure(kinds: Sequence[str], sizes: Sequence[int], threads: Sequence[int], 
     return {"sizes": list(sizes), **by, "spread": spread, "cpus": cpus()}
 
 
-def _alike(kind: str, size: int) -> list[Grid]:
-    return [KINDS[kind](size, SEED + number) for number in range(min(MOST_ALIKE, max(1, ALIKE // size) ** 2))]
+def _alike(kind: str, size: int, threads: Sequence[int], progress: Progress) -> _Alike:
+    announce(progress, f"scaling: making {kind} {size}²")
+    grids = [KINDS[kind](size, SEED + number) for number in range(min(MOST_ALIKE, max(1, ALIKE // size) ** 2))]
+    goals = [goal_in(grid.costmap) for grid in grids]
+    reached = sum(reached_once(grid.costmap, goal, threads) for grid, goal in zip(grids, goals, strict=True))
+    return _Alike(grids, goals, reached)
 
 
-def _of_kind(sizes: Sequence[Sequence[Grid]], threads: Sequence[int], progress: Progress) -> list[Told]:
-    """Return of each size the least that was measured of it."""
-    passes = [[_of_size(grids, threads, progress) for grids in sizes] for _ in range(PASSES)]
+def _of_kind(sizes: Sequence[_Alike], threads: Sequence[int], progress: Progress) -> list[Told]:
+    """Return what a field of one of the grids of each size takes in the mean, and for each cell that is reached."""
+    passes = [[_of_size(alike, threads, progress) for alike in sizes] for _ in range(PASSES)]
+    least = [{n: min(one[n] for one in measured) for n in measured[0]} for measured in zip(*passes, strict=True)]
     return [
-        {key: {n: min(one[key][n] for one in measured) for n in measured[0][key]} for key in measured[0]}
-        for measured in zip(*passes, strict=True)
+        {
+            "seconds": {n: seconds / len(alike.grids) for n, seconds in total.items()},
+            "ns_per_cell": {n: seconds / alike.reached * 1e9 for n, seconds in total.items()},
+        }
+        for alike, total in zip(sizes, least, strict=True)
     ]
 
 
-def _of_size(grids: Sequence[Grid], threads: Sequence[int], progress: Progress) -> Told:
-    """Return what a field of one of these grids takes in the mean, and for each cell that is reached."""
-    announce(progress, f"scaling: {grids[0].name}")
-    goals = [goal_in(grid.costmap) for grid in grids]
-    reached = sum(reached_once(grid.costmap, goal, threads) for grid, goal in zip(grids, goals, strict=True))
+def _of_size(alike: _Alike, threads: Sequence[int], progress: Progress) -> dict[str, float]:
+    """Return the seconds that fields of all these grids take together, by number of threads."""
+    name = alike.grids[0].name
+    announce(progress, f"scaling: {name}")
     works = {
         f"{n} {number}": partial(grow_anew, grid.costmap, goal, n)
         for n in threads  # one after the other, as a container always has as many: each finds its part in its own cache
-        for number, (grid, goal) in enumerate(zip(grids, goals, strict=True))
+        for number, (grid, goal) in enumerate(zip(alike.grids, alike.goals, strict=True))
     }
-    best = in_turn(works, progress, grids[0].name, RUNS)
-    total = {str(n): sum(best[f"{n} {number}"] for number in range(len(grids))) for n in threads}
-    return {
-        "seconds": {n: seconds / len(grids) for n, seconds in total.items()},
-        "ns_per_cell": {n: seconds / reached * 1e9 for n, seconds in total.items()},
-    }
+    best = in_turn(works, progress, name, RUNS)
+    return {str(n): sum(best[f"{n} {number}"] for number in range(len(alike.grids))) for n in threads}
 
 
 def _spread(sizes: Sequence[int], values: Sequence[float]) -> float:
