@@ -12,7 +12,7 @@ from ppaas.planners.field_helpers import boxes_for
 from ppaas.planners.grid_field import GridField
 from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED
 from ppaas.planners.kernels.propagation import TOO_NARROW
-from ppaas.planners.kernels.tile_growth import OUT_OF_WORK, grow_tiles, seed_tiles
+from ppaas.planners.kernels.tile_growth import OUT_OF_WORK, SOON, grow_tiles, seed_tiles
 from ppaas.planners.kernels.tile_help import rest
 from ppaas.planners.kernels.tile_layout import CELLS, SIDE, TOUCHED, UNREACHED
 from ppaas.planners.kernels.tile_setup import lay_sample
@@ -23,7 +23,7 @@ from ppaas.planners.workers import share
 
 SLICE_LINES = 150_000
 """Lines of tiles worked on between two checks: 2 to 3 ms on one thread."""
-SLICE_ALONE = 8_000
+SLICE_ALONE = SOON
 """Of the first slice, in which no others are asked for: what is done in 0.1 ms is done sooner by one thread than with
 others that first have to come, and far sooner where they find no core that is free."""
 SLICE_ALONE_OF_FEW, FEW = 25_000, 256
