@@ -6,14 +6,14 @@ PYTHON ?= $(shell for python in python3.11 python3; do \
 VENV ?= .venv
 # Passed on: `make test PYTEST_ARGS="tests/wire -x"`, `make demo DEMO_ARGS=…`.
 PYTEST_ARGS ?=
-# Tests of robots that drive mostly wait, so more processes than cores share them (tests/support/shares.py).
+# Tests of robots that drive mostly wait, so more processes than cores share them (tests/ci/shares.py).
 TEST_PROCESSES ?= 5
 DEMO_ARGS ?=
 
 BIN := $(VENV)/bin
 LOCKED := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
-NODE_TESTS := tests/journeys/roslib
+NODE_TESTS := tests/e2e/roslib
 LOCKS := deploy/bootstrap.lock deploy/requirements.lock
 UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 	--no-emit-index-url --no-emit-find-links --custom-compile-command "make lock"
@@ -40,7 +40,7 @@ browser: ## Get Debian's Chromium, with which tests look at the dashboard
 
 kernels: $(INSTALLED) ## Compile all kernels into the cache, if they are not there
 	@echo "kernels: compiling what is not in the cache"
-	@$(BIN)/python -m engine.runtimes.rest_compiler
+	@$(BIN)/python -m engine.runtimes.compilation.rest_compiler
 
 test: $(INSTALLED) $(NODE_TESTS)/node_modules browser kernels ## Run all tests
 	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"
@@ -61,7 +61,7 @@ test-ray: $(INSTALLED) ## Run the tests over a real Ray cluster, whose nodes joi
 
 schemathesis: $(INSTALLED) ## Send the REST service some ten thousand requests, good and bad, made from its description
 	@echo "schemathesis: 150 examples an operation; prints how each was answered"
-	PPAAS_SCHEMATHESIS_EXAMPLES=150 $(BIN)/python -m pytest -n 0 --timeout 1800 tests/endpoints/test_schemathesis.py $(PYTEST_ARGS)
+	PPAAS_SCHEMATHESIS_EXAMPLES=150 $(BIN)/python -m pytest -n 0 --timeout 1800 tests/unit/endpoints/test_schemathesis.py $(PYTEST_ARGS)
 
 joints: $(INSTALLED) ## Run the load-bearing joints of the engine for a minute each
 	@echo "joints: 60 s each, over real processes"

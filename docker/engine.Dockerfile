@@ -19,10 +19,10 @@ RUN /opt/uv/bin/uv pip install --quiet --no-cache --python /opt/ppaas/bin/python
 FROM dependencies AS kernels
 WORKDIR /opt/ppaas/lib/python3.11/site-packages
 COPY ppaas ppaas
-COPY engine/__init__.py engine/background.py engine/disk_notes.py engine/parent.py engine/
+COPY engine/__init__.py engine/processes/background.py engine/processes/disk_notes.py engine/processes/parent_watch.py engine/
 COPY engine/runtimes engine/runtimes
 RUN find ppaas -name '*.py' -exec touch -d @0 {} + \
- && NUMBA_CACHE_DIR=/opt/ppaas/kernels /opt/ppaas/bin/python -m engine.runtimes.rest_compiler
+ && NUMBA_CACHE_DIR=/opt/ppaas/kernels /opt/ppaas/bin/python -m engine.runtimes.compilation.rest_compiler
 
 FROM dependencies AS installed
 COPY . .
@@ -37,6 +37,6 @@ ENV PATH=/opt/ppaas/bin:$PATH NUMBA_CACHE_DIR=/opt/ppaas/kernels PYTHONPYCACHEPR
 # The root is read-only later: what Python and numba would write on their first day is written now.
 RUN for how in "" -OO; do python $how -m compileall -q -x 'lib2to3|/tests?/' /usr/local/lib/python3.11 /opt/ppaas/lib; done
 USER ppaas
-RUN python -OO -c "import engine.runtimes.preload, engine.rehearsed"
+RUN python -OO -c "import engine.container.warm_up.preload, engine.container.warm_up.run"
 ENTRYPOINT ["ppaas"]
 CMD ["up"]

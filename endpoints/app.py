@@ -6,34 +6,18 @@ from typing import Any
 from fastapi import FastAPI
 from starlette.types import Receive, Scope, Send
 
-from endpoints.body_limit import BodyLimit, BodyLimits
 from endpoints.dashboard.pages import add_dashboard
-from endpoints.problems import add_problem_handlers
-from endpoints.rest import (
-    containers,
-    cost_matrix,
-    evaluation,
-    health,
-    kept_plans,
-    machines,
-    map_cells,
-    map_versions,
-    maps,
-    models,
-    plan_database,
-    planners,
-    planning,
-    plans,
-    robot_nodes,
-    robot_urdf,
-    robots,
-    tokens,
-    users,
-)
-from endpoints.rest.direct_plans import DirectPlans
+from endpoints.http.body_limit import BodyLimit, BodyLimits
+from endpoints.http.problems import add_problem_handlers
+from endpoints.rest.cluster import containers, health, machines
+from endpoints.rest.maps import map_cells, map_versions, maps
 from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
+from endpoints.rest.plans import cost_matrix, evaluation, plan_database, planners, planning, plans, stored_plans
+from endpoints.rest.plans.fast_path import DirectPlans
+from endpoints.rest.robots import models, robot_nodes, robot_urdf, robots
+from endpoints.rest.users import tokens, users
 from endpoints.rest.viewer import add_viewer
-from endpoints.services import Services
+from endpoints.services.services import Services
 
 PREFIX = "/v1"
 
@@ -63,7 +47,7 @@ RESOURCES = (
     robot_nodes,
     plans,
     plan_database,
-    kept_plans,
+    stored_plans,
     machines,
     containers,
     health,

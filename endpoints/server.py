@@ -22,8 +22,8 @@ import msgspec
 import uvloop
 
 from engine.bootstrap import Cloud, CloudConfig
-from engine.quotas import Quota
-from engine.runtimes import store_kernels
+from engine.master.quotas import Quota
+from engine.runtimes.compilation import store_kernels
 from ppaas.errors import InvalidInput, Unavailable
 from ppaas.plugins import permit_only
 

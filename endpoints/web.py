@@ -10,16 +10,16 @@ from fastapi import FastAPI
 from starlette.routing import WebSocketRoute
 from starlette.websockets import WebSocket
 
-from endpoints.accounts import Accounts
+from endpoints.accounts.accounts import Accounts
 from endpoints.app import create_app
-from endpoints.client_sessions import ClientSessions
-from endpoints.http_protocol import DirectHttp
-from endpoints.idle import IdleWatch
-from endpoints.robot_socket import serve_robot_socket
-from endpoints.services import Services
-from endpoints.websocket_protocol import DirectWebSocket
-from engine.background import Background
+from endpoints.http.http_protocol import DirectHttp
+from endpoints.http.websocket_protocol import DirectWebSocket
+from endpoints.rosbridge.idle_watch import IdleWatch
+from endpoints.rosbridge.robot_socket import serve_robot_socket
+from endpoints.rosbridge.session_registry import ClientSessions
+from endpoints.services.services import Services
 from engine.bootstrap import Cloud
+from engine.processes.background import Background
 
 MAX_FRAME = 16 * 1024 * 1024
 """Bytes of one frame of a robot: ten times a raw 640×480 depth image."""

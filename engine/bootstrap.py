@@ -10,40 +10,40 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from engine.agent_config import AgentConfig
-from engine.background import Background
-from engine.balancers.registry import BALANCERS, DEFAULT
-from engine.checkpoints import Checkpoints
-from engine.far_machines import FarMachines
-from engine.instances import instance_name, sweep_stale
-from engine.links.address import parse_host_port
-from engine.machine_events import RETURN_TIMEOUT
-from engine.machine_settings import MachineSettings
-from engine.master import Master
-from engine.model import MapVersion
-from engine.monitor.parameters import monitor_parameters
-from engine.own_agent import left_in
-from engine.own_machine import Agents, OwnMachine, settled
-from engine.plan_rate import PlanRate
-from engine.planning import Planning
-from engine.quotas import Quota, Quotas
-from engine.ray_nodes.config import WatchConfig
-from engine.ray_nodes.machines import RayMachines
-from engine.ray_nodes.watcher_process import WatcherProcess
-from engine.redialling import ADOPT_WITHIN
-from engine.robot_nodes import RobotNodes
-from engine.robot_sessions import LINGER, RobotSessions
-from engine.roll import Roll
-from engine.router import RouterProcess
+from engine.agent.config import AgentConfig
+from engine.agent.master_redial import ADOPT_WITHIN
+from engine.container.monitor.parameters import monitor_parameters
+from engine.fabric.router import RouterProcess
+from engine.local.agent_record import left_in
+from engine.local.machine import Agents, OwnMachine, settled
+from engine.master.balancers.registry import BALANCERS, DEFAULT
+from engine.master.master import Master
+from engine.master.quotas import Quota, Quotas
+from engine.processes.background import Background
+from engine.processes.instances import instance_name, sweep_stale
+from engine.protocols.address import parse_host_port
+from engine.remote.cluster_settings import Runs
+from engine.remote.machines import FarMachines
+from engine.remote.ray.config import WatchConfig
+from engine.remote.ray.machines import RayMachines
+from engine.remote.ray.watcher_process import WatcherProcess
 from engine.runtimes import registry as runtimes
-from engine.service import CloudService
-from engine.terms import Runs
-from engine.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
+from engine.service.machine_events import RETURN_TIMEOUT
+from engine.service.machine_registry import Roll
+from engine.service.master_driver import CloudService
+from engine.service.plan_rate import PlanRate
+from engine.service.planning import Planning
+from engine.service.robot_nodes import RobotNodes
+from engine.service.robot_sessions import LINGER, RobotSessions
+from engine.service.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
+from engine.specs.checkpoints import Checkpoints
+from engine.specs.containers import MapVersion
+from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import InvalidInput, Unavailable
 from ppaas.messages.ppaas_msgs import NodeHome
 from storage.ports import MapStore, Store
 from storage.records import User
-from storage.urls import open_map_store, open_store
+from storage.urls.opening import open_map_store, open_store
 
 logger = logging.getLogger(__name__)
 
@@ -275,7 +275,7 @@ class Cloud:
             last_first.push_async_callback(self.sessions.close)
             last_first.callback(self._planning.close)
 
-    # What the endpoints ask; see ``endpoints.services.Cloud``.
+    # What the endpoints ask; see ``endpoints.services.services.Cloud``.
 
     def machines(self) -> list[MachineView]:
         """Return all machines."""

@@ -9,11 +9,11 @@ import msgspec
 import numpy as np
 
 from ppaas.geometry import Poses
-from ppaas.plans.body import Body, read_body, write_bodies
-from ppaas.plans.buckets import spots_of
-from ppaas.plans.chunks import ENDS_AFTER, ENDS_BEFORE, cut_plans, words_of
-from ppaas.plans.codes import codes_of
-from ppaas.plans.squares import scope_of
+from ppaas.plans.encoding.body import Body, read_body, write_bodies
+from ppaas.plans.encoding.chunks import ENDS_AFTER, ENDS_BEFORE, cut_plans, words_of
+from ppaas.plans.encoding.codes import codes_of
+from ppaas.plans.encoding.end_buckets import spots_of
+from ppaas.plans.encoding.index_cells import scope_of
 from storage.encoding import decode, encode
 from storage.plan_checks import POSE_BYTES, check_plans
 from storage.records import PlanOrigin, PlanRecord
@@ -35,7 +35,7 @@ class PlanContext(msgspec.Struct, frozen=True, array_like=True):
 
 
 class PlanEntry(msgspec.Struct, frozen=True):
-    """What is kept of a plan. No dataclass, as ``ppaas.plans.body.Body``.
+    """What is kept of a plan. No dataclass, as ``ppaas.plans.encoding.body.Body``.
 
     Parameters
     ----------
@@ -47,11 +47,11 @@ class PlanEntry(msgspec.Struct, frozen=True):
     created : float
     waypoints : int
     spot : int
-        Where it is looked for (``ppaas.plans.buckets``).
+        Where it is looked for (``ppaas.plans.encoding.end_buckets``).
     body : bytes
-        What is its own (``ppaas.plans.body``).
+        What is its own (``ppaas.plans.encoding.body``).
     codes : list of bytes
-        The stretches that it shares, in their order (``ppaas.plans.codes``).
+        The stretches that it shares, in their order (``ppaas.plans.encoding.codes``).
     shared : int
         Waypoints in these.
     """

@@ -14,9 +14,8 @@ from contextlib import AbstractContextManager
 from typing import Protocol
 
 from ppaas.plans.history import LinkHistory, PlannerHistory
-from storage.drafts import MapDraft
-from storage.opened import OpenMap
-from storage.plan_search import PlanSearch
+from storage.opened_maps import OpenMap
+from storage.plan_query import PlanSearch
 from storage.records import (
     CloneCheckpoint,
     MapRecord,
@@ -30,6 +29,7 @@ from storage.records import (
     Token,
     User,
 )
+from storage.staged_uploads import MapDraft
 from storage.versions import PARTS
 
 

@@ -10,7 +10,7 @@ PlanOrigin = Literal["computed", "reused", "stitched", "given"]
 
 
 class Limits(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What a user may have, where that is not what every user may; ``engine.quotas`` tells what each counts."""
+    """What a user may have, where that is not what every user may; ``engine.master.quotas`` tells what each counts."""
 
     containers: int | None = None
     cores: float | None = None

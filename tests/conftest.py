@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from ppaas import plugins
-from tests.support.shares import place_in_line
+from tests.ci.shares import place_in_line
 
 pytest_plugins = ["tests.servers.fixtures"]
 
@@ -24,7 +24,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     """Return what hands the shares to the processes."""
-    from tests.support.share_scheduling import ShareScheduling
+    from tests.ci.share_scheduling import ShareScheduling
 
     return ShareScheduling(config, log)
 

@@ -8,8 +8,8 @@ import os
 import sys
 
 from ppaas.geometry import Pose2D
-from robots.client import RobotClient
-from robots.move_base_client import MoveBaseClient
+from robots.client.move_base import MoveBaseClient
+from robots.client.robot_client import RobotClient
 
 
 async def main(robot, x, y, yaw=0.0):

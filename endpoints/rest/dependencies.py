@@ -5,9 +5,9 @@ from typing import Annotated
 from fastapi import Depends, Request
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
 
-from endpoints.auth import authenticate
+from endpoints.accounts.authentication import authenticate
 from endpoints.rest.paging import Paging
-from endpoints.services import Services
+from endpoints.services.services import Services
 from ppaas.errors import NotFound, NotPermitted
 from storage.records import MapRecord, User
 

@@ -6,7 +6,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from fastapi.routing import APIRoute
 
-from endpoints.problems import MEDIA_TYPE, TYPE
+from endpoints.http.problems import MEDIA_TYPE, TYPE
 from endpoints.rest.schemas import Problem
 
 Responses = dict[int | str, dict[str, Any]]

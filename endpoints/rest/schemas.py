@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictBool
 
 from endpoints.rest.names import Name, PluginName
-from engine.machine_settings import MOST_LABELS
+from engine.specs.machine_settings import MOST_LABELS
 from storage.records import PlanOrigin
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]

@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
-from engine.model import Launch
+from engine.specs.containers import Launch
 
 
 class Premises(NamedTuple):

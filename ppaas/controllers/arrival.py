@@ -4,7 +4,7 @@ import math
 from typing import Protocol
 
 from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
-from ppaas.controllers.kernels.outline import Body
+from ppaas.controllers.kernels.clearance import Body
 from ppaas.controllers.motion import TurnLimits, brake, turn
 from ppaas.controllers.obstacles import Room
 from ppaas.geometry import Pose2D, wrap_angle

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from ppaas.costmap.costmap import Costmap
-from ppaas.costmap.movers import Mover
+from ppaas.costmap.moving_obstacles import Mover
 from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.geometry import Pose2D, Poses
 

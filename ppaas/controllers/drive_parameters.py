@@ -7,7 +7,7 @@ from typing import ClassVar
 from ppaas.controllers.base import VelocityLimits
 from ppaas.controllers.footprints import Footprint, checked_footprint
 from ppaas.errors import InvalidParameter
-from ppaas.parameter_types import check_not_negative, check_scalar
+from ppaas.parameters import check_not_negative, check_scalar
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ppaas.controllers.kernels.outline import Body
+from ppaas.controllers.kernels.clearance import Body
 from ppaas.errors import InvalidParameter
-from ppaas.parameter_types import check_scalar
+from ppaas.parameters import check_scalar
 
 Footprint = tuple[tuple[float, float], ...]
 """Corners of an outline that lies around the robot's origin, in order [m]; none for a disc."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.controllers.base import Velocity
-from ppaas.controllers.dwa_parameters import DwaParameters
+from ppaas.controllers.dwa.parameters import DwaParameters
 from ppaas.geometry import Pose2D, wrap_angle
 
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ppaas.controllers.kernels.outline import Body, Field, clearance, clearance_along
+from ppaas.controllers.kernels.clearance import Body, Field, clearance, clearance_along
 from ppaas.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from ppaas.geometry import Pose2D
 from ppaas.maps.kernels.distance import distance_serial

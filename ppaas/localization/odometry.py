@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.kernel_threads import at_most
 from ppaas.localization.kernels import motion
 from ppaas.localization.parameters import AmclParameters
-from ppaas.nodes.kernel_threads import Threads
-from ppaas.planners.kernels.threads import at_most
+from ppaas.thread_budget import Threads
 
 PARALLEL_FROM = 1 << 13
 """Particles below which one thread is as fast as many."""

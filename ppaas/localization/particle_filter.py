@@ -6,17 +6,17 @@ Thrun, Burgard, Fox, *Probabilistic Robotics* (2005), tables 5.6, 6.3, 8.3 and 8
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D, wrap_angle
-from ppaas.localization.estimate import PoseEstimate, estimate
 from ppaas.localization.kernels.resample import draw_low_variance, enough
 from ppaas.localization.odometry import odometry_model
 from ppaas.localization.parameters import AmclParameters
-from ppaas.localization.search import Found, Search
-from ppaas.localization.seeker import Seeker
-from ppaas.localization.sensors import sensor_model
-from ppaas.maps.layers import MapLayers
-from ppaas.nodes.kernel_threads import Threads, one_thread
+from ppaas.localization.pose_estimate import PoseEstimate, estimate
+from ppaas.localization.pose_search import Found, Search
+from ppaas.localization.relocalization import Seeker
+from ppaas.localization.sensor_model_choice import sensor_model
+from ppaas.thread_budget import Threads, one_thread
 
 BLUR = np.array((0.05, 0.05, 0.02))
 """Around a place that was found, so that no two particles are the same [m, m, rad]."""

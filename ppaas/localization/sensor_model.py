@@ -11,12 +11,12 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.costmap.map_layers import MapLayers
 from ppaas.geometry import Pose2D
+from ppaas.kernel_threads import at_most
 from ppaas.localization.parameters import AmclParameters
-from ppaas.maps.layers import MapLayers
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.nodes.kernel_threads import Threads
-from ppaas.planners.kernels.threads import at_most
+from ppaas.thread_budget import Threads
 
 PARALLEL_FROM = 1 << 18
 """Beams of particles below which one thread does: where others want the cores too, waiting for them costs more."""

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ppaas.costmap.discs import stamp_disc
 from ppaas.errors import InvalidParameter
+from ppaas.maps.discs import stamp_disc
 from ppaas.maps.grid import FREE, OCCUPIED, GridInfo, GridMap
 
 Cells = NDArray[np.int8]

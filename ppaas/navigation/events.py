@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from ppaas.controllers.base import Velocity
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D, Poses
-from ppaas.navigation.obedience import Disobedience
+from ppaas.navigation.progress_checker import Disobedience
 from ppaas.plans.stored import Origin
 
 

@@ -24,6 +24,7 @@ from enum import Enum
 from ppaas.controllers.base import Velocity
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.navigation.action_goals import GoalList
 from ppaas.navigation.events import (
     CancelReceived,
     ControlFailed,
@@ -38,8 +39,6 @@ from ppaas.navigation.events import (
     RecoveryStepped,
     VelocityComputed,
 )
-from ppaas.navigation.goals import GoalList
-from ppaas.navigation.obedience import Disobedience
 from ppaas.navigation.orders import (
     CancelPlan,
     ComputeVelocity,
@@ -56,6 +55,7 @@ from ppaas.navigation.orders import (
 )
 from ppaas.navigation.oscillation import Oscillation
 from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.navigation.progress_checker import Disobedience
 from ppaas.plans.stored import Origin
 
 GOAL_REACHED = "Goal reached."

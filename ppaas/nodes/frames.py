@@ -2,7 +2,7 @@
 
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.base import Topic
-from ppaas.transforms import TransformTree, is_level
+from ppaas.transforms.planar import TransformTree, is_level
 
 TF = Topic("tf", TFMessage)
 TF_STATIC = Topic("tf_static", TFMessage, latched=True)

@@ -17,7 +17,7 @@ from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError
 from ppaas.messages.message import Message
 from ppaas.nodes.base import Checkpoint, Context, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.jobs import GraphJob, GraphTimer, Worker, run_inline
-from ppaas.nodes.tenancy import RunTimes, Tenancy
+from ppaas.nodes.node_context import RunTimes, Tenancy
 
 logger = logging.getLogger(__name__)
 

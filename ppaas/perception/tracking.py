@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from ppaas.costmap.movers import Disc, Mover
-from ppaas.costmap.obstacle import LaserReading
-from ppaas.maps.layers import MapLayers
-from ppaas.perception.standing_out import Thing, things_in
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.costmap.moving_obstacles import Disc, Mover
+from ppaas.costmap.obstacle_layer import LaserReading
+from ppaas.perception.unmapped_objects import Thing, things_in
 
 NEAR = 0.5
 """A thing is not the one that was expected farther away than this [m]."""

@@ -19,7 +19,7 @@ from ppaas.geometry import Pose2D, Poses
 from ppaas.messages.geometry_msgs import Point, Pose, Quaternion
 from ppaas.messages.nav_msgs import Path
 from ppaas.messages.std_msgs import Header
-from ppaas.planners.path_text import path_message
+from ppaas.planners.path_json import path_message
 from ppaas.planners.traits import Traits
 from ppaas.plans.stored import Conditions, Origin
 from ppaas.plugins import parameters_in_use
@@ -84,7 +84,7 @@ class PlanResult(msgspec.Struct, frozen=True):
     reused : str
         Id of that plan.
     id : str
-        By which it is kept (``ppaas.plans.identity``); none where nobody keeps it.
+        By which it is kept (``ppaas.plans.reuse.plan_ids``); none where nobody keeps it.
     conditions : dict
         Under which it was made: the parameters of the planner, and what ``ppaas.plans.stored`` names.
     """

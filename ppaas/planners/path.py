@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D, Poses, poses_along, quaternion_of
-from ppaas.planners.kernels.construction import add_costs, lay_poses
-from ppaas.planners.kernels.threads import at_most
+from ppaas.kernel_threads import at_most
+from ppaas.planners.kernels.path_poses import add_costs, lay_poses
 from ppaas.planners.weights import exact_weights
 
 Cells = NDArray[np.int32]

@@ -6,7 +6,7 @@ from ppaas.planners.base import Planner
 from ppaas.plugins import PluginRegistry
 
 if TYPE_CHECKING:
-    from ppaas.planners.volume.base import VolumePlanner
+    from ppaas.planners.base3d import VolumePlanner
 
 PLANNERS: PluginRegistry[Planner] = PluginRegistry(
     "ppaas.planners",
@@ -39,7 +39,7 @@ def create(name: str, **parameters: Any) -> "Planner | VolumePlanner":
         It takes no such parameter.
     """
     if PLANNERS.own_name(name) not in PLANNERS.names():
-        from ppaas.planners.volume.registry import VOLUME_PLANNERS  # noqa: PLC0415 - heavy, and few robots fly
+        from ppaas.planners.registry3d import VOLUME_PLANNERS  # noqa: PLC0415 - heavy, and few robots fly
 
         if name in VOLUME_PLANNERS.names():
             return VOLUME_PLANNERS.create(name, parameters)

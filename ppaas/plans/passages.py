@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
-from ppaas.plans.squares import Place
+from ppaas.plans.encoding.index_cells import Place
 from ppaas.plans.stored import LARGEST_TOLERANCE
 
 

@@ -11,7 +11,7 @@ Origin = Literal["computed", "reused", "stitched"]
 ORIGINS: Mapping[str, Origin] = {origin: origin for origin in get_args(Origin)}
 
 LARGEST_TOLERANCE = 0.5
-"""Farthest that the end of a plan may be from where it is sought [m]: 81 buckets of ``ppaas.plans.buckets``, or up to
+"""Farthest that the end of a plan may be from where it is sought [m]: 81 buckets of ``ppaas.plans.encoding.end_buckets``, or up to
 256."""
 
 Conditions = dict[str, Any]

@@ -1,10 +1,10 @@
 """Where the links of a robot are when all its joints are at zero."""
 
 from ppaas.errors import InvalidUrdf
-from ppaas.robot_model.document import MAX_NUMBER
 from ppaas.robot_model.shapes import turned
 from ppaas.robot_model.urdf import TURNING, Joint, Urdf
-from ppaas.spatial import Rigid
+from ppaas.robot_model.xml_document import MAX_NUMBER
+from ppaas.transforms.spatial import Rigid
 
 BASE_FRAMES = ("base_footprint", "base_link")
 """The frame that drives (REP 105 and 120): the first of these that there is, else the root."""

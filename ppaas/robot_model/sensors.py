@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from xml.etree.ElementTree import Element
 
 from ppaas.robot_model.description import SensorFrame
-from ppaas.spatial import Rigid
-from ppaas.transforms import MAX_TILT
+from ppaas.transforms.planar import MAX_TILT
+from ppaas.transforms.spatial import Rigid
 
 MAX_SENSORS = 100
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidUrdf
-from ppaas.robot_model.document import MAX_NAME, numbers, required, sizes
-from ppaas.spatial import Rigid
+from ppaas.robot_model.xml_document import MAX_NAME, numbers, required, sizes
+from ppaas.transforms.spatial import Rigid
 
 CORNERS = 32
 """Corners of the polygon around a disc: it lies outside by 0.5 % of the radius at most."""

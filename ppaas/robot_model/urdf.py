@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
 from ppaas.errors import InvalidUrdf
-from ppaas.robot_model.document import name_of, number, numbers, required, unit
 from ppaas.robot_model.shapes import Placed, read_origin, read_shapes
-from ppaas.spatial import Rigid
+from ppaas.robot_model.xml_document import name_of, number, numbers, required, unit
+from ppaas.transforms.spatial import Rigid
 
 JOINT_TYPES = ("fixed", "continuous", "revolute", "prismatic", "floating", "planar")
 TURNING = ("continuous", "revolute")

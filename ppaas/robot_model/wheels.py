@@ -7,7 +7,7 @@ from typing import NamedTuple
 from ppaas.robot_model.kinematics import joint_above
 from ppaas.robot_model.shapes import Cylinder, Sphere
 from ppaas.robot_model.urdf import TURNING, Joint, Urdf
-from ppaas.spatial import Rigid
+from ppaas.transforms.spatial import Rigid
 
 _ALONG = 0.9
 """Cosine above which two directions count as one: wheels may have some camber."""

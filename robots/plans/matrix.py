@@ -9,7 +9,7 @@ from typing import Any
 from ppaas.clock import monotonic
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput
-from ppaas.planners.cost_matrix import cost_matrix
+from ppaas.planners.batch.cost_matrix import cost_matrix
 
 
 def read_ends(path: Path) -> dict[str, Any]:

@@ -8,19 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from ppaas.costmap.build import build_layers
+from ppaas.clone.body_planners import planner_of
+from ppaas.clone.robot_body import COSTMAP, robot_body
+from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.maps.files import load_map
+from ppaas.maps.formats.map_files import load_map
+from ppaas.maps.formats.map_yaml import Rules
 from ppaas.maps.grid import GridInfo
-from ppaas.maps.record import Rules
-from ppaas.nodes.bodies import COSTMAP, robot_body
-from ppaas.nodes.body_planners import planner_of
-from ppaas.nodes.models import RobotModel
 from ppaas.planners.base import PlanRequest, PlanResult
-from ppaas.robot_model.reading import describe
-from robots.sim.map_file import read_map_files
+from ppaas.robot_model.describe import describe
+from ppaas.robot_model.known_models import RobotModel
+from robots.client.map_files import read_map_files
 
 MODEL = "turtlebot2"
 """The cloud as well plans for it where no robot is named."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.messages.geometry_msgs import Twist
-from robots.client import RobotClient
+from robots.client.robot_client import RobotClient
 from robots.sim.robot import SimulatedRobot
 
 logger = logging.getLogger(__name__)

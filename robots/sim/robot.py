@@ -12,7 +12,7 @@ from ppaas.maps.grid import GridMap
 from ppaas.messages.geometry_msgs import Twist
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
-from robots.base_controller import BaseController, BaseLimits
+from robots.onboard.base_controller import BaseController, BaseLimits
 from robots.sim.laser import Discs, Laser, LaserModel
 from robots.sim.odometry import OdometryModel, WheelOdometry
 from robots.sim.turtlebot import Turtlebot, TurtlebotModel

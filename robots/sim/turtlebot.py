@@ -8,7 +8,7 @@ import pymunk
 
 from ppaas.controllers.base import Velocity
 from ppaas.geometry import Pose2D, wrap_angle
-from robots.sim.drive import Drive, DriveModel
+from robots.sim.drivetrain import Drive, DriveModel
 
 
 @dataclass(frozen=True, slots=True)

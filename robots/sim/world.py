@@ -9,10 +9,10 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridMap
 from robots.sim.contacts import ContactCounter
 from robots.sim.laser import Discs
+from robots.sim.pedestrian import Walker, WalkerModel
 from robots.sim.robot import RobotModel, SimulatedRobot
-from robots.sim.walker import Walker, WalkerModel
-from robots.sim.walls import merge_rectangles
-from robots.sim.ways import Ways
+from robots.sim.shortest_paths import Ways
+from robots.sim.wall_rectangles import merge_rectangles
 
 
 class World:

@@ -7,7 +7,7 @@ from typing import cast
 import pytest
 
 from storage.ports import MapStore, Store
-from storage.urls import open_map_store, open_store
+from storage.urls.opening import open_map_store, open_store
 
 
 @pytest.fixture(params=["memory:", "sqlite://{folder}/store.db", pytest.param("cassandra", marks=pytest.mark.servers)])

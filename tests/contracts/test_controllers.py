@@ -11,8 +11,8 @@ from ppaas.controllers.base import Controller, ControlRequest, Velocity
 from ppaas.controllers.registry import controller_names, create
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from tests.support import driving, worlds
-from tests.support.driving import OPEN, RADIUS, Drive, Unicycle, World, along_x, assert_arrived, drive
+from tests.support.world import driving, worlds
+from tests.support.world.driving import OPEN, RADIUS, Drive, Unicycle, World, along_x, assert_arrived, drive
 
 PASSAGE = "####################\n....................\n####################"
 

@@ -8,7 +8,7 @@ import pytest
 from ppaas.errors import InvalidInput
 from ppaas.plans.history import LinkHistory, PlannerHistory, computed_row, failed_row, found_row
 from storage.ports import Store
-from tests.support.records import NOT_NAMES
+from tests.support.storage.records import NOT_NAMES
 
 
 def key(map_id: str = "house", version: str = "v1", planner: str = "dijkstra", bucket: int = 3):

@@ -10,7 +10,7 @@ from ppaas.errors import Conflict, InvalidInput, NotFound
 from storage.ports import MapStore
 from storage.records import MapFile, Publication
 from storage.versions import map_version
-from tests.support.records import NOT_NAMES, GivenMap, found_map, house, pgm, put_map
+from tests.support.storage.records import NOT_NAMES, GivenMap, found_map, house, pgm, put_map
 
 BT = b"# Octomap OcTree binary file\n..."
 

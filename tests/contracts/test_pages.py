@@ -7,11 +7,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from storage.memory import MemoryStore
-from storage.memory_maps import MemoryMapStore
+from storage.memory.maps import MemoryMapStore
+from storage.memory.store import MemoryStore
 from storage.ports import MapStore, Store
 from storage.records import MapVersionRecord
-from tests.support.records import house, pgm, plan, put_map, robot, token, user
+from tests.support.storage.records import house, pgm, plan, put_map, robot, token, user
 
 Fetch = Callable[[Any, int], list[Any]]
 

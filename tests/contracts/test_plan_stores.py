@@ -10,10 +10,10 @@ import pytest
 
 from ppaas.errors import Conflict, InvalidInput, NotFound
 from ppaas.geometry import poses_along
-from storage.plan_search import PlanSearch
+from storage.plan_query import PlanSearch
 from storage.ports import Store
 from storage.records import PlanRecord, PlanStatistics
-from tests.support.records import NOT_NAMES, plan
+from tests.support.storage.records import NOT_NAMES, plan
 
 NAN, INF = math.nan, math.inf
 

@@ -14,14 +14,14 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from ppaas.errors import Conflict, NotFound
 from ppaas.geometry import poses_along
-from storage.memory import MemoryStore
-from storage.plan_search import PlanSearch
+from storage.memory.store import MemoryStore
+from storage.plan_query import PlanSearch
 from storage.ports import Store
 from storage.records import PlanRecord
-from storage.sqlite import SqliteStore
+from storage.sqlite.store import SqliteStore
 from storage.versions import without_poses
-from tests.reference import plan_chunks
-from tests.support.records import plan
+from tests.reference.plans import plan_chunks
+from tests.support.storage.records import plan
 
 STATIONS = [(0.025, 0.025), (3.025, 0.025), (3.025, 3.025), (0.025, 3.025)]
 

@@ -13,20 +13,20 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from engine.instances import instance_name
-from engine.model import Launch
+from engine.processes.instances import instance_name
 from engine.runtimes.base import Premises, Runtime
-from engine.runtimes.fork_server import UNHEARD
-from engine.runtimes.process import ProcessRuntime
+from engine.runtimes.fork_server.server import UNHEARD
+from engine.runtimes.process.runtime import ProcessRuntime
+from engine.specs.containers import Launch
 from ppaas.errors import PPaaSError, Unavailable
-from tests.servers.ray_cluster import RayCluster
-from tests.support.docker_engine import image_for_tests
-from tests.support.launches import Reports
-from tests.support.processes import is_gone
+from tests.ray.ray_cluster import RayCluster
+from tests.support.engine.docker_engine import image_for_tests
+from tests.support.engine.launches import Reports
+from tests.support.engine.processes import is_gone
 from tests.support.sources import ROOT
 from tests.support.waiting import until
 
-ENTRIES = "tests.support.container_entries"
+ENTRIES = "tests.support.engine.container_entries"
 
 _numbers = itertools.count(1)
 
@@ -77,14 +77,14 @@ def by_processes(_: pytest.FixtureRequest, premises: Premises, reports: Reports)
 
 
 def by_docker(_: pytest.FixtureRequest, premises: Premises, reports: Reports) -> Machine:
-    from engine.runtimes.docker import DockerRuntime
+    from engine.runtimes.docker.runtime import DockerRuntime
 
     image = premises._replace(image=image_for_tests())
     return Machine(lambda entry, premises: DockerRuntime(premises, entry, spares=1), image, reports)
 
 
 def by_ray(request: pytest.FixtureRequest, premises: Premises, reports: Reports) -> Machine:
-    from tests.servers.ray_runtime import RayRuntime
+    from tests.ray.ray_runtime import RayRuntime
 
     cluster = request.getfixturevalue("ray_cluster")
     made = RayMachine(lambda entry, premises: RayRuntime(entry, premises, cluster, reports), premises, reports)
@@ -102,7 +102,7 @@ PROCESS, DOCKER, RAY = (
 @pytest.fixture(scope="module")
 def ray_cluster() -> Iterator[RayCluster]:
     """Return a cluster with one node, on which the agents of these tests run one after the other."""
-    from tests.servers.ray_runtime import PLUGIN
+    from tests.ray.ray_runtime import PLUGIN
 
     with pytest.MonkeyPatch.context() as patch:
         running = RayCluster(PYTHONPATH=f"{ROOT}:{PLUGIN}")

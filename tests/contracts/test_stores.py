@@ -9,7 +9,7 @@ import pytest
 from ppaas.errors import Conflict, InvalidInput, NotFound
 from storage.ports import Store
 from storage.records import Limits
-from tests.support.records import NOT_NAMES, clone, plan, robot, token, user
+from tests.support.storage.records import NOT_NAMES, clone, plan, robot, token, user
 
 
 def test_a_user_is_found_as_it_was_kept(store: Store) -> None:

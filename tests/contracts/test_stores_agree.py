@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, rule
 
 from ppaas.errors import PPaaSError
-from storage.files import FileMapStore
-from storage.memory import MemoryStore
-from storage.memory_maps import MemoryMapStore
+from storage.files.store import FileMapStore
+from storage.memory.maps import MemoryMapStore
+from storage.memory.store import MemoryStore
 from storage.ports import MapStore
 from storage.records import MapRecord, MapVersionRecord, Publication
-from storage.sqlite import SqliteStore
-from tests.reference.map_store import PlainMaps
-from tests.support.records import GivenMap, clone, found_map, house, pgm, plan, put_map, robot, token, user
+from storage.sqlite.store import SqliteStore
+from tests.reference.plans.map_store import PlainMaps
+from tests.support.storage.records import GivenMap, clone, found_map, house, pgm, plan, put_map, robot, token, user
 
 names = st.sampled_from(["ann", "bob", "x.y-z_1", "../etc"])
 hashes = st.sampled_from(["a" * 64, "b" * 64])

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.support.cloud import RunningCloud, running_cloud
+from tests.support.cloud.cloud import RunningCloud, running_cloud
 
 
 @pytest.fixture(scope="session")

@@ -2,11 +2,11 @@
 
 import re
 
-from robots.bench.engine import crash, lost, master
-from robots.bench.engine.crowd import CORES
-from robots.bench.engine.master import BALANCERS
-from robots.bench.engine.options import PAUSES, READY_LIMIT_MS, Options
-from robots.commands import bench_engine
+from benchmarks.commands import engine
+from benchmarks.engine import container_crash, machine_loss, master
+from benchmarks.engine.capacity import CORES
+from benchmarks.engine.master import BALANCERS
+from benchmarks.engine.options import PAUSES, READY_LIMIT_MS, Options
 from tests.support.documents import text_of
 
 PAGE = "docs/engine.md"
@@ -14,7 +14,7 @@ PAGE = "docs/engine.md"
 
 def test_every_part_is_told_and_no_other() -> None:
     named = re.findall(r"^\| `(\w+)` \|", text_of(PAGE).partition("## What is measured")[2], re.MULTILINE)
-    assert sorted(named[: len(bench_engine.PARTS)]) == sorted(bench_engine.PARTS)
+    assert sorted(named[: len(engine.PARTS)]) == sorted(engine.PARTS)
     options = re.findall(r"`(--[a-z]+)", text_of(PAGE).partition("## What is measured")[0])
     assert set(options) == {"--only", "--runtime", "--containers", "--placements", "--machines", "--quick", "--json"}
 
@@ -22,8 +22,8 @@ def test_every_part_is_told_and_no_other() -> None:
 def test_the_limits_are_those_that_are_kept() -> None:
     text = text_of(PAGE)
     assert ", ".join(f"{name} {limit:g} ms" for name, limit in READY_LIMIT_MS.items()) in text
-    assert ", ".join(f"{name} {limit:g} ms" for name, limit in crash.LIMITS_MS.items()) in text
-    assert f"| {lost.LIMIT_MS:g} ms |" in text
+    assert ", ".join(f"{name} {limit:g} ms" for name, limit in container_crash.LIMITS_MS.items()) in text
+    assert f"| {machine_loss.LIMIT_MS:g} ms |" in text
     assert f"| {master.RATE_LIMIT:g} a second |" in text
     default = Options()
     assert f"({default.containers})" in text and f"({default.placements} on {default.machines})" in text

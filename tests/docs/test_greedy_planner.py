@@ -79,7 +79,7 @@ def test_the_command_line_plans_with_it(installed: dict[str, str]) -> None:
     ppaas = [
         sys.executable,
         "-m",
-        "endpoints.cli",
+        "robots.cli.main",
         "plan",
         str(MAP),
         "--start",

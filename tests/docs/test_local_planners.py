@@ -7,32 +7,32 @@ import re
 import numpy as np
 import pytest
 
-from endpoints.cli import main
+from benchmarks.navigation.barn.jackal import NOISE
+from benchmarks.navigation.barn.suite import summary
+from benchmarks.navigation.goals import run
+from benchmarks.navigation.goals.clone import PLANNING
+from benchmarks.navigation.goals.contact_referee import MOVES
+from ppaas.clone.robot_body import VoxelLayerParameters, robot_heights
 from ppaas.controllers.kernels.mppi import CLOSING
-from ppaas.controllers.mppi_parameters import MppiParameters
-from ppaas.controllers.pure_pursuit_parameters import PurePursuitParameters
+from ppaas.controllers.mppi.parameters import MppiParameters
+from ppaas.controllers.pure_pursuit.parameters import PurePursuitParameters
 from ppaas.controllers.registry import CONTROLLERS, controller_names
-from ppaas.costmap.filters import raise_costs
-from ppaas.costmap.overhead import in_the_way
+from ppaas.costmap.filter_masks import raise_costs
+from ppaas.costmap.height_mask import in_the_way
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.maps.octomap import parse_octomap
-from ppaas.navigation.giving_way import MARGIN, REACTION
-from ppaas.navigation.shut_places import FIRST, LONGEST, WAIT
-from ppaas.nodes.bodies import VoxelLayerParameters, robot_heights
-from ppaas.nodes.costmap_filters import KeepoutFilterParameters, SpeedFilterParameters, filter_masks
-from ppaas.nodes.models import robot_model
-from ppaas.nodes.people import SocialLayerParameters
-from ppaas.nodes.speed_limits import SpeedFilter
-from ppaas.perception.standing_out import LARGEST, WALL_MARGIN
+from ppaas.navigation.blocked_path_memory import FIRST, LONGEST, WAIT
+from ppaas.navigation.passive_safety import MARGIN, REACTION
+from ppaas.nodes.map_server.costmap_filters import KeepoutFilterParameters, SpeedFilterParameters, filter_masks
+from ppaas.nodes.move_base.people import SocialLayerParameters
+from ppaas.nodes.move_base.speed_limits import SpeedFilter
 from ppaas.perception.tracking import FASTEST, MOVED, SLOWEST
+from ppaas.perception.unmapped_objects import LARGEST, WALL_MARGIN
 from ppaas.plugins import parameters_in_use
-from robots.bench.barn.jackal import NOISE
-from robots.bench.barn.suite import summary
-from robots.bench.goals import run
-from robots.bench.goals.clone import PLANNING
-from robots.bench.goals.referee import MOVES
-from robots.sim.walker import WalkerModel
+from ppaas.robot_model.known_models import robot_model
+from robots.cli.main import main
+from robots.sim.pedestrian import WalkerModel
 from tests.support.documents import blocks
 from tests.support.sources import ROOT
 
@@ -133,7 +133,7 @@ def test_the_noise_is_that_of_the_code() -> None:
 
 
 def test_the_answer_is_told_in_full() -> None:
-    from robots.bench.barn.run import Result
+    from benchmarks.navigation.barn.run import Result
 
     told = summary([Result(1, 0, "success", 5.0, 5.0, 0.2)])
     paragraph = PAGE[PAGE.index("It answers") :].split("\n\n")[0]

@@ -3,16 +3,16 @@
 import argparse
 import re
 
-from ppaas.localization import crowd, seeker
-from ppaas.localization.history import SCANS, SPACING
+from benchmarks.commands import localize
+from benchmarks.localization.crowd import FARTHEST, NEAREST
+from benchmarks.localization.run import BEFORE, JAM, LOST
+from ppaas.localization import distance_filter, relocalization
+from ppaas.localization.fit_averages import AMISS
 from ppaas.localization.parameters import AmclParameters
-from ppaas.localization.recovery import AMISS
-from ppaas.localization.search import TRIES, TRIES_PER_AREA
-from ppaas.localization.seeker import FOUND
-from ppaas.nodes.amcl import GLOBAL_LOCALIZATION, NOMOTION_UPDATE
-from robots.bench.localize.jam import FARTHEST, NEAREST
-from robots.bench.localize.run import BEFORE, JAM, LOST
-from robots.commands import bench_localize
+from ppaas.localization.pose_search import TRIES, TRIES_PER_AREA
+from ppaas.localization.relocalization import FOUND
+from ppaas.localization.scan_history import SCANS, SPACING
+from ppaas.nodes.amcl.node import GLOBAL_LOCALIZATION, NOMOTION_UPDATE
 from tests.support.documents import text_of
 
 PAGE = "docs/localization.md"
@@ -44,10 +44,10 @@ def test_the_numbers_are_those_of_the_code() -> None:
     assert f"{SPACING} m farther, with the last {SCANS} scans" in text
     assert FOUND == 0.8 and "until four fifths of the particles" in text
     assert AMISS == 0.1 and "fast one is a tenth below" in text
-    assert seeker.LOST == 0.1 and "one in\n  ten such robots is lost" in text
+    assert relocalization.LOST == 0.1 and "one in\n  ten such robots is lost" in text
     assert f"{LOST} m or 20°" in text
-    assert crowd.MANY == 0.25 and "more than a quarter of the beams" in text
-    assert f"nearer than {crowd.NEAR:g} m" in text and f"go {crowd.BEYOND} m farther" in text
+    assert distance_filter.MANY == 0.25 and "more than a quarter of the beams" in text
+    assert f"nearer than {distance_filter.NEAR:g} m" in text and f"go {distance_filter.BEYOND} m farther" in text
     assert f"between {NEAREST} and {FARTHEST} m" in text and f"for {JAM:.0f} s" in text
     assert f"close after {BEFORE:.0f} m" in text
     for service in (GLOBAL_LOCALIZATION, NOMOTION_UPDATE):
@@ -57,6 +57,6 @@ def test_the_numbers_are_those_of_the_code() -> None:
 
 def test_the_options_of_the_bench_are_those_there_are() -> None:
     parser = argparse.ArgumentParser()
-    bench_localize.configure(parser)
+    localize.configure(parser)
     known = set(parser._option_string_actions)
     assert set(re.findall(r"`(?:ppaas bench localize )?(--[a-z]+)", text_of(PAGE))) <= known

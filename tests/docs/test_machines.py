@@ -3,14 +3,14 @@
 import re
 from pathlib import Path
 
-from endpoints.rest.machine_schemas import MachineChange
-from engine.cores import MEMORY_PER_CORE
-from engine.heartbeats import BEAT_PERIOD, MISSED
-from engine.machine_settings import MOST_LABELS, MachineSettings
-from engine.master import MOVES
-from engine.neighbours import AT_A_TIME, PERIOD
-from engine.service import LEAVE_GRACE
-from tests.support.cloud import RunningCloud
+from endpoints.rest.cluster.schemas import MachineChange
+from engine.agent.neighbours import AT_A_TIME, PERIOD
+from engine.master.master import MOVES
+from engine.processes.heartbeats import BEAT_PERIOD, MISSED
+from engine.service.master_driver import LEAVE_GRACE
+from engine.specs.cores import MEMORY_PER_CORE
+from engine.specs.machine_settings import MOST_LABELS, MachineSettings
+from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import run_shell, script, table, text_of
 
 PAGE = "docs/machines.md"

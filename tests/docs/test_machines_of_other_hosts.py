@@ -1,4 +1,4 @@
-"""What machines.md says of machines of other hosts; that it works is seen in tests/journeys/test_two_machines.py."""
+"""What machines.md says of machines of other hosts; that it works is seen in tests/e2e/test_two_machines.py."""
 
 import argparse
 import re
@@ -7,9 +7,9 @@ from types import ModuleType
 
 import pytest
 
-from endpoints.commands import machine_join, machine_ticket, up
-from engine.heartbeats import BEAT_PERIOD, MISSED
-from engine.lease import LEASE
+from endpoints.cli import machine_join, machine_ticket, up
+from engine.agent.master_lease import LEASE
+from engine.processes.heartbeats import BEAT_PERIOD, MISSED
 from tests.support.documents import blocks, text_of
 
 PAGE = "docs/machines.md"

@@ -9,15 +9,15 @@ from pathlib import Path
 import pytest
 
 from endpoints.rest.schemas import CostFile
-from ppaas.costmap.build import build_layers
-from ppaas.nodes.clone import build_clone
-from ppaas.nodes.cost_service import MAX_COSTS, MAX_ENDS
+from ppaas.clone.assembly import build_clone
+from ppaas.costmap.build_layers import build_layers
 from ppaas.nodes.graph import Graph
+from ppaas.nodes.planner_server.cost_service import MAX_COSTS, MAX_ENDS
 from ppaas.planners.weights import RELATIVE_ERROR
-from tests.support.cloud import RunningCloud
+from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import blocks, run_shell, script, text_of
-from tests.support.planar_world import walled_map
 from tests.support.sources import ROOT
+from tests.support.world.planar_world import walled_map
 
 PAGE = "docs/many-paths.md"
 

@@ -7,18 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from endpoints.settings import MIB, Settings
+from endpoints.services.request_limits import MIB, Settings
+from ppaas.maps.formats.png import MAX_PIXELS
 from ppaas.maps.octomap import binary_octomap
 from ppaas.maps.octree import octree_of
-from ppaas.maps.png import MAX_PIXELS
 from ppaas.maps.voxels import VoxelGrid, VoxelInfo
 from storage.records import MapFile
 from storage.versions import map_version
-from tests.storage.test_large_maps import MOST, SIDE
-from tests.support.cloud import RunningCloud
+from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import run_shell, script, table, text_of
-from tests.support.fuzzed_rest import description
+from tests.support.endpoints.fuzzed_rest import description
 from tests.support.sources import ROOT
+from tests.unit.storage.test_large_maps import MOST, SIDE
 
 MAPS = "docs/maps.md"
 OFFICE = ROOT / "docs" / "examples"

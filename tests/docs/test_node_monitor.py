@@ -5,15 +5,15 @@ import re
 
 import msgspec
 
-from engine.monitor.node import HOMES, NodeMonitorNode
-from engine.monitor.parameters import CRITERIA, NodeMonitorParameters
-from ppaas.costmap.build import build_layers
+from engine.container.monitor.node import HOMES, NodeMonitorNode
+from engine.container.monitor.parameters import CRITERIA, NodeMonitorParameters
+from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
+from ppaas.costmap.build_layers import build_layers
 from ppaas.maps.generate import office
-from ppaas.nodes.clone import DEPTH_CAMERA, build_clone
-from ppaas.nodes.depthimage_to_laserscan import CAMERA_INFO, COMPRESSED, IMAGE
+from ppaas.nodes.depthimage_to_laserscan.node import CAMERA_INFO, COMPRESSED, IMAGE
 from ppaas.nodes.graph import Graph
-from robots.local.crossing import IMAGES
-from robots.local.node_manager import HOLD_PERIOD, NODES
+from robots.onboard.node_manager import HOLD_PERIOD, NODES
+from robots.onboard.topic_bridge import IMAGES
 from tests.support.documents import blocks, table, text_of
 
 PAGE = "docs/node-monitor.md"

@@ -5,23 +5,24 @@ from pathlib import Path
 
 import pytest
 
-from endpoints.outbox import EXPIRY
-from engine import outside, place_link, unacknowledged
-from engine.balancers.registry import DEFAULT as BALANCER
+from endpoints.rosbridge.outbox import EXPIRY
+from engine.agent.container_gateway import SHARED_TOPIC, scope_of
+from engine.agent.map_cache import SPARE
 from engine.bootstrap import CloudConfig
-from engine.container import CHECKPOINT_PERIOD
-from engine.control import StopContainer
-from engine.cores import OVERSUBSCRIPTION
-from engine.crashes import CRASH_LIMIT, CRASH_WINDOW
-from engine.gate import SHARED_TOPIC, scope_of
-from engine.keys import shared_key, topic_key
-from engine.machine_settings import MAX_CONTAINERS
-from engine.mapcache import SPARE
-from engine.model import ContainerSpec, MapVersion, RobotConfig
-from engine.planning import IDLE
-from engine.quotas import Quota
-from engine.robot_sessions import LINGER
-from robots.base_controller import BaseLimits
+from engine.container import fleet_bridge
+from engine.container.entry import CHECKPOINT_PERIOD
+from engine.fabric.keys import shared_key, topic_key
+from engine.master.balancers.registry import DEFAULT as BALANCER
+from engine.master.crashes import CRASH_LIMIT, CRASH_WINDOW
+from engine.master.quotas import Quota
+from engine.protocols.control_link import StopContainer
+from engine.service.links import place_link, unacknowledged
+from engine.service.planning import IDLE
+from engine.service.robot_sessions import LINGER
+from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
+from engine.specs.cores import OVERSUBSCRIPTION
+from engine.specs.machine_settings import MAX_CONTAINERS
+from robots.onboard.base_controller import BaseLimits
 from tests.support.documents import text_of
 from tests.support.sources import ROOT, pyproject
 
@@ -66,14 +67,14 @@ def test_what_a_container_shows_goes_under_the_shared_key() -> None:
     robot = RobotConfig("tb1", "turtlebot2", (0.0, 0.0, 0.0), "dijkstra", "dwa")
     scope = scope_of(ContainerSpec("c1", "ann", MapVersion("house", "v"), 1.0, robot))
     assert scope is not None
-    assert scope.shown(outside.POSE) == "ppaas/map/house/ann/tb1/amcl_pose"
+    assert scope.shown(fleet_bridge.POSE) == "ppaas/map/house/ann/tb1/amcl_pose"
 
 
 def test_what_may_drop_and_what_must_arrive_is_as_described() -> None:
     assert says(DATA_FLOW, f"checkpoint every {CHECKPOINT_PERIOD:g} s")
-    assert says(DATA_FLOW, f"position every {outside.SHARE_PERIOD:g} s")
-    assert says(DATA_FLOW, f"the next comes {outside.SHARE_PERIOD:g} s later")
-    assert says(DATA_FLOW, f"after {outside.FRESH:g} s without any a position is no longer believed")
+    assert says(DATA_FLOW, f"position every {fleet_bridge.SHARE_PERIOD:g} s")
+    assert says(DATA_FLOW, f"the next comes {fleet_bridge.SHARE_PERIOD:g} s later")
+    assert says(DATA_FLOW, f"after {fleet_bridge.FRESH:g} s without any a position is no longer believed")
     assert says(DATA_FLOW, f"at most {unacknowledged.MAX_UNACKNOWLEDGED} wait")
     assert says(DATA_FLOW, f"and {unacknowledged.MAX_UNACKNOWLEDGED_BYTES >> 20} MiB, then the client")
     assert place_link.MAX_WAITING == 1 << 20 and says(DATA_FLOW, "1 MiB waits for one that is too slow")

@@ -2,9 +2,9 @@
 
 import re
 
-from endpoints.cli import EXTRAS
-from robots.bench.planners import report
-from robots.commands import bench_planners
+from benchmarks.commands import planners
+from benchmarks.planners import report
+from robots.cli.main import EXTRAS
 from tests.support.documents import text_of
 from tests.support.sources import ROOT
 
@@ -18,5 +18,5 @@ def test_the_part_of_the_planners_is_what_was_measured() -> None:
 
 def test_the_commands_are_those_there_are() -> None:
     named = set(re.findall(r"^\| `ppaas bench (\w+)", text_of(PAGE), re.MULTILINE))
-    assert named == set(bench_planners.HELP)
+    assert named == set(planners.HELP)
     assert EXTRAS["scipy"] == "bench" and "pip install 'ppaas[bench]'" in text_of(PAGE)

@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from ppaas.maps.png import MAX_PIXELS
-from ppaas.maps.record import MapYaml, Mode, Rules
+from ppaas.maps.formats.map_yaml import MapYaml, Mode, Rules
+from ppaas.maps.formats.png import MAX_PIXELS
 from ppaas.planners import create, planner_names
 from ppaas.planners.registry import PLANNERS
-from tests.support.cloud import RunningCloud
+from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import run_shell, script, table, text_of
 from tests.support.sources import ROOT
 

@@ -11,37 +11,37 @@ import pytest
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
-from endpoints.client_calls import CALL_TIMEOUT, MAX_CALLS
-from endpoints.client_sessions import MAX_AWAY, PROBE_TIMEOUT, READY_TIMEOUT
-from endpoints.commands import up
-from endpoints.idle import IDLE
-from endpoints.outbox import DEFAULT_KEEP, EXPIRY, KEEP, MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES
-from endpoints.problems import STATUS, TYPE, problem_response
-from endpoints.rights import SENSOR_TOPICS
-from endpoints.robot_socket import CLOSED_BY_CLOUD, TAKEN_OVER
-from endpoints.settings import Settings
+from endpoints.cli import up
+from endpoints.http.problems import STATUS, TYPE, problem_response
+from endpoints.rosbridge.calls import CALL_TIMEOUT, MAX_CALLS
+from endpoints.rosbridge.idle_watch import IDLE
+from endpoints.rosbridge.outbox import DEFAULT_KEEP, EXPIRY, KEEP, MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES
+from endpoints.rosbridge.robot_socket import CLOSED_BY_CLOUD, TAKEN_OVER
+from endpoints.rosbridge.roles import SENSOR_TOPICS
+from endpoints.rosbridge.session_registry import MAX_AWAY, PROBE_TIMEOUT, READY_TIMEOUT
+from endpoints.services.request_limits import Settings
 from endpoints.web import MAX_FRAME
-from engine.client_services import MAX_SERVICES
-from engine.client_topics import MAX_LATCHED_BYTES, MAX_TOPICS
-from engine.outside import SHARE_PERIOD, TELL_PERIOD
-from engine.robot_sessions import LINGER
-from engine.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
-from ppaas.costmap.build import build_layers
+from engine.container.fleet_bridge import SHARE_PERIOD, TELL_PERIOD
+from engine.service.links.client_services import MAX_SERVICES
+from engine.service.links.client_topics import MAX_LATCHED_BYTES, MAX_TOPICS
+from engine.service.links.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
+from engine.service.robot_sessions import LINGER
+from ppaas.clone.assembly import build_clone
+from ppaas.costmap.build_layers import build_layers
 from ppaas.localization.beams import MAX_RANGES
 from ppaas.localization.parameters import AmclParameters
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.messages import type_name
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.navigation.parameters import MoveBaseParameters
-from ppaas.navigation.recovery import recovery_behaviors
+from ppaas.navigation.recovery_sequence import recovery_behaviors
 from ppaas.navigation.waypoints import MAX_WAYPOINTS
-from ppaas.nodes.clone import build_clone
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.move_base import STATUS_PERIOD
-from ppaas.nodes.parameter_tree import MAX_FREE, MAX_FREE_BYTES
-from ppaas.nodes.tf_republisher import MAX_PATIENCE, MAX_STREAMS, MIN_PATIENCE
-from ppaas.nodes.tf_stream import MAX_RATE, MAX_SOURCES, MIN_RATE
-from ppaas.nodes.waypoint_follower import WaypointFollowerParameters
+from ppaas.nodes.move_base.node import STATUS_PERIOD
+from ppaas.nodes.parameter_server.tree import MAX_FREE, MAX_FREE_BYTES
+from ppaas.nodes.tf.republisher import MAX_PATIENCE, MAX_STREAMS, MIN_PATIENCE
+from ppaas.nodes.tf.stream import MAX_RATE, MAX_SOURCES, MIN_RATE
+from ppaas.nodes.waypoint_follower.node import WaypointFollowerParameters
 from ppaas.recoveries.base import AffectedMaps
 from ppaas.recoveries.registry import RECOVERIES, recovery_names
 from ppaas.wire.actions import NAV2_UNKNOWN, actions, find_action, ros2_status
@@ -51,10 +51,10 @@ from ppaas.wire.resumption import ID_HEADER, STATE_HEADER, TAKEN_HEADER
 from ppaas.wire.rosapi import SERVICES
 from ppaas.wire.rosbridge import MAX_SUBSCRIPTIONS, RosbridgeSession
 from ppaas.wire.rosbridge_client import RosbridgeClientSession
-from robots.base_controller import BaseLimits
-from robots.robot_file import load_robot_file
+from robots.client.robot_file import load_robot_file
+from robots.onboard.base_controller import BaseLimits
 from robots.sim.driver import Rates
-from tests.support.cloud import RunningCloud
+from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import blocks, table, text_of
 from tests.support.sources import ROOT
 

@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from endpoints.accounts import TOKEN_LIFETIME
-from engine.planning import IDLE
-from engine.robot_sessions import LINGER
+from endpoints.accounts.accounts import TOKEN_LIFETIME
+from engine.service.planning import IDLE
+from engine.service.robot_sessions import LINGER
 from ppaas.localization.parameters import AmclParameters
 from ppaas.navigation.parameters import MoveBaseParameters
-from ppaas.nodes.checks import read_parameters
-from ppaas.nodes.models import model_names
-from robots.robot_file import RobotFile
-from tests.support.cloud import RunningCloud
+from ppaas.nodes.message_checks import read_parameters
+from ppaas.robot_model.known_models import model_names
+from robots.client.robot_file import RobotFile
+from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import blocks, run_shell, script, text_of
 
 QUICKSTART = "docs/quickstart.md"

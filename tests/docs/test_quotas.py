@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from engine.planning import PATIENCE
-from engine.queueing import MAX_QUEUED, MAX_QUEUED_OF_USER
-from engine.quotas import QUOTAS, Quota
-from tests.support.cloud import RunningCloud
+from engine.master.queueing import MAX_QUEUED, MAX_QUEUED_OF_USER
+from engine.master.quotas import QUOTAS, Quota
+from engine.service.planning import PATIENCE
+from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import run_shell, script, table, text_of
 
 PAGE = "docs/quotas.md"

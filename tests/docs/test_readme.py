@@ -13,13 +13,13 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Twist
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
-from robots.client import RobotClient
-from robots.move_base_client import MoveBaseClient
-from robots.robot_file import load_robot_file
-from robots.sim.map_file import read_map_file
+from robots.client.map_files import read_map_file
+from robots.client.move_base import MoveBaseClient
+from robots.client.robot_client import RobotClient
+from robots.client.robot_file import load_robot_file
 from robots.sim.simulator import Simulator
 from robots.sim.world import World
-from tests.support.cloud import RunningCloud
+from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import ADDRESS, blocks, run_shell, script, text_of
 from tests.support.sources import ROOT
 

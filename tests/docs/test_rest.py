@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from endpoints.rest.paging import DEFAULT_LIMIT, MAX_LIMIT, Page
-from endpoints.settings import MIB, Settings
-from tests.support.cloud import RunningCloud
+from endpoints.services.request_limits import MIB, Settings
+from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import blocks, run_shell, script, table, text_of
-from tests.support.fuzzed_rest import description
+from tests.support.endpoints.fuzzed_rest import description
 from tests.support.sources import pyproject
 
 REST = "docs/rest.md"

@@ -16,10 +16,10 @@ import pytest
 
 from ppaas.geometry import Pose2D
 from ppaas.perception.depth_scan import DepthScanParameters
-from robots.client import RobotClient
-from robots.move_base_client import MoveBaseClient
-from robots.robot_file import RobotFile, load_robot_file
-from tests.support.cloud import RunningCloud
+from robots.client.move_base import MoveBaseClient
+from robots.client.robot_client import RobotClient
+from robots.client.robot_file import RobotFile, load_robot_file
+from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import ADDRESS, blocks, script, table, text_of
 from tests.support.sources import ROOT
 

@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 
 from endpoints import server
-from storage.urls import MAP_STORES, STORES, open_map_store, open_store
+from storage.urls.opening import MAP_STORES, STORES, open_map_store, open_store
 from tests.support.documents import script, table, text_of
-from tests.support.full_store import fill, fill_maps
+from tests.support.storage.full_store import fill, fill_maps
 
 PAGE = "docs/stores.md"
 

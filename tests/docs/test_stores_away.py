@@ -3,13 +3,13 @@
 import argparse
 import re
 
-from endpoints.commands import store as command
-from endpoints.map_heads import MapHeads
-from endpoints.token_cache import TokenCache
-from storage.cassandra_address import CONSISTENCIES, PORT, SETTINGS, parse_address
-from storage.cassandra_entries import GRACE
-from storage.cassandra_squares import PLANS_OF_SQUARE
-from storage.outbox import MOST_BYTES
+from endpoints.accounts.token_cache import TokenCache
+from endpoints.cli import store as command
+from endpoints.services.map_cache import MapHeads
+from storage.cassandra.connection.address import CONSISTENCIES, PORT, SETTINGS, parse_address
+from storage.cassandra.plans.entries import GRACE
+from storage.cassandra.plans.passage_index import PLANS_OF_SQUARE
+from storage.store_and_forward.plan_outbox import MOST_BYTES
 from tests.support.documents import text_of
 
 PAGE = text_of("docs/stores.md")

@@ -7,7 +7,7 @@ import pytest
 
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
-from tests.support.cloud import RunningCloud, running_cloud
+from tests.support.cloud.cloud import RunningCloud, running_cloud
 
 
 @pytest.fixture

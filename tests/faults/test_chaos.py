@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 from rich.progress import Progress
 
-from robots.bench.chaos.run import Options, run
+from benchmarks.chaos.run import Options, run
 
 pytestmark = pytest.mark.journey
 

@@ -10,10 +10,10 @@ import pytest
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
 from tests.faults.test_kill import SERVED_AGAIN, lives, longest_gap
-from tests.support.cloud import RunningCloud, publish_map, register_robot
-from tests.support.drive import driving
-from tests.support.places import free_pose, reachable_pose
+from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
+from tests.support.cloud.drive import driving
 from tests.support.waiting import until
+from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from ppaas.errors import Unavailable
-from storage.files import FileMapStore
-from storage.outbox import Outbox
-from storage.sqlite import SqliteStore
-from tests.support.records import found_map, pgm, plan
+from storage.files.store import FileMapStore
+from storage.sqlite.store import SqliteStore
+from storage.store_and_forward.plan_outbox import Outbox
 from tests.support.sources import ROOT
+from tests.support.storage.records import found_map, pgm, plan
 
 # Files may grow to 2 MB and no further, which a process is told as of a full disk. Tells of what was taken.
 WRITER = """
@@ -20,9 +20,9 @@ import resource, sys
 from pathlib import Path
 import numpy as np
 from ppaas.errors import Unavailable
-from storage.outbox import Outbox
-from storage.sqlite import SqliteStore
-from tests.support.records import plan, robot
+from storage.store_and_forward.plan_outbox import Outbox
+from storage.sqlite.store import SqliteStore
+from tests.support.storage.records import plan, robot
 
 kind = sys.argv[1]
 store = (Outbox if kind == "outbox" else SqliteStore)(Path(sys.argv[2]))
@@ -77,8 +77,8 @@ PUBLISHER = """
 import resource, sys
 from pathlib import Path
 from ppaas.errors import Unavailable
-from storage.files import FileMapStore
-from tests.support.records import house, pgm, put_map
+from storage.files.store import FileMapStore
+from tests.support.storage.records import house, pgm, put_map
 
 store = FileMapStore(Path(sys.argv[1]))
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))

@@ -12,17 +12,17 @@ import pytest
 
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
-from robots.rest import RestClient
-from tests.support.cloud import (
+from robots.client.rest import RestClient
+from tests.support.cloud.cloud import (
     RunningCloud,
     publish_map,
     register_robot,
     running_cloud,
     shared_memory,
 )
-from tests.support.drive import Drive, driving
-from tests.support.places import free_pose, reachable_pose
+from tests.support.cloud.drive import Drive, driving
 from tests.support.waiting import until
+from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
 

@@ -14,12 +14,12 @@ import pytest
 
 from ppaas.errors import PPaaSError
 from ppaas.maps.grid import GridMap
-from robots.rest import RestClient
-from robots.robot_file import RobotFile
+from robots.client.rest import RestClient
+from robots.client.robot_file import RobotFile
 from tests.faults.test_kill import lives
-from tests.support.cloud import publish_map, running_cloud
-from tests.support.places import free_pose, reachable_pose
+from tests.support.cloud.cloud import publish_map, running_cloud
 from tests.support.waiting import until
+from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
 

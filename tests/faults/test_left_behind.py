@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from robots.bench.chaos.family import members
+from benchmarks.chaos.cloud_processes import members
 from tests.faults.test_kill import lives
-from tests.support.cloud import named
-from tests.support.up_process import Up
+from tests.support.cloud.cloud import named
+from tests.support.cloud.up_process import Up
 from tests.support.waiting import until
 
 pytestmark = pytest.mark.journey
@@ -17,11 +17,11 @@ pytestmark = pytest.mark.journey
 def test_of_a_killed_machine_process_nothing_is_left_when_the_cloud_ends(tmp_path: Path) -> None:
     up = Up(tmp_path)
     up.wait_for(up.ready.exists)
-    (agent,) = up.children("engine.agent")
+    (agent,) = up.children("engine.agent.agent")
     (server,) = named(agent.children(), "forkserver")
     agent.kill()
     up.wait_for(lambda: not lives(server))
-    up.wait_for(lambda: [child for child in up.children("engine.router") if child.pid != agent.pid])
+    up.wait_for(lambda: [child for child in up.children("engine.fabric.router") if child.pid != agent.pid])
     assert up.end(signal.SIGTERM) == 0  # which looks at its folder for temporary files
 
 

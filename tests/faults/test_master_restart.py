@@ -10,22 +10,22 @@ from typing import Any
 
 import pytest
 
+from benchmarks.chaos.message_checks import Witness
+from benchmarks.harness.free_ports import free_ports
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback
-from robots.bench.chaos.witness import Witness
-from robots.bench.free_ports import free_ports
-from robots.rest import RestClient
-from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud, shared_memory
-from tests.support.docker_engine import image_for_tests
-from tests.support.drive import Drive, driving
-from tests.support.joined_machine import JoinedMachine, container_of, machines, ticket
-from tests.support.local_nodes import ABLE, managing, take_over
-from tests.support.places import free_pose, reachable_pose
-from tests.support.processes import has_ended
+from robots.client.rest import RestClient
+from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot, running_cloud, shared_memory
+from tests.support.cloud.drive import Drive, driving
+from tests.support.cloud.joined_machine import JoinedMachine, container_of, machines, ticket
+from tests.support.cloud.local_nodes import ABLE, managing, take_over
+from tests.support.engine.docker_engine import image_for_tests
+from tests.support.engine.processes import has_ended
+from tests.support.network.wire import Wire, wire_to
 from tests.support.waiting import until
-from tests.support.wire import Wire, wire_to
+from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
 
@@ -104,7 +104,7 @@ async def test_the_cloud_s_own_machine_is_adopted(
             kill(cloud, wire, tmp_path)
             with running_cloud(tmp_path, *arguments) as second:
                 await goes_on(drive, wire, second, before)
-                assert agent.is_running() and not second.find("engine.agent")
+                assert agent.is_running() and not second.find("engine.agent.agent")
             assert has_ended(agent.pid) and has_ended(before["pid"]), "an end in order ends what was adopted"
     assert not shared_memory(agent.pid)
 

@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.chaos.message_checks import Witness
 from ppaas.maps.grid import GridMap
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback
-from robots.bench.chaos.witness import Witness
-from robots.rest import RestClient
-from tests.journeys.test_two_machines import HERE, THERE, all_arrive, driving_on_both
-from tests.support.cloud import RunningCloud, running_cloud
-from tests.support.drive import Drive
-from tests.support.joined_machine import JoinedMachine, container_of, machines, ticket
-from tests.support.partition import Namespace, Way, through_a_proxy
-from tests.support.processes import has_ended
+from robots.client.rest import RestClient
+from tests.e2e.test_two_machines import HERE, THERE, all_arrive, driving_on_both
+from tests.support.cloud.cloud import RunningCloud, running_cloud
+from tests.support.cloud.drive import Drive
+from tests.support.cloud.joined_machine import JoinedMachine, container_of, machines, ticket
+from tests.support.engine.processes import has_ended
+from tests.support.network.partition import Namespace, Way, through_a_proxy
 
 pytestmark = pytest.mark.journey
 

@@ -7,7 +7,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from endpoints.cli import main as ppaas
+from robots.cli.main import main as ppaas
 from tests.servers.cassandra_server import ORDINARY, CassandraServer
 
 

@@ -11,7 +11,7 @@ from cassandra.auth import PlainTextAuthProvider
 from cassandra.cluster import EXEC_PROFILE_DEFAULT, Cluster, ExecutionProfile
 from cassandra.policies import RoundRobinPolicy
 
-from robots.bench.free_ports import free_ports
+from benchmarks.harness.free_ports import free_ports
 from tests.servers.jars import jars_of, java, keytool
 from tests.servers.java_server import JavaServer
 from tests.support.sources import ROOT

@@ -10,8 +10,8 @@ import pytest
 from tests.servers.jars import Missing
 
 if TYPE_CHECKING:
-    from storage.cassandra import CassandraStore
-    from storage.hdfs import HdfsMapStore
+    from storage.cassandra.store import CassandraStore
+    from storage.hdfs.store import HdfsMapStore
     from tests.servers.cassandra_server import CassandraServer
     from tests.servers.hdfs_server import HdfsServer
 
@@ -49,7 +49,7 @@ def cassandra_server(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[Cass
 @pytest.fixture
 def cassandra_store(cassandra_server: "CassandraServer") -> "Iterator[CassandraStore]":
     """Return an empty store in Cassandra."""
-    from storage.cassandra import CassandraStore
+    from storage.cassandra.store import CassandraStore
 
     store = CassandraStore(cassandra_server.url("contracts"))
     yield store
@@ -68,6 +68,6 @@ def hdfs_server(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[HdfsServe
 @pytest.fixture
 def hdfs_store(hdfs_server: "HdfsServer") -> "HdfsMapStore":
     """Return an empty store of maps in HDFS."""
-    from storage.hdfs import HdfsMapStore
+    from storage.hdfs.store import HdfsMapStore
 
     return HdfsMapStore(hdfs_server.url(f"maps/{uuid.uuid4().hex}"))

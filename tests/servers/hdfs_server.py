@@ -8,7 +8,7 @@ from xml.sax.saxutils import escape
 
 from hdfs import InsecureClient
 
-from robots.bench.free_ports import free_ports
+from benchmarks.harness.free_ports import free_ports
 from tests.servers.jars import jars_of, java
 from tests.servers.java_server import JavaServer
 from tests.support.sources import ROOT

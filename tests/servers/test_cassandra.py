@@ -14,17 +14,17 @@ from hypothesis import settings
 
 from ppaas.errors import Conflict, InvalidInput, NotFound, Unavailable
 from ppaas.geometry import poses_along
-from storage.cassandra import CassandraStore
-from storage.cassandra_plan_spots import ends_of
-from storage.cassandra_schema import VERSION
-from storage.memory import MemoryStore
-from storage.plan_search import PlanSearch
+from storage.cassandra.connection.schema import VERSION
+from storage.cassandra.plans.endpoint_cells import ends_of
+from storage.cassandra.store import CassandraStore
+from storage.memory.store import MemoryStore
+from storage.plan_query import PlanSearch
 from storage.ports import Store
 from storage.records import PlanRecord
 from tests.contracts.test_plans_in_any_order import PlansInAnyOrder
 from tests.contracts.test_stores_agree import StoresAgree
 from tests.servers.cassandra_server import CassandraServer
-from tests.support.records import plan, robot, token, user
+from tests.support.storage.records import plan, robot, token, user
 
 pytestmark = pytest.mark.servers
 
@@ -409,7 +409,7 @@ def test_a_keyspace_is_a_name(name: str) -> None:
 def test_a_store_is_swept_by_command(stores: list[CassandraStore], server: CassandraServer) -> None:
     stores[0].add_plan(path("a", seed=1))
     done = subprocess.run(
-        [sys.executable, "-m", "endpoints.cli", "store", "sweep", server.url("contracts")],
+        [sys.executable, "-m", "robots.cli.main", "store", "sweep", server.url("contracts")],
         capture_output=True,
         text=True,
         check=False,

@@ -11,12 +11,12 @@ import pytest
 
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.geometry import poses_along
-from storage.cassandra import CassandraStore
-from storage.outbox import Outbox
-from storage.patient import PatientStore
+from storage.cassandra.store import CassandraStore
 from storage.records import PlanRecord
+from storage.store_and_forward.plan_outbox import Outbox
+from storage.store_and_forward.store import PatientStore
 from tests.servers.cassandra_server import CassandraServer
-from tests.support.records import plan, robot, user
+from tests.support.storage.records import plan, robot, user
 
 pytestmark = pytest.mark.servers
 

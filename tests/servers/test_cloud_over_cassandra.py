@@ -13,13 +13,13 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
-from robots.rest import RestClient
+from robots.client.rest import RestClient
 from tests.faults.test_kill import lives
 from tests.servers.cassandra_server import CassandraServer
-from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud
-from tests.support.drive import driving
-from tests.support.places import free_pose, reachable_pose
+from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot, running_cloud
+from tests.support.cloud.drive import driving
 from tests.support.waiting import until
+from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.servers
 

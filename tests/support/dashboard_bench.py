@@ -17,10 +17,10 @@ from playwright.async_api import Browser, Page, expect
 
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
-from tests.support.browser import Eye, browsing, enter
-from tests.support.cloud import RunningCloud, publish_map, register_robot, running_cloud
-from tests.support.drive import driving
-from tests.support.places import free_pose, reachable_pose
+from tests.support.cloud.browser import Eye, browsing, enter
+from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot, running_cloud
+from tests.support.cloud.drive import driving
+from tests.support.world.places import free_pose, reachable_pose
 
 VISITS = 9
 SECONDS = 10.0

@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tests.support.cloud import ADMIN_PASSWORD, RunningCloud
+from tests.support.cloud.cloud import ADMIN_PASSWORD, RunningCloud
 from tests.support.sources import ROOT
 
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -24,7 +24,7 @@ ARRAY_FILES = frozenset({
 # fmt: on
 ALLOWED = {
     "ppaas/clock.py": {"time"},
-    "ppaas/planners/field_helpers.py": {"threading"},
+    "ppaas/planners/field/tile_helpers.py": {"threading"},
     "ppaas/planners/helper_threads.py": {"threading"},
     "ppaas/planners/workers.py": {"concurrent"},
 }

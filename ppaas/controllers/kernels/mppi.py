@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from ppaas.controllers.kernels.outline import Body, Field, Floats, between, clearance
+from ppaas.controllers.kernels.clearance import Body, Field, Floats, between, clearance
 from ppaas.maps.kernels.serial import serial_copy
 
 NEGLIGIBLE = 5.0
@@ -53,7 +53,7 @@ class Base(NamedTuple):
 
 
 class Critics(NamedTuple):
-    """What counts for how much, as `ppaas.controllers.mppi_parameters` has it.
+    """What counts for how much, as `ppaas.controllers.mppi.parameters` has it.
 
     ``least_clearance`` is what must be kept [m]: the margin, or what the robot has if that is less.
     """

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.planners.hub_labels.assembly import repair_index
-from ppaas.planners.hub_labels.graph import Rectangle
+from ppaas.planners.hub_labels.building.assembly import repair_index
+from ppaas.planners.hub_labels.building.graph import Rectangle
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import FINGERPRINT, TERRAIN
 from ppaas.planners.hub_labels.kernels.query import entry

@@ -10,9 +10,9 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput
 from ppaas.planners.ends import Ends
 from ppaas.planners.grid_planner import Found
-from ppaas.planners.hub_labels.assembly import build_index
-from ppaas.planners.hub_labels.graph import Rectangle
-from ppaas.planners.hub_labels.head import fingerprint, unseal
+from ppaas.planners.hub_labels.building.assembly import build_index
+from ppaas.planners.hub_labels.building.graph import Rectangle
+from ppaas.planners.hub_labels.building.header import fingerprint, unseal
 from ppaas.planners.hub_labels.index import HubIndex
 from ppaas.planners.prepared import PreparedPlanner
 from ppaas.planners.traits import Optimal, Traits

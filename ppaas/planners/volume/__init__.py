@@ -1,6 +1,6 @@
 """Planners in space: the interface, the registry, one algorithm a file."""
 
-from ppaas.planners.volume.base import PlanRequest3D, Pose3D, VolumePlanner
-from ppaas.planners.volume.registry import create, planner_names
+from ppaas.planners.base3d import PlanRequest3D, Pose3D, VolumePlanner
+from ppaas.planners.registry3d import create, planner_names
 
 __all__ = ["PlanRequest3D", "Pose3D", "VolumePlanner", "create", "planner_names"]

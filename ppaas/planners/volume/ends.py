@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ppaas.costmap.voxels import VoxelCostmap
 from ppaas.errors import GoalOccupied, GoalOutsideMap, PlanningError, StartOccupied, StartOutsideMap
 from ppaas.maps.voxels import Voxel
-from ppaas.planners.volume.base import PlanRequest3D, Pose3D
+from ppaas.planners.base3d import PlanRequest3D, Pose3D
 from ppaas.planners.weights import passable
 
 

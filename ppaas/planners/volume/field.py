@@ -14,11 +14,11 @@ from ppaas.costmap.voxels import VoxelCostmap
 from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidInput, NoValidPath
 from ppaas.maps.voxels import Voxel, only_read
 from ppaas.planners.kernels.moves import PAUSED, POOL_EMPTY, SETTLED
+from ppaas.planners.volume.bucket_queue import BucketQueue
 from ppaas.planners.volume.kernels.descent import descend
 from ppaas.planners.volume.kernels.layout import AT_GOAL, BLOCKED, BUCKET_SHIFT, UNREACHED
 from ppaas.planners.volume.kernels.propagation import TOO_LONG, least_left, propagate
 from ppaas.planners.volume.kernels.setup import lay
-from ppaas.planners.volume.queue import BucketQueue
 from ppaas.planners.volume.weights import fixed_weights_3d
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import NEUTRAL, SCALE, passable

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.voxels import VoxelCostmap
 from ppaas.geometry import Poses
-from ppaas.planners.volume.base import Pose3D
+from ppaas.planners.base3d import Pose3D
 from ppaas.planners.weights import exact_weights
 
 

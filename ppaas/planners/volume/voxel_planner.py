@@ -6,7 +6,7 @@ from collections.abc import Callable
 from ppaas.costmap.voxels import VoxelCostmap
 from ppaas.errors import InvalidPlanner, NoValidPath
 from ppaas.planners.base import PlanResult
-from ppaas.planners.volume.base import PlanRequest3D, VolumePlanner
+from ppaas.planners.base3d import PlanRequest3D, VolumePlanner
 from ppaas.planners.volume.ends import Ends, place_ends
 from ppaas.planners.volume.field import VoxelField
 from ppaas.planners.volume.path import path_cost, path_length, path_poses

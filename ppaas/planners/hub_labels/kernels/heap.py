@@ -1,7 +1,7 @@
 """Kernel: a binary heap of (length, node) in an array of int64, length in the upper half and node in the lower."""
 
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.kernels.bare import joined
+from ppaas.planners.kernels.jit_decorators import joined
 
 NODE = 0xFFFFFFFF
 """The lower half of a key."""

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ppaas.planners.hub_labels.building.kernels.trees import FAR
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import (
     COLUMN,
@@ -34,10 +35,9 @@ from ppaas.planners.hub_labels.kernels.terrain import (
     row_line,
     row_stride,
 )
-from ppaas.planners.hub_labels.kernels.trees import FAR
 from ppaas.planners.kernels import simd
-from ppaas.planners.kernels.bare import bare, joined
-from ppaas.planners.kernels.fetching import LINE, WORDS_A_LINE, fetch
+from ppaas.planners.kernels.jit_decorators import bare, joined
+from ppaas.planners.kernels.prefetch import LINE, WORDS_A_LINE, fetch
 
 lanes: Any = simd  # numba's annotations take what makes an operation for the operation
 

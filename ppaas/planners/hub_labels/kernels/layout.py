@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.kernels.bare import inlined, joined
+from ppaas.planners.kernels.jit_decorators import inlined, joined
 from ppaas.planners.kernels.simd import LANES
 
 Shorts = NDArray[np.uint16]

@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 from numba import njit, types
 
+from ppaas.planners.hub_labels.building.kernels.trees import FAR
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.climbing import climb, descend, lead, may_meet, meet
-from ppaas.planners.hub_labels.kernels.hubs import announce, lay_out, look_up, take_back, walk
+from ppaas.planners.hub_labels.kernels.fringe_exit import keep, leave
+from ppaas.planners.hub_labels.kernels.hub_search import announce, lay_out, look_up, take_back, walk
 from ppaas.planners.hub_labels.kernels.joining import approach, bound_all, join, measure, rank, sees, swap
 from ppaas.planners.hub_labels.kernels.layout import (
     COLUMN,
@@ -37,7 +38,14 @@ from ppaas.planners.hub_labels.kernels.layout import (
     shorts_of,
     words_of,
 )
-from ppaas.planners.hub_labels.kernels.leaving import keep, leave
+from ppaas.planners.hub_labels.kernels.path_cells import (
+    Cells,
+    new_cells,
+    write_back,
+    write_first,
+    write_straight,
+    write_way,
+)
 from ppaas.planners.hub_labels.kernels.scan import TELLING, Integers, moves_in
 from ppaas.planners.hub_labels.kernels.scratch import (
     BOUNDS,
@@ -54,16 +62,8 @@ from ppaas.planners.hub_labels.kernels.scratch import (
     route_of,
 )
 from ppaas.planners.hub_labels.kernels.terrain import COLUMNS, ROWS, is_wall
-from ppaas.planners.hub_labels.kernels.trees import FAR
-from ppaas.planners.hub_labels.kernels.writing import (
-    Cells,
-    new_cells,
-    write_back,
-    write_first,
-    write_straight,
-    write_way,
-)
-from ppaas.planners.kernels.bare import inlined, joined
+from ppaas.planners.hub_labels.kernels.upward_search import climb, descend, lead, may_meet, meet
+from ppaas.planners.kernels.jit_decorators import inlined, joined
 
 
 @joined

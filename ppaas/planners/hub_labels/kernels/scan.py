@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
+from ppaas.kernel_threads import at_most
 from ppaas.planners.hub_labels.kernels.bits import Words, down, is_set, up
 from ppaas.planners.hub_labels.kernels.terrain import (
     COLUMNS,
@@ -22,9 +23,8 @@ from ppaas.planners.hub_labels.kernels.terrain import (
     row_line,
     row_stride,
 )
-from ppaas.planners.kernels.bare import bare, joined
 from ppaas.planners.kernels.bits import leading_zeros, trailing_zeros
-from ppaas.planners.kernels.threads import at_most
+from ppaas.planners.kernels.jit_decorators import bare, joined
 
 Integers = NDArray[np.int32]
 

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from ppaas.planners.hub_labels.building.kernels.trees import FAR
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import CORNERS, LABELLED, MARKS, MOST_SEEN
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.hub_labels.kernels.trees import FAR
-from ppaas.planners.kernels.bare import inlined, joined
+from ppaas.planners.kernels.jit_decorators import inlined, joined
 
 EXPANDED, MEETING = range(2)
 """What is told first: how many entries of labels were looked at, and the corner where the two ends met below all

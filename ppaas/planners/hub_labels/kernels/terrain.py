@@ -18,9 +18,9 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
+from ppaas.kernel_threads import at_most
 from ppaas.planners.hub_labels.kernels.bits import Words, count, is_set
-from ppaas.planners.kernels.bare import bare, joined
-from ppaas.planners.kernels.threads import at_most
+from ppaas.planners.kernels.jit_decorators import bare, joined
 
 Cells = NDArray[np.uint8]
 

@@ -1,0 +1,161 @@
+"""Does the faults, one after the other, and sees that nothing stays stopped that nobody else can set going."""
+
+import asyncio
+import contextlib
+import logging
+import math
+import signal
+from collections.abc import Callable, Coroutine, Sequence
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import psutil
+
+from benchmarks.chaos.cloud_processes import FORKED, Member, members
+from benchmarks.chaos.faults import LONGEST_STOP, PAUSE, Fault, Kind, deck
+from ppaas.clock import monotonic
+from ppaas.errors import PPaaSError
+from robots.client.rest import RestClient
+
+logger = logging.getLogger(__name__)
+
+HELPERS = frozenset((FORKED, "compiler"))
+"""What works beside: containers that only plan, what makes the layers of maps, compilers of kernels."""
+
+DRAIN = 5.0
+"""Seconds for which a machine is drained."""
+
+SPREAD = 0.5, 1.5
+"""Of the time between two faults, as parts of its mean."""
+
+LOOK = 0.2
+"""Seconds between two looks at a process that was stopped."""
+
+
+class Injector:
+    """Does faults at random times.
+
+    Parameters
+    ----------
+    rest : RestClient
+        Of an administrator: only the cloud knows which process is whose container.
+    folder : Path
+        Of the cloud, for its temporary files.
+    random : Random
+        Decides what, whom and when.
+    machines : int
+        How many the cloud has.
+    tell : callable
+        Told of what should not have been.
+    """
+
+    def __init__(
+        self,
+        rest: RestClient,
+        folder: Path,
+        random: Random,
+        machines: int,
+        tell: Callable[[str], None],
+    ) -> None:
+        self._rest = rest
+        self._folder = folder
+        self._random = random
+        self._kinds = deck(random, machines)
+        self._tell = tell
+        self._over = asyncio.Event()
+        self._going_on: set[asyncio.Task[None]] = set()
+        self.faults: list[Fault] = []
+
+    async def run(self, seconds: float, every: float) -> None:
+        """Do faults for a while; then let all that was stopped go on.
+
+        Parameters
+        ----------
+        seconds : float
+            How long.
+        every : float
+            Mean time between two faults [s].
+        """
+        end = monotonic() + seconds
+        while (left := end - monotonic()) > 0.0:
+            await self._do(next(self._kinds))
+            await asyncio.sleep(min(left, every * self._random.uniform(*SPREAD)))
+        self._over.set()
+        await asyncio.gather(*self._going_on)
+
+    async def _do(self, kind: Kind) -> None:
+        try:
+            if kind.how == "drain":
+                await self._drain(kind)
+            else:
+                await self._signal(kind)
+        except (PPaaSError, psutil.Error) as error:  # the cloud is away, or the victim went just now
+            logger.info("no fault (%s): %s", kind, error)
+
+    async def _signal(self, kind: Kind) -> None:
+        found = await asyncio.to_thread(members, self._folder)
+        victims = await self._victims(kind, found)
+        if not victims:
+            logger.info("no fault (%s): there is none", kind)
+            return
+        victim = self._random.choice(sorted(victims, key=lambda member: member.process.pid))
+        fault = Fault(str(kind), monotonic(), victim.home, victim.process.pid)
+        self.faults.append(fault)
+        if kind.how == "kill":
+            victim.process.kill()
+            return
+        victim.process.suspend()
+        fault.until = math.inf
+        self._later(self._go_on(victim.process, PAUSE.get(kind.victim, LONGEST_STOP), fault))
+
+    async def _victims(self, kind: Kind, found: Sequence[Member]) -> list[Member]:
+        if kind.victim not in ("container", "helper"):
+            return [member for member in found if member.kind == kind.victim]
+        clones = {one["pid"] for one in await self._rest.items("/v1/containers") if one["robot"] is not None}
+        if kind.victim == "container":
+            return [member for member in found if member.process.pid in clones]
+        return [member for member in found if member.kind in HELPERS and member.process.pid not in clones]
+
+    async def _go_on(self, process: psutil.Process, pause: float, fault: Fault) -> None:
+        """Set a process going that was stopped and that nobody has ended, at the latest when all is over."""
+        end = fault.at + pause
+        while _lives(process) and monotonic() < end and not self._over.is_set():
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(LOOK):
+                    await self._over.wait()
+        with contextlib.suppress(psutil.NoSuchProcess):
+            process.send_signal(signal.SIGCONT)
+        fault.until = monotonic()
+
+    async def _drain(self, kind: Kind) -> None:
+        """Drain the machine that carries most, so that robots come to others too."""
+        machines = await self._rest.items("/v1/machines")
+        fullest = max(machines, key=lambda machine: machine["containers"])["id"]
+        self.faults.append(Fault(str(kind), monotonic(), fullest))
+        await self._rest.patch(f"/v1/machines/{fullest}", {"draining": True})
+        self._later(self._undrain(fullest))
+
+    async def _undrain(self, machine: str) -> None:
+        """Give a machine work again; it may be away meanwhile, as the cloud may be."""
+        await asyncio.sleep(DRAIN)
+        for _ in range(60):
+            try:
+                await self._rest.patch(f"/v1/machines/{machine}", {"draining": False})
+                return
+            except PPaaSError as error:
+                logger.info("machine %s is not undrained yet: %s", machine, error)
+                await asyncio.sleep(1.0)
+        self._tell(f"machine {machine} was drained, and is away since")
+
+    def _later(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(work)
+        self._going_on.add(task)
+        task.add_done_callback(self._going_on.discard)
+
+
+def _lives(process: psutil.Process) -> bool:
+    try:
+        return bool(process.status() != psutil.STATUS_ZOMBIE)
+    except psutil.NoSuchProcess:
+        return False

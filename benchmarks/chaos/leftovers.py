@@ -1,0 +1,132 @@
+"""What processes leave behind: zombies, shared memory, control groups, temporary files, open files."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import psutil
+
+from benchmarks.chaos.cloud_processes import MACHINES, Member, members
+from ppaas.clock import Clock, monotonic
+
+SHARED_MEMORY = Path("/dev/shm")
+CGROUPS = Path("/sys/fs/cgroup")
+
+ZOMBIE_GRACE = 10.0
+"""Seconds in which whoever has to must have taken note of a process that ended."""
+
+KEPT = frozenset(("data", "password", "ready.json", "log", MACHINES))
+"""What of a cloud's folder is meant to stay."""
+
+COUNTED = frozenset(("web", "agent", "joined machine", "router"))
+"""Processes that live on, so that what they open and do not close adds up."""
+
+
+class Traces:
+    """Looks at the processes of a cloud again and again, and at the end at what is left of them.
+
+    Parameters
+    ----------
+    folder : Path
+        For their temporary files.
+    tell : callable
+        Told of what should not be there.
+    clock : callable
+        Monotonic seconds.
+    """
+
+    def __init__(self, folder: Path, tell: Callable[[str], None], clock: Clock = monotonic) -> None:
+        self._folder = folder
+        self._tell = tell
+        self._clock = clock
+        self._before = _names(SHARED_MEMORY)
+        self._own_groups = _groups("self")
+        self._seen: dict[psutil.Process, str] = {}
+        self._shared: set[str] = set()
+        self._groups: set[str] = set()
+        self._dead_since: dict[psutil.Process, float] = {}
+        self._files: dict[str, int] = {}
+
+    def look(self) -> list[Member]:
+        """Note what there is now; return the processes that run. It takes tenths of a second on a busy computer."""
+        found = members(self._folder)
+        new = _names(SHARED_MEMORY) - self._before - self._shared
+        for member in found:
+            self._seen[member.process] = member.kind
+            self._groups |= _groups(str(member.process.pid)) - self._own_groups
+            self._shared |= {name for name in new if name in _maps(member.process.pid)}
+        self._look_for_zombies()
+        return found
+
+    def _look_for_zombies(self) -> None:
+        now = self._clock()
+        dead = {process for process in self._seen if _is_zombie(process)}
+        self._dead_since = {process: self._dead_since.get(process, now) for process in dead}
+        for process, since in self._dead_since.items():
+            if now - since > ZOMBIE_GRACE:
+                kind = self._seen.pop(process)
+                self._tell(f"process {process.pid} ({kind}) has been a zombie for {now - since:.0f} s")
+
+    def count_files(self, more: int | None = None) -> None:
+        """Note how many files each kind of process has open; with ``more``, tell of those that have so many more."""
+        for member in members(self._folder):
+            if member.kind not in COUNTED:
+                continue
+            try:
+                count = member.process.num_fds()
+            except psutil.Error:  # it ended just now
+                continue
+            if more is None:
+                self._files[member.kind] = max(count, self._files.get(member.kind, 0))
+            elif count > self._files.get(member.kind, count) + more:
+                self._tell(f"a process ({member.kind}) has {count} files open, from {self._files[member.kind]}")
+
+    def at_end(self) -> None:
+        """Tell of what is left after all was ended."""
+        for member in self.look():
+            self._tell(f"process {member.process.pid} ({member.kind} of {member.home}) is left")
+        for name in sorted(_names(SHARED_MEMORY) - self._before):
+            if name in self._shared or self._is_of_ours(name):
+                self._tell(f"{SHARED_MEMORY / name} is left")
+        for group in sorted(self._groups):
+            controller, path = group.split(":", 2)[1:]
+            if (CGROUPS / controller / path.lstrip("/")).is_dir():
+                self._tell(f"control group {group} is left")
+        for home in (self._folder, *sorted((self._folder / MACHINES).glob("*/t"))):
+            for left in sorted(home.iterdir()):
+                if left.name not in KEPT:
+                    self._tell(f"{left} is left")
+
+    def _is_of_ours(self, name: str) -> bool:
+        """Tell whether a folder in shared memory is named after one of the processes that were seen."""
+        return name.startswith("ppaas-") and any(f"-{process.pid}-" in name for process in self._seen)
+
+
+def _names(folder: Path) -> set[str]:
+    return {entry.name for entry in folder.iterdir()}
+
+
+def _groups(pid: str) -> set[str]:
+    """Return the control groups of a process, without the outermost, in which it dies."""
+    try:
+        lines = Path(f"/proc/{pid}/cgroup").read_text().splitlines()
+        return {line for line in lines if not line.endswith(":/")}
+    except OSError:
+        return set()
+
+
+def _maps(pid: int) -> str:
+    try:
+        return Path(f"/proc/{pid}/maps").read_text()
+    except OSError:
+        return ""
+
+
+def _is_zombie(process: psutil.Process) -> bool:
+    """Tell whether a process ended, and one of ours that started it and is not stopped has not taken note of it."""
+    try:
+        if not process.is_running() or process.status() != psutil.STATUS_ZOMBIE or process.ppid() == 1:
+            return False
+        parent = process.parent()
+        return parent is not None and parent.status() != psutil.STATUS_STOPPED
+    except psutil.Error:
+        return False

@@ -1,0 +1,176 @@
+"""A simulated robot that drives from goal to goal whatever happens, and keeps the books of what it is told."""
+
+import asyncio
+import itertools
+import logging
+from collections.abc import Callable
+
+from benchmarks.chaos.goal_results import Goals
+from benchmarks.chaos.message_checks import Witness
+from benchmarks.chaos.silences import Silences
+from ppaas.clock import monotonic
+from ppaas.errors import PPaaSError
+from ppaas.geometry import Pose2D
+from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
+from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
+from ppaas.messages.message import Message
+from ppaas.messages.move_base_msgs import (
+    MoveBaseActionFeedback,
+    MoveBaseActionGoal,
+    MoveBaseActionResult,
+    MoveBaseGoal,
+)
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.std_msgs import Header
+from robots.client.goal_tracker import Following
+from robots.client.robot_client import RobotClient
+from robots.sim.courses import Course
+from robots.sim.driver import Driver
+from robots.sim.robot import SimulatedRobot
+
+logger = logging.getLogger(__name__)
+
+PATIENCE = 240.0
+"""Seconds in which something must be heard of the end of a goal."""
+
+LOOK = 0.5
+"""Seconds between two looks at a goal of which nothing is heard."""
+
+RETRY = 1.0
+"""Seconds before a client that gave up is replaced."""
+
+
+class Wanderer:
+    """One robot, on one connection: it is its own operator.
+
+    Parameters
+    ----------
+    address : tuple of str
+        URL of the cloud, and the token of the robot's owner.
+    name : str
+        Of the robot.
+    robot : SimulatedRobot
+        What drives.
+    course : Course
+        Where it goes, in a circle.
+    tell : callable
+        Told of what should not have been.
+    """
+
+    def __init__(
+        self, address: tuple[str, str], name: str, robot: SimulatedRobot, course: Course, tell: Callable[[str], None]
+    ) -> None:
+        self.name = name
+        self.goals = Goals(name, tell)
+        self.witness = Witness(name, tell)
+        self.silences = Silences()
+        self.sessions = 0
+        self._address = address
+        self._robot = robot
+        self._ways = itertools.cycle((*course.goals, course.start))
+        self._numbers = itertools.count(1)
+        self._enough = asyncio.Event()
+        self._following: Following | None = None
+
+    def enough(self) -> None:
+        """Take no goal after this one."""
+        self._enough.set()
+
+    async def run(self) -> None:
+        """Drive until it is enough; a client that gives up is replaced."""
+        url, token = self._address
+        while not self._enough.is_set():
+            try:
+                async with RobotClient(url, robot=self.name, token=token) as client:
+                    await self._drive(client)
+                    self.sessions += client.connections - client.resumptions
+            except* PPaaSError as errors:
+                logger.warning("%s: %s", self.name, errors.exceptions[0])
+                self.sessions += 1
+                await asyncio.sleep(RETRY)
+
+    async def _drive(self, client: RobotClient) -> None:
+        client.attach(self)
+        await client.subscribe("cmd_vel", Twist, lambda _: self.witness.commanded(monotonic()))
+        await client.subscribe("move_base/feedback", MoveBaseActionFeedback, self._on_feedback)
+        await client.subscribe("amcl_pose", PoseWithCovarianceStamped, self._on_pose)
+        await client.subscribe("move_base/result", MoveBaseActionResult, self._on_result)
+        await client.subscribe("move_base/status", GoalStatusArray, self._on_status)
+        async with asyncio.TaskGroup() as group:
+            driving = group.create_task(Driver(self._robot, client).run())
+            gave_up = group.create_task(client.closed())
+            while not self._enough.is_set():
+                await self._go(client, next(self._ways))
+            driving.cancel()
+            gave_up.cancel()
+
+    # -- what it says and hears ----------------------------------------------------------------------------------------
+
+    def published(self, topic: str, message: Message) -> bool:
+        """Take note of what the robot sends, all of it to the cloud."""
+        if isinstance(message, LaserScan):
+            self.witness.scanned(message.header.stamp.seconds())
+        return True
+
+    def owns(self, topic: str) -> bool:
+        """Tell that all topics are heard from the cloud."""
+        return False
+
+    def _on_feedback(self, message: MoveBaseActionFeedback) -> None:
+        self.witness.cycled(message.header.stamp.seconds())
+        self.silences.heard(monotonic())
+
+    def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
+        self.witness.localized(message.header.stamp.seconds())
+
+    def _on_status(self, message: GoalStatusArray) -> None:
+        if self._following is not None:
+            self._following.listed(message, monotonic())
+
+    def _on_result(self, message: MoveBaseActionResult) -> None:
+        self.goals.result(message.status.goal_id.id)
+        if self._following is not None:
+            self._following.ended(message)
+
+    # -- one goal ------------------------------------------------------------------------------------------------------
+
+    async def _go(self, client: RobotClient, target: Pose2D) -> None:
+        goal = f"{self.name}-goal-{next(self._numbers)}"
+        following = self._following = Following(goal)
+        self.goals.send(goal)
+        self.witness.uncommanded.goal_sent(monotonic())
+        self.silences.goal_sent(monotonic())
+        pose = PoseStamped(Header(frame_id="map"), Pose.of(target))
+        try:
+            session = _session_of(client)
+            await client.publish("move_base/goal", MoveBaseActionGoal(MoveBaseGoal(pose), GoalID(id=goal)))
+            await self._follow(client, following, session)
+        except (PPaaSError, asyncio.CancelledError):
+            self.goals.end("lost", "the client gave up")
+            raise
+        finally:
+            self.witness.uncommanded.goal_ended(monotonic())
+            self.silences.goal_ended(monotonic())
+
+    async def _follow(self, client: RobotClient, following: Following, session: int) -> None:
+        began = now = monotonic()
+        while now - began < PATIENCE:
+            await asyncio.wait([following.result], timeout=LOOK)
+            now = monotonic()
+            if following.result.done():
+                self.goals.end("result", Status(following.result.result().status).name)
+                return
+            if following.is_over(now):
+                self.goals.end("status", Status(following.status.status).name)
+                return
+            if following.is_unknown(now):
+                if _session_of(client) == session:
+                    self.goals.forgotten(following.goal)
+                self.goals.end("lost", "unknown to its clone")
+                return
+        self.goals.missing(following.goal, PATIENCE)
+
+
+def _session_of(client: RobotClient) -> int:
+    """Return the number of the session: where one begins anew, what was on its way in the one before is lost."""
+    return client.connections - client.resumptions

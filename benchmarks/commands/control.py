@@ -1,0 +1,66 @@
+"""``ppaas bench control``: how long each local planner takes for a control cycle."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ppaas.bounded_numbers import whole
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+    from benchmarks.navigation.control_cycles import Cycles
+
+HELP = "how long each local planner takes for a control cycle, on the way to the same goals"
+
+MOST_GOALS, MOST_THREADS = 1_000, 1_024
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("--planner", action="append", default=[], metavar="NAME", help="local planner (all)")
+    parser.add_argument("--map", default="office", metavar="NAME|FILE",
+                        help="office, warehouse, a YAML file, or the PGM of a costmap (%(default)s)")  # fmt: skip
+    parser.add_argument("--goals", type=whole(most=MOST_GOALS), default=10, metavar="N", help="(%(default)s)")
+    parser.add_argument("--seed", type=whole(least=0), default=0, metavar="N",
+                        help="the same seed chooses the same goals (%(default)s)")  # fmt: skip
+    parser.add_argument("--threads", type=whole(most=MOST_THREADS), default=1, metavar="N", help="(%(default)s)")
+    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the times of all cycles")
+
+
+def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[dict[str, str]]]:
+    """Return what was measured, and rows for people."""
+    from benchmarks.harness.maps import read_map  # noqa: PLC0415
+    from benchmarks.navigation import control_cycles as cycles  # noqa: PLC0415 - ``ppaas --help`` loads this
+
+    chosen = cycles.setups(tuple(arguments.planner))
+    if arguments.plot is not None:
+        from robots.pictures.path import check_picture  # noqa: PLC0415
+
+        check_picture(arguments.plot)
+    task = progress.add_task(f"drive through {arguments.map}", total=len(chosen) * arguments.goals)
+    told = cycles.measure(
+        read_map(arguments.map), chosen, arguments.goals,
+        seed=arguments.seed, threads=arguments.threads, done=lambda: progress.advance(task),
+    )  # fmt: skip
+    if arguments.plot is not None:
+        _draw(arguments.plot, told)
+    rows = cycles.summary(told)
+    title = {"map": arguments.map, "window": cycles.WINDOW, "rate": cycles.RATE, "threads": arguments.threads}
+    return {**title, "planners": rows}, [{name: str(value) for name, value in row.items()} for row in rows]
+
+
+def _draw(path: Path, told: "list[Cycles]") -> None:
+    """Draw for each planner which part of its cycles takes no longer than so many ms."""
+    import numpy as np  # noqa: PLC0415
+
+    from robots.pictures.line_chart import Axis, Line, write_chart  # noqa: PLC0415
+
+    parts = np.linspace(0.0, 100.0, 201)
+    lines = [
+        Line(cycles.setup.name, list(zip(parts, 1e3 * np.percentile(cycles.seconds, parts), strict=True)))
+        for cycles in told
+    ]
+    write_chart(
+        path, "Control cycles", lines, Axis("part of all cycles [%]"), Axis("takes up to [ms]", logarithmic=True)
+    )

@@ -1,0 +1,121 @@
+"""``ppaas bench goals``: a robot is sent to goals in a map in which people walk about."""
+
+import argparse
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ppaas.bounded_numbers import whole
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+    from benchmarks.navigation.goals.run import Job
+
+HELP = "a robot among people who walk about: how many goals it comes to, and whom and what it touches"
+
+MOST_GOALS, MOST_PEOPLE, MOST_JOBS = 100_000, 1_000, 1_024
+TOUR = 10
+"""Goals that one robot is sent to, one after the other."""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("--map", action="append", default=[], metavar="NAME|FILE",
+                        help="office (the default), warehouse, a YAML file, or the PGM of a costmap; again for "
+                             "more")  # fmt: skip
+    parser.add_argument("--goals", type=whole(most=MOST_GOALS), default=100, metavar="N",
+                        help=f"in each map, {TOUR} of them for a robot, one after the other (%(default)s)")  # fmt: skip
+    parser.add_argument("--people", type=whole(least=0, most=MOST_PEOPLE), default=10, metavar="N",
+                        help="who walk in each map (%(default)s)")  # fmt: skip
+    parser.add_argument("--planner", metavar="NAME", help="local planner (that of a robot whose file names none)")
+    parser.add_argument("--told", action="store_true", help="tell the robot where people are, on the topic people")
+    parser.add_argument("--set", action="append", default=[], metavar="NODE.NAME=VALUE", help="a parameter")
+    parser.add_argument("--seed", type=whole(least=0), default=0, metavar="N",
+                        help="the same seed makes the same drives (%(default)s)")  # fmt: skip
+    parser.add_argument("--jobs", type=whole(most=MOST_JOBS), default=os.cpu_count() or 1, metavar="N",
+                        help="processes (%(default)s)")  # fmt: skip
+    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the first drive in the first map")
+    parser.add_argument("--drive", type=whole(least=0), metavar="N", help="that robot alone, of each map, from 0 on")
+    parser.add_argument("--keep", type=Path, metavar="FILE",
+                        help="keep what comes of each drive, and count the same drive the next time as it was "
+                             "kept: so a long table is made in parts")  # fmt: skip
+
+
+def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[dict[str, str]]]:
+    """Return what all goals come to, in each map and together, and rows for people."""
+    from benchmarks.navigation.goals import suite  # noqa: PLC0415 - ``ppaas --help`` loads this
+
+    jobs = _jobs(arguments)
+    if arguments.plot is not None:
+        _draw(arguments.plot, jobs[0])
+    task = progress.add_task(f"{len(jobs)} drives", total=len(jobs))
+    results = suite.measure(jobs, arguments.jobs, lambda: progress.advance(task), arguments.keep)
+    names = dict.fromkeys(job.name for job in jobs)
+    told = {name: suite.summary([result for result in results if result.map == name]) for name in names}
+    total = suite.summary(results)
+    rows = [_row(name, each) for name, each in {**told, "all": total}.items()]
+    return {"people": arguments.people, "planner": jobs[0].controller, "maps": told, **total}, rows
+
+
+def _jobs(arguments: argparse.Namespace) -> "list[Job]":
+    """Return a drive for each robot of each map.
+
+    Raises
+    ------
+    NotFound, InvalidParameter
+        Of a plug-in or a parameter: told before any process is begun.
+    """
+    from benchmarks.harness.maps import read_map  # noqa: PLC0415
+    from benchmarks.navigation.goals.run import Job, Trip  # noqa: PLC0415
+    from ppaas.clone.assembly import DEFAULT_CONTROLLER  # noqa: PLC0415
+    from ppaas.errors import InvalidInput  # noqa: PLC0415
+
+    parameters: dict[str, dict[str, Any]] = {}
+    for node, name, value in map(_parameter, arguments.set):
+        parameters.setdefault(node, {})[name] = value
+    tours = [min(TOUR, arguments.goals - first) for first in range(0, arguments.goals, TOUR)]
+    jobs = [
+        Job(
+            name, grid, arguments.people, tour, arguments.planner or DEFAULT_CONTROLLER, parameters,
+            arguments.seed, drive, arguments.told,
+        )
+        for name, grid in ((name, read_map(name)) for name in dict.fromkeys(arguments.map or ["office"]))
+        for drive, tour in enumerate(tours)
+        if arguments.drive in (None, drive)
+    ]  # fmt: skip
+    if not jobs:
+        raise InvalidInput(f"--drive must be below {len(tours)}, not {arguments.drive}")
+    Trip(jobs[0])
+    return jobs
+
+
+def _parameter(text: str) -> tuple[str, str, Any]:
+    """Return node, name and value; a value that is no JSON is a word."""
+    import msgspec  # noqa: PLC0415
+
+    from ppaas.errors import InvalidInput  # noqa: PLC0415
+
+    path, _, value = text.partition("=")
+    node, _, name = path.rpartition(".")
+    if not node or not value:
+        raise InvalidInput(f"a parameter is NODE.NAME=VALUE, such as amcl.max_particles=1000, not {text!r}")
+    try:
+        return node, name, msgspec.json.decode(value)
+    except msgspec.DecodeError:
+        return node, name, value
+
+
+def _draw(path: Path, job: "Job") -> None:
+    from benchmarks.navigation.goals.picture import write_picture  # noqa: PLC0415
+    from robots.pictures.path import check_picture  # noqa: PLC0415
+
+    check_picture(path)
+    write_picture(path, job)
+
+
+def _row(name: str, told: dict[str, Any]) -> dict[str, str]:
+    """Return what people are told of one map; reasons of failures are in the JSON."""
+    return {"map": name} | {
+        key: "-" if value is None else f"{value:,}" for key, value in told.items() if key != "failures"
+    }

@@ -1,0 +1,53 @@
+"""``ppaas bench placement``: balancers side by side."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ppaas.bounded_numbers import whole
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+HELP = "which machines balancers choose for the same robots: traffic between machines, rejections, balance"
+
+MOST_ROBOTS, MOST_MACHINES = 10_000_000, 100_000
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("--robots", type=whole(most=MOST_ROBOTS), default=20_000, metavar="N", help="(%(default)s)")
+    parser.add_argument("--machines", type=whole(most=MOST_MACHINES), default=500, metavar="N", help="(%(default)s)")
+    parser.add_argument(
+        "--cores", type=whole(most=1024), default=8, metavar="N", help="CPUs of a machine (%(default)s)"
+    )
+    parser.add_argument("--maps", type=whole(most=MOST_ROBOTS), default=1000, metavar="N", help="(%(default)s)")
+    parser.add_argument("--seed", type=int, default=1, help="the same seed makes the same robots (%(default)s)")
+    parser.add_argument("--arrivals", type=Path, metavar="FILE", help="recorded: {at, robot, map, cores, stays} a line")
+    parser.add_argument("--balancer", action="append", metavar="NAME", help="one of those installed (all)")
+
+
+def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[dict[str, str]]]:
+    """Return what was measured, and rows of it for people."""
+    from benchmarks.placement import balancers  # noqa: PLC0415 - ``ppaas --help`` loads this
+    from engine.master.balancers.registry import BALANCERS  # noqa: PLC0415
+
+    options = balancers.Options(
+        arguments.robots, arguments.machines, arguments.cores, arguments.maps, arguments.seed,
+        tuple(arguments.balancer or BALANCERS.names()), arguments.arrivals,
+    )  # fmt: skip
+    told = balancers.measure(options, progress)
+    return told, [_row(name, figures) for name, figures in told["balancers"].items()]
+
+
+def _row(name: str, told: dict[str, Any]) -> dict[str, str]:
+    return {
+        "balancer": name,
+        "placed": f"{told['placed']:,}",
+        "rejected": f"{told['rejected']:,}",
+        "between machines MB/s": f"{told['cross_machine_mb_per_second']:,.1f}",
+        "layers GB": f"{told['layers_gb']:,.1f}",
+        "machines in use": f"{told['machines_in_use']:,.0f}",
+        "unevenness": f"{told['unevenness']:.2f}",
+        "placements /s": f"{told['placements_per_second']:,.0f}",
+    }

@@ -1,0 +1,87 @@
+"""``ppaas bench plans``: how the Path Plan Database does as it fills."""
+
+import argparse
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ppaas.bounded_numbers import whole
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+HELP = "how fast the Path Plan Database keeps and finds plans as it fills, and what they take"
+
+Row = dict[str, str]
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument(
+        "--plans", type=whole(100, 10_000_000), default=100_000, metavar="N", help="of a fleet (%(default)s)"
+    )
+    parser.add_argument("--store", metavar="URL", help="where they are kept (an SQLite file that goes away)")
+    parser.add_argument("--smooth", action="store_true", help="smooth them: fewer waypoints lie on a grid")
+    parser.add_argument("--seed", type=int, default=1, help="the same seed makes the same plans (%(default)s)")
+    parser.add_argument(
+        "--rest", type=whole(0, 600), default=0, metavar="S",
+        help="looks for plans once more after so many seconds without writing",
+    )  # fmt: skip
+    parser.add_argument(
+        "--warm", type=whole(0, 1_000_000), default=0, metavar="N",
+        help="looks for so many before that, unmeasured: what a store's Java does often it compiles",
+    )  # fmt: skip
+    parser.add_argument("--cache", type=Path, metavar="FOLDER", help="keeps the routes that were planned")
+
+
+def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[Row]]:
+    """Return what was measured, and rows of it for people."""
+    from benchmarks.stores import plans  # noqa: PLC0415 - ``ppaas --help`` loads this
+
+    options = plans.Options(
+        arguments.plans,
+        arguments.cache or _cache(),
+        arguments.store,
+        arguments.smooth,
+        arguments.seed,
+        arguments.rest,
+        arguments.warm,
+    )
+    options.folder.mkdir(parents=True, exist_ok=True)
+    told = plans.measure(options, progress)
+    return told, rows_of(told)
+
+
+def rows_of(told: dict[str, Any]) -> list[Row]:
+    """Return a row for each size, and one for what others make of the same plans."""
+    rows = [
+        {
+            "plans": f"{size['plans']:,}",
+            "in bulk /s": f"{size['bulk_per_second']:,.0f}",
+            "/s of a core": f"{size['bulk_per_processor_second']:,.0f}",
+            "one by one /s": f"{size['single_per_second']:,.0f}",
+            "a page synced /s": f"{size['pages_synced_per_second']:,.0f}",
+            "by 8 at a time /s": f"{size['several_per_second']:,.0f}",
+            "lookup p50 ms": f"{size['lookup_ms']['p50']:.2f}",
+            "p99": f"{size['lookup_ms']['p99']:.2f}",
+            **_after_rest(size),
+            "read p50 ms": f"{size['read_ms']['p50']:.2f}",
+            "bytes a plan": f"{size.get('file_bytes_a_plan', size['data_bytes_a_plan']):,.0f}",
+            "waypoints ÷ kept": f"{size['kept_once']:.1f}",
+        }
+        for size in told["sizes"]
+    ]
+    others = told["yardsticks"]
+    raw = {"plans": f"raw, {others['plans']:,}", "in bulk /s": f"{others['raw_sqlite_per_second']:,.0f}"}
+    raw["bytes a plan"] = f"{others['raw_bytes_a_plan']:,.0f}; zlib {others['zlib_bytes_a_plan']:,.0f}"
+    greedy = {"plans": f"greedy split, {others['plans']:,}", "waypoints ÷ kept": f"{others['greedy_kept_once']:.1f}"}
+    return [dict.fromkeys(rows[0], "") | row for row in (*rows, raw, greedy)]
+
+
+def _after_rest(size: dict[str, Any]) -> Row:
+    found = size.get("rested_lookup_ms")
+    return {"after a rest p50 / p99": f"{found['p50']:.2f} / {found['p99']:.2f}"} if found else {}
+
+
+def _cache() -> Path:
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ppaas"

@@ -1,0 +1,66 @@
+"""How soon a robot is served again whose container is killed while it drives."""
+
+import asyncio
+import os
+import signal
+from typing import Any
+
+from rich.progress import Progress
+
+from benchmarks.engine import baselines
+from benchmarks.engine.driving_robot import MAP, PATIENCE, Looker, driven, grid_to_drive_on
+from benchmarks.engine.options import PAUSES, Options
+from benchmarks.engine.samples import median_and_worst, served_after
+from benchmarks.engine.site import Site
+from benchmarks.harness.figures import Figure
+from ppaas.clock import monotonic
+from ppaas.errors import Unavailable
+
+PART = "crash"
+CRASHES, QUICK = 10, 1
+LIMITS_MS = {"process": 500.0, "ray": 500.0}
+"""By the runtime; none is set where containers are in reserve and may have run out."""
+
+
+async def measure(site: Site, options: Options, progress: Progress) -> list[Figure]:
+    """Kill a container of each of some robots, one a robot: what crashes again soon is replaced later each time."""
+    grid = grid_to_drive_on()
+    await site.target.publish(MAP, grid)
+    silences, started = [], []
+    for number in progress.track(range(options.of(CRASHES, QUICK)), description="killing containers"):
+        robot = f"bench-crash-{number}"
+        async with driven(site, robot, grid) as looker:
+            await asyncio.sleep(PAUSES.get(options.runtime, 0.0))
+            silences.append(await _crash(site, robot, looker))
+        started.append(await baselines.python())
+    note = f"{options.runtime}; it drives; from kill -9 of its container until it is commanded again"
+    return [
+        *median_and_worst(PART, "robot served again", silences, limit=LIMITS_MS.get(options.runtime), note=note),
+        baselines.python_figure(PART, started),
+    ]
+
+
+async def _crash(site: Site, robot: str, looker: Looker) -> float:
+    before = await site.container(robot)
+    killed = monotonic()
+    os.kill(before["pid"], signal.SIGKILL)
+    await served_by_another(site, robot, before)
+    await looker.hears(1)
+    return served_after(looker.commands, killed)
+
+
+async def served_by_another(site: Site, robot: str, than: dict[str, Any]) -> dict[str, Any]:
+    """Return the container of a robot once it is another, and answers.
+
+    Raises
+    ------
+    Unavailable
+        None comes.
+    """
+    deadline = monotonic() + PATIENCE
+    while monotonic() < deadline:
+        for view in await site.containers(robot):
+            if view["robot"] == robot and view["id"] != than["id"] and view["state"] == "ready":
+                return view
+        await asyncio.sleep(0.02)
+    raise Unavailable(f"robot {robot!r} got no other container within {PATIENCE:g} s")

@@ -1,0 +1,54 @@
+"""Machines that are nodes of a Ray cluster on this host."""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+from benchmarks.engine.ray_cluster import RayCluster, RayNode
+from benchmarks.engine.site import machines_beyond
+from benchmarks.harness.cloud_under_test import Target
+
+
+class RayHosts:
+    """The nodes of a cluster; use ``ray_hosts``.
+
+    Parameters
+    ----------
+    cluster : RayCluster
+        That they join.
+    """
+
+    def __init__(self, cluster: RayCluster[RayNode]) -> None:
+        self._cluster = cluster
+        at = ("--ray-address", cluster.address, "--listen-machines", "127.0.0.1:0")
+        self.arguments: tuple[str, ...] = ("--runtime", "ray", *at)
+        self.environment = cluster.credentials
+
+    @contextlib.asynccontextmanager
+    async def joined(self, target: Target, folder: Path) -> AsyncIterator[RayNode]:
+        """Start a node, and wait until it is a machine of a cloud; all of it is gone afterwards."""
+        known = [view["id"] for view in await target.rest.items("/v1/machines")]
+        node = await asyncio.to_thread(self._cluster.join)
+        try:
+            node.name = (await machines_beyond(target, known))[0]
+            yield node
+        finally:
+            await asyncio.to_thread(node.end)
+
+
+@contextlib.asynccontextmanager
+async def ray_hosts() -> AsyncIterator[RayHosts]:
+    """Start a cluster with a node, and end it afterwards.
+
+    Raises
+    ------
+    Unavailable
+        It does not start.
+    """
+    cluster = await asyncio.to_thread(RayCluster, RayNode)
+    try:
+        await asyncio.to_thread(cluster.join)
+        yield RayHosts(cluster)
+    finally:
+        await asyncio.to_thread(cluster.stop)

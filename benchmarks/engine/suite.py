@@ -1,0 +1,52 @@
+"""All that the engine is measured by, part by part."""
+
+import contextlib
+from collections.abc import AsyncIterator, Awaitable, Callable
+
+from rich.progress import Progress
+
+from benchmarks.engine import capacity, container_crash, machine_loss, master, messages, time_to_ready
+from benchmarks.engine.joined_hosts import LocalHosts
+from benchmarks.engine.options import Options
+from benchmarks.engine.ray_hosts import ray_hosts
+from benchmarks.engine.site import Hosts, Site, cloud_on
+from benchmarks.harness.figures import Figure
+
+Measure = Callable[[Site, Options, Progress], Awaitable[list[Figure]]]
+
+PARTS: dict[str, Measure] = {
+    time_to_ready.PART: time_to_ready.measure,
+    capacity.PART: capacity.measure,
+    container_crash.PART: container_crash.measure,
+    machine_loss.PART: machine_loss.measure,
+    messages.PART: messages.measure,
+}
+"""What is measured at a cloud that is up; the master is measured without one."""
+
+
+async def measure(options: Options, progress: Progress) -> list[Figure]:
+    """Measure the parts one after the other.
+
+    Raises
+    ------
+    PPaaSError
+        A cloud does not start, or refuses something.
+    """
+    figures: list[Figure] = []
+    wanted = [measure_part for part, measure_part in PARTS.items() if options.wants(part)]
+    if wanted:
+        async with _hosts(options) as hosts, cloud_on(hosts, options) as site:
+            for measure_part in wanted:
+                figures += await measure_part(site, options, progress)
+    if options.wants(master.PART):
+        figures += await master.measure(options, progress)
+    return figures
+
+
+@contextlib.asynccontextmanager
+async def _hosts(options: Options) -> AsyncIterator[Hosts]:
+    if options.runtime == "ray":
+        async with ray_hosts() as hosts:
+            yield hosts
+    else:
+        yield LocalHosts(("--runtime", options.runtime))

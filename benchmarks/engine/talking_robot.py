@@ -1,0 +1,135 @@
+"""A robot that stands and speaks: what it tells of itself reaches the robots of the same map by their containers."""
+
+import asyncio
+import contextlib
+from collections import deque
+from collections.abc import AsyncIterator
+from dataclasses import dataclass, field
+
+import msgspec
+
+from benchmarks.harness.cloud_under_test import Target
+from ppaas.clock import epoch, monotonic
+from ppaas.errors import Unavailable
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridMap
+from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
+from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.ppaas_msgs import RobotStates
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.std_msgs import Header, Time
+from robots.client.robot_client import RobotClient
+from robots.sim.world import World
+
+STEP = 0.0005
+"""How much further each odometry is than the one before [m]: by that it is known again where it is heard."""
+
+SAME_STAMP = 1e-5
+"""Seconds: a stamp went through a float on its way."""
+
+PATIENCE = 1.0
+"""Seconds after which what was said counts as lost: between robots it may be."""
+
+
+@dataclass(slots=True)
+class Heard:
+    """What was heard on a topic: when [s], and what x [m] it told of one or several robots."""
+
+    times: deque[tuple[float, list[float]]] = field(default_factory=lambda: deque(maxlen=100))
+    news: asyncio.Event = field(default_factory=asyncio.Event)
+
+    def note(self, *positions: float) -> None:
+        """Note what comes now."""
+        self.times.append((monotonic(), list(positions)))
+        self.news.set()
+
+    async def of(self, x: float) -> float | None:
+        """Return when a position was heard first [s]; None where it does not come."""
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(PATIENCE):
+                while True:
+                    for time, positions in self.times:
+                        if any(abs(position - x) < STEP / 10.0 for position in positions):
+                            return time
+                    self.news.clear()
+                    await self.news.wait()
+        return None
+
+
+class Speaker:
+    """A robot with a container.
+
+    Parameters
+    ----------
+    client : RobotClient
+        Its connection, open.
+    odometry, scan : Odometry, LaserScan
+        What its sensors tell where it stands.
+
+    Attributes
+    ----------
+    others : Heard
+        What its clone tells it of the others on its map.
+    """
+
+    def __init__(self, client: RobotClient, odometry: Odometry, scan: LaserScan) -> None:
+        self._client = client
+        self._odometry = odometry
+        self._scan = scan
+        self._said = 0
+        self._poses: asyncio.Queue[tuple[float, PoseWithCovarianceStamped]] = asyncio.Queue()
+        self.others = Heard()
+
+    async def listen(self) -> None:
+        """Hear where the own robot is, and where the others are."""
+        await self._client.subscribe("amcl_pose", PoseWithCovarianceStamped, self._located)
+        await self._client.subscribe("robots", RobotStates, self._told)
+
+    def _located(self, pose: PoseWithCovarianceStamped) -> None:
+        self._poses.put_nowait((monotonic(), pose))
+
+    def _told(self, poses: RobotStates) -> None:
+        self.others.note(*(pose.position.x for pose in poses.poses))
+
+    async def say(self) -> tuple[float, float]:
+        """Move on a little; return when the clone told its own robot where that is [s], and its x [m].
+
+        Raises
+        ------
+        Unavailable
+            The clone does not tell.
+        """
+        self._said += 1
+        stamp = Time.of(epoch())
+        await self._client.publish("odom", _moved(self._odometry, self._said * STEP, stamp))
+        await self._client.publish("scan", msgspec.structs.replace(self._scan, header=_at(self._scan.header, stamp)))
+        try:
+            async with asyncio.timeout(PATIENCE):
+                while True:
+                    time, pose = await self._poses.get()
+                    if abs(pose.header.stamp.seconds() - stamp.seconds()) < SAME_STAMP:
+                        return time, pose.pose.pose.position.x
+        except TimeoutError as error:
+            raise Unavailable("a clone does not tell where its robot is") from error
+
+
+def _at(header: Header, stamp: Time) -> Header:
+    return msgspec.structs.replace(header, stamp=stamp)
+
+
+def _moved(odometry: Odometry, x: float, stamp: Time) -> Odometry:
+    replace = msgspec.structs.replace
+    pose = odometry.pose.pose
+    there = replace(pose, position=replace(pose.position, x=pose.position.x + x))
+    return replace(odometry, header=_at(odometry.header, stamp), pose=replace(odometry.pose, pose=there))
+
+
+@contextlib.asynccontextmanager
+async def speaking(target: Target, robot: str, map_id: str, grid: GridMap, start: Pose2D) -> AsyncIterator[Speaker]:
+    """Open a robot that stands somewhere on a map that is published."""
+    await target.register(robot, map_id, start)
+    body = World(grid, 1).add_robot(start)
+    async with RobotClient(target.url, robot=robot, token=target.token) as client:
+        speaker = Speaker(client, body.odometry(), body.scan())
+        await speaker.listen()
+        yield speaker

@@ -1,0 +1,51 @@
+"""How soon a robot has a container that is of use: from the opening of its WebSocket to the first answer."""
+
+import asyncio
+
+from rich.progress import Progress
+
+from benchmarks.engine import baselines
+from benchmarks.engine.first_answer import MAP, Question, opened, prepared
+from benchmarks.engine.options import PAUSES, READY_LIMIT_MS, Options
+from benchmarks.engine.samples import median_and_p99
+from benchmarks.engine.site import Site
+from benchmarks.harness.figures import Figure
+from ppaas.clock import monotonic
+
+PART = "ready"
+OPENS, OPENS_WITH_PAUSES, QUICK = 100, 20, 3
+
+FIRST_MESSAGE = '{"op":"subscribe","topic":"tf_static"}'
+"""Of a topic that is latched: the clone has it ready."""
+
+
+async def measure(site: Site, options: Options, progress: Progress) -> list[Figure]:
+    """Open robots one after the other, each beside a Python; the first, for which the map is new, does not count."""
+    pause = PAUSES.get(options.runtime, 0.0)
+    opens = options.of(OPENS_WITH_PAUSES if pause else OPENS, QUICK)
+    question = await prepared(site.target)
+    opened, started = [], []
+    for number in progress.track(range(opens + 1), description="opening robots"):
+        opened.append(await _open(site, f"bench-ready-{number}", question))
+        started.append(await baselines.python())
+        await asyncio.sleep(pause)
+    ready, answered = zip(*opened[1:], strict=True)
+    paced = f", one each {pause:g} s" if pause else ""
+    limit, how = READY_LIMIT_MS[options.runtime], f"{options.runtime}{paced}; from opening the socket to"
+    return [
+        *median_and_p99(PART, "container ready", ready, limit=limit, note=f"{how} the clone's first message"),
+        *median_and_p99(PART, "first path", answered, limit=limit, note=f"{how} a path by its planner"),
+        *baselines.figures(PART, started, await baselines.forks(opens)),
+    ]
+
+
+async def _open(site: Site, robot: str, question: Question) -> tuple[float, float]:
+    """Return how long it took to the first message, and to the path [s]."""
+    url = await site.target.register(robot, MAP, question.start)
+    began = monotonic()
+    async with opened(url) as socket:
+        await socket.send(FIRST_MESSAGE)
+        await socket.recv()
+        heard = monotonic()
+        await question.ask(socket)
+        return heard - began, monotonic() - began

@@ -1,0 +1,98 @@
+"""A clone's localization without the rest of the clone: told of odometry and scans, it tells where the robot is."""
+
+import dataclasses
+from typing import Any
+
+from ppaas.clock import monotonic
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.errors import PPaaSError
+from ppaas.geometry import Pose2D
+from ppaas.localization.parameters import AmclParameters
+from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
+from ppaas.messages.message import Empty
+from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.nodes.amcl.node import GLOBAL_LOCALIZATION, AmclNode
+from ppaas.nodes.base import Payload
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.message_checks import read_parameters
+from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherParameters
+from ppaas.robot_model.known_models import robot_model
+
+MODEL = "turtlebot2"
+
+
+class Localizer:
+    """Nodes ``robot_state_publisher`` and ``amcl`` in a home of their own.
+
+    Parameters
+    ----------
+    layers : MapLayers
+        The map.
+    start : Pose2D
+        Where the robot is said to be.
+    parameters : dict
+        Of amcl, by their names.
+    laser : Pose2D
+        Where the robot carries it [m, rad].
+
+    Attributes
+    ----------
+    seconds : list of float
+        That each scan took [s]: to move the particles, to weigh them, and to tell.
+
+    Raises
+    ------
+    InvalidParameter
+        There is no such parameter, or it cannot have that value.
+    """
+
+    def __init__(
+        self, layers: MapLayers, start: Pose2D, parameters: dict[str, Any], laser: Pose2D = Pose2D(0.0, 0.0)
+    ) -> None:
+        self.seconds: list[float] = []
+        self._told: list[Pose2D] = []
+        self._now = 0.0
+        self._graph = Graph(clock=self._clock, stamp_clock=self._clock)
+        body = dataclasses.replace(robot_model(MODEL), laser=laser)
+        read = read_parameters(AmclParameters, AmclNode.name, parameters)
+        self._graph.add(lambda context: StatePublisherNode(context, body, StatePublisherParameters()))
+        self._graph.add(lambda context: AmclNode(context, layers, start, read))
+        self._graph.tap("amcl_pose", self._on_pose)
+
+    def _clock(self) -> float:
+        return self._now
+
+    def _on_pose(self, _: str, message: Any) -> None:
+        assert isinstance(message, PoseWithCovarianceStamped)
+        self._told.append(message.pose.pose.planar())
+
+    def odometry(self, message: Odometry) -> None:
+        """Take what odometry tells."""
+        self._now = message.header.stamp.seconds()
+        self._graph.inject("odom", message)
+
+    def scan(self, message: LaserScan) -> Pose2D | None:
+        """Take a scan; return where the robot is then, or None if the scan waits for odometry of its time."""
+        self._told.clear()
+        began = monotonic()
+        self._graph.inject("scan", message)
+        if not self._told:
+            return None
+        self.seconds.append(monotonic() - began)
+        return self._told[-1]
+
+    def look_everywhere(self) -> None:
+        """Call ``global_localization``.
+
+        Raises
+        ------
+        InvalidMap
+            No cell of the map is free.
+        """
+        self._graph.call(GLOBAL_LOCALIZATION.name, Empty(), _raise_error)
+
+
+def _raise_error(answer: Payload | PPaaSError) -> None:
+    if isinstance(answer, PPaaSError):
+        raise answer

@@ -1,0 +1,24 @@
+"""Recordings by what their files are called."""
+
+from pathlib import Path
+
+from benchmarks.localization.recording import Recording
+
+BAGS = (".bag", ".mcap", ".db3")
+
+
+def read_recording(path: Path) -> Recording:
+    """Read a bag of ROS or a log.
+
+    Raises
+    ------
+    InvalidInput
+        It cannot be read.
+    """
+    if path.is_dir() or path.suffix.lower() in BAGS:
+        from benchmarks.localization.ros_bags import read_bag  # noqa: PLC0415 - logs want less
+
+        return read_bag(path)
+    from benchmarks.localization.carmen_logs import read_log  # noqa: PLC0415
+
+    return read_log(path)

@@ -1,0 +1,41 @@
+"""All runs, in processes of their own, and what they come to."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from benchmarks.harness.parallel_runs import run_all
+from benchmarks.localization.run import Job, Result, drive
+
+WITHIN = 10.0
+"""A robot should be found on so short a way [m]."""
+
+
+def measure(jobs: Sequence[Job], processes: int, done: Callable[[], None]) -> list[Result]:
+    """Drive all runs; return them in order, whichever process drove them. ``done`` is called after each."""
+    return run_all(drive, jobs, processes, done)
+
+
+def summary(results: Sequence[Result]) -> dict[str, Any]:
+    """Return what all runs come to; errors are those of the runs that were not lost, and null where all were."""
+    held = [result for result in results if not result.lost]
+    ways = [result.found for result in results]
+    found = [way for way in ways if way is not None]
+    return {
+        "runs": len(results),
+        "metres": round(sum(result.metres for result in results), 1),
+        "error_cm": _mean([100.0 * result.error for result in held]),
+        "error_deg": _mean([math.degrees(result.turn_error) for result in held]),
+        "worst_cm": round(100.0 * max((result.worst for result in held), default=0.0), 1) if held else None,
+        "worst_deg": round(math.degrees(max(result.worst_turn for result in held)), 1) if held else None,
+        "lost": sum(result.lost for result in results),
+        "found_within_10_m": round(sum(way <= WITHIN for way in found) / len(results), 3),
+        "median_found_m": round(float(np.median(found)), 2) if found else None,
+        "update_ms": _mean([1e3 * result.update for result in results]),
+    }
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return round(float(np.mean(values)), 3) if values else None

@@ -1,0 +1,38 @@
+"""The local planners as they are set up for a Jackal."""
+
+import math
+from typing import Any
+
+from benchmarks.navigation.barn.jackal import FOOTPRINT, LENGTH, MAX_ANGULAR, MAX_LINEAR, WIDTH
+from benchmarks.navigation.barn.navigator import Pilot
+from ppaas.geometry import Pose2D
+from robots.sim.drivetrain import DriveModel
+
+REVERSE = -0.5
+"""Fastest backwards [m/s]."""
+
+
+def make_pilot(planner: str, goal: Pose2D, drive: DriveModel) -> Pilot:
+    """Return a pilot that drives by a local planner.
+
+    Parameters
+    ----------
+    planner : str
+        By its plug-in name; one that is not known here has its own defaults.
+    goal : Pose2D
+        From where the robot was switched on [m].
+    drive : DriveModel
+        What an owner knows of the motors: speeds, accelerations, delay and lag.
+    """
+    return Pilot(goal, planner, _parameters(planner, drive))
+
+
+def _parameters(planner: str, drive: DriveModel) -> dict[str, Any]:
+    if planner == "mppi":
+        return {
+            "max_vel_x": MAX_LINEAR, "min_vel_x": REVERSE, "max_vel_theta": MAX_ANGULAR,
+            "acc_lim_x": drive.acc_linear, "acc_lim_theta": drive.acc_angular,
+            "command_delay": drive.delay, "motor_lag": drive.lag,
+            "footprint": FOOTPRINT, "robot_radius": math.hypot(LENGTH, WIDTH) / 2,
+        }  # fmt: skip
+    return {"robot_radius": WIDTH / 2}

@@ -1,0 +1,105 @@
+"""One world with the robot in it: physics, sensors, and what a judge must know of the truth."""
+
+import math
+
+import numpy as np
+import pymunk
+
+from benchmarks.navigation.barn.jackal import FOOTPRINT, LENGTH, MASS, WIDTH, Jackal
+from benchmarks.navigation.barn.worlds import START, World
+from ppaas.controllers.base import Velocity
+from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.maps.grid import GridInfo
+from ppaas.messages.geometry_msgs import Twist
+from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.sensor_msgs import LaserScan
+from robots.sim.drivetrain import Drive
+from robots.sim.kernels.discs import box_clearance
+from robots.sim.laser import Laser
+from robots.sim.odometry import WheelOdometry
+
+DT = 0.01
+"""Length of a step [s]."""
+ODOM, BASE_LINK = "odom", "base_link"
+
+
+class Course:
+    """A Jackal among cylinders, on a clock of its own. The same seed and the same commands give the same run.
+
+    Parameters
+    ----------
+    world : World
+    jackal : Jackal
+        What the robot is made of.
+    rng : numpy.random.Generator
+        Of all that is left to chance.
+    start : Pose2D
+        Where the robot stands at first.
+    """
+
+    def __init__(self, world: World, jackal: Jackal, rng: np.random.Generator, start: Pose2D = START) -> None:
+        drive_rng, laser_rng, odometry_rng = rng.spawn(3)
+        self._radius = world.radius
+        self._centres = world.centres
+        self._steps = 0
+        self._drive = Drive(jackal.drive, drive_rng)
+        # Nothing but cylinders can be hit: the laser's grid of walls is one free cell.
+        self._laser = Laser(np.zeros((1, 1), np.bool_), GridInfo(1.0, 1, 1), jackal.laser, laser_rng)
+        self._odometry = WheelOdometry(jackal.odometry, odometry_rng)
+        self._space = pymunk.Space()
+        self._body = self._add_jackal(start)
+        self._add_cylinders()
+
+    def _add_jackal(self, start: Pose2D) -> pymunk.Body:
+        body = pymunk.Body(MASS, pymunk.moment_for_box(MASS, (LENGTH, WIDTH)))
+        body.position = start.x, start.y
+        body.angle = start.theta
+        body.velocity_func = self._turn_wheels
+        self._space.add(body, pymunk.Poly(body, list(FOOTPRINT)))
+        return body
+
+    def _add_cylinders(self) -> None:
+        ground = self._space.static_body
+        self._space.add(*(pymunk.Circle(ground, self._radius, (x, y)) for x, y in self._centres.tolist()))
+
+    def _turn_wheels(self, body: pymunk.Body, _gravity: tuple[float, float], _damping: float, dt: float) -> None:
+        velocity = self._drive.turn(dt)
+        body.velocity = velocity.linear * math.cos(body.angle), velocity.linear * math.sin(body.angle)
+        body.angular_velocity = velocity.angular
+
+    # -- what the robot has --------------------------------------------------------------------------------------------
+
+    def command(self, twist: Twist) -> None:
+        """Take a ``cmd_vel``."""
+        self._drive.command(Velocity(twist.linear.x, twist.angular.z))
+
+    def odometry(self) -> Odometry:
+        """Return what the odometry tells now."""
+        return self._odometry.message(self.time, ODOM, BASE_LINK)
+
+    def scan(self) -> LaserScan:
+        """Return what the laser sees now; it stands in the middle of the base."""
+        return self._laser.scan(self._laser.measure(self.pose, (self._centres, self._radius)), self.time, BASE_LINK)
+
+    @property
+    def time(self) -> float:
+        """Seconds since the run began."""
+        return self._steps * DT
+
+    def step(self) -> None:
+        """Let one step pass."""
+        self._space.step(DT)
+        self._steps += 1
+        self._odometry.update(self._drive.wheels.linear, self._body.angular_velocity, DT)
+
+    # -- what only the judge may ask -----------------------------------------------------------------------------------
+
+    @property
+    def pose(self) -> Pose2D:
+        """The true pose in the frame of the world."""
+        return Pose2D(self._body.position.x, self._body.position.y, wrap_angle(self._body.angle))
+
+    def clearance(self) -> float:
+        """Return the distance from the footprint to the nearest cylinder; negative if it touches one [m]."""
+        nearest: float = box_clearance(*self.pose, LENGTH / 2, WIDTH / 2, self._centres, self._radius)
+        return nearest

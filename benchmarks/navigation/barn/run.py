@@ -1,0 +1,108 @@
+"""One run: the robot drives until it is there, touches something, or the time is up; and what that scores."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from benchmarks.navigation.barn.controller_setups import make_pilot
+from benchmarks.navigation.barn.environment import DT, Course
+from benchmarks.navigation.barn.jackal import NOISE
+from benchmarks.navigation.barn.navigator import PERIOD, Pilot
+from benchmarks.navigation.barn.worlds import GOAL, GOAL_TOLERANCE, START, TIME_LIMIT, World
+from ppaas.geometry import Pose2D
+
+STEPS = round(PERIOD / DT)
+
+Outcome = Literal["success", "collision", "timeout"]
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What to run.
+
+    Parameters
+    ----------
+    world : World
+    planner : str
+        Local planner, by its plug-in name.
+    noise : str
+        One of `benchmarks.navigation.barn.jackal.NOISE`.
+    seed, run : int
+        What is left to chance depends on these, the number of the world, and nothing else.
+    """
+
+    world: World
+    planner: str
+    noise: str
+    seed: int
+    run: int
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What came of a run.
+
+    Parameters
+    ----------
+    world, run : int
+    outcome : str
+    seconds : float
+        That it took [s].
+    best_time : float
+        That the reference path takes at full speed [s].
+    clearance : float
+        Smallest between the footprint and a cylinder [m].
+    """
+
+    world: int
+    run: int
+    outcome: Outcome
+    seconds: float
+    best_time: float
+    clearance: float
+
+    @property
+    def score(self) -> float:
+        """The metric of the BARN challenge: OT / clip(AT, 2·OT, 8·OT) for a success, else 0."""
+        if self.outcome != "success":
+            return 0.0
+        return self.best_time / float(np.clip(self.seconds, 2.0 * self.best_time, 8.0 * self.best_time))
+
+
+Watch = Callable[[Course, Pilot], None]
+
+
+def drive(job: Job, watch: Watch | None = None) -> Result:
+    """Drive one run, faster than real time.
+
+    Parameters
+    ----------
+    job : Job
+    watch : callable, optional
+        Called after each cycle.
+    """
+    course = Course(job.world, NOISE[job.noise], np.random.default_rng((job.seed, job.world.world, job.run)))
+    # The goal as the robot is told it: from where it stands.
+    x, y, _ = START.inverse() @ GOAL
+    pilot = make_pilot(job.planner, Pose2D(x, y), NOISE[job.noise].drive)
+    clearance = course.clearance()
+    while True:
+        course.command(pilot.drive(course.odometry(), course.scan()))
+        for _ in range(STEPS):
+            course.step()
+            clearance = min(clearance, course.clearance())
+            outcome = _judge(course, clearance)
+            if outcome is not None:
+                return Result(job.world.world, job.run, outcome, course.time, job.world.best_time, clearance)
+        if watch is not None:
+            watch(course, pilot)
+
+
+def _judge(course: Course, clearance: float) -> Outcome | None:
+    if clearance <= 0.0:
+        return "collision"
+    if course.pose.distance_to(GOAL) <= GOAL_TOLERANCE:
+        return "success"
+    return "timeout" if course.time >= TIME_LIMIT else None

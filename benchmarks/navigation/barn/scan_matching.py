@@ -1,0 +1,124 @@
+"""Where the robot is, by its odometry and by what it saw before: scans are laid on earlier ones.
+
+Odometry alone drifts with the way and with each turn; what was seen before a detour then lies elsewhere than what is
+seen after it, and the two together shut gaps that are open. Points are laid on lines (Chen and Medioni, "Object
+modelling by registration of multiple range images", 1992), each the line through one seen before and its neighbours.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.costmap.obstacle_layer import LaserReading
+from ppaas.geometry import Pose2D, wrap_angle
+from robots.sim.kernels.nearest import nearest
+
+Floats = NDArray[np.float64]
+
+FAR = 5.0
+"""What is farther is not laid on anything [m]."""
+REACH = 0.15
+"""What was seen before lies no farther from what is seen now [m]."""
+SIGMA = 0.03
+"""Standard deviation of a point from the line of another: noise, and that surfaces are round [m]."""
+FAITH = (0.01, 0.01, 0.01)
+"""Standard deviations of what odometry tells from one cycle to the next [m, m, rad]."""
+POINTS = 150
+"""Of a scan that are laid, at most."""
+ROUNDS = 3
+"""How often each looks for its nearest anew."""
+SPACING, SPACING_TURN = 0.3, 0.4
+"""A scan is remembered where the robot was so far from the last one, or so turned [m, rad]."""
+APART = 0.04
+"""Two points that are remembered are no nearer to each other than about this [m]."""
+SAME_SIDE = 0.5
+"""Cosine of the angle between two surfaces that may be one."""
+BESIDE = 0.1
+"""Points of neighbouring beams that are farther apart are not of one surface [m]."""
+
+
+class ScanMatching:
+    """Corrects odometry by what the laser sees; the frame is that of the odometry when it began."""
+
+    def __init__(self) -> None:
+        self._drift = Pose2D(0.0, 0.0, 0.0)
+        self._seen: Floats = np.empty((0, 4))
+        self._cells: set[tuple[int, int]] = set()
+        self._last: Pose2D | None = None
+
+    def correct(self, odom: Pose2D, reading: LaserReading) -> Pose2D:
+        """Return where the robot is.
+
+        Parameters
+        ----------
+        odom : Pose2D
+            What odometry tells.
+        reading : LaserReading
+            What the laser sees from there; its beams are in order.
+        """
+        surfaces = _surfaces(reading)
+        pose = self._drift @ odom
+        near = self._seen[np.hypot(self._seen[:, 0] - pose.x, self._seen[:, 1] - pose.y) <= FAR]
+        if len(near) and len(surfaces):
+            chosen = np.linspace(0, len(surfaces) - 1, min(POINTS, len(surfaces))).round().astype(np.int64)
+            pose = _laid(surfaces[chosen], pose, near)
+            self._drift = pose @ odom.inverse()
+        if self._is_new(pose):
+            self._remember(_moved(surfaces, pose))
+            self._last = pose
+        return pose
+
+    def _is_new(self, pose: Pose2D) -> bool:
+        last = self._last
+        return last is None or (
+            last.distance_to(pose) >= SPACING or abs(wrap_angle(pose.theta - last.theta)) >= SPACING_TURN
+        )
+
+    def _remember(self, surfaces: Floats) -> None:
+        fresh = []
+        for row, cell in zip(surfaces, map(tuple, np.floor(surfaces[:, :2] / APART).astype(int).tolist()), strict=True):
+            if cell not in self._cells:
+                self._cells.add(cell)
+                fresh.append(row)
+        self._seen = np.concatenate((self._seen, np.array(fresh).reshape(-1, 4)))
+
+
+def _surfaces(reading: LaserReading) -> Floats:
+    """Return (n, 4) x, y of where beams ended, and the normal of the surface there, in the robot's frame."""
+    ranges = np.where((reading.ranges > 0.0) & (reading.ranges <= FAR), reading.ranges, np.nan)
+    points = ranges[:, None] * np.column_stack((np.cos(reading.angles), np.sin(reading.angles)))
+    along = points[2:] - points[:-2]
+    length = np.hypot(along[:, 0], along[:, 1])
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    with np.errstate(invalid="ignore"):
+        fine = (steps[1:] < BESIDE) & (steps[:-1] < BESIDE) & (length > 1e-6)
+    along = along[fine] / length[fine, None]
+    return np.column_stack((points[1:-1][fine], -along[:, 1], along[:, 0]))
+
+
+def _moved(surfaces: Floats, pose: Pose2D) -> Floats:
+    c, s = math.cos(pose.theta), math.sin(pose.theta)
+    turn = np.array(((c, s), (-s, c)))
+    return np.hstack((surfaces[:, :2] @ turn + (pose.x, pose.y), surfaces[:, 2:] @ turn))
+
+
+def _laid(surfaces: Floats, told: Pose2D, seen: Floats) -> Pose2D:
+    """Return the pose from which surfaces lie on those seen before, as far as odometry lets it be believed."""
+    pose, faith = told, 1.0 / np.square(FAITH)
+    for _ in range(ROUNDS):
+        now = _moved(surfaces, pose)
+        index = nearest(now, seen, REACH)
+        # The other side of what was seen is another surface.
+        fits = (index >= 0) & ((seen[index, 2:] * now[:, 2:]).sum(axis=1) > SAME_SIDE)
+        there = seen[index[fits]]
+        off, normals = now[fits, :2] - there[:, :2], there[:, 2:]
+        arm = now[fits, :2] - (pose.x, pose.y)
+        rows = np.column_stack((normals, arm[:, 0] * normals[:, 1] - arm[:, 1] * normals[:, 0]))
+        error = (normals * off).sum(axis=1)
+        # What is far off counts less (Cauchy).
+        weighed = rows / (SIGMA * SIGMA + np.square(error))[:, None]
+        gone = np.array((pose.x - told.x, pose.y - told.y, wrap_angle(pose.theta - told.theta)))
+        step = np.linalg.solve(weighed.T @ rows + np.diag(faith), -weighed.T @ error - faith * gone)
+        pose = Pose2D(pose.x + float(step[0]), pose.y + float(step[1]), wrap_angle(pose.theta + float(step[2])))
+    return pose

@@ -1,0 +1,76 @@
+"""All runs of a benchmark, in processes of their own, and what they come to."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from benchmarks.harness.parallel_runs import run_all
+from benchmarks.navigation.barn.run import Job, Result, drive
+from benchmarks.navigation.barn.worlds import World
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What is to be run.
+
+    Parameters
+    ----------
+    runs : int
+        Of each world.
+    planner, noise : str
+        As `benchmarks.navigation.barn.run.Job` has them.
+    seed : int
+        Of all that is left to chance.
+    jobs : int
+        Processes.
+    """
+
+    runs: int
+    planner: str
+    noise: str
+    seed: int
+    jobs: int
+
+
+def measure(worlds: Sequence[World], options: Options, done: Callable[[], None]) -> list[Result]:
+    """Drive all runs; return them by world and run, whichever process drove them.
+
+    Parameters
+    ----------
+    worlds : sequence of World
+    options : Options
+    done : callable
+        Called after each run.
+    """
+    return run_all(drive, jobs_of(worlds, options), options.jobs, done)
+
+
+def jobs_of(worlds: Sequence[World], options: Options) -> list[Job]:
+    """Return all runs, by world and run."""
+    return [
+        Job(world, options.planner, options.noise, options.seed, run) for world in worlds for run in range(options.runs)
+    ]
+
+
+def summary(results: Sequence[Result]) -> dict[str, Any]:
+    """Return what all runs come to: shares of them by outcome, and means.
+
+    ``metric`` is the mean score, ``at_over_ot`` the mean of the time taken by the time that the reference path takes at
+    full speed, over the successes, and ``min_clearance`` the smallest of any run [m].
+    """
+    successes = [result for result in results if result.outcome == "success"]
+    times = [result.seconds / result.best_time for result in successes]
+    return {
+        "worlds": len({result.world for result in results}),
+        "runs": len(results),
+        **{name: _share(results, name) for name in ("success", "collision", "timeout")},
+        "metric": round(float(np.mean([result.score for result in results])), 4),
+        "at_over_ot": round(float(np.mean(times)), 3) if times else None,
+        "min_clearance": round(min(result.clearance for result in results), 4),
+    }
+
+
+def _share(results: Sequence[Result], outcome: str) -> float:
+    return round(sum(result.outcome == outcome for result in results) / len(results), 4)

@@ -1,0 +1,195 @@
+"""One drive: a robot is sent to one goal after the other, while people walk about."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from benchmarks.navigation.goals.clone import MODEL, Clone
+from benchmarks.navigation.goals.contact_referee import Referee
+from ppaas.costmap.build_layers import build_layers
+from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.maps.grid import GridMap
+from ppaas.messages.actionlib_msgs import Status
+from ppaas.robot_model.known_models import robot_model
+from robots.sim.courses import GoalRules
+from robots.sim.driver import Rates, Schedule
+from robots.sim.robot import SimulatedRobot
+from robots.sim.shortest_paths import Ways
+from robots.sim.world import World
+
+EPOCH = 1_000.0
+"""Stamp of the first moment: zero would mean the latest [s]."""
+NEAREST = 5.0
+"""No goal is nearer than this, where the map is large enough [m]."""
+ROOM = 3.0
+"""Nobody stands nearer to the robot at first [m]."""
+SLOWEST, PATIENCE = 0.1, 120.0
+"""A goal is given up after its way at this speed [m/s], and so many seconds more."""
+THERE, TURNED = 0.5, math.radians(30.0)
+"""A robot that says it is there must truly be as near as this [m, rad]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What to run.
+
+    Parameters
+    ----------
+    name : str
+        Of the map.
+    grid : GridMap
+    people : int
+    goals : int
+        To be sent to, one after the other.
+    controller : str
+        Local planner.
+    parameters : dict
+        Of nodes and plug-ins, as a robot's file gives them.
+    seed, drive : int
+        What is left to chance depends on these and nothing else.
+    told : bool
+        Whether the robot is told where people are.
+    """
+
+    name: str
+    grid: GridMap
+    people: int
+    goals: int
+    controller: str
+    parameters: dict[str, Any]
+    seed: int
+    drive: int
+    told: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What came of a goal.
+
+    Parameters
+    ----------
+    map : str
+    drive, goal : int
+        Numbers of both.
+    outcome : str
+        ``reached``, or why it was not.
+    seconds, metres : float
+        Taken and driven.
+    recoveries : int
+        How often Move Base began one.
+    walls, caused, suffered : int
+        Touches of walls; of people, caused by the robot and not.
+    nearest : float
+        Least distance to anybody while the robot moved [m].
+    """
+
+    map: str
+    drive: int
+    goal: int
+    outcome: str
+    seconds: float
+    metres: float
+    recoveries: int
+    walls: int
+    caused: int
+    suffered: int
+    nearest: float
+
+    @property
+    def reached(self) -> bool:
+        """Whether it stands there."""
+        return self.outcome == "reached"
+
+
+class Trip:
+    """The world, the robot in it, its clone, and who watches.
+
+    Parameters
+    ----------
+    job : Job
+    """
+
+    def __init__(self, job: Job) -> None:
+        rng = np.random.default_rng((job.seed, job.drive))
+        self.ways = Ways(job.grid, GoalRules().clearance, rng)
+        start = self.ways.anywhere()
+        self.world = World(job.grid, int(rng.integers(1 << 30)), epoch=EPOCH)
+        self.robot: SimulatedRobot = self.world.add_robot(start)
+        walkways = Ways(job.grid, self.world.walker_model.clearance, rng)
+        for _ in range(job.people):
+            self.world.add_walker(walkways, walkways.away_from(start, ROOM))
+        layers = build_layers(job.grid, robot_radius=robot_model(MODEL).robot_radius)
+        parameters = {**job.parameters, "amcl": {"seed": job.drive, **job.parameters.get("amcl", {})}}
+        self.clone = Clone(layers, start, job.controller, parameters, self.world.stamp)
+        self.referee = Referee(self.world, self.robot)
+        self._told = job.told
+        rates = Rates()
+        self._odometry, self._scan = Schedule(rates.odom, 0.0), Schedule(rates.scan, 0.0)
+
+    def step(self) -> None:
+        """Let a step pass: what the robot measures goes to the clone, and what that commands to the wheels."""
+        now = self.world.time()
+        if self._odometry.take(now):
+            self.clone.odometry(self.robot.odometry())
+        if self._scan.take(now):
+            self.clone.scan(self.robot.scan())
+            if self._told:
+                ways = np.array([walker.body.velocity for walker in self.world.walkers]).reshape(-1, 2)
+                self.clone.people(self.world.people(), ways)
+        command = self.clone.command()
+        if command is not None:
+            self.robot.command(command)
+        self.world.step()
+        self.referee.look()
+
+
+Watch = Callable[[Trip], None]
+
+
+def drive(job: Job, watch: Watch | None = None) -> list[Result]:
+    """Drive to all goals, faster than real time.
+
+    Parameters
+    ----------
+    job : Job
+    watch : callable, optional
+        Called after each step.
+    """
+    trip = Trip(job)
+    return [_send(trip, job, number, watch) for number in range(job.goals)]
+
+
+def _send(trip: Trip, job: Job, number: int, watch: Watch | None) -> Result:
+    here = trip.ways.nearest(trip.robot.base.pose)
+    goal = trip.ways.away_from(here, NEAREST)
+    points = trip.ways.between(here, goal)
+    limit = PATIENCE + float(np.hypot(*np.diff(points, axis=0).T).sum()) / SLOWEST
+    began, clone = trip.world.time(), trip.clone
+    touches, recovered, driven = trip.referee.begin(), clone.recoveries, trip.robot.base.travelled
+    clone.send_to(goal)
+    while clone.end is None and trip.world.time() - began < limit:
+        trip.step()
+        if watch is not None:
+            watch(trip)
+    outcome = _outcome(trip, goal)
+    if clone.end is None:
+        clone.cancel()
+    return Result(
+        job.name, job.drive, number, outcome, trip.world.time() - began,
+        trip.robot.base.travelled - driven, clone.recoveries - recovered,
+        touches.walls, touches.caused, touches.suffered, touches.nearest,
+    )  # fmt: skip
+
+
+def _outcome(trip: Trip, goal: Pose2D) -> str:
+    end, pose = trip.clone.end, trip.robot.base.pose
+    if end is None:
+        return "timeout"
+    if end.status != Status.SUCCEEDED:
+        return f"aborted: {end.text}"
+    away, turn = pose.distance_to(goal), abs(wrap_angle(pose.theta - goal.theta))
+    there = away <= THERE and turn <= TURNED
+    return "reached" if there else f"elsewhere: {away:.2f} m and {math.degrees(turn):.0f}° off"

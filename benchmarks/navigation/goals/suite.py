@@ -1,0 +1,64 @@
+"""All drives, in processes of their own, and what they come to."""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.harness.parallel_runs import run_all
+from benchmarks.navigation.goals import results_file
+from benchmarks.navigation.goals.run import Job, Result, drive
+
+
+def measure(jobs: Sequence[Job], processes: int, done: Callable[[], None], keep: Path | None = None) -> list[Result]:
+    """Drive all; return what came of each goal, in order, whichever process drove there.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+    processes : int
+    done : callable
+        Called after each drive.
+    keep : Path, optional
+        Where what comes of each drive is kept; what is there already is not driven again.
+
+    Raises
+    ------
+    InvalidInput
+        The file holds something else.
+    """
+    if keep is None:
+        return [result for results in run_all(drive, jobs, processes, done) for result in results]
+    known = results_file.read(keep)
+    left = [job for job in jobs if results_file.key(job) not in known]
+    for _ in range(len(jobs) - len(left)):
+        done()
+    run_all(partial(_drive_and_keep, keep), left, processes, done)
+    known = results_file.read(keep)
+    return [result for job in jobs for result in known[results_file.key(job)]]
+
+
+def _drive_and_keep(path: Path, job: Job) -> None:
+    results_file.append(path, job, drive(job))
+
+
+def summary(results: Sequence[Result]) -> dict[str, Any]:
+    """Return what all goals come to; times are means over those that were reached."""
+    times = [result.seconds for result in results if result.reached]
+    nearest = min(result.nearest for result in results)
+    return {
+        "goals": len(results),
+        "reached": len(times),
+        "collisions": sum(result.walls + result.caused + result.suffered for result in results),
+        "caused": sum(result.walls + result.caused for result in results),
+        "walls": sum(result.walls for result in results),
+        "touched_by_people": sum(result.suffered for result in results),
+        "mean_seconds": round(float(np.mean(times)), 1) if times else None,
+        "metres": round(sum(result.metres for result in results), 1),
+        "recoveries": sum(result.recoveries for result in results),
+        "nearest_m": round(nearest, 3) if np.isfinite(nearest) else None,
+        "failures": dict(Counter(result.outcome for result in results if not result.reached)),
+    }

@@ -1,0 +1,113 @@
+"""Robots that come and go, to be placed: generated, or as they were recorded."""
+
+from collections.abc import Iterator
+from heapq import heappop, heappush
+from itertools import count
+from pathlib import Path
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+
+from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
+from ppaas.errors import InvalidInput
+
+SIZES, SHARES = (0.25, 0.5, 1.0, 2.0), (0.5, 0.3, 0.15, 0.05)
+"""Sizes of containers that are asked for, and how often."""
+
+ZIPF = 0.8
+"""The n-th largest map has robots in proportion to n to minus this: some warehouses are large, most homes are small."""
+
+
+class Arrival(msgspec.Struct, frozen=True):
+    """A robot that wants a container.
+
+    Parameters
+    ----------
+    at : float
+        When it comes [s].
+    robot, map : str
+        Its name, and where it drives.
+    cores : float
+        Size of the container.
+    stays : float
+        How long [s].
+    """
+
+    at: float
+    robot: str
+    map: str
+    cores: float = 1.0
+    stays: float = float("inf")
+
+    def spec(self, number: int) -> ContainerSpec:
+        """Return the container that it wants."""
+        config = RobotConfig(self.robot, "turtlebot2", (0.0, 0.0, 0.0), "dijkstra", "dwa")
+        return ContainerSpec(f"c{number}", "fleet", MapVersion(self.map, "v1"), self.cores, config)
+
+
+class Event(NamedTuple):
+    """A container that is to be placed, or, if not ``comes``, that is no longer wanted."""
+
+    at: float
+    comes: bool
+    spec: ContainerSpec
+
+
+def generated(robots: int, maps: int, seed: int, changes: float = 0.5) -> Iterator[Arrival]:
+    """Yield robots in the order in which they come.
+
+    Parameters
+    ----------
+    robots, maps : int
+        How many.
+    seed : int
+        The same seed gives the same robots.
+    changes : float
+        Share of the robots that go again before the last has come.
+    """
+    random = np.random.default_rng(seed)
+    weights = np.arange(1, maps + 1, dtype=np.float64) ** -ZIPF
+    places = random.choice(maps, robots, p=weights / weights.sum())
+    sizes = random.choice(SIZES, robots, p=SHARES)
+    at = np.sort(random.random(robots))
+    stays = np.where(random.random(robots) < changes, random.random(robots), np.inf)
+    rows = zip(at.tolist(), places.tolist(), sizes.tolist(), stays.tolist(), strict=True)
+    for number, (when, place, size, stay) in enumerate(rows):
+        yield Arrival(when, f"r{number}", f"map{place}", size, stay)
+
+
+def recorded(file: Path) -> Iterator[Arrival]:
+    """Yield the robots of a file: one JSON object a line, with the fields of ``Arrival``, in the order of their times.
+
+    Raises
+    ------
+    InvalidInput
+        A line is no arrival, or earlier than the one before.
+    """
+    decoder, before = msgspec.json.Decoder(Arrival), float("-inf")
+    with file.open("rb") as lines:
+        for number, line in enumerate(lines, 1):
+            try:
+                arrival = decoder.decode(line)
+            except msgspec.DecodeError as error:
+                raise InvalidInput(f"{file}, line {number}: {error}") from error
+            if not (before <= arrival.at < float("inf") and arrival.cores > 0.0):
+                raise InvalidInput(f"{file}, line {number}: times grow, and sizes are above 0")
+            before = arrival.at
+            yield arrival
+
+
+def events(arrivals: Iterator[Arrival]) -> Iterator[Event]:
+    """Yield what happens, in order; those who stay to the end do not go."""
+    leaving: list[tuple[float, int, ContainerSpec]] = []
+    numbers = count()
+    for arrival in arrivals:
+        number = next(numbers)
+        while leaving and leaving[0][0] <= arrival.at:
+            at, _, spec = heappop(leaving)
+            yield Event(at, False, spec)
+        spec = arrival.spec(number)
+        if arrival.stays < float("inf"):
+            heappush(leaving, (arrival.at + arrival.stays, number, spec))
+        yield Event(arrival.at, True, spec)

@@ -1,0 +1,187 @@
+"""Balancers side by side: the same robots placed on the same machines, without any of them.
+
+What is compared is what a balancer is for: what goes from machine to machine, because robots of one map are told of
+each other; who finds no room; and how evenly machines are used. The balancers are those of the cloud.
+"""
+
+import math
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from benchmarks.placement.arrivals import Event, events, generated, recorded
+from engine.master.balancer import Balancer
+from engine.master.balancers.registry import BALANCERS
+from engine.master.machine import Machine
+from engine.specs.containers import ContainerSpec
+from ppaas.clock import monotonic
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+TOLD_PER_SECOND = 10.0
+TOLD_BYTES = 200
+"""How often a robot tells the others of its map where it is, and in how many bytes."""
+
+LAYER_BYTES = 48e6
+"""What the layers of a map take on each machine that has a container on it: one of 2000 by 2000 cells."""
+
+SAMPLES = 200
+"""Looks at the machines between the first event and the last."""
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What is asked for; ``arrivals`` is a file of recorded ones."""
+
+    robots: int
+    machines: int
+    cores: int
+    maps: int
+    seed: int
+    balancers: tuple[str, ...]
+    arrivals: Path | None = None
+
+
+class Spread:
+    """On how many machines each map is, kept up with each container that comes or goes."""
+
+    def __init__(self) -> None:
+        self._members: defaultdict[str, defaultdict[str, int]] = defaultdict(lambda: defaultdict(int))
+        self._robots: defaultdict[str, int] = defaultdict(int)
+        self.copies = 0
+        """Pairs of a map and a machine that has it."""
+        self.messages = 0
+        """Pairs of a robot and another machine that is told of it."""
+
+    def count(self, machine: str, spec: ContainerSpec, by: int) -> None:
+        """Count a container in, or out by -1."""
+        group = spec.group
+        members = self._members[group]
+        self.messages -= self._robots[group] * max(len(members) - 1, 0)
+        self.copies -= len(members)
+        members[machine] += by
+        if not members[machine]:
+            del members[machine]
+        self._robots[group] += by
+        self.copies += len(members)
+        self.messages += self._robots[group] * max(len(members) - 1, 0)
+
+
+class Simulation:
+    """Machines that containers are placed on.
+
+    Parameters
+    ----------
+    balancer : Balancer
+        Places them.
+    machines : int
+    cores : int
+        CPUs of each.
+    """
+
+    def __init__(self, balancer: Balancer, machines: int, cores: int) -> None:
+        self._balancer = balancer
+        self._machines = [Machine(f"m{number}", cores, 1 << 35, 0) for number in range(machines)]
+        for machine in self._machines:
+            balancer.joined(machine)
+        self._where: dict[str, Machine] = {}
+        self._spread = Spread()
+        self._samples: list[tuple[float, float, float, float]] = []
+        self.placed = self.rejected = 0
+        self.seconds = 0.0
+
+    def take(self, event: Event) -> None:
+        """Place a container, or end it."""
+        if event.comes:
+            self._place(event.spec)
+        else:
+            machine = self._where.pop(event.spec.id, None)
+            if machine is not None:
+                began = monotonic()
+                machine.remove(event.spec.id)
+                self._balancer.removed(machine, event.spec)
+                self.seconds += monotonic() - began
+                self._spread.count(machine.id, event.spec, -1)
+
+    def _place(self, spec: ContainerSpec) -> None:
+        began = monotonic()
+        machine = self._balancer.choose(spec)
+        if machine is not None:
+            machine.place(spec)
+            self._balancer.placed(machine, spec)
+        self.seconds += monotonic() - began
+        if machine is None:
+            self.rejected += 1
+            return
+        self.placed += 1
+        self._where[spec.id] = machine
+        self._spread.count(machine.id, spec, 1)
+
+    def look(self) -> None:
+        """Take a sample of what is shown."""
+        used = np.array([machine.given / machine.capacity for machine in self._machines])
+        in_use = used[used > 0.0]
+        uneven = float(in_use.std() / in_use.mean()) if in_use.size else 0.0
+        traffic = self._spread.messages * TOLD_PER_SECOND * TOLD_BYTES / 1e6
+        self._samples.append((traffic, self._spread.copies * LAYER_BYTES / 1e9, float(in_use.size), uneven))
+
+    def told(self) -> dict[str, Any]:
+        """Return what came of it: means over the samples, and what it took to place each."""
+        traffic, copies, in_use, uneven = np.array(self._samples).T
+        decisions = self.placed + self.rejected
+        return {
+            "placed": self.placed,
+            "rejected": self.rejected,
+            "cross_machine_mb_per_second": float(traffic.mean()),
+            "layers_gb": float(copies.mean()),
+            "machines_in_use": float(in_use.mean()),
+            "unevenness": float(uneven.mean()),
+            "placements_per_second": decisions / self.seconds if self.seconds else math.inf,
+        }
+
+
+def measure(options: Options, progress: "Progress") -> dict[str, Any]:
+    """Place the same robots with each balancer.
+
+    Raises
+    ------
+    NotFound
+        A balancer is not installed.
+    InvalidInput
+        The recorded arrivals are none.
+    """
+    balancers = {name: BALANCERS.create(name, {}) for name in options.balancers}
+    total = sum(1 for _ in _arrivals(options)())
+    return {
+        "machines": options.machines,
+        "cores": options.cores,
+        "robots": total,
+        "balancers": {
+            name: _simulate(Simulation(balancer, options.machines, options.cores), options, total, name, progress)
+            for name, balancer in balancers.items()
+        },
+    }
+
+
+def _arrivals(options: Options) -> Callable[[], Iterator[Any]]:
+    if options.arrivals is not None:
+        return lambda: recorded(options.arrivals)  # type: ignore[arg-type]  # it is not None
+    return lambda: generated(options.robots, options.maps, options.seed)
+
+
+def _simulate(simulation: Simulation, options: Options, total: int, name: str, progress: "Progress") -> dict[str, Any]:
+    task, arrived = progress.add_task(name, total=total), 0
+    every = max(1, total // SAMPLES)
+    for event in events(_arrivals(options)()):
+        simulation.take(event)
+        arrived += event.comes
+        if event.comes and arrived % every == 0:
+            simulation.look()
+            progress.update(task, completed=arrived)
+    progress.remove_task(task)
+    return simulation.told()

@@ -1,0 +1,142 @@
+"""Machines that carry what a master places: ``python -m benchmarks.placement.machines_process FOLDER COUNT KEEP_EVERY``.
+
+Each has a control link of its own to the socket in the folder, beats once a second, and says of each container that it
+was ordered that it runs. It starts none: what is measured is the master. Of every KEEP_EVERY-th (0: of none) the
+checkpoint of its clone is kept in the store of the folder, as the gate of a machine does. A machine that was hung up on
+dials again, as a joined machine does. ``"told"`` on standard input prints what they were ordered so far.
+"""
+
+import asyncio
+import contextlib
+import sys
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import uvloop
+
+from benchmarks.harness.json_lines import lines, tell
+from benchmarks.placement.master_process import SECRET
+from engine.processes.heartbeats import BEAT_PERIOD
+from engine.protocols import control_link
+from engine.protocols.address import UnixAddress
+from engine.protocols.framing import FrameStream
+from engine.protocols.sockets import dial
+from engine.specs.checkpoints import marks
+from engine.specs.containers import ContainerSpec
+from ppaas import __version__
+from ppaas.clock import epoch
+from ppaas.errors import Unavailable
+from storage.ports import Store
+from storage.records import CloneCheckpoint
+from storage.urls.opening import open_store
+
+CORES, MEMORY = 8, 1 << 35
+DIAL_PAUSE = 0.25
+KEPT_BY = "bench"
+"""Name under which a checkpoint says which container kept it."""
+
+
+class Ordered(msgspec.Struct):
+    """What a robot got.
+
+    Parameters
+    ----------
+    machine, container : str
+        Where, and which.
+    goes_on : str
+        The container whose checkpoint it goes on from; empty without one.
+    kept : bool
+        Its checkpoint is kept.
+    """
+
+    machine: str
+    container: str
+    goes_on: str
+    kept: bool = False
+
+
+class Machines:
+    """All of them.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the cloud.
+    keep_every : int
+        Of every how many-th container the checkpoint is kept.
+
+    Attributes
+    ----------
+    ordered : dict of str to Ordered
+        By the robot.
+    """
+
+    def __init__(self, folder: Path, keep_every: int) -> None:
+        self._address = UnixAddress(folder / "control.sock")
+        self._store: Store = open_store(f"sqlite:///{folder / 'ppaas.sqlite'}")
+        self._keep_every = keep_every
+        self.orders = 0
+        self.ordered: dict[str, Ordered] = {}
+
+    async def be(self, name: str) -> None:
+        """Be one machine; dial again whenever the master goes."""
+        while True:
+            with contextlib.suppress(Unavailable):
+                await self._serve(name, FrameStream(*await dial(self._address), control_link.ToAgent))
+            await asyncio.sleep(DIAL_PAUSE)
+
+    async def _serve(self, name: str, stream: FrameStream[control_link.ToAgent]) -> None:
+        stream.write(control_link.Register(name, SECRET, 1, CORES, MEMORY, release=__version__))
+        beating = asyncio.create_task(_beat(stream))
+        while (order := await stream.receive()) is not None:
+            if isinstance(order, control_link.StartContainer):
+                await self._start(name, order.spec, stream)
+        beating.cancel()
+        await stream.close()
+
+    async def _start(self, name: str, spec: ContainerSpec, stream: FrameStream[control_link.ToAgent]) -> None:
+        self.orders += 1
+        assert spec.robot is not None
+        ordered = Ordered(name, spec.id, spec.checkpoint.get(KEPT_BY, b"").decode())
+        if self._keep_every and self.orders % self._keep_every == 0:
+            await asyncio.to_thread(self._keep, spec)
+            ordered.kept = True
+        self.ordered[spec.robot.id] = ordered
+        stream.write(control_link.Launched(spec.id, self.orders))
+
+    def _keep(self, spec: ContainerSpec) -> None:
+        assert spec.robot is not None
+        nodes = {KEPT_BY: spec.id.encode()} | marks(spec, "bench")
+        self._store.save_clone(CloneCheckpoint(spec.user, spec.robot.id, nodes, epoch()))
+
+
+async def _beat(stream: FrameStream[control_link.ToAgent]) -> None:
+    while True:
+        await asyncio.sleep(BEAT_PERIOD)
+        stream.write(control_link.Beat())
+
+
+async def _serve(folder: Path, count: int, keep_every: int) -> None:
+    machines = Machines(folder, keep_every)
+    async with asyncio.TaskGroup() as group:
+        carrying = [group.create_task(machines.be(f"m{number:05}")) for number in range(count)]
+        async for said in lines():
+            tell(_answer(machines, said))
+        for task in carrying:
+            task.cancel()
+
+
+def _answer(machines: Machines, said: Any) -> Any:
+    return len(machines.ordered) if said == "count" else machines.ordered
+
+
+def main() -> int:
+    """Carry until whoever started this hangs up."""
+    folder, count, keep_every = sys.argv[1:]
+    uvloop.run(_serve(Path(folder), int(count), int(keep_every)))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,280 @@
+"""Other people's planners from PyPI: how each is called, and what it solves, which is often not what ours solve.
+
+What a library wants a map to be like is made before its time begins; what it takes itself is all that is timed.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import version
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.planners.graph import digraph_of, graph_of
+from benchmarks.planners.timing import timed
+from ppaas.costmap.costmap import Costmap
+from ppaas.errors import NotFound
+from ppaas.planners.ends import Cell
+from ppaas.planners.weights import exact_weights, passable
+
+Field = NDArray[np.float64]
+Cells = NDArray[np.integer]
+
+SMALL, MIDDLE = 256 * 256, 2048 * 2048
+"""Cells that a library of Python objects is asked to plan on, and one that wants all moves in one matrix."""
+
+UNREACHED = 2**31 - 1
+"""What tcod has where it did not come."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """A grid with what to plan on it.
+
+    Parameters
+    ----------
+    costmap : Costmap
+    goal, start : (row, column)
+        Free cells that are joined.
+    """
+
+    costmap: Costmap
+    goal: Cell
+    start: Cell
+
+    def free(self) -> NDArray[np.bool_]:
+        """Return which cells may be entered."""
+        return passable(True)[self.costmap.data]
+
+    def weights(self, blocked: float = np.inf) -> Field:
+        """Return the (height, width) weights of the cells."""
+        return np.where(self.free(), exact_weights()[self.costmap.data], blocked)
+
+
+@dataclass(frozen=True, slots=True)
+class Peer:
+    """A function of a library.
+
+    Parameters
+    ----------
+    name : str
+        Of the function.
+    package, module : str
+        That it is in: what PyPI calls it, and Python.
+    solves : str
+        What it computes, and where that is not what we compute.
+    prepare : callable
+        Makes of the imported module and a problem the call that is timed.
+    told : callable
+        Makes of what the call returns a field in our units, infinite where it did not come, or the cells of a path.
+    most : int, optional
+        Cells of the largest grid that it is asked about.
+    """
+
+    name: str
+    package: str
+    module: str
+    solves: str
+    prepare: Callable[[Any, Problem], Callable[[], Any]]
+    told: Callable[[Any, Problem], Any]
+    most: int | None = None
+
+    @property
+    def installed(self) -> str | None:
+        """The version that is installed, if one is."""
+        return version(self.package) if find_spec(self.module.partition(".")[0]) else None
+
+    def why_not(self, cells: int) -> str | None:
+        """Return why it cannot be asked about a grid of so many cells, or None if it can."""
+        if not self.installed:
+            return "not installed: pip install 'ppaas[bench]'"
+        return "the grid is too large" if self.most is not None and cells > self.most else None
+
+    def call(self, problem: Problem) -> tuple[float, Callable[[], Any]]:
+        """Return the call that is to be timed, and the seconds that it took to make for it what it takes."""
+        module = import_module(self.module)
+        return timed(lambda: self.prepare(module, problem))
+
+
+# -- fields ------------------------------------------------------------------------------------------------------------
+
+
+def _tcod_field(tcod: Any, problem: Problem) -> Callable[[], Any]:
+    costs = _whole_costs(problem)
+
+    def call() -> Any:
+        distance = tcod.maxarray(costs.shape, dtype=np.int32)
+        distance[problem.goal] = 0
+        return tcod.dijkstra2d(distance, costs, cardinal=2, diagonal=3, out=distance)
+
+    return call
+
+
+def _tcod_told(distance: Any, problem: Problem) -> Field:
+    # Where all cells weigh the same tcod is given 1 for it, and half of the 2 that a cardinal move then costs is one.
+    unit = 1.0 / 2.0 if _graded(problem) else float(problem.weights()[problem.goal]) / 2.0
+    return np.where(distance == UNREACHED, np.inf, distance * unit)
+
+
+def _whole_costs(problem: Problem) -> NDArray[np.int32]:
+    free = problem.free()
+    return (np.rint(problem.weights(blocked=0.0)) if _graded(problem) else free).astype(np.int32)
+
+
+def _graded(problem: Problem) -> bool:
+    weights = problem.weights()[problem.free()]
+    return bool(weights.min() != weights.max())
+
+
+def _dijkstra3d_field(dijkstra3d: Any, problem: Problem) -> Callable[[], Any]:
+    weights = problem.weights().astype(np.float32)
+    return lambda: dijkstra3d.distance_field(weights, source=problem.goal, connectivity=8)
+
+
+def _scipy_field(csgraph: Any, problem: Problem) -> Callable[[], Any]:
+    graph = graph_of(problem.weights())
+    return lambda: csgraph.dijkstra(graph, indices=np.ravel_multi_index(problem.goal, problem.costmap.data.shape))
+
+
+def _mcp_field(skimage: Any, problem: Problem) -> Callable[[], Any]:
+    weights = problem.weights(blocked=-1.0)
+    return lambda: skimage.MCP_Geometric(weights).find_costs([problem.goal])[0]
+
+
+def _eikonal_field(skfmm: Any, problem: Problem) -> Callable[[], Any]:
+    free, weights = problem.free(), problem.weights(blocked=1.0)
+    front = np.ma.MaskedArray(np.ones(free.shape), ~free)
+    front[problem.goal] = -1.0  # the zero contour, where the front begins, is halfway to its neighbours
+    return lambda: skfmm.travel_time(front, 1.0 / weights)
+
+
+def _networkx_field(networkx: Any, problem: Problem) -> Callable[[], Any]:
+    graph = digraph_of(networkx, problem.weights())
+    goal = int(np.ravel_multi_index(problem.goal, problem.costmap.data.shape))
+    return lambda: networkx.single_source_dijkstra_path_length(graph, goal)
+
+
+def _from_dict(lengths: Any, problem: Problem) -> Field:
+    field = np.full(problem.costmap.data.size, np.inf)
+    field[list(lengths)] = list(lengths.values())
+    return field.reshape(problem.costmap.data.shape)
+
+
+def _as_field(values: Any, problem: Problem) -> Field:
+    return np.ma.filled(values, np.inf).astype(np.float64).reshape(problem.costmap.data.shape)
+
+
+FIELDS = (
+    Peer("dijkstra2d", "tcod", "tcod.path", "whole costs, 2 a cardinal and 3 a diagonal move; cuts corners",
+         _tcod_field, _tcod_told),
+    Peer("distance_field", "dijkstra3d", "dijkstra3d", "a diagonal costs what a cardinal move does; cuts corners",
+         _dijkstra3d_field, _as_field),
+    Peer("csgraph.dijkstra", "scipy", "scipy.sparse.csgraph",
+         "the same, exactly; the graph is made before, in more time than that", _scipy_field, _as_field, MIDDLE),
+    Peer("MCP_Geometric", "scikit-image", "skimage.graph", "a move costs the mean of its two cells; cuts corners",
+         _mcp_field, _as_field),
+    Peer("travel_time", "scikit-fmm", "skfmm", "the eikonal equation: straight lines in any direction",
+         _eikonal_field, _as_field),
+    Peer("single_source_dijkstra", "networkx", "networkx", "the same, exactly; the graph is made before",
+         _networkx_field, _from_dict, SMALL),
+)  # fmt: skip
+
+
+def _navfn_field(navfn: Any, problem: Problem) -> Callable[[], Any]:
+    def call() -> Any:
+        function = navfn.NavigationFunction(problem.costmap, problem.goal)
+        function.grow()
+        return function
+
+    return call
+
+
+NAVFN = Peer("navfn", "ppaas", "ppaas.planners.grid.navigation_function",
+             "ROS's planner, compiled by numba as ours are: potentials interpolated between cells, on one thread",
+             _navfn_field, lambda function, problem: _as_field(function.potentials(), problem))  # fmt: skip
+"""ROS's own planner as ``ppaas`` has it, the yardstick of the paper; what it sets up is timed, as it is of ours."""
+
+BESIDE = {"navfn": NAVFN} | {peer.package: peer for peer in FIELDS}
+"""Whose fields can be computed beside ours, by what they are called."""
+
+
+def beside(names: Sequence[str]) -> dict[str, Peer]:
+    """Return those that are asked for.
+
+    Raises
+    ------
+    NotFound
+        No such peer.
+    """
+    for name in names:
+        if name not in BESIDE:
+            raise NotFound("peer", name, tuple(BESIDE))
+    return {name: BESIDE[name] for name in names}
+
+
+# -- one path ----------------------------------------------------------------------------------------------------------
+
+
+def _pyastar_path(pyastar2d: Any, problem: Problem) -> Callable[[], Any]:
+    weights = (problem.weights() / exact_weights()[0]).astype(np.float32)
+    return lambda: pyastar2d.astar_path(weights, problem.start, problem.goal, allow_diagonal=True)
+
+
+def _nano_path(nano_astar: Any, problem: Problem) -> Callable[[], Any]:
+    blocked = (~problem.free()).astype(np.uint8)
+    return lambda: nano_astar.astar(blocked, problem.start, problem.goal, heuristic="octile", diagonal=True)[0]
+
+
+def _tcod_path(tcod: Any, problem: Problem) -> Callable[[], Any]:
+    costs = _whole_costs(problem)
+
+    def call() -> Any:
+        finder = tcod.Pathfinder(tcod.SimpleGraph(cost=costs, cardinal=2, diagonal=3))
+        finder.add_root(problem.start)
+        return finder.path_to(problem.goal)
+
+    return call
+
+
+def _skimage_path(skimage: Any, problem: Problem) -> Callable[[], Any]:
+    weights = problem.weights(blocked=-1.0)
+    return lambda: skimage.route_through_array(weights, problem.start, problem.goal)[0]
+
+
+def _dijkstra3d_path(dijkstra3d: Any, problem: Problem) -> Callable[[], Any]:
+    weights = problem.weights().astype(np.float32)
+    return lambda: dijkstra3d.dijkstra(weights, problem.start, problem.goal, connectivity=8, anisotropy=(1.0, 1.0, 1.0))
+
+
+def _networkx_path(networkx: Any, problem: Problem) -> Callable[[], Any]:
+    graph = digraph_of(networkx, problem.weights())
+    start, goal = (
+        int(np.ravel_multi_index(cell, problem.costmap.data.shape)) for cell in (problem.start, problem.goal)
+    )
+    return lambda: np.stack(
+        np.unravel_index(networkx.bidirectional_dijkstra(graph, goal, start)[1][::-1], problem.costmap.data.shape),
+        axis=1,
+    )
+
+
+def _as_cells(cells: Any, _: Problem) -> Cells:
+    return np.empty((0, 2), np.int64) if cells is None else np.asarray(cells, np.int64)
+
+
+PATHS = (
+    Peer("astar_path", "pyastar2d", "pyastar2d", "a diagonal costs what a cardinal move does; cuts corners",
+         _pyastar_path, _as_cells),
+    Peer("astar", "nano-astar", "nano_astar", "free or blocked, without costs; there the same, exactly",
+         _nano_path, _as_cells),
+    Peer("Pathfinder", "tcod", "tcod.path", "A* with whole costs, 2 a cardinal and 3 a diagonal move; cuts corners",
+         _tcod_path, _as_cells),
+    Peer("route_through_array", "scikit-image", "skimage.graph",
+         "a move costs the mean of its two cells; cuts corners", _skimage_path, _as_cells),
+    Peer("dijkstra", "dijkstra3d", "dijkstra3d", "a diagonal costs √2; cuts corners",
+         _dijkstra3d_path, _as_cells),
+    Peer("bidirectional_dijkstra", "networkx", "networkx", "the same, exactly; the graph is made before",
+         _networkx_path, _as_cells, SMALL),
+)  # fmt: skip

@@ -1,0 +1,80 @@
+"""How fast maps are prepared and paths are planned, without a cloud.
+
+The least of several runs on one thread, compiled before the first. A plan goes from corner to corner, so that its
+field covers nearly the whole grid.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import TypeVar
+
+import numpy as np
+from rich.progress import Progress
+
+from benchmarks.harness.figures import Figure
+from ppaas.clock import monotonic
+from ppaas.costmap.build_layers import build_layers
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import FREE, OCCUPIED, GridInfo, GridMap
+from ppaas.planners.base import PlanRequest, PlanResult
+from ppaas.planners.grid.dijkstra import Dijkstra
+
+T = TypeVar("T")
+
+PART = "planning"
+RUNS = 5
+SIZES, QUICK = (1024, 4096), (256,)
+RESOLUTION = 0.05
+MARGIN = 10
+"""Cells from the edge to start and goal."""
+
+
+def measure(progress: Progress, quick: bool) -> list[Figure]:
+    """Prepare maps and plan across them."""
+    figures = []
+    for name, map_ in progress.track(list(grids(QUICK if quick else SIZES)), description="planning"):
+        layers, _ = best(lambda map_=map_: build_layers(map_))  # type: ignore[misc]
+        seconds, plan = plan_across(map_)
+        note = f"{seconds / plan.expanded * 1e9:.1f} ns a cell, {plan.expanded:,} settled; path {plan.length:.0f} m"
+        figures.append(Figure(PART, f"{name}, layers", round(layers * 1e3, 1), "ms"))
+        figures.append(Figure(PART, f"{name}, dijkstra", round(seconds * 1e3, 1), "ms", note=note))
+    return figures
+
+
+def grids(sizes: tuple[int, ...]) -> Iterator[tuple[str, GridMap]]:
+    """Yield empty and cluttered grids by name."""
+    for size in sizes:
+        yield f"empty {size}²", grid(np.full((size, size), FREE, np.int8))
+        random = np.random.default_rng(size).random((size, size)) < 0.0005
+        for row, column in ((0, 0), (size - 2 * MARGIN, size - 2 * MARGIN)):
+            random[row : row + 2 * MARGIN, column : column + 2 * MARGIN] = False
+        yield f"pillars {size}²", grid(np.where(random, OCCUPIED, FREE).astype(np.int8))
+
+
+def grid(data: np.ndarray) -> GridMap:
+    """Make a map of its cells."""
+    height, width = data.shape
+    return GridMap(data, GridInfo(RESOLUTION, width, height))
+
+
+def best(work: Callable[[], T]) -> tuple[float, T]:
+    """Return the seconds of the fastest run, and its result; the first, which may compile, does not count."""
+    result = work()
+    seconds = float("inf")
+    for _ in range(RUNS):
+        began = monotonic()
+        result = work()
+        seconds = min(seconds, monotonic() - began)
+    return seconds, result
+
+
+def plan_across(map_: GridMap) -> tuple[float, PlanResult]:
+    """Plan over the inflated costmap from the lower-left corner to the upper-right."""
+    costmap = build_layers(map_).costmap
+    (x0, y0), (x1, y1) = (costmap.info.to_world(cell).tolist() for cell in corners(map_.info))
+    request = PlanRequest(Pose2D(x0, y0, 0.0), Pose2D(x1, y1, 0.0), tolerance=1.0)
+    return best(lambda: Dijkstra().plan(costmap, request))
+
+
+def corners(info: GridInfo) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return a cell near the first and a cell near the last."""
+    return (MARGIN, MARGIN), (info.height - 1 - MARGIN, info.width - 1 - MARGIN)

@@ -1,0 +1,166 @@
+"""What people see of each bench of planners: rows of text, by column."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from benchmarks.planners.timing import on_threads
+
+Row = dict[str, str]
+
+AIMS = {
+    "empty": {"navfn": 35.0},
+    "random 10 %": {"navfn": 20.0},
+    "random 20 %": {"navfn": 13.0, "tcod": 60.0},
+    "random 30 %": {"navfn": 8.0},
+    "maze 1 wide": {"navfn": 1.5},
+    "warehouse": {"navfn": 20.0},
+    "depot": {"navfn": 20.0},
+    "willow": {"navfn": 20.0},
+}
+"""By how a grid's name begins: how many times faster than others two threads are meant to be."""
+
+SPREAD_AIM = 1.5
+"""Of the time for a cell, the most that it is meant to be over the least, whatever the size of the grid."""
+
+ONE_THREAD = 0.55
+"""What one thread is meant to reach of that."""
+
+
+def field_rows(told: dict[str, Any]) -> list[Row]:
+    """Return a row for each number of threads."""
+    return [
+        {
+            "grid": told["grid"],
+            "reached": f"{told['reached']:,}",
+            "threads": threads,
+            "ms": _ms(seconds),
+            "ns a cell": f"{told['ns_per_cell'][threads]:.2f}",
+            "again, ms": _ms(told["again_seconds"][threads]),
+            **({"after a pause, ms": _ms(told["paused_seconds"][threads])} if "paused_seconds" in told else {}),
+            **_times_faster(told, seconds),
+        }
+        for threads, seconds in told["seconds"].items()
+    ]
+
+
+def beside_rows(told: dict[str, Any], others: Sequence[str]) -> list[Row]:
+    """Return a row for each number of threads: how many times faster than others, what was aimed at, and their time."""
+    reached = told["reached"]
+    times = {f"{name}, ns a cell": _ns(told["beside"].get(name), reached) for name in others}
+    aims = next((aim for grid, aim in AIMS.items() if told["grid"].startswith(grid)), {})
+    return [
+        {
+            "grid": told["grid"],
+            "threads": threads,
+            **{f"× {name}": "" for name in others},
+            **_times_faster(told, seconds),
+            "aim": ", ".join(f"{aim * _share(threads):.2g} × {name}" for name, aim in aims.items()),
+            **times,
+        }
+        for threads, seconds in told["seconds"].items()
+    ]
+
+
+def scenario_rows(told: dict[str, Any]) -> list[Row]:
+    """Return one row."""
+    return [
+        {
+            "planner": told["planner"],
+            **_answers(told),
+            "index, s": f"{told['index_seconds']:.3g}",
+            "index, MB": f"{told['index_bytes'] / 1e6:.3g}",
+        }
+    ]
+
+
+def index_rows(told: dict[str, Any]) -> list[Row]:
+    """Return one row."""
+    return [
+        {
+            "grid": told["grid"],
+            "planner": told["planner"],
+            **{f"{on_threads(threads)}, s": f"{seconds:.2f}" for threads, seconds in told["seconds"].items()},
+            "MB": f"{told['bytes'] / 1e6:.3g}",
+            **_answers(told),
+        }
+    ]
+
+
+def compare_rows(told: dict[str, Any]) -> list[Row]:
+    """Return the rows of the fields, and those of the paths."""
+    rows = []
+    for problem, key in (("field", "fields"), ("path", "paths")):
+        for one in told[key]:
+            rows.append(
+                {
+                    "problem": problem,
+                    "who": one["who"],
+                    "ms": _ms(one["seconds"]),
+                    "× ours": _figure(one["ratio"]),
+                    "ns a cell": _figure(one["ns_per_cell"]) if "ns_per_cell" in one else "",
+                    "prepared, ms": _ms(one["prepare_seconds"]) if one["prepare_seconds"] else "",
+                    "off": f"{round(100.0 * one['off'], 2) + 0.0:.2f} %",
+                    "for a robot": _walkable(one),
+                    "solves": one["solves"],
+                }
+            )
+    return rows
+
+
+def scaling_rows(told: dict[str, Any]) -> list[Row]:
+    """Return a row for each kind of grid and number of threads: ns a cell, by size."""
+    return [
+        {"grid": kind, "threads": threads}
+        | {f"{size}²": f"{ns:.2f}" for size, ns in zip(told["sizes"], values, strict=True)}
+        | {"most / least": f"{told['spread'][kind][threads]:.2f}"}
+        for kind, by_threads in told["ns_per_cell"].items()
+        for threads, values in by_threads.items()
+    ]
+
+
+def length_rows(told: dict[str, Any]) -> list[Row]:
+    """Return a row for each length: ms, by curve."""
+    return [
+        {"path, m": f"{length:.1f}"}
+        | {f"{name}, ms": _ms(seconds[number]) for name, seconds in told["seconds"].items()}
+        for number, length in enumerate(told["length_m"])
+    ]
+
+
+def _answers(told: dict[str, Any]) -> Row:
+    return {
+        "queries": f"{told['queries']:,}" + (f" of {told['of']:,}" if "of" in told else ""),
+        "wrong": str(told["wrong"]),
+        **{f"{name}, µs": f"{told[key]:,.1f}" for name, key in _SPREAD.items()},
+    }
+
+
+def _times_faster(told: dict[str, Any], seconds: float) -> Row:
+    return {f"× {name}": _figure(other / seconds) for name, other in told["beside"].items()}
+
+
+def _share(threads: str) -> float:
+    return ONE_THREAD if threads == "1" else 1.0
+
+
+def _ns(seconds: float | None, reached: int) -> str:
+    return "" if seconds is None else _figure(seconds / reached * 1e9)
+
+
+def _walkable(one: dict[str, Any]) -> str:
+    """Tell whether a robot could do with it: a field that reaches the same cells, a path that cuts no corner."""
+    if "other_cells" in one:
+        return "yes" if not one["other_cells"] else f"{one['other_cells']:,} cells differ"
+    return "yes" if one["walkable"] else "cuts corners"
+
+
+def _figure(value: float) -> str:
+    """Return three digits, and thousands in full."""
+    return f"{value:,.0f}" if value >= 1000.0 else f"{value:.3g}"
+
+
+def _ms(seconds: float) -> str:
+    return f"{seconds * 1e3:,.4g}"
+
+
+_SPREAD = {"mean": "mean_us", "p50": "p50_us", "p99": "p99_us"}

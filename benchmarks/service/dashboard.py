@@ -1,0 +1,65 @@
+"""How soon a user sees the dashboard: its page fetched bare, and painted by a browser where there is one."""
+
+import http.client
+import importlib.util
+import os
+import shutil
+from urllib.parse import urlsplit
+
+from rich.progress import Progress
+
+from benchmarks.harness.cloud_under_test import Target
+from benchmarks.harness.figures import Figure, median_of
+from ppaas.clock import monotonic
+
+PART = "dashboard"
+RUNS, QUICK = 5, 1
+LIMIT_MS = 1500.0
+PATH = "/dashboard/"
+
+FIRST_PAINT = """() => new Promise(tell => {
+  const painted = list => list.filter(entry => entry.name === "first-contentful-paint").forEach(e => tell(e.startTime));
+  new PerformanceObserver(list => painted(list.getEntries())).observe({type: "paint", buffered: true});
+})"""
+"""Milliseconds from the beginning of the navigation to the first text or picture."""
+
+
+async def measure(target: Target, progress: Progress, quick: bool) -> list[Figure]:
+    """Fetch the page, then let a browser that has nothing in its cache paint it."""
+    runs = QUICK if quick else RUNS
+    fetched = [fetch(target.url) for _ in progress.track(range(runs), description="dashboard, its page")]
+    bare = median_of(PART, "its page, fetched", fetched, yardstick=True, note="the HTML alone")
+    browser = os.environ.get("PPAAS_CHROMIUM") or shutil.which("chromium")
+    if browser is None or importlib.util.find_spec("playwright") is None:
+        return [bare]
+    painted = await _paint(browser, target.url, runs)
+    note = "first contentful paint in Chromium, nothing cached"
+    return [median_of(PART, "dashboard, painted", painted, limit=LIMIT_MS, note=note), bare]
+
+
+def fetch(url: str, path: str = PATH) -> float:
+    """Return the seconds until a page is there, on a connection of its own."""
+    began = monotonic()
+    connection = http.client.HTTPConnection(urlsplit(url).netloc, timeout=30.0)
+    try:
+        connection.request("GET", path)
+        connection.getresponse().read()
+    finally:
+        connection.close()
+    return monotonic() - began
+
+
+async def _paint(executable: str, url: str, runs: int) -> list[float]:
+    from playwright.async_api import async_playwright  # noqa: PLC0415 - of the tests alone
+
+    painted = []
+    async with async_playwright() as playwright:
+        browser = await playwright.chromium.launch(executable_path=executable, args=["--no-sandbox"])
+        for _ in range(runs + 1):
+            context = await browser.new_context()
+            page = await context.new_page()
+            await page.goto(url + PATH)
+            painted.append(await page.evaluate(FIRST_PAINT) / 1e3)
+            await context.close()
+        await browser.close()
+    return painted[1:]  # before the first, the browser itself started

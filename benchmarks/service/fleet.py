@@ -1,0 +1,239 @@
+"""How many simulated robots one machine carries, the simulator included, until their commands come late."""
+
+import asyncio
+import contextlib
+import os
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+
+import numpy as np
+from rich.progress import Progress
+
+from benchmarks.harness.cloud_under_test import Target
+from benchmarks.harness.figures import Figure, median_of
+from benchmarks.harness.process_usage import Memory, cpu_seconds, memory_of
+from benchmarks.harness.roaming_robot import Roamer, roaming
+from ppaas.clock import monotonic
+from ppaas.errors import Unavailable
+from ppaas.maps.generate import warehouse
+from ppaas.maps.grid import GridMap
+from robots.sim.courses import Course, CoursePlanner
+from robots.sim.simulator import Simulator
+from robots.sim.world import World
+
+PART = "fleet"
+MAP = "bench-fleet"
+SIDES = 45.0, 30.0
+"""Of the warehouse [m]."""
+
+GAP_LIMIT = 0.1
+"""p99 of the time between two commands [s]."""
+
+LEAST_ROBOTS = 10
+MOST_ROBOTS = 64
+MEMORY_LIMIT_MB = 25.0
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """How long a fleet is looked at.
+
+    Parameters
+    ----------
+    first : int
+        Robots to begin with.
+    most : int
+        Robots to try at most.
+    warm, seconds : float
+        Driving before it is measured, and while [s].
+    driven : float
+        Driving before memory is read, in all [s].
+    weighed : tuple of int
+        Robots whose containers are weighed; what is shared counts the more for each, the fewer there are.
+    """
+
+    first: int = 8
+    most: int = MOST_ROBOTS
+    warm: float = 6.0
+    seconds: float = 15.0
+    driven: float = 60.0
+    weighed: tuple[int, ...] = (3, LEAST_ROBOTS)
+
+
+QUICK = Plan(first=2, most=2, warm=2.0, seconds=4.0, driven=6.0, weighed=(2,))
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """What one number of robots came to.
+
+    Parameters
+    ----------
+    robots : int
+        How many there were.
+    gaps : array
+        All gaps between commands [s], in order of size.
+    shares : dict
+        CPUs that each kind of process used.
+    late : float
+        How far the simulated world was behind at the end [s]: a figure with a slow world is no figure.
+    memory : list of Memory
+        Of the containers, at the end.
+    """
+
+    robots: int
+    gaps: np.ndarray
+    shares: dict[str, float]
+    late: float
+    memory: list[Memory]
+
+    def gap(self, percentile: float) -> float:
+        """Return a percentile of the gaps [ms]; infinite where nothing was commanded."""
+        return 1e3 * float(np.percentile(self.gaps, percentile)) if len(self.gaps) else float("inf")
+
+    @property
+    def good(self) -> bool:
+        """Tell whether the commands came in time, in a world that kept up."""
+        return self.gap(99) <= 1e3 * GAP_LIMIT and self.late < GAP_LIMIT
+
+    def cpus(self) -> str:
+        """Return who used how many CPUs."""
+        return ", ".join(f"{kind} {share:.2f}" for kind, share in self.shares.items())
+
+    def sentence(self) -> str:
+        """Return how it went."""
+        gaps = ", ".join(
+            f"{name} {self.gap(percent):.0f}" for name, percent in (("p50", 50), ("p99", 99), ("most", 100))
+        )
+        return f"{self.robots} robots: gap {gaps} ms; CPUs: {self.cpus()}; world {1e3 * self.late:.0f} ms late"
+
+
+async def measure(target: Target, progress: Progress, quick: bool) -> list[Figure]:
+    """Look for the largest fleet that is commanded in time; then let a few drive on and weigh their containers."""
+    plan = QUICK if quick else Plan()
+    grid = warehouse(3, *SIDES)
+    await target.publish(MAP, grid)
+
+    async def drive(robots: int) -> Trial:
+        try:
+            trial = await Fleet(target, grid, robots).trial(plan, progress)
+        except Unavailable as error:  # so busy that one more is not even let in
+            progress.console.print(f"  {robots} robots: {error}")
+            return Trial(robots, np.empty(0), {}, 0.0, [])
+        progress.console.print(f"  {trial.sentence()}")
+        return trial
+
+    trials = await search(drive, plan.first, plan.most)
+    to_weigh = Plan(warm=plan.driven - plan.seconds, seconds=plan.seconds)
+    weighed = [await Fleet(target, grid, robots).trial(to_weigh, progress) for robots in plan.weighed]
+    return [*_of_search(trials), *(figure for trial in weighed for figure in _of_memory(trial, plan.driven))]
+
+
+async def search(drive: Callable[[int], Awaitable[Trial]], first: int, most: int) -> list[Trial]:
+    """Double the fleet until it is too large, then halve the doubt; return all trials in order of size.
+
+    Parameters
+    ----------
+    drive : callable
+        Tries a number of robots.
+    first, most : int
+        Robots to begin with, and at most.
+    """
+    trials: list[Trial] = []
+    good, bad, robots = 0, most + 1, first
+    while good < robots < bad:
+        trial = await drive(robots)
+        trials.append(trial)
+        good, bad = (robots, bad) if trial.good else (good, robots)
+        robots = min(2 * good, most) if bad > most else (good + bad) // 2
+    return sorted(trials, key=lambda trial: trial.robots)
+
+
+class Fleet:
+    """Some robots in one world, each with its container.
+
+    Parameters
+    ----------
+    target : Target
+        The cloud.
+    grid : GridMap
+        The world.
+    robots : int
+        How many.
+    """
+
+    def __init__(self, target: Target, grid: GridMap, robots: int) -> None:
+        self._target = target
+        self._robots = robots
+        self._courses = CoursePlanner(grid, robots).choose(robots, 2)
+        self._world = World(grid, robots)
+
+    async def trial(self, plan: Plan, progress: Progress) -> Trial:
+        """Drive for a while and return how it went."""
+        async with contextlib.AsyncExitStack() as stack:
+            simulator = Simulator(self._world)
+            running = asyncio.create_task(simulator.run())
+            stack.callback(running.cancel)
+            roamers = [await self._send_out(stack, n, c) for n, c in enumerate(self._courses)]
+            await self._pass(plan.warm, "warming up", progress)
+            return await self._look(plan, roamers, simulator, progress)
+
+    async def _send_out(self, stack: contextlib.AsyncExitStack, number: int, course: Course) -> Roamer:
+        name = f"bench-{self._robots}-{number}"
+        await self._target.register(name, MAP, course.start)
+        robot = self._world.add_robot(course.start)
+        url, token = self._target.url, self._target.token
+        return await stack.enter_async_context(roaming(url, token, name, robot, course))
+
+    async def _look(self, plan: Plan, roamers: list[Roamer], simulator: Simulator, progress: Progress) -> Trial:
+        containers = await self._pids()
+        for roamer in roamers:
+            roamer.gaps.clear()
+        before, began = self._cpu(containers), monotonic()
+        await self._pass(plan.seconds, "measuring", progress)
+        took, late = monotonic() - began, simulator.due() * self._world.dt
+        shares = {kind: (seconds - before[kind]) / took for kind, seconds in self._cpu(containers).items()}
+        gaps = np.sort(np.concatenate([np.array(roamer.gaps, dtype=np.float64) for roamer in roamers]))
+        memory = [memory_of(pid) for pid in sorted(containers)] if self._target.pid is not None else []
+        return Trial(self._robots, gaps, shares, late, memory)
+
+    async def _pids(self) -> set[int]:
+        listed = await self._target.rest.items("/v1/containers")
+        return {c["pid"] for c in listed if (c["robot"] or "").startswith(f"bench-{self._robots}-")}
+
+    def _cpu(self, containers: set[int]) -> dict[str, float]:
+        if self._target.pid is None:
+            return {"simulator": sum(os.times()[:2])}
+        return cpu_seconds(self._target.pid, containers)
+
+    async def _pass(self, seconds: float, what: str, progress: Progress) -> None:
+        task = progress.add_task(f"{self._robots} robots, {what}", total=seconds)
+        began = monotonic()
+        while (passed := monotonic() - began) < seconds:
+            progress.update(task, completed=passed)
+            await asyncio.sleep(min(1.0, seconds - passed))
+        progress.remove_task(task)
+
+
+def _of_search(trials: list[Trial]) -> list[Figure]:
+    good = [trial for trial in trials if trial.good]
+    most = good[-1].robots if good else 0
+    largest = Figure(
+        PART, "robots in time", most, "robots", limit=LEAST_ROBOTS, floor=True,
+        note=f"cmd_vel gap p99 ≤ {1e3 * GAP_LIMIT:g} ms, simulator included",
+    )  # fmt: skip
+    rows = [Figure(PART, f"gap p99 of {t.robots}", round(t.gap(99), 1), "ms", round(t.gap(50), 1), round(t.gap(100), 1),
+                   1e3 * GAP_LIMIT, note=f"CPUs: {t.cpus()}") for t in trials]  # fmt: skip
+    return [largest, *rows]
+
+
+def _of_memory(trial: Trial, seconds: float) -> list[Figure]:
+    if not trial.memory:
+        return []
+    name = f"memory of each of {trial.robots}"
+    note = f"PSS beyond the shared map, after {seconds:g} s of driving"
+    return [
+        median_of("containers", name, [m.pss for m in trial.memory], "MB", limit=MEMORY_LIMIT_MB, note=note),
+        median_of("containers", "of it private", [m.private for m in trial.memory], "MB"),
+        median_of("containers", "map beside it", [m.shared_map for m in trial.memory], "MB"),
+    ]

@@ -1,0 +1,222 @@
+"""How much a plan over the wire takes beyond the planning itself, beside servers that only echo."""
+
+import asyncio
+import contextlib
+import json
+import socket
+import sys
+from collections.abc import AsyncIterator, Awaitable, Callable
+from urllib.parse import urlsplit
+
+import msgspec
+from rich.progress import Progress
+from websockets.asyncio.client import ClientConnection, connect
+
+from benchmarks.harness.cloud_under_test import Target
+from benchmarks.harness.figures import Figure, median_of
+from ppaas.clock import monotonic
+from ppaas.costmap.build_layers import build_layers
+from ppaas.errors import Unavailable
+from ppaas.geometry import Pose2D
+from ppaas.maps.generate import warehouse
+from ppaas.maps.grid import GridMap
+from ppaas.planners.base import PlanRequest
+from ppaas.planners.grid.dijkstra import Dijkstra
+from robots.sim.courses import CoursePlanner, GoalRules
+
+PART = "plans"
+MAP = "bench-plans"
+ROBOT = "bench-asker"
+REQUESTS, QUICK = 200, 20
+WARM = 10
+"""Requests before the first that counts."""
+
+LIMIT_MS = 1.0
+
+Ask = Callable[[], Awaitable[float]]
+"""Asks once; returns the seconds that the planner says it took."""
+
+
+async def measure(target: Target, progress: Progress, quick: bool) -> list[Figure]:
+    """Ask for the same path in all ways, one after the other, again and again."""
+    grid = warehouse(seed=1)
+    start, goal = ends(grid)
+    await target.publish(MAP, grid)
+    url = await target.register(ROBOT, MAP, start)
+    async with contextlib.AsyncExitStack() as stack:
+        socket = await stack.enter_async_context(connect(f"{url}&role=operator", max_size=None, compression=None))
+        frame, exact = make_plan_call(start, goal), compute_path_call(start, goal)
+        await socket.send(frame)
+        answer = str(await socket.recv())
+        poses = answer.count('"position"')
+        body = json.dumps({"start": start, "goal": goal}).encode()
+        rest = stack.enter_context(contextlib.closing(RestAsker(target.url, target.token, f"/v1/maps/{MAP}/plans")))
+        rest_size = len(rest.exchange(body))
+        plain = await stack.enter_async_context(echo("websockets", len(answer)))
+        fast = await stack.enter_async_context(echo("fastapi", rest_size))
+        plain_socket = await stack.enter_async_context(connect(f"ws://{plain}", max_size=None, compression=None))
+        fast_rest = stack.enter_context(contextlib.closing(RestAsker(f"http://{fast}", "none", "/")))
+        ways: dict[str, Ask] = {
+            "planner": in_process(grid, start, goal),
+            "ws": lambda: _ask_socket(socket, frame),
+            "rest": lambda: _ask_rest(rest, body),
+            "ws exact": lambda: _ask_socket(socket, exact),  # not right after the other: who just planned is faster
+            "ws echo": lambda: _ask_socket(plain_socket, frame),
+            "rest echo": lambda: _ask_rest(fast_rest, body),
+        }
+        samples = await sample(ways, QUICK if quick else REQUESTS, progress)
+    return figures(samples, poses, len(answer), rest_size)
+
+
+def ends(grid: GridMap) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Return a start and a goal that are far apart."""
+    rules = GoalRules(shortest=0.8, preferred=0.9)
+    course = CoursePlanner(grid, 1, rules).choose(1, 1)[0]
+    (a, b) = course.start, course.goals[0]
+    return (a.x, a.y, a.theta), (b.x, b.y, b.theta)
+
+
+async def sample(ways: dict[str, Ask], count: int, progress: Progress) -> dict[str, list[tuple[float, float]]]:
+    """Return (seconds in all, seconds of the planner) of each way, asked in turn so that all see the same machine."""
+    samples: dict[str, list[tuple[float, float]]] = {name: [] for name in ways}
+    for number in progress.track(range(count + WARM), description="plan requests"):
+        for name, ask in ways.items():
+            began = monotonic()
+            planning = await ask()
+            if number >= WARM:
+                samples[name].append((monotonic() - began, planning))
+    return samples
+
+
+def figures(samples: dict[str, list[tuple[float, float]]], poses: int, ws_size: int, rest_size: int) -> list[Figure]:
+    """Return what the samples say."""
+    total = {name: [all_ for all_, _ in taken] for name, taken in samples.items()}
+    rest_planner = [planning for _, planning in samples["rest"]]
+    exact_more, rest_more = ([all_ - planning for all_, planning in samples[name]] for name in ("ws exact", "rest"))
+    # make_plan tells no time: its container was asked for the same path soon after, and told what it took.
+    clone_planner = [planning for _, planning in samples["ws exact"]]
+    ws_more = [seconds - planning for seconds, planning in zip(total["ws"], clone_planner, strict=True)]
+    return [
+        median_of(PART, "planner, called in this process", total["planner"], note=f"{poses} poses"),
+        median_of(PART, "planner, in its container", rest_planner, note="by its own word"),
+        median_of(PART, "WebSocket, beyond its planner's time", exact_more, limit=LIMIT_MS, note="compute_path"),
+        median_of(PART, "WebSocket, beyond it, as ROS", ws_more, limit=LIMIT_MS, note=f"make_plan, {ws_size:,} bytes"),
+        median_of(PART, "websockets, echo", total["ws echo"], yardstick=True, note="the same bytes"),
+        median_of(PART, "REST, beyond its planner's time", rest_more, limit=LIMIT_MS, note=f"{rest_size:,} bytes"),
+        median_of(PART, "FastAPI, echo", total["rest echo"], yardstick=True, note="the same bytes"),
+    ]
+
+
+# -- the ways ----------------------------------------------------------------------------------------------------------
+
+
+def in_process(grid: GridMap, start: tuple[float, float, float], goal: tuple[float, float, float]) -> Ask:
+    """Return what plans here, on the same costs as a container does."""
+    costmap, planner = build_layers(grid).costmap, Dijkstra()
+    request = PlanRequest(Pose2D(*start), Pose2D(*goal))
+
+    async def ask() -> float:
+        return planner.plan(costmap, request).seconds
+
+    return ask
+
+
+def make_plan_call(start: tuple[float, float, float], goal: tuple[float, float, float]) -> str:
+    """Return the frame of a call of ``nav_msgs/GetPlan``, which tells what ROS tells of a path."""
+    ends = ({"header": {"frame_id": "map"}, "pose": _pose(end)} for end in (start, goal))
+    return _call("/move_base/make_plan", *ends)
+
+
+def compute_path_call(
+    start: tuple[float, float, float], goal: tuple[float, float, float], **more: str | float | bool
+) -> str:
+    """Return the frame of a call of ``ppaas_msgs/ComputePath``, which tells the planner's time too."""
+    return _call("/move_base/compute_path", _pose(start), _pose(goal), **more)
+
+
+def _pose(end: tuple[float, float, float]) -> dict[str, object]:
+    return {"position": {"x": end[0], "y": end[1]}, "orientation": {"z": 0.0, "w": 1.0}}
+
+
+def _call(service: str, start: dict[str, object], goal: dict[str, object], **more: str | float | bool) -> str:
+    arguments = {"start": start, "goal": goal, **more}
+    return json.dumps({"op": "call_service", "id": "1", "service": service, "args": arguments})
+
+
+async def _ask_socket(socket: ClientConnection, frame: str) -> float:
+    await socket.send(frame)
+    return _planner_seconds(await socket.recv(decode=False), _Response)
+
+
+class _Planned(msgspec.Struct):
+    seconds: float = 0.0
+
+
+class _Response(msgspec.Struct):
+    values: _Planned
+
+
+def _planner_seconds(answer: bytes, kind: type[_Planned] | type[_Response]) -> float:
+    """Return what an answer says of the planner, and what it takes to read that here: no time of the cloud's."""
+    began = monotonic()
+    if answer[:1] != b"{":
+        return 0.0
+    told = msgspec.json.decode(answer, type=kind)
+    return (told.values if isinstance(told, _Response) else told).seconds + monotonic() - began
+
+
+class RestAsker:
+    """Posts one body again and again over one connection, as one packet.
+
+    It reads no more of an answer than its length, for it is not itself what is measured: ``http.client`` takes longer
+    for a request than the server does.
+    """
+
+    def __init__(self, url: str, token: str, path: str) -> None:
+        address = urlsplit(url)
+        self._socket = socket.create_connection((address.hostname, address.port), timeout=30.0)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._head = (
+            f"POST {path} HTTP/1.1\r\nHost: {address.netloc}\r\nAuthorization: Bearer {token}\r\n"
+            "Content-Type: application/json\r\nContent-Length: {}\r\n\r\n"
+        )
+
+    def exchange(self, body: bytes) -> bytes:
+        """Return the answer to a body; ``Unavailable`` if the server hangs up."""
+        self._socket.sendall(self._head.format(len(body)).encode() + body)
+        answer = self._read(b"", lambda read: b"\r\n\r\n" in read)
+        head, _, begun = answer.partition(b"\r\n\r\n")
+        length = int(head.lower().split(b"content-length:", 1)[1].split(b"\r\n", 1)[0])
+        return self._read(begun, lambda read: len(read) >= length)
+
+    def _read(self, begun: bytes, enough: Callable[[bytes], bool]) -> bytes:
+        read = begun
+        while not enough(read):
+            more = self._socket.recv(1 << 18)
+            if not more:
+                raise Unavailable("the server hung up on the bench")
+            read += more
+        return read
+
+    def close(self) -> None:
+        """Hang up."""
+        self._socket.close()
+
+
+async def _ask_rest(asker: RestAsker, body: bytes) -> float:
+    return _planner_seconds(asker.exchange(body), _Planned)
+
+
+@contextlib.asynccontextmanager
+async def echo(kind: str, size: int) -> AsyncIterator[str]:
+    """Run a server that echoes answers of a size in a process of its own; its host and port."""
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, "-m", "benchmarks.service.echo_server", kind, str(size),
+        stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
+    )  # fmt: skip
+    assert process.stdin is not None and process.stdout is not None
+    try:
+        yield f"127.0.0.1:{int(await process.stdout.readline())}"
+    finally:
+        process.stdin.close()
+        await process.wait()

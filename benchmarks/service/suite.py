@@ -1,0 +1,62 @@
+"""All that a user waits for, part by part, in one run."""
+
+import contextlib
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+
+from rich.progress import Progress
+
+from benchmarks.harness.cloud_under_test import Target, own_cloud, running_cloud
+from benchmarks.harness.figures import Figure
+from benchmarks.harness.parts import Parts
+from benchmarks.service import containers, dashboard, fleet, map_publishing, plan_requests, startup
+
+Measure = Callable[[Target, Progress, bool], Awaitable[list[Figure]]]
+
+PARTS: dict[str, Measure] = {
+    plan_requests.PART: plan_requests.measure,
+    map_publishing.PART: map_publishing.measure,
+    containers.PART: containers.measure,
+    dashboard.PART: dashboard.measure,
+    fleet.PART: fleet.measure,
+}
+"""What is measured at a cloud that is up; ``startup`` starts its own."""
+
+
+@dataclass(frozen=True, slots=True)
+class Options(Parts):
+    """What to measure.
+
+    Parameters
+    ----------
+    url, token : str, optional
+        Of a cloud that is up; else one is started.
+    """
+
+    url: str | None = None
+    token: str | None = None
+
+
+async def measure(options: Options, progress: Progress) -> list[Figure]:
+    """Measure the parts one after the other.
+
+    Raises
+    ------
+    PPaaSError
+        The cloud does not start, or refuses something.
+    """
+    figures = []
+    if options.wants(startup.PART):
+        figures += await startup.measure(progress, options.quick)
+    wanted = [measure_part for part, measure_part in PARTS.items() if options.wants(part)]
+    if wanted:
+        async with _target(options) as target:
+            for measure_part in wanted:
+                figures += await measure_part(target, progress, options.quick)
+    return figures
+
+
+def _target(options: Options) -> contextlib.AbstractAsyncContextManager[Target]:
+    if options.url is None:
+        return own_cloud()
+    return running_cloud(options.url, options.token or "")

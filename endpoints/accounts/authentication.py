@@ -1,0 +1,32 @@
+"""Who asks: the token of a request or a WebSocket handshake, and its user."""
+
+from starlette.requests import HTTPConnection
+
+from endpoints.accounts.accounts import Accounts
+from ppaas.errors import NotAuthenticated
+from storage.records import User
+
+
+def token_of(connection: HTTPConnection) -> str:
+    """Return the bearer token of a header, else of the query.
+
+    Raises
+    ------
+    NotAuthenticated
+        There is none.
+    """
+    token = bearer_of(connection.headers.get("authorization", "")) or connection.query_params.get("token", "").strip()
+    if not token:
+        raise NotAuthenticated("no token: log in with POST /v1/tokens and send it as 'Authorization: Bearer TOKEN'")
+    return token
+
+
+def bearer_of(authorization: str) -> str | None:
+    """Return the token of an ``Authorization`` header, if it has one."""
+    scheme, _, token = authorization.partition(" ")
+    return token.strip() or None if scheme.lower() == "bearer" else None
+
+
+async def authenticate(connection: HTTPConnection, accounts: Accounts) -> User:
+    """Return the user who asks; ``NotAuthenticated`` if the token is missing, unknown or expired."""
+    return await accounts.authenticate(token_of(connection))

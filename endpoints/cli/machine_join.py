@@ -1,0 +1,65 @@
+"""``ppaas machine join``: make this host a machine of a cloud on another one."""
+
+import argparse
+import os
+import socket
+import tempfile
+from pathlib import Path
+
+from ppaas.bounded_numbers import whole
+
+HELP = "make this host a machine of a cloud on another host, until SIGTERM or Ctrl-C"
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument(
+        "ticket", nargs="?", metavar="TICKET", help="of 'ppaas machine ticket' (not needed once it has joined)"
+    )
+    parser.add_argument("--name", default=socket.gethostname(), help="of the machine (%(default)s)")
+    parser.add_argument("--cores", type=whole(), help="CPUs that containers may use (all)")
+    parser.add_argument(
+        "--label", type=_label, action="append", default=[], metavar="KEY=VALUE", help="what the machine is like"
+    )
+    parser.add_argument(
+        "--data", type=Path, default=Path("machine"), help="folder of its key and certificate (./%(default)s)"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Join, and become the machine's agent in this very process."""
+    # So here: ``ppaas --help`` loads this module.
+    import asyncio  # noqa: PLC0415
+
+    from engine.remote.agent import Options  # noqa: PLC0415
+    from engine.remote.membership import join, membership_in  # noqa: PLC0415
+
+    folder = arguments.data.resolve()
+    if arguments.ticket is not None:
+        asyncio.run(join(folder, arguments.ticket, arguments.name))
+    membership_in(folder)  # whatever is wrong with it is told here
+    _become(folder, Options(arguments.cores, dict(arguments.label)))
+    return 0
+
+
+def _become(folder: Path, options: object) -> None:
+    import msgspec  # noqa: PLC0415
+
+    from engine.runtimes.memory_tuning import lean_python  # noqa: PLC0415
+
+    with tempfile.TemporaryFile() as file:
+        file.write(msgspec.json.encode(options))
+        file.seek(0)
+        os.dup2(file.fileno(), 0)
+    os.execve(
+        lean_python.PYTHON[0],
+        [*lean_python.PYTHON, "-m", "engine.remote.agent", str(folder)],
+        lean_python.environment(),
+    )
+
+
+def _label(text: str) -> tuple[str, str]:
+    key, equals, value = text.partition("=")
+    if not (key and equals and value):
+        raise argparse.ArgumentTypeError(f"a label is KEY=VALUE, not {text!r}")
+    return key, value

@@ -1,0 +1,84 @@
+"""Machines of the cloud, for administrators."""
+
+from typing import Annotated, Any
+
+import msgspec
+from fastapi import APIRouter, Body, Query
+
+from endpoints.rest.cluster.schemas import AdmittedMachine, MachineAnswer, MachineChange
+from endpoints.rest.dependencies import Admin, Paged, Provided
+from endpoints.rest.merge_patch import merge
+from endpoints.rest.names import MachineId
+from endpoints.rest.openapi import ADMIN, BODY, problems
+from endpoints.rest.paging import Page
+from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
+from endpoints.services.services import Services
+from engine.service.views import MachineView
+from engine.specs.machine_settings import MachineSettings
+from ppaas.errors import NotFound
+
+router = APIRouter(prefix="/machines", tags=["machines"], route_class=StrictRoute)
+
+
+@router.get("", response_model=Page[MachineAnswer], responses=ADMIN)
+async def list_machines(services: Provided, _admin: Admin, paging: Paged) -> dict[str, object]:
+    """List all machines by id."""
+    after = paging.key(str, "")
+    machines = sorted(services.cloud.machines(), key=lambda machine: machine.id)
+    return paging.page([machine for machine in machines if machine.id > after], lambda machine: machine.id)
+
+
+@router.get("/{machine_id}", response_model=MachineAnswer, responses=ADMIN | problems(404))
+async def show_machine(machine_id: MachineId, services: Provided, _admin: Admin) -> MachineView:
+    """Show a machine."""
+    return _seen(services, machine_id)
+
+
+@router.patch("/{machine_id}", response_model=MachineAnswer, responses=ADMIN | BODY | problems(404))
+async def change_machine(
+    machine_id: MachineId,
+    change: Annotated[MachineChange, Body(media_type=MERGE_PATCH)],
+    services: Provided,
+    _admin: Admin,
+) -> MachineView:
+    """Change labels and limits of a machine, or drain it, by a JSON merge patch (RFC 7396).
+
+    What it carries already stays, whatever its new limits. From a machine that is drained the clones move one after
+    the other to machines that have room; their robots stay connected. All of it is kept, also while the machine is
+    away.
+    """
+    before = services.cloud.machine_settings(machine_id)
+    services.cloud.configure_machine(machine_id, _changed(before, change.model_dump(exclude_unset=True)))
+    return _seen(services, machine_id)
+
+
+@router.delete("/{machine_id}", status_code=204, responses=ADMIN | problems(404, 409))
+async def remove_machine(
+    machine_id: MachineId,
+    services: Provided,
+    _admin: Admin,
+    force: Annotated[bool, Query(description="Though it carries containers: they are lost, and placed anew")] = False,
+) -> None:
+    """Cut a machine off and let it in no more until it is admitted; one that carries something is kept: drain it first.
+
+    What was said of it is forgotten.
+    """
+    services.cloud.remove_machine(machine_id, force=force)
+
+
+@router.post("/{machine_id}/admit", response_model=AdmittedMachine, responses=ADMIN)
+async def admit_machine(machine_id: MachineId, services: Provided, _admin: Admin) -> AdmittedMachine:
+    """Let a machine in again that was removed, when its agent is started."""
+    services.cloud.admit_machine(machine_id)
+    return AdmittedMachine(id=machine_id)
+
+
+def _seen(services: Services, machine_id: str) -> MachineView:
+    known = {machine.id: machine for machine in services.cloud.machines()}
+    if machine_id not in known:
+        raise NotFound("machine", machine_id, list(known))
+    return known[machine_id]
+
+
+def _changed(before: MachineSettings, change: dict[str, Any]) -> MachineSettings:
+    return msgspec.convert(merge(msgspec.to_builtins(before), change), MachineSettings)

@@ -1,0 +1,150 @@
+"""Versions of maps, what differs between them, and the files of each as they were published."""
+
+from contextlib import ExitStack
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query
+from starlette.concurrency import run_in_threadpool
+from starlette.responses import Response, StreamingResponse
+
+from endpoints.rest.dependencies import Caller, Paged, Provided, readable_head
+from endpoints.rest.maps.maps import opened_map, shown_map
+from endpoints.rest.maps.schemas import CellRectangle, MapAnswer, MapDifference, MapVersionAnswer, OctomapFate
+from endpoints.rest.names import MapId, Version, VersionId
+from endpoints.rest.openapi import KNOWN, Responses, problems
+from endpoints.rest.paging import Page
+from endpoints.services.services import Services
+from ppaas.maps.formats.difference import difference
+from ppaas.maps.formats.image import media_type
+from ppaas.maps.formats.map_files import open_grid
+from storage.opened_maps import OpenMap
+from storage.records import MapVersionRecord, User
+from storage.staged_uploads import blocks
+from storage.versions import IMAGE, OCTOMAP, YAML
+
+router = APIRouter(prefix="/maps/{map_id}", tags=["maps"])
+
+
+def _files(content: dict[str, Any]) -> Responses:
+    return {200: {"description": "The file, byte for byte", "content": content}} | KNOWN | problems(404)
+
+
+_AT_ONCE = 1 << 20
+"""Bytes that a thread is asked for: each time costs as much as to send some ten thousand of them."""
+
+YAML_TYPE = "application/yaml"
+OCTOMAP_TYPE = "application/octet-stream"
+_BYTES = {"schema": {"type": "string", "format": "binary"}}
+_YAML_FILE = _files({YAML_TYPE: {}})
+_IMAGE_FILE = _files({"image/x-portable-graymap": _BYTES, "image/png": _BYTES})
+_OCTOMAP_FILE = _files({OCTOMAP_TYPE: _BYTES})
+
+
+@router.get("/versions", response_model=Page[MapVersionAnswer], responses=KNOWN | problems(404))
+async def list_versions(map_id: MapId, services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
+    """List what was published as a map, newest first: who did, when and why."""
+    head = await readable_head(services, user, map_id)
+    before = paging.key(int, None)
+    found = await run_in_threadpool(services.map_store.versions, map_id, before=before, limit=paging.most)
+    return paging.page([_version(one, head.present) for one in found], lambda one: one.number)
+
+
+@router.get("/versions/{version}", response_model=MapAnswer, responses=KNOWN | problems(404))
+async def show_version(map_id: MapId, version: VersionId, services: Provided, user: Caller) -> MapAnswer:
+    """Show a map as it was in one of its versions."""
+    return await run_in_threadpool(shown_map, services, user, map_id, version)
+
+
+@router.get("/difference", response_model=MapDifference, responses=KNOWN | problems(404))
+async def compare_versions(
+    map_id: MapId,
+    services: Provided,
+    user: Caller,
+    old: Annotated[Version, Query(description="SHA-256 of the files of a version")],
+    new: Annotated[Version | None, Query(description="Of another; without it, the present one")] = None,
+) -> MapDifference:
+    """Tell what changed from one version of a map to another."""
+    return await run_in_threadpool(_difference, services, user, map_id, old, new)
+
+
+@router.get("/yaml", response_class=Response, responses=_YAML_FILE)
+async def fetch_yaml(map_id: MapId, services: Provided, user: Caller) -> Response:
+    """Return the YAML file of the present version."""
+    return await run_in_threadpool(_file, services, user, map_id, YAML)
+
+
+@router.get("/image", response_class=Response, responses=_IMAGE_FILE)
+async def fetch_image(map_id: MapId, services: Provided, user: Caller) -> Response:
+    """Return the image of the present version."""
+    return await run_in_threadpool(_file, services, user, map_id, IMAGE)
+
+
+@router.get("/octomap", response_class=Response, responses=_OCTOMAP_FILE)
+async def fetch_octomap(map_id: MapId, services: Provided, user: Caller) -> Response:
+    """Return the octree of the present version."""
+    return await run_in_threadpool(_file, services, user, map_id, OCTOMAP)
+
+
+@router.get("/versions/{version}/yaml", response_class=Response, responses=_YAML_FILE)
+async def fetch_version_yaml(map_id: MapId, version: VersionId, services: Provided, user: Caller) -> Response:
+    """Return the YAML file of a version."""
+    return await run_in_threadpool(_file, services, user, map_id, YAML, version)
+
+
+@router.get("/versions/{version}/image", response_class=Response, responses=_IMAGE_FILE)
+async def fetch_version_image(map_id: MapId, version: VersionId, services: Provided, user: Caller) -> Response:
+    """Return the image of a version."""
+    return await run_in_threadpool(_file, services, user, map_id, IMAGE, version)
+
+
+@router.get("/versions/{version}/octomap", response_class=Response, responses=_OCTOMAP_FILE)
+async def fetch_version_octomap(map_id: MapId, version: VersionId, services: Provided, user: Caller) -> Response:
+    """Return the octree of a version."""
+    return await run_in_threadpool(_file, services, user, map_id, OCTOMAP, version)
+
+
+def _version(one: MapVersionRecord, present: MapVersionRecord) -> MapVersionAnswer:
+    return MapVersionAnswer(
+        number=one.number,
+        version=one.version,
+        created=one.created,
+        author=one.author,
+        message=one.message,
+        restored=one.restored,
+        parts=sorted(one.files),
+        present=one.number == present.number,
+    )
+
+
+def _file(services: Services, user: User, map_id: str, part: str, version: str | None = None) -> Response:
+    """Return a file as a stream: it is mapped, and a mapping lasts as long as somebody reads from it."""
+    with opened_map(services, user, map_id, version, only=(part,)) as opened:
+        data = opened.buffer(part)
+    kinds = {YAML: YAML_TYPE, OCTOMAP: OCTOMAP_TYPE}
+    kind = kinds[part] if part in kinds else media_type(data)
+    headers = {"X-Content-Type-Options": "nosniff", "Content-Length": str(len(data))}
+    return StreamingResponse(blocks(data, _AT_ONCE), media_type=kind, headers=headers)
+
+
+def _difference(services: Services, user: User, map_id: str, old: str, new: str | None) -> MapDifference:
+    with ExitStack() as stack:
+        before, after = (stack.enter_context(opened_map(services, user, map_id, one)) for one in (old, new))
+        grids = [open_grid(*one.grid()) for one in (before, after)]
+        found = difference(*grids)
+        rectangle = None if found.rectangle is None else CellRectangle(**found.rectangle._asdict())
+        return MapDifference(
+            old=before.record.version,
+            new=after.record.version,
+            changed=found.changed,
+            rectangle=rectangle,
+            corners=None if found.corners is None else found.corners.tolist(),
+            aligned=found.aligned,
+            octomap=_octomap(before, after),
+        )
+
+
+def _octomap(before: OpenMap, after: OpenMap) -> OctomapFate:
+    old, new = before.record.present.files.get(OCTOMAP), after.record.present.files.get(OCTOMAP)
+    if old == new:
+        return "none" if old is None else "same"
+    return "added" if old is None else "removed" if new is None else "changed"

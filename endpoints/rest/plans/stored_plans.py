@@ -1,0 +1,58 @@
+"""Paths that were kept: listed by map, and removed."""
+
+from fastapi import APIRouter
+from starlette.concurrency import run_in_threadpool
+
+from endpoints.rest.dependencies import Caller, Paged, Provided, readable_head
+from endpoints.rest.names import MapId, PlanId
+from endpoints.rest.openapi import KNOWN, problems
+from endpoints.rest.paging import Page
+from endpoints.rest.schemas import PlanSummary
+from endpoints.services.services import Services
+from ppaas.errors import NotFound, NotPermitted
+from storage.records import PlanRecord, User
+
+router = APIRouter(tags=["plans"])
+
+
+@router.get("/maps/{map_id}/plans", response_model=Page[PlanSummary], responses=KNOWN | problems(404))
+async def list_plans(map_id: MapId, services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
+    """List the paths on a map that one may see, whoever asked for them, newest first and without their poses."""
+    await readable_head(services, user, map_id)
+    before = paging.key(tuple[float, str], None)
+    await services.plan_keeper.settled()
+    found = await run_in_threadpool(services.store.plans, map_id, before=before, limit=paging.most)
+    return paging.page([summary_of(record) for record in found], lambda plan: (plan.created, plan.plan_id))
+
+
+@router.delete("/plans/{plan_id}", status_code=204, responses=KNOWN | problems(403, 404))
+async def remove_plan(plan_id: PlanId, services: Provided, user: Caller) -> None:
+    """Remove a path: who asked for it may, the owner of its map, and an administrator."""
+    await check_may_change(services, user, await visible_plan(services, user, plan_id))
+    await run_in_threadpool(services.store.remove_plan, plan_id)
+
+
+async def check_may_change(services: Services, user: User, record: PlanRecord) -> None:
+    """Raise ``NotPermitted`` unless a user asked for a path, owns its map, or is an administrator."""
+    if user.role != "admin" and user.id != record.user:
+        head = await readable_head(services, user, record.map)
+        if user.id != head.owner:
+            raise NotPermitted(f"only who asked for plan {record.id!r} or owns its map may change or remove it")
+
+
+async def visible_plan(services: Services, user: User, plan_id: str) -> PlanRecord:
+    """Return a path: one's own, or one on a map that one may see."""
+    await services.plan_keeper.settled()
+    record = await run_in_threadpool(services.store.plan, plan_id)
+    if record.user != user.id:
+        try:
+            await readable_head(services, user, record.map)
+        except NotFound as error:
+            raise NotFound("plan", plan_id) from error
+    return record
+
+
+def summary_of(record: PlanRecord) -> PlanSummary:
+    """Return what is told of a path but its poses."""
+    fields = {name: getattr(record, name) for name in PlanSummary.model_fields if name != "plan_id"}
+    return PlanSummary(plan_id=record.id, **fields)

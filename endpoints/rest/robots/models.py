@@ -1,0 +1,42 @@
+"""Models of robots that are known by name: what a robot file may say, and how large such a robot is."""
+
+from fastapi import APIRouter
+from pydantic import BaseModel, Field
+
+from endpoints.rest.dependencies import Caller
+from endpoints.rest.openapi import KNOWN
+from ppaas.robot_model.known_models import model_names, robot_model
+
+router = APIRouter(prefix="/models", tags=["models"])
+
+
+class ModelAnswer(BaseModel):
+    """A model."""
+
+    name: str
+    robot_radius: float = Field(description="Of its round footprint [m]")
+    max_vel_x: float = Field(description="Fastest it drives [m/s]")
+    max_vel_theta: float = Field(description="Fastest it turns [rad/s]")
+
+
+class ModelPage(BaseModel):
+    """All models: they are few, and on one page."""
+
+    items: list[ModelAnswer]
+    next: None = None
+
+
+@router.get("", response_model=ModelPage, responses=KNOWN)
+async def list_models(_user: Caller) -> ModelPage:
+    """List the models of robots that robot files may name."""
+    return ModelPage(items=[_answer(name) for name in model_names()])
+
+
+def _answer(name: str) -> ModelAnswer:
+    model = robot_model(name)
+    return ModelAnswer(
+        name=model.name,
+        robot_radius=model.robot_radius,
+        max_vel_x=model.limits.max_vel_x,
+        max_vel_theta=model.limits.max_vel_theta,
+    )

@@ -1,0 +1,65 @@
+"""The URDF of a robot: kept byte for byte, and read before it is."""
+
+from typing import Any
+
+from fastapi import APIRouter, HTTPException, Request
+from starlette.concurrency import run_in_threadpool
+from starlette.responses import Response
+
+from endpoints.rest.dependencies import Caller, Provided
+from endpoints.rest.names import RobotId
+from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
+from endpoints.rest.schemas import UrdfAnswer
+from ppaas.robot_model.describe import describe
+from ppaas.robot_model.description import RobotDescription
+
+router = APIRouter(prefix="/robots/{robot_id}/urdf", tags=["robots"])
+
+XML = "application/xml"
+
+_CONTENT: dict[str, Any] = {XML: {"schema": {"type": "string", "format": "binary"}}}
+_NEW: Responses = {201: {"model": UrdfAnswer, "description": "The robot had none before"}}
+_FILE: Responses = {200: {"description": "The file, byte for byte", "content": _CONTENT}}
+_SAFE = {"X-Content-Type-Options": "nosniff", "Content-Security-Policy": "sandbox"}
+"""A browser that is led to it is to run nothing of what a stranger wrote."""
+
+
+@router.put(
+    "",
+    response_model=UrdfAnswer,
+    responses=_NEW | KNOWN | BODY | problems(404),
+    openapi_extra={"requestBody": {"required": True, "content": _CONTENT}},
+)
+async def put_urdf(
+    robot_id: RobotId, request: Request, services: Provided, user: Caller, response: Response
+) -> RobotDescription:
+    """Give a robot its URDF, or another in place of its own, and tell what it says.
+
+    Maps are inflated and the robot is driven by what it tells from when the robot connects again.
+    """
+    if not _is_xml(request.headers.get("content-type", "")):
+        raise HTTPException(415, f"send XML, and say so: 'Content-Type: {XML}'")
+    urdf = await request.body()
+    told = await run_in_threadpool(describe, urdf)
+    if await run_in_threadpool(services.store.put_urdf, user.id, robot_id, urdf):
+        response.status_code = 201
+    return told
+
+
+@router.get("", response_class=Response, responses=_FILE | KNOWN | problems(404))
+async def fetch_urdf(robot_id: RobotId, services: Provided, user: Caller) -> Response:
+    """Return the URDF of a robot, as it was put."""
+    urdf = await run_in_threadpool(services.store.urdf, user.id, robot_id)
+    named = {"Content-Disposition": f'attachment; filename="{robot_id}.urdf"'}
+    return Response(urdf, media_type=XML, headers=_SAFE | named)
+
+
+@router.delete("", status_code=204, responses=KNOWN | problems(404))
+async def remove_urdf(robot_id: RobotId, services: Provided, user: Caller) -> None:
+    """Forget the URDF of a robot, which is then what its model says."""
+    await run_in_threadpool(services.store.remove_urdf, user.id, robot_id)
+
+
+def _is_xml(content_type: str) -> bool:
+    media_type = content_type.partition(";")[0].strip().lower()
+    return media_type in (XML, "text/xml") or (media_type.startswith("application/") and media_type.endswith("+xml"))

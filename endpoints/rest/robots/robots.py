@@ -1,0 +1,117 @@
+"""Robots of the caller."""
+
+from typing import Annotated, Any
+
+import msgspec
+from fastapi import APIRouter, Body, Response
+from fastapi.exceptions import RequestValidationError
+from pydantic import ValidationError
+from starlette.concurrency import run_in_threadpool
+
+from endpoints.rest.dependencies import Caller, Paged, Provided, readable_head, robots_in
+from endpoints.rest.merge_patch import merge
+from endpoints.rest.names import RobotId
+from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
+from endpoints.rest.paging import Page
+from endpoints.rest.schemas import RobotAnswer, RobotChange, RobotDetail, RobotFile, UrdfAnswer, triple
+from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
+from endpoints.services.services import Services
+from engine.specs.filter_masks import mask_versions
+from ppaas.errors import Conflict, NotFound
+from ppaas.robot_model.describe import describe
+from storage.records import RobotRecord, User
+
+router = APIRouter(prefix="/robots", tags=["robots"], route_class=StrictRoute)
+
+
+_NEW: Responses = {201: {"model": RobotAnswer, "description": "The robot is new"}}
+
+
+@router.put("/{robot_id}", response_model=RobotAnswer, responses={**_NEW, **KNOWN, **BODY, **problems(404, 429)})
+async def put_robot(
+    robot_id: RobotId, file: RobotFile, services: Provided, user: Caller, response: Response
+) -> RobotRecord:
+    """Tell of a robot, or put another file in place of its own; one that is connected takes it up when it comes again.
+
+    A robot is the caller's own: two users may have robots of the same id.
+    """
+    await readable_head(services, user, file.map)
+    await _check_masks(services, user, file)
+    record = _record(robot_id, user, file)
+    services.cloud.quotas.learn(user)
+    if await run_in_threadpool(_put, services, record):
+        response.status_code = 201
+    return record
+
+
+@router.get("", response_model=Page[RobotAnswer], responses=KNOWN)
+async def list_robots(services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
+    """List the caller's robots by id."""
+    after = paging.key(str, "")
+    found = await run_in_threadpool(services.store.robots, user.id, after=after, limit=paging.most)
+    return paging.page(found, lambda robot: robot.id)
+
+
+@router.get("/{robot_id}", response_model=RobotDetail, responses=KNOWN | problems(404))
+async def show_robot(robot_id: RobotId, services: Provided, user: Caller) -> RobotDetail:
+    """Show a robot of the caller, with what its URDF tells."""
+    return await run_in_threadpool(_detail, services, user, robot_id)
+
+
+@router.patch("/{robot_id}", response_model=RobotAnswer, responses=KNOWN | BODY | problems(404, 409))
+async def change_robot(
+    robot_id: RobotId,
+    change: Annotated[RobotChange, Body(media_type=MERGE_PATCH)],
+    services: Provided,
+    user: Caller,
+) -> RobotRecord:
+    """Change some of a robot's file by a JSON merge patch (RFC 7396); `application/json` will do as its type."""
+    before = await run_in_threadpool(services.store.robot, user.id, robot_id)
+    file = _changed(before, change.model_dump(exclude_unset=True))
+    if file.map != before.map:
+        await readable_head(services, user, file.map)
+    if file.parameters != before.parameters:
+        await _check_masks(services, user, file)
+    record = _record(robot_id, user, file)
+    await run_in_threadpool(services.store.put_robot, record, instead_of=before)
+    return record
+
+
+@router.delete("/{robot_id}", status_code=204, responses=KNOWN | problems(404, 409))
+async def remove_robot(robot_id: RobotId, services: Provided, user: Caller) -> None:
+    """Forget a robot, its URDF and what its clone had learned; one that is connected is kept."""
+    if robot_id in robots_in(services, user.id):
+        raise Conflict(f"robot {robot_id!r} is connected: let it disconnect first")
+    await run_in_threadpool(services.store.remove_robot, user.id, robot_id)
+
+
+async def _check_masks(services: Services, user: User, file: RobotFile) -> None:
+    """Refuse a file whose masks would keep the robot from connecting; what is published since counts when it does."""
+    await run_in_threadpool(mask_versions, services.map_store, user.id, file.parameters)
+
+
+def _put(services: Services, record: RobotRecord) -> bool:
+    with services.holdings.new_robot(services.store, services.cloud.quotas, record.user, record.id):
+        return services.store.put_robot(record)
+
+
+def _detail(services: Services, user: User, robot_id: str) -> RobotDetail:
+    record = services.store.robot(user.id, robot_id)
+    try:
+        told = UrdfAnswer.model_validate(describe(services.store.urdf(user.id, robot_id)))
+    except NotFound:
+        told = None
+    return RobotDetail(**msgspec.structs.asdict(record), urdf=told)
+
+
+def _record(robot_id: str, user: User, file: RobotFile) -> RobotRecord:
+    fields = file.model_dump() | {"initial_pose": triple(file.initial_pose)}
+    return RobotRecord(id=robot_id, user=user.id, **fields)
+
+
+def _changed(record: RobotRecord, change: dict[str, Any]) -> RobotFile:
+    present = {name: getattr(record, name) for name in RobotFile.model_fields}
+    try:
+        return RobotFile.model_validate(merge(present | {"initial_pose": list(record.initial_pose)}, change))
+    except ValidationError as error:
+        raise RequestValidationError([{**fault, "loc": ("body", *fault["loc"])} for fault in error.errors()]) from error

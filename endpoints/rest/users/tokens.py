@@ -1,0 +1,45 @@
+"""Logging in and out: tokens are made, listed and revoked."""
+
+from fastapi import APIRouter, Request, Response
+from starlette.concurrency import run_in_threadpool
+
+from endpoints.accounts.accounts import Login, token_id
+from endpoints.accounts.authentication import token_of
+from endpoints.rest.dependencies import Caller, Paged, Provided
+from endpoints.rest.names import TokenId
+from endpoints.rest.openapi import BODY, KNOWN, problems
+from endpoints.rest.paging import Page
+from endpoints.rest.schemas import Credentials, TokenAnswer, TokenSummary
+from endpoints.rest.strict_json import StrictRoute
+from storage.records import Token
+
+router = APIRouter(prefix="/tokens", tags=["tokens"], route_class=StrictRoute)
+
+CURRENT = "current"
+"""The token that a request carries; no hash is called so."""
+
+
+@router.post("", status_code=201, response_model=TokenAnswer, responses=problems(401) | BODY)
+async def log_in(credentials: Credentials, services: Provided, response: Response) -> Login:
+    """Give a token to who knows the password. It is told only now, and never kept in the clear."""
+    response.headers["Cache-Control"] = "no-store"
+    return await services.accounts.sign_in(credentials.user, credentials.password)
+
+
+@router.get("", response_model=Page[TokenSummary], responses=KNOWN)
+async def list_tokens(request: Request, services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
+    """List the caller's tokens by id."""
+    used = token_id(token_of(request))
+    after = paging.key(str, "")
+    found = await run_in_threadpool(services.store.tokens, user.id, after=after, limit=paging.most)
+    return paging.page([_summary(token, used) for token in found], lambda token: token.id)
+
+
+@router.delete("/{token}", status_code=204, responses=KNOWN | problems(404))
+async def revoke_token(token: TokenId, request: Request, services: Provided, user: Caller) -> None:
+    """Revoke a token of the caller: who has it must log in again. `current` logs out."""
+    await services.accounts.revoke(user.id, token_id(token_of(request)) if token == CURRENT else token)
+
+
+def _summary(token: Token, used: str) -> TokenSummary:
+    return TokenSummary(id=token.hash, created=token.created, expires=token.expires, current=token.hash == used)

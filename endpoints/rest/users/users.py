@@ -1,0 +1,130 @@
+"""Users: made, listed, changed, limited and removed by administrators; everybody changes the own password."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Request
+from starlette.concurrency import run_in_threadpool
+
+from endpoints.accounts.accounts import ME, token_id
+from endpoints.accounts.authentication import token_of
+from endpoints.accounts.usage import maps_of, robots_of
+from endpoints.rest.dependencies import Admin, Caller, Paged, Provided, robots_in
+from endpoints.rest.names import UserId
+from endpoints.rest.openapi import ADMIN, BODY, problems
+from endpoints.rest.paging import Page
+from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
+from endpoints.rest.users.schemas import LimitsAnswer, NewUser, QuotaAnswer, UserAnswer, UserChange, UserDetail
+from endpoints.services.services import Services
+from engine.master.quotas import QUOTAS
+from ppaas.errors import Conflict, InvalidParameter, NotPermitted
+from storage.records import User
+
+router = APIRouter(prefix="/users", tags=["users"], route_class=StrictRoute)
+
+
+@router.post("", status_code=201, response_model=UserAnswer, responses=ADMIN | BODY | problems(409))
+async def create_user(new: NewUser, services: Provided, _admin: Admin) -> User:
+    """Make a user."""
+    return await services.accounts.register(new.id, new.password, new.role)
+
+
+@router.get("", response_model=Page[UserAnswer], responses=ADMIN)
+async def list_users(services: Provided, _admin: Admin, paging: Paged) -> dict[str, object]:
+    """List all users by id."""
+    found = await run_in_threadpool(services.store.users, after=paging.key(str, ""), limit=paging.most)
+    return paging.page(found, lambda user: user.id)
+
+
+@router.get("/{user_id}", response_model=UserDetail, responses=ADMIN | problems(404))
+async def show_user(user_id: UserId, services: Provided, user: Caller) -> UserDetail:
+    """Show a user, and what the user has of what the user may have; an administrator may look at others too."""
+    found = await run_in_threadpool(services.store.user, _whom(user_id, user))
+    return await run_in_threadpool(_detail, services, found)
+
+
+@router.patch("/{user_id}", response_model=UserDetail, responses=ADMIN | BODY | problems(404, 409))
+async def change_user(
+    user_id: UserId,
+    change: Annotated[UserChange, Body(media_type=MERGE_PATCH)],
+    request: Request,
+    services: Provided,
+    user: Caller,
+) -> UserDetail:
+    """Change a password, a role, or what a user may have.
+
+    Who changes the own password gives the old one; an administrator changes that of others, their role and the limits
+    of all. All tokens of the user end with the old password, but for the one that this request came with. Nothing is
+    taken from who has more than a new limit allows; there is only no more.
+    """
+    whom = _whom(user_id, user)
+    await _check_may_change(services, user, whom, change)
+    used = token_id(token_of(request))
+    changed = await services.accounts.change(
+        whom, role=change.role, password=change.password, keep_token=used, limits=_limits(change)
+    )
+    detail = await run_in_threadpool(_detail, services, changed)
+    services.cloud.quotas_changed()
+    return detail
+
+
+@router.delete("/{user_id}", status_code=204, responses=ADMIN | problems(404, 409))
+async def remove_user(user_id: UserId, services: Provided, admin: Admin) -> None:
+    """Remove a user with all tokens and robots. One who owns maps or has a robot connected is kept."""
+    if user_id in (admin.id, ME):
+        raise Conflict("you cannot remove yourself: let another administrator do it")
+    owned = await run_in_threadpool(maps_of, services.map_store, user_id)
+    if owned:
+        raise Conflict(f"the user {user_id!r} owns maps that others may use: remove them first: {', '.join(owned)}")
+    connected = robots_in(services, user_id)
+    if connected:
+        raise Conflict(f"robots of {user_id!r} are connected: {', '.join(connected)}")
+    await services.accounts.remove(user_id)
+    services.cloud.quotas.forget(user_id)
+
+
+def _detail(services: Services, user: User) -> UserDetail:
+    quotas, rate = services.cloud.quotas, services.cloud.plan_rate
+    quotas.learn(user)
+    runs = quotas.used(user.id)
+    used = QuotaAnswer(
+        containers=runs.containers,
+        cores=runs.cores,
+        robots=robots_of(services.store, user.id),
+        maps=len(maps_of(services.map_store, user.id)),
+        plans_per_minute=rate.used(user.id),
+    )
+    return UserDetail(
+        id=user.id,
+        role=user.role,
+        limits=LimitsAnswer.model_validate(user.limits),
+        quota=QuotaAnswer.model_validate(quotas.of(user.id)),
+        used=used,
+    )
+
+
+def _limits(change: UserChange) -> dict[str, float | None]:
+    """Return the limits that are to change, by name; all of them where null takes them back."""
+    if change.limits is not None:
+        return change.limits.model_dump(exclude_unset=True)
+    return dict.fromkeys(QUOTAS) if "limits" in change.model_fields_set else {}
+
+
+def _whom(user_id: str, caller: User) -> str:
+    """Return who is meant; ``NotPermitted`` where it is another and the caller no administrator."""
+    whom = caller.id if user_id == ME else user_id
+    if whom != caller.id and caller.role != "admin":
+        raise NotPermitted("only an administrator may see or change other users")
+    return whom
+
+
+async def _check_may_change(services: Services, caller: User, whom: str, change: UserChange) -> None:
+    if change.role is not None and caller.role != "admin":
+        raise NotPermitted("only an administrator gives roles")
+    if "limits" in change.model_fields_set and caller.role != "admin":
+        raise NotPermitted("only an administrator changes what users may have")
+    if change.role not in (None, caller.role) and whom == caller.id:
+        raise Conflict("you cannot give up your own role: let another administrator do it")
+    if change.password is not None and whom == caller.id:
+        if change.old_password is None:
+            raise InvalidParameter("old_password: give the password that you have now")
+        await services.accounts.check_password(whom, change.old_password)

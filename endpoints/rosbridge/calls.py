@@ -1,0 +1,163 @@
+"""Services, as one client calls and offers them."""
+
+import itertools
+from collections.abc import Callable
+
+import msgspec
+
+from endpoints.rosbridge.rosapi import introspect
+from engine.service.links.open_calls import Outcome
+from engine.service.links.place_link import PlaceLink
+from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, UnknownType
+from ppaas.messages import service_type
+from ppaas.messages.message import Message
+from ppaas.wire import rosapi
+from ppaas.wire.arguments import as_object
+from ppaas.wire.names import normalise, ros1_type
+from ppaas.wire.operations import AdvertiseService, CallService, ServiceResponse, UnadvertiseService
+from ppaas.wire.refusals import error_of_text
+from ppaas.wire.rosbridge import RosbridgeSession
+
+CALL_TIMEOUT = 60.0
+"""Seconds that a call may take, whatever the client asks for."""
+
+MAX_CALLS = 32
+"""Calls of one client that may be under way at a time."""
+
+Shortcut = Callable[[str], bytes | None]
+"""Answers a call of a service by name at once, or returns None: the service is somebody else's."""
+
+
+class ClientCalls:
+    """The calls that one client has under way, and those that are put to it.
+
+    Parameters
+    ----------
+    place : PlaceLink
+        Of the robot.
+    client : int
+        Number of the client there.
+    wire : RosbridgeSession
+        Makes the frames.
+    send : callable
+        Takes a frame that must arrive.
+    shortcut : callable
+        Asked first.
+    """
+
+    def __init__(
+        self, place: PlaceLink, client: int, wire: RosbridgeSession, send: Callable[[bytes], None], shortcut: Shortcut
+    ) -> None:
+        self._place = place
+        self._client = client
+        self._wire = wire
+        self._send = send
+        self._shortcut = shortcut
+        self._numbers = itertools.count()
+        self._calls: dict[int, Callable[[], object]] = {}
+        self._spellings: dict[str, str] = {}
+
+    def end(self) -> None:
+        """Give up the calls under way."""
+        for give_up in self._calls.values():
+            give_up()
+        self._calls.clear()
+
+    # -- the client calls ----------------------------------------------------------------------------------------------
+
+    def start(self, operation: CallService) -> None:
+        """Begin a call; it is answered by a frame, whatever becomes of it."""
+        try:
+            if len(self._calls) >= MAX_CALLS:
+                raise QuotaExceeded(f"a client may have {MAX_CALLS} calls under way")
+            service = normalise(operation.service)
+            values = self._shortcut(service) or introspect(self._place, service, bytes(operation.args))
+            if values is None:
+                self._begin(operation, service)
+            else:
+                self._answer(operation, values)
+        except PPaaSError as error:
+            self._answer(operation, error)
+
+    def _begin(self, operation: CallService, service: str) -> None:
+        kind = _request_type(self._place.service_type(service) or operation.type)
+        asked = operation.timeout or 0.0
+        timeout = min(asked, CALL_TIMEOUT) if asked > 0.0 else CALL_TIMEOUT
+        number = next(self._numbers)
+
+        def done(outcome: Outcome) -> None:
+            self._calls.pop(number, None)
+            self._answer(operation, outcome)
+
+        arguments = as_object(bytes(operation.args), kind)
+        self._calls[number] = self._place.begin_call(service, arguments, timeout, done)
+
+    def _answer(self, operation: CallService, outcome: Outcome) -> None:
+        try:
+            if isinstance(outcome, PPaaSError):
+                raise outcome
+            frame = self._wire.answer(operation, outcome)
+        except PPaaSError as error:
+            frame = self._wire.refuse_call(operation, error)
+        self._send(frame)
+
+    # -- the client is called ------------------------------------------------------------------------------------------
+
+    def advertise(self, operation: AdvertiseService) -> None:
+        """Let the client answer the calls of a service.
+
+        Raises
+        ------
+        PPaaSError
+            Not a name or a type, the clone's own service, or one too many.
+        """
+        service = normalise(operation.service)
+        if service in rosapi.SERVICES:
+            raise Conflict(f"service {service!r} is the cloud's own: choose another name")
+        self._place.advertise_service(service, ros1_type(operation.type), self._client)
+        self._spellings[service] = operation.service
+
+    def unadvertise(self, operation: UnadvertiseService) -> None:
+        """Let it answer them no more.
+
+        Raises
+        ------
+        NotFound
+            It does not.
+        """
+        service = normalise(operation.service)
+        self._place.client_services.unadvertise(service, self._client)
+        self._spellings.pop(service, None)
+
+    def request(self, call: int, service: str, arguments: bytes) -> bytes:
+        """Return the frame that puts a call to the client."""
+        return self._wire.request(self._spellings[service], call, arguments)
+
+    def respond(self, operation: ServiceResponse) -> None:
+        """Take the client's answer to a call.
+
+        Raises
+        ------
+        NotFound
+            No such call is open.
+        NotPermitted
+            It was put to another client.
+        """
+        number = operation.id or ""
+        if not (number.isascii() and number.isdigit() and len(number) < 16):
+            raise NotFound("open call", number[:64])
+        values = bytes(operation.values)
+        answer = values if operation.result else error_of_text(_reason(values, operation.service))
+        self._place.client_services.answer(int(number), self._client, answer)
+
+
+def _request_type(name: str | None) -> type[Message] | None:
+    try:
+        return service_type(name).request if name is not None else None
+    except UnknownType:
+        return None  # then arguments are an object, never a list
+
+
+def _reason(values: bytes, service: str) -> str:
+    reason = msgspec.json.decode(values)
+    return reason if isinstance(reason, str) and reason else f"the client that offers {service!r} said no"

@@ -1,0 +1,138 @@
+"""What an agent starts before it registers, and keeps through all its connections to masters."""
+
+import asyncio
+import contextlib
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from engine.agent.config import AgentConfig
+from engine.agent.container_gateway import Gate
+from engine.agent.container_supervisor import Hosting
+from engine.agent.host_load import HostLoad
+from engine.agent.layer_builder import LayerBuilder
+from engine.agent.map_cache import MapCache
+from engine.agent.master_redial import Master
+from engine.agent.master_session import Standing
+from engine.agent.neighbours import Neighbours
+from engine.agent.network_load import NetworkLoad
+from engine.agent.robot_link_relay import Relay
+from engine.fabric.router import RouterProcess
+from engine.fabric.session import Fabric
+from engine.processes.instances import folder_of, instance_name
+from engine.protocols import control_link
+from engine.protocols.address import parse_address
+from engine.protocols.framing import FrameStream
+from engine.protocols.sockets import Streams, dial
+from engine.protocols.tls_identity import Identity, Purpose
+from engine.runtimes.base import Premises, Runtime
+from engine.runtimes.compilation import store_kernels
+from engine.runtimes.compilation.rest_compiler import compiling_the_rest
+from engine.runtimes.registry import RUNTIMES
+from ppaas.plugins import permit_only
+from storage.urls.opening import open_map_store, open_store
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """What the agent is made of; ``cpus`` are those that containers may use."""
+
+    config: AgentConfig
+    cpus: tuple[int, ...]
+    hosting: Hosting
+    gate: Gate
+    standing: Standing
+    host: HostLoad
+
+
+async def dial_cloud(config: AgentConfig, purpose: Purpose) -> Streams:
+    """Dial the cloud, as the machine that we are where it is on another host."""
+    identity = Identity.in_folder(Path(config.identity), "machine") if config.identity is not None else None
+    return await dial(parse_address(config.control), identity.client_context(purpose) if identity else None)
+
+
+async def dial_master(config: AgentConfig) -> Master:
+    """Dial the master; ``Unavailable`` where nobody answers."""
+    return FrameStream(*await dial_cloud(config, "control"), control_link.ToAgent)
+
+
+async def open_parts(config: AgentConfig, stack: contextlib.AsyncExitStack) -> Parts:
+    """Start the warm fork server and, beside it, the router; then the session on the fabric, the gate and the rest.
+
+    Parameters
+    ----------
+    config : AgentConfig
+    stack : AsyncExitStack
+        Ends all of it.
+    """
+    run_dir, cpus = Path(config.run_dir), tuple(sorted(os.sched_getaffinity(0)))[: config.cores]
+    permit_only(config.allowed)
+    listening = _router(config, stack)
+    runtime = await _runtime(config, stack)
+    fabric = await _fabric(await listening, stack)
+    standing = Standing(leased=config.identity is not None)
+    store = open_store(config.store, outbox=Path(config.outbox) if config.outbox else None)
+    stack.callback(store.close)
+    cache = MapCache.of_instance(instance_name(), LayerBuilder(open_map_store(config.map_store)))
+    stack.callback(cache.remove_all)
+    gate = Gate(run_dir / "gate.sock", store, fabric, link=config.machine, acts=standing.acts)
+    stack.push_async_callback(gate.close)
+    await gate.start()
+    hosting = Hosting(
+        runtime=runtime,
+        gate=gate,
+        cache=cache,
+        cpus=cpus,
+        tell=standing.tell,
+        allowed=config.allowed,
+        link=await _relay(config, stack) if config.identity is not None else None,
+    )
+    stack.push_async_callback(hosting.close)
+    neighbours = Neighbours(fabric, config.machine)
+    stack.push_async_callback(neighbours.close)
+    await neighbours.start()
+    await stack.enter_async_context(compiling_the_rest())
+    return Parts(config, cpus, hosting, gate, standing, HostLoad(hosting.loads, NetworkLoad(), neighbours))
+
+
+async def _runtime(config: AgentConfig, stack: contextlib.AsyncExitStack) -> Runtime:
+    instance = instance_name()
+    premises = Premises(instance, Path(config.run_dir), folder_of(instance), config.image)
+    runtime: Runtime = RUNTIMES.load(config.runtime).on(premises)
+    stack.push_async_callback(runtime.close)
+    # Both compile at the first start on a computer, each what it needs, beside each other.
+    await asyncio.gather(runtime.start(), asyncio.to_thread(store_kernels.prepare))
+    return runtime
+
+
+def _router(config: AgentConfig, stack: contextlib.AsyncExitStack) -> asyncio.Task[RouterProcess]:
+    """Begin to start the router, which takes no longer than the runtime does meanwhile."""
+    router = RouterProcess(Path(config.run_dir), peering=config.peering)
+    stack.push_async_callback(router.close)
+
+    async def start() -> RouterProcess:
+        await router.start()
+        return router
+
+    starting = asyncio.create_task(start())
+    stack.push_async_callback(_give_up, starting)
+    return starting
+
+
+async def _give_up(starting: asyncio.Task[RouterProcess]) -> None:
+    starting.cancel()
+    await asyncio.gather(starting, return_exceptions=True)
+
+
+async def _fabric(router: RouterProcess, stack: contextlib.AsyncExitStack) -> Fabric:
+    fabric = await Fabric.open(router.endpoint, router.credentials)
+    stack.push_async_callback(fabric.close)
+    return fabric
+
+
+async def _relay(config: AgentConfig, stack: contextlib.AsyncExitStack) -> str:
+    """Open the way of containers to an endpoint on another host; return its Unix socket."""
+    relay = Relay(Path(config.run_dir) / "link.sock", lambda: dial_cloud(config, "robot"))
+    stack.push_async_callback(relay.close)
+    await relay.start()
+    return str(relay.path)

@@ -1,0 +1,215 @@
+"""The containers of one machine: started, watched, stopped."""
+
+import asyncio
+import logging
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+import psutil
+
+from engine.agent.container_gateway import Gate
+from engine.agent.map_cache import MapCache
+from engine.processes.background import Background
+from engine.protocols import control_link
+from engine.protocols.robot_link import Refusal
+from engine.runtimes.base import ContainerProcess, Runtime
+from engine.specs import cores
+from engine.specs.containers import ContainerSpec, Launch
+from engine.specs.robot_layers import layers_of
+from ppaas.errors import PPaaSError, Unavailable
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(slots=True)
+class _Hosted:
+    """A container from the order to start it until it is gone."""
+
+    order: control_link.StartContainer
+    launch: Launch | None = None
+    process: ContainerProcess | None = None
+    stopped: asyncio.Event = field(default_factory=asyncio.Event)
+
+
+class Hosting:
+    """Carries out the orders that concern containers.
+
+    Parameters
+    ----------
+    runtime : Runtime
+        Starts processes.
+    gate : Gate
+        Awaits them.
+    cache : MapCache
+        Where the layers of their maps are made and shared.
+    cpus : tuple of int
+        CPUs they may use.
+    tell : callable
+        Sends news to the master.
+    allowed : tuple of str
+        Other people's plug-ins that may run in them.
+    link : str, optional
+        Unix socket that leads to the endpoint, where the endpoint's own is on another host.
+    """
+
+    def __init__(
+        self,
+        *,
+        runtime: Runtime,
+        gate: Gate,
+        cache: MapCache,
+        cpus: tuple[int, ...],
+        tell: Callable[[msgspec.Struct], None],
+        allowed: tuple[str, ...] = (),
+        link: str | None = None,
+    ) -> None:
+        self._runtime = runtime
+        self._gate = gate
+        self._cache = cache
+        self._cpus = cpus
+        self._tell = tell
+        self._allowed = allowed
+        self._link = link
+        self._hosted: dict[str, _Hosted] = {}
+        self._background = Background()
+
+    def start(self, order: control_link.StartContainer) -> None:
+        """Start a container and watch it to its end: the master is told that it could not be started, or has exited."""
+        hosted = self._hosted[order.spec.id] = _Hosted(order)
+        self._background.run(self._host(order, hosted))
+
+    async def _host(self, order: control_link.StartContainer, hosted: _Hosted) -> None:
+        container = order.spec.id
+        try:
+            layers = await self._layers(order.spec)
+            try:
+                status = await self._run(order, hosted, layers)
+            finally:
+                self._cache.release(layers)
+        except PPaaSError as error:
+            self._tell_failed(container, error)
+        except Exception as error:
+            logger.exception("container %s broke its machine", container)
+            self._tell_failed(container, PPaaSError(f"internal error: {type(error).__name__}"))
+        else:
+            self._tell(control_link.Exited(container, status))
+        finally:
+            del self._hosted[container]
+
+    def _tell_failed(self, container: str, error: PPaaSError) -> None:
+        logger.warning("container %s could not be started: %s", container, error)
+        self._tell(control_link.LaunchFailed(container, Refusal(error.slug, str(error))))
+
+    async def _run(self, order: control_link.StartContainer, hosted: _Hosted, layers: Path) -> int:
+        container = order.spec.id
+        if hosted.stopped.is_set():
+            raise Unavailable("it was stopped before it ran")
+        hosted.launch = self._launch_of(order, layers)
+        self._gate.expect(order.spec, order.secret, lambda planner: self._prepare(hosted, layers, planner))
+        try:
+            process = hosted.process = await self._runtime.launch(hosted.launch)
+            self._tell(control_link.Launched(container, process.pid))
+            if hosted.stopped.is_set():
+                process.kill()
+            return await process.wait()
+        finally:
+            self._gate.forget(container)
+
+    async def _prepare(self, hosted: _Hosted, layers: Path, planner: str) -> None:
+        await self._cache.prepare(layers, planner)
+        if hosted.process is not None:
+            hosted.process.layers_grew()
+
+    def _launch_of(self, order: control_link.StartContainer, layers: Path) -> Launch:
+        return Launch(
+            spec=order.spec,
+            layers=str(layers),
+            link=self._link or order.link,
+            machine=str(self._gate.path),
+            secret=order.secret,
+            cpus=self._cpus_for(order.spec),
+            threads=cores.threads(order.spec.cores),
+            allowed=self._allowed,
+        )
+
+    def _cpus_for(self, spec: ContainerSpec) -> tuple[int, ...]:
+        launches = [hosted.launch for hosted in self._hosted.values() if hosted.launch is not None]
+        others = [launch for launch in launches if launch.spec.id != spec.id]
+        return cores.pick(spec.cores, self._cpus, cores.used((other.spec.cores, other.cpus) for other in others))
+
+    async def _layers(self, spec: ContainerSpec) -> Path:
+        return await self._cache.ensure(layers_of(spec))
+
+    def stop(self, order: control_link.StopContainer) -> None:
+        """End a container: it was told by its link; by force, if it stays."""
+        hosted = self._hosted.get(order.container)
+        if hosted is None:
+            return
+        hosted.stopped.set()
+        if hosted.process is not None:
+            asyncio.get_running_loop().call_later(order.grace, hosted.process.kill)
+
+    def carried(self) -> tuple[control_link.Carried, ...]:
+        """Return the clones that run, for a master that did not start them; nobody waits for what only plans."""
+        return tuple(
+            control_link.Carried(
+                msgspec.structs.replace(hosted.order.spec, checkpoint={}),
+                hosted.launch.spec.cores,
+                hosted.order.secret,
+                hosted.process.pid,
+            )
+            for hosted in self._hosted.values()
+            if hosted.order.spec.robot is not None
+            and hosted.launch is not None
+            and hosted.process is not None
+            and not hosted.stopped.is_set()
+        )
+
+    def keep_only(self, containers: Collection[str]) -> None:
+        """End all others at once, and do nothing more for them."""
+        for container in self._hosted.keys() - set(containers):
+            self._gate.shut_out(container)
+            self.stop(control_link.StopContainer(container, grace=0.0))
+
+    def endpoint_came(self) -> None:
+        """Let all reach the endpoint of a master that has come: its socket has the name of the one before."""
+        for hosted in self._hosted.values():
+            if hosted.process is not None:
+                hosted.process.endpoint_came()
+        self._gate.endpoint_came()
+
+    def resize(self, order: control_link.ResizeContainer) -> None:
+        """Hold a container to another size, which it learns; nothing happens where it has gone."""
+        hosted = self._hosted.get(order.container)
+        if hosted is None or hosted.launch is None or hosted.process is None:
+            return
+        spec = msgspec.structs.replace(hosted.launch.spec, cores=order.cores)
+        hosted.launch = msgspec.structs.replace(
+            hosted.launch, spec=spec, cpus=self._cpus_for(spec), threads=cores.threads(spec.cores)
+        )
+        hosted.process.resize(hosted.launch)
+        self._gate.resized(spec.id, hosted.launch.threads)
+        logger.info("container %s has %g cores now, on CPUs %s", spec.id, spec.cores, hosted.launch.cpus)
+
+    def loads(self) -> list[control_link.ContainerLoad]:
+        """Return what each container uses now; reading this may block for milliseconds."""
+        loads = []
+        for container, hosted in tuple(self._hosted.items()):
+            if hosted.process is None:
+                continue
+            try:
+                observed = psutil.Process(hosted.process.pid)
+                with observed.oneshot():
+                    cpu = sum(observed.cpu_times()[:2])
+                    pss = observed.memory_full_info().pss
+            except psutil.Error:
+                continue  # it ended just now, which is told by its watcher
+            loads.append(control_link.ContainerLoad(container, cpu, pss))
+        return loads
+
+    async def close(self) -> None:
+        """Start no more, end all containers and wait until they are gone."""
+        await self._background.cancel()
+        await self._runtime.close()

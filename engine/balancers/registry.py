@@ -1,8 +1,0 @@
-"""The balancers that are installed: ours, and other people's by entry point."""
-
-from engine.balancers.base import Balancer
-from ppaas.plugins import PluginRegistry
-
-DEFAULT = "ppaas"
-
-BALANCERS: PluginRegistry[Balancer] = PluginRegistry("ppaas.balancers", "balancer", Balancer, {})  # type: ignore[type-abstract]

@@ -1,0 +1,113 @@
+"""The cloud's home of nodes: a graph on an event loop, with threads for its jobs that are not short."""
+
+import asyncio
+import contextlib
+import logging
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import TypeVar
+
+from engine.container.short_jobs import Outcome, ShortJobs
+from ppaas.errors import PPaaSError
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.jobs import Work
+
+logger = logging.getLogger(__name__)
+
+T = TypeVar("T")
+Done = Callable[[T | PPaaSError], None]
+
+JOB_THREADS = 2
+"""A plan for the robot and one for an operator's question may be under way at a time."""
+
+
+class CloudHome:
+    """Runs the timers and jobs of one graph.
+
+    Parameters
+    ----------
+    prepare_thread : callable
+        Called once in each thread that runs jobs, before the first.
+    """
+
+    def __init__(self, prepare_thread: Callable[[], None]) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._executor = ThreadPoolExecutor(JOB_THREADS, "job", prepare_thread)
+        self._short_jobs = ShortJobs()
+        self._alarm: asyncio.Handle | None = None
+        self._attending = False
+        self._failure = ""
+        self._closed = False
+        self.graph = Graph(self._work)
+
+    def _work(self, work: Work[T], cancelled: Callable[[], bool], done: Done[T]) -> None:
+        if self._closed:
+            return
+        # Who drives is not kept waiting.
+        outcome = None if self.graph.busy else self._short_jobs.attempt(work, cancelled)
+        if outcome is not None:
+            self._finish(outcome, done)
+            return
+        future = self._executor.submit(self._short_jobs.timed, work, cancelled)
+        future.add_done_callback(lambda ended: self._hand_over(ended, done))
+
+    def _hand_over(self, future: Future[Outcome[T]], done: Done[T]) -> None:
+        if not future.cancelled():
+            with contextlib.suppress(RuntimeError):  # the loop has ended, and nobody waits any longer
+                self._loop.call_soon_threadsafe(self._finish, future.result(), done)
+
+    def _finish(self, outcome: Outcome[T], done: Done[T]) -> None:
+        if self._closed:
+            return
+        result, error = outcome
+        try:
+            if error is None:
+                done(result)  # type: ignore[arg-type]  # there is one where there is no error
+            elif isinstance(error, PPaaSError):
+                done(error)
+            else:
+                logger.error("a job failed", exc_info=error)
+                done(PPaaSError(f"internal error: {type(error).__name__}"))
+        finally:
+            self.attend()
+
+    def elsewhere(self) -> None:
+        """Have the job that runs on the loop's thread begun again in another: it would have to wait."""
+        self._short_jobs.decline()
+
+    def attend(self) -> None:
+        """See to the timers in the next turn of the loop; call it after anything that may set one.
+
+        What was written in this turn is on its way before.
+        """
+        if not (self._closed or self._attending):
+            self._attending = True
+            self._loop.call_soon(self._attend)
+
+    def _attend(self) -> None:
+        """Fire the timers that are due and set the alarm for the next.
+
+        A timer that fails stops neither itself nor the others; what fails in the same way again is not logged again.
+        """
+        self._attending = False
+        if self._closed:
+            return
+        if self._alarm is not None:
+            self._alarm.cancel()
+        self._alarm = self._loop.call_later(min(self._run_due(), 3600.0), self._attend)
+
+    def _run_due(self) -> float:
+        try:
+            return self.graph.run_due()
+        except Exception as error:
+            if repr(error) != self._failure:
+                logger.exception("a timer failed")
+            self._failure = repr(error)
+            return 0.0  # others that are due have not been fired yet
+
+    def close(self) -> None:
+        """Stop timers; jobs under way end by themselves, and nobody hears of them."""
+        self._closed = True
+        if self._alarm is not None:
+            self._alarm.cancel()
+        self._executor.shutdown(wait=False, cancel_futures=True)

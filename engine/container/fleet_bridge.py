@@ -1,0 +1,140 @@
+"""What a clone gives to the world outside its robot: its position for the robots of the same map, its plans for all."""
+
+import logging
+
+from engine.container.machine_client import MachineClient
+from engine.processes.background import Background
+from engine.protocols import machine_link
+from engine.specs.containers import Launch
+from ppaas.clone.robot_body import robot_body
+from ppaas.errors import PPaaSError
+from ppaas.messages import decode, encode
+from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped, Twist
+from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.ppaas_msgs import RobotState, RobotStates
+from ppaas.messages.std_msgs import Header, Time
+from ppaas.nodes.base import Payload
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.move_base.other_robots import checked_state
+from ppaas.planners.base import PlanResult, pose_message
+from storage.records import PlanRecord
+
+logger = logging.getLogger(__name__)
+
+POSE = "amcl_pose"
+ODOM = "odom"
+PLAN = "plan"
+ROBOTS = "robots"
+
+SHARE_PERIOD = 0.2
+"""Seconds between two positions: at 0.65 m/s a robot moves 13 cm in it."""
+
+TELL_PERIOD = 0.1
+"""Seconds between two messages about the others: their cost must not grow with the square of their number."""
+
+FRESH = 1.0
+"""Seconds after which a position of another robot is no longer believed."""
+
+
+def plan_record(launch: Launch, plan: PlanResult, created: float) -> PlanRecord:
+    """Return the record of a plan; the same plan on the same version has the same id, so it is kept once."""
+    spec = launch.spec
+    first, last = (pose_message(row).planar() for row in plan.poses[[0, -1]].tolist())
+    return PlanRecord(
+        id=plan.id,
+        user=spec.user,
+        map=spec.map.id,
+        version=spec.map.version,
+        planner=plan.planner,
+        start=first,
+        goal=last,
+        length=plan.length,
+        cost=plan.cost,
+        seconds=plan.seconds,
+        poses=plan.poses.astype("<f8").tobytes(),
+        created=created,
+        robot=spec.robot.id if spec.robot else None,
+        parameters=plan.conditions,
+        origin=plan.origin,
+    )
+
+
+class Outside:
+    """Connects a clone's graph to the machine link."""
+
+    def __init__(self, launch: Launch, graph: Graph, machine: MachineClient) -> None:
+        self._launch = launch
+        self._graph = graph
+        self._machine = machine
+        self._last_shared = self._last_told = float("-inf")
+        self._refused: set[tuple[str, str]] = set()
+        self._others: dict[tuple[str, str], tuple[float, RobotState]] = {}
+        self._background = Background()
+        self._kept: tuple[bytes, float] | None = None
+        self._driven: tuple[float, Twist] = float("-inf"), Twist()
+        robot = launch.spec.robot
+        self._radius = robot_body(robot.model, robot.urdf, robot.parameters).robot_radius if robot else 0.0
+        if POSE in graph.topics:
+            graph.tap(POSE, self._share_pose)
+        if ODOM in graph.topics:
+            graph.tap(ODOM, self._note_velocity)
+        if PLAN in graph.topics:
+            graph.tap(PLAN, self._keep_plan)
+
+    def _note_velocity(self, _topic: str, odometry: Payload) -> None:
+        if isinstance(odometry, Odometry):
+            self._driven = self._graph.now(), odometry.twist.twist
+
+    def _share_pose(self, _topic: str, pose: Payload) -> None:
+        now = self._graph.now()
+        if 0.0 <= now - self._last_shared < SHARE_PERIOD or not isinstance(pose, PoseWithCovarianceStamped):
+            return  # a clock that was set back silences nobody
+        self._last_shared = now
+        since, twist = self._driven
+        state = RobotState(pose.header, pose.pose, twist if 0.0 <= now - since < FRESH else Twist(), self._radius)
+        self._machine.share(POSE, encode(state))
+
+    def shared(self, message: machine_link.Shared) -> None:
+        """Take where another robot is and how it drives, of this map, and tell the clone of all that are fresh.
+
+        What another sends may be anything; what is no position is logged once and does no harm.
+        """
+        if message.topic != POSE or ROBOTS not in self._graph.topics:
+            return
+        who = message.user, message.robot
+        try:
+            self._others[who] = (self._graph.now(), checked_state(decode(RobotState, message.payload)))
+            self._tell_others()
+        except PPaaSError as error:
+            level = logging.DEBUG if who in self._refused else logging.WARNING
+            logger.log(level, "the position of robot %s of %s cannot be taken: %s", message.robot, message.user, error)
+            self._refused.add(who)
+
+    def _tell_others(self) -> None:
+        now = self._graph.now()
+        if 0.0 <= now - self._last_told < TELL_PERIOD:
+            return  # who sent this sends again before it is out of date
+        self._last_told = now
+        self._others = {who: seen for who, seen in self._others.items() if now - seen[0] < FRESH}
+        states = [state for _, state in self._others.values()]
+        poses, twists = [state.pose.pose for state in states], [state.twist for state in states]
+        header = Header(stamp=Time.of(now), frame_id="map")
+        self._graph.inject(ROBOTS, RobotStates(header, poses, twists, [state.radius for state in states]))
+
+    def _keep_plan(self, _topic: str, plan: Payload) -> None:
+        if isinstance(plan, PlanResult) and len(plan.poses) and self._is_news(plan) and plan.id != plan.reused:
+            self._background.run(self._keep(plan_record(self._launch, plan, self._graph.now())))
+
+    def _is_news(self, plan: PlanResult) -> bool:
+        """Tell a new goal or a detour from the plan that is renewed every second on the way along it."""
+        goal = plan.poses[-1].tobytes()
+        if self._kept is not None and self._kept[0] == goal and plan.length <= self._kept[1]:
+            return False
+        self._kept = goal, plan.length
+        return True
+
+    async def _keep(self, plan: PlanRecord) -> None:
+        try:
+            await self._machine.keep_plan(plan)
+        except PPaaSError as error:
+            logger.warning("a plan was not kept: %s", error)

@@ -1,0 +1,84 @@
+"""What each criterion says of a node's home: a vote from −1, the robot, to 1, the cloud, and why."""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from engine.container.monitor.facts import Link, NodeFacts, Robot
+from engine.container.monitor.parameters import Criterion, NodeMonitorParameters
+from ppaas.nodes.base import Demands
+
+
+class Vote(NamedTuple):
+    """What a criterion says."""
+
+    value: float
+    reason: str
+
+
+class Case(NamedTuple):
+    """All that a verdict is given on; the link is None while it is not measured."""
+
+    robot: Robot
+    link: Link | None
+    node: NodeFacts
+    demands: Demands
+    parameters: NodeMonitorParameters
+
+
+def computation_power(case: Case) -> Vote:
+    """Speak for the cloud where the robot is weak; by each doubling of its power a step more for the robot."""
+    power, parameters = case.robot.power, case.parameters
+    steps = math.log(parameters.strong_power / parameters.weak_power)
+    value = _clamped(1.0 - 2.0 * math.log(power / parameters.weak_power) / steps)
+    if value >= 1.0:
+        return Vote(value, f"the robot is weak: it is worth {power:.1f} cores of a Raspberry Pi 4")
+    return Vote(value, f"the robot is worth {power:.1f} cores of a Raspberry Pi 4")
+
+
+def node_properties(case: Case) -> Vote:
+    """Speak for the robot where lateness counts; else for where less time goes by, and less is demanded."""
+    node, demands = case.node, case.demands
+    if is_time_critical(case):
+        return Vote(-1.0, f"{node.name} is time-critical")
+    share = demands.compute / (case.robot.power * case.parameters.usable_power)
+    demand = Vote(
+        _clamped(2.0 * share - 1.0), f"{node.name} would take {share:.0%} of what the robot may give to nodes"
+    )
+    if case.link is None or node.cloud_seconds is None or node.robot_seconds is None:
+        return demand
+    cloud, robot = node.cloud_seconds + case.link.rtt, node.robot_seconds
+    times = (robot - cloud) / max(robot, cloud)
+    told = f"it takes {robot * 1e3:.0f} ms on the robot, and {cloud * 1e3:.0f} ms in the cloud with the way there"
+    return Vote((times + demand.value) / 2.0, f"{told}; {demand.reason}")
+
+
+def network_bandwidth(case: Case) -> Vote:
+    """Speak for the robot where the link is slow, or what the node needs of the robot would fill it."""
+    link, parameters = case.link, case.parameters
+    if link is None:
+        return Vote(0.0, "the link was not measured")
+    pulled = sum(case.node.rates.values())
+    share = pulled / link.bandwidth
+    told = f"it would pull {pulled / 1e3:.0f} KB/s over a link of {link.bandwidth / 1e3:.0f} KB/s"
+    crowded = Vote(1.0 - 2.0 * min(share / parameters.usable_bandwidth, 1.0), told)
+    slow = Vote(
+        1.0 - 2.0 * min(link.rtt / parameters.slow_rtt, 1.0), f"the link takes {link.rtt * 1e3:.0f} ms there and back"
+    )
+    return min(crowded, slow, key=lambda vote: vote.value)
+
+
+def is_time_critical(case: Case) -> bool:
+    """Tell whether a late answer of the node is as bad as none."""
+    return case.demands.time_critical or case.node.name in case.parameters.time_critical
+
+
+def _clamped(value: float) -> float:
+    return min(max(value, -1.0), 1.0)
+
+
+VOTES: dict[Criterion, Callable[[Case], Vote]] = {
+    "computation_power": computation_power,
+    "node_properties": node_properties,
+    "network_bandwidth": network_bandwidth,
+}

@@ -1,0 +1,297 @@
+"""The node monitor as a node of the clone: gives verdicts, hands nodes to the robot, and takes back what it loses."""
+
+import logging
+from collections.abc import Callable
+from typing import ClassVar
+
+import msgspec
+
+from engine.container.monitor.facts import Link, NodeFacts, Robot
+from engine.container.monitor.leases import Lease, Record
+from engine.container.monitor.measurements import History, Rates
+from engine.container.monitor.node_switch import Hands
+from engine.container.monitor.parameters import NAME, NodeMonitorParameters
+from engine.container.monitor.unacknowledged import Unheard
+from engine.container.monitor.verdict import asked, judge
+from ppaas.errors import InvalidInput, InvalidParameter, NotFound, PPaaSError, Unavailable
+from ppaas.messages.message import Message
+from ppaas.messages.ppaas_msgs import (
+    GiveNode,
+    GiveNodeRequest,
+    HoldNode,
+    HoldNodeRequest,
+    HoldNodeResponse,
+    ListNodes,
+    NodeHome,
+    NodeHomes,
+    ProbeLink,
+    ProbeLinkRequest,
+    ProbeLinkResponse,
+    RunNode,
+    RunNodeRequest,
+    TellRobot,
+    TellRobotRequest,
+    TellRobotResponse,
+)
+from ppaas.nodes.base import Context, Node, Reply, Service, Topic
+from ppaas.nodes.message_checks import expect
+
+logger = logging.getLogger(__name__)
+
+HOMES = Topic("node_monitor/homes", NodeHomes, latched=True)
+
+LOOK_PERIOD = 0.5
+"""Seconds between two looks at who was silent for too long."""
+
+MAX_PROBE = 1 << 20
+MAX_STATE = 1 << 20
+"""Bytes of a node's checkpoint that a robot may hand over; those of ours have some hundred."""
+
+
+class MonitorState(msgspec.Struct):
+    """What the node monitor needs to go on elsewhere."""
+
+    robot: Robot | None
+    link: Link | None
+    round_trips: History
+    leases: int
+    records: dict[str, Record]
+
+
+class NodeMonitorNode(Node):
+    """Answers ``node_monitor/…`` and publishes ``node_monitor/homes``: where each node runs, and where it shall.
+
+    A node is the robot's while it holds a lease and speaks of it at least every ``patience`` seconds, each time with
+    the node's checkpoint. Else it goes on in the cloud from the last; a robot that comes back later with an old lease
+    is told that it has none.
+
+    Parameters
+    ----------
+    context : Context
+        Of its home.
+    hands : Hands
+        Carries out the verdicts.
+    rates : Rates
+        What comes to the clone over the link.
+    parameters : NodeMonitorParameters
+        What to go by.
+    """
+
+    name: ClassVar[str] = NAME
+    publishes: ClassVar[tuple[Topic, ...]] = (HOMES,)
+    services: ClassVar[tuple[Service, ...]] = (
+        Service("node_monitor/list_nodes", ListNodes),
+        Service("node_monitor/tell_robot", TellRobot),
+        Service("node_monitor/run_node", RunNode),
+        Service("node_monitor/hold_node", HoldNode),
+        Service("node_monitor/give_node", GiveNode),
+        Service("node_monitor/probe_link", ProbeLink),
+    )
+
+    def __init__(self, context: Context, hands: Hands, rates: Rates, parameters: NodeMonitorParameters) -> None:
+        super().__init__(context)
+        self._hands = hands
+        self._rates = rates
+        self._parameters = parameters
+        self._robot: Robot | None = None
+        self._link: Link | None = None
+        self._round_trips = History()
+        self._leases = 0
+        self._records = {node: Record() for node in hands.nodes()}
+        self._takers: dict[str, Callable[[Message], Message]] = {
+            "list_nodes": lambda _: self._homes(),
+            "tell_robot": self._tell_robot,
+            "run_node": self._run_node,
+            "hold_node": self._hold_node,
+            "give_node": self._give_node,
+            "probe_link": self._probe_link,
+        }
+
+    def start(self) -> None:
+        """Begin to look after what the robot runs."""
+        self.context.every(LOOK_PERIOD, self._look)
+        self._tell()
+
+    def on_call(self, service: str, request: Message, reply: Reply) -> None:
+        """Answer.
+
+        Raises
+        ------
+        NotFound
+            No such node.
+        InvalidInput
+            A number, a state or the name of a home cannot be taken.
+        Unavailable
+            The node cannot be handed over now.
+        """
+        reply(self._takers[service.rpartition("/")[2]](request))
+
+    # -- what is asked -------------------------------------------------------------------------------------------------
+
+    def _tell_robot(self, message: Message) -> Message:
+        told = expect(message, TellRobotRequest)
+        self._robot = Robot(told.cores, told.clock, told.benchmark, tuple(told.nodes))
+        self._link = Link(told.rtt, told.bandwidth)
+        self._round_trips = History([told.rtt])
+        return TellRobotResponse(self._hands.config, self._robot.power)
+
+    def _run_node(self, message: Message) -> Message:
+        wanted = expect(message, RunNodeRequest)
+        record = self._record(wanted.node)
+        if wanted.home not in ("", "cloud", "robot"):
+            raise InvalidParameter(f"a home is 'cloud' or 'robot', or empty for the best, not {wanted.home[:32]!r}")
+        verdict = judge(self._robot, self._link_now(), self._facts(wanted.node), self._parameters)
+        if wanted.home == "cloud":
+            verdict = asked("cloud")
+        elif wanted.home == "robot" and self._may_be_taken(wanted.node):
+            verdict = asked("robot")
+        record.wanted, record.score, record.reasons = verdict
+        self._tell()
+        return self._home_of(wanted.node)
+
+    def _may_be_taken(self, node: str) -> bool:
+        return self._robot is not None and node in self._robot.nodes and self._hands.nodes()[node] is not None
+
+    def _hold_node(self, message: Message) -> Message:
+        told = expect(message, HoldNodeRequest)
+        record = self._record(told.node)
+        if told.lease == 0:
+            return self._hand_over(told.node, record)
+        if record.lease is None or record.lease.number != told.lease:
+            return HoldNodeResponse(0)
+        record.lease.heard = self.context.now()
+        record.lease.state = _checked(told.state) or record.lease.state
+        record.lease.unheard.heard(told.heard)
+        record.robot_seconds.note(told.seconds)
+        self._round_trips.note(told.rtt)
+        return HoldNodeResponse(told.lease, unheard=record.lease.unheard.all())
+
+    def _hand_over(self, node: str, record: Record) -> Message:
+        if record.wanted != "robot":
+            raise Unavailable(f"{node} shall run in the cloud; ask for it by node_monitor/run_node first")
+        if record.lease is None:
+            unheard = Unheard()
+            state = self._hands.take_out(node, unheard.note)
+        else:  # a robot that takes what it has already has lost it, and begins with what it told last
+            state, unheard = record.lease.state, record.lease.unheard
+        self._leases += 1
+        record.lease = Lease(self._leases, state, self.context.now(), unheard)
+        logger.info("%s goes on on the robot", node)
+        self._tell()
+        return HoldNodeResponse(record.lease.number, state)
+
+    def _give_node(self, message: Message) -> Message:
+        told = expect(message, GiveNodeRequest)
+        record = self._record(told.node)
+        if record.lease is None or record.lease.number == told.lease:
+            state = _checked(told.state)
+            if record.lease is not None and state:
+                record.lease.state = state
+                record.lease.unheard.heard(told.heard)
+            self._take_back(told.node, told.failure[:200])
+        return self._home_of(told.node)
+
+    @staticmethod
+    def _probe_link(message: Message) -> Message:
+        size = expect(message, ProbeLinkRequest).bytes
+        if not 0 <= size <= MAX_PROBE:
+            raise InvalidInput(f"a probe has up to {MAX_PROBE} bytes, not {size}")
+        return ProbeLinkResponse("0" * size)
+
+    def _record(self, node: str) -> Record:
+        if node not in self._records:
+            raise NotFound("node", node, list(self._records))
+        return self._records[node]
+
+    # -- what is known -------------------------------------------------------------------------------------------------
+
+    def _link_now(self) -> Link | None:
+        rtt = self._round_trips.median
+        return self._link if self._link is None or rtt is None else Link(rtt, self._link.bandwidth)
+
+    def _facts(self, node: str) -> NodeFacts:
+        demands, record = self._hands.nodes(), self._records[node]
+        own = demands[node]
+        others = [d.compute for n, d in demands.items() if d and n != node and self._records[n].lease is not None]
+        recent = self.context.now() - record.failed < self._parameters.retry_after
+        return NodeFacts(
+            node,
+            own,
+            self._rates.of(own.rates) if own is not None else {},
+            cloud_seconds=record.cloud_seconds.median,
+            robot_seconds=record.robot_seconds.median,
+            taken=sum(others),
+            failure=record.failure if recent else "",
+        )
+
+    def _home_of(self, node: str) -> NodeHome:
+        record = self._records[node]
+        return NodeHome(node, record.home, record.wanted, record.score, list(record.reasons))
+
+    def _homes(self) -> NodeHomes:
+        return NodeHomes([self._home_of(node) for node in self._records])
+
+    def _tell(self) -> None:
+        self.context.publish(HOMES.name, self._homes())
+
+    # -- what is lost --------------------------------------------------------------------------------------------------
+
+    def _look(self) -> None:
+        now = self.context.now()
+        self._rates.look(now)
+        for node, seconds in self._hands.run_times().items():
+            if node in self._records:
+                self._records[node].cloud_seconds.note(seconds)
+        for node, record in self._records.items():
+            if record.lease is not None and now - record.lease.heard > self._parameters.patience:
+                self._take_back(node, f"the robot said nothing of it for {self._parameters.patience:g} s")
+
+    def _take_back(self, node: str, failure: str) -> None:
+        record = self._records[node]
+        lease, record.lease = record.lease, None
+        wanted, record.wanted = record.wanted, "cloud"
+        if wanted == "robot":
+            record.score, record.reasons = 1.0, ("the robot gave it back",)
+        if failure:
+            record.failure, record.failed = failure, self.context.now()
+            record.score, record.reasons = 1.0, (f"it could not be run on the robot: {failure}",)
+            logger.warning("%s goes on in the cloud: %s", node, failure)
+        if lease is not None:
+            self._put_in(node, lease)
+        self._tell()
+
+    def _put_in(self, node: str, lease: Lease) -> None:
+        try:
+            self._hands.put_in(node, lease.state)
+        except (PPaaSError, msgspec.MsgspecError, ValueError) as error:
+            logger.warning("%s begins anew in the cloud, since its state cannot be taken: %s", node, error)
+        for message in lease.unheard.all():
+            try:
+                self._hands.tell(node, message)
+            except PPaaSError as error:
+                logger.warning("%s refuses what came on %s meanwhile: %s", node, message.topic, error)
+
+    # -- going on elsewhere --------------------------------------------------------------------------------------------
+
+    def checkpoint(self) -> bytes:
+        """Return who runs what, with the last states of what the robot runs."""
+        state = MonitorState(self._robot, self._link, self._round_trips, self._leases, self._records)
+        return msgspec.json.encode(state)
+
+    def restore(self, state: bytes) -> None:
+        """Go on: what the robot runs is not run here as well, and it has a while to say that it still does."""
+        restored = msgspec.json.decode(state, type=MonitorState)
+        self._robot, self._link = restored.robot, restored.link
+        self._round_trips, self._leases = restored.round_trips, restored.leases
+        for node in self._records.keys() & restored.records.keys():
+            record = self._records[node] = restored.records[node]
+            if record.lease is not None:
+                record.lease.heard = self.context.now()
+                self._hands.take_out(node, record.lease.unheard.note)
+        self._tell()
+
+
+def _checked(state: str) -> str:
+    if len(state) > MAX_STATE:
+        raise InvalidInput(f"the state of a node may have {MAX_STATE} characters, not {len(state)}")
+    return state

@@ -1,0 +1,202 @@
+"""The Zenoh router of a machine: a process of its own, so that it can die alone.
+
+``python -m engine.fabric.router`` reads its settings as JSON from standard input, writes one line when it listens and a byte
+for each that it reads from then on, which shows that it is not frozen. It ends when standard input does, which is when
+whoever started it is gone. Only clients that know a name and password of the
+credentials file may connect; nothing is scouted for and nothing announced.
+"""
+
+import asyncio
+import contextlib
+import logging
+import os
+import secrets
+import sys
+from asyncio.subprocess import PIPE, Process
+from pathlib import Path
+
+import msgspec
+import zenoh
+
+from engine.fabric.zenoh_config import Credentials, Peering, router_config
+from engine.processes.heartbeats import BEAT_PERIOD, MISSED, Heartbeats
+from engine.processes.private_files import write_private
+from ppaas.errors import Unavailable
+
+logger = logging.getLogger(__name__)
+
+READY = b"ready\n"
+START_TIMEOUT = 10.0
+STEADY = 5.0
+"""Seconds after which a router that dies again is started again at once."""
+
+ANSWER_GRACE = 0.1
+"""Seconds that are waited for a beat that is late."""
+
+RETRY = 0.2
+"""Seconds before a router is started that did not live so long."""
+
+
+class RouterSettings(msgspec.Struct, frozen=True):
+    """Where a router listens, and whom it lets in.
+
+    Parameters
+    ----------
+    listen : tuple of str
+        Zenoh endpoints: ``unixsock-stream//run/ppaas/router.sock``, ``tcp/127.0.0.1:7447``.
+    credentials : str
+        File with a line ``name:password`` for each client.
+    own : Credentials
+        By which the router names itself to other routers.
+    peering : Peering, optional
+        How it reaches the routers of other hosts.
+    """
+
+    listen: tuple[str, ...]
+    credentials: str
+    own: Credentials
+    peering: Peering | None = None
+
+
+def serve(settings: RouterSettings) -> None:
+    """Be a router until standard input ends."""
+    zenoh.init_log_from_env_or("error")
+    with zenoh.open(router_config(settings.listen, settings.credentials, settings.own, settings.peering)):
+        os.write(sys.stdout.fileno(), READY)
+        while asked := os.read(sys.stdin.fileno(), 4096):
+            os.write(sys.stdout.fileno(), asked)
+
+
+class RouterProcess:
+    """Keeps the router of a machine running.
+
+    Parameters
+    ----------
+    folder : Path
+        For its socket and its credentials; made with mode 700 if it is not there.
+    tcp : str, optional
+        A second address, ``host:port``, for the clients that cannot reach the socket.
+    peering : Peering, optional
+        How it reaches the routers of other hosts.
+    """
+
+    def __init__(self, folder: Path, *, tcp: str | None = None, peering: Peering | None = None) -> None:
+        self._folder = folder
+        self._peering = peering
+        self.endpoint = f"unixsock-stream/{folder / 'router.sock'}"
+        self.credentials = peering.credentials if peering else Credentials("agent", secrets.token_urlsafe(32))
+        self._listen = (self.endpoint, f"tcp/{tcp}") if tcp else (self.endpoint,)
+        self._process: Process | None = None
+        self._keeper: asyncio.Task[None] | None = None
+        self.restarts = 0
+
+    @property
+    def pid(self) -> int | None:
+        """Of the router that runs now."""
+        return self._process.pid if self._process is not None else None
+
+    async def start(self) -> None:
+        """Start the router, wait until it listens, and go on starting it.
+
+        Raises
+        ------
+        Unavailable
+            It did not come up.
+        """
+        self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        write_private(self._folder / "credentials", f"{self.credentials.user}:{self.credentials.password}\n".encode())
+        self._process = await self._spawn()
+        self._keeper = asyncio.create_task(self._keep(self._process))
+
+    async def close(self) -> None:
+        """End the router."""
+        if self._keeper is not None:
+            self._keeper.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await self._keeper
+        if self._process is not None:
+            await _end(self._process)
+        for name in ("credentials", "router.sock", "router.sock.lock"):
+            (self._folder / name).unlink(missing_ok=True)
+
+    async def _spawn(self) -> Process:
+        # In a session of its own, Ctrl-C in a terminal does not end it before those who still need it.
+        process = await asyncio.create_subprocess_exec(
+            sys.executable, "-m", "engine.fabric.router", stdin=PIPE, stdout=PIPE, start_new_session=True
+        )
+        if process.stdin is None or process.stdout is None:
+            raise RuntimeError("the router has no pipes")
+        try:
+            file = str(self._folder / "credentials")
+            settings = RouterSettings(self._listen, file, self.credentials, self._peering)
+            process.stdin.write(msgspec.json.encode(settings) + b"\n")
+            async with asyncio.timeout(START_TIMEOUT):
+                line = await process.stdout.readline()
+        except BaseException:
+            await _end(process)
+            raise
+        if line != READY:
+            raise Unavailable(f"the router ended with status {await process.wait()} before it listened")
+        return process
+
+    async def _keep(self, process: Process) -> None:
+        loop = asyncio.get_running_loop()
+        while True:
+            began = loop.time()
+            status = await _ended(process)
+            logger.error("the router ended with status %s and is started again", status)
+            if loop.time() - began < STEADY:
+                await asyncio.sleep(RETRY)
+            process = self._process = await self._insist()
+            self.restarts += 1
+
+    async def _insist(self) -> Process:
+        while True:
+            try:
+                return await self._spawn()
+            except (Unavailable, OSError, TimeoutError):
+                logger.exception("the router did not come up; trying again")
+                await asyncio.sleep(RETRY)
+
+
+async def _ended(process: Process) -> int:
+    """Return the status of a router that ended by itself, or was ended because it is frozen."""
+    watching = asyncio.create_task(_watch(process))
+    try:
+        return await process.wait()
+    finally:
+        watching.cancel()
+        await asyncio.gather(watching, return_exceptions=True)
+
+
+async def _watch(process: Process) -> None:
+    assert process.stdin is not None and process.stdout is not None
+    heartbeats, beats = Heartbeats(), 1
+    while not heartbeats.look({"router": beats}):
+        process.stdin.write(b"?")
+        await asyncio.sleep(BEAT_PERIOD)
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(ANSWER_GRACE):
+                beats += len(await process.stdout.read(4096))
+    logger.error("the router missed %d beats: it is frozen, and killed", MISSED)
+    process.kill()
+
+
+async def _end(process: Process) -> None:
+    if process.stdin is not None:
+        process.stdin.close()
+    try:
+        async with asyncio.timeout(2.0):
+            await process.wait()
+    except TimeoutError:
+        process.kill()
+        await process.wait()
+
+
+def main() -> None:
+    """Run the router with the settings on standard input."""
+    serve(msgspec.json.decode(sys.stdin.buffer.readline(), type=RouterSettings))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,111 @@
+"""Machines to be searched for room, thousands of them, without a look at each.
+
+A segment tree: a node knows the most room and the least score of the machines below it, so that a search leaves out
+what cannot be the answer.
+"""
+
+import math
+from collections.abc import Container
+
+from engine.master.machine import Machine
+from engine.specs.containers import ContainerSpec
+
+_NONE = frozenset[str]()
+_LEAST_WIDTH = 8
+
+
+class RoomTree:
+    """Machines in the order in which they came."""
+
+    def __init__(self) -> None:
+        self._lay(_LEAST_WIDTH)
+
+    def __len__(self) -> int:
+        """Return how many machines there are."""
+        return len(self._slots)
+
+    def put(self, machine: Machine, score: float = 0.0) -> None:
+        """Take a machine in, or note that its room or its score is another now."""
+        slot = self._slots.get(machine.id)
+        if slot is None:
+            if self._next == self._width:
+                self._lay_anew()
+            slot = self._slots[machine.id] = self._next
+            self._next += 1
+        self._machines[slot] = machine
+        self._set(slot, machine.room, score)
+
+    def remove(self, machine_id: str) -> None:
+        """Forget a machine; nothing happens where it is not known."""
+        slot = self._slots.pop(machine_id, None)
+        if slot is not None:
+            self._machines[slot] = None
+            self._set(slot, 0.0, math.inf)
+
+    def first(self, spec: ContainerSpec) -> Machine | None:
+        """Return the machine that came first of those that take a container; None if none does."""
+        waiting = [1]
+        while waiting:
+            node = waiting.pop()
+            if self._room[node] < spec.cores:
+                continue
+            if node < self._width:
+                waiting += (2 * node + 1, 2 * node)
+                continue
+            machine = self._machines[node - self._width]
+            if machine is not None and machine.has_room(spec):
+                return machine
+        return None
+
+    def least(self, spec: ContainerSpec, without: Container[str] = _NONE) -> tuple[float, Machine | None]:
+        """Return the least score of the machines that take a container, and such a machine.
+
+        Parameters
+        ----------
+        spec : ContainerSpec
+        without : container of str
+            Ids of machines that are left out.
+        """
+        best, found = math.inf, None
+        room, scores, width = self._room, self._scores, self._width
+        waiting = [1]
+        while waiting:
+            node = waiting.pop()
+            if room[node] < spec.cores or scores[node] >= best:
+                continue
+            if node < width:
+                left, right = 2 * node, 2 * node + 1
+                waiting += (right, left) if scores[left] <= scores[right] else (left, right)
+                continue
+            machine = self._machines[node - width]
+            if machine is not None and machine.id not in without and machine.has_room(spec):
+                best, found = scores[node], machine
+        return best, found
+
+    def _lay(self, width: int) -> None:
+        """Lay an empty tree with room for so many machines, a power of two."""
+        self._width = width
+        self._next = 0
+        self._slots: dict[str, int] = {}
+        self._machines: list[Machine | None] = [None] * width
+        self._room = [0.0] * (2 * width)
+        self._scores = [math.inf] * (2 * width)
+
+    def _lay_anew(self) -> None:
+        """Leave out those that are gone, and make room for as many again as there are."""
+        known = [(machine, self._scores[self._width + slot]) for slot, machine in enumerate(self._machines) if machine]
+        self._lay(max(_LEAST_WIDTH, 1 << (2 * len(known)).bit_length()))
+        for machine, score in known:
+            self.put(machine, score)
+
+    def _set(self, slot: int, room: float, score: float) -> None:
+        node = self._width + slot
+        self._room[node], self._scores[node] = room, score
+        node //= 2
+        while node:
+            left, right = 2 * node, 2 * node + 1
+            room, score = max(self._room[left], self._room[right]), min(self._scores[left], self._scores[right])
+            if (room, score) == (self._room[node], self._scores[node]):
+                return
+            self._room[node], self._scores[node] = room, score
+            node //= 2

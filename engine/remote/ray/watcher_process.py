@@ -1,0 +1,176 @@
+"""The watcher of a Ray cluster as a process that is started again whenever it dies."""
+
+import asyncio
+import contextlib
+import importlib.util
+import logging
+import os
+import sys
+from asyncio.subprocess import PIPE, Process
+from collections.abc import Sequence
+from urllib.parse import urlsplit
+
+import msgspec
+
+from engine.remote.ray.config import Answer, Refused, WatchConfig
+from ppaas.errors import InvalidInput, Unavailable, rebuild
+
+logger = logging.getLogger(__name__)
+
+AUTO = "auto"
+
+PROBE_TIMEOUT = 3.0
+CONNECT_TIMEOUT = 60.0
+STOP_GRACE = 20.0
+
+CONNECT_TRIES = {"RAY_NUM_REDIS_GET_RETRIES": "5"}
+"""Seconds, one a try, after which Ray takes it that a cluster will not let us in; its port was tried before."""
+
+RETRY = 1.0
+"""Seconds before a watcher is started again; agents go on meanwhile, but none joins."""
+
+COMMAND = (sys.executable, "-m", "engine.remote.ray.watcher")
+
+
+class WatcherProcess:
+    """Keeps a watcher running.
+
+    Parameters
+    ----------
+    config : WatchConfig
+        What it is told.
+    command : sequence of str
+        That runs the watcher.
+
+    Raises
+    ------
+    InvalidInput
+        The extra is not installed, or the address is none.
+    """
+
+    def __init__(self, config: WatchConfig, command: Sequence[str] = COMMAND) -> None:
+        if importlib.util.find_spec("ray") is None:
+            raise InvalidInput("machines that are Ray nodes want: pip install 'ppaas[ray]'")
+        self._config = config
+        self._command = command
+        self._endpoint = read_address(config.address)
+        self._process: Process | None = None
+        self._keeper: asyncio.Task[None] | None = None
+
+    @property
+    def pid(self) -> int | None:
+        """Of the watcher that runs now."""
+        return self._process.pid if self._process is not None else None
+
+    async def start(self) -> None:
+        """Connect, and watch from now on.
+
+        Raises
+        ------
+        Unavailable
+            There is no such cluster, or it does not let us in.
+        """
+        if self._endpoint is not None:
+            await _probe(*self._endpoint)
+        self._process = await self._spawn()
+        self._keeper = asyncio.create_task(self._keep(self._process))
+
+    async def _keep(self, process: Process) -> None:
+        while True:
+            status = await process.wait()
+            logger.error("the watcher of the Ray cluster ended with status %s and is started again", status)
+            process = self._process = await self._insist()
+
+    async def _insist(self) -> Process:
+        while True:
+            await asyncio.sleep(RETRY)
+            try:
+                return await self._spawn()
+            except (Unavailable, OSError) as error:
+                logger.warning("the Ray cluster is not watched: %s", error)
+
+    async def _spawn(self) -> Process:
+        # In a session of its own, Ctrl-C in a terminal does not end it before the agents have.
+        process = await asyncio.create_subprocess_exec(
+            *self._command, stdin=PIPE, stdout=PIPE, start_new_session=True, env=CONNECT_TRIES | os.environ
+        )
+        if process.stdin is None or process.stdout is None:
+            raise RuntimeError("the watcher has no pipes")
+        try:
+            process.stdin.write(msgspec.json.encode(self._config) + b"\n")
+            async with asyncio.timeout(CONNECT_TIMEOUT):
+                line = await process.stdout.readline()
+        except BaseException as error:
+            await _end(process, 0.0)
+            if isinstance(error, TimeoutError):
+                raise Unavailable(f"the Ray cluster at {self._config.address} does not answer") from error
+            raise
+        if not line:
+            raise Unavailable(f"the watcher of the Ray cluster ended with status {await process.wait()}; see its log")
+        answer: Answer = msgspec.json.decode(line, type=Answer)
+        if isinstance(answer, Refused):
+            await process.wait()
+            raise rebuild(answer.refusal.slug, answer.refusal.text)
+        return process
+
+    def kill(self, machine: str) -> None:
+        """End the agent of a machine by force: it is frozen, and is started again."""
+        if self._process is not None and self._process.stdin is not None:
+            self._process.stdin.write(machine.encode() + b"\n")
+
+    async def stop(self) -> None:
+        """Have all agents ended, and watch no more."""
+        if self._keeper is not None:
+            self._keeper.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await self._keeper
+        if self._process is not None and self._process.stdin is not None:
+            self._process.stdin.write(b"\n")
+            await _end(self._process, STOP_GRACE)
+
+
+def read_address(text: str) -> tuple[str, int] | None:
+    """Return host and port of a cluster's head, or None for the cluster that Ray finds on this host (``auto``).
+
+    Raises
+    ------
+    InvalidInput
+        It is neither.
+    """
+    if text == AUTO:
+        return None
+    try:
+        parts = urlsplit(f"//{text}")
+        if parts.hostname and parts.port and parts.netloc == text:
+            return parts.hostname, parts.port
+    except ValueError as error:
+        raise InvalidInput(_no_address(text)) from error
+    raise InvalidInput(_no_address(text))
+
+
+def _no_address(text: str) -> str:
+    return f"{text!r} is no address of a Ray cluster: write host:port of its head, or {AUTO}"
+
+
+async def _probe(host: str, port: int) -> None:
+    """Make sure that somebody listens: Ray itself tries for more than a minute, and then ends the process."""
+    try:
+        async with asyncio.timeout(PROBE_TIMEOUT):
+            _, writer = await asyncio.open_connection(host, port)
+    except (OSError, TimeoutError) as error:
+        raise Unavailable(
+            f"no Ray cluster answers at {host}:{port}; start one with: ray start --head --port={port}"
+        ) from error
+    writer.close()
+
+
+async def _end(process: Process, grace: float) -> None:
+    if process.stdin is not None:
+        process.stdin.close()
+    try:
+        async with asyncio.timeout(grace):
+            await process.wait()
+    except TimeoutError:
+        with contextlib.suppress(ProcessLookupError):
+            process.kill()
+        await process.wait()

@@ -1,0 +1,78 @@
+"""Compiles kernels into the cache, on all processors, in processes that end with this one."""
+
+import gc
+import importlib
+import multiprocessing
+import os
+import threading
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import resource_tracker
+from pathlib import Path
+from types import ModuleType
+
+from engine.runtimes.compilation import stamp, threading_layer
+
+
+def compile_all(names: Callable[[], Iterable[str]]) -> list[str]:
+    """Compile kernels.
+
+    Parameters
+    ----------
+    names : callable
+        Returns the names of their modules; called in one of the processes, and so to be found by its name.
+
+    Returns
+    -------
+    list of str
+        Index files of the cache in which they lie.
+
+    Raises
+    ------
+    Exception
+        Whatever a kernel cannot be compiled for.
+    """
+    spawning = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(len(os.sched_getaffinity(0)), spawning, _begin) as pool:
+        given = pool.submit(_largest_first, names).result()
+        files = [file for files in pool.map(_compile, given) for file in files]
+    _end_tracker()
+    return files
+
+
+def _end_tracker() -> None:
+    """End the process that keeps count of what the pool shared, which ends after this one otherwise, as a zombie of who
+    adopts orphans: the agent.
+    """
+    gc.collect()  # what is given back later would have it started again
+    resource_tracker._resource_tracker._stop()  # type: ignore[attr-defined]
+
+
+def _begin() -> None:
+    """Prepare a process of the pool, which ends with this one: when that is killed, it would wait for work for ever."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading_layer.choose()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _largest_first(names: Callable[[], Iterable[str]]) -> list[str]:
+    """Return the modules that can be warmed, the largest first: they take longest."""
+    modules = map(importlib.import_module, names())
+    warmable = [module for module in modules if hasattr(module, "warm")]
+    return [module.__name__ for module in sorted(warmable, key=_size, reverse=True)]
+
+
+def _size(module: ModuleType) -> int:
+    return Path(str(module.__file__)).stat().st_size
+
+
+def _compile(name: str) -> list[str]:
+    module = importlib.import_module(name)
+    module.warm()
+    return list(stamp.cache_files(module))

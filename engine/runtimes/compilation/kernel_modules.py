@@ -1,0 +1,60 @@
+"""Finds the kernels of the domain, and calls once what of them is loaded."""
+
+import importlib
+import pkgutil
+import sys
+from types import ModuleType
+
+from numba.core import event
+
+import ppaas
+from engine.runtimes.compilation.stamp import KERNELS
+
+
+def modules() -> list[ModuleType]:
+    """Import all modules of the ``kernels`` packages of the domain, and return them by name.
+
+    Raises
+    ------
+    ImportError
+        One of them, or a package on the way, cannot be imported.
+    """
+    walk = pkgutil.walk_packages(ppaas.__path__, "ppaas.", onerror=importlib.import_module)
+    names = sorted(found.name for found in walk if _holds_kernels(found.name))
+    return [importlib.import_module(name) for name in names]
+
+
+def record_compilations() -> event.RecordingListener:
+    """Return what records, from now on, each kernel that is compiled instead of loaded from the cache."""
+    recorder = event.RecordingListener()  # type: ignore[no-untyped-call]
+    event.register("numba:compile", recorder)  # type: ignore[no-untyped-call]
+    return recorder
+
+
+def loaded() -> list[ModuleType]:
+    """Return the modules of kernels that this process has loaded, by name."""
+    return [module for name, module in sorted(sys.modules.items()) if _holds_kernels(name)]
+
+
+def warm_loaded() -> None:
+    """Call ``warm`` of every kernels module that this process has loaded, if it offers it."""
+    for module in loaded():
+        if hasattr(module, "warm"):
+            module.warm()
+
+
+def warm_package(name: str) -> list[ModuleType]:
+    """Import all modules of one package of kernels, and call ``warm`` of each: what is in the cache is loaded, all else
+    is compiled. Return them.
+    """
+    package = importlib.import_module(name)
+    modules = [importlib.import_module(found.name) for found in pkgutil.iter_modules(package.__path__, f"{name}.")]
+    for module in modules:
+        if hasattr(module, "warm"):
+            module.warm()
+    return modules
+
+
+def _holds_kernels(name: str) -> bool:
+    packages = name.split(".")
+    return packages[0] == ppaas.__name__ and KERNELS in packages

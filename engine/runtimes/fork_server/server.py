@@ -1,0 +1,204 @@
+"""The fork server of the standard library, driven from an event loop."""
+
+import asyncio
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from multiprocessing.popen_forkserver import Popen
+from types import ModuleType
+from typing import TypeVar
+
+from engine.processes.heartbeats import BEAT_PERIOD, MISSED
+from engine.runtimes.fork_server import early_start
+from engine.runtimes.fork_server.child import Warmth, look_around
+from ppaas.clock import monotonic
+from ppaas.errors import Unavailable
+
+T = TypeVar("T")
+
+UNHEARD = 255
+"""Exit status of a process of which its dead fork server told nothing."""
+
+_context = multiprocessing.get_context("forkserver")
+_main_lock = threading.Lock()
+_warm: list["ForkServer"] = []  # in the order in which they were warm; the last one watches the server that runs
+
+PROBE_TIMEOUT = 600.0
+"""Seconds until the fork server must be warm; the very first start on a machine compiles all kernels."""
+
+ENDING_TIMEOUT = 5.0
+"""Seconds until a fork server that no longer listens must have ended."""
+
+FORK_TIMEOUT = MISSED * BEAT_PERIOD
+"""Seconds until a warm fork server must have forked; a frozen one never does, and is given up as soon as all else that
+is frozen. It takes 0.05 s, and tenths of a second on a busy machine. Another must be warm before the master gives the
+container up for which it was asked."""
+
+
+def start_process(target: Callable[..., None], *arguments: object) -> Popen:
+    """Start a process from the fork server; blocks until it has forked.
+
+    Its ``sentinel`` becomes readable when it ends; then ``poll`` returns its exit status, or ``UNHEARD`` if the server
+    died before it could know. Its ``close`` kills what still runs.
+
+    Raises
+    ------
+    EOFError, OSError
+        The server died meanwhile.
+    """
+    deadline = monotonic() + ENDING_TIMEOUT
+    while True:
+        try:
+            # Not ``Process.start``: that would poll, in this thread, processes that an event loop polls.
+            with _nothing_to_import_again():
+                return Popen(_context.Process(target=target, args=arguments))
+        except ConnectionRefusedError:  # by one that is about to end, for which the library starts no other yet
+            if monotonic() > deadline:
+                raise
+            time.sleep(0.02)
+
+
+async def fork(target: Callable[..., None], *arguments: object) -> Popen:
+    """Start a process, as ``start_process`` does, from whichever fork server is there or comes.
+
+    One that is warm and does not fork is frozen: it is killed, and the next one asked.
+
+    Raises
+    ------
+    EOFError, OSError
+        The servers died meanwhile, or were killed.
+    """
+    if _warm:
+        with suppress(EOFError, OSError):
+            return await _warm[-1].fork(target, *arguments)
+    return await asyncio.to_thread(start_process, target, *arguments)  # it may have to load first: no time-out
+
+
+class ForkServer:
+    """Starts processes by fork.
+
+    Its calls block and are made from a thread of their own, one at a time. There is one fork server a process: two
+    objects of this class share it.
+
+    Parameters
+    ----------
+    entry : str
+        ``"module:function"`` that containers run; its module is loaded before they are forked.
+    rehearsed : str, optional
+        Module that is loaded after it: loading it does once what each container would do.
+    """
+
+    def __init__(self, entry: str, rehearsed: str | None = None) -> None:
+        self._entry = entry
+        self._rehearsed = rehearsed
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix="fork")
+        self._pidfd: int | None = None
+
+    @property
+    def is_warm(self) -> bool:
+        """It was warm, and its death was not noticed yet."""
+        return self._pidfd is not None
+
+    async def warm(self, died: Callable[[], None]) -> Warmth:
+        """Start the server if none runs, and wait until it has loaded everything.
+
+        Parameters
+        ----------
+        died : callable
+            Called on the loop if it dies from now on.
+
+        Raises
+        ------
+        Unavailable
+            It ended, could not load what containers need, or took too long.
+        """
+        early_start.choose(self._entry, self._rehearsed)
+        try:
+            answer = await self._call(self._probe, PROBE_TIMEOUT)
+            if isinstance(answer, str):
+                raise Unavailable(f"containers cannot start from the fork server: {answer}")
+            self.forget()
+            self._pidfd = os.pidfd_open(answer.pid)
+            _warm.append(self)
+        except (EOFError, OSError) as error:
+            raise Unavailable("the fork server ended while it loaded; see its error output") from error
+        asyncio.get_running_loop().add_reader(self._pidfd, died)
+        return answer
+
+    def _probe(self) -> Warmth | str:
+        receiving, sending = _context.Pipe(duplex=False)
+        with receiving, sending:
+            probe = start_process(look_around, self._entry, sending)
+            sending.close()
+            try:
+                answer: Warmth | str = receiving.recv()
+            finally:
+                probe.wait()
+                probe.close()
+        return answer
+
+    async def fork(self, target: Callable[..., None], *arguments: object) -> Popen:
+        """Start a process, as ``start_process`` does.
+
+        Raises
+        ------
+        EOFError, OSError
+            The server is dead, or was so slow that it was killed.
+        """
+        return await self._call(lambda: start_process(target, *arguments), FORK_TIMEOUT)
+
+    async def _call(self, blocking: Callable[[], T], timeout: float) -> T:
+        try:
+            async with asyncio.timeout(timeout):
+                return await asyncio.get_running_loop().run_in_executor(self._thread, blocking)
+        except TimeoutError:
+            self.kill()  # which sets the thread free
+            raise
+
+    def kill(self) -> None:
+        """Kill the server."""
+        if self._pidfd is not None:
+            with suppress(ProcessLookupError):
+                signal.pidfd_send_signal(self._pidfd, signal.SIGKILL)
+
+    async def end(self) -> None:
+        """Kill the server and wait until it is dead."""
+        if self._pidfd is None:
+            return
+        self.kill()
+        loop = asyncio.get_running_loop()
+        dead = asyncio.Event()
+        loop.add_reader(self._pidfd, dead.set)
+        await dead.wait()
+        self.forget()
+
+    def forget(self) -> None:
+        """Watch the server no longer; if it is dead, the next ``warm`` starts another."""
+        if self._pidfd is not None:
+            asyncio.get_running_loop().remove_reader(self._pidfd)
+            os.close(self._pidfd)
+            self._pidfd = None
+            _warm.remove(self)
+
+    def close(self) -> None:
+        """Make no more calls. The server itself ends with this process."""
+        self.forget()
+        self._thread.shutdown(wait=False)
+
+
+@contextmanager
+def _nothing_to_import_again() -> Iterator[None]:
+    # A child imports the parent's main module again, be it a whole command line. Ours need nothing of it.
+    with _main_lock:
+        main = sys.modules["__main__"]
+        sys.modules["__main__"] = ModuleType("__main__")
+        try:
+            yield
+        finally:
+            sys.modules["__main__"] = main

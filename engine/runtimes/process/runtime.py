@@ -1,0 +1,139 @@
+"""The default runtime: each container is a process, forked from a warm server in milliseconds."""
+
+import asyncio
+import ctypes
+import logging
+from asyncio import Task
+
+from engine.runtimes.base import Premises, Runtime
+from engine.runtimes.fork_server.child import run
+from engine.runtimes.fork_server.early_start import CONTAINER, REHEARSED
+from engine.runtimes.fork_server.server import ForkServer
+from engine.runtimes.process.container import ForkedContainer
+from engine.runtimes.process.control_groups import ControlGroups, own_hierarchies
+from engine.specs.containers import Launch
+from ppaas.errors import Unavailable
+
+logger = logging.getLogger(__name__)
+
+_PR_SET_CHILD_SUBREAPER = 36
+
+
+class ProcessRuntime(Runtime):
+    """Forks containers from a warm server.
+
+    Parameters
+    ----------
+    entry : str
+        ``"module:function"`` that takes the ``Launch`` in the new process; its result is the exit status.
+    rehearsed : str, optional
+        Module that the fork server loads after that of ``entry``: loading it does once what each container would do.
+    groups : ControlGroups, optional
+        That hold containers to their sizes; without it, they are held to their CPUs alone.
+    """
+
+    def __init__(
+        self,
+        entry: str = CONTAINER,
+        rehearsed: str | None = None,
+        groups: ControlGroups | None = None,
+    ) -> None:
+        self._entry = entry
+        self._groups = groups or ControlGroups("", ())
+        self._server = ForkServer(entry, rehearsed)
+        self._forking = asyncio.Lock()
+        self._tasks: set[Task[ForkedContainer] | Task[None]] = set()
+        self._live: set[ForkedContainer] = set()
+        self._closed = False
+
+    @classmethod
+    def on(cls, premises: Premises) -> "ProcessRuntime":
+        """Return the runtime of a machine."""
+        return cls(rehearsed=REHEARSED, groups=ControlGroups(premises.instance, own_hierarchies()))
+
+    async def start(self) -> None:
+        """Start the fork server and wait until it is warm; do it before any other library starts threads.
+
+        Raises
+        ------
+        Unavailable
+            It cannot load what containers need.
+        """
+        # Should the fork server die, its children become ours, and leave no zombies behind.
+        _adopt_orphans(True)
+        async with self._forking:
+            await self._warm()
+
+    async def launch(self, launch: Launch) -> ForkedContainer:
+        """Fork a container.
+
+        Raises
+        ------
+        Unavailable
+            The fork server cannot be started, or died twice over it.
+        """
+        forking = asyncio.create_task(self._fork(launch))
+        self._tasks.add(forking)
+        forking.add_done_callback(self._tasks.discard)
+        try:
+            return await asyncio.shield(forking)
+        except asyncio.CancelledError:
+            forking.add_done_callback(_kill_result)
+            raise
+
+    async def close(self) -> None:
+        """Kill all containers, wait until they are gone, and stop watching the fork server, which ends with us."""
+        self._closed = True
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        live = tuple(self._live)
+        for container in live:
+            container.kill()
+        await asyncio.gather(*(container.wait() for container in live))
+        await self._groups.close()
+        self._server.close()
+        _adopt_orphans(False)
+
+    async def _fork(self, launch: Launch) -> ForkedContainer:
+        async with self._forking:
+            for _ in range(2):
+                await self._warm()
+                try:
+                    process = await self._server.fork(run, self._entry, launch)
+                except (EOFError, OSError) as error:
+                    logger.warning("the fork server failed to start container %r: %s", launch.spec.id, error)
+                    await self._server.end()
+                    continue
+                container = ForkedContainer(process, self._live.discard, launch, self._groups)
+                self._live.add(container)
+                return container
+        raise Unavailable(f"container {launch.spec.id!r} could not be started: the fork server died twice")
+
+    async def _warm(self) -> None:
+        if self._closed:
+            raise Unavailable("this runtime is closed")
+        if not self._server.is_warm:
+            warmth = await self._server.warm(self._on_server_death)
+            logger.info("fork server %d is warm: %s threads, %d kernels modules", *warmth[:2], len(warmth.kernels))
+
+    def _on_server_death(self) -> None:
+        logger.error("the fork server died; its %d containers are lost", len(self._live))
+        self._server.forget()
+        rewarming = asyncio.create_task(self._warm_again())
+        self._tasks.add(rewarming)
+        rewarming.add_done_callback(self._tasks.discard)
+
+    async def _warm_again(self) -> None:
+        async with self._forking:
+            try:
+                await self._warm()
+            except Unavailable:
+                logger.exception("no new fork server; the next launch tries again")
+
+
+def _adopt_orphans(adopt: bool) -> None:
+    ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, int(adopt), 0, 0, 0)
+
+
+def _kill_result(forking: Task[ForkedContainer]) -> None:
+    if not forking.cancelled() and forking.exception() is None:
+        forking.result().kill()

@@ -1,0 +1,349 @@
+"""The cloud as the endpoints know it: the master with hands and ears.
+
+It carries out what the master orders, tells the master what happened, and keeps for each place the end of the robot
+link that clients talk to.
+"""
+
+import asyncio
+import contextlib
+import logging
+import secrets
+from collections.abc import Callable
+from pathlib import Path
+
+from engine.master.master import Master
+from engine.master.orders import Adopt, Close, End, Leave, Order, Resize, Start
+from engine.master.places import Place, PlaceRequest
+from engine.master.queueing import Queue
+from engine.processes.background import Background
+from engine.processes.heartbeats import MISSED
+from engine.protocols import control_link
+from engine.protocols import robot_link as link
+from engine.protocols.framing import FrameStream
+from engine.service.administration import Administration
+from engine.service.links.control_server import ControlServer
+from engine.service.links.place_link import PlaceLink
+from engine.service.links.robot_link_server import LinkServer
+from engine.service.liveness import watch
+from engine.service.machine_events import MachineEvents
+from engine.service.start_times import StartTimes
+from engine.service.view_building import container_view, machine_view
+from engine.service.views import ContainerView, MachineView
+from engine.specs.checkpoints import Checkpoints
+from engine.specs.containers import ContainerSpec
+from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable, rebuild
+
+logger = logging.getLogger(__name__)
+
+START_TIMEOUT = 10.0
+"""A container that has not dialled the robot link within these seconds is given up and replaced."""
+
+HANG_UP_GRACE = 0.5
+"""Seconds after the end of its link in which the end of a container is told, if it has ended."""
+
+LEAVE_GRACE = 5.0
+"""Seconds that a container has to keep its state before it is moved as if it had died."""
+
+
+class CloudService:
+    """Opens places and keeps them filled.
+
+    Parameters
+    ----------
+    master : Master
+        Decides.
+    checkpoints : Checkpoints
+        Of the clones.
+    run_dir : Path
+        Folder for the sockets.
+    secret : str
+        With which agents register.
+    start_timeout : float
+        Seconds that a container has to dial the robot link.
+
+    Attributes
+    ----------
+    of_machines : MachineEvents
+        What machines do and tell.
+    place_adopted : callable
+        Told of a place that goes on with a container that ran since another cloud process.
+    """
+
+    def __init__(
+        self,
+        master: Master,
+        checkpoints: Checkpoints,
+        run_dir: Path,
+        secret: str,
+        *,
+        start_timeout: float = START_TIMEOUT,
+    ) -> None:
+        self._master = master
+        self._start_timeout = start_timeout
+        self._checkpoints = checkpoints
+        self._links = LinkServer(run_dir / "link.sock", self._welcome, self._failed)
+        self._places: dict[str, PlaceLink] = {}
+        self._times = StartTimes()
+        self.of_machines = MachineEvents(
+            master, checkpoints, self._links, self._times, execute=self._execute, container_lost=self._container_lost
+        )
+        self._control = self.of_machines.listen(run_dir / "control.sock", secret)
+        self.administration = Administration(master, self._execute, self.of_machines.cut_off)
+        self._queue = Queue(master.quotas)
+        self._background = Background()
+        self._watching = Background()
+        self._closing = False
+        self.place_adopted: Callable[[str], None] = lambda _: None
+
+    @property
+    def servers(self) -> tuple[ControlServer, LinkServer]:
+        """Return what serves control links and what serves robot links, for those that come from other hosts."""
+        return self._control, self._links
+
+    async def start(self) -> None:
+        """Listen for containers and machines."""
+        await self._links.start()
+        await self._control.start()
+        machines = self.of_machines.beats, self.of_machines.give_up
+        containers = self._beats, self._give_up_frozen
+        self._watching.run(watch(machines, containers, meanwhile=self._note_round_trips))
+
+    async def wait_for_machine(self, timeout: float) -> None:
+        """Wait until a first machine is here.
+
+        Raises
+        ------
+        Unavailable
+            None came in time.
+        """
+        try:
+            async with asyncio.timeout(timeout):
+                await self.of_machines.joined.wait()
+        except TimeoutError as error:
+            raise Unavailable(f"no machine registered within {timeout:g} s; see what its agent logged") from error
+
+    async def close(self) -> None:
+        """Close all places and let all machines go."""
+        self._closing = True
+        await self._watching.cancel()
+        await self.of_machines.close()
+        for key in tuple(self._places):
+            await self.close_place(key, Unavailable("the cloud is shutting down"))
+        await self._control.close()
+        await self._links.close()
+        await self._background.cancel()
+
+    # -- places --------------------------------------------------------------------------------------------------------
+
+    def place(self, key: str) -> PlaceLink | None:
+        """Return an open place."""
+        return self._places.get(key)
+
+    def open_place(self, request: PlaceRequest, *, queue: bool = False) -> PlaceLink:
+        """Open a place, or return it if it is open; with ``queue`` it may have to wait for its turn.
+
+        Raises
+        ------
+        Conflict
+            It is open for another version of the map or another size.
+        QuotaExceeded, Unavailable, InvalidParameter
+            As the master says.
+        """
+        known = self._places.get(request.key)
+        if known is not None:
+            if self._request_of(request.key) != request:
+                raise Conflict(f"{request.key} is running; disconnect it to run it anew with what was changed")
+            return known
+        orders = self._queue.open(request, self._master.open) if queue else self._master.open(request)
+        place = self._places[request.key] = PlaceLink(request.key)
+        place.busy = queue  # who waits is not idle
+        self._execute(orders)
+        return place
+
+    def _request_of(self, key: str) -> PlaceRequest | None:
+        place = self._master.places.get(key)
+        return place.request if place is not None else self._queue.get(key)
+
+    def position(self, key: str) -> int | None:
+        """Return the position of a place in the queue, the first being 1; None if it does not wait there."""
+        return self._queue.position(key)
+
+    def quotas_changed(self) -> None:
+        """Serve whoever waits for what users may have now."""
+        self._execute([])
+
+    async def close_place(self, key: str, reason: PPaaSError) -> None:
+        """Give a place up and tell its clients; one that was idle goes on when somebody comes again."""
+        open_now = self._master.places.get(key)
+        if isinstance(reason, Idle) and open_now is not None and open_now.request.robot is not None:
+            self._checkpoints.park(open_now.request.user, open_now.request.robot.id)
+        place = self._places.pop(key, None)
+        if place is not None:
+            place.close(reason)
+        self._queue.remove(key)
+        self._execute(self._master.close(key))
+
+    def give_up_container(self, container: str) -> None:
+        """Have a container ended as if it had died: its place gets another, and clients notice a pause.
+
+        Raises
+        ------
+        NotFound
+            There is no such container, or no longer.
+        Unavailable
+            Its machine is away.
+        """
+        self._control.order(self._master.carrier(container), control_link.StopContainer(container, grace=0.0))
+
+    def resize_container(self, container: str, cores: float) -> None:
+        """Give a container another size while it runs; raises as ``Master.resize`` does."""
+        self._execute(self._master.resize(container, cores))
+
+    # -- orders --------------------------------------------------------------------------------------------------------
+
+    def _execute(self, orders: list[Order]) -> None:
+        for order in [*orders, *([] if self._closing else self._queue.serve(self._master.open))]:
+            match order:
+                case Start():
+                    self._times.order(order.spec.id)
+                    self._background.run(self._start(order))
+                case Adopt():
+                    self._adopt(order)
+                case End():
+                    self._end(order)
+                case Leave():
+                    self._let_leave(order)
+                case Resize():
+                    self._resize(order)
+                case Close():
+                    place = self._places.pop(order.place, None)
+                    logger.error("%s is closed: %s", order.place, order.reason)
+                    if place is not None:
+                        place.close(order.reason)
+
+    async def _start(self, order: Start) -> None:
+        container = order.spec.id
+        try:
+            await asyncio.sleep(order.delay)
+            spec = await asyncio.to_thread(self._checkpoints.give, order.spec)
+            if not self._times.is_awaited(container):
+                return  # it was given up meanwhile
+            self._send_start(order.machine, spec)
+        except PPaaSError as error:
+            self._not_come(order.machine, container, error)
+        except Exception as error:
+            logger.exception("container %s could not be started", container)
+            self._not_come(order.machine, container, PPaaSError(f"internal error: {type(error).__name__}"))
+        else:
+            await self._answered(order.machine, container)
+
+    async def _answered(self, machine: str, container: str) -> None:
+        await asyncio.sleep(self._start_timeout)
+        self._not_come(machine, container, Unavailable(f"it did not answer within {self._start_timeout:g} s"))
+
+    def _not_come(self, machine: str, container: str, reason: PPaaSError) -> None:
+        if self._times.is_awaited(container):
+            self._execute([End(machine, container)])
+            self._container_lost(container, reason)
+
+    def _adopt(self, order: Adopt) -> None:
+        container = order.carried.spec.id
+        logger.info("container %s of machine %s is adopted", container, order.machine)
+        if order.place not in self._places:
+            self._places[order.place] = PlaceLink(order.place)
+        self._times.order(container)
+        self._links.expect(container, order.carried.secret, order.machine)
+        self._background.run(self._answered(order.machine, container))
+        self.place_adopted(order.place)
+
+    def _send_start(self, machine: str, spec: ContainerSpec) -> None:
+        self._times.send(spec.id)
+        secret = secrets.token_urlsafe(24)
+        self._links.expect(spec.id, secret, machine)
+        self._control.order(machine, control_link.StartContainer(spec, secret, str(self._links.path)))
+
+    def _end(self, order: End) -> None:
+        self._links.forget(order.container)
+        self._times.forget(order.container)
+        try:
+            self._control.order(order.machine, control_link.StopContainer(order.container))
+        except Unavailable:
+            logger.info("container %s went with its machine", order.container)
+
+    def _let_leave(self, order: Leave) -> None:
+        logger.info("container %s leaves machine %s", order.container, order.machine)
+        place = self._places.get(order.place)
+        if place is not None:
+            place.release()
+        with contextlib.suppress(Unavailable):  # its machine went just now, which is told
+            self._control.order(order.machine, control_link.StopContainer(order.container, grace=LEAVE_GRACE))
+
+    def _resize(self, order: Resize) -> None:
+        with contextlib.suppress(Unavailable):  # its machine is away, and what replaces it has the new size
+            self._control.order(order.machine, control_link.ResizeContainer(order.container, order.cores))
+
+    # -- what happens --------------------------------------------------------------------------------------------------
+
+    async def _welcome(self, hello: link.Hello, stream: FrameStream[link.FromContainer]) -> None:
+        key = self._master.container_ready(hello.container, hello.pid)
+        place = self._places.get(key) if key is not None else None
+        if place is None:
+            return
+        self._times.answer(hello.container)
+        self._execute(self._master.move_on())
+        try:
+            await place.serve(hello, stream)
+        finally:
+            if not self._closing:
+                self._background.run(self._hung_up(hello.container))
+
+    async def _hung_up(self, container: str) -> None:
+        """Have a container replaced that hung up, or was hung up on, and lives: it waits for another cloud process."""
+        await asyncio.sleep(HANG_UP_GRACE)
+        if not self._master.is_leaving(container):
+            with contextlib.suppress(NotFound, Unavailable):  # it has ended, as it should
+                self.give_up_container(container)
+
+    def _failed(self, failed: link.Failed) -> None:
+        self._container_lost(failed.container, rebuild(failed.refusal.slug, failed.refusal.text))
+
+    def _container_lost(self, container: str, reason: PPaaSError) -> None:
+        self._links.forget(container)
+        self._times.forget(container)
+        level = logging.INFO if self._master.is_leaving(container) else logging.WARNING
+        orders = self._master.container_lost(container, reason)
+        if orders:
+            logger.log(level, "container %s is lost: %s", container, reason)
+        self._execute(orders)
+
+    # -- what is frozen ------------------------------------------------------------------------------------------------
+
+    def _beats(self) -> dict[str, int]:
+        return {place.container: place.beats for place in self._places.values() if place.container is not None}
+
+    def _give_up_frozen(self, container: str) -> None:
+        logger.error("container %s missed %d beats: it is frozen, and replaced", container, MISSED)
+        with contextlib.suppress(NotFound, Unavailable):  # it went just now
+            self.give_up_container(container)
+
+    def _note_round_trips(self) -> None:
+        for key, place in self._places.items():
+            if place.round_trip is not None:
+                self._master.robot_timed(key, place.round_trip)
+
+    # -- what may be looked at -----------------------------------------------------------------------------------------
+
+    def machines(self) -> list[MachineView]:
+        """Return all machines."""
+        return [machine_view(machine) for machine in self._master.machines.values()]
+
+    def containers(self, user: str | None) -> list[ContainerView]:
+        """Return the containers of a user, or all."""
+        places = (place for place in self._master.places.values() if user in (None, place.request.user))
+        return [view for place in places if (view := self._view(place)) is not None]
+
+    def _view(self, place: Place) -> ContainerView | None:
+        container = place.spec.id if place.spec is not None else ""
+        machine = self._master.machines.get(place.machine or "")
+        link = self._places.get(place.request.key)
+        return container_view(place, machine, link, self._times.age(container), self._times.took(container))

@@ -1,0 +1,61 @@
+"""Where the nodes of robots run, for who asks from outside: told and decided by each clone's node monitor."""
+
+from engine.master.places import robot_key
+from engine.service.master_driver import CloudService
+from ppaas.errors import Unavailable
+from ppaas.messages import decode, encode
+from ppaas.messages.message import Empty, Message
+from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes, RunNodeRequest
+
+ANSWER_TIMEOUT = 10.0
+"""Seconds; the node monitor answers in some milliseconds."""
+
+
+class RobotNodes:
+    """Asks the node monitors of robots that have a place.
+
+    Parameters
+    ----------
+    service : CloudService
+        Knows the places.
+    """
+
+    def __init__(self, service: CloudService) -> None:
+        self._service = service
+
+    async def homes(self, user: str, robot: str) -> list[NodeHome]:
+        """Return where each node of a robot runs, and why.
+
+        Raises
+        ------
+        Unavailable
+            The robot has no container now.
+        """
+        return decode(NodeHomes, await self._ask(user, robot, "list_nodes", Empty())).nodes
+
+    async def run(self, user: str, robot: str, node: str, home: str) -> NodeHome:
+        """Have a node run where it does best, or where it is asked for; return what the node monitor says.
+
+        Parameters
+        ----------
+        user, robot : str
+            Whose node it is.
+        node : str
+            Its name.
+        home : str
+            ``cloud``, ``robot``, or empty for the best.
+
+        Raises
+        ------
+        NotFound
+            The robot's clone has no such node.
+        Unavailable
+            The robot has no container now.
+        """
+        return decode(NodeHome, await self._ask(user, robot, "run_node", RunNodeRequest(node, home)))
+
+    async def _ask(self, user: str, robot: str, service: str, request: Message) -> bytes:
+        place = self._service.place(robot_key(user, robot))
+        if place is None:
+            raise Unavailable(f"robot {robot!r} has no container now: its nodes run while it is connected")
+        return await place.call(f"node_monitor/{service}", encode(request), ANSWER_TIMEOUT)

@@ -1,0 +1,74 @@
+"""What can be seen of machines and containers, from what the master and the endpoints know of them."""
+
+from engine.master.machine import Machine
+from engine.master.places import Place
+from engine.service.links.place_link import PlaceLink
+from engine.service.views import ContainerView, MachineView
+from engine.specs.cores import memory
+
+
+def machine_view(machine: Machine) -> MachineView:
+    """Return a machine as it is seen."""
+    settings = machine.settings
+    return MachineView(
+        id=machine.id,
+        cores=machine.cores,
+        capacity=machine.capacity,
+        containers=len(machine.containers),
+        memory=machine.memory,
+        memory_used=machine.memory_used,
+        load=machine.cpu,
+        given=machine.given,
+        memory_given=memory(machine.given),
+        state=("drained" if not machine.containers else "draining") if settings.draining else "ready",
+        labels=machine.all_labels,
+        max_containers=settings.max_containers,
+        max_memory=settings.max_memory,
+        oversubscription=settings.oversubscription,
+        draining=settings.draining,
+        network=machine.network or None,
+        network_used=machine.network_used,
+        round_trip=machine.round_trip,
+        round_trips=machine.neighbours,
+    )
+
+
+def container_view(
+    place: Place, machine: Machine | None, link: PlaceLink | None, age: float, ready_seconds: float | None
+) -> ContainerView | None:
+    """Return the container of a place as it is seen; None where it has none.
+
+    Parameters
+    ----------
+    place : Place
+    machine : Machine, optional
+        That carries it.
+    link : PlaceLink, optional
+        Of the place.
+    age : float
+        Since the order to start it [s].
+    ready_seconds : float, optional
+        From that order until it answered [s].
+    """
+    spec = place.spec
+    if spec is None:
+        return None
+    load = machine.loads.get(spec.id) if machine is not None else None
+    return ContainerView(
+        id=spec.id,
+        kind=spec.kind,
+        user=spec.user,
+        robot=spec.robot.id if spec.robot is not None else None,
+        map=spec.map,
+        machine=place.machine or "",
+        cores=spec.cores,
+        state="ready" if place.state == "ready" else "starting",
+        pid=place.pid,
+        pss=load.pss if load is not None else None,
+        ready_seconds=ready_seconds,
+        cpu=load.cpu if load is not None else None,
+        age=age,
+        clients=link.clients if link is not None else 0,
+        round_trip=link.round_trip if link is not None else None,
+        masks=tuple(mask.id for mask in spec.robot.masks.values()) if spec.robot is not None else (),
+    )

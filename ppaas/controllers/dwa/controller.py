@@ -1,0 +1,91 @@
+"""The dynamic window approach: try what can be reached within a cycle, and take what serves the plan best."""
+
+import math
+from typing import Any, ClassVar
+
+from ppaas.controllers.arrival import turn_by
+from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
+from ppaas.controllers.dwa.parameters import DwaParameters
+from ppaas.controllers.dwa.rollouts import Rollouts
+from ppaas.controllers.followed_path import FollowedPath
+from ppaas.controllers.motion import in_force
+from ppaas.controllers.path_follower import PathFollower
+from ppaas.geometry import wrap_angle
+
+ALIGNED = 0.2
+"""A turn on the spot ends when the path leads off by less than this [rad]."""
+
+
+class DynamicWindow(PathFollower):
+    """Drives a differential drive, a disc or of any outline, along a plan.
+
+    Far off the path's heading it turns on the spot. Otherwise it rolls out the velocities that can be reached within
+    a cycle and takes the best. At the goal it stops, then turns to the heading asked for; once within
+    ``xy_goal_tolerance`` it need not come nearer again unless it leaves twice that (or gets another goal).
+
+    Parameters
+    ----------
+    **parameters
+        The fields of `ppaas.controllers.dwa.parameters.DwaParameters`.
+    """
+
+    name: ClassVar[str] = "dwa"
+    purpose: ClassVar[str] = "Dynamic window: drives around what the plan does not know of, within acceleration limits."
+
+    def __init__(self, **parameters: Any) -> None:
+        self.parameters = DwaParameters(**parameters)
+        super().__init__(self.parameters)
+        self._commanded = Velocity()
+        self._turning = False
+
+    def compute_velocity(self, request: ControlRequest) -> Velocity:
+        """Return the velocity for this cycle.
+
+        Raises
+        ------
+        NoValidControl
+            Every velocity would collide: the caller must stop.
+        InvalidInput
+            No plan was set, or the pose, the velocity or the period is not finite.
+        """
+        path = self._plan()
+        request.check()
+        velocity = self._velocity_now(request)
+        try:
+            self._commanded = self._choose(path, request, velocity)
+        except NoValidControl:
+            self._commanded = Velocity()
+            raise
+        return self._commanded
+
+    def _begin_anew(self) -> None:
+        self._turning = False
+
+    def _velocity_now(self, request: ControlRequest) -> Velocity:
+        """Return the last command if odometry, one cycle late, can be explained by it, else what was measured."""
+        return in_force(self._commanded, request.velocity, self.parameters, 2.0 * request.period)
+
+    def _choose(self, path: FollowedPath, request: ControlRequest, velocity: Velocity) -> Velocity:
+        p, pose = self.parameters, request.pose
+        if self._arrival.arrive(pose, path.end):
+            return self._arrival.settle(request, path.end, velocity)
+        path.locate(pose)
+        x, y = path.point_ahead(max(2.0 * p.robot_radius, p.forward_point_distance))
+        off = wrap_angle(math.atan2(y - pose.y, x - pose.x) - pose.theta)
+        self._turning = abs(off) > (ALIGNED if self._turning else p.rotate_threshold)
+        rollouts = Rollouts(p, self._body, path, request, velocity)
+        if self._turning:
+            command = turn_by(off, velocity, p, request.period)
+            if rollouts.can_turn(command.angular):
+                return command
+        best = rollouts.best()
+        if best is not None:
+            return best
+        free = rollouts.turn_to_free(off)
+        if free is not None and abs(free) > p.min_vel_theta * request.period:
+            command = turn_by(free, velocity, p, request.period)
+            if rollouts.can_turn(command.angular):
+                return command
+        raise NoValidControl(
+            f"every velocity from x={pose.x:.3f} y={pose.y:.3f} leads into an obstacle; stop, then plan anew or recover"
+        )

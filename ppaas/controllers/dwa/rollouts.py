@@ -1,0 +1,129 @@
+"""What the velocities at hand would lead to, at one cycle: the dynamic window between its limits and its kernel."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.controllers.base import ControlRequest, Velocity
+from ppaas.controllers.dwa.parameters import DwaParameters
+from ppaas.controllers.followed_path import FollowedPath
+from ppaas.controllers.kernels.clearance import Body
+from ppaas.controllers.kernels.dwa import BLOCKED, Frame, Outline, Scoring, score_velocities
+from ppaas.controllers.motion import advance, window
+from ppaas.controllers.obstacles import Room
+from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
+
+NOTHING = np.ones((1, 1), np.float32)
+"""What discs need not be told of: they are read off the inflated costmap."""
+
+HEADINGS = 12
+"""Headings tried on each side for a turn that sets the robot free."""
+
+
+class Rollouts:
+    """Rolls velocities out from where the robot will be when they take effect.
+
+    Parameters
+    ----------
+    parameters : DwaParameters
+    body : Body
+        Of the robot.
+    path : FollowedPath
+        On which the robot was located.
+    request : ControlRequest
+    velocity : Velocity
+        The one in force until a new one takes effect, a cycle from now.
+    """
+
+    def __init__(
+        self, parameters: DwaParameters, body: Body, path: FollowedPath, request: ControlRequest, velocity: Velocity
+    ) -> None:
+        p = parameters
+        self._parameters = p
+        self._velocity = velocity
+        self._period = request.period
+        self._limit = request.speed_limit.of(p, p.min_vel_trans)
+        self._costs = request.costmap.data
+        self._frame = frame_of(request.costmap)
+        cell = request.costmap.info.cell_of(request.pose.x, request.pose.y)
+        self._cost_here = NO_INFORMATION if cell is None else int(self._costs[cell])
+        self._to_go = path.to_go(request.pose)
+        self._path, self._remaining = path.ahead(
+            p.max_vel_x * p.sim_time + p.forward_point_distance + p.robot_radius, request.costmap
+        )
+        self._begin = advance(request.pose, velocity, request.period)
+        self._room: Room | None = None
+        self._outline = Outline(body, NOTHING, 0.0)
+        if len(body.edges):
+            self._room = Room(request.costmap, body, self._begin, allow_unknown=p.allow_unknown)
+            self._outline = Outline(body, self._room.distance, self._room.least)
+
+    def best(self) -> Velocity | None:
+        """Return the best velocity that can be reached within the cycle, or None if each would collide."""
+        samples = window(self._velocity, self._fastest(), self._parameters, self._period)
+        scores = self._score(samples, self._begin.theta)
+        best = int(np.argmin(scores))
+        if math.isinf(scores[best]):
+            return None
+        linear, angular = samples[best].tolist()
+        return Velocity(linear, angular)
+
+    def turn_to_free(self, off: float) -> float | None:
+        """Return the turn [rad] to the best heading in which the robot could go straight on at its slowest, or None.
+
+        Only headings that lead on are tried: no further than ``rotate_threshold`` from that of the path, which is
+        ``off`` [rad] from the robot's.
+        """
+        p = self._parameters
+        turns = off + np.linspace(-p.rotate_threshold, p.rotate_threshold, 2 * HEADINGS + 1)
+        ahead = np.array([[p.min_vel_trans, 0.0]])
+        scores = [float(self._score(ahead, self._begin.theta + turn)[0]) for turn in turns.tolist()]
+        best = int(np.argmin(scores))
+        return float(turns[best]) if scores[best] < BLOCKED else None
+
+    def can_turn(self, turning: float) -> bool:
+        """Tell whether the robot can turn on the spot at some speed [rad/s] until it can be stopped; a disc can."""
+        if self._room is None:
+            return True
+        p, period = self._parameters, self._period
+        turn = turning * 2.0 * period + math.copysign(turning * turning / (2.0 * p.acc_lim_theta), turning)
+        return self._room.is_for(0.0, turn)
+
+    def _fastest(self) -> float:
+        """Return the speed [m/s] from which the robot can stop at the goal; less where obstacles are near."""
+        p = self._parameters
+        near = 0.0 if self._cost_here == NO_INFORMATION else min(1.0, self._cost_here / INSCRIBED_INFLATED_OBSTACLE)
+        slowed = p.max_vel_x * (1.0 - p.cost_slowdown * near)
+        return min(slowed, self._limit, math.sqrt(p.acc_lim_x * self._to_go))
+
+    def _score(self, velocities: NDArray[np.float64], theta: float) -> NDArray[np.float64]:
+        scores: NDArray[np.float64] = score_velocities(
+            velocities, self._costs, self._frame, self._path, self._remaining,
+            self._begin.x, self._begin.y, theta, self._scoring(), self._outline,
+        )  # fmt: skip
+        return scores
+
+    def _scoring(self) -> Scoring:
+        p = self._parameters
+        return Scoring(
+            sim_time=float(p.sim_time),
+            sim_granularity=float(p.sim_granularity),
+            reaction=2.0 * self._period,
+            acc_lim_x=float(p.acc_lim_x),
+            max_vel_x=float(p.max_vel_x),
+            path_distance_bias=float(p.path_distance_bias),
+            goal_distance_bias=float(p.goal_distance_bias),
+            occdist_scale=float(p.occdist_scale),
+            forward_point_distance=float(p.forward_point_distance),
+            cost_slowdown=float(p.cost_slowdown),
+            allow_unknown=p.allow_unknown,
+            leaving=not len(self._outline.body.edges) and self._cost_here == INSCRIBED_INFLATED_OBSTACLE,
+            way_out=2.0 * p.robot_radius,
+        )
+
+
+def frame_of(costmap: Costmap) -> Frame:
+    """Return where a costmap lies, for the kernel."""
+    x, y, theta = costmap.info.origin
+    return Frame(float(x), float(y), math.cos(theta), math.sin(theta), float(costmap.info.resolution))

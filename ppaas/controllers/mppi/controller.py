@@ -1,0 +1,193 @@
+"""Model predictive path integral control: try hundreds of command sequences, and take their mean by what they cost."""
+
+import math
+from collections import deque
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
+from ppaas.controllers.followed_path import FollowedPath
+from ppaas.controllers.kernels.clearance import clearance
+from ppaas.controllers.kernels.mppi import Base, Critics, Terrain, roll_out_parallel, roll_out_serial
+from ppaas.controllers.motion import advance, in_force
+from ppaas.controllers.mppi.noise import draw
+from ppaas.controllers.mppi.parameters import MppiParameters
+from ppaas.controllers.mppi.terrain import terrain_of
+from ppaas.controllers.path_follower import PathFollower
+from ppaas.geometry import Pose2D
+from ppaas.kernel_threads import at_most
+
+Floats = NDArray[np.float64]
+
+ROUNDING = 1e-4
+"""A robot that stays where it is has kept its clearance [m]."""
+
+
+class PathIntegral(PathFollower):
+    """Drives a differential drive of any outline along a plan, as fast as what is near allows.
+
+    Each cycle begins with the sequence of commands that the last one ended with. It is varied, each variant is rolled
+    out from where the commands under way will have brought the robot, and the mean of all, weighted by what they cost,
+    is kept. What is sent is its first command. Within the tolerance of the goal it stops and turns as `dwa` does.
+
+    Parameters
+    ----------
+    **parameters
+        The fields of `ppaas.controllers.mppi.parameters.MppiParameters`.
+    """
+
+    name: ClassVar[str] = "mppi"
+    purpose: ClassVar[str] = "Path integral: drives fast through narrow places, by the robot's outline and its motors."
+    predicts: ClassVar[bool] = True
+
+    def __init__(self, **parameters: Any) -> None:
+        self.parameters = MppiParameters(**parameters)
+        p = self.parameters
+        super().__init__(p)
+        self._noise = draw(p)
+        # Whatever the sequence kept is, to stop and to turn on the spot are tried too.
+        self._plain = np.array((((0.0, 0.0),), ((0.0, p.max_vel_theta),), ((0.0, -p.max_vel_theta),)))
+        self._sequence: Floats = np.zeros((p.time_steps, 2))
+        self._sent: deque[Velocity] = deque([Velocity()], maxlen=64)
+
+    def compute_velocity(self, request: ControlRequest) -> Velocity:
+        """Return the velocity for this cycle.
+
+        Raises
+        ------
+        NoValidControl
+            Every sequence would collide, or no way leads on: the caller must stop.
+        InvalidInput
+            No plan was set, or the pose, the velocity or the period is not finite.
+        """
+        path = self._plan()
+        request.check()
+        try:
+            velocity = self._choose(path, request)
+        except NoValidControl:
+            self._sequence[:] = 0.0
+            self._sent.append(Velocity())
+            raise
+        self._sent.append(velocity)
+        return velocity
+
+    def _choose(self, path: FollowedPath, request: ControlRequest) -> Velocity:
+        p, period = self.parameters, request.period
+        late = 2.0 * period + p.command_delay + p.motor_lag
+        commanded = in_force(self._sent[-1], request.velocity, p, late)
+        if self._arrival.arrive(request.pose, path.end):
+            self._sequence[:] = 0.0
+            return self._arrival.settle(request, path.end, commanded)
+        path.locate(request.pose)
+        terrain = terrain_of(request, path, p)
+        start = self._start(request, commanded)
+        self._improve(request, terrain, start)
+        linear, angular = self._first(period)
+        if self._stands(request.velocity, linear, angular):
+            # So near to the goal a base moves too little, or not at all, to be worth its while.
+            if self._arrival.rest(request.pose, path.end):
+                return self._arrival.settle(request, path.end, commanded)
+            raise NoValidControl(
+                f"nothing leads on from x={request.pose.x:.3f} y={request.pose.y:.3f}; plan anew or recover"
+            )
+        return Velocity(linear, angular)
+
+    def _stands(self, measured: Velocity, linear: float, angular: float) -> bool:
+        """Tell whether it neither moves nor would: such a command is below what a base can follow."""
+        p = self.parameters
+        moves = abs(measured.linear) > p.trans_stopped_vel or abs(measured.angular) > p.rot_stopped_vel
+        return (
+            not moves
+            and np.abs(self._sequence[:, 0]).max() < p.min_vel_trans
+            and (np.abs(self._sequence[:, 1]).max() < p.min_vel_theta)
+        )
+
+    def _start(self, request: ControlRequest, commanded: Velocity) -> Floats:
+        """Return where the robot is, and how fast, when the next command takes effect; in the frame of the grid."""
+        p, period = self.parameters, request.period
+        pose, velocity = request.costmap.info.origin.inverse() @ request.pose, request.velocity
+        left, age = p.command_delay, math.ceil(p.command_delay / period - 1e-9)
+        for k in range(age, 0, -1):
+            # The command sent k cycles ago is in force until the one after it arrives.
+            seconds = left - (k - 1) * period
+            target = self._sent[-k] if k <= len(self._sent) else Velocity()
+            pose, velocity = self._drive(pose, velocity, target, seconds)
+            left -= seconds
+        return np.array((*pose, *velocity, *commanded))
+
+    def _drive(self, pose: Pose2D, velocity: Velocity, target: Velocity, seconds: float) -> tuple[Pose2D, Velocity]:
+        p = self.parameters
+        steps = max(1, math.ceil(seconds / (0.5 * p.model_dt)))
+        dt = seconds / steps
+        part = _part(p.motor_lag, dt)
+        for _ in range(steps):
+            reached = Velocity(
+                velocity.linear + part * (target.linear - velocity.linear),
+                velocity.angular + part * (target.angular - velocity.angular),
+            )
+            mean = Velocity(0.5 * (velocity.linear + reached.linear), 0.5 * (velocity.angular + reached.angular))
+            pose, velocity = advance(pose, mean, dt), reached
+        return pose, velocity
+
+    def _improve(self, request: ControlRequest, terrain: Terrain, start: Floats) -> None:
+        p = self.parameters
+        base = self._base(request.speed_limit.of(p, p.min_vel_trans))
+        x, y, theta = start[:3].tolist()
+        free = clearance(terrain.distance, terrain.resolution, self._body, x, y, math.cos(theta), math.sin(theta))
+        critics = Critics(
+            p.collision_cost, min(p.collision_margin_distance, free - ROUNDING), p.critical_weight, p.critical_distance,
+            p.repulsion_weight, p.inflation_length, p.prefer_forward_weight, p.turn_weight,
+            p.moving_weight, p.moving_distance,
+        )  # fmt: skip
+        self._sequence = _shifted(self._sequence, request.period / p.model_dt)
+        for _ in range(p.iteration_count):
+            commands = self._sequence + self._noise
+            commands[1:4] = self._plain
+            with at_most(request.threads) as threads:
+                roll_out = roll_out_serial if threads == 1 else roll_out_parallel
+                costs = roll_out(commands, start, terrain, base, self._body, critics)
+            best = int(np.argmin(costs))
+            if costs[best] >= p.collision_cost:
+                raise NoValidControl("every sequence of commands would collide; stop, then plan anew or recover")
+            self._sequence = self._mean(commands, costs)
+            checked = self._sequence[None].copy()
+            if roll_out_serial(checked, start, terrain, base, self._body, critics)[0] >= p.collision_cost:
+                checked[0] = commands[best]
+            self._sequence = checked[0]
+
+    def _mean(self, commands: Floats, costs: Floats) -> Floats:
+        p = self.parameters
+        change = commands - self._sequence
+        effort = 0.5 * p.gamma * np.einsum("nki,nki->n", change, change / np.square((p.vx_std, p.wz_std)))
+        total = costs + p.temperature * effort
+        weights = np.exp((total.min() - total) / p.temperature)
+        weights /= weights.sum()
+        mean: Floats = np.einsum("n,nki->ki", weights, commands)
+        return mean
+
+    def _base(self, fastest: float) -> Base:
+        p = self.parameters
+        return Base(
+            p.model_dt, p.max_vel_x, fastest, max(p.min_vel_x, -fastest), p.max_vel_theta, p.acc_lim_x * p.model_dt,
+            p.acc_lim_theta * p.model_dt, _part(p.motor_lag, p.model_dt),
+        )  # fmt: skip
+
+    def _first(self, period: float) -> tuple[float, float]:
+        """Return what to send: the first command, or where cycles are longer than steps, the last before the next."""
+        p = self.parameters
+        steps = max(1, min(round(period / p.model_dt), p.time_steps))
+        linear, angular = self._sequence[:steps].mean(axis=0).tolist()
+        return linear, angular
+
+
+def _part(lag: float, dt: float) -> float:
+    """Return how much of what is missing to the command motors make up for in ``dt`` [s]."""
+    return -math.expm1(-dt / lag) if lag > 0.0 else 1.0
+
+
+def _shifted(sequence: Floats, steps: float) -> Floats:
+    """Return a sequence so many steps later; its last command goes on."""
+    at = np.arange(len(sequence)) + steps
+    return np.stack([np.interp(at, np.arange(len(sequence)), sequence[:, axis]) for axis in (0, 1)], axis=-1)

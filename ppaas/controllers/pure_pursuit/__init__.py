@@ -1,0 +1,1 @@
+"""TODO ppaas/controllers/pure_pursuit."""

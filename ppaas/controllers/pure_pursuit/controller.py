@@ -1,0 +1,155 @@
+"""Regulated pure pursuit: steer along the arc to a point of the path ahead, as fast as the place allows."""
+
+import math
+from collections import deque
+from dataclasses import replace
+from typing import Any, ClassVar
+
+from ppaas.controllers.arrival import turn_by
+from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
+from ppaas.controllers.followed_path import FollowedPath
+from ppaas.controllers.kernels.clearance import Body
+from ppaas.controllers.motion import advance, in_force, towards
+from ppaas.controllers.obstacles import Room
+from ppaas.controllers.path_follower import PathFollower
+from ppaas.controllers.pure_pursuit.carrot import carrot_at, curvature_to, legs_of
+from ppaas.controllers.pure_pursuit.parameters import PurePursuitParameters
+from ppaas.controllers.pure_pursuit.regulation import regulated_speed
+from ppaas.costmap.costmap import NO_INFORMATION
+from ppaas.geometry import Pose2D, Poses, wrap_angle
+
+SHORTER = 0.75
+"""If the way to a point is not free, one of the path so much nearer is tried."""
+
+
+class PurePursuit(PathFollower):
+    """Drives a differential drive of any outline along a plan, and stays on it: it goes around nothing by itself.
+
+    Within the tolerance of the goal it stops and turns as `dwa` does.
+
+    Parameters
+    ----------
+    **parameters
+        The fields of `ppaas.controllers.pure_pursuit.parameters.PurePursuitParameters`.
+    """
+
+    name: ClassVar[str] = "pure_pursuit"
+    purpose: ClassVar[str] = "Regulated pure pursuit: stays on its plan, slower in curves and near obstacles."
+
+    def __init__(self, **parameters: Any) -> None:
+        self.parameters = PurePursuitParameters(**parameters)
+        p = self.parameters
+        super().__init__(p)
+        self._turning = replace(p, max_vel_theta=min(p.max_vel_theta, p.rotate_to_heading_angular_vel))
+        self._legs: deque[FollowedPath] = deque()
+        self._commanded = Velocity()
+
+    def set_plan(self, poses: Poses) -> None:
+        """Follow this plan from now on; to the same goal, what was reached of it stays reached.
+
+        Raises
+        ------
+        InvalidInput
+            No pose, not rows of 7, or not finite.
+        """
+        super().set_plan(poses)
+        legs = legs_of(poses) if self.parameters.allow_reversing else [poses]
+        self._legs = deque(FollowedPath(leg) for leg in legs)
+
+    def compute_velocity(self, request: ControlRequest) -> Velocity:
+        """Return the velocity for this cycle.
+
+        Raises
+        ------
+        NoValidControl
+            The way along the path is not free: the caller must stop.
+        InvalidInput
+            No plan was set, or the pose, the velocity or the period is not finite.
+        """
+        goal = self._plan().end
+        request.check()
+        velocity = in_force(self._commanded, request.velocity, self.parameters, 2.0 * request.period)
+        self._commanded = Velocity()
+        if self._leg(request.pose) is self._legs[-1] and self._arrival.arrive(request.pose, goal):
+            self._commanded = self._arrival.settle(request, goal, velocity)
+        else:
+            self._commanded = self._choose(request, velocity)
+        return self._commanded
+
+    def _choose(self, request: ControlRequest, velocity: Velocity) -> Velocity:
+        """Return the command to the farthest point that the way is free to."""
+        p, pose = self.parameters, request.pose
+        leg = self._legs[0]
+        free = _Way(p, self._body, request, velocity) if p.use_collision_detection else None
+        lookahead = self._lookahead(velocity)
+        while True:
+            carrot = carrot_at(leg.ahead(2.0 * lookahead, request.costmap)[0], pose, lookahead)
+            command = self._command_to(carrot, leg, request, velocity)
+            if free is None or free.is_free(command, carrot):
+                return command
+            if lookahead <= p.min_lookahead_dist:
+                raise NoValidControl(
+                    f"the way along the plan from x={pose.x:.3f} y={pose.y:.3f} is not free; plan anew or recover"
+                )
+            lookahead = max(SHORTER * lookahead, p.min_lookahead_dist)
+
+    def _leg(self, pose: Pose2D) -> FollowedPath:
+        """Return the leg of the plan that the robot is on."""
+        while len(self._legs) > 1 and self._is_done(self._legs[0], pose):
+            self._legs.popleft()
+        self._legs[0].locate(pose)
+        return self._legs[0]
+
+    def _is_done(self, leg: FollowedPath, pose: Pose2D) -> bool:
+        leg.locate(pose)
+        return leg.to_go(pose) <= self.parameters.xy_goal_tolerance
+
+    def _lookahead(self, velocity: Velocity) -> float:
+        p = self.parameters
+        if not p.use_velocity_scaled_lookahead_dist:
+            return p.lookahead_dist
+        return min(max(abs(velocity.linear) * p.lookahead_time, p.min_lookahead_dist), p.max_lookahead_dist)
+
+    def _command_to(self, carrot: Pose2D, leg: FollowedPath, request: ControlRequest, velocity: Velocity) -> Velocity:
+        p, period = self.parameters, request.period
+        backwards = p.allow_reversing and carrot.x < 0.0
+        off = math.atan2(carrot.y, carrot.x)
+        off = wrap_angle(off + math.pi) if backwards else off
+        if p.use_rotate_to_heading and abs(off) > p.rotate_to_heading_min_angle:
+            return turn_by(off, velocity, self._turning, period)
+        curvature = curvature_to(carrot)
+        speed = regulated_speed(p, self._ahead(leg, request, curvature), _cost_at(request), leg.to_go(request.pose))
+        speed = min(speed, request.speed_limit.of(p, p.min_vel_trans))
+        wanted = -min(speed, -p.min_vel_x) if backwards else speed
+        linear = towards(velocity.linear, wanted, p.acc_lim_x * period)
+        turning = min(max(linear * curvature, -p.max_vel_theta), p.max_vel_theta)
+        return Velocity(linear, towards(velocity.angular, turning, p.acc_lim_theta * period))
+
+    def _ahead(self, leg: FollowedPath, request: ControlRequest, curvature: float) -> float:
+        """Return the curvature that the speed follows [1/m]."""
+        p = self.parameters
+        if not p.use_fixed_curvature_lookahead:
+            return curvature
+        points, _ = leg.ahead(2.0 * p.curvature_lookahead_dist, request.costmap)
+        return curvature_to(carrot_at(points, request.pose, p.curvature_lookahead_dist))
+
+
+class _Way:
+    """What a command leads to, as far as it must be free, from where the robot is when it takes effect."""
+
+    def __init__(self, p: PurePursuitParameters, body: Body, request: ControlRequest, velocity: Velocity) -> None:
+        self._seconds = p.max_allowed_time_to_collision_up_to_carrot
+        begin = advance(request.pose, velocity, request.period)
+        self._room = Room(request.costmap, body, begin, allow_unknown=p.allow_unknown)
+
+    def is_free(self, command: Velocity, carrot: Pose2D) -> bool:
+        """Tell whether the robot can go on so for the time that is asked for, or up to the point that it steers to."""
+        seconds = self._seconds
+        if command.linear:
+            seconds = min(seconds, math.hypot(carrot.x, carrot.y) / abs(command.linear))
+        return self._room.is_for(command.linear * seconds, command.angular * seconds)
+
+
+def _cost_at(request: ControlRequest) -> int:
+    cell = request.costmap.info.cell_of(request.pose.x, request.pose.y)
+    return NO_INFORMATION if cell is None else int(request.costmap.data[cell])

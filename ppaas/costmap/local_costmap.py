@@ -1,0 +1,262 @@
+"""The local costmap: a window around the robot with what the map says, what the laser sees and who walks there."""
+
+import math
+from collections.abc import Iterable
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
+from ppaas.costmap.filter_masks import raise_costs
+from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR, INFLATION_RADIUS, ROBOT_RADIUS, check_inflation, inflate
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.costmap.moving_obstacles import Disc
+from ppaas.costmap.obstacle_layer import OBSTACLE_RANGE, RAYTRACE_RANGE, LaserReading, ObstacleLayer
+from ppaas.costmap.social_layer import Person, Proxemics
+from ppaas.errors import InvalidInput, InvalidMap, InvalidParameter
+from ppaas.geometry import Pose2D
+from ppaas.maps.discs import stamp_disc
+from ppaas.maps.grid import FREE, UNKNOWN, GridInfo
+from ppaas.maps.kernels.distance import distance_serial
+
+MAX_CELLS = 1 << 22
+"""Most cells of a window."""
+
+PROXEMICS = Proxemics()
+
+
+class LocalCostmap:
+    """A rolling window on the cells of the map; not to be used by two threads at a time.
+
+    Parameters
+    ----------
+    layers : MapLayers
+        Of the map the robot stands in; the window may hang over its edge.
+    width, height : float
+        Of the window [m].
+    robot_radius, inflation_radius : float
+        [m].
+    cost_scaling_factor : float
+        [1/m].
+    obstacle_range, raytrace_range : float
+        Longest range that marks, and up to which beams clear [m].
+    inf_is_valid : bool
+        Whether a beam that hit nothing clears.
+    static : bool
+        Whether obstacles and unknown cells of the map count, and where to keep out. Without it all that was not seen
+        is free.
+    social : Proxemics
+        How much room people are given.
+
+    Raises
+    ------
+    InvalidParameter
+        A length or factor out of range; the text names it.
+    """
+
+    def __init__(
+        self,
+        layers: MapLayers,
+        *,
+        width: float = 6.0,
+        height: float = 6.0,
+        robot_radius: float = ROBOT_RADIUS,
+        inflation_radius: float = INFLATION_RADIUS,
+        cost_scaling_factor: float = COST_SCALING_FACTOR,
+        obstacle_range: float = OBSTACLE_RANGE,
+        raytrace_range: float = RAYTRACE_RANGE,
+        inf_is_valid: bool = True,
+        static: bool = True,
+        social: Proxemics = PROXEMICS,
+    ) -> None:
+        self._layers = layers
+        self._static = static
+        self._radius = robot_radius
+        check_inflation(robot_radius, inflation_radius, cost_scaling_factor)
+        self._inflate = partial(
+            inflate,
+            inscribed_radius=robot_radius,
+            inflation_radius=inflation_radius,
+            cost_scaling_factor=cost_scaling_factor,
+        )
+        self._obstacles = ObstacleLayer(
+            *_cells_of(height, width, layers.grid.info.resolution),
+            layers.grid.info.resolution,
+            obstacle_range=obstacle_range,
+            raytrace_range=raytrace_range,
+            inf_is_valid=inf_is_valid,
+        )
+        self._costs = self._obstacles.cells.copy()
+        self._newly_lethal = False
+        self._social = social
+        self._near_people = False
+
+    @property
+    def obstacles(self) -> ObstacleLayer:
+        """What the laser saw in the window, in cells of the map."""
+        return self._obstacles
+
+    @property
+    def reach(self) -> float:
+        """From the middle of the window to its corners [m]."""
+        height, width = self._obstacles.cells.shape
+        return 0.5 * math.hypot(height, width) * self._layers.grid.info.resolution
+
+    def update(
+        self,
+        pose: Pose2D,
+        reading: LaserReading | None = None,
+        obstacles: Iterable[Disc] = (),
+        people: Iterable[Person] = (),
+    ) -> Costmap:
+        """Centre the window on the robot, take in a scan, and return the costs.
+
+        Parameters
+        ----------
+        pose : Pose2D
+            Of the robot, in the frame of the map.
+        reading : LaserReading, optional
+            The latest scan.
+        obstacles : iterable of (x, y, radius)
+            Who else is there now, in the frame of the map [m]; forgotten with the next update.
+        people : iterable of Person
+            Who is not to be come close to; forgotten likewise.
+
+        Returns
+        -------
+        Costmap
+            Its own copy, turned as the map is. Unknown where the map is, or ends, and nothing was seen.
+
+        Raises
+        ------
+        InvalidInput
+            A pose or a disc that is not finite.
+        """
+        if not pose.is_finite():
+            raise InvalidInput(f"the pose of the robot must be finite, not {tuple(pose)}")
+        frame = self._layers.grid.info.origin.inverse()
+        self._follow(frame @ pose)
+        if reading is not None:
+            self._obstacles.see(frame @ reading.origin, reading)
+        self._obstacles.clear_footprint(frame @ pose, self._radius)
+        lethal = self._obstacles.marked.view(np.uint8)
+        self._stamp(lethal, obstacles)
+        self._costs = self._cost(lethal)
+        costmap = Costmap(self._costs, self._info())
+        self._near_people = self._social.add(costmap, people)
+        return costmap
+
+    def overlay(self, costmap: Costmap) -> Costmap:
+        """Return a costmap of the whole map with what the last update saw, for replanning.
+
+        Within the window each cost is the higher of both; cells unknown to the map become known where they are
+        blocked. What was given is not written to, and comes back as it is where nothing new stands.
+
+        Raises
+        ------
+        InvalidMap
+            The costmap is not one of the same map.
+        """
+        if costmap.info != self._layers.grid.info:
+            raise InvalidMap("the costmap is not one of the map that the window lies on")
+        inner, outer = self._overlap()
+        local = self._costs[inner]
+        if not ((self._newly_lethal or self._near_people) and local.size):
+            return costmap
+        data = costmap.data.copy()
+        known = np.where(local == NO_INFORMATION, 0, local)
+        blocked = known >= INSCRIBED_INFLATED_OBSTACLE
+        data[outer] = np.where((data[outer] == NO_INFORMATION) & blocked, known, np.maximum(data[outer], known))
+        return Costmap(data, costmap.info, costmap.indexes)
+
+    def clear(self, around: Pose2D | None = None, beyond: float = 0.0) -> None:
+        """Forget what the laser saw, or only what is farther than ``beyond`` [m] from a pose in the frame of the map.
+
+        The next update starts from what is left.
+        """
+        if around is None:
+            self._obstacles.clear()
+        else:
+            self._obstacles.clear_beyond(self._layers.grid.info.origin.inverse() @ around, beyond)
+        self._newly_lethal = bool(self._newly_lethal and self._obstacles.marked.any())
+
+    def free(self, discs: Iterable[Disc]) -> None:
+        """Forget what was marked within discs, in the frame of the map: what moves was there, and has left."""
+        frame = self._layers.grid.info.origin.inverse()
+        for x, y, radius in discs:
+            self._obstacles.clear_footprint(frame @ Pose2D(x, y), radius)
+
+    def _follow(self, robot: Pose2D) -> None:
+        """Centre the window on the robot, in the frame of the grid."""
+        resolution = self._layers.grid.info.resolution
+        height, width = self._obstacles.cells.shape
+        row, column = math.floor(robot.y / resolution), math.floor(robot.x / resolution)
+        self._obstacles.move_to(row - height // 2, column - width // 2)
+
+    def _stamp(self, lethal: NDArray[np.uint8], obstacles: Iterable[Disc]) -> None:
+        info = self._layers.grid.info
+        frame = info.origin.inverse()
+        for x, y, radius in obstacles:
+            if not (math.isfinite(radius) and radius >= 0.0 and math.isfinite(x) and math.isfinite(y)):
+                raise InvalidInput(f"an obstacle is a finite x, y and radius, not {(x, y, radius)}")
+            centre = frame @ Pose2D(x, y)
+            column = centre.x / info.resolution - self._obstacles.column
+            row = centre.y / info.resolution - self._obstacles.row
+            stamp_disc(lethal, column, row, radius / info.resolution, 1)
+
+    def _cost(self, lethal: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return the costs around the lethal cells and, if they count, the obstacles of the map and its masks.
+
+        Those beyond the window's edge count too: the map's distances know of them.
+        """
+        resolution = self._layers.grid.info.resolution
+        if not self._static:
+            self._newly_lethal = bool(lethal.any())
+            return self._inflate(distance_serial(lethal, resolution))
+        to_static = self._window(self._layers.to_lethal, np.float32(np.inf))
+        occupied = to_static == 0.0
+        self._newly_lethal = bool((lethal.view(np.bool_) & ~occupied).any())
+        distance = np.minimum(distance_serial(lethal | occupied, resolution), to_static)
+        unknown = (self._window(self._layers.grid.data, np.int8(UNKNOWN)) == UNKNOWN) & ~self._obstacles.seen
+        costs = self._inflate(distance, unknown=unknown)
+        if self._layers.keepout is not None:
+            raise_costs(costs, self._window(self._layers.keepout.data, np.int8(FREE)))
+        return costs
+
+    def _window(self, array: NDArray[Any], fill: Any) -> NDArray[Any]:
+        """Return the window's part of a layer of the map, filled where it hangs over the edge."""
+        cells = np.full(self._obstacles.cells.shape, fill, array.dtype)
+        inner, outer = self._overlap()
+        cells[inner] = array[outer]
+        return cells
+
+    def _overlap(self) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
+        """Return the part that window and map have in common, as slices of each; both may be empty."""
+        row, column = self._obstacles.row, self._obstacles.column
+        rows = _common(row, self._obstacles.cells.shape[0], self._layers.grid.info.height)
+        columns = _common(column, self._obstacles.cells.shape[1], self._layers.grid.info.width)
+        return (rows[0], columns[0]), (rows[1], columns[1])
+
+    def _info(self) -> GridInfo:
+        info = self._layers.grid.info
+        height, width = self._obstacles.cells.shape
+        corner = Pose2D(self._obstacles.column * info.resolution, self._obstacles.row * info.resolution)
+        origin = info.origin @ corner
+        return GridInfo(info.resolution, width, height, Pose2D(origin.x, origin.y, info.origin.theta))
+
+
+def _common(start: int, length: int, size: int) -> tuple[slice, slice]:
+    low = min(max(start, 0), size)
+    high = max(min(start + length, size), low)
+    return slice(low - start, high - start) if high > low else slice(0, 0), slice(low, high)
+
+
+def _cells_of(height: float, width: float, resolution: float) -> tuple[int, int]:
+    if not (math.isfinite(height) and math.isfinite(width) and height > 0.0 and width > 0.0):
+        raise InvalidParameter(f"width and height must be positive metres, not {width} and {height}")
+    rows, columns = max(round(height / resolution), 1), max(round(width / resolution), 1)
+    if rows * columns > MAX_CELLS:
+        raise InvalidParameter(f"width and height make {columns}×{rows} cells; at most {MAX_CELLS} are allowed")
+    return rows, columns

@@ -1,0 +1,23 @@
+"""Which model of the laser parameters name."""
+
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.localization.likelihood_field import LikelihoodField, LikelihoodFieldProb
+from ppaas.localization.parameters import AmclParameters
+from ppaas.localization.sensor_model import SensorModel
+from ppaas.thread_budget import Threads
+
+_FIELDS: dict[str, type[SensorModel]] = {
+    "likelihood_field": LikelihoodField,
+    "likelihood_field_prob": LikelihoodFieldProb,
+}
+
+
+def sensor_model(layers: MapLayers, parameters: AmclParameters, threads: Threads) -> SensorModel:
+    """Return the model that ``laser_model_type`` names."""
+    kind = _FIELDS.get(parameters.laser_model_type)
+    if kind is None:
+        # Few want it, and its kernels would be in every container.
+        from ppaas.localization.beam_model import BeamModel  # noqa: PLC0415
+
+        kind = BeamModel
+    return kind(layers, parameters, threads)

@@ -1,0 +1,128 @@
+"""Map files of ROS's map_server and of Nav2: a YAML record and an image, from bytes to a grid and back."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.geometry import Pose2D
+from ppaas.maps.buffer import Buffer
+from ppaas.maps.formats.image import ImageRows, open_image
+from ppaas.maps.formats.map_yaml import MapYaml, Mode, Rules, dump_yaml, parse_yaml
+from ppaas.maps.formats.pgm import write_pgm
+from ppaas.maps.formats.thresholds import occupancy
+from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
+
+_BLOCK = 1 << 20
+"""Cells that are read at a time."""
+
+_FREE_PIXEL, _OCCUPIED_PIXEL, _UNKNOWN_PIXEL = 254, 0, 205
+
+
+class GridRows:
+    """A map of which rows are read as they are asked for, so that a large one need not be in memory.
+
+    Parameters
+    ----------
+    image : ImageRows
+        Its image.
+    keys : MapYaml
+        Its YAML record.
+    """
+
+    def __init__(self, image: ImageRows, keys: MapYaml) -> None:
+        height, width = image.shape
+        self.info = GridInfo(keys.resolution, width, height, Pose2D(*keys.origin))
+        self._image = image
+        self._keys = keys
+
+    def rows(self, first: int, last: int) -> NDArray[np.int8]:
+        """Return the cells of rows, the lowest one of the map first, ``last`` excluded.
+
+        Raises
+        ------
+        InvalidMap
+            A pixel of them cannot be.
+        """
+        height = self.info.height
+        return occupancy(self._image.rows(height - last, height - first), self._keys)[::-1]
+
+    def blocks(self) -> Iterator[tuple[int, NDArray[np.int8]]]:
+        """Yield some rows at a time, and which is the first of them; raises as ``rows``."""
+        step = max(1, _BLOCK // self.info.width)
+        for first in range(0, self.info.height, step):
+            yield first, self.rows(first, min(first + step, self.info.height))
+
+    def check(self) -> None:
+        """Raise ``InvalidMap`` if any pixel cannot be."""
+        self._image.check()
+
+
+def open_grid(record: bytes, image: Buffer, rules: Rules | None = None) -> GridRows:
+    """Read what the two files of a map say of themselves.
+
+    Parameters
+    ----------
+    record : bytes
+        The YAML file; its ``image`` is not looked at.
+    image : bytes or mmap
+        The PGM or PNG file; its lowest row becomes row 0 of the grid.
+    rules : Rules, optional
+        Whose rules tell free from occupied; without them those that the record names, else map_server's.
+
+    Raises
+    ------
+    InvalidMap
+        One of the two cannot be read; the text says where.
+    """
+    keys = parse_yaml(record, rules)
+    return GridRows(open_image(image), keys)
+
+
+def load_map(record: bytes, image: Buffer, rules: Rules | None = None) -> GridMap:
+    """Read a map from its two files, as ``open_grid`` does, and all cells of it."""
+    opened = open_grid(record, image, rules)
+    data = np.empty(opened.info.shape, np.int8)
+    for first, rows in opened.blocks():
+        data[first : first + len(rows)] = rows
+    return GridMap(data, opened.info)
+
+
+def save_map(grid: GridMap, image_name: str) -> tuple[bytes, bytes]:
+    """Write a map so that ``load_map`` reads the same cells again.
+
+    A grid of free, occupied and unknown cells becomes a trinary map, as map_saver writes it. One with graded cells
+    becomes a raw map, which map_server and Nav2 read alike.
+
+    Parameters
+    ----------
+    grid : GridMap
+        What to write.
+    image_name : str
+        What the YAML shall call the image.
+
+    Returns
+    -------
+    tuple of bytes
+        The YAML file and the PGM file.
+    """
+    graded = bool(((grid.data != FREE) & (grid.data != OCCUPIED) & (grid.data != UNKNOWN)).any())
+    pixels = grid.data.view(np.uint8) if graded else _trinary_pixels(grid.data)
+    origin = grid.info.origin
+    keys = {
+        "image": image_name,
+        "mode": (Mode.RAW if graded else Mode.TRINARY).value,
+        "resolution": float(grid.info.resolution),
+        "origin": [float(origin.x), float(origin.y), float(origin.theta)],
+        "negate": 0,
+        "occupied_thresh": 0.65,
+        "free_thresh": 0.196,
+    }
+    return dump_yaml(keys), write_pgm(pixels[::-1])
+
+
+def _trinary_pixels(data: NDArray[np.int8]) -> NDArray[np.uint8]:
+    pixels = np.full(data.shape, _UNKNOWN_PIXEL, np.uint8)
+    pixels[data == FREE] = _FREE_PIXEL
+    pixels[data == OCCUPIED] = _OCCUPIED_PIXEL
+    return pixels

@@ -1,0 +1,99 @@
+"""From pixels to occupancy, by the rules of map_server or by those of Nav2.
+
+map_server's are those of ``image_loader.cpp`` in ros-planning/navigation, Nav2's those of ``map_io.cpp`` in
+ros-navigation/navigation2. Three things are not followed, as they could only be meant otherwise: map_server takes the
+indices of a palette for greys and the blue of an RGB image for its alpha, and its raw mode gives values that an
+occupancy grid cannot hold (Nav2's rule is taken: they are unknown).
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.maps.formats.image import Image
+from ppaas.maps.formats.map_yaml import MapYaml, Mode, Rules
+from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN
+
+Cells = NDArray[np.int8]
+
+_LUMA = np.array([299, 587, 114], np.uint32)
+"""Thousandths of red, green and blue in a grey (ITU-R BT.601), as GraphicsMagick weighs them for Nav2."""
+
+
+def occupancy(image: Image, keys: MapYaml) -> Cells:
+    """Return the occupancy of each pixel.
+
+    Parameters
+    ----------
+    image : Image
+        Row 0 on top.
+    keys : MapYaml
+        Thresholds, mode, and whose rules.
+
+    Returns
+    -------
+    (height, width) int8 array
+        0 free to 100 occupied, −1 unknown; row 0 on top.
+    """
+    return (_by_nav2 if keys.rules is Rules.NAV2 else _by_map_server)(image, keys)
+
+
+# -- map_server --------------------------------------------------------------------------------------------------------
+
+
+def _by_map_server(image: Image, keys: MapYaml) -> Cells:
+    """Compare the mean of the channels, of which alpha is one in trinary mode.
+
+    Occupied above the one threshold, free below the other; between them a scaled pixel without any opacity is unknown.
+    """
+    alpha = image.alpha
+    averaged = image.channels if keys.mode is Mode.TRINARY else image.channels[..., :3]
+    count = averaged.shape[2]
+    total = averaged[..., 0] if count == 1 else averaged.sum(axis=2, dtype=np.uint16)
+    mean = np.arange(255 * count + 1) / count
+    mean = 255.0 - mean if keys.negate else mean
+    if keys.mode is Mode.RAW:
+        return _raw(mean)[total]
+    ratio = (255.0 - mean) / 255.0
+    between = (ratio >= keys.free_thresh) & (ratio <= keys.occupied_thresh)
+    values = np.where(ratio > keys.occupied_thresh, OCCUPIED, FREE).astype(np.int8)
+    graded = 1.0 + 98.0 * (ratio - keys.free_thresh) / (keys.occupied_thresh - keys.free_thresh)
+    values[between] = graded[between] if keys.mode is Mode.SCALE else UNKNOWN
+    cells = values[total]
+    if keys.mode is Mode.SCALE and alpha is not None:
+        cells[between[total] & (alpha == 0)] = UNKNOWN
+    return cells
+
+
+# -- Nav2 --------------------------------------------------------------------------------------------------------------
+
+
+def _by_nav2(image: Image, keys: MapYaml) -> Cells:
+    """Compare the luma, in float32: occupied at the one threshold and above, free at the other and below.
+
+    A pixel that is not fully opaque is unknown. Raw mode heeds neither that nor negate.
+    """
+    luma = _luma(image)
+    if keys.mode is Mode.RAW:
+        return _raw(np.arange(256.0))[luma]
+    ratio = np.arange(256, dtype=np.float32) / np.float32(255.0)
+    ratio = ratio if keys.negate else np.float32(1.0) - ratio
+    low, high = np.float32(keys.free_thresh), np.float32(keys.occupied_thresh)
+    with np.errstate(over="ignore"):  # where thresholds lie as close as can be, and nothing lies between them
+        graded = np.floor((ratio - low) / (high - low) * np.float32(100.0) + np.float32(0.5))
+    between = graded if keys.mode is Mode.SCALE else np.full(256, UNKNOWN)
+    values = np.where(ratio <= low, FREE, np.where(ratio >= high, OCCUPIED, between)).astype(np.int8)
+    cells = values[luma]
+    if image.alpha is not None:
+        cells[image.alpha < 255] = UNKNOWN
+    return cells
+
+
+def _luma(image: Image) -> NDArray[np.uint8]:
+    if image.channels.shape[2] == 1:
+        return image.channels[..., 0]
+    return ((image.channels[..., :3] @ _LUMA + 500) // 1000).astype(np.uint8)
+
+
+def _raw(grey: NDArray[np.float64]) -> Cells:
+    """Return what each grey is where it is the value itself, cut to whole numbers."""
+    return np.where(np.floor(grey) <= OCCUPIED, np.floor(grey), UNKNOWN).astype(np.int8)

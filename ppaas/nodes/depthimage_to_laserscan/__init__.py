@@ -1,0 +1,1 @@
+"""TODO ppaas/nodes/depthimage_to_laserscan."""

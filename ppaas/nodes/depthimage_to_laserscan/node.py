@@ -1,0 +1,122 @@
+"""Depth images in, laser scans out: for robots with a depth camera in place of a laser."""
+
+from typing import ClassVar
+
+import msgspec
+import numpy as np
+
+from ppaas.errors import InvalidInput
+from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan
+from ppaas.messages.std_msgs import Header
+from ppaas.nodes.amcl.node import SCAN_TOPIC
+from ppaas.nodes.base import Context, Demands, Node, Payload, Topic
+from ppaas.nodes.message_checks import expect
+from ppaas.perception.compressed_depth import decompress
+from ppaas.perception.depth_scan import DepthScanner, DepthScanParameters, PinholeCamera
+from ppaas.perception.kernels.depth import Depths
+
+CAMERA = "camera/depth"
+IMAGE = Topic(f"{CAMERA}/image_raw", Image)
+COMPRESSED = Topic(f"{CAMERA}/image_raw/compressedDepth", CompressedImage)
+CAMERA_INFO = Topic(f"{CAMERA}/camera_info", CameraInfo)
+RATES = {IMAGE.name: 640 * 480 * 2 * 30 * 4 / 3, COMPRESSED.name: 0.0}
+"""What a camera of 640 by 480 pixels and 30 Hz says as it is, with 16 bits a pixel, as base64 in JSON [bytes/s]. What
+one that compresses says depends on what it sees, and is measured."""
+
+_NUMBERS = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}
+
+
+class DepthImageToLaserScanNode(Node):
+    """Takes ``camera/depth/image_raw``, or that compressed, and ``camera_info``; gives ``scan``.
+
+    The scan has the stamp of its image. An image that comes before the first ``camera_info`` is passed over.
+
+    Parameters
+    ----------
+    context : Context
+        Of its home.
+    parameters : DepthScanParameters
+        With the names of ROS's ``depthimage_to_laserscan``.
+    """
+
+    name: ClassVar[str] = "depthimage_to_laserscan"
+    demands: ClassVar[Demands] = Demands(0.3, rates=RATES)
+    subscribes: ClassVar[tuple[Topic, ...]] = (IMAGE, COMPRESSED, CAMERA_INFO)
+    publishes: ClassVar[tuple[Topic, ...]] = (SCAN_TOPIC,)
+
+    def __init__(self, context: Context, parameters: DepthScanParameters) -> None:
+        super().__init__(context)
+        self._parameters = parameters
+        self._scanner: DepthScanner | None = None
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        """Take an image or what its camera is like.
+
+        Raises
+        ------
+        InvalidInput
+            The image is broken, or not what its ``camera_info`` says; or there is no such camera.
+        InvalidParameter
+            The camera has fewer rows than are to be looked at.
+        """
+        if topic == CAMERA_INFO.name:
+            self._look_through(expect(message, CameraInfo))
+        elif self._scanner is None:
+            return
+        elif topic == COMPRESSED.name:
+            compressed = expect(message, CompressedImage)
+            self._tell(self._scanner, compressed.header, decompress(compressed.format, compressed.data))
+        else:
+            image = expect(message, Image)
+            self._tell(self._scanner, image.header, depths_of(image))
+
+    def _look_through(self, info: CameraInfo) -> None:
+        if len(info.K) != 9:
+            raise InvalidInput(f"camera_info.K has 9 numbers, not {len(info.K)}")
+        self._look_by(PinholeCamera(info.width, info.height, info.K[0], info.K[2], info.K[5]))
+
+    def _look_by(self, camera: PinholeCamera) -> None:
+        if self._scanner is None or self._scanner.camera != camera:
+            self._scanner = DepthScanner(camera, self._parameters)
+
+    def checkpoint(self) -> bytes | None:
+        """Return what the camera is like, which a robot says once."""
+        return msgspec.json.encode(self._scanner.camera) if self._scanner is not None else None
+
+    def restore(self, state: bytes) -> None:
+        """Look by the camera that was told of before."""
+        self._look_by(msgspec.json.decode(state, type=PinholeCamera))
+
+    def _tell(self, scanner: DepthScanner, header: Header, image: Depths) -> None:
+        own, ranges = self._parameters, scanner.scan(image).tolist()
+        self.context.publish(
+            SCAN_TOPIC.name,
+            LaserScan(
+                Header(stamp=header.stamp, frame_id=own.output_frame_id),
+                scanner.angle_min, scanner.angle_max, scanner.angle_increment, own.range_min, own.range_max, ranges,
+                scan_time=own.scan_time,
+            ),
+        )  # fmt: skip
+
+
+def depths_of(image: Image) -> Depths:
+    """Return the depths of an image, (height, width), in mm as uint16 or in m as float32.
+
+    Raises
+    ------
+    InvalidInput
+        It is of another encoding, or has fewer bytes than it says.
+    """
+    numbers = _NUMBERS.get(image.encoding)
+    if numbers is None:
+        raise InvalidInput(f"a depth image is of {', '.join(_NUMBERS)}, not of {image.encoding!r}")
+    kind = np.dtype((">" if image.is_bigendian else "<") + numbers)
+    shape = image.height, image.width
+    needed = image.step * (image.height - 1) + image.width * kind.itemsize
+    if min(shape) < 1 or image.step < image.width * kind.itemsize or len(image.data) < needed:
+        raise InvalidInput(
+            f"an image of {image.width}×{image.height} {image.encoding} with {image.step} bytes a row is not made of "
+            f"{len(image.data)} bytes"
+        )
+    depths = np.ndarray(shape, kind, image.data, strides=(image.step, kind.itemsize))
+    return depths.astype(kind.newbyteorder("="), copy=False)

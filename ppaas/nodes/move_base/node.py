@@ -1,0 +1,393 @@
+"""Move Base as a node: tells the state machine what happens, and carries out its orders."""
+
+import contextlib
+import logging
+from collections import deque
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import ClassVar
+
+import msgspec
+
+from ppaas.controllers.base import Controller, ControlRequest, Velocity
+from ppaas.costmap.costmap import Costmap
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.errors import InvalidInput, PPaaSError, TransformError
+from ppaas.geometry import Pose2D
+from ppaas.messages import nav2_msgs
+from ppaas.messages.actionlib_msgs import GoalID
+from ppaas.messages.geometry_msgs import PoseStamped, Twist, Vector3
+from ppaas.messages.message import Empty, Message
+from ppaas.messages.move_base_msgs import MoveBaseActionGoal
+from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, Odometry, Path
+from ppaas.messages.people_msgs import People
+from ppaas.messages.ppaas_msgs import ComputePath, ComputePathRequest, RobotStates
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.std_srvs import EmptyService
+from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.navigation import events, orders
+from ppaas.navigation.move_base import MoveBase
+from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.navigation.passive_safety import GivingWay
+from ppaas.navigation.progress_checker import Obedience
+from ppaas.nodes.amcl.node import SCAN_RATE, SCAN_TOPIC
+from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Timer, Topic
+from ppaas.nodes.frames import BASE_LINK, MAP, ODOM, TF, TF_STATIC
+from ppaas.nodes.message_checks import expect, pose_in
+from ppaas.nodes.move_base import action_topics
+from ppaas.nodes.move_base.action_topics import ActionTopics
+from ppaas.nodes.move_base.robot_planner import Detour, NoPlan, Planned, RobotPlanner
+from ppaas.nodes.move_base.speed_limits import SpeedFilter, SpeedLimits
+from ppaas.nodes.move_base.surroundings import Surroundings
+from ppaas.nodes.planner_server.path_services import PathServices, get_plan_response
+from ppaas.nodes.tf.state_publisher import ODOM_RATE, ODOM_TOPIC
+from ppaas.planners.base import Planner, PlanResult
+from ppaas.plans.reuse.processor import PlanProcessor
+from ppaas.recoveries.base import Recovery, RecoveryRequest
+from ppaas.thread_budget import Threads
+
+logger = logging.getLogger(__name__)
+
+STATUS_PERIOD = 1.0
+ROBOTS_TOPIC = Topic("robots", RobotStates)
+PEOPLE_TOPIC = Topic("people", People)
+SPEED_LIMIT_TOPIC = Topic("speed_limit", nav2_msgs.SpeedLimit)
+
+
+class MoveBaseState(msgspec.Struct):
+    """What Move Base needs to go on elsewhere: the goal it drives to, and how fast it may, as it was told last."""
+
+    goal: events.Goal | None
+    counter: int
+    speed_limit: float = 0.0
+    percentage: bool = False
+
+
+class MoveBaseNode(Node):
+    """Drives the robot to goals: ROS's move_base, with its topics, services and parameters.
+
+    Planner and controller work in the frame of the map: one frame for the plan, the costmap and the other robots. The
+    price is that the robot's pose jumps by what localization corrects, some centimetres at a time.
+
+    Parameters
+    ----------
+    context : Context
+        Of its home.
+    layers : MapLayers
+        The map.
+    surroundings : Surroundings
+        What is known around the robot.
+    planner, controller
+        The plug-ins to plan and to drive with.
+    path_planners : dict of str to Planner
+        ``planner`` again, and others that have parameters, by their own names, for those who ask for a plan: they are
+        not to keep the robot waiting.
+    recoveries : sequence of (str, Recovery)
+        What to try when it is stuck, in order, and what each is called in status texts.
+    parameters : MoveBaseParameters
+        With the names of move_base.
+    threads : callable
+        Returns the most threads that kernels may use now.
+    processor : PlanProcessor
+        By which plans that are kept are found.
+    giving_way : GivingWay
+        How fast it may drive towards whom it sees coming.
+    speed_filter : SpeedFilter, optional
+        How fast it may drive where.
+    """
+
+    name: ClassVar[str] = "move_base"
+    demands: ClassVar[Demands] = Demands(0.6, rates={SCAN_TOPIC.name: SCAN_RATE, ODOM_TOPIC.name: ODOM_RATE})
+    subscribes: ClassVar[tuple[Topic, ...]] = (
+        action_topics.SIMPLE_GOAL, action_topics.GOAL, action_topics.CANCEL,
+        SCAN_TOPIC, ODOM_TOPIC, TF, TF_STATIC, ROBOTS_TOPIC, PEOPLE_TOPIC,
+        SPEED_LIMIT_TOPIC,
+    )  # fmt: skip
+    publishes: ClassVar[tuple[Topic, ...]] = (
+        Topic("cmd_vel", Twist), Topic("plan", Path),
+        action_topics.CURRENT_GOAL, action_topics.STATUS, action_topics.FEEDBACK, action_topics.RESULT,
+    )  # fmt: skip
+    services: ClassVar[tuple[Service, ...]] = (
+        Service("move_base/make_plan", GetPlan),
+        Service("move_base/compute_path", ComputePath),
+        Service("move_base/clear_costmaps", EmptyService),
+    )
+
+    def __init__(
+        self,
+        context: Context,
+        *,
+        layers: MapLayers,
+        surroundings: Surroundings,
+        planner: Planner,
+        path_planners: Mapping[str, Planner],
+        controller: Controller,
+        recoveries: Sequence[tuple[str, Recovery]],
+        parameters: MoveBaseParameters,
+        threads: Threads,
+        processor: PlanProcessor,
+        giving_way: GivingWay,
+        speed_filter: SpeedFilter | None = None,
+    ) -> None:
+        super().__init__(context)
+        self._limits, self._giving_way = SpeedLimits(speed_filter), giving_way
+        self._obedience, self._sent = Obedience(), Velocity()
+        self._layers = layers
+        self._surroundings = surroundings
+        self._planner = RobotPlanner(context, planner, layers.costmap, parameters, threads=threads, processor=processor)
+        self._controller = controller
+        surroundings.mark_ahead(not controller.predicts)
+        self._parameters = parameters
+        self._threads = threads
+        self._machine = MoveBase(parameters, [name for name, _ in recoveries])
+        self._recoveries = [recovery for _, recovery in recoveries]
+        self._topics = ActionTopics(context)
+        self._paths = PathServices(
+            context, layers.costmap, parameters.base_global_planner, threads, processor=processor, tuned=path_planners
+        )
+        self._cycle: Timer | None = None
+        self._counter = 0
+        self._events: deque[events.Event] = deque()
+        self._handling = False
+
+    @property
+    def busy(self) -> bool:
+        """Tell whether there is a goal."""
+        return self._machine.goals.active is not None
+
+    @property
+    def costs(self) -> Costmap | None:
+        """What was last known around the robot; none before its first goal."""
+        return self._surroundings.costs
+
+    def start(self) -> None:
+        """Begin to tell how goals stand."""
+        self.context.every(STATUS_PERIOD, lambda: self._topics.status(self._machine.goals))
+
+    # -- what comes in -------------------------------------------------------------------------------------------------
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        """Take a message; a goal that cannot be taken does not disturb the one under way.
+
+        Raises
+        ------
+        InvalidInput
+            Not finite, or a goal without a frame.
+        TransformError
+            A frame is not known.
+        """
+        now, around = self.context.now(), self._surroundings
+        match message:
+            case PoseStamped():
+                self._on_goal(message, GoalID(message.header.stamp))
+            case MoveBaseActionGoal():
+                self._on_goal(message.goal.target_pose, message.goal_id)
+            case GoalID():
+                self._feed(events.CancelReceived(now, message.id, message.stamp.seconds()))
+            case LaserScan():
+                around.take_scan(message)
+            case Odometry():
+                twist = message.twist.twist
+                around.velocity = Velocity(twist.linear.x, twist.angular.z)
+            case TFMessage():
+                around.frames.hear(topic, message, now)
+            case RobotStates():
+                around.take_robots(message, now)
+            case People():
+                around.take_people(message, now)
+            case nav2_msgs.SpeedLimit():
+                self._limits.take(message)
+            case _:
+                raise InvalidInput(f"{self.name} takes no {type(message).__name__} on {topic!r}")
+
+    def _on_goal(self, target: PoseStamped, goal_id: GoalID) -> None:
+        pose = pose_in(self._surroundings.frames.tree, MAP, target, "a goal")
+        now = self.context.now()
+        stamp = goal_id.stamp.seconds() or now
+        self._counter += 1
+        self._planner.head_for(pose)
+        name = goal_id.id or f"{self.name}-{self._counter}-{stamp:.3f}"
+        self._feed(events.GoalReceived(now, events.Goal(name, pose, stamp)))
+        self._tick()
+
+    def on_call(self, service: str, request: Message, reply: Reply) -> None:
+        """Plan without moving, or forget the obstacles seen.
+
+        Raises
+        ------
+        InvalidInput
+            A pose is not finite, or has no frame.
+        TransformError
+            A frame, or the robot's own pose, is not known.
+        """
+        if service == "move_base/clear_costmaps":
+            self._surroundings.clear()
+            reply(Empty())
+            return
+        if service == "move_base/compute_path":
+            self._paths.compute(expect(request, ComputePathRequest), reply, self._seen(self.context.now()))
+            return
+        self._make_plan(expect(request, GetPlanRequest), reply)
+
+    def _make_plan(self, question: GetPlanRequest, reply: Reply) -> None:
+        """Plan around what is seen, as for a goal, but for nobody to follow; a goal under way goes on meanwhile."""
+        around, now = self._surroundings, self.context.now()
+        goal = pose_in(around.frames.tree, MAP, question.goal, "the goal")
+        # As in move_base: a start without a frame is where the robot is.
+        here = not question.start.header.frame_id
+        start = around.pose(now) if here else pose_in(around.frames.tree, MAP, question.start, "the start")
+        costmap = self._seen(now)
+        self._paths.plan(start, goal, reply, get_plan_response, tolerance=question.tolerance, costmap=costmap)
+
+    def _seen(self, now: float) -> Costmap:
+        """Return the costmap of the map and of what the robot sees now."""
+        around = self._surroundings
+        with contextlib.suppress(TransformError):  # who does not know where it is sees nothing new
+            around.look_around(around.pose(now), now)
+        return around.overlay(self._layers.costmap)
+
+    def _keep_cycle(self) -> None:
+        """Run the control cycle while there is a goal: a robot that waits costs nothing."""
+        if self._cycle is None and self.busy:
+            self._cycle = self.context.every(1.0 / self._parameters.controller_frequency, self._tick)
+        elif self._cycle is not None and not self.busy:
+            self._cycle.stop()
+            self._cycle = None
+
+    def _tick(self) -> None:
+        if not self.busy:
+            return
+        now = self.context.now()
+        try:
+            pose = self._surroundings.pose(now)
+            self._surroundings.look_around(pose, now)
+        except PPaaSError as error:
+            self._feed(events.ControlTick(now, None, str(error)))
+            return
+        odom = self._surroundings.frames.tree.lookup(ODOM, BASE_LINK)
+        self._feed(events.ControlTick(now, pose, disobedience=self._obedience.look(now, self._sent, odom)))
+
+    # -- events and orders ---------------------------------------------------------------------------------------------
+
+    def _feed(self, event: events.Event) -> None:
+        """Let the machine handle an event, and then those that carrying out its orders led to."""
+        self._events.append(event)
+        if self._handling:
+            return
+        self._handling = True
+        try:
+            while self._events:
+                for order in self._machine.handle(self._events.popleft()):
+                    self._carry_out(order)
+        finally:
+            self._handling = False
+        self._keep_cycle()
+
+    def _carry_out(self, order: orders.Order) -> None:
+        match order:
+            case orders.RequestPlan():
+                self._request_plan(order)
+            case orders.CancelPlan():
+                self._planner.cancel()
+            case orders.FollowPlan():
+                self._follow(order)
+            case orders.ComputeVelocity():
+                self._feed(self._compute_velocity(order.pose))
+            case orders.SendVelocity():
+                self._send(order.velocity)
+            case orders.Stop():
+                self._send(Velocity())
+            case orders.Recover():
+                self._feed(self._recover(order))
+            case _:
+                self._tell(order)
+
+    def _tell(self, order: orders.Order) -> None:
+        active = self._machine.goals.active
+        match order:
+            case orders.PublishGoal():
+                self._topics.current_goal(order.goal)
+            case orders.PublishStatus():
+                self._topics.status(self._machine.goals)
+            case orders.PublishFeedback():
+                self._topics.feedback(order.goal, order.pose, active.text if active else "")
+            case orders.PublishResult():
+                self._topics.result(order.goal, order.status, order.text)
+
+    def _send(self, velocity: Velocity) -> None:
+        self._sent = velocity
+        self.context.publish("cmd_vel", Twist(Vector3(x=velocity.linear), Vector3(z=velocity.angular)))
+
+    def _follow(self, order: orders.FollowPlan) -> None:
+        try:
+            self._controller.set_plan(order.poses)
+        except PPaaSError as error:
+            self._feed(events.ControlFailed(self.context.now(), str(error)))
+
+    def _compute_velocity(self, pose: Pose2D) -> events.Event:
+        around, costs = self._surroundings, self._surroundings.costs
+        assert costs is not None, "a control tick brings the costs up to date"
+        period = 1.0 / self._parameters.controller_frequency
+        movers = around.movers(pose, self.context.now())
+        limit = self._limits.at(pose)
+        request = ControlRequest(pose, around.velocity, costs, period, self._threads(), movers, limit)
+        try:
+            reached = self._controller.is_goal_reached(pose, around.velocity)
+            velocity = Velocity() if reached else self._controller.compute_velocity(request)
+        except PPaaSError as error:
+            return events.ControlFailed(self.context.now(), str(error))
+        velocity = self._giving_way.slowed(velocity, pose, around.walkers(self.context.now()))
+        return events.VelocityComputed(self.context.now(), velocity, reached)
+
+    def _recover(self, order: orders.Recover) -> events.Event:
+        around, now = self._surroundings, self.context.now()
+        assert around.costs is not None, "a control tick brings the costs up to date"
+        recovery = self._recoveries[order.index]
+        request = RecoveryRequest(now, order.pose, around.costs, around.clear)
+        try:
+            if order.begin:
+                recovery.start(request)
+            velocity = recovery.step(request)
+        except PPaaSError as error:
+            return events.RecoveryEnded(now, str(error))
+        return events.RecoveryEnded(now) if velocity is None else events.RecoveryStepped(now, velocity)
+
+    # -- plans ---------------------------------------------------------------------------------------------------------
+
+    def _request_plan(self, order: orders.RequestPlan) -> None:
+        try:
+            start = self._surroundings.pose(self.context.now())
+        except TransformError as error:
+            self._feed(events.PlanFailed(self.context.now(), order.number, error))
+            return
+        current = self._surroundings.overlay(self._layers.costmap)
+        self._planner.request(start, order.goal, current, partial(self._on_planned, order.number))
+
+    def _on_planned(self, number: int, result: Planned) -> None:
+        now = self.context.now()
+        match result:
+            case Detour():
+                self._feed(events.PlanDeferred(now, number, result.reason))
+            case PlanResult():
+                self._feed(events.PlanSucceeded(now, number, result.poses, result.origin))
+                self.context.publish("plan", result)
+            case NoPlan():
+                self._feed(events.PlanFailed(now, number, result.error, result.final))
+            case _:
+                self._feed(events.PlanFailed(now, number, result))
+
+    # -- going on elsewhere --------------------------------------------------------------------------------------------
+
+    def checkpoint(self) -> bytes:
+        """Return the goal it drives to, and its speed limit."""
+        active, told = self._machine.goals.active, self._limits.told
+        goal = active.goal if active else None
+        return msgspec.json.encode(MoveBaseState(goal, self._counter, told.speed_limit, told.percentage))
+
+    def restore(self, state: bytes) -> None:
+        """Drive on to the goal; the plan is made anew, from where the robot is now."""
+        restored = msgspec.json.decode(state, type=MoveBaseState)
+        self._counter = restored.counter
+        self._limits.take(nav2_msgs.SpeedLimit(restored.speed_limit, restored.percentage))
+        if restored.goal is not None:
+            self._feed(events.GoalReceived(self.context.now(), restored.goal))

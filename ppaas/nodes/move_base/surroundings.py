@@ -1,0 +1,216 @@
+"""What a clone knows of the place around its robot: the robot's pose, its laser, the other robots, a local costmap."""
+
+import math
+from dataclasses import replace
+
+from ppaas.controllers.base import Velocity
+from ppaas.costmap.costmap import Costmap
+from ppaas.costmap.local_costmap import LocalCostmap
+from ppaas.costmap.moving_obstacles import Disc, Mover, swept
+from ppaas.costmap.obstacle_layer import LaserReading
+from ppaas.costmap.obstacle_memory import ObstacleMemory
+from ppaas.costmap.social_layer import Person
+from ppaas.errors import TransformError
+from ppaas.geometry import Pose2D
+from ppaas.messages.people_msgs import People
+from ppaas.messages.ppaas_msgs import RobotStates
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.nodes.frames import BASE_LINK, MAP, ODOM, FrameListener
+from ppaas.nodes.move_base.other_robots import OTHERS_MARGIN, others_of
+from ppaas.nodes.move_base.people import SeenPeople
+from ppaas.perception.tracking import MovingThings
+from ppaas.recoveries.base import AffectedMaps
+from ppaas.transforms.planar import tf_time
+
+OTHERS_FRESH = 1.0
+"""Seconds for which the positions of other robots are believed."""
+
+SHIFT = 0.1
+"""Without anything new to see, the local costmap stays where it is until the robot has moved this far [m]."""
+
+AHEAD = 2.0
+"""How far ahead the ways of other robots are obstacles to a local planner that does not mind them itself [s]."""
+
+
+class Surroundings:
+    """Keeps a local costmap in the frame of the map.
+
+    Parameters
+    ----------
+    costmap : LocalCostmap
+        The window around the robot.
+    memory : ObstacleMemory
+        Of what has left the window.
+    robot_radius : float
+        Of this robot, and of others of which nothing else is known [m].
+    people : SeenPeople
+        Who walks around the robot.
+    moving : MovingThings
+        What the laser sees moving.
+    tolerance : float
+        How old localization and odometry may be [s].
+    """
+
+    def __init__(
+        self,
+        costmap: LocalCostmap,
+        memory: ObstacleMemory,
+        robot_radius: float,
+        *,
+        people: SeenPeople,
+        moving: MovingThings,
+        tolerance: float,
+    ) -> None:
+        self.frames = FrameListener()
+        self.velocity = Velocity()
+        self._local = costmap
+        self._memory = memory
+        self.costs: Costmap | None = None
+        self._robot_radius = robot_radius
+        self._tolerance = tolerance
+        self._scan: tuple[LaserScan, LaserReading] | None = None
+        self._people = people
+        self._moving = moving
+        self._looked: tuple[Pose2D, tuple[Disc, ...], tuple[Person, ...]] | None = None
+        self._others: tuple[Mover, ...] = ()
+        self._others_at = float("-inf")
+        self._ahead = AHEAD
+
+    def take_scan(self, scan: LaserScan) -> None:
+        """Keep a scan for the next update.
+
+        Raises
+        ------
+        InvalidInput
+            Its angles are not finite.
+        TransformError
+            Its frame is unknown.
+        """
+        laser = self.frames.tree.lookup(BASE_LINK, _frame_of(scan))
+        self._scan = scan, LaserReading.of(scan, laser)
+
+    def take_robots(self, message: RobotStates, now: float) -> None:
+        """Take where the other robots are and how fast they drive, in the frame of the map.
+
+        Raises
+        ------
+        InvalidInput
+            One is not finite, or the numbers of poses, twists and radii differ.
+        TransformError
+            They are in another frame.
+        """
+        self._others = others_of(message, self._robot_radius)
+        self._others_at = now
+
+    def take_people(self, message: People, now: float) -> None:
+        """Take who is seen around the robot.
+
+        Raises
+        ------
+        InvalidInput
+            A number is not finite, or there are too many.
+        TransformError
+            Their frame is unknown.
+        """
+        self._people.take(message, self.frames.tree, now)
+
+    def mark_ahead(self, wanted: bool) -> None:
+        """Say whether the local costmap is to tell of where the other robots will be, too."""
+        self._ahead = AHEAD if wanted else 0.0
+
+    def movers(self, pose: Pose2D, now: float) -> tuple[Mover, ...]:
+        """Return the other robots that are near and all else that moves, where they are by now."""
+        robots = tuple(mover.after(now - self._others_at) for mover in self._near(pose, now))
+        return robots + self.walkers(now)
+
+    def walkers(self, now: float) -> tuple[Mover, ...]:
+        """Return what the laser sees moving but for the other robots, where it is by now."""
+        return tuple(mover.after(now - self._moving.at) for mover in self._seen_moving(now))
+
+    def pose(self, now: float) -> Pose2D:
+        """Return where the robot is in the map.
+
+        Raises
+        ------
+        TransformError
+            Odometry or localization is not there, or too old; the text says which.
+        """
+        for child, what in ((BASE_LINK, "odometry"), (ODOM, "localization")):
+            silence = self.frames.silence(child, now)
+            if silence > self._tolerance:
+                since = "yet" if silence == float("inf") else f"for {silence:.1f} s"
+                raise TransformError(f"no {what} {since}")
+        return self.frames.tree.lookup(MAP, BASE_LINK)
+
+    def look_around(self, pose: Pose2D, now: float) -> Costmap:
+        """Bring the local costmap up to date and return it; the last one, where there is nothing new to see."""
+        own = pose.x, pose.y, self._robot_radius
+        reading = self._reading(now)
+        others = tuple(swept((*self._near(pose, now), *self._seen_moving(now)), self._ahead, own))
+        people = self._people.now(now)
+        if self.costs is None or reading is not None or self._is_elsewhere(pose, others, people):
+            self._looked = pose, others, people
+            self.costs = self._local.update(pose, reading, others, people)
+            self._memory.update(self._local.obstacles, others)
+        return self.costs
+
+    def _is_elsewhere(self, pose: Pose2D, others: tuple[Disc, ...], people: tuple[Person, ...]) -> bool:
+        """Tell whether this robot or another, or anybody, is not where they were when the local costmap was made."""
+        return (
+            self._looked is None or self._looked[1:] != (others, people) or self._looked[0].distance_to(pose) >= SHIFT
+        )
+
+    def overlay(self, costmap: Costmap) -> Costmap:
+        """Return a costmap of the whole map with what is and was seen; the same one if that is nothing new."""
+        return self._memory.overlay(self._local.overlay(costmap))
+
+    def clear(self, around: Pose2D | None = None, beyond: float = 0.0, affected_maps: AffectedMaps = "both") -> None:
+        """Forget what was seen, or only what is farther than ``beyond`` [m] from a pose.
+
+        ``affected_maps`` names the window of the local costmap, what is remembered across the map, or both.
+        """
+        if affected_maps != "local":
+            self._memory.clear(around, beyond)
+        if affected_maps != "global":
+            self._local.clear(around, beyond)
+        self._looked = None
+
+    def _reading(self, now: float) -> LaserReading | None:
+        """Return the scan that came last, once, when the transforms have reached its stamp."""
+        if self._scan is None:
+            return None
+        scan, reading = self._scan
+        stamp = tf_time(scan.header.stamp)
+        try:
+            origin = self.frames.tree.lookup(MAP, _frame_of(scan), stamp or None)
+        except TransformError:
+            return None  # kept for the next cycle: odometry comes a moment after it
+        self._scan = None
+        reading = replace(reading, origin=origin)
+        self._moving.see(reading, stamp or now, now)
+        # Beams that hit nothing may clear nothing either: then people would leave a trail of obstacles behind.
+        self._local.free(self._moving.left())
+        return reading
+
+    def _seen_moving(self, now: float) -> list[Mover]:
+        """Return what the laser saw moving, but for the other robots, of which more is known."""
+        seen = self._moving.now(now)
+        robots = self._others if now - self._others_at <= OTHERS_FRESH else ()
+        return [
+            mover
+            for mover in seen
+            if all(math.hypot(mover.x - robot.x, mover.y - robot.y) > mover.radius + robot.radius for robot in robots)
+        ]
+
+    def _near(self, pose: Pose2D, now: float) -> list[Mover]:
+        """Return the other robots within the window, as they were told of last, unless that is too long ago."""
+        if now - self._others_at > OTHERS_FRESH:
+            return []
+        reach = self._local.reach + self._robot_radius + OTHERS_MARGIN
+        distances = [math.hypot(other.x - pose.x, other.y - pose.y) for other in self._others]
+        # Two robots cannot stand in one place: that one is this robot's own echo.
+        return [other for other, far in zip(self._others, distances, strict=True) if self._robot_radius < far < reach]
+
+
+def _frame_of(scan: LaserScan) -> str:
+    return scan.header.frame_id.lstrip("/") or BASE_LINK

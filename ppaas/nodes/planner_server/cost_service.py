@@ -1,0 +1,88 @@
+"""Costs on request, for programs: ``ppaas_msgs/ComputeCosts``."""
+
+import math
+from collections.abc import Callable
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.costmap.costmap import Costmap
+from ppaas.errors import InvalidInput
+from ppaas.messages.geometry_msgs import Pose
+from ppaas.messages.ppaas_msgs import ComputeCostsRequest, ComputeCostsResponse
+from ppaas.nodes.base import Context, Job, Reply
+from ppaas.nodes.message_checks import finite_pose
+from ppaas.nodes.planner_server.path_services import MAX_TIMEOUT
+from ppaas.nodes.planner_server.planner_queue import PlannerQueue
+from ppaas.planners.base import PlanRequest
+from ppaas.planners.watch import Watch
+from ppaas.thread_budget import Threads
+
+MAX_ENDS = 1_000
+"""Starts, and goals, of one request."""
+MAX_COSTS = 50_000
+"""Costs in one answer: less than 1 MiB of text."""
+DECIMALS = 3
+
+
+class CostService:
+    """Tells what it costs to get from each start to each goal, one request after the other.
+
+    Parameters
+    ----------
+    context : Context
+        Of the node that offers the service.
+    costmap : Costmap
+        Of the map.
+    threads : callable
+        Returns the most threads that kernels may use now.
+    """
+
+    def __init__(self, context: Context, costmap: Costmap, threads: Threads) -> None:
+        self._costmap = costmap
+        self._threads = threads
+        self._queue = PlannerQueue(context)
+
+    def compute(self, request: ComputeCostsRequest, reply: Reply) -> Job:
+        """Answer with the costs, or with the error.
+
+        Returns
+        -------
+        Job
+            To cancel it by.
+
+        Raises
+        ------
+        InvalidInput
+            A pose that is none, too many of them, or a timeout out of range.
+        Unavailable
+            Too many requests wait.
+        """
+        if not 0.0 < request.timeout <= MAX_TIMEOUT:
+            raise InvalidInput(f"timeout must be above 0 and at most {MAX_TIMEOUT:g} s, not {request.timeout}")
+        starts, goals = _places(request.starts, "start"), _places(request.goals, "goal")
+        if len(starts) * len(goals) > MAX_COSTS:
+            raise InvalidInput(f"at most {MAX_COSTS} costs are told at a time, not {len(starts)}×{len(goals)}")
+
+        def work(cancelled: Callable[[], bool]) -> ComputeCostsResponse:
+            from ppaas.planners.batch.cost_matrix import cost_matrix  # noqa: PLC0415 - its kernels are not for every container
+
+            origin = self._costmap.info.origin
+            watch = Watch(PlanRequest(origin, origin, timeout=request.timeout, cancelled=cancelled))
+            costs = cost_matrix(self._costmap, starts, goals, threads=self._threads(), check=watch.check)
+            return ComputeCostsResponse(_text(costs), watch.seconds())
+
+        return self._queue.submit(work, reply)
+
+
+def _places(poses: list[Pose], what: str) -> NDArray[np.float64]:
+    if len(poses) > MAX_ENDS:
+        raise InvalidInput(f"at most {MAX_ENDS} {what}s are taken at a time, not {len(poses)}")
+    places = [finite_pose(pose, f"{what} {number}")[:2] for number, pose in enumerate(poses)]
+    return np.array(places, dtype=np.float64).reshape(-1, 2)
+
+
+def _text(costs: NDArray[np.float64]) -> str:
+    rows = [[cost if math.isfinite(cost) else None for cost in row] for row in costs.round(DECIMALS).tolist()]
+    return msgspec.json.encode(rows).decode()

@@ -1,0 +1,87 @@
+"""The planner server: paths on a map, without a robot."""
+
+from typing import ClassVar
+
+from ppaas.costmap.costmap import Costmap
+from ppaas.errors import InvalidInput
+from ppaas.geometry import Pose2D
+from ppaas.messages.geometry_msgs import PoseStamped
+from ppaas.messages.message import Message
+from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest
+from ppaas.messages.ppaas_msgs import ComputeCosts, ComputeCostsRequest, ComputePath, ComputePathRequest
+from ppaas.nodes.base import Context, Node, Reply, Service
+from ppaas.nodes.frames import MAP
+from ppaas.nodes.message_checks import finite_pose
+from ppaas.nodes.planner_server.cost_service import CostService
+from ppaas.nodes.planner_server.path_services import PathServices, get_plan_response
+from ppaas.plans.reuse.processor import PlanProcessor
+from ppaas.thread_budget import Threads
+
+
+class PlannerServerNode(Node):
+    """Answers ``make_plan`` (``nav_msgs/GetPlan``), ``compute_path`` and ``compute_costs`` (``ppaas_msgs``).
+
+    Poses are in the frame of the map. Where there is no path, the answer is the planning error.
+
+    Parameters
+    ----------
+    context : Context
+        Of its home.
+    costmap : Costmap
+        Of the map.
+    base_global_planner : str
+        The planner of requests that name none.
+    threads : callable
+        Returns the most threads that kernels may use now.
+    processor : PlanProcessor
+        By which plans that are kept are found.
+    """
+
+    name: ClassVar[str] = "planner_server"
+    services: ClassVar[tuple[Service, ...]] = (
+        Service("make_plan", GetPlan),
+        Service("compute_path", ComputePath),
+        Service("compute_costs", ComputeCosts),
+    )
+
+    def __init__(
+        self,
+        context: Context,
+        costmap: Costmap,
+        base_global_planner: str,
+        threads: Threads,
+        *,
+        processor: PlanProcessor,
+    ) -> None:
+        super().__init__(context)
+        self._paths = PathServices(context, costmap, base_global_planner, threads, processor=processor)
+        self._costs = CostService(context, costmap, threads)
+
+    def on_call(self, service: str, request: Message, reply: Reply) -> None:
+        """Plan.
+
+        Raises
+        ------
+        InvalidInput
+            A pose is not finite or in another frame than the map's; a tolerance or timeout out of range.
+        InvalidPlanner
+            No planner of that name is installed.
+        Unavailable
+            Too many requests wait.
+        """
+        if isinstance(request, ComputePathRequest):
+            self._paths.compute(request, reply)
+        elif isinstance(request, ComputeCostsRequest):
+            self._costs.compute(request, reply)
+        elif isinstance(request, GetPlanRequest):
+            start, goal = _in_map(request.start, "the start"), _in_map(request.goal, "the goal")
+            self._paths.plan(start, goal, reply, get_plan_response, tolerance=request.tolerance)
+        else:
+            raise InvalidInput(f"service {service!r} takes no {type(request).__name__}")
+
+
+def _in_map(stamped: PoseStamped, what: str) -> Pose2D:
+    frame = stamped.header.frame_id.lstrip("/")
+    if frame not in ("", MAP):
+        raise InvalidInput(f"{what} must be given in frame {MAP!r}, not in {frame!r}: there is no robot here")
+    return finite_pose(stamped.pose, what)

@@ -1,0 +1,157 @@
+"""Paths on request, for robots and programs: ``nav_msgs/GetPlan`` and ``ppaas_msgs/ComputePath``."""
+
+import math
+from collections.abc import Callable, Mapping
+
+import msgspec
+
+from ppaas import planners
+from ppaas.costmap.costmap import Costmap
+from ppaas.errors import InvalidInput, InvalidPlanner, NotFound, PPaaSError
+from ppaas.geometry import Pose2D
+from ppaas.messages.nav_msgs import GetPlanResponse
+from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
+from ppaas.nodes.base import Context, Job, Reply
+from ppaas.nodes.message_checks import finite_pose
+from ppaas.nodes.planner_server.plan_comparison import Comparison
+from ppaas.nodes.planner_server.planner_queue import PlannerQueue
+from ppaas.planners.base import Planner, PlanRequest, PlanResult
+from ppaas.planners.path_json import rows_text
+from ppaas.planners.registry import PLANNERS
+from ppaas.plans.reuse.processor import PlanProcessor
+from ppaas.thread_budget import Threads
+
+Cancelled = Callable[[], bool]
+
+MAX_TIMEOUT = 60.0
+"""Longest time for one plan [s]."""
+
+Response = GetPlanResponse | ComputePathResponse
+ToResponse = Callable[[PlanResult], Response]
+Outcome = Response | PPaaSError
+
+
+def get_plan_response(result: PlanResult) -> GetPlanResponse:
+    """Return the response of ``nav_msgs/GetPlan``."""
+    return GetPlanResponse(result.to_message())
+
+
+def compute_path_response(result: PlanResult) -> ComputePathResponse:
+    """Return the response of ``ppaas_msgs/ComputePath``."""
+    return ComputePathResponse(
+        poses=rows_text(result.poses),
+        cost=result.cost,
+        length=result.length,
+        expanded=result.expanded,
+        seconds=result.seconds,
+        planner=result.planner,
+        plan_id=result.id,
+        origin=result.origin,
+        reused=result.reused,
+        conditions=msgspec.json.encode(result.conditions).decode(),
+    )
+
+
+class PathServices:
+    """Plans with any planner that is installed, one request after the other.
+
+    Parameters
+    ----------
+    context : Context
+        Of the node that offers the service.
+    costmap : Costmap
+        Of the bare map.
+    default : str
+        The planner of requests that name none.
+    threads : callable
+        Returns the most threads that kernels may use now.
+    processor : PlanProcessor
+        By which plans that are kept are found.
+    tuned : dict of str to Planner, optional
+        Those with parameters of their own, by their own names; nobody else may use them.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        costmap: Costmap,
+        default: str,
+        threads: Threads,
+        *,
+        processor: PlanProcessor,
+        tuned: Mapping[str, Planner] | None = None,
+    ) -> None:
+        self._processor = processor
+        self._comparison = Comparison(context, processor)
+        self._costmap = costmap
+        self._default = default
+        self._threads = threads
+        self._queue = PlannerQueue(context)
+        self._planners = dict(tuned or {})
+
+    def compute(self, request: ComputePathRequest, reply: Reply, costmap: Costmap | None = None) -> Job:
+        """Answer ``ppaas_msgs/ComputePath``; raises as ``plan`` does, and ``InvalidInput`` for a pose that is none."""
+        return self.plan(
+            finite_pose(request.start, "the start"),
+            finite_pose(request.goal, "the goal"),
+            reply,
+            compute_path_response,
+            planner=request.planner,
+            tolerance=request.tolerance,
+            timeout=request.timeout,
+            costmap=costmap,
+            reuse=request.reuse,
+        )
+
+    def plan(
+        self, start: Pose2D, goal: Pose2D, reply: Reply, respond: ToResponse,
+        *, planner: str = "", tolerance: float = 0.0, timeout: float = 5.0, costmap: Costmap | None = None,
+        reuse: bool = True,
+    ) -> Job:  # fmt: skip
+        """Plan, and reply with what ``respond`` makes of the path, or with the error.
+
+        ``costmap`` takes the place of that of the bare map; ``reuse`` says whether a plan that is kept will do.
+
+        Returns
+        -------
+        Job
+            To cancel it by.
+
+        Raises
+        ------
+        InvalidPlanner
+            No planner of that name is installed.
+        InvalidInput
+            A tolerance or timeout out of range.
+        Unavailable
+            Too many requests wait.
+        """
+        if not (math.isfinite(tolerance) and tolerance >= 0.0):
+            raise InvalidInput(f"tolerance must be a finite number of metres from 0 up, not {tolerance}")
+        if not 0.0 < timeout <= MAX_TIMEOUT:
+            raise InvalidInput(f"timeout must be above 0 and at most {MAX_TIMEOUT:g} s, not {timeout}")
+        chosen, where = self._planner(planner or self._default), costmap or self._costmap
+        planned: tuple[PlanRequest, PlanResult] | None = None
+
+        def work(cancelled: Cancelled) -> Response:
+            nonlocal planned
+            request = PlanRequest(start, goal, tolerance, timeout, cancelled, self._threads())
+            result = self._processor.plan(chosen, where, request, reuse=reuse)
+            planned = request, result
+            return respond(result)
+
+        def done(result: Outcome) -> None:
+            reply(result)
+            if planned is not None:
+                self._comparison.see(chosen, where, *planned)
+
+        return self._queue.submit(work, done)
+
+    def _planner(self, name: str) -> Planner:
+        own = PLANNERS.own_name(name)
+        if own not in self._planners:
+            try:
+                self._planners[own] = planners.create(own)
+            except NotFound as error:
+                raise InvalidPlanner(str(error)) from error
+        return self._planners[own]

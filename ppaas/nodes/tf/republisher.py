@@ -1,0 +1,220 @@
+"""The TF republisher: transforms for web pages, by the service and the action of ``tf2_web_republisher``.
+
+``roslibpy`` and ``roslib`` 1 ask the service for a topic of their own; ``roslib`` 2 sends a goal, and gets feedback.
+"""
+
+from typing import ClassVar
+
+import msgspec
+
+from ppaas.errors import InvalidInput, QuotaExceeded
+from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
+from ppaas.messages.geometry_msgs import TransformStamped
+from ppaas.messages.message import Message
+from ppaas.messages.std_msgs import Header, Time
+from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.messages.tf2_web_republisher import (
+    RepublishTFs,
+    RepublishTFsRequest,
+    RepublishTFsResponse,
+    TFArray,
+    TFSubscriptionActionFeedback,
+    TFSubscriptionActionGoal,
+    TFSubscriptionActionResult,
+    TFSubscriptionFeedback,
+)
+from ppaas.navigation.action_goals import cancels
+from ppaas.navigation.events import CancelReceived
+from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
+from ppaas.nodes.frames import TF, TF_STATIC
+from ppaas.nodes.tf.stream import TfStream, check_wanted
+from ppaas.transforms.spatial import LatestFrames
+
+SERVICE = Service("republish_tfs", RepublishTFs)
+GOAL = Topic("tf2_web_republisher/goal", TFSubscriptionActionGoal)
+CANCEL = Topic("tf2_web_republisher/cancel", GoalID)
+# Latched: who connects learns at once that the server is there, and no timer need say so again and again.
+STATUS = Topic("tf2_web_republisher/status", GoalStatusArray, latched=True)
+FEEDBACK = Topic("tf2_web_republisher/feedback", TFSubscriptionActionFeedback)
+RESULT = Topic("tf2_web_republisher/result", TFSubscriptionActionResult)
+
+MAX_STREAMS = 32
+"""Topics and goals of one robot."""
+
+MIN_PATIENCE, MAX_PATIENCE = 1.0, 60.0
+"""How long a topic stays without anybody hearing it, whatever its ``timeout`` [s]; a goal stays the longest."""
+
+
+class _State(msgspec.Struct):
+    """What a checkpoint keeps."""
+
+    count: int
+    topics: dict[str, RepublishTFsRequest]
+    goals: list[TFSubscriptionActionGoal]
+
+
+class _Goal:
+    """A goal under way."""
+
+    def __init__(self, message: TFSubscriptionActionGoal, stream: TfStream) -> None:
+        self.message = message
+        self.stream = stream
+        self.id = message.goal_id.id
+        self.stamp = message.goal_id.stamp.seconds()
+
+
+class TfRepublisherNode(Node):
+    """Tells who asks where frames lie, seldom and only what moved. Costs next to nothing while nobody does.
+
+    Parameters
+    ----------
+    context : Context
+        Of its home.
+    """
+
+    name: ClassVar[str] = "tf2_web_republisher"
+    subscribes: ClassVar[tuple[Topic, ...]] = (TF, TF_STATIC, GOAL, CANCEL)
+    publishes: ClassVar[tuple[Topic, ...]] = (STATUS, FEEDBACK, RESULT)
+    services: ClassVar[tuple[Service, ...]] = (SERVICE,)
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._frames = LatestFrames()
+        self._count = 0
+        self._topics: dict[str, tuple[RepublishTFsRequest, TfStream]] = {}
+        self._goals: dict[str, _Goal] = {}
+        self._state: bytes | None = None
+
+    def start(self) -> None:
+        """Say that it is there."""
+        self._publish_status()
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        """Take transforms, a goal or a cancel.
+
+        Raises
+        ------
+        InvalidInput
+            A goal that cannot be.
+        """
+        match message:
+            case TFMessage():
+                self._frames.hear(message.transforms)
+            case TFSubscriptionActionGoal():
+                self._take_goal(message)
+            case GoalID():
+                self._cancel(CancelReceived(self.context.now(), message.id, message.stamp.seconds()))
+
+    def on_call(self, service: str, request: Message, reply: Reply) -> None:
+        """Make a topic for who asks.
+
+        Raises
+        ------
+        InvalidInput
+            What is asked for cannot be.
+        QuotaExceeded
+            Too many topics are heard already.
+        """
+        if not isinstance(request, RepublishTFsRequest):
+            raise InvalidInput(f"service {service!r} takes no {type(request).__name__}")
+        check_wanted(request)
+        self._make_room()
+        topic = f"{self.name}/tf_repub_{self._count}"
+        self._count += 1
+        self._open(topic, request)
+        reply(RepublishTFsResponse(f"/{topic}"))
+
+    def _make_room(self) -> None:
+        """End the oldest goal where there are too many streams: nobody says so when it is no longer wanted."""
+        if len(self._topics) + len(self._goals) < MAX_STREAMS:
+            return
+        if not self._goals:
+            raise QuotaExceeded(f"a robot has at most {MAX_STREAMS} topics of transforms: unsubscribe from some first")
+        self._end(next(iter(self._goals)), Status.ABORTED, "there are too many others")
+
+    # -- topics --------------------------------------------------------------------------------------------------------
+
+    def _open(self, topic: str, request: RepublishTFsRequest) -> None:
+        patience = min(max(request.timeout.seconds(), MIN_PATIENCE), MAX_PATIENCE)
+        self.context.declare(self, Topic(topic, TFArray))
+        stream = TfStream(
+            self.context, self._frames, request, topic=topic, patience=patience,
+            tell=lambda moved: self.context.publish(topic, TFArray(moved)), unheard=lambda: self._close(topic),
+        )  # fmt: skip
+        self._topics[topic] = request, stream
+        self._note()
+
+    def _close(self, topic: str) -> None:
+        _, stream = self._topics.pop(topic)
+        stream.stop()
+        self.context.undeclare(self, topic)
+        self._note()
+
+    # -- goals ---------------------------------------------------------------------------------------------------------
+
+    def _take_goal(self, message: TFSubscriptionActionGoal) -> None:
+        check_wanted(message.goal)
+        if message.goal_id.id in self._goals:
+            return  # it was sent again
+        if not message.goal_id.id:
+            message = msgspec.structs.replace(
+                message, goal_id=GoalID(message.goal_id.stamp, f"{self.name}-{self._count}")
+            )
+            self._count += 1
+        self._make_room()
+        self._begin(message)
+        self._publish_status()
+
+    def _begin(self, message: TFSubscriptionActionGoal) -> None:
+        status = GoalStatus(message.goal_id, Status.ACTIVE)
+        stream = TfStream(
+            self.context, self._frames, message.goal, topic=FEEDBACK.name, patience=MAX_PATIENCE,
+            tell=lambda moved: self._feedback(status, moved),
+            unheard=lambda: self._end(message.goal_id.id, Status.ABORTED, "nobody hears the feedback"),
+        )  # fmt: skip
+        self._goals[message.goal_id.id] = _Goal(message, stream)
+        self._note()
+
+    def _feedback(self, status: GoalStatus, moved: list[TransformStamped]) -> None:
+        feedback = TFSubscriptionFeedback(moved)
+        self.context.publish(FEEDBACK.name, TFSubscriptionActionFeedback(self._header(), status, feedback))
+
+    def _cancel(self, cancel: CancelReceived) -> None:
+        for goal in [goal for goal in self._goals.values() if cancels(cancel, goal)]:
+            self._end(goal.id, Status.PREEMPTED, "cancelled")
+
+    def _end(self, goal_id: str, status: Status, text: str) -> None:
+        goal = self._goals.pop(goal_id)
+        goal.stream.stop()
+        ended = GoalStatus(goal.message.goal_id, status, text)
+        self.context.publish(RESULT.name, TFSubscriptionActionResult(self._header(), ended))
+        self._publish_status(ended)
+        self._note()
+
+    def _publish_status(self, *ended: GoalStatus) -> None:
+        active = [GoalStatus(goal.message.goal_id, Status.ACTIVE) for goal in self._goals.values()]
+        self.context.publish(STATUS.name, GoalStatusArray(self._header(), [*ended, *active]))
+
+    def _header(self) -> Header:
+        return Header(stamp=Time.of(self.context.now()))
+
+    # -- going on elsewhere --------------------------------------------------------------------------------------------
+
+    def _note(self) -> None:
+        topics = {topic: request for topic, (request, _) in self._topics.items()}
+        goals = [goal.message for goal in self._goals.values()]
+        self._state = msgspec.json.encode(_State(self._count, topics, goals)) if topics or goals else None
+
+    def checkpoint(self) -> bytes | None:
+        """Return who is told of what, if anybody is."""
+        return self._state
+
+    def restore(self, state: bytes) -> None:
+        """Go on telling them, on the same topics."""
+        known = msgspec.json.decode(state, type=_State)
+        self._count = known.count
+        for topic, request in known.topics.items():
+            self._open(topic, request)
+        for goal in known.goals:
+            self._begin(goal)
+        self._publish_status()

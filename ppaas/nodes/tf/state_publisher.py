@@ -1,0 +1,77 @@
+"""The state publisher: tells ``tf`` where the robot's frames are, from its odometry and its model."""
+
+from typing import ClassVar
+
+from ppaas.errors import InvalidInput
+from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.std_msgs import Time
+from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.nodes.base import Context, Node, Parameters, Payload, Topic
+from ppaas.nodes.frames import BASE_LINK, TF, TF_STATIC
+from ppaas.nodes.message_checks import expect, finite_pose
+from ppaas.robot_model.known_models import RobotModel
+from ppaas.transforms.planar import transform_message
+
+ODOM_TOPIC = Topic("odom", Odometry)
+ODOM_RATE = 20e3
+"""What odometry of 20 Hz says, as JSON with its covariances [bytes/s]."""
+
+
+class StatePublisherParameters(Parameters, frozen=True):
+    """Parameters of the state publisher.
+
+    Parameters
+    ----------
+    laser_frame : str
+        What the robot's scans call their frame; empty for what its model says.
+    """
+
+    laser_frame: str = ""
+
+
+class StatePublisherNode(Node):
+    """Publishes odom → base_link for each odometry message, and the laser's place on the base once.
+
+    It takes the part of ROS's robot_state_publisher and of the base driver's transform broadcaster: a small robot
+    sends only its odometry. A stamp of zero means now.
+
+    Parameters
+    ----------
+    context : Context
+        Of its home.
+    model : RobotModel
+        The robot's body.
+    parameters : StatePublisherParameters
+    """
+
+    name: ClassVar[str] = "robot_state_publisher"
+    subscribes: ClassVar[tuple[Topic, ...]] = (ODOM_TOPIC,)
+    publishes: ClassVar[tuple[Topic, ...]] = (TF, TF_STATIC)
+
+    def __init__(self, context: Context, model: RobotModel, parameters: StatePublisherParameters) -> None:
+        super().__init__(context)
+        self._laser = model.laser
+        self._laser_frame = parameters.laser_frame or model.laser_frame
+
+    def start(self) -> None:
+        """Publish what does not move."""
+        laser = transform_message(BASE_LINK, self._laser_frame, self._laser, Time.of(self.context.now()))
+        self.context.publish(TF_STATIC.name, TFMessage([laser]))
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        """Take odometry.
+
+        Raises
+        ------
+        InvalidInput
+            Not finite, or a frame is missing.
+        """
+        odometry = expect(message, Odometry)
+        pose = finite_pose(odometry.pose.pose, "odometry")
+        parent, child = odometry.header.frame_id.lstrip("/"), odometry.child_frame_id.lstrip("/")
+        if not parent or not child:
+            raise InvalidInput("odometry needs header.frame_id and child_frame_id, such as 'odom' and 'base_link'")
+        stamp = odometry.header.stamp
+        if stamp == Time():
+            stamp = Time.of(self.context.now())
+        self.context.publish(TF.name, TFMessage([transform_message(parent, child, pose, stamp)]))

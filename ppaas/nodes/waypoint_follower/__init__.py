@@ -1,0 +1,1 @@
+"""TODO ppaas/nodes/waypoint_follower."""

@@ -1,0 +1,69 @@
+"""The topics of the action ``follow_waypoints``, and the messages of lists on them."""
+
+from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
+from ppaas.messages.geometry_msgs import Pose, PoseStamped
+from ppaas.messages.nav2_msgs import (
+    FollowWaypointsActionFeedback,
+    FollowWaypointsActionGoal,
+    FollowWaypointsActionResult,
+    FollowWaypointsError,
+    FollowWaypointsFeedback,
+    FollowWaypointsResult,
+    Progress,
+    WaypointStatus,
+)
+from ppaas.messages.std_msgs import Header, Time
+from ppaas.navigation.action_goals import GoalList, GoalState
+from ppaas.navigation.waypoints import Waypoints
+from ppaas.nodes.base import Context, Topic
+from ppaas.nodes.frames import MAP
+from ppaas.nodes.move_base.action_topics import status_array, status_of
+
+GOAL = Topic("follow_waypoints/goal", FollowWaypointsActionGoal)
+CANCEL = Topic("follow_waypoints/cancel", GoalID)
+STATUS = Topic("follow_waypoints/status", GoalStatusArray)
+FEEDBACK = Topic("follow_waypoints/feedback", FollowWaypointsActionFeedback)
+RESULT = Topic("follow_waypoints/result", FollowWaypointsActionResult, said_once=True)
+
+
+class WaypointTopics:
+    """Publishes how lists of waypoints stand.
+
+    Parameters
+    ----------
+    context : Context
+        Of the node.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+
+    def _header(self) -> Header:
+        return Header(stamp=Time.of(self._context.now()))
+
+    def status(self, lists: GoalList[Waypoints]) -> None:
+        """Tell how all lists stand."""
+        self._context.publish(STATUS.name, status_array(lists, self._context.now()))
+
+    def feedback(self, state: GoalState[Waypoints]) -> None:
+        """Tell which waypoint the robot drives to."""
+        feedback = FollowWaypointsFeedback(state.goal.index)
+        told = status_of(state.goal, Status.ACTIVE, state.text)
+        self._context.publish(FEEDBACK.name, FollowWaypointsActionFeedback(self._header(), told, feedback))
+
+    def result(self, ended: GoalState[Waypoints], error: FollowWaypointsError) -> None:
+        """Tell how a list ended."""
+        waypoints = ended.goal
+        missed = [
+            WaypointStatus(
+                Progress.MISSED,
+                missed.index,
+                PoseStamped(Header(frame_id=MAP), Pose.of(waypoints.poses[missed.index])),
+                FollowWaypointsError.UNKNOWN,
+                missed.reason,
+            )
+            for missed in sorted(waypoints.missed, key=lambda each: each.index)
+        ]
+        result = FollowWaypointsResult(missed, int(error), ended.text if error else "")
+        told = status_of(waypoints, ended.status, ended.text)
+        self._context.publish(RESULT.name, FollowWaypointsActionResult(self._header(), told, result))

@@ -1,0 +1,5 @@
+"""Compiled inner loops of the planners; import from the modules."""
+
+from ppaas.kernel_cache import watch_all_kernels
+
+watch_all_kernels()

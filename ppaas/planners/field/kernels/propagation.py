@@ -1,0 +1,230 @@
+"""Kernel: grow a field of costs from its goals outward, with a bucket queue.
+
+Dial's algorithm (1969) with buckets as wide as the least weight allows (Denardo and Fox, 1979): no move ends in the
+bucket it began in, so all values in the lowest bucket are final and each cell is worked off once, in any order within
+its bucket. A bucket is a linked list of chunks out of one pool; cells whose value fell again since they were put in
+are left where they are and skipped.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ppaas.planners.field.kernels.layout import (
+    AHEAD,
+    AT_GOAL,
+    BUCKET_SHIFT,
+    CHUNK,
+    MOST_CHUNKS,
+    RING,
+    UNREACHED,
+    UNREACHED_WIDE,
+)
+from ppaas.planners.kernels.moves import EXHAUSTED, NEEDS, PAUSED, POOL_EMPTY, SETTLED
+
+Int = int | np.signedinteger[Any]
+Ints = NDArray[np.int64]
+Pool = NDArray[np.uint32]
+Links = NDArray[np.int32]
+Field = NDArray[np.uint32] | NDArray[np.int64]
+
+TOO_NARROW = 4
+"""The next values may not fit the field's type: widen it and call again."""
+
+STATE_SIZE = 5
+BUCKET, FREE, SPARE, COUNT, EMPTY = range(STATE_SIZE)
+"""Of the queue's state: number of the lowest bucket, first free chunk, free chunks, cells settled, empty buckets
+passed in a row."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def seed(field: Field, cells: Ints, pool: Pool, links: Links, heads: Links, fills: Links, state: Ints) -> None:
+    """Put the goals into an empty queue, whose pool must hold them. A cell named twice is put in once."""
+    for cell in cells:
+        if np.int64(field[cell]) == AT_GOAL:
+            continue
+        field[cell] = AT_GOAL
+        if fills[0] == CHUNK:
+            fresh = state[FREE]
+            state[FREE] = links[fresh]
+            state[SPARE] -= 1
+            links[fresh] = heads[0]
+            heads[0] = fresh
+            fills[0] = 0
+        pool[heads[0], fills[0]] = cell
+        fills[0] += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _follow(
+    field: Field, costs: NDArray[np.uint8], stride: int, weights: Ints,
+    cell: Int, came: Int, value: Int, old: Int, most: Int,
+) -> tuple[Int, Int, Int, Int]:  # fmt: skip
+    """Go on through a corridor one cell wide, where nothing has to be chosen and no queue is needed.
+
+    Cells passed may be bettered once more, as any cell in the queue; all that could follow from that is done again.
+    No diagonal move leads out of a corridor that does not cost less from the cell before.
+
+    Parameters
+    ----------
+    field, costs, stride, weights
+        As in `propagate`.
+    cell, came : int
+        Where the corridor may begin, and the cardinal move by which it was reached.
+    value, old : int
+        What the cell has now, and had before.
+    most : int
+        Values up to which it goes on.
+
+    Returns
+    -------
+    cell, value, old : int
+        The first cell where ways part, with its values; −1 where the corridor ends, or nothing is bettered in it.
+    passed : int
+        Cells that it left behind.
+    """
+    passed: Int = 0
+    aside: Int = stride if came in (-1, 1) else 1
+    while value < most:
+        ahead = np.int64(field[cell + came] > 0)
+        one, other = np.int64(field[cell + aside] > 0), np.int64(field[cell - aside] > 0)
+        if ahead + one + other != 1:
+            return (cell if ahead + one + other else -1), value, old, passed
+        # Sums instead of branches: where a corridor turns cannot be foretold.
+        came, aside = ahead * came + (one - other) * aside, ahead * aside + (one + other) * came
+        cell += came
+        passed += 1
+        value += weights[0, costs[cell]]
+        old = np.int64(field[cell])
+        if value >= old:
+            return -1, value, old, passed
+        field[cell] = value
+    return cell, value, old, passed
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def propagate(
+    field: Field, costs: NDArray[np.uint8], stride: int, weights: Ints,
+    pool: Pool, links: Links, heads: Links, fills: Links, state: Ints, target: int, limit: int, budget: int,
+) -> int:  # fmt: skip
+    """Work off about ``budget`` cells and tell why it stopped.
+
+    Parameters
+    ----------
+    field : (n,) uint32 or int64 array
+        Values, as in `ppaas.planners.field.kernels.layout`.
+    costs : (n,) uint8 array
+        Costs of the cells.
+    stride : int
+        Elements in a row.
+    weights : (2, 256) int64 array
+        What entering a cell of that cost weighs, on a cardinal and on a diagonal move.
+    pool : (chunks, CHUNK) uint32 array
+        Cells in the queue.
+    links : (chunks,) int32 array
+        The chunk after each, in its bucket or among the free ones; −1 ends.
+    heads, fills : (RING,) int32 array
+        First chunk of each bucket, and cells in it; a bucket without chunks has −1 and CHUNK.
+    state : (STATE_SIZE,) int64 array
+    target : int
+        Cell whose value is wanted; −1 to go on until all are reached.
+    limit : int
+        Most that a value may be.
+    budget : int
+        Cells to work off before it pauses, give or take a chunk.
+
+    Returns
+    -------
+    int
+        EXHAUSTED, SETTLED, PAUSED, POOL_EMPTY or TOO_NARROW.
+    """
+    offsets = (-1, 1, -stride, stride, -stride - 1, -stride + 1, stride - 1, stride + 1)
+    bucket = state[BUCKET]
+    end = state[COUNT] + budget
+    while True:
+        low = bucket << BUCKET_SHIFT
+        if target >= 0 and np.int64(field[target]) < low + (1 << BUCKET_SHIFT):
+            return SETTLED
+        if low + ((1 << BUCKET_SHIFT) * RING) > limit:
+            return TOO_NARROW
+        slot = bucket & (RING - 1)
+        while heads[slot] >= 0:
+            if state[COUNT] >= end:
+                return PAUSED
+            if state[SPARE] < MOST_CHUNKS:
+                return POOL_EMPTY
+            chunk = heads[slot]
+            fill = fills[slot]
+            heads[slot] = links[chunk]
+            fills[slot] = CHUNK
+            settled: Int = 0
+            for entry in range(fill):
+                cell = np.int64(pool[chunk, entry])
+                value = np.int64(field[cell])
+                if value < low:
+                    continue
+                settled += 1
+                open_sides = 0
+                for move in range(8):
+                    if open_sides & NEEDS[move] != NEEDS[move]:
+                        continue
+                    neighbour: Int = cell + offsets[move]
+                    old: Int = np.int64(field[neighbour])
+                    if old > 0 and move < 4:
+                        open_sides |= 1 << move
+                    if old <= value:
+                        continue
+                    new: Int = value + weights[move >> 2, costs[neighbour]]
+                    if new >= old:
+                        continue
+                    field[neighbour] = new
+                    if move < 4:
+                        neighbour, new, old, passed = _follow(
+                            field, costs, stride, weights, neighbour, offsets[move], new, old, low + AHEAD
+                        )
+                        settled += passed
+                        if neighbour < 0:
+                            continue
+                    later = new >> BUCKET_SHIFT
+                    if later == old >> BUCKET_SHIFT:
+                        continue  # it is in that bucket already
+                    later &= RING - 1
+                    if fills[later] == CHUNK:
+                        fresh = state[FREE]
+                        state[FREE] = links[fresh]
+                        state[SPARE] -= 1
+                        links[fresh] = heads[later]
+                        heads[later] = fresh
+                        fills[later] = 0
+                    pool[heads[later], fills[later]] = neighbour
+                    fills[later] += 1
+            state[COUNT] += settled
+            state[EMPTY] = -1
+            links[chunk] = state[FREE]
+            state[FREE] = chunk
+            state[SPARE] += 1
+        state[EMPTY] += 1
+        bucket += 1
+        state[BUCKET] = bucket
+        if state[EMPTY] >= RING:
+            return EXHAUSTED
+
+
+def warm() -> None:
+    """Compile and call each kernel once, for narrow and for wide fields."""
+    weights = np.full((2, 256), 1 << BUCKET_SHIFT, np.int64)
+    chunks = 1 + MOST_CHUNKS
+    narrow, wide = np.zeros(9, np.uint32), np.zeros(9, np.int64)
+    narrow[4], wide[4] = UNREACHED, UNREACHED_WIDE
+    for field in (narrow, wide):
+        queue = (
+            np.empty((chunks, CHUNK), np.uint32),
+            np.arange(1, chunks + 1, dtype=np.int32),
+            np.full(RING, -1, np.int32),
+            np.full(RING, CHUNK, np.int32),
+            np.array([0, 0, chunks, 0, 0]),
+        )
+        seed(field, np.array([4]), *queue)
+        propagate(field, np.zeros(9, np.uint8), 3, weights, *queue, -1, 1 << 31, 9)

@@ -1,0 +1,57 @@
+"""Kernel: lay out the padded costs and the empty field, row by row."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from ppaas.planners.field.kernels.layout import BLOCKED, UNREACHED
+
+Bytes = NDArray[np.uint8]
+Field = NDArray[np.uint32]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _lay_row(source: Bytes, allow_unknown: bool, costs: Bytes, field: Field, row: int) -> None:
+    height, width = source.shape
+    costs[row, 0] = costs[row, width + 1] = 255
+    field[row, 0] = field[row, width + 1] = BLOCKED
+    if row in (0, height + 1):
+        for column in range(1, width + 1):
+            costs[row, column] = 255
+            field[row, column] = BLOCKED
+        return
+    for column in range(width):
+        cost = source[row - 1, column]
+        costs[row, column + 1] = cost
+        free = (cost < INSCRIBED_INFLATED_OBSTACLE) | ((cost == NO_INFORMATION) & allow_unknown)
+        field[row, column + 1] = UNREACHED if free else np.uint32(BLOCKED)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def lay(source: Bytes, allow_unknown: bool, costs: Bytes, field: Field, first: int, last: int) -> None:
+    """Fill rows ``first`` to ``last`` of the padded arrays.
+
+    Parameters
+    ----------
+    source : (height, width) uint8 array
+        Costs of the map.
+    allow_unknown : bool
+        Whether unknown cells may be entered.
+    costs : (height + 2, width + 2) uint8 array
+        Out: the same with a margin.
+    field : (height + 2, width + 2) uint32 array
+        Out: unreached, or blocked.
+    first, last : int
+        Padded rows to fill, ``last`` excluded.
+    """
+    for row in range(first, last):
+        _lay_row(source, allow_unknown, costs, field, row)
+
+
+def warm() -> None:
+    """Compile and call each kernel once."""
+    source = np.zeros((1, 1), np.uint8)
+    source.flags.writeable = False
+    for cells in (source, np.zeros((1, 1), np.uint8)):
+        lay(cells, True, np.empty((3, 3), np.uint8), np.empty((3, 3), np.uint32), 0, 3)

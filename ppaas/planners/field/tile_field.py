@@ -1,0 +1,201 @@
+"""A field of costs-to-go that grows tile by tile, on all threads."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.costmap.costmap import Costmap
+from ppaas.planners.ends import Cell
+from ppaas.planners.field import tile_memory
+from ppaas.planners.field.base import GridField
+from ppaas.planners.field.kernels.propagation import TOO_NARROW
+from ppaas.planners.field.kernels.tile_growth import OUT_OF_WORK, SOON, grow_tiles, seed_tiles
+from ppaas.planners.field.kernels.tile_help import rest
+from ppaas.planners.field.kernels.tile_layout import CELLS, SIDE, TOUCHED, UNREACHED
+from ppaas.planners.field.kernels.tile_setup import lay_sample
+from ppaas.planners.field.kernels.tile_walk import count_up_to, descend_tiles, read_rows
+from ppaas.planners.field.tile_helpers import boxes_for
+from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED
+from ppaas.planners.watch import proceed
+from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights
+from ppaas.planners.workers import share
+
+SLICE_LINES = 150_000
+"""Lines of tiles worked on between two checks: 2 to 3 ms on one thread."""
+SLICE_ALONE = SOON
+"""Of the first slice, in which no others are asked for: what is done in 0.1 ms is done sooner by one thread than with
+others that first have to come, and far sooner where they find no core that is free."""
+SLICE_ALONE_OF_FEW, FEW = 25_000, 256
+"""The same on a map of no more than so many tiles: what is left of it after 0.1 ms is not worth calling others."""
+AT_ONCE = 160
+"""Others are asked for at once where all of a map of so many tiles or more is to be reached: one thread takes 0.1 ms
+for that even if it is empty."""
+SLICE_WALKED = 50_000
+"""Cells walked along between two checks."""
+SLICE_READ = 128
+"""Tiles read between two checks: 130,000 cells, about 1 ms where what they are written to is new memory."""
+SLICES_EACH = 16
+"""So many slices must be to read for each thread: some 0.3 ms."""
+
+MOST_PADDED = 1.5
+"""Times the cells of a map that its tiles may have, if the map is larger than `SMALL`."""
+SMALL = 1 << 16
+
+WINDING = 9
+"""A map is all corridors that seldom fork if fewer than one in so many of its free cells has three free ones beside it:
+one in 7 has in a maze that is a random tree, one in 11 in one that was dug depth first."""
+SAMPLED = 256
+"""About so many tiles are looked at for that."""
+CLEARLY, GLANCED = 4, 16
+"""But not if among so many it is more than one in so few: of most maps the first look tells."""
+
+
+class PathTooLong(Exception):
+    """A value may not fit the numbers of a tile."""
+
+
+def suits_tiles(shape: tuple[int, int]) -> bool:
+    """Return whether a map of that height and width can be cut into tiles without much waste."""
+    padded = -(-shape[0] // SIDE) * -(-shape[1] // SIDE) * CELLS
+    return padded <= max(SMALL, MOST_PADDED * shape[0] * shape[1])
+
+
+class TileField(GridField):
+    """A field in tiles of 32×32 cells.
+
+    Parameters
+    ----------
+    costmap, goals, allow_unknown, threads, check
+        As in `ppaas.planners.field.cost_field.CostField`.
+    """
+
+    def __init__(
+        self,
+        costmap: Costmap,
+        goals: NDArray[np.integer],
+        *,
+        allow_unknown: bool = True,
+        threads: int = 1,
+        check: Callable[[], None] = proceed,
+    ) -> None:
+        self._check, self._threads = check, threads
+        self._shape = costmap.info.shape
+        self._source = np.ascontiguousarray(costmap.data).reshape(-1)
+        self._source.flags.writeable = False  # a view: kernels are compiled for such arrays alone
+        self._across = -(-self._shape[1] // SIDE)
+        self._tiles = -(-self._shape[0] // SIDE) * self._across
+        self._bound: int | None = None
+        self._memory = m = tile_memory.take(self._tiles)
+        self._loan = tile_memory.Loan(m, self._source)
+        shape = self._tiles // self._across, self._across
+        knows = m.begin(self._source, shape, threads, costmap, allow_unknown)
+        seed_tiles(m.record, knows, goals.astype(np.int64, order="C"))
+
+    @property
+    def is_winding(self) -> bool:
+        """Whether the map is all corridors one cell wide that seldom fork, which a queue follows faster."""
+        free, forks = self._sampled(GLANCED)
+        if forks * CLEARLY > free:
+            return False
+        free, forks = self._sampled(SAMPLED)
+        return forks * WINDING < free
+
+    def _sampled(self, count: int) -> tuple[int, int]:
+        """Return how many cells of about so many tiles are free, and at how many of those ways part."""
+        free, forks = lay_sample(self._memory.record, -(-self._tiles // count))
+        return int(free), int(forks)
+
+    @property
+    def settled(self) -> int:
+        """How many cells have their final value; those that cost more than the last target are not counted."""
+        bound = UNREACHED - 1 if self._bound is None else self._bound
+        slices, counts, m = self._slices(self._tiles), list[int](), self._memory
+
+        def count(tiles: tuple[int, int]) -> None:
+            counts.append(count_up_to(m.field, m.marks, *tiles, bound))
+
+        share(slices, count, helpers=min(self._threads, len(slices) // SLICES_EACH) - 1, check=self._check)
+        return sum(counts)
+
+    def grow(self, target: Cell | None = None) -> bool:
+        """Let it grow until the value of ``target`` is final, or all over the map; return whether it can be reached.
+
+        Raises
+        ------
+        PathTooLong
+            Values do not fit; a field of another kind is needed.
+        """
+        wanted = -1 if target is None else int(self._elements(np.array([target]))[0])
+        outcome = self._work_off(wanted)
+        if outcome == TOO_NARROW:
+            raise PathTooLong
+        reached = target is None or self._value(wanted) < UNREACHED
+        if outcome == EXHAUSTED:
+            self._bound = None
+        elif reached:
+            self._bound = max(self._value(wanted), self._bound or 0)
+        return reached
+
+    def _work_off(self, wanted: int) -> int:
+        """Work, with helpers, and check now and then, until there is nothing to do; return why."""
+        memory = self._memory
+        boxes, budget = boxes_for(1), SLICE_ALONE if self._tiles > FEW else SLICE_ALONE_OF_FEW
+        if wanted < 0 and self._tiles >= AT_ONCE:
+            boxes, budget = boxes_for(self._threads), SLICE_LINES
+        memory.open_for_help(wanted)
+        try:
+            while True:
+                self._check()
+                outcome = grow_tiles(memory.record, boxes, 0, budget)
+                if outcome == OUT_OF_WORK:
+                    rest()
+                elif outcome != PAUSED:
+                    return int(outcome)
+                boxes, budget = boxes_for(self._threads), SLICE_LINES
+        finally:
+            memory.close_for_help(boxes)
+
+    def path_from(self, cell: Cell) -> NDArray[np.int32]:
+        """Return the (n, 2) cells of a cheapest path from ``cell``, whose value must be final, to a goal."""
+        most = self._value(int(self._elements(np.array([cell]))[0])) // round(SCALE * NEUTRAL) + 1
+        cells = np.empty((most, 2), np.int32)
+        cells[0] = cell
+        count, before = 1, 0
+        while count > before:
+            self._check()
+            before = count
+            count = descend_tiles(
+                self._memory.field, self._memory.tables, self._memory.marks, self._source, *self._shape,
+                self._across, fixed_weights(), cells, count, min(SLICE_WALKED, most - count),
+            )  # fmt: skip
+        return cells[:count].copy()
+
+    def values(self) -> NDArray[np.float64]:
+        """Return the (height, width) costs-to-go; infinite where blocked or not reached."""
+        values = np.empty(self._shape)
+        for first, last in self._slices(self._tiles // self._across, self._across):
+            self._check()
+            end = min(last * SIDE, self._shape[0])
+            read_rows(self._memory.field, self._memory.marks, self._across, first * SIDE, end, SCALE, values)
+        return values
+
+    def values_at(self, cells: NDArray[np.integer]) -> NDArray[np.float64]:
+        """Return the (n,) costs-to-go of (n, 2) cells, row and column; infinite where blocked or not reached."""
+        elements = self._elements(cells)
+        values = self._memory.field[elements]
+        reached = (values < UNREACHED) & (self._memory.marks[elements // CELLS] & TOUCHED != 0)
+        return np.where(reached, values / SCALE, np.inf)
+
+    def _value(self, element: int) -> int:
+        touched = self._memory.marks[element // CELLS] & TOUCHED
+        return int(self._memory.field[element]) if touched else UNREACHED
+
+    def _elements(self, cells: NDArray[np.integer]) -> NDArray[np.int64]:
+        row, column = cells[:, 0].astype(np.int64), cells[:, 1].astype(np.int64)
+        tile = row // SIDE * self._across + column // SIDE
+        return tile * CELLS + row % SIDE * SIDE + column % SIDE
+
+    def _slices(self, count: int, tiles_each: int = 1) -> list[tuple[int, int]]:
+        step = max(1, SLICE_READ // tiles_each)
+        return [(first, min(first + step, count)) for first in range(0, count, step)]

@@ -1,0 +1,26 @@
+"""Dijkstra's algorithm over the whole costmap: the planner that is always right."""
+
+from collections.abc import Callable
+from typing import ClassVar
+
+import numpy as np
+
+from ppaas.costmap.costmap import Costmap
+from ppaas.planners.ends import Ends
+from ppaas.planners.field.base import GridField
+from ppaas.planners.field.cost_field import CostField
+from ppaas.planners.grid.field_planner import FieldPlanner
+
+
+class Dijkstra(FieldPlanner):
+    """Grows the field in all directions alike, until the start has its value."""
+
+    name: ClassVar[str] = "dijkstra"
+    purpose: ClassVar[str] = "Cheapest path on any grid, without preparation; the yardstick of the others."
+
+    def grow(self, costmap: Costmap, ends: Ends, *, threads: int, check: Callable[[], None]) -> tuple[GridField, bool]:
+        """Return a field, and whether it reaches the start, whose value is then final."""
+        field = CostField(
+            costmap, np.array([ends.goal]), allow_unknown=self.allow_unknown, threads=threads, check=check
+        )
+        return field, field.grow(ends.start)

@@ -1,0 +1,90 @@
+"""Jump point search on a map that is prepared once."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.planners.grid.bucket_ring import KeyRing
+from ppaas.planners.grid.jump_map import JumpMap
+from ppaas.planners.grid.kernels.jps import COUNT, EXTRA_STATE, LONGEST, jump, unwind
+from ppaas.planners.grid.reusable_values import FreshValues
+from ppaas.planners.kernels.moves import PAUSED, POOL_EMPTY, SETTLED
+from ppaas.planners.prepared import Prepared
+from ppaas.planners.watch import proceed
+
+SLICE_WORK = 20_000
+"""Looks at words between two checks: half a millisecond, or some where all that they touch is new memory."""
+
+SLICE_UNWOUND = 1 << 17
+"""Cells of a path that are written between two checks: about 1 ms."""
+
+FIRST_CELLS = 4096
+"""Cells of a path that there is room for to begin with."""
+
+
+class JumpSearch(Prepared):
+    """Finds cheapest paths by jumps.
+
+    Parameters
+    ----------
+    jump_map : JumpMap
+        Only read.
+    """
+
+    def __init__(self, jump_map: JumpMap) -> None:
+        self._map = jump_map
+        padded = jump_map.padded
+        side = max(padded.shape)
+        self._weights = padded.weights[0].copy()
+        self._nodes = FreshValues((padded.costs.size, 2), padded.dearest_path + 2)
+        # From one cell, in each diagonal direction: two straight jumps a move, its own end; and four straight ones.
+        self._room = 4 * (2 * min(LONGEST, side) + 1) + 4
+        # No jump is longer than the map, nor is the estimate at its other end less by more than the jump weighs.
+        self._ring = KeyRing(2 * side * padded.most, padded.grain, self._room, EXTRA_STATE)
+        self._cells = np.empty((FIRST_CELLS, 2), np.int32)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that it takes beyond the costmap itself, all cells touched."""
+        return self._map.nbytes + self._nodes.values.nbytes + self._ring.nbytes + self._cells.nbytes
+
+    def twin(self) -> "JumpSearch":
+        """Return one for another thread; the map is shared."""
+        return JumpSearch(self._map)
+
+    def path(
+        self, start_row: int, start_column: int, goal_row: int, goal_column: int, check: Callable[[], None] = proceed
+    ) -> NDArray[np.int32]:
+        """Return the (n, 2) cells of a cheapest path; none without a way."""
+        flat = self._map.padded.flat
+        start = flat((start_row, start_column))
+        reached = self._grow(flat((goal_row, goal_column)), start, check)
+        self.expanded = int(self._ring.state[COUNT])
+        return self._unwound(start, check) if reached else np.empty((0, 2), np.int32)
+
+    def _grow(self, goal: int, target: int, check: Callable[[], None]) -> bool:
+        ring, padded, planes = self._ring, self._map.padded, self._map.planes
+        query = self._map.query(self._nodes.begin(), target)
+        ring.state[COUNT] = -1
+        while True:
+            check()
+            outcome = jump(
+                planes, padded.costs, self._weights, self._nodes.values,
+                ring.heads, ring.marks, ring.pool, ring.state, query, goal, self._room, SLICE_WORK,
+            )  # fmt: skip
+            if outcome == POOL_EMPTY:
+                ring.grow(check)
+            elif outcome != PAUSED:
+                return bool(outcome == SETTLED)
+
+    def _unwound(self, start: int, check: Callable[[], None]) -> NDArray[np.int32]:
+        side = max(self._map.padded.shape)
+        node, count = start, 0
+        while node >= 0:
+            check()
+            if len(self._cells) <= count + side:
+                self._cells = np.concatenate((self._cells, np.empty((len(self._cells) + side, 2), np.int32)))
+            budget = min(SLICE_UNWOUND, len(self._cells) - count - side)
+            node, count = unwind(self._nodes.values, self._map.padded.shape[1], node, self._cells, count, budget)
+        return self._cells[:count].copy()

@@ -1,0 +1,170 @@
+"""The navigation function of navfn: potentials that rise from a goal as a wave does, and the walk back down."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.costmap.costmap import Costmap
+from ppaas.errors import InvalidPlanner
+from ppaas.planners.ends import Cell
+from ppaas.planners.grid.kernels.navfn import (
+    BEYOND,
+    COUNT,
+    CURRENT,
+    FOUND,
+    FULL,
+    NEUTRAL,
+    NEXT,
+    PAUSED,
+    REACHED,
+    STATE_SIZE,
+    TOO_FAR,
+    expand,
+)
+from ppaas.planners.grid.kernels.navfn_walk import walk
+from ppaas.planners.watch import proceed
+from ppaas.planners.weights import exact_weights, passable
+
+SLICE_CELLS = 50_000
+"""Cells worked off between two checks: about 2 ms."""
+SLICE_LAID = 1 << 19
+"""Cells set up between two checks."""
+SLICE_STEPS = 20_000
+"""Steps walked between two checks."""
+
+FIRST_ROOM = 1 << 12
+"""Cells that each buffer has room for to begin with."""
+
+FIRST_THRESHOLD = 254.0
+"""navfn's ``COST_OBS``."""
+
+
+def byte_weights() -> NDArray[np.uint8]:
+    """Return the (256,) weight of each cost: the other planners', rounded down, since navfn keeps it in a byte."""
+    return np.minimum(exact_weights(), 253.0).astype(np.uint8)
+
+
+class NavigationFunction:
+    """Potentials that grow from a goal, in slices.
+
+    Parameters
+    ----------
+    costmap : Costmap
+        Only read.
+    goal : (row, column)
+        A free cell on the map.
+    allow_unknown : bool
+        Whether unknown cells may be entered.
+    check : callable
+        Called at least every few milliseconds of work; what it raises ends the work.
+    """
+
+    def __init__(
+        self, costmap: Costmap, goal: Cell, *, allow_unknown: bool = True, check: Callable[[], None] = proceed
+    ) -> None:
+        self._check = check
+        height, width = costmap.info.shape
+        self._shape, self._goal = (height + 2, width + 2), goal
+        weights, blocked = byte_weights(), ~passable(allow_unknown)
+        crossing, waiting = np.empty(self._shape, np.uint8), np.ones(self._shape, np.bool_)
+        potentials = np.empty(self._shape, np.float32)
+        rows = max(1, SLICE_LAID // self._shape[1])
+        for first in range(0, self._shape[0], rows):
+            check()
+            last = min(first + rows, height)
+            crossing[first + 1 : last + 1, 1:-1] = weights[costmap.data[first:last]]
+            waiting[first + 1 : last + 1, 1:-1] = blocked[costmap.data[first:last]]
+            potentials[first : first + rows] = np.inf
+        crossing[[0, -1]] = crossing[:, [0, -1]] = weights[-1]
+        self._weights, self._waiting, self._potentials = crossing.ravel(), waiting.ravel(), potentials.ravel()
+        self._threshold = np.array([FIRST_THRESHOLD], np.float32)
+        self._buffers = np.empty((3, FIRST_ROOM), np.uint32)
+        self._state = np.zeros(STATE_SIZE, np.int64)
+        self._state[[CURRENT, NEXT, BEYOND]] = range(3)
+        self._seed(self._flat(goal))
+
+    def _seed(self, goal: int) -> None:
+        self._potentials[goal] = 0.0
+        around = np.array((goal + 1, goal - 1, goal - self._shape[1], goal + self._shape[1]))
+        around = around[~self._waiting[around]]
+        self._waiting[around] = True
+        self._buffers[0, : len(around)] = around
+        self._state[COUNT] = len(around)
+
+    @property
+    def reached(self) -> int:
+        """How many cells have a potential."""
+        return int(self._state[REACHED]) + 1
+
+    def potentials(self) -> NDArray[np.float32]:
+        """Return the (height, width) potentials; infinite where blocked or not reached."""
+        return self._potentials.reshape(self._shape)[1:-1, 1:-1]
+
+    def grow(self, target: Cell | None = None, *, astar: bool = False) -> bool:
+        """Let it grow until ``target`` is reached, or all over the map.
+
+        Like navfn it stops when the target is reached; its potential might have fallen yet.
+
+        Parameters
+        ----------
+        target : (row, column), optional
+            A free cell on the map.
+        astar : bool
+            Whether cells go first whose straight distance from the target is short; takes a target.
+
+        Returns
+        -------
+        bool
+            Whether ``target`` can be reached; without one, true.
+
+        Raises
+        ------
+        InvalidPlanner
+            The way is too long for potentials in single precision.
+        """
+        pull = 0.0
+        if astar and target is not None:
+            pull = float(NEUTRAL)
+            self._threshold += pull * math.dist(target, self._goal)
+        wanted = -1 if target is None else self._flat(target)
+        while True:
+            self._check()
+            outcome = expand(
+                self._potentials, self._weights, self._waiting, self._shape[1], self._buffers, self._state,
+                self._threshold, wanted, np.float32(pull), SLICE_CELLS,
+            )  # fmt: skip
+            if outcome == FULL:
+                self._buffers = np.concatenate((self._buffers, np.empty_like(self._buffers)), axis=1)
+            elif outcome == TOO_FAR:
+                raise InvalidPlanner("the way is too long for navfn's potentials; choose dijkstra or another planner")
+            elif outcome != PAUSED:
+                return outcome == FOUND or target is None
+
+    def walk_from(self, cell: Cell) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+        """Walk down the gradient from a cell that is reached.
+
+        Returns
+        -------
+        cells : (n, 2) int32 array
+            Row, column of the cells walked through, each a neighbour of the one before; where two moves make a
+            diagonal one, they are one.
+        points : (m, 2) float64 array
+            Row, column of each step, with fractions; the first and the last are the centres of ``cell`` and the goal.
+        """
+        place, stay, goal = np.array(cell, np.float64) + 1.0, 0, self._flat(self._goal)
+        cells, points, here = list[NDArray[np.int32]](), list[NDArray[np.float64]](), None
+        while here != self._goal:
+            self._check()
+            through, steps = np.empty((SLICE_STEPS, 2), np.int32), np.empty((SLICE_STEPS, 2))
+            count, taken, stayed = walk(self._potentials, self._shape[1], goal, place, stay, through, steps)
+            again = tuple(through[0].tolist()) == here
+            stay = int(stayed)
+            cells.append(through[int(again) : count])
+            points.append(steps[:taken])
+            here = tuple(through[count - 1].tolist())
+        return np.concatenate(cells), np.concatenate(points)
+
+    def _flat(self, cell: Cell) -> int:
+        return (cell[0] + 1) * self._shape[1] + cell[1] + 1

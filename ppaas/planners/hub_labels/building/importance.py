@@ -1,0 +1,127 @@
+"""How important each corner is: those that were contracted as they were, the core by the ways that it covers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.planners.hub_labels.building.graph import WORK_A_SLICE, Contracted
+from ppaas.planners.hub_labels.building.kernels.bucket_queue import ENTRY, buckets_for
+from ppaas.planners.hub_labels.building.kernels.coverage import GROUPS, cover
+from ppaas.planners.hub_labels.building.kernels.graphs import rank_edges
+from ppaas.planners.hub_labels.building.kernels.trees import SETTLED, STATE, TREE, grow
+from ppaas.planners.hub_labels.kernels import layout
+from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.scan import Integers
+
+EDGES_A_SLICE = 3 << 16
+"""Edges that a slot looks at between two calls of ``check``: some five milliseconds, since all threads meet then."""
+
+MOST_TREES = 600
+MOST_TREE_NODES = 1 << 22
+"""Trees that are grown to learn which ways are shortest, and how many nodes all of them may have."""
+
+
+@dataclass(frozen=True, slots=True)
+class Edges:
+    """Edges in rows: those of node i are from ``starts[i]`` on; where each leads, how long it is, and its number."""
+
+    starts: Words
+    to: Integers
+    lengths: Integers
+    ids: Integers
+
+
+@dataclass(frozen=True, slots=True)
+class Trees:
+    """Trees of shortest ways, a row each: the parent of each node, its size, its first child and its next sibling."""
+
+    parents: Integers
+    sizes: Integers
+    firsts: Integers
+    nexts: Integers
+
+
+def edges_of(contracted: Contracted, nodes: Integers, ranks: Integers) -> Edges:
+    """Return the edges of some nodes in rows, nodes numbered by ``ranks``."""
+    starts, nothing = np.zeros(len(nodes) + 1, np.int64), np.empty(0, np.int32)
+    graph = contracted.head, contracted.after, contracted.edges
+    rank_edges(nodes, ranks, *graph, starts, nothing, nothing, nothing)
+    to, lengths, ids = np.empty((3, starts[-1]), np.int32)
+    if len(to):
+        rank_edges(nodes, ranks, *graph, starts, to, lengths, ids)
+    return Edges(starts, to, lengths, ids)
+
+
+def grow_trees(edges: Edges, roots: Integers, *, threads: int, check: Callable[[], None]) -> Trees:
+    """Grow a tree of shortest ways from each root."""
+    nodes, rows, slots = len(edges.starts) - 1, len(roots), max(1, threads)
+    states = np.zeros((slots, STATE), np.int64)
+    states[:, TREE], states[:, SETTLED] = np.arange(slots), -1
+    lengths, settled = np.empty((2, slots, nodes), np.int32)
+    buckets = np.full((slots, buckets_for(int(edges.lengths.max(initial=0)))), -1, np.int32)
+    entries = np.empty((slots, len(edges.to) + 1, ENTRY), np.int64)
+    trees = Trees(*np.empty((4, rows, nodes), np.int32))
+    while (states[:, TREE] < rows).any():
+        check()
+        grow(
+            edges.starts, edges.to, edges.lengths, roots, states, lengths, buckets, entries, settled,
+            trees.parents, trees.sizes, trees.firsts, trees.nexts, EDGES_A_SLICE, threads,
+        )  # fmt: skip
+    return trees
+
+
+def order_core(edges: Edges, *, threads: int, check: Callable[[], None]) -> NDArray[np.int32]:
+    """Return the nodes of the core, the most important first."""
+    nodes = len(edges.starts) - 1
+    if nodes < 2:
+        return np.arange(nodes, dtype=np.int32)
+    count = min(nodes, MOST_TREES, max(16, MOST_TREE_NODES // nodes))
+    roots = np.random.default_rng(nodes).permutation(nodes)[:count].astype(np.int32)
+    trees = grow_trees(edges, roots, threads=threads, check=check)
+    totals = np.column_stack([trees.sizes[group::GROUPS].sum(axis=0, dtype=np.int32) for group in range(GROUPS)])
+    order, state = np.empty(nodes, np.int32), np.zeros(2, np.int64)
+    done = False
+    while not done:
+        check()
+        done = cover(
+            trees.parents, trees.sizes, trees.firsts, trees.nexts, totals, order, state, WORK_A_SLICE
+        )  # fmt: skip
+    chosen = int(state[0])
+    worth = totals.sum(axis=1) - totals.max(axis=1)
+    order[chosen:] = np.argsort(-worth, kind="stable")[: nodes - chosen]  # those that were chosen come last
+    return order
+
+
+def inherit(index: Words, places: Integers) -> tuple[Integers, Integers]:
+    """Take over from an index of nearly the same map how important its corners were.
+
+    Parameters
+    ----------
+    index : int64 array
+    places : (n, 2) int32 array
+        Row and column of each corner now, row by row.
+
+    Returns
+    -------
+    ranks : (n,) int32 array
+        How important each corner was; −1 for new ones.
+    prices : (n,) int32 array
+        When each was contracted, new ones first, and those of the core last.
+    """
+    before = int(index[layout.CORNERS])
+    numbers = index.view(np.int32)
+    table = numbers[2 * index[layout.TABLE] :][: before * layout.CORNER_SIZE].reshape(before, layout.CORNER_SIZE)
+    told = numbers[2 * index[layout.RANKS] :][: before + 1]
+    table = table[told[:before]]
+    columns = max(int(side[:, 1].max(initial=0)) for side in (places, table)) + 1
+    keys, old_keys = (side[:, 0].astype(np.int64) * columns + side[:, 1] for side in (places, table))
+    found = np.minimum(np.searchsorted(old_keys, keys), max(before - 1, 0))
+    ranks = np.full(len(places), -1, np.int32)
+    if before:
+        same = old_keys[found] == keys
+        ranks[same] = told[:before][found[same]]
+    contracted = int(told[before])
+    prices = np.where(ranks < 0, 0, np.minimum(before - ranks, contracted + 1)).astype(np.int32)
+    return ranks, prices

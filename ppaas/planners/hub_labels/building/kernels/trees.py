@@ -1,0 +1,167 @@
+"""Kernel: trees of shortest ways from many roots, on all cores, in slices.
+
+Each *slot* grows trees of its own, one after the other: slot s of S those of the roots s, s + S, s + 2 S … So slots
+share nothing that is written, and a slice may end in the middle of a tree.
+
+Of ways as short as each other a tree has the one whose last edge is the shortest: such ways lead over many nodes. If
+those are as short too, it has that over the node with the larger number.
+"""
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from ppaas.kernel_threads import at_most
+from ppaas.planners.hub_labels.building.kernels.bucket_queue import Entries, next_bucket, put, take
+from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.heap import NODE
+from ppaas.planners.hub_labels.kernels.scan import Integers
+from ppaas.planners.kernels.jit_decorators import bare, joined
+
+Rows = NDArray[np.int32]
+Heaps = NDArray[np.int64]
+
+FAR = np.int32(2**30)
+"""Longer than any way."""
+
+TREE, QUEUED, SETTLED, BUCKET, PUTS, STATE = range(6)
+"""What a slot knows of its work: its tree, how many wait in its queue, how many nodes it has settled (−1: not begun),
+and of its queue the bucket from which it took last, and how often it put something in."""
+
+
+@bare
+def _begin(root: int, lengths: Integers, parents: Integers, buckets: Integers, entries: Entries, state: Words) -> None:
+    lengths[:] = FAR
+    parents[:] = -1
+    lengths[root] = 0
+    state[PUTS] = put(buckets, entries, 0, 0, root)
+    state[QUEUED] = 1
+    state[BUCKET] = state[SETTLED] = 0
+
+
+@bare
+def _sum_up(tree: int, settled: Integers, count: int, parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows) -> None:
+    sizes[tree] = 0
+    firsts[tree] = -1
+    nexts[tree] = -1
+    for i in range(count - 1, -1, -1):
+        node = settled[i]
+        sizes[tree, node] += 1
+        parent = parents[tree, node]
+        if parent >= 0:
+            sizes[tree, parent] += sizes[tree, node]
+            nexts[tree, node] = firsts[tree, parent]
+            firsts[tree, parent] = node
+
+
+@joined
+def _is_after(node: int, other: int, reach: Integers) -> bool:
+    """Tell whether a node is farther off than another one, or as far and has the larger number."""
+    return bool(reach[node] > reach[other] or (reach[node] == reach[other] and node > other))
+
+
+@bare
+def _grow_slot(
+    starts: Words, to: Integers, far: Integers, roots: Integers, state: Words, reach: Integers,
+    buckets: Integers, entries: Entries, settled: Integers, parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows,
+    slots: int, budget: int,
+) -> None:  # fmt: skip
+    work = 0
+    while state[TREE] < len(roots) and work < budget:
+        tree = state[TREE]
+        if state[SETTLED] < 0:
+            _begin(roots[tree], reach, parents[tree], buckets, entries, state)
+            work += len(reach) >> 3
+        while state[QUEUED] > 0 and work < budget:
+            state[BUCKET] = next_bucket(buckets, state[BUCKET])
+            key = take(buckets, entries, state[BUCKET])
+            state[QUEUED] -= 1
+            node, length = key & NODE, key >> 32
+            if length != reach[node]:
+                continue
+            settled[state[SETTLED]] = node
+            state[SETTLED] += 1
+            work += starts[node + 1] - starts[node]
+            for edge in range(starts[node], starts[node + 1]):
+                further, beyond = length + far[edge], to[edge]
+                if further < reach[beyond]:
+                    parents[tree, beyond] = node
+                    reach[beyond] = further
+                    state[PUTS] = put(buckets, entries, state[PUTS], further, beyond)
+                    state[QUEUED] += 1
+                elif further == reach[beyond] and _is_after(node, parents[tree, beyond], reach):
+                    parents[tree, beyond] = node
+        if state[QUEUED] == 0:
+            _sum_up(tree, settled, state[SETTLED], parents, sizes, firsts, nexts)
+            state[TREE] += slots
+            state[SETTLED] = -1
+
+
+@bare
+def _grow_serial(
+    starts: Words, to: Integers, far: Integers, roots: Integers, states: Heaps, lengths: Rows,
+    buckets: Rows, entries: Heaps, settled: Rows, parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows, budget: int,
+) -> None:  # fmt: skip
+    for slot in range(len(states)):
+        _grow_slot(
+            starts, to, far, roots, states[slot], lengths[slot], buckets[slot], entries[slot], settled[slot],
+            parents, sizes, firsts, nexts, len(states), budget,
+        )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+def _grow_parallel(
+    starts: Words, to: Integers, far: Integers, roots: Integers, states: Heaps, lengths: Rows,
+    buckets: Rows, entries: Heaps, settled: Rows, parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows, budget: int,
+) -> None:  # fmt: skip
+    for slot in prange(len(states)):
+        _grow_slot(
+            starts, to, far, roots, states[slot], lengths[slot], buckets[slot], entries[slot], settled[slot],
+            parents, sizes, firsts, nexts, len(states), budget,
+        )  # fmt: skip
+
+
+def grow(
+    starts: Words, to: Integers, far: Integers, roots: Integers, states: Heaps, lengths: Rows,
+    buckets: Rows, entries: Heaps, settled: Rows, parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows,
+    budget: int, threads: int,
+) -> None:  # fmt: skip
+    """Grow trees until each slot has looked at so many edges, or all is done.
+
+    Parameters
+    ----------
+    starts : (n + 1,) int64 array
+    to, far : (m,) int32 arrays
+        The graph: where the edges of a node begin, where each leads and how long it is, no less than a straight move.
+    roots : (k,) int32 array
+    states : (s, `STATE`) int64 array
+        A slot is done when its tree is k or more; at first slot i has the tree i, and −1 nodes settled.
+    lengths : (s, n) int32 array
+    buckets : (s, b) int32 array
+        −1 everywhere at first; as many as `buckets_for` tells.
+    entries : (s, m + 1, `ENTRY`) int64 array
+    settled : (s, n) int32 array
+        Scratch.
+    parents : (k, n) int32 array
+        Out: the node before each on the way from the root; −1 for the root and what cannot be reached.
+    sizes, firsts, nexts : (k, n) int32 arrays
+        Out: how many nodes hang at a node, itself included; its first child, and the next child of its parent, or −1.
+    budget, threads : int
+    """
+    with at_most(threads) as usable:
+        kernel = _grow_parallel if usable > 1 else _grow_serial
+        kernel(
+            starts, to, far, roots, states, lengths, buckets, entries, settled, parents, sizes, firsts, nexts, budget
+        )
+
+
+def warm() -> None:
+    """Compile and call each kernel once."""
+    nothing = np.empty(0, np.int32)
+    for threads in (1, 2):
+        rows = np.zeros((1, 1), np.int32)
+        states, entries = np.array([[0, 0, -1, 0, 0]]), np.zeros((1, 1, 2), np.int64)
+        grow(
+            np.zeros(2, np.int64), nothing, nothing, np.zeros(1, np.int32), states, rows, rows - 1, entries,
+            rows.copy(), rows.copy(), rows.copy(), rows.copy(), rows.copy(), 100, threads,
+        )  # fmt: skip

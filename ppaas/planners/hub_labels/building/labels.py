@@ -1,0 +1,120 @@
+"""The labels of all corners, in the order of their importance."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ppaas.planners.hub_labels.building.core_labels import Core
+from ppaas.planners.hub_labels.building.graph import WORK_A_SLICE, Contracted
+from ppaas.planners.hub_labels.building.importance import Edges, edges_of, order_core
+from ppaas.planners.hub_labels.building.kernels.label_merging import merge
+from ppaas.planners.hub_labels.building.kernels.trees import FAR
+from ppaas.planners.hub_labels.building.label_pool import FEW, Pool, too_long
+from ppaas.planners.hub_labels.kernels import layout
+from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.scan import Integers
+
+WINDOW = 1 << 16
+"""Entries of the pool that a slot is given at a time, at least."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Ranked:
+    nodes: Integers
+    ranks: Integers
+    core: int
+
+
+def label(
+    contracted: Contracted, inherited: Integers | None, *, room: int, longest: int, threads: int,
+    check: Callable[[], None],
+) -> Pool | None:  # fmt: skip
+    """Order the nodes of a contracted graph, those of the core by inherited ranks if there are any, and label them.
+
+    The most important ones are labelled, as many as there is room for; there is no pool if that is less than the core.
+
+    Raises
+    ------
+    InvalidPlanner
+        A way between two corners is longer than ``longest``.
+    """
+    ranked = _rank(contracted, inherited, threads=threads, check=check)
+    edges = edges_of(contracted, ranked.nodes, ranked.ranks)
+    pool = Pool(ranked.ranks)
+    if not Core(pool, edges, ranked.core, longest=longest, threads=threads).label(room, check):
+        return None
+    levels = contracted.levels[ranked.nodes]
+    _label_rest(pool, edges, levels, ranked.core, room=room, longest=longest, threads=threads, check=check)
+    return pool
+
+
+def _rank(contracted: Contracted, inherited: Integers | None, *, threads: int, check: Callable[[], None]) -> _Ranked:
+    ranks = np.full(len(contracted.head), -1, np.int32)
+    # By levels, so that the most important ones are those on which all others' labels depend.
+    last = contracted.order[::-1]
+    last = last[np.argsort(-contracted.levels[last], kind="stable")]
+    ranks[last] = np.arange(len(ranks) - len(last), len(ranks))
+    core = np.flatnonzero(ranks < 0).astype(np.int32)
+    ranks[core] = np.arange(len(core))
+    if inherited is None:
+        order = order_core(edges_of(contracted, core, ranks), threads=threads, check=check)
+    else:
+        # Those without a rank, −1, come last.
+        order = np.argsort(inherited[core].view(np.uint32), kind="stable").astype(np.int32)
+    nodes = np.concatenate((core[order], last))
+    ranks[nodes] = np.arange(len(nodes))
+    return _Ranked(nodes, ranks, len(core))
+
+
+def _label_rest(
+    pool: Pool, edges: Edges, levels: Integers, core: int, *, room: int, longest: int, threads: int,
+    check: Callable[[], None],
+) -> None:  # fmt: skip
+    nodes, slots = len(pool.ranks), max(1, threads)
+    reach, came = np.full((2, slots, nodes), FAR, np.int32)
+    marks = np.zeros((slots, (nodes + 63) // 64), np.int64)
+    rest = np.arange(core, nodes, dtype=np.int32)
+    windows = np.zeros((slots, 4), np.int64)
+    for whole in np.split(rest, np.flatnonzero(np.diff(levels[rest])) + 1):
+        level = whole[: _most_labels(pool, room)]
+        if not len(level):
+            break
+        usable = threads if len(level) >= FEW else 1
+        windows[:, 0] = np.arange(slots)
+        while (windows[:, 0] < len(level)).any():
+            check()
+            before = windows[:, 0].copy()
+            merge(
+                level, edges.starts, edges.to, edges.lengths, edges.ids,
+                pool.hubs, pool.lengths, pool.towards, pool.begins, pool.ends,
+                reach, came, marks, windows, longest, WORK_A_SLICE, usable,
+            )  # fmt: skip
+            if windows[:, 3].any():
+                raise too_long(longest)
+            for slot in np.flatnonzero((windows[:, 0] == before) & (before < len(level))):
+                _open_window(pool, windows[slot], _most_entries(pool, edges, int(level[windows[slot, 0]])), check)
+        pool.labelled += len(level)
+
+
+def _most_labels(pool: Pool, room: int) -> int:
+    """Return how many more labels there is room for, if they are as long as those before in the mean."""
+    labelled = pool.labelled
+    if labelled == len(pool.ranks):
+        return 0
+    used = int((pool.ends[:labelled] - pool.begins[:labelled]).sum())
+    mean = max(1, used // max(1, labelled))
+    return max(0, min(layout.MOST_HUBS - labelled, (room - used) // mean))
+
+
+def _most_entries(pool: Pool, edges: Edges, node: int) -> int:
+    above = edges.to[edges.starts[node] : edges.starts[node + 1]]
+    return int((pool.ends[above] - pool.begins[above]).sum()) + 1
+
+
+def _open_window(pool: Pool, window: Words, least: int, check: Callable[[], None]) -> None:
+    size = max(WINDOW, 2 * least, pool.used // 8)
+    if pool.used + size > pool.room:
+        pool.extend(max(size, pool.room // 2), check)
+    window[1:3] = pool.used, pool.used + size
+    pool.used += size

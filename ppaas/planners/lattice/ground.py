@@ -1,0 +1,72 @@
+"""What a robot with a smallest turning radius drives on: the costmap, weighed and cut to its outline."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from ppaas.geometry import Pose2D
+from ppaas.planners.ends import ESCAPE_DISTANCE
+from ppaas.planners.lattice.kernels.driving import Ground
+from ppaas.planners.lattice.parameters import LatticeParameters
+from ppaas.planners.weights import FACTOR, NEUTRAL, passable
+
+SLICE_LAID = 1 << 20
+"""Cells prepared between two checks."""
+
+DEAREST = INSCRIBED_INFLATED_OBSTACLE - 1
+
+
+def reweighed(parameters: LatticeParameters) -> NDArray[np.uint8]:
+    """Return for each of the 256 costs the one by which a planner of cells weighs as much: (50 + 0.8·cost) / 50.
+
+    So one map serves both: the search over poses and the field of costs that guides it.
+    """
+    per_unit = parameters.cost_penalty * NEUTRAL / (FACTOR * DEAREST)
+    costs = np.minimum(np.arange(256.0) * per_unit, DEAREST).astype(np.uint8)
+    closed = ~passable(parameters.allow_unknown)
+    costs[closed] = INSCRIBED_INFLATED_OBSTACLE
+    costs[LETHAL_OBSTACLE] = LETHAL_OBSTACLE
+    return costs
+
+
+def lay_ground(costmap: Costmap, start: Pose2D, parameters: LatticeParameters, check: Callable[[], None]) -> Ground:
+    """Prepare a costmap for driving.
+
+    Parameters
+    ----------
+    costmap : Costmap
+        Only read.
+    start : Pose2D
+        In cells, x along the columns.
+    parameters : LatticeParameters
+    check : callable
+        Called at least every few milliseconds; what it raises ends the work.
+    """
+    resolution = costmap.info.resolution
+    height, width = costmap.info.shape
+    corners = parameters.outline() / resolution
+    table = reweighed(parameters)
+    lethal = np.zeros(256, np.bool_)
+    lethal[LETHAL_OBSTACLE], lethal[NO_INFORMATION] = True, not parameters.allow_unknown
+    costs = np.empty((height, width), np.uint8)
+    sums = np.zeros((height, width + 1) if len(corners) else (0, 0), np.int32)
+    rows = max(1, SLICE_LAID // width)
+    for first in range(0, height, rows):
+        check()
+        band = slice(first, first + rows)
+        np.take(table, costmap.data[band], out=costs[band])
+        if len(corners):
+            np.cumsum(lethal[costmap.data[band]], axis=1, out=sums[band, 1:])
+    return Ground(
+        costs=costs,
+        rates=1.0 - parameters.retrospective_penalty + FACTOR / NEUTRAL * np.arange(256.0),
+        corners=corners,
+        reach=float(np.hypot(corners[:, 0], corners[:, 1]).max(initial=0.0)),
+        sums=sums,
+        outside=parameters.allow_unknown,
+        x=start.x,
+        y=start.y,
+        escape=ESCAPE_DISTANCE / resolution,
+    )

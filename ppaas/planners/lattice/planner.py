@@ -1,0 +1,219 @@
+"""Paths for robots that cannot turn on the spot."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.costmap.costmap import Costmap
+from ppaas.errors import GoalOccupied, NoValidPath, PlanTimeout, StartOccupied
+from ppaas.geometry import Pose2D, Poses, wrap_angle
+from ppaas.maps.grid import GridInfo
+from ppaas.planners.base import Planner, PlanRequest, PlanResult
+from ppaas.planners.ends import Ends, place_ends
+from ppaas.planners.field.cost_field import CostField
+from ppaas.planners.kernels import indexed_heap
+from ppaas.planners.lattice.ground import lay_ground
+from ppaas.planners.lattice.kernels import driving, dubins, hybrid_astar, pose_tree, reeds_shepp, shortcuts, steering
+from ppaas.planners.lattice.kernels.driving import Ground, fits, looks
+from ppaas.planners.lattice.kernels.hybrid_astar import EXHAUSTED, PAUSED
+from ppaas.planners.lattice.kernels.shortcuts import trace
+from ppaas.planners.lattice.parameters import DUBIN, LatticeParameters
+from ppaas.planners.lattice.search import PoseSearch, car_of, motions_of
+from ppaas.planners.lattice.smoothing import smooth
+from ppaas.planners.path import path_cost, path_length
+from ppaas.planners.traits import Traits
+from ppaas.planners.watch import Watch
+
+Floats = NDArray[np.float64]
+
+NONE = 1e-9
+"""A leg that is shorter is none [cells]."""
+
+DOUBTFUL = 5_000
+"""Nodes after which it is also asked from the goal whether there is a way at all: what a hard plan takes."""
+
+
+class Lattice(Planner):
+    """Searches over poses, with arcs and straight pieces, as Nav2's SmacPlannerHybrid does (hybrid A*).
+
+    The path begins exactly at the start and ends exactly at the goal, heading included. It is curved nowhere more
+    sharply than the turning radius allows; where it changes gear, its poses go on looking the way the robot looks.
+    Cells that it crosses are free, and where it crosses from one to another diagonally both beside them are.
+
+    Parameters
+    ----------
+    **parameters
+        The fields of `ppaas.planners.lattice.parameters.LatticeParameters`.
+    """
+
+    name: ClassVar[str] = "lattice"
+    purpose: ClassVar[str] = "Path for a robot that cannot turn on the spot: forward only, or backing up where it must."
+    traits: ClassVar[Traits] = Traits(any_angle=True, kinematic=True)
+
+    def __init__(self, **parameters: Any) -> None:
+        self.parameters = LatticeParameters(**parameters)
+        _load_kernels()
+
+    def plan(self, costmap: Costmap, request: PlanRequest) -> PlanResult:
+        """Find a path.
+
+        Raises
+        ------
+        InvalidInput
+            A pose that is not finite, a negative tolerance or timeout.
+        StartOutsideMap, GoalOutsideMap, StartOccupied, GoalOccupied, NoValidPath, PlanTimeout, PlanCancelled
+        """
+        parameters = self.parameters
+        request = replace(request, timeout=min(request.timeout, parameters.max_planning_time))
+        watch = Watch(request)
+        watch.check()
+        roomy = replace(request, tolerance=max(request.tolerance, parameters.tolerance))
+        ends = place_ends(costmap, roomy, allow_unknown=parameters.allow_unknown, check=watch.check)
+        legs, ground, expanded = self._search(costmap, request, ends, watch.check)
+        points = _points(ground, legs, bool(len(ends.escape)))
+        poses = _poses(costmap, points, request.start, ends.goal_pose)
+        cells = _cells(points, costmap, request.start, ends)
+        return PlanResult(
+            cells=cells,
+            poses=poses,
+            cost=path_cost(costmap, cells),
+            length=path_length(poses),
+            expanded=expanded,
+            seconds=watch.seconds(),
+            planner=self.name,
+        )
+
+    def _search(
+        self, costmap: Costmap, request: PlanRequest, ends: Ends, check: Callable[[], None]
+    ) -> tuple[Floats, Ground, int]:
+        """Return the legs of a path, what they lie on, and how many nodes were worked off for them."""
+        parameters = self.parameters
+        start, goal = _in_cells(costmap, request.start), _in_cells(costmap, ends.goal_pose)
+        ground = lay_ground(costmap, start, parameters, check)
+        _check_outline(ground, start, goal, request.start, ends.goal_pose)
+        field = CostField(
+            Costmap(ground.costs, costmap.info), np.array([ends.goal]), threads=request.threads, check=check
+        )
+        if not field.grow(ends.start):
+            raise NoValidPath(_unconnected(request, ends, parameters))
+        field.grow()
+        values = field.values()
+        leaving = float(values[ends.start]) if len(ends.escape) else math.nan
+        car = car_of(parameters, costmap.info.resolution)
+        motions = motions_of(car, interpolated=parameters.allow_primitive_interpolation)
+        search = PoseSearch(ground, car, values, motions=motions, leaving=leaving, start=start, goal=goal)
+        if not self._found(search, check):
+            raise NoValidPath(_unconnected(request, ends, parameters))
+        legs = search.legs()
+        if parameters.smooth_path:
+            legs = smooth(ground, car, legs, check)
+        return legs, ground, search.expanded
+
+    def _found(self, search: PoseSearch, check: Callable[[], None]) -> bool:
+        """Return whether there is a way: a search from either end that comes to an end without one shows there is none.
+
+        The two take turns, each as far as the other, so it takes no more than twice what the shorter one does.
+
+        Raises
+        ------
+        PlanTimeout
+            No way was known after the most nodes that may be worked off.
+        """
+        most = self.parameters.max_iterations if self.parameters.max_iterations > 0 else 1 << 62
+        allowed = min(DOUBTFUL, most)
+        outcome, backward = search.run(check, allowed), None
+        while outcome == PAUSED and allowed < most:
+            backward = backward or search.from_goal()
+            if not search.has_way and backward.run(check, allowed) == EXHAUSTED:
+                return False
+            allowed = most if search.has_way else min(2 * allowed, most)
+            outcome = search.run(check, allowed)
+        if outcome == PAUSED and not search.has_way:
+            raise PlanTimeout(
+                f"no path after {most} nodes; raise max_iterations, plan to a goal that is nearer, or choose another "
+                "heading there"
+            )
+        return outcome != EXHAUSTED
+
+
+@cache
+def _load_kernels() -> None:
+    """Compile the kernels, or load them, before there is a request: there is a limit to the time a plan takes."""
+    for kernels in (indexed_heap, reeds_shepp, dubins, driving, pose_tree, steering, hybrid_astar, shortcuts):
+        kernels.warm()
+    cell = Costmap(np.zeros((1, 1), np.uint8), GridInfo(1.0, 1, 1))
+    field = CostField(cell, np.zeros((1, 2), np.int64))
+    field.grow((0, 0))
+    field.values()
+
+
+def _in_cells(costmap: Costmap, pose: Pose2D) -> Pose2D:
+    info = costmap.info
+    x, y, theta = info.origin.inverse() @ pose
+    return Pose2D(x / info.resolution, y / info.resolution, theta)
+
+
+def _points(ground: Ground, legs: Floats, leaving: bool) -> Floats:
+    """Return the (n, 3) points along some legs, less than a cell apart, in cells: x, y, theta."""
+    legs = legs[np.abs(legs[:, 4]) > NONE]
+    count = sum(looks(ground, curvature, length) for curvature, length in legs[:, 3:5].tolist())
+    points = np.empty((count, 3))
+    trace(ground, legs, leaving, points)
+    return points
+
+
+def _poses(costmap: Costmap, points: Floats, start: Pose2D, goal: Pose2D) -> Poses:
+    """Return the (n, 7) poses of a path, whose ends are those asked for."""
+    info = costmap.info
+    cosine, sine = math.cos(info.origin.theta), math.sin(info.origin.theta)
+    x, y = points[:, 0] * info.resolution, points[:, 1] * info.resolution
+    flat = np.empty((len(points) + 1, 3))
+    flat[0] = start
+    flat[1:, 0] = info.origin.x + cosine * x - sine * y
+    flat[1:, 1] = info.origin.y + sine * x + cosine * y
+    flat[1:, 2] = points[:, 2] + info.origin.theta
+    flat[-1] = goal
+    poses = np.zeros((len(flat), 7))
+    poses[:, :2] = flat[:, :2]
+    poses[:, 5], poses[:, 6] = np.sin(flat[:, 2] / 2.0), np.cos(flat[:, 2] / 2.0)
+    return poses
+
+
+def _cells(points: Floats, costmap: Costmap, start: Pose2D, ends: Ends) -> NDArray[np.int32]:
+    """Return the (n, 2) cells in which the points lie, each once in a row."""
+    first = costmap.info.to_cells((start.x, start.y))
+    cells = np.vstack((first, np.floor(points[:, 1::-1]))).astype(np.int32)
+    cells[-1] = ends.goal
+    moved = np.any(np.diff(cells, axis=0) != 0, axis=1)
+    return cells[np.concatenate(([True], moved))]
+
+
+def _check_outline(ground: Ground, start: Pose2D, goal: Pose2D, asked: Pose2D, aim: Pose2D) -> None:
+    """Raise if the outline of the robot touches an obstacle at either end."""
+    if not len(ground.corners):
+        return
+    if not fits(ground, start.x, start.y, math.cos(start.theta), math.sin(start.theta)):
+        raise StartOccupied(f"the footprint at {_spot(asked)} touches an obstacle; correct the pose or the footprint")
+    if not fits(ground, goal.x, goal.y, math.cos(goal.theta), math.sin(goal.theta)):
+        raise GoalOccupied(f"the footprint would touch an obstacle at {_spot(aim)}; choose another pose")
+
+
+def _spot(pose: Pose2D) -> str:
+    return f"x={pose.x:.3f} y={pose.y:.3f} yaw={wrap_angle(pose.theta):.3f}"
+
+
+def _unconnected(request: PlanRequest, ends: Ends, parameters: LatticeParameters) -> str:
+    hint = (
+        "; let it back up too (motion_model_for_search: REEDS_SHEPP),"
+        if parameters.motion_model_for_search == DUBIN
+        else ";"
+    )
+    return (
+        f"no free way from {_spot(request.start)} to {_spot(ends.goal_pose)} that a robot with a turning radius of "
+        f"{parameters.minimum_turning_radius} m can drive{hint} clear the costmap, or choose another goal or heading"
+    )

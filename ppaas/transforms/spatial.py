@@ -1,0 +1,125 @@
+"""Rigid transforms in space, and the newest of each frame: for who shows frames, not for who drives by them.
+
+Navigation has ``ppaas.transforms.planar``: planar, and exact about time. Here wheels and cameras may be tilted, and of two
+frames whose transforms were told of at different moments the newest of each is taken.
+"""
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from ppaas.errors import TransformError
+from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
+
+MAX_FRAMES = 1000
+"""Frames of one robot that are kept."""
+
+
+class Rigid(NamedTuple):
+    """A translation [m] and a rotation as a unit quaternion."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    qx: float = 0.0
+    qy: float = 0.0
+    qz: float = 0.0
+    qw: float = 1.0
+
+    @classmethod
+    def of(cls, transform: Transform) -> "Rigid":
+        """Read a message; its rotation need not be normalised.
+
+        Raises
+        ------
+        TransformError
+            Not finite, or the rotation is zero.
+        """
+        t, q = transform.translation, transform.rotation
+        norm = math.hypot(q.x, q.y, q.z, q.w)
+        if not (math.isfinite(norm + t.x + t.y + t.z) and norm > 1e-6):
+            raise TransformError("a transform is not finite, or its rotation is no quaternion")
+        return cls(t.x, t.y, t.z, q.x / norm, q.y / norm, q.z / norm, q.w / norm)
+
+    def to_message(self) -> Transform:
+        """Return ``geometry_msgs/Transform``."""
+        return Transform(Vector3(self.x, self.y, self.z), Quaternion(x=self.qx, y=self.qy, z=self.qz, w=self.qw))
+
+    def __matmul__(self, other: "Rigid") -> "Rigid":
+        """Compose: ``other``, given in this frame, in the frame of this."""
+        ax, ay, az, aw = self[3:]
+        bx, by, bz, bw = other[3:]
+        # Twice the cross product of the rotation's axis with the vector, as v + w·t + axis × t turns v (Rodrigues).
+        tx, ty, tz = (
+            2.0 * (ay * other.z - az * other.y),
+            2.0 * (az * other.x - ax * other.z),
+            2.0 * (ax * other.y - ay * other.x),
+        )
+        return Rigid(
+            self.x + other.x + aw * tx + ay * tz - az * ty,
+            self.y + other.y + aw * ty + az * tx - ax * tz,
+            self.z + other.z + aw * tz + ax * ty - ay * tx,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+            aw * bw - ax * bx - ay * by - az * bz,
+        )
+
+    def inverse(self) -> "Rigid":
+        """Return what undoes this one: ``r @ r.inverse()`` is the identity."""
+        back = Rigid(qx=-self.qx, qy=-self.qy, qz=-self.qz, qw=self.qw)
+        return back @ Rigid(-self.x, -self.y, -self.z)
+
+    def distance_to(self, other: "Rigid") -> float:
+        """Return how far the two origins are apart [m]."""
+        return math.dist(self[:3], other[:3])
+
+    def angle_to(self, other: "Rigid") -> float:
+        """Return the angle of the turn from one to the other, 0 to π [rad]."""
+        turn = self.inverse() @ other
+        return 2.0 * math.atan2(math.hypot(turn.qx, turn.qy, turn.qz), abs(turn.qw))
+
+
+class LatestFrames:
+    """The newest transform of each frame to its parent."""
+
+    def __init__(self) -> None:
+        self._newest: dict[str, TransformStamped] = {}
+
+    def hear(self, transforms: Iterable[TransformStamped]) -> None:
+        """Take note of transforms; they are looked at only when somebody asks. Frames beyond the limit are left out."""
+        newest = self._newest
+        for transform in transforms:
+            child = transform.child_frame_id.lstrip("/")
+            if child in newest or len(newest) < MAX_FRAMES:
+                newest[child] = transform
+
+    def lookup(self, target: str, source: str) -> Rigid:
+        """Return where ``source`` lies in ``target``.
+
+        Raises
+        ------
+        TransformError
+            They are not connected, or what connects them is not finite.
+        """
+        down, up = self._chain(target), self._chain(source)
+        common = next((frame for frame in up if frame in down), None)
+        if common is None:
+            raise TransformError(f"{source!r} and {target!r} are not connected")
+        return self._along(down[: down.index(common)]).inverse() @ self._along(up[: up.index(common)])
+
+    def _chain(self, frame: str) -> list[str]:
+        """Return a frame and all above it, as far as there is no loop."""
+        chain = [frame]
+        while (known := self._newest.get(chain[-1])) is not None:
+            parent = known.header.frame_id.lstrip("/")
+            if parent in chain:
+                break
+            chain.append(parent)
+        return chain
+
+    def _along(self, chain: list[str]) -> Rigid:
+        pose = Rigid()
+        for child in chain:
+            pose = Rigid.of(self._newest[child].transform) @ pose
+        return pose

@@ -1,0 +1,52 @@
+"""``ppaas container``: what runs on the machines."""
+
+import argparse
+import math
+
+from ppaas.errors import InvalidInput
+from robots.cli import event_loop
+from robots.cli.output import show
+from robots.cli.resource import Resource
+from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
+from robots.client.rest_paths import path_of
+
+NAME = "container"
+HELP = "list, show, resize and delete containers"
+
+CONTAINERS = Resource(
+    "containers",
+    ("id", "kind", "user", "robot", "map", "machine", "cores", "state", "pid", "cpu", "pss", "age", "clients"),
+    "no containers: a robot has one while it is connected",
+)
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
+    listing = verbs.add_parser("list", help="list your containers; all of them, if you are an admin")
+    one = verbs.add_parser("show", help="show one container")
+    delete = verbs.add_parser("delete", help="end a container; another takes its place, and the robot drives on")
+    resize = verbs.add_parser("resize", help="give a container more cores or fewer while it runs")
+    add_limit_argument(listing)
+    for verb in (one, resize, delete):
+        verb.add_argument("id")
+    resize.add_argument("cores", type=float, help="its new size")
+    for verb in (listing, one, resize, delete):
+        add_session_arguments(verb)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Carry out the verb."""
+    event_loop.run(_VERBS[arguments.verb](arguments))
+    return 0
+
+
+async def _resize(arguments: argparse.Namespace) -> None:
+    if not math.isfinite(arguments.cores):
+        raise InvalidInput(f"a size is a number of cores, not {arguments.cores}")
+    path = path_of("containers", arguments.id)
+    resized = await logged_in(arguments).patch(path, {"cores": arguments.cores})
+    show(resized, CONTAINERS.columns, as_json=arguments.json)
+
+
+_VERBS = {"list": CONTAINERS.list, "show": CONTAINERS.show, "resize": _resize, "delete": CONTAINERS.delete}

@@ -1,0 +1,101 @@
+"""``ppaas demo``: a cloud and simulated robots on this machine, driven to goals and scored by where they truly are."""
+
+import argparse
+import logging
+import signal
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ppaas.bounded_numbers import whole
+from ppaas.errors import InvalidInput, InvalidParameter
+
+if TYPE_CHECKING:
+    from robots.demo.demonstration import CloudAccess
+
+NAME = "demo"
+HELP = "start a cloud on this machine and drive simulated robots in it"
+
+ADMIN = "admin"
+
+TERMINATED = 128 + signal.SIGTERM
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.add_argument("--robots", type=whole(), default=3, help="simulated robots (%(default)s)")
+    parser.add_argument(
+        "--goals", type=whole(), default=2, help="goals for each robot, one after the other (%(default)s)"
+    )
+    parser.add_argument("--map", type=Path, metavar="FILE.yaml", help="map to drive in (a made-up warehouse)")
+    parser.add_argument("--seed", type=int, default=0, help="the same seed gives the same courses (%(default)s)")
+    parser.add_argument("--planner", default="dijkstra", help="global planner (%(default)s)")
+    parser.add_argument("--controller", default="dwa", help="local planner (%(default)s)")
+    parser.add_argument("--headless", action="store_true", help="show no progress")
+    parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
+    parser.add_argument("--cloud", metavar="URL", help="drive in this cloud, which is up (one is started)")
+    parser.add_argument(
+        "--admin-password-file", type=Path, metavar="FILE", help="password of its user 'admin' (with --cloud)"
+    )
+    parser.add_argument("--keep-going", action="store_true", help="drive on until Ctrl-C; needs a terminal")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the demo; the exit status is 0 only if every goal was reached and nothing was touched."""
+    if arguments.keep_going and not sys.stdout.isatty():
+        raise InvalidParameter("--keep-going ends by Ctrl-C, so it needs a terminal")
+    if arguments.seed < 0:
+        raise InvalidParameter(f"--seed must be 0 or more, not {arguments.seed}")
+    logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(message)s", stream=sys.stderr)
+    if (arguments.cloud is None) != (arguments.admin_password_file is None):
+        raise InvalidParameter("--cloud and --admin-password-file go together")
+    import asyncio  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
+    try:
+        return asyncio.run(_run(arguments))
+    except asyncio.CancelledError:
+        return TERMINATED
+
+
+async def _run(arguments: argparse.Namespace) -> int:
+    import asyncio  # noqa: PLC0415
+
+    from rich.console import Console  # noqa: PLC0415 - a robot's install has neither rich nor the simulation
+
+    from robots.demo.demonstration import DemoOptions, demonstrate  # noqa: PLC0415
+    from robots.demo.progress_view import summary  # noqa: PLC0415
+
+    task = asyncio.current_task()
+    assert task is not None
+    asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
+    # With --json the result alone goes to the standard output; what is for people goes beside it.
+    console = Console(stderr=arguments.json)
+    report = await demonstrate(
+        DemoOptions(
+            robots=arguments.robots,
+            goals=arguments.goals,
+            seed=arguments.seed,
+            map_path=arguments.map,
+            keep_going=arguments.keep_going,
+            console=console if console.is_terminal and not arguments.headless else None,
+            planner=arguments.planner,
+            controller=arguments.controller,
+            cloud=_access(arguments),
+        )
+    )
+    if arguments.json:
+        sys.stdout.write(report.to_json() + "\n")
+    else:
+        summary(report, console)
+    return 0 if report.passed else 1
+
+
+def _access(arguments: argparse.Namespace) -> "CloudAccess | None":
+    from robots.demo.demonstration import CloudAccess  # noqa: PLC0415
+
+    if arguments.cloud is None:
+        return None
+    try:
+        return CloudAccess(arguments.cloud, ADMIN, arguments.admin_password_file.read_text().strip())
+    except OSError as error:
+        raise InvalidInput(f"the password file cannot be read: {error}") from error

@@ -1,0 +1,163 @@
+"""``ppaas map``: publish, list, show, change, compare, roll back, fetch and delete maps."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ppaas.errors import InvalidInput
+from robots.cli import event_loop
+from robots.cli.output import show
+from robots.cli.resource import Resource
+from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
+from robots.cli.verbs.map_versions import diff, list_versions, roll_back, whole_version
+from robots.client.rest_paths import path_of
+
+if TYPE_CHECKING:
+    from robots.client.rest import RestClient
+
+NAME = "map"
+HELP = "publish, list, show, change, compare, roll back, fetch and delete maps"
+
+MAPS = Resource(
+    "maps",
+    ("id", "owner", "version", "width", "height", "resolution", "origin", "readers", "description"),
+    "no maps that you may use: ppaas map publish FILE.yaml",
+    list_columns=("id", "owner", "version", "created", "readers", "description"),
+)
+OCTREES = (".bt", ".ot")
+FULL_OCTREE = b"# Octomap OcTree file"
+"""How a full octree begins; a binary one begins otherwise."""
+NOBODY = "-"
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
+    publish = verbs.add_parser("publish", help="publish a map, or its new version")
+    publish.add_argument(
+        "file", type=Path, help="YAML of map_server, by which the image is found; or an octomap (.bt, .ot)"
+    )
+    publish.add_argument("--octomap", type=Path, metavar="FILE", help="of OctoMap, beside the image")
+    publish.add_argument("--id", help="of the map (the name of the file)")
+    publish.add_argument("--if-match", metavar="VERSION", help="only if this is the present version")
+    publish.add_argument(
+        "--rules", choices=("map_server", "nav2"), help="what is free (as the file says, or map_server)"
+    )
+    listing = verbs.add_parser("list", help="list the maps that you may use")
+    one = verbs.add_parser("show", help="show one map")
+    change = verbs.add_parser("change", help="change who may use a map, or what is said of it")
+    versions = verbs.add_parser("versions", help="list the versions that a map had: who published them, when and why")
+    diff = verbs.add_parser("diff", help="tell what changed from one version to another")
+    roll_back = verbs.add_parser("roll-back", help="make a version that a map had the present one again")
+    fetch = verbs.add_parser("fetch", help="fetch the files of a map")
+    delete = verbs.add_parser("delete", help="delete a map with all its versions")
+    for verb in (one, change, versions, diff, roll_back, fetch, delete):
+        verb.add_argument("id")
+    diff.add_argument("old", metavar="A", help="a version, or how it begins")
+    diff.add_argument("new", metavar="B", nargs="?", help="another (the present one)")
+    diff.add_argument("--plot", type=Path, metavar="FILE.png", help="draw it")
+    roll_back.add_argument("version", help="or how it begins")
+    for verb in (publish, roll_back):
+        verb.add_argument("--message", help="why")
+    for verb in (publish, change):
+        verb.add_argument("--reader", action="append", help=f"who else may use it; * is everybody, {NOBODY} nobody")
+        verb.add_argument("--description", help="what it shows")
+    for verb in (one, fetch):
+        verb.add_argument("--version", help="another than the present one, or how it begins")
+    fetch.add_argument("--to", type=Path, default=Path(), metavar="FOLDER", help="where to put them (here)")
+    for verb in (listing, versions):
+        add_limit_argument(verb)
+    for verb in (publish, listing, one, change, versions, diff, roll_back, fetch, delete):
+        add_session_arguments(verb)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Carry out the verb."""
+    event_loop.run(_VERBS[arguments.verb](arguments))
+    return 0
+
+
+async def _publish(arguments: argparse.Namespace) -> None:
+    from robots.client.map_files import find_map_files  # noqa: PLC0415 - reading YAML takes more than the base install
+
+    client, file = logged_in(arguments), arguments.file
+    map_id = arguments.id or file.stem
+    alone = file.suffix in OCTREES
+    yaml, image = (None, None) if alone else find_map_files(file)
+    readers = tuple("" if name == NOBODY else name for name in arguments.reader or ())
+    said = {"description": arguments.description, "rules": arguments.rules, "message": arguments.message}
+    octomap = file if alone else arguments.octomap
+    expected = await whole_version(client, map_id, arguments.if_match)
+    answer = await client.upload_map(map_id, yaml, image, readers, octomap=octomap, if_match=expected, **said)
+    show(answer, MAPS.columns, as_json=arguments.json)
+
+
+async def _show(arguments: argparse.Namespace) -> None:
+    path = path_of("maps", arguments.id, *await _version(arguments))
+    show(await logged_in(arguments).get(path), MAPS.columns, as_json=arguments.json)
+
+
+async def _change(arguments: argparse.Namespace) -> None:
+    change: dict[str, Any] = {}
+    if arguments.reader is not None:
+        change["readers"] = [name for name in arguments.reader if name != NOBODY]
+    if arguments.description is not None:
+        change["description"] = arguments.description
+    if not change:
+        raise InvalidInput("nothing to change: give --reader or --description")
+    changed = await logged_in(arguments).patch(path_of("maps", arguments.id), change)
+    show(changed, MAPS.list_columns, as_json=arguments.json)
+
+
+async def _fetch(arguments: argparse.Namespace) -> None:
+    client, version = logged_in(arguments), await _version(arguments)
+    path = ("maps", arguments.id, *version)
+    parts = (await client.get(path_of(*path)))["parts"]
+    written = await _fetch_grid(client, arguments, path) if "yaml" in parts else []
+    if "octomap" in parts:
+        written.append(await _fetch_octomap(client, arguments, path))
+    if arguments.json:
+        show([str(file) for file in written], (), as_json=True)
+    else:
+        sys.stdout.writelines(f"{file}\n" for file in written)
+
+
+async def _fetch_grid(client: "RestClient", arguments: argparse.Namespace, path: tuple[str, ...]) -> list[Path]:
+    from robots.client.map_files import beside  # noqa: PLC0415 - reading YAML takes more than the base install
+
+    yaml, image = beside(arguments.to, arguments.id, await client.fetch(path_of(*path, "yaml")))
+    await client.fetch_to(path_of(*path, "yaml"), yaml)
+    await client.fetch_to(path_of(*path, "image"), image)
+    return [yaml, image]
+
+
+async def _fetch_octomap(client: "RestClient", arguments: argparse.Namespace, path: tuple[str, ...]) -> Path:
+    file: Path = arguments.to / f"{arguments.id}.bt"
+    await client.fetch_to(path_of(*path, "octomap"), file)
+    return _rightly_named(file)
+
+
+def _rightly_named(octree: Path) -> Path:
+    """Call an octree .ot if it is a full one."""
+    with octree.open("rb") as file:
+        full = file.readline().rstrip() == FULL_OCTREE
+    return octree.replace(octree.with_suffix(".ot")) if full else octree
+
+
+async def _version(arguments: argparse.Namespace) -> tuple[str, ...]:
+    version = await whole_version(logged_in(arguments), arguments.id, arguments.version)
+    return () if version is None else ("versions", version)
+
+
+_VERBS = {
+    "publish": _publish,
+    "list": MAPS.list,
+    "show": _show,
+    "change": _change,
+    "versions": list_versions,
+    "diff": diff,
+    "roll-back": roll_back,
+    "fetch": _fetch,
+    "delete": MAPS.delete,
+}

@@ -1,0 +1,88 @@
+"""``ppaas planner``: the planners there are, what they are for and what can be set."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from robots.cli import event_loop
+from robots.cli.output import show
+from robots.cli.resource import Resource
+from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
+from robots.client.rest_paths import path_of
+
+NAME = "planner"
+HELP = "list and show the planners there are, and how they did on a map"
+
+PLANNERS = Resource(
+    "planners",
+    ("name", "aliases", "optimal", "weighted", "any_angle", "kinematic", "indexed", "incremental", "purpose"),
+    "no planner is installed",
+    list_columns=("name", "optimal", "purpose"),
+)
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
+    listing = verbs.add_parser("list", help="list the planners")
+    one = verbs.add_parser("show", help="show one planner")
+    _configure_evaluate(verbs.add_parser("evaluate", help="tell how planners did on a map of the cloud"))
+    add_limit_argument(listing)
+    one.add_argument("id", metavar="NAME", help="its own name")
+    for verb in (listing, one):
+        verb.add_argument("--here", action="store_true", help="those installed here, instead of the cloud's")
+        add_session_arguments(verb)
+
+
+def _configure_evaluate(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("map", help="id of the map")
+    parser.add_argument("--version", metavar="SHA", help="only requests on this version of it")
+    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the times over the distance")
+    add_session_arguments(parser)
+    parser.set_defaults(here=False)
+
+
+async def _evaluate(arguments: argparse.Namespace) -> None:
+    if arguments.plot is not None:
+        from robots.pictures.path import check_picture  # noqa: PLC0415
+
+        check_picture(arguments.plot)
+    query = f"?version={quote(arguments.version, safe='')}" if arguments.version else ""
+    found = await logged_in(arguments).get(path_of("maps", arguments.map, "evaluation") + query)
+    if arguments.plot is not None:
+        from robots.pictures.planner_evaluation import write_evaluation  # noqa: PLC0415
+
+        write_evaluation(arguments.plot, found)
+    show(
+        found if arguments.json else found["planners"],
+        EVALUATED,
+        as_json=arguments.json,
+        if_none="no path was asked for on this map",
+    )
+
+
+EVALUATED = (
+    "planner", "queries", "success", "over_cheapest", "typical_seconds", "seconds",
+    "computed", "reused", "stitched", "reuse_rate",
+)  # fmt: skip
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Carry out the verb."""
+    if arguments.here:
+        _show_here(arguments)
+    else:
+        event_loop.run(_VERBS[arguments.verb](arguments))
+    return 0
+
+
+def _show_here(arguments: argparse.Namespace) -> None:
+    from ppaas.planners.catalogue import catalogue, entry, told  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
+    found: Any = told(entry(arguments.id)) if arguments.verb == "show" else catalogue()[: arguments.limit]
+    show(found, PLANNERS.columns if arguments.verb == "show" else PLANNERS.list_columns, as_json=arguments.json)
+
+
+_VERBS = {"list": PLANNERS.list, "show": PLANNERS.show, "evaluate": _evaluate}
+"""What is asked of the cloud."""

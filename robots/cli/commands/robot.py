@@ -1,0 +1,119 @@
+"""``ppaas robot``: tell of robots and their URDF, list, show, change and delete them."""
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from ppaas.errors import InvalidInput
+from robots.cli import event_loop
+from robots.cli.output import show
+from robots.cli.resource import Resource
+from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
+from robots.cli.verbs import robot_nodes, robot_urdf
+from robots.client.rest_paths import path_of
+
+NAME = "robot"
+HELP = "put, list, show, change and delete robots"
+
+ROBOTS = Resource(
+    "robots",
+    ("id", "map", "model", "initial_pose", "cores", "base_global_planner", "base_local_planner"),
+    "no robots: ppaas robot put ID FILE.json",
+)
+CHANGE_HELP = "cores=0.5, map=office, initial_pose=[1,2,0], parameters.amcl.max_particles=800; null is the default"
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
+    put = verbs.add_parser("put", help="tell of a robot, or put another file in place of its own")
+    listing = verbs.add_parser("list", help="list your robots")
+    one = verbs.add_parser("show", help="show one robot")
+    change = verbs.add_parser("change", help="change some of a robot's file")
+    delete = verbs.add_parser("delete", help="delete a robot")
+    robot_nodes.configure(verbs.add_parser("nodes", help="show where the nodes of a robot run, or have one run"))
+    robot_urdf.configure(verbs.add_parser("urdf", help="put, get and delete the URDF of a robot"))
+    for verb in (put, one, change, delete):
+        verb.add_argument("id")
+    put.add_argument("file", type=Path, help="the robot file")
+    put.add_argument("--urdf", type=Path, metavar="FILE", help="give it this URDF too")
+    change.add_argument("changes", nargs="+", metavar="NAME=VALUE", help=CHANGE_HELP)
+    add_limit_argument(listing)
+    for verb in (put, listing, one, change, delete):
+        add_session_arguments(verb)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Carry out the verb."""
+    event_loop.run(_VERBS[arguments.verb](arguments))
+    return 0
+
+
+async def _put(arguments: argparse.Namespace) -> None:
+    from robots.client.robot_file import load_robot_file  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
+    client = logged_in(arguments)
+    urdf = None if arguments.urdf is None else robot_urdf.read_urdf(arguments.urdf)
+    await client.put_robot(arguments.id, load_robot_file(arguments.file))
+    if urdf is not None:
+        await client.put_urdf(arguments.id, urdf)
+    await _show(arguments)
+
+
+async def _show(arguments: argparse.Namespace) -> None:
+    one = await logged_in(arguments).get(path_of("robots", arguments.id))
+    show(one, ROBOTS.columns, as_json=arguments.json)
+    if one.get("urdf") is not None and not arguments.json:
+        robot_urdf.show_told(one["urdf"], as_json=False)
+
+
+async def _change(arguments: argparse.Namespace) -> None:
+    change = merge_patch(arguments.changes)
+    changed = await logged_in(arguments).patch(path_of("robots", arguments.id), change)
+    show(changed, ROBOTS.columns, as_json=arguments.json)
+
+
+def merge_patch(changes: list[str]) -> dict[str, Any]:
+    """Return the JSON merge patch (RFC 7396) of ``NAME=VALUE`` texts; dots in a name lead into objects.
+
+    A value is JSON, or if it is none, text.
+
+    Raises
+    ------
+    InvalidInput
+        A text that has no name, or names what another has given a value already; a number that is not finite.
+    """
+    patch: dict[str, Any] = {}
+    for text in changes:
+        name, equals, value = text.partition("=")
+        *way, last = name.split(".")
+        inner: Any = patch
+        for step in way:
+            inner = inner.setdefault(step, {}) if isinstance(inner, dict) else None
+        if not equals or "" in (*way, last) or not isinstance(inner, dict) or last in inner:
+            raise InvalidInput(f"{text!a}: write NAME=VALUE, as cores=0.5, and each name once")
+        inner[last] = _value(value)
+    try:
+        json.dumps(patch, allow_nan=False)
+    except ValueError as error:  # they would go as null, which is something else
+        raise InvalidInput("a number must be finite") from error
+    return patch
+
+
+def _value(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return text
+
+
+_VERBS = {
+    "put": _put,
+    "list": ROBOTS.list,
+    "show": _show,
+    "change": _change,
+    "delete": ROBOTS.delete,
+    "nodes": robot_nodes.run,
+    "urdf": robot_urdf.run,
+}

@@ -1,0 +1,66 @@
+"""``ppaas simulate ROBOT.json``: one simulated robot that connects to a running cloud."""
+
+import argparse
+import logging
+import sys
+from pathlib import Path
+
+from robots.cli import event_loop
+from robots.cli.session import add_cloud_arguments, logged_in, token_of
+
+logger = logging.getLogger(__name__)
+
+NAME = "simulate"
+HELP = "run one simulated robot against a cloud that is up"
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.add_argument("robot", type=Path, metavar="ROBOT.json", help="the robot file")
+    parser.add_argument("--map", type=Path, required=True, metavar="FILE.yaml", help="the map that it really stands in")
+    parser.add_argument("--id", help="the robot's id (the name of the robot file)")
+    add_cloud_arguments(parser)
+    parser.add_argument("--drift", type=float, default=1.0, help="factor on the odometry's errors (%(default)s)")
+    parser.add_argument(
+        "--local-nodes",
+        metavar="auto|NODE,...",
+        help="run nodes of its clone on this computer: those that do best here, or amcl, move_base, waypoint_follower",
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the sensors' noise (%(default)s)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Drive until interrupted; return the exit status."""
+    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(message)s", stream=sys.stderr)
+    event_loop.run(_run(arguments))
+    return 0
+
+
+async def _run(arguments: argparse.Namespace) -> None:
+    # A robot's install has no simulation, and ``ppaas --help``, which loads this module, is quick and works there too.
+    import asyncio  # noqa: PLC0415
+
+    from robots.client.map_files import read_map_file  # noqa: PLC0415
+    from robots.client.robot_client import RobotClient  # noqa: PLC0415
+    from robots.client.robot_file import load_robot_file  # noqa: PLC0415
+    from robots.onboard.computer import this_computer  # noqa: PLC0415
+    from robots.onboard.local_nodes import run_local_nodes, wanted_homes  # noqa: PLC0415
+    from robots.onboard.task_group import together  # noqa: PLC0415
+    from robots.sim.driver import Driver  # noqa: PLC0415
+    from robots.sim.odometry import OdometryModel  # noqa: PLC0415
+    from robots.sim.robot import RobotModel  # noqa: PLC0415
+    from robots.sim.simulator import Simulator  # noqa: PLC0415
+    from robots.sim.world import World  # noqa: PLC0415
+
+    wanted = wanted_homes(arguments.local_nodes) if arguments.local_nodes is not None else {}
+    robot_file = load_robot_file(arguments.robot)
+    robot_id = arguments.id or arguments.robot.stem
+    world = World(read_map_file(arguments.map), arguments.seed)
+    robot = world.add_robot(robot_file.pose, RobotModel(odometry=OdometryModel(drift=arguments.drift)))
+    await logged_in(arguments).put_robot(robot_id, robot_file)
+    async with RobotClient(arguments.url, robot=robot_id, token=token_of(arguments)) as client:
+        logger.info("robot %s is connected to %s; Ctrl-C ends it", robot_id, arguments.url)
+        running = [Simulator(world).run(), Driver(robot, client).run()]
+        if wanted:
+            running.append(run_local_nodes(client, await asyncio.to_thread(this_computer), wanted, logger.info))
+        await together(*running)

@@ -1,0 +1,80 @@
+"""``ppaas top``: the machines and containers as they are now, again and again."""
+
+import argparse
+import contextlib
+import json
+import sys
+from collections.abc import AsyncIterator, Callable
+from typing import TYPE_CHECKING, Any
+
+from ppaas.clock import epoch
+from ppaas.errors import NotPermitted
+from robots.cli import event_loop
+from robots.cli.session import add_session_arguments, logged_in
+from robots.cli.verbs.top_view import SORT_KEYS, as_text, render
+from robots.client.rest_paths import path_of
+
+if TYPE_CHECKING:
+    from robots.client.rest import RestClient
+
+NAME = "top"
+HELP = "watch the machines and containers, and what they use"
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.add_argument("--once", action="store_true", help="show them once, and end")
+    parser.add_argument("--interval", type=_seconds, default=1.0, metavar="SECONDS", help="between looks (%(default)s)")
+    parser.add_argument("--sort", choices=SORT_KEYS, default="cpu", help="first what has most of it (%(default)s)")
+    add_session_arguments(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Show until Ctrl-C; a terminal is drawn over, all else gets one text, or one line of JSON, after the other."""
+    client = logged_in(arguments)
+    if arguments.json:
+        event_loop.run(_print(client, arguments, json.dumps))
+    elif arguments.once or not sys.stdout.isatty():
+        event_loop.run(_print(client, arguments, lambda seen: as_text(seen, arguments.sort)))
+    else:
+        event_loop.run(_draw(client, arguments))
+    return 0
+
+
+async def _print(client: "RestClient", arguments: argparse.Namespace, say: Callable[[Any], str]) -> None:
+    async for seen in _looks(client, arguments):
+        sys.stdout.write(say(seen) + "\n")
+        sys.stdout.flush()
+
+
+async def _draw(client: "RestClient", arguments: argparse.Namespace) -> None:
+    from rich.live import Live  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
+    with Live(screen=True, auto_refresh=False) as live:
+        async for seen in _looks(client, arguments):
+            live.update(render(seen, arguments.sort), refresh=True)
+
+
+async def _looks(client: "RestClient", arguments: argparse.Namespace) -> AsyncIterator[dict[str, Any]]:
+    from asyncio import sleep  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
+    while True:
+        yield await look(client)
+        if arguments.once:
+            return
+        await sleep(arguments.interval)
+
+
+async def look(client: "RestClient") -> dict[str, Any]:
+    """Return what is to be seen now: ``time``, ``machines`` (None to who is no administrator) and ``containers``."""
+    machines = None
+    with contextlib.suppress(NotPermitted):
+        machines = await client.items(path_of("machines"))
+    return {"time": epoch(), "machines": machines, "containers": await client.items(path_of("containers"))}
+
+
+def _seconds(text: str) -> float:
+    seconds = float(text)
+    if not 0.1 <= seconds <= 3600.0:
+        raise argparse.ArgumentTypeError(f"give from 0.1 to 3600 seconds, not {text}")
+    return seconds

@@ -1,0 +1,92 @@
+"""``ppaas user``: who may use the cloud."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ppaas.errors import InvalidInput
+from robots.cli import event_loop
+from robots.cli.output import show
+from robots.cli.password import add_password_argument, read_password
+from robots.cli.resource import Resource
+from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
+from robots.cli.verbs.user_limits import add_limit_options, limit, show_user
+from robots.client.rest_paths import path_of
+
+if TYPE_CHECKING:
+    from robots.client.rest import RestClient
+
+NAME = "user"
+HELP = "create, list, show, change, limit and delete users; change your password"
+
+USERS = Resource("users", ("id", "role"), "no users")
+ROLES = ("user", "admin")
+ME = "me"
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
+    create = verbs.add_parser("create", help="create a user (admin)")
+    listing = verbs.add_parser("list", help="list all users (admin)")
+    one = verbs.add_parser("show", help="show a user, or whose token you have, and what of the quotas is used")
+    change = verbs.add_parser("change", help="change a password, or a role (admin)")
+    limits = verbs.add_parser("limit", help="change what a user may have (admin)")
+    delete = verbs.add_parser("delete", help="delete a user with tokens and robots (admin)")
+    for verb in (create, limits, delete):
+        verb.add_argument("id")
+    add_limit_options(limits)
+    for verb in (one, change):
+        verb.add_argument("id", nargs="?", default=ME, help="(you)")
+    add_password_argument(create)
+    create.add_argument("--role", default="user", choices=ROLES, help="(%(default)s)")
+    add_limit_argument(listing)
+    change.add_argument("--role", choices=ROLES)
+    change.add_argument("--password", action="store_true", help="you are asked for it; and for the old one, if yours")
+    add_password_argument(change)
+    change.add_argument("--old-password-file", type=Path, help="file with the password that you have now")
+    for verb in (create, listing, one, change, limits, delete):
+        add_session_arguments(verb)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Carry out the verb."""
+    event_loop.run(_VERBS[arguments.verb](arguments))
+    return 0
+
+
+async def _create(arguments: argparse.Namespace) -> None:
+    client = logged_in(arguments)
+    password = read_password(arguments.id, arguments.password_file)
+    user = await client.post(path_of("users"), {"id": arguments.id, "password": password, "role": arguments.role})
+    show(user, USERS.columns, as_json=arguments.json)
+
+
+async def _change(arguments: argparse.Namespace) -> None:
+    wants_password = arguments.password or arguments.password_file is not None
+    if not wants_password and arguments.role is None:
+        raise InvalidInput("nothing to change: give --password or --role")
+    client = logged_in(arguments)
+    change: dict[str, Any] = {} if arguments.role is None else {"role": arguments.role}
+    if wants_password:
+        change |= await _passwords(client, arguments)
+    show(await client.patch(path_of("users", arguments.id), change), USERS.columns, as_json=arguments.json)
+
+
+async def _passwords(client: "RestClient", arguments: argparse.Namespace) -> dict[str, str]:
+    """Ask for the new password of a user, and before it for the old one of who changes the own."""
+    me = (await client.get(path_of("users", ME)))["id"]
+    if arguments.id not in (ME, me):
+        return {"password": read_password(arguments.id, arguments.password_file)}
+    old = read_password(f"{me}, as it is", arguments.old_password_file)
+    return {"old_password": old, "password": read_password(f"{me}, the new one", arguments.password_file)}
+
+
+_VERBS = {
+    "create": _create,
+    "list": USERS.list,
+    "show": show_user,
+    "change": _change,
+    "limit": limit,
+    "delete": USERS.delete,
+}

@@ -1,0 +1,89 @@
+"""Verbs of ``ppaas map`` that look back: its versions, what differs between two, and back to one of them."""
+
+import argparse
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ppaas.errors import NotFound
+from robots.cli.output import SHORT_HASH, show
+from robots.cli.session import logged_in
+from robots.client.rest_paths import path_of
+
+if TYPE_CHECKING:
+    from robots.client.rest import RestClient
+
+WHOLE = 64
+"""Characters of a version; fewer name it too, where they begin no other."""
+
+VERSIONS = ("version", "created", "author", "message", "restored", "parts", "present")
+DIFFERENCE = ("old", "new", "changed", "rectangle", "corners", "aligned", "octomap")
+ROLLED_BACK = ("id", "owner", "version", "created", "author", "message", "restored")
+
+
+async def list_versions(arguments: argparse.Namespace) -> None:
+    """List what was published as a map, who did, when and why."""
+    found = await logged_in(arguments).items(path_of("maps", arguments.id, "versions"), arguments.limit)
+    show(found, VERSIONS, as_json=arguments.json)
+
+
+async def diff(arguments: argparse.Namespace) -> None:
+    """Tell what changed from one version to another, and draw it."""
+    client = logged_in(arguments)
+    old = await whole_version(client, arguments.id, arguments.old)
+    new = await whole_version(client, arguments.id, arguments.new)
+    if new is None:
+        new = (await client.get(path_of("maps", arguments.id)))["version"]
+    found = await client.get(f"{path_of('maps', arguments.id, 'difference')}?old={old}&new={new}")
+    if arguments.plot is not None:
+        await _draw(client, arguments.id, found, arguments.plot)
+    show(found if arguments.json else _for_people(found), DIFFERENCE, as_json=arguments.json)
+
+
+async def roll_back(arguments: argparse.Namespace) -> None:
+    """Make a version the present one again."""
+    client = logged_in(arguments)
+    version = await whole_version(client, arguments.id, arguments.version)
+    said = await client.roll_back_map(arguments.id, version or "", arguments.message or "")
+    show(said, ROLLED_BACK, as_json=arguments.json)
+
+
+async def whole_version(client: "RestClient", map_id: str, begin: str | None) -> str | None:
+    """Return the version that begins so, as a table shows it; None stays.
+
+    Raises
+    ------
+    NotFound
+        None does, or several do.
+    """
+    if begin is None or len(begin) >= WHOLE:
+        return begin
+    listed: set[str] = {one["version"] for one in await client.items(path_of("maps", map_id, "versions"))}
+    found = [version for version in listed if version.startswith(begin)]
+    if len(found) != 1:
+        raise NotFound(f"version of map {map_id!r}:", begin, sorted(version[:SHORT_HASH] for version in listed))
+    return found[0]
+
+
+def _for_people(found: dict[str, Any]) -> dict[str, Any]:
+    cells, corners = found["rectangle"], found["corners"]
+    shown = {side: found[side][:SHORT_HASH] for side in ("old", "new")}
+    if cells is not None:
+        shown["rectangle"] = f"{cells['width']}×{cells['height']} at ({cells['column']}, {cells['row']})"
+        shown["corners"] = " ".join(f"({x:.2f}, {y:.2f})" for x, y in corners) + " m"
+    return found | shown
+
+
+async def _draw(client: "RestClient", map_id: str, found: dict[str, Any], picture: Path) -> None:
+    from robots.pictures.map_change import write_change  # noqa: PLC0415 - pictures and maps take more than the base install
+    from robots.pictures.path import check_picture  # noqa: PLC0415
+
+    check_picture(picture)
+    with tempfile.TemporaryDirectory(prefix="ppaas-diff-") as folder:
+        sides = []
+        for side in ("old", "new"):
+            image = Path(folder) / side
+            path = ("maps", map_id, "versions", found[side])
+            await client.fetch_to(path_of(*path, "image"), image)
+            sides.append((await client.fetch(path_of(*path, "yaml")), image))
+        write_change(picture, *sides)

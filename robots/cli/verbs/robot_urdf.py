@@ -1,0 +1,67 @@
+"""``ppaas robot urdf``: give a robot its URDF, fetch it, delete it; and how what it tells is shown."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from ppaas.errors import InvalidInput
+from robots.cli.output import printable, show
+from robots.cli.session import add_session_arguments, logged_in
+from robots.client.rest_paths import path_of
+
+TOLD = (
+    "base_frame", "circumscribed_radius", "inscribed_radius", "height", "max_vel_x", "max_vel_theta", "sensors",
+)  # fmt: skip
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the verbs of the verb."""
+    verbs = parser.add_subparsers(dest="urdf_verb", required=True, metavar="VERB")
+    put = verbs.add_parser("put", help="give a robot its URDF, and show what it tells")
+    get = verbs.add_parser("get", help="print the URDF of a robot")
+    delete = verbs.add_parser("delete", help="delete the URDF of a robot")
+    for verb in (put, get, delete):
+        verb.add_argument("id", help="of the robot")
+        add_session_arguments(verb)
+    put.add_argument("file", type=Path, help="the URDF, as xacro gives it")
+
+
+async def run(arguments: argparse.Namespace) -> None:
+    """Carry out the verb."""
+    await _VERBS[arguments.urdf_verb](arguments)
+
+
+async def _put(arguments: argparse.Namespace) -> None:
+    told = await logged_in(arguments).put_urdf(arguments.id, read_urdf(arguments.file))
+    show_told(told, as_json=arguments.json)
+
+
+async def _get(arguments: argparse.Namespace) -> None:
+    urdf = await logged_in(arguments).fetch(path_of("robots", arguments.id, "urdf"))
+    sys.stdout.buffer.write(urdf)
+
+
+async def _delete(arguments: argparse.Namespace) -> None:
+    await logged_in(arguments).delete(path_of("robots", arguments.id, "urdf"))
+
+
+def read_urdf(path: Path) -> bytes:
+    """Return the bytes of a file; ``InvalidInput`` if it cannot be read."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InvalidInput(f"cannot read the URDF: {error}") from error
+
+
+def show_told(told: dict[str, Any], *, as_json: bool) -> None:
+    """Print what a URDF tells of a robot: for people in a line, and below it what it does not tell."""
+    if as_json:
+        show(told, TOLD, as_json=True)
+        return
+    sensors = [f"{sensor['link']} ({sensor['kind']})" for sensor in told["sensors"]]
+    show(told | {"sensors": sensors}, TOLD, as_json=False)
+    sys.stdout.writelines(f"warning: {printable(warning)}\n" for warning in told["warnings"])
+
+
+_VERBS = {"put": _put, "get": _get, "delete": _delete}

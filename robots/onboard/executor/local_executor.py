@@ -1,0 +1,208 @@
+"""The robot's home of nodes: a process of its own, so that a node that plans or falls holds up nothing else.
+
+It reads what it is told from its standard input, and writes what its nodes say to its standard output. It ends when
+the one that started it closes either, or is gone.
+"""
+
+import asyncio
+import logging
+import os
+import sys
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import TypeVar
+
+import msgspec
+
+from ppaas.clone.assembly import build_clone
+from ppaas.clone.robot_body import robot_body
+from ppaas.costmap.build_layers import build_layers
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.errors import PPaaSError
+from ppaas.geometry import Pose2D
+from ppaas.maps.occupancy import from_message
+from ppaas.messages import decode, encode, type_name
+from ppaas.messages.message import Message
+from ppaas.messages.nav_msgs import OccupancyGrid
+from ppaas.nodes.base import Checkpoint, Payload
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.jobs import Work
+from ppaas.nodes.map_server.node import KEEPOUT_MASK, SPEED_MASK
+from robots.onboard.executor import protocol
+from robots.onboard.executor.warm_up import warm_up
+
+logger = logging.getLogger(__name__)
+
+T = TypeVar("T")
+
+
+class LocalHome:
+    """Runs nodes of a clone on an event loop, and their jobs in a thread.
+
+    Parameters
+    ----------
+    write : callable
+        Takes each frame for the one that started this.
+    """
+
+    def __init__(self, write: Callable[[protocol.FromHome], None]) -> None:
+        self._write = write
+        self._loop = asyncio.get_running_loop()
+        self._executor = ThreadPoolExecutor(1, "job")
+        self._alarm: asyncio.TimerHandle | None = None
+        self._config: protocol.CloneConfig | None = None
+        self._layers: MapLayers | None = None
+        self.graph = Graph(self._work)
+        self.graph.overhear(self._said)
+
+    # -- what it is told -----------------------------------------------------------------------------------------------
+
+    def take(self, frame: protocol.ToHome) -> None:
+        """Do what a frame says; what cannot be done is told."""
+        try:
+            self._take(frame)
+        except (PPaaSError, msgspec.MsgspecError, ValueError) as error:
+            if isinstance(frame, protocol.Tell):
+                logger.warning("%s was not taken: %s", frame.topic, error)
+            else:
+                self._write(protocol.Failed(getattr(error, "slug", PPaaSError.slug), str(error)))
+        self._attend()
+
+    def _take(self, frame: protocol.ToHome) -> None:
+        match frame:
+            case protocol.Begin():
+                self._begin(frame)
+            case protocol.Add():
+                self._write(self._add(frame))
+            case protocol.Remove():
+                self._write(protocol.Removed(frame.node, (self.graph.remove(frame.node) or b"").decode()))
+            case protocol.Tell() if frame.topic in self.graph.topics:
+                self._tell(frame)
+            case protocol.AskStates():
+                self._write(protocol.States(self._states()))
+            case protocol.Call():
+                self._call(frame)
+
+    def _tell(self, frame: protocol.Tell) -> None:
+        message = decode(self.graph.topic(frame.topic).type, frame.payload)
+        if frame.node:
+            self.graph.tell(frame.node, frame.topic, message)
+        else:
+            self.graph.inject(frame.topic, message)
+
+    def _call(self, frame: protocol.Call) -> None:
+        def reply(result: Payload | PPaaSError) -> None:
+            if isinstance(result, PPaaSError):
+                self._write(protocol.Replied(frame.call, slug=result.slug, text=str(result)))
+            else:
+                self._write(protocol.Replied(frame.call, msgspec.Raw(encode(_message(result)))))
+
+        try:
+            request = decode(self.graph.service(frame.service).type.request, frame.request)
+            self.graph.call(frame.service, request, reply)
+        except PPaaSError as error:
+            reply(error)
+        except Exception as error:  # who asks must not end what drives
+            logger.exception("a call of %s broke a node", frame.service)
+            reply(PPaaSError(f"internal error: {type(error).__name__}"))
+
+    def _begin(self, frame: protocol.Begin) -> None:
+        grid = from_message(decode(OccupancyGrid, frame.map))
+        masks = {name: from_message(decode(OccupancyGrid, mask)) for name, mask in frame.masks.items()}
+        body = robot_body(frame.config.model, frame.config.urdf, frame.config.parameters)
+        self._config = frame.config
+        self._layers = build_layers(
+            grid, robot_radius=body.robot_radius, keepout=masks.get(KEEPOUT_MASK), speed=masks.get(SPEED_MASK)
+        )
+        warm_up(self._build, Pose2D(*frame.config.initial_pose))
+        self._write(protocol.Ready())
+
+    def _build(self, graph: Graph, node: str | None = None) -> None:
+        if self._config is None or self._layers is None:
+            raise PPaaSError("there is no map yet")
+        config = self._config
+        build_clone(
+            graph,
+            self._layers,
+            model=config.model,
+            urdf=config.urdf,
+            initial_pose=config.initial_pose,
+            base_global_planner=config.base_global_planner,
+            base_local_planner=config.base_local_planner,
+            parameters=config.parameters,
+            only=None if node is None else (node,),
+        )
+
+    def _add(self, frame: protocol.Add) -> protocol.Added:
+        self._build(self.graph, frame.node)
+        if frame.state:
+            self.graph.restore([Checkpoint(frame.node, frame.state.encode())])
+        node = self.graph.nodes[frame.node]
+        hears = [protocol.TopicName(topic.name, type_name(topic.type)) for topic in node.subscribes]
+        serves = [protocol.ServiceName(service.name, service.type.name) for service in node.services]
+        return protocol.Added(frame.node, hears, list(self.graph.published_by(node)), serves)
+
+    def _states(self) -> dict[str, protocol.NodeState]:
+        times = self.graph.times.take()
+        states = {checkpoint.node: checkpoint.state.decode() for checkpoint in self.graph.checkpoints()}
+        return {node: protocol.NodeState(states.get(node, ""), _mean(times.get(node))) for node in self.graph.nodes}
+
+    # -- what nodes do -------------------------------------------------------------------------------------------------
+
+    def _said(self, topic: str, payload: Payload) -> None:
+        message = _message(payload)
+        self._write(protocol.Said(topic, type_name(type(message)), msgspec.Raw(encode(message))))
+
+    def _work(self, work: Work[T], cancelled: Callable[[], bool], done: Callable[[T | PPaaSError], None]) -> None:
+        def hand_over(ended: "Future[T]") -> None:
+            self._loop.call_soon_threadsafe(self._finish, ended, done)
+
+        self._executor.submit(work, cancelled).add_done_callback(hand_over)
+
+    def _finish(self, ended: "Future[T]", done: Callable[[T | PPaaSError], None]) -> None:
+        error = ended.exception()
+        if error is None:
+            done(ended.result())
+        else:
+            if not isinstance(error, PPaaSError):
+                logger.error("a job failed", exc_info=error)
+            done(error if isinstance(error, PPaaSError) else PPaaSError(f"internal error: {type(error).__name__}"))
+        self._attend()
+
+    def _attend(self) -> None:
+        """Fire the timers that are due, and set the alarm for the next."""
+        if self._alarm is not None:
+            self._alarm.cancel()
+        self._alarm = self._loop.call_later(min(self.graph.run_due(), 3600.0), self._attend)
+
+
+def _message(payload: Payload) -> Message:
+    return payload if isinstance(payload, Message) else payload.to_message()
+
+
+def _mean(times: tuple[int, float] | None) -> float:
+    return times[1] / times[0] if times is not None else 0.0
+
+
+async def serve(output: int) -> None:
+    """Be the home until the standard input ends."""
+    reader = asyncio.StreamReader(limit=protocol.MAX_LINE)
+    loop = asyncio.get_running_loop()
+    await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin.buffer)
+    transport, _ = await loop.connect_write_pipe(asyncio.BaseProtocol, os.fdopen(output, "wb", 0))
+    home = LocalHome(lambda frame: transport.write(protocol.line(frame)))
+    while told := await reader.readline():
+        home.take(protocol.to_home.decode(told))
+
+
+def main() -> None:
+    """Serve on the standard input and output; what others print goes to the standard error."""
+    output = os.dup(1)
+    os.dup2(2, 1)
+    logging.basicConfig(format="%(levelname)s local node: %(message)s", stream=sys.stderr)
+    asyncio.run(serve(output))
+    os._exit(0)  # a job under way in a thread is nobody's any more
+
+
+if __name__ == "__main__":
+    main()

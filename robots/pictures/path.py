@@ -1,0 +1,156 @@
+"""Pictures of paths: the map, what is near its obstacles, the path, where it starts and ends."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from ppaas.costmap.costmap import Costmap
+from ppaas.errors import InvalidInput
+from ppaas.geometry import Poses, yaw_of
+from robots.pictures.view import FREE, INSCRIBED, NEAR, OBSTACLE, OVERSAMPLING, UNKNOWN, View
+
+INK, FAINT, PAPER = (28, 33, 41), (105, 113, 125), (255, 255, 255)
+PATH, START, GOAL = (23, 95, 214), (20, 140, 85), (205, 38, 74)
+
+_LEGEND = (
+    ("path", PATH), ("start", START), ("goal", GOAL), ("obstacle", OBSTACLE),
+    ("collision", INSCRIBED), ("near", NEAR), ("free", FREE), ("unknown", UNKNOWN),
+)  # fmt: skip
+_PAD, _HEAD, _FOOT, _NARROWEST = 24, 74, 58, 860
+
+Box = tuple[float, float, float, float]
+Colour = tuple[int, int, int]
+Point = tuple[float, float]
+
+
+def check_picture(path: Path) -> None:
+    """Raise ``InvalidInput`` unless a picture may be called so."""
+    if path.suffix.lower() != ".png":
+        raise InvalidInput(f"a picture is a PNG file: call it {path.stem or 'path'}.png, not {str(path)!r}")
+
+
+def write_picture(
+    path: Path, costmap: Costmap, poses: Poses, *, radius: float, title: str, facts: Sequence[str]
+) -> None:
+    """Draw a path and write it to a PNG file.
+
+    Parameters
+    ----------
+    path : Path
+        Of the file.
+    costmap, poses, radius, title, facts
+        As in ``draw``.
+
+    Raises
+    ------
+    InvalidInput
+        The file cannot be written.
+    """
+    check_picture(path)
+    picture = draw(costmap, poses, radius=radius, title=title, facts=facts)
+    try:
+        picture.save(path)
+    except OSError as error:
+        raise InvalidInput(f"cannot write the picture: {error}") from error
+
+
+def draw(costmap: Costmap, poses: Poses, *, radius: float, title: str, facts: Sequence[str]) -> Image.Image:
+    """Return the picture of a path.
+
+    Parameters
+    ----------
+    costmap : Costmap
+        Inflated for the robot.
+    poses : (n, 7) array
+        At least one, in the frame of the costmap.
+    radius : float
+        Of the robot, which is drawn where it starts and ends [m].
+    title : str
+        The headline.
+    facts : sequence of str
+        The line below.
+    """
+    view = View.of(costmap, poses[:, :2])
+    pad, head, foot, narrowest = (n * OVERSAMPLING for n in (_PAD, _HEAD, _FOOT, _NARROWEST))
+    width, height = view.size
+    sheet = Image.new("RGB", (max(width, narrowest) + 2 * pad, head + height + foot), PAPER)
+    left = (sheet.width - width) // 2
+    sheet.paste(view.picture(), (left, head))
+    pen = ImageDraw.Draw(sheet)
+    _write_head(pen, title, "   ·   ".join(facts))
+    _draw_foot(pen, view, (left, head, left + width - 1, head + height - 1))
+    # On the sheet, not on the map: what stands at the edge of a map is seen whole.
+    points = [(x + left, y + head) for x, y in view.pixels(poses[:, :2])]
+    _draw_path(pen, points)
+    turn = costmap.info.origin.theta
+    for at, colour in ((0, START), (-1, GOAL)):
+        _draw_robot(pen, points[at], yaw_of(*poses[at, 3:].tolist()) - turn, radius * view.metre, colour)
+    return sheet.reduce(OVERSAMPLING)
+
+
+# -- the parts ---------------------------------------------------------------------------------------------------------
+
+
+def _write_head(pen: ImageDraw.ImageDraw, title: str, line: str) -> None:
+    pen.text((_PAD * OVERSAMPLING, 14 * OVERSAMPLING), title, INK, _font(22))
+    pen.text((_PAD * OVERSAMPLING, 44 * OVERSAMPLING), line, FAINT, _font(15))
+
+
+def _draw_path(pen: ImageDraw.ImageDraw, points: Sequence[Point]) -> None:
+    for colour, width in ((PAPER, 6.0), (PATH, 3.0)):
+        pen.line(points, colour, round(width * OVERSAMPLING), joint="curve")
+
+
+def _draw_robot(pen: ImageDraw.ImageDraw, place: Point, heading: float, footprint: float, colour: Colour) -> None:
+    """Draw the footprint to scale, a disc that can be seen on any map, and which way the robot looks."""
+    x, y = place
+    disc = 7.0 * OVERSAMPLING
+    reach = max(footprint, disc) + 9.0 * OVERSAMPLING
+    tip = x + reach * math.cos(heading), y - reach * math.sin(heading)
+    for width, shade in ((6.0, PAPER), (3.0, colour)):
+        pen.line([(x, y), tip], shade, round(width * OVERSAMPLING))
+    if footprint > disc:
+        pen.ellipse(_around(x, y, footprint), outline=colour, width=round(1.5 * OVERSAMPLING))
+    pen.ellipse(_around(x, y, disc + 2.0 * OVERSAMPLING), PAPER)
+    pen.ellipse(_around(x, y, disc), colour)
+
+
+def _draw_foot(pen: ImageDraw.ImageDraw, view: View, box: Box) -> None:
+    """Frame the map, and write below it what a metre is and what the colours are."""
+    left, _, right, bottom = box
+    pen.rectangle(box, outline=FAINT, width=OVERSAMPLING)
+    left, right = min(left, _PAD * OVERSAMPLING), max(right, (_PAD + _NARROWEST) * OVERSAMPLING)
+    y = bottom + 30 * OVERSAMPLING
+    length = _round_length((right - left) / 6.0 / view.metre)
+    end = left + length * view.metre
+    pen.line([(left, y), (end, y)], INK, 2 * OVERSAMPLING)
+    for x in (left, end):
+        pen.line([(x, y - 5 * OVERSAMPLING), (x, y + 5 * OVERSAMPLING)], INK, 2 * OVERSAMPLING)
+    pen.text((end + 8 * OVERSAMPLING, y), f"{length:g} m", INK, _font(14), anchor="lm")
+    x = right
+    for name, colour in reversed(_LEGEND):
+        x -= pen.textlength(name, _font(14))
+        pen.text((x, y), name, INK, _font(14), anchor="lm")
+        x -= 20 * OVERSAMPLING
+        pen.rounded_rectangle(_around(x + 6 * OVERSAMPLING, y, 6 * OVERSAMPLING), 3 * OVERSAMPLING, colour, FAINT)
+        x -= 16 * OVERSAMPLING
+
+
+# -- measures ----------------------------------------------------------------------------------------------------------
+
+
+def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    return ImageFont.load_default(size * OVERSAMPLING)
+
+
+def _around(x: float, y: float, radius: float) -> Box:
+    return x - radius, y - radius, x + radius, y + radius
+
+
+def _round_length(most: float) -> float:
+    """Return the largest of 1, 2, 5, 10 … (and their tenths) that is not above ``most`` metres."""
+    decade = 10.0 ** math.floor(math.log10(most))
+    return decade * float(np.array([1.0, 2.0, 5.0])[np.array([1.0, 2.0, 5.0]) <= most / decade].max())

@@ -1,0 +1,171 @@
+"""Users and their tokens in Cassandra."""
+
+import itertools
+from typing import Any
+
+from ppaas.errors import Conflict, NotFound
+from storage.cassandra.connection.session import CassandraSession, Write
+from storage.encoding import decode, encode
+from storage.names import check_name
+from storage.records import Token, User
+
+_USER = "SELECT record, generation, epoch, kept_token FROM users WHERE shard = 0 AND id = ?"
+_TOKEN = "SELECT user, epoch, expires, record FROM tokens WHERE hash = ?"
+
+_NOT_OF_USER = "DELETE FROM tokens_by_user WHERE user = ? AND hash = ?"
+_NOT_EXPIRING = "DELETE FROM tokens_by_expiry WHERE shard = 0 AND expires = ? AND hash = ?"
+
+
+class CassandraAccounts:
+    """A ``UserStore`` in Cassandra, but for what goes with a user.
+
+    The row of a user that was removed stays, without a record: its numbers go on to rule out what was the user's.
+    """
+
+    _session: CassandraSession
+
+    # -- users ---------------------------------------------------------------------------------------------------------
+
+    def add_user(self, user: User) -> None:
+        """Keep a new user; ``Conflict`` if the id is taken."""
+        check_name("user", user.id)
+        insert = "UPDATE users SET record = ? WHERE shard = 0 AND id = ? IF record = NULL"
+        if not self._session.write_if(insert, encode(user), user.id):
+            raise Conflict(f"the user {user.id!r} exists already: take another id")
+
+    def user(self, user_id: str) -> User:
+        """Return a user; ``NotFound`` if there is none."""
+        check_name("user", user_id)
+        return decode(self._known_user(user_id).record, User)
+
+    def users(self, *, after: str = "", limit: int | None = None) -> list[User]:
+        """Return users by id."""
+        rows = self._session.rows("SELECT record FROM users WHERE shard = 0 AND id > ?", after)
+        return [decode(row.record, User) for row in itertools.islice((row for row in rows if row.record), limit)]
+
+    def change_user(self, user: User, *, keep_token: str | None = None) -> None:
+        """Keep a user in place of the one before; with another password go all tokens but one."""
+        check_name("user", user.id)
+        change = """UPDATE users SET record = ?, epoch = ?, kept_token = ? WHERE shard = 0 AND id = ?
+                    IF record = ? AND epoch = ?"""
+        data = encode(user)
+        while True:
+            row = self._known_user(user.id)
+            epoch, kept = row.epoch, row.kept_token
+            renewed = decode(row.record, User).password_hash != user.password_hash
+            if renewed:
+                epoch, kept = (epoch or 0) + 1, self._token_to_keep(user.id, keep_token)
+            if self._session.write_if(change, data, epoch, kept, user.id, row.record, row.epoch):
+                break
+        if renewed:
+            self._sweep_tokens(user.id)
+
+    # -- tokens --------------------------------------------------------------------------------------------------------
+
+    def add_token(self, token: Token) -> None:
+        """Keep a token of a user; ``NotFound`` if the user is no more."""
+        check_name("token", token.hash)
+        check_name("user", token.user)
+        epoch = self._known_user(token.user).epoch or 0
+        expires = token.expires + 0.0  # -0 would come before 0
+        row = "INSERT INTO tokens (hash, user, epoch, expires, record) VALUES (?, ?, ?, ?, ?)"
+        self._session.write_together(
+            [
+                *self._moving(token),
+                (row, (token.hash, token.user, epoch, expires, encode(token))),
+                ("INSERT INTO tokens_by_user (user, hash) VALUES (?, ?)", (token.user, token.hash)),
+                ("INSERT INTO tokens_by_expiry (shard, expires, hash) VALUES (0, ?, ?)", (expires, token.hash)),
+            ]
+        )
+
+    def token(self, token_hash: str) -> Token:
+        """Return a token, expired or not; ``NotFound`` if there is none."""
+        check_name("token", token_hash)
+        row = self._session.row(_TOKEN, token_hash)
+        if row is None or not _is_valid(token_hash, row, self._session.row(_USER, row.user)):
+            raise NotFound("token", token_hash)
+        return decode(row.record, Token)
+
+    def tokens(self, user_id: str, *, after: str = "", limit: int | None = None) -> list[Token]:
+        """Return the tokens of a user by hash."""
+        check_name("user", user_id)
+        user = self._session.row(_USER, user_id)
+        found = self._session.rows("SELECT hash FROM tokens_by_user WHERE user = ? AND hash > ?", user_id, after)
+        rows = ((row.hash, self._session.row(_TOKEN, row.hash)) for row in found)
+        mine = (row for key, row in rows if row and row.user == user_id and _is_valid(key, row, user))
+        return [decode(row.record, Token) for row in itertools.islice(mine, limit)]
+
+    def remove_token(self, token_hash: str) -> None:
+        """Forget a token; ``NotFound`` if there is none."""
+        self.token(token_hash)
+        self._session.write_together(self._forgetting(token_hash))
+
+    def remove_tokens(self, *, expired_before: float) -> int:
+        """Forget the tokens that expired before a time; return how many."""
+        query = "SELECT hash FROM tokens_by_expiry WHERE shard = 0 AND expires < ?"
+        expired = [row.hash for row in self._session.rows(query, expired_before + 0.0)]
+        for token_hash in expired:
+            self._session.write_together(self._forgetting(token_hash))
+        return len(expired)
+
+    # -- inside --------------------------------------------------------------------------------------------------------
+
+    def _known_user(self, user_id: str) -> Any:
+        row = self._session.row(_USER, user_id)
+        if row is None or row.record is None:
+            raise NotFound("user", user_id)
+        return row
+
+    def _end_generation(self, user_id: str) -> int:
+        """Forget a user, and with it all that is the user's at once; return the number under which that lies."""
+        check_name("user", user_id)
+        remove = """UPDATE users SET record = NULL, kept_token = NULL, generation = ?, epoch = ?
+                    WHERE shard = 0 AND id = ? IF record = ? AND generation = ? AND epoch = ?"""
+        while True:
+            row = self._known_user(user_id)
+            after = (row.generation or 0) + 1, (row.epoch or 0) + 1
+            if self._session.write_if(remove, *after, user_id, row.record, row.generation, row.epoch):
+                return row.generation or 0
+
+    def _sweep_tokens(self, user_id: str) -> None:
+        """Remove the tokens of a user that are of an epoch before, but the one that was kept."""
+        user = self._session.row(_USER, user_id)
+        for row in self._session.rows("SELECT hash FROM tokens_by_user WHERE user = ?", user_id):
+            token = self._session.row(_TOKEN, row.hash)
+            if token and token.user == user_id and not _is_valid(row.hash, token, user):
+                self._session.write_together(self._forgetting(row.hash))
+
+    def _token_to_keep(self, user_id: str, token_hash: str | None) -> str | None:
+        """Return the hash if it is that of a token of the user: what was swept away must not come back."""
+        row = None if token_hash is None else self._session.row(_TOKEN, token_hash)
+        if row is None or token_hash is None or row.user != user_id:
+            return None
+        return token_hash if _is_valid(token_hash, row, self._session.row(_USER, user_id)) else None
+
+    def _moving(self, token: Token) -> list[Write]:
+        """Return what removes the entries under which a token of this hash was found and will not be."""
+        row = self._session.row(_TOKEN, token.hash)
+        writes: list[Write] = []
+        if row is not None and row.user != token.user:
+            writes.append((_NOT_OF_USER, (row.user, token.hash)))
+        if row is not None and row.expires != token.expires:
+            writes.append((_NOT_EXPIRING, (row.expires, token.hash)))
+        return writes
+
+    def _forgetting(self, token_hash: str) -> list[Write]:
+        """Return what removes a token; nothing if there is none."""
+        row = self._session.row(_TOKEN, token_hash)
+        if row is None:
+            return []
+        return [
+            ("DELETE FROM tokens WHERE hash = ?", (token_hash,)),
+            (_NOT_OF_USER, (row.user, token_hash)),
+            (_NOT_EXPIRING, (row.expires, token_hash)),
+        ]
+
+
+def _is_valid(token_hash: str, token: Any, user: Any) -> bool:
+    """Tell whether a token is of its user's present epoch, or was kept when that began."""
+    if user is None or user.record is None:
+        return False
+    return bool(token.epoch == (user.epoch or 0) or token_hash == user.kept_token)

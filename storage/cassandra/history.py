@@ -1,0 +1,68 @@
+"""History in Cassandra."""
+
+from collections.abc import Iterable, Sequence
+
+from ppaas.plans.history import LinkHistory, PlannerHistory
+from storage.cassandra.connection.session import CassandraSession, Write
+from storage.encoding import decode, encode
+from storage.history_checks import check_history, check_link
+from storage.names import check_name
+
+_ROW = "map = ? AND version = ? AND planner = ? AND bucket = ?"
+
+
+class CassandraHistory:
+    """A ``HistoryStore`` in Cassandra.
+
+    Sums are read, added to and written only if they are still those that were read: nothing is lost, and nothing is
+    counted twice, however many write. (Its counters can do neither, once an answer was lost.)
+    """
+
+    _session: CassandraSession
+
+    def add_history(self, rows: Iterable[PlannerHistory]) -> None:
+        """Add each row to what is kept under its key: of one map all or none."""
+        by_map: dict[str, dict[tuple[str, str, str, int], PlannerHistory]] = {}
+        for row in map(check_history, rows):
+            mine = by_map.setdefault(row.map, {})
+            mine[row.key] = mine[row.key].plus(row) if row.key in mine else row
+        for mine in by_map.values():
+            while not self._session.write_together_if(self._sums(list(mine.values()))):
+                continue  # another was faster
+
+    def history(self, map_id: str, version: str | None = None) -> list[PlannerHistory]:
+        """Return the rows of a map, or of one of its versions, by key."""
+        check_name("map", map_id)
+        query, values = "SELECT record FROM history WHERE map = ?", [map_id]
+        if version is not None:
+            query, values = f"{query} AND version = ?", [map_id, version]
+        return [decode(row.record, PlannerHistory) for row in self._session.rows(query, *values)]
+
+    def history_maps(self) -> list[str]:
+        """Return the ids of the maps that have history, sorted."""
+        return self._session.partitions("history", "map")
+
+    def remove_history(self, map_id: str) -> None:
+        """Forget the rows of a map, if it has any."""
+        self._session.write("DELETE FROM history WHERE map = ?", check_name("map", map_id))
+
+    def put_link(self, row: LinkHistory) -> None:
+        """Keep what was measured of a link in place of what was before."""
+        insert = "INSERT INTO links (shard, link, record) VALUES (0, ?, ?)"
+        self._session.write(insert, check_link(row).link, encode(row))
+
+    def links(self) -> list[LinkHistory]:
+        """Return what was measured of all links, by name."""
+        rows = self._session.rows("SELECT record FROM links WHERE shard = 0")
+        return [decode(row.record, LinkHistory) for row in rows]
+
+    def _sums(self, rows: Sequence[PlannerHistory]) -> list[Write]:
+        """Return what adds rows of one map to what is kept, if that stays as it is until then."""
+        write = f"UPDATE history SET record = ? WHERE {_ROW} IF record = ?"
+        writes: list[Write] = []
+        for row in rows:
+            kept = self._session.row(f"SELECT record FROM history WHERE {_ROW}", *row.key)
+            before = None if kept is None else kept.record
+            after = row if before is None else decode(before, PlannerHistory).plus(row)
+            writes.append((write, (encode(after), *row.key, before)))
+        return writes

@@ -1,0 +1,149 @@
+"""Robots, their URDFs and the checkpoints of their clones in Cassandra."""
+
+import itertools
+import uuid
+from typing import Any
+
+from ppaas.errors import Conflict, NotFound
+from storage.cassandra.connection.session import CassandraSession
+from storage.encoding import decode, encode
+from storage.names import check_name
+from storage.records import CloneCheckpoint, RobotRecord
+
+_KEY = "user = ? AND generation = ? AND id = ?"
+_PART = "user = ? AND generation = ? AND robot = ?"
+
+Key = tuple[str, int, str]
+"""User, the user's generation (``storage.cassandra.connection.schema``), robot."""
+
+
+class CassandraRobots:
+    """A ``RobotStore`` and a ``CloneStore`` in Cassandra.
+
+    A URDF lies apart under an id of its own, which its robot's row names: it is there before it is named, and comes
+    and goes with the one row.
+    """
+
+    _session: CassandraSession
+
+    # -- robots --------------------------------------------------------------------------------------------------------
+
+    def put_robot(self, record: RobotRecord, *, instead_of: RobotRecord | None = None) -> bool:
+        """Keep a robot or change it; ``Conflict`` if what is kept is not what this should take the place of."""
+        check_name("map", record.map)
+        key = self._key(record.user, record.id)
+        data = encode(record)
+        while True:
+            row = self._robot_row(key)
+            before = row.record if row else None
+            if instead_of is not None and (before is None or decode(before, RobotRecord) != instead_of):
+                raise Conflict(f"the robot {record.id!r} was changed meanwhile: look at it and try again")
+            if self._session.write_if(f"UPDATE robots SET record = ? WHERE {_KEY} IF record = ?", data, *key, before):
+                return before is None
+
+    def robot(self, user: str, robot_id: str) -> RobotRecord:
+        """Return a robot; ``NotFound`` if there is none."""
+        return decode(self._known_robot(self._key(user, robot_id)).record, RobotRecord)
+
+    def robots(self, user: str, *, after: str = "", limit: int | None = None) -> list[RobotRecord]:
+        """Return the robots of a user by id."""
+        check_name("user", user)
+        query = "SELECT record FROM robots WHERE user = ? AND generation = ? AND id > ?"
+        rows = self._session.rows(query, user, self._generation(user), after)
+        return [decode(row.record, RobotRecord) for row in itertools.islice(rows, limit)]
+
+    def remove_robot(self, user: str, robot_id: str) -> None:
+        """Forget a robot and its clone's checkpoint; ``NotFound`` if there is none."""
+        key = self._key(user, robot_id)
+        row = self._known_robot(key)
+        self._session.write(f"DELETE FROM clones WHERE {_PART}", *key)  # first: a new robot must not find it
+        if not self._session.write_if(f"DELETE FROM robots WHERE {_KEY} IF record != NULL", *key):
+            raise NotFound("robot", robot_id)
+        self._drop_urdf(key, row.urdf)
+
+    # -- URDFs ---------------------------------------------------------------------------------------------------------
+
+    def put_urdf(self, user: str, robot_id: str, urdf: bytes) -> bool:
+        """Keep the URDF of a robot in place of the one before; ``NotFound`` if there is no such robot."""
+        key = self._key(user, robot_id)
+        self._known_robot(key)
+        number = uuid.uuid4()
+        insert = "INSERT INTO urdfs (user, generation, robot, id, data) VALUES (?, ?, ?, ?, ?)"
+        self._session.write(insert, *key, number, urdf)
+        return self._name_urdf(key, number) is None
+
+    def urdf(self, user: str, robot_id: str) -> bytes:
+        """Return the URDF of a robot; ``NotFound`` if there is none."""
+        key = self._key(user, robot_id)
+        while (row := self._robot_row(key)) is not None and row.urdf is not None:
+            found = self._session.row(f"SELECT data FROM urdfs WHERE {_PART} AND id = ?", *key, row.urdf)
+            if found is not None:  # else another took its place meanwhile
+                return bytes(found.data)
+        raise NotFound("URDF of robot", robot_id)
+
+    def remove_urdf(self, user: str, robot_id: str) -> None:
+        """Forget the URDF of a robot; ``NotFound`` if there is none."""
+        key = self._key(user, robot_id)
+        row = self._robot_row(key)
+        if row is None or row.urdf is None or self._name_urdf(key, None) is None:
+            raise NotFound("URDF of robot", robot_id)
+
+    # -- clones --------------------------------------------------------------------------------------------------------
+
+    def save_clone(self, checkpoint: CloneCheckpoint) -> None:
+        """Keep a checkpoint in place of the one before."""
+        key = self._key(checkpoint.user, checkpoint.robot)
+        insert = "INSERT INTO clones (user, generation, robot, record) VALUES (?, ?, ?, ?)"
+        self._session.write(insert, *key, encode(checkpoint))
+
+    def clone(self, user: str, robot: str) -> CloneCheckpoint:
+        """Return the last checkpoint; ``NotFound`` if there is none."""
+        row = self._session.row(f"SELECT record FROM clones WHERE {_PART}", *self._key(user, robot))
+        if row is None:
+            raise NotFound("checkpoint of robot", robot)
+        return decode(row.record, CloneCheckpoint)
+
+    def remove_clone(self, user: str, robot: str) -> None:
+        """Forget the checkpoint, if there is one."""
+        self._session.write(f"DELETE FROM clones WHERE {_PART}", *self._key(user, robot))
+
+    # -- inside --------------------------------------------------------------------------------------------------------
+
+    def _sweep_robots(self, user: str, generation: int) -> None:
+        """Remove what lies under an old number of a user."""
+        query = "SELECT id, urdf FROM robots WHERE user = ? AND generation = ?"
+        for row in self._session.rows(query, user, generation):
+            self._drop_urdf((user, generation, row.id), row.urdf)
+        for table in ("robots", "clones"):
+            self._session.write(f"DELETE FROM {table} WHERE user = ? AND generation = ?", user, generation)
+
+    def _key(self, user: str, robot_id: str) -> Key:
+        check_name("user", user)
+        check_name("robot", robot_id)
+        return user, self._generation(user), robot_id
+
+    def _generation(self, user: str) -> int:
+        row = self._session.row("SELECT generation FROM users WHERE shard = 0 AND id = ?", user)
+        return 0 if row is None else row.generation or 0
+
+    def _robot_row(self, key: Key) -> Any:
+        return self._session.row(f"SELECT record, urdf FROM robots WHERE {_KEY}", *key)
+
+    def _known_robot(self, key: Key) -> Any:
+        row = self._robot_row(key)
+        if row is None or row.record is None:
+            raise NotFound("robot", key[2])
+        return row
+
+    def _name_urdf(self, key: Key, number: uuid.UUID | None) -> uuid.UUID | None:
+        """Have the row of a robot name another URDF or none; return which it named before."""
+        name = f"UPDATE robots SET urdf = ? WHERE {_KEY} IF record != NULL AND urdf = ?"
+        while True:
+            before: uuid.UUID | None = self._known_robot(key).urdf
+            if self._session.write_if(name, number, *key, before):
+                self._drop_urdf(key, before)
+                return before
+
+    def _drop_urdf(self, key: Key, number: uuid.UUID | None) -> None:
+        if number is not None:
+            self._session.write(f"DELETE FROM urdfs WHERE {_PART} AND id = ?", *key, number)

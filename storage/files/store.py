@@ -1,0 +1,168 @@
+"""Maps in a folder, as ``storage.files.map_log`` lays them out.
+
+Beside them are ``.incoming``, where files are written before they have their names, and ``.lock``, which is held while
+one looks into it. Each draft is locked by who writes it, and the lock dies with its holder: so the next to come sweeps
+away what a killed one left.
+"""
+
+import fcntl
+import os
+import shutil
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from storage.disk_errors import disk_errors
+from storage.files.map_log import LoggedMapStore
+
+_INCOMING = ".incoming"
+
+
+class FileMapStore(LoggedMapStore):
+    """A ``MapStore`` in a folder.
+
+    Parameters
+    ----------
+    root : Path
+        The folder; it is made if it is not there.
+
+    Raises
+    ------
+    Unavailable
+        The folder cannot be used; the text says why and what to do.
+    """
+
+    def __init__(self, root: Path) -> None:
+        super().__init__(LocalDisk(root))
+
+
+class LocalDisk:
+    """A ``Disk`` that is a folder of this machine, or one that several share."""
+
+    def __init__(self, root: Path) -> None:
+        self._root = root
+        self._incoming = root / _INCOMING
+        with disk_errors(root):
+            self._incoming.mkdir(parents=True, exist_ok=True)
+            (root / ".lock").touch()
+
+    def folders(self) -> list[str]:
+        """Return the names of the folders at the top."""
+        with disk_errors(self._root), os.scandir(self._root) as entries:
+            return [entry.name for entry in entries if entry.is_dir()]
+
+    def names(self, folder: str) -> list[str]:
+        """Return what is in a folder; nothing if there is none."""
+        with disk_errors(self._root / folder):
+            try:
+                return [entry.name for entry in (self._root / folder).iterdir()]
+            except (FileNotFoundError, NotADirectoryError):
+                return []
+
+    def read(self, path: str) -> bytes:
+        """Return a small file; ``FileNotFoundError`` if there is none."""
+        with disk_errors(self._root / path, but=FileNotFoundError):
+            return (self._root / path).read_bytes()
+
+    def create(self, path: str, data: bytes) -> bool:
+        """Keep a small file, synced; tell whether it is new."""
+        place = self._root / path
+        with disk_errors(place), self.drafting() as aside:
+            _make_folder(place.parent)
+            _write_synced(aside / "file", data)
+            try:
+                (place).hardlink_to(aside / "file")  # unlike a rename it takes no other's place
+            except FileExistsError:
+                return False
+            _sync_folder(place.parent)
+        return True
+
+    def place(self, source: Path, path: str) -> None:
+        """Keep a local file, which stays where it is too; in place of one that is there, which may be damaged."""
+        place = self._root / path
+        with disk_errors(place), self.drafting() as aside:
+            _make_folder(place.parent)
+            (aside / "file").hardlink_to(source)
+            (aside / "file").replace(place)
+            _sync_folder(place.parent)
+
+    @contextmanager
+    def opened(self, path: str) -> Iterator[Path]:
+        """Give the path of a file; ``FileNotFoundError`` if there is none."""
+        with disk_errors(self._root / path, but=FileNotFoundError):
+            (self._root / path).stat()
+        yield self._root / path
+
+    def remove(self, path: str) -> None:
+        """Forget a file, or a folder with all that is in it, if there is one."""
+        place = self._root / path
+        with disk_errors(place), suppress(FileNotFoundError):
+            if place.is_dir():
+                shutil.rmtree(place)
+            else:
+                place.unlink()
+
+    @contextmanager
+    def drafting(self) -> Iterator[Path]:
+        """Make a folder in ``.incoming``, and sweep away those of whoever was killed."""
+        folder = self._incoming / uuid.uuid4().hex
+        with disk_errors(self._root):
+            held = self._take(folder)
+        try:
+            yield folder
+        finally:
+            with disk_errors(folder):
+                shutil.rmtree(folder, ignore_errors=True)
+                os.close(held)
+
+    def _take(self, folder: Path) -> int:
+        with (self._root / ".lock").open("rb") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            for left in self._incoming.iterdir():
+                _sweep(left)
+            folder.mkdir()
+            handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+            fcntl.flock(handle, fcntl.LOCK_EX)
+            return handle
+
+
+def _sweep(folder: Path) -> None:
+    """Remove a draft unless its writer lives."""
+    try:
+        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    except FileNotFoundError:  # its writer has just ended
+        return
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return
+    else:
+        shutil.rmtree(folder, ignore_errors=True)
+    finally:
+        os.close(handle)
+
+
+def _make_folder(folder: Path) -> None:
+    """Make a folder and those above it, so that they last."""
+    if folder.is_dir():
+        return
+    _make_folder(folder.parent)
+    folder.mkdir(exist_ok=True)
+    _sync_folder(folder.parent)
+
+
+def _write_synced(path: Path, data: bytes) -> None:
+    with path.open("xb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def _sync_folder(path: Path) -> None:
+    """Make names in a folder last: they are the folder's data."""
+    handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

@@ -1,0 +1,217 @@
+"""The Path Plan Database in memory."""
+
+import itertools
+import math
+import threading
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from ppaas.errors import NotFound
+from ppaas.plans.encoding.body import read_body
+from ppaas.plans.encoding.chunks import ENDS_BEFORE, GRANULARITY, inner_granularity
+from ppaas.plans.encoding.codes import entry_id, poses_of, waypoints_in
+from ppaas.plans.encoding.end_buckets import bucket_in, holds, length_in, place_of, spots_near
+from ppaas.plans.encoding.index_cells import Place, squares_near, squares_touched
+from ppaas.plans.passages import comes_near
+from storage.names import check_name
+from storage.plan_checks import check_replacement
+from storage.plan_entry import PlanEntry, entries_of, head_of, record_of
+from storage.plan_query import PlanSearch
+from storage.records import PlanPart, PlanPassage, PlanRecord, PlanStatistics
+
+MOST_PLANS = 32
+"""Plans that share an entry near each of two places, which are looked at for plans that pass them."""
+
+
+@dataclass(slots=True)
+class _Shared:
+    """An entry: its code, and the plans that refer to it, each as often as it does."""
+
+    code: bytes
+    plans: Counter[str] = field(default_factory=Counter)
+
+
+class MemoryPlans:
+    """A ``PlanStore`` of dictionaries.
+
+    Parameters
+    ----------
+    granularity : int
+        The paper's: a stretch that plans share is kept once from about as many waypoints on.
+    """
+
+    def __init__(self, granularity: int = GRANULARITY) -> None:
+        self._granularity = inner_granularity(granularity)
+        self._plans_lock = threading.Lock()
+        self._plans: dict[str, PlanEntry] = {}
+        self._shared: dict[bytes, _Shared] = {}
+        self._by_bucket: dict[int, dict[str, int]] = {}
+        self._by_place: dict[int, set[bytes]] = {}
+
+    def add_plan(self, record: PlanRecord) -> None:
+        """Keep a plan; keeping the same id twice changes nothing."""
+        self.add_plans((record,))
+
+    def add_plans(self, records: Iterable[PlanRecord]) -> int:
+        """Keep plans, all or none; return how many were not there before."""
+        entries = list(entries_of(records, self._granularity))
+        with self._plans_lock:
+            return sum(self._add(entry) for entry in entries)
+
+    def replace_plan(self, record: PlanRecord, *, instead_of: PlanRecord) -> None:
+        """Keep a plan in place of the one of the same id; ``Conflict`` if that was changed meanwhile."""
+        [entry] = entries_of([record], self._granularity)
+        with self._plans_lock:
+            kept = self._plans.get(record.id)
+            check_replacement(record, None if kept is None else self._whole(kept), instead_of)
+            self._remove(record.id)
+            self._add(entry)
+
+    def remove_plan(self, plan_id: str) -> None:
+        """Forget a plan; ``NotFound`` if there is none."""
+        check_name("plan", plan_id)
+        with self._plans_lock:
+            self._known(plan_id)
+            self._remove(plan_id)
+
+    def remove_plans(self, map_id: str) -> int:
+        """Forget the plans of a map; return how many."""
+        check_name("map", map_id)
+        with self._plans_lock:
+            ids = [entry.id for entry in self._plans.values() if entry.map == map_id]
+            for plan_id in ids:
+                self._remove(plan_id)
+        return len(ids)
+
+    def plan(self, plan_id: str) -> PlanRecord:
+        """Return a plan; ``NotFound`` if there is none."""
+        check_name("plan", plan_id)
+        with self._plans_lock:
+            return self._whole(self._known(plan_id))
+
+    def whole_plans(self, plan_ids: Sequence[str]) -> dict[str, PlanRecord]:
+        """Return those of some plans that are kept, by id."""
+        asked = [check_name("plan", plan_id) for plan_id in plan_ids]
+        with self._plans_lock:
+            return {plan_id: self._whole(self._plans[plan_id]) for plan_id in asked if plan_id in self._plans}
+
+    def plans(
+        self, map_id: str, *, before: tuple[float, str] | None = None, limit: int | None = None
+    ) -> list[PlanRecord]:
+        """Return the heads of the plans of a map, newest first."""
+        check_name("map", map_id)
+        key = before or (math.inf, "")
+        with self._plans_lock:
+            older = [entry for entry in self._plans.values() if entry.map == map_id and (entry.created, entry.id) < key]
+        newest = sorted(older, key=lambda entry: (entry.created, entry.id), reverse=True)[:limit]
+        return [head_of(entry.context, read_body(entry.body)) for entry in newest]
+
+    def plan_maps(self) -> list[str]:
+        """Return the ids of the maps that have plans, sorted."""
+        with self._plans_lock:
+            return sorted({entry.map for entry in self._plans.values()})
+
+    def find_plans(self, search: PlanSearch, *, limit: int = 16) -> list[PlanRecord]:
+        """Return the heads of plans whose ends lie near two places, shortest first."""
+        with self._plans_lock:
+            near = [
+                (length_in(spot), self._plans[plan_id])
+                for bucket in spots_near(search.scope, search.start, search.goal, search.tolerance).tolist()
+                for plan_id, spot in self._by_bucket.get(bucket_in(bucket[0]), {}).items()
+                if holds(bucket, spot)
+            ]
+        found: list[PlanRecord] = []
+        for _, entry in sorted(near, key=lambda each: each[0]):
+            if len(found) >= limit:
+                break
+            own = read_body(entry.body)
+            head = head_of(entry.context, own)
+            if search.takes(head):
+                found += [head] * search.joins(*own.ends())
+        return sorted(found, key=lambda head: (head.length, head.id))
+
+    def plans_through(self, search: PlanSearch, *, limit: int = 8) -> list[PlanPassage]:
+        """Return plans that pass near one place and later near another, the shortest passage first."""
+        with self._plans_lock:
+            near = [self._passing(search.scope, place, search.tolerance) for place in (search.start, search.goal)]
+            both = itertools.islice(sorted(near[0] & near[1]), MOST_PLANS)
+            records = [self._whole(self._plans[plan_id]) for plan_id in both]
+        return search.passages(records, limit)
+
+    def plan_parts(self, plan_id: str) -> list[PlanPart]:
+        """Return the stretches of a plan that are entries of their own, in order."""
+        check_name("plan", plan_id)
+        parts, first = [], ENDS_BEFORE
+        with self._plans_lock:
+            for key in _keys(self._known(plan_id)):
+                shared = self._shared[key]
+                count = waypoints_in(shared.code)
+                parts.append(PlanPart(key.hex(), first, count, shared.plans.total()))
+                first += count
+        return parts
+
+    def plan_statistics(self, map_id: str | None = None) -> PlanStatistics:
+        """Return what the plans of a map take, or all."""
+        if map_id is not None:
+            check_name("map", map_id)
+        with self._plans_lock:
+            mine = [entry for entry in self._plans.values() if map_id in (None, entry.map)]
+            codes = [self._shared[key].code for key in {key for entry in mine for key in _keys(entry)}]
+        return PlanStatistics(
+            plans=len(mine),
+            waypoints=sum(entry.waypoints for entry in mine),
+            kept=sum(entry.loose for entry in mine) + sum(map(waypoints_in, codes)),
+            entries=len(codes),
+            bytes=sum(len(entry.context) + len(entry.body) for entry in mine) + sum(map(len, codes)),
+        )
+
+    # -- inside, with the lock held ------------------------------------------------------------------------------------
+
+    def _known(self, plan_id: str) -> PlanEntry:
+        if plan_id not in self._plans:
+            raise NotFound("plan", plan_id)
+        return self._plans[plan_id]
+
+    def _whole(self, entry: PlanEntry) -> PlanRecord:
+        shared = [poses_of(self._shared[key].code) for key in _keys(entry)]
+        return record_of(entry.context, entry.body, shared)
+
+    def _add(self, entry: PlanEntry) -> bool:
+        if entry.id in self._plans:
+            return False
+        for key, code in zip(_keys(entry), entry.codes, strict=True):
+            if key not in self._shared:
+                self._shared[key] = _Shared(code)
+                for square in squares_touched(poses_of(code)[:, :2]):
+                    self._by_place.setdefault(place_of(entry.scope, square), set()).add(key)
+            self._shared[key].plans[entry.id] += 1
+        self._plans[entry.id] = entry
+        self._by_bucket.setdefault(bucket_in(entry.spot), {})[entry.id] = entry.spot
+        return True
+
+    def _remove(self, plan_id: str) -> None:
+        entry = self._plans.pop(plan_id)
+        del self._by_bucket[bucket_in(entry.spot)][plan_id]
+        for key in set(_keys(entry)):
+            shared = self._shared[key]
+            del shared.plans[plan_id]
+            if not shared.plans:
+                del self._shared[key]
+                for square in squares_touched(poses_of(shared.code)[:, :2]):
+                    self._by_place[place_of(entry.scope, square)].discard(key)
+
+    def _passing(self, scope: bytes, place: Place, tolerance: float) -> set[str]:
+        """Return the plans that share an entry near a place."""
+        found: set[str] = set()
+        for square in squares_near(place, tolerance):
+            for key in self._by_place.get(place_of(scope, square), ()):
+                if comes_near(poses_of(self._shared[key].code)[:, :2], place, tolerance):
+                    found.update(self._shared[key].plans)
+        return found
+
+
+def _keys(entry: PlanEntry) -> Iterator[bytes]:
+    """Yield the ids of the entries that a plan shares."""
+    for code in entry.codes:
+        yield entry_id(entry.scope, code)

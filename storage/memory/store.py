@@ -1,0 +1,206 @@
+"""Stores in memory, for tests and for trying things out: gone with the process."""
+
+import threading
+
+from ppaas.errors import Conflict, NotFound
+from storage.encoding import decode, encode
+from storage.memory.history import MemoryHistory
+from storage.memory.plans import MemoryPlans
+from storage.names import check_name
+from storage.records import CloneCheckpoint, RobotRecord, Token, User
+
+
+class MemoryStore(MemoryPlans, MemoryHistory):
+    """A ``Store`` of dictionaries.
+
+    Robots and clones are kept as bytes: they hold dictionaries, which their giver may go on to change.
+    """
+
+    def __init__(self) -> None:
+        MemoryPlans.__init__(self)
+        MemoryHistory.__init__(self)
+        self._lock = threading.Lock()
+        self._users: dict[str, User] = {}
+        self._tokens: dict[str, Token] = {}
+        self._robots: dict[tuple[str, str], bytes] = {}
+        self._urdfs: dict[tuple[str, str], bytes] = {}
+        self._clones: dict[tuple[str, str], bytes] = {}
+
+    def close(self) -> None:
+        """Do nothing: there is nothing to let go of."""
+
+    # -- users ---------------------------------------------------------------------------------------------------------
+
+    def add_user(self, user: User) -> None:
+        """Keep a new user; ``Conflict`` if the id is taken."""
+        check_name("user", user.id)
+        with self._lock:
+            if user.id in self._users:
+                raise Conflict(f"the user {user.id!r} exists already: take another id")
+            self._users[user.id] = user
+
+    def user(self, user_id: str) -> User:
+        """Return a user; ``NotFound`` if there is none."""
+        check_name("user", user_id)
+        with self._lock:
+            if user_id not in self._users:
+                raise NotFound("user", user_id)
+            return self._users[user_id]
+
+    def users(self, *, after: str = "", limit: int | None = None) -> list[User]:
+        """Return users by id."""
+        with self._lock:
+            return [self._users[key] for key in sorted(self._users) if key > after][:limit]
+
+    def change_user(self, user: User, *, keep_token: str | None = None) -> None:
+        """Keep a user in place of the one before; with another password go all tokens but one."""
+        check_name("user", user.id)
+        with self._lock:
+            if user.id not in self._users:
+                raise NotFound("user", user.id)
+            if user.password_hash != self._users[user.id].password_hash:
+                kept = {key: token for key, token in self._tokens.items() if token.user != user.id or key == keep_token}
+                self._tokens = kept
+            self._users[user.id] = user
+
+    def remove_user(self, user_id: str) -> None:
+        """Forget a user with all tokens, robots, their URDFs and checkpoints; ``NotFound`` if there is none."""
+        check_name("user", user_id)
+        with self._lock:
+            if self._users.pop(user_id, None) is None:
+                raise NotFound("user", user_id)
+            self._tokens = {key: token for key, token in self._tokens.items() if token.user != user_id}
+            self._robots = {key: robot for key, robot in self._robots.items() if key[0] != user_id}
+            self._urdfs = {key: urdf for key, urdf in self._urdfs.items() if key[0] != user_id}
+            self._clones = {key: clone for key, clone in self._clones.items() if key[0] != user_id}
+
+    def add_token(self, token: Token) -> None:
+        """Keep a token of a user; ``NotFound`` if the user is no more."""
+        check_name("token", token.hash)
+        check_name("user", token.user)
+        with self._lock:
+            if token.user not in self._users:
+                raise NotFound("user", token.user)
+            self._tokens[token.hash] = token
+
+    def token(self, token_hash: str) -> Token:
+        """Return a token, expired or not; ``NotFound`` if there is none."""
+        check_name("token", token_hash)
+        with self._lock:
+            if token_hash not in self._tokens:
+                raise NotFound("token", token_hash)
+            return self._tokens[token_hash]
+
+    def tokens(self, user_id: str, *, after: str = "", limit: int | None = None) -> list[Token]:
+        """Return the tokens of a user by hash."""
+        check_name("user", user_id)
+        with self._lock:
+            mine = [token for token in self._tokens.values() if token.user == user_id and token.hash > after]
+        return sorted(mine, key=lambda token: token.hash)[:limit]
+
+    def remove_token(self, token_hash: str) -> None:
+        """Forget a token; ``NotFound`` if there is none."""
+        check_name("token", token_hash)
+        with self._lock:
+            if self._tokens.pop(token_hash, None) is None:
+                raise NotFound("token", token_hash)
+
+    def remove_tokens(self, *, expired_before: float) -> int:
+        """Forget the tokens that expired before a time; return how many."""
+        with self._lock:
+            expired = [key for key, token in self._tokens.items() if token.expires < expired_before]
+            for key in expired:
+                del self._tokens[key]
+            return len(expired)
+
+    # -- robots --------------------------------------------------------------------------------------------------------
+
+    def put_robot(self, record: RobotRecord, *, instead_of: RobotRecord | None = None) -> bool:
+        """Keep a robot or change it; ``Conflict`` if what is kept is not what this should take the place of."""
+        check_name("user", record.user)
+        check_name("robot", record.id)
+        check_name("map", record.map)
+        data = encode(record)
+        key = record.user, record.id
+        with self._lock:
+            before = self._robots.get(key)
+            if instead_of is not None and (before is None or decode(before, RobotRecord) != instead_of):
+                raise Conflict(f"the robot {record.id!r} was changed meanwhile: look at it and try again")
+            self._robots[key] = data
+        return before is None
+
+    def robot(self, user: str, robot_id: str) -> RobotRecord:
+        """Return a robot; ``NotFound`` if there is none."""
+        key = _robot_key(user, robot_id)
+        with self._lock:
+            if key not in self._robots:
+                raise NotFound("robot", robot_id)
+            return decode(self._robots[key], RobotRecord)
+
+    def robots(self, user: str, *, after: str = "", limit: int | None = None) -> list[RobotRecord]:
+        """Return the robots of a user by id."""
+        check_name("user", user)
+        with self._lock:
+            keys = sorted(key for key in self._robots if key[0] == user and key[1] > after)[:limit]
+            return [decode(self._robots[key], RobotRecord) for key in keys]
+
+    def remove_robot(self, user: str, robot_id: str) -> None:
+        """Forget a robot, its URDF and its clone's checkpoint; ``NotFound`` if there is none."""
+        key = _robot_key(user, robot_id)
+        with self._lock:
+            if self._robots.pop(key, None) is None:
+                raise NotFound("robot", robot_id)
+            self._urdfs.pop(key, None)
+            self._clones.pop(key, None)
+
+    def put_urdf(self, user: str, robot_id: str, urdf: bytes) -> bool:
+        """Keep the URDF of a robot in place of the one before; ``NotFound`` if there is no such robot."""
+        key = _robot_key(user, robot_id)
+        with self._lock:
+            if key not in self._robots:
+                raise NotFound("robot", robot_id)
+            is_new = key not in self._urdfs
+            self._urdfs[key] = bytes(urdf)
+        return is_new
+
+    def urdf(self, user: str, robot_id: str) -> bytes:
+        """Return the URDF of a robot; ``NotFound`` if there is none."""
+        key = _robot_key(user, robot_id)
+        with self._lock:
+            if key not in self._urdfs:
+                raise NotFound("URDF of robot", robot_id)
+            return self._urdfs[key]
+
+    def remove_urdf(self, user: str, robot_id: str) -> None:
+        """Forget the URDF of a robot; ``NotFound`` if there is none."""
+        key = _robot_key(user, robot_id)
+        with self._lock:
+            if self._urdfs.pop(key, None) is None:
+                raise NotFound("URDF of robot", robot_id)
+
+    # -- clones --------------------------------------------------------------------------------------------------------
+
+    def save_clone(self, checkpoint: CloneCheckpoint) -> None:
+        """Keep a checkpoint in place of the one before."""
+        key = _robot_key(checkpoint.user, checkpoint.robot)
+        data = encode(checkpoint)
+        with self._lock:
+            self._clones[key] = data
+
+    def clone(self, user: str, robot: str) -> CloneCheckpoint:
+        """Return the last checkpoint; ``NotFound`` if there is none."""
+        key = _robot_key(user, robot)
+        with self._lock:
+            if key not in self._clones:
+                raise NotFound("checkpoint of robot", robot)
+            return decode(self._clones[key], CloneCheckpoint)
+
+    def remove_clone(self, user: str, robot: str) -> None:
+        """Forget the checkpoint, if there is one."""
+        key = _robot_key(user, robot)
+        with self._lock:
+            self._clones.pop(key, None)
+
+
+def _robot_key(user: str, robot: str) -> tuple[str, str]:
+    return check_name("user", user), check_name("robot", robot)

@@ -1,0 +1,165 @@
+"""What a migration copies of stores: users, tokens, robots, their URDFs and checkpoints, plans and history.
+
+What belongs to no user any more, such as a checkpoint that came after its robot was removed, nobody can ask for, and
+it is left behind.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
+from typing import Any
+
+from ppaas.errors import NotFound
+from storage.migration.copying import PAGE, Key, Kind, by_pages, each
+from storage.ports import Store
+from storage.records import PlanRecord, RobotRecord, Token
+
+LISTED = 16 * PAGE
+"""Plans that are listed together."""
+
+
+def _user_ids(store: Store) -> Iterator[list[str]]:
+    pages = by_pages(lambda after: store.users(after=after, limit=PAGE), "", lambda user: user.id)
+    return ([user.id for user in page] for page in pages)
+
+
+def _token_hashes(store: Store) -> Iterator[list[str]]:
+    def of(owner: str) -> Iterator[list[Token]]:
+        return by_pages(lambda after: store.tokens(owner, after=after, limit=PAGE), "", lambda token: token.hash)
+
+    pages = (page for owner in chain.from_iterable(_user_ids(store)) for page in of(owner))
+    return ([token.hash for token in page] for page in pages)
+
+
+def _robots(store: Store) -> Iterator[list[RobotRecord]]:
+    def of(owner: str) -> Iterator[list[RobotRecord]]:
+        return by_pages(lambda after: store.robots(owner, after=after, limit=PAGE), "", lambda robot: robot.id)
+
+    return (page for owner in chain.from_iterable(_user_ids(store)) for page in of(owner))
+
+
+def _robot_keys(store: Store) -> Iterator[list[Key]]:
+    return ([(robot.user, robot.id) for robot in page] for page in _robots(store))
+
+
+def _beside_robots(read: Callable[[Store, Any], object]) -> Callable[[Store], Iterator[list[Key]]]:
+    """Return what walks the robots that have something beside them."""
+
+    def pages(store: Store) -> Iterator[list[Key]]:
+        return ([key for key in page if _has(read, store, key)] for page in _robot_keys(store))
+
+    return pages
+
+
+def _has(read: Callable[[Store, Any], object], store: Store, key: Key) -> bool:
+    try:
+        read(store, key)
+    except NotFound:
+        return False
+    return True
+
+
+def _plan_ids(store: Store) -> Iterator[list[str]]:
+    """Walk the plans; more are listed together than looked at, for of a list a store may read more than a page."""
+
+    def of(map_id: str) -> Iterator[list[PlanRecord]]:
+        return by_pages(
+            lambda before: store.plans(map_id, before=before, limit=LISTED), None, lambda plan: (plan.created, plan.id)
+        )
+
+    listed = ([plan.id for plan in page] for map_id in store.plan_maps() for page in of(map_id))
+    return (ids[at : at + PAGE] for ids in listed for at in range(0, len(ids), PAGE))
+
+
+def _history_keys(store: Store) -> Iterator[list[Key]]:
+    return ([row.key for row in store.history(map_id)] for map_id in store.history_maps())
+
+
+def _read_history(store: Store, keys: Sequence[Any]) -> dict[Key, Any]:
+    asked = set(keys)
+    rows = chain.from_iterable(store.history(map_id) for map_id in dict.fromkeys(key[0] for key in keys))
+    return {row.key: row for row in rows if row.key in asked}
+
+
+def _read_links(store: Store, keys: Sequence[Key]) -> dict[Key, Any]:
+    return {row.link: row for row in store.links() if row.link in keys}
+
+
+def _each(keep: Callable[[Store, Any], object]) -> Callable[[Store, Store, Sequence[Any]], None]:
+    """Return what keeps records one by one in a target."""
+
+    def keep_each(_source: Store, target: Store, records: Sequence[Any]) -> None:
+        for record in records:
+            keep(target, record)
+
+    return keep_each
+
+
+def _urdf(store: Store, key: Any) -> tuple[str, str, bytes]:
+    return (*key, store.urdf(*key))
+
+
+def _clone(store: Store, key: Any) -> Any:
+    return store.clone(*key)
+
+
+KINDS: tuple[Kind[Store], ...] = (
+    Kind(
+        "users",
+        _user_ids,
+        each(lambda store, key: store.user(key)),
+        _each(lambda target, user: target.add_user(user)),
+        lambda _source, target, user, _before: target.change_user(user),
+    ),
+    Kind(
+        "tokens",
+        _token_hashes,
+        each(lambda store, key: store.token(key)),
+        _each(lambda target, token: target.add_token(token)),
+        lambda _source, target, token, _before: target.add_token(token),
+    ),
+    Kind(
+        "robots",
+        _robot_keys,
+        each(lambda store, key: store.robot(*key)),
+        _each(lambda target, robot: target.put_robot(robot)),
+        lambda _source, target, robot, before: target.put_robot(robot, instead_of=before),
+    ),
+    Kind(
+        "URDFs",
+        _beside_robots(_urdf),
+        each(_urdf),
+        _each(lambda target, urdf: target.put_urdf(*urdf)),
+        lambda _source, target, urdf, _before: target.put_urdf(*urdf),
+    ),
+    Kind(
+        "checkpoints",
+        _beside_robots(_clone),
+        each(_clone),
+        _each(lambda target, clone: target.save_clone(clone)),
+        lambda _source, target, clone, _before: target.save_clone(clone),
+    ),
+    Kind(
+        "plans",
+        _plan_ids,
+        lambda store, keys: store.whole_plans(keys),
+        lambda _source, target, plans: target.add_plans(plans),
+        lambda _source, target, plan, before: target.replace_plan(plan, instead_of=before),
+        count=lambda store: store.plan_statistics().plans,
+    ),
+    Kind(
+        "history",
+        _history_keys,
+        _read_history,
+        lambda _source, target, rows: target.add_history(rows),
+        exact=False,
+    ),
+    Kind(
+        "links",
+        lambda store: iter([[row.link for row in store.links()]]),
+        _read_links,
+        _each(lambda target, link: target.put_link(link)),
+        lambda _source, target, link, _before: target.put_link(link),
+        exact=False,
+    ),
+)
+"""In the order of a migration: whom something belongs to comes before it."""

@@ -1,0 +1,132 @@
+"""What is counted of plans in an SQLite file: references to entries, sums, and when plans were made.
+
+A plan refers to some twenty entries, which lie on as many pages. So what is counted is not brought up to date with each
+plan: up to which plan it is counted stands beside, those after are few, and whoever finds that they are more than
+`MOST_UNCOUNTED` counts them together.
+"""
+
+import sqlite3
+import struct
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.plans.encoding.body import read_bodies
+from ppaas.plans.encoding.chunks import ENDS_AFTER, ENDS_BEFORE
+from ppaas.plans.encoding.recipes import numbers_in
+from storage.sqlite.plan_schema import SPAN
+
+MOST_UNCOUNTED = 2048
+"""Plans; to count four times as many takes twice as long."""
+
+SAMPLES = 8
+"""Plans that are told of an entry, however many refer to it."""
+
+
+class Uncounted(msgspec.Struct, frozen=True):
+    """A plan that is not counted yet: its number, context and scope, when it was made, and what it adds to sums.
+
+    No dataclass, as ``ppaas.plans.encoding.body.Body``.
+    """
+
+    sequence: int
+    context: int
+    scope: int
+    created: float
+    waypoints: int
+    loose: int
+    bytes: int
+
+
+def counted_up_to(connection: sqlite3.Connection) -> int:
+    """Return the number of the last plan that is counted."""
+    return int(connection.execute("SELECT counted FROM tally").fetchone()[0])
+
+
+def uncounted(connection: sqlite3.Connection) -> tuple[list[Uncounted], NDArray[np.int64], NDArray[np.int64]]:
+    """Return the plans that are not counted, the entries that they refer to, and where in these those of each end."""
+    query = """SELECT sequence, context, scope, body, recipe FROM plans JOIN contexts ON contexts.id = context
+               WHERE sequence > (SELECT counted FROM tally) ORDER BY sequence"""
+    rows = connection.execute(query).fetchall()
+    chunks, stops = numbers_in([recipe for *_, recipe in rows])
+    plans = []
+    for (sequence, context, scope, body, recipe), own in zip(rows, read_bodies([row[3] for row in rows]), strict=True):
+        loose = ENDS_BEFORE + ENDS_AFTER if own.shared else own.count
+        created, size = own.numbers()[0], len(body) + len(recipe)
+        plans.append(Uncounted(sequence, context, scope, created, own.count, loose, size))
+    return plans, chunks, stops
+
+
+def count_plans(connection: sqlite3.Connection) -> None:
+    """Count the plans that are not counted yet."""
+    plans, chunks, stops = uncounted(connection)
+    if not plans:
+        return
+    _count_references(connection, [plan.sequence for plan in plans], chunks, stops)
+    sums: dict[int, list[int]] = {}
+    spans: dict[tuple[int, int], tuple[float, float]] = {}
+    for plan in plans:
+        counted = sums.setdefault(plan.context, [0, 0, 0, 0])
+        for at, added in enumerate((1, plan.waypoints, plan.loose, plan.bytes)):
+            counted[at] += added
+        span, made = (plan.scope, plan.sequence // SPAN), plan.created
+        oldest, newest = spans.get(span, (made, made))
+        spans[span] = min(oldest, made), max(newest, made)
+    for context, counted in sums.items():
+        add_to_context(connection, context, counted)
+    connection.executemany(
+        """INSERT INTO plan_spans VALUES (?, ?, ?, ?) ON CONFLICT DO UPDATE
+           SET oldest = min(oldest, excluded.oldest), newest = max(newest, excluded.newest)""",
+        [(*span, *times) for span, times in spans.items()],
+    )
+    connection.execute("UPDATE tally SET counted = ?", (plans[-1].sequence,))
+
+
+def add_to_context(connection: sqlite3.Connection, context: int, sums: Sequence[int]) -> None:
+    """Add to the sums of a context: plans, waypoints, loose ones, bytes."""
+    connection.execute(
+        """UPDATE contexts SET plans = plans + ?, waypoints = waypoints + ?, loose = loose + ?, bytes = bytes + ?
+           WHERE id = ?""",
+        (*sums, context),
+    )
+
+
+def _count_references(
+    connection: sqlite3.Connection, sequences: list[int], chunks: NDArray[np.int64], stops: NDArray[np.int64]
+) -> None:
+    places = np.argsort(chunks, kind="stable")
+    ids, first, counts = np.unique(chunks[places], return_index=True, return_counts=True)
+    # All entries have their counts, and ids go up.
+    query = "SELECT refs FROM {given} AS given JOIN chunk_refs ON chunk = given.id ORDER BY chunk"
+    before = np.array(rows_of(connection, query, ids.tolist()), np.int64).reshape(-1)
+    after = before + counts
+    updates = zip(after.tolist(), ids.tolist(), strict=True)
+    samples = []
+    # At the first reference, the second, fourth, eighth …, so that samples are of all times.
+    for at in np.flatnonzero(_doublings(before) != _doublings(after)).tolist():
+        refs = int(before[at])
+        for slot in range(refs.bit_length(), int(after[at]).bit_length()):
+            plan = int(np.searchsorted(stops, places[first[at] + (1 << slot) - refs - 1], side="right"))
+            samples.append((int(ids[at]), slot % SAMPLES, sequences[plan]))
+    connection.executemany("UPDATE chunk_refs SET refs = ? WHERE chunk = ?", updates)
+    for chunk, slot, sequence in samples:
+        _put_sample(connection, chunk, slot, sequence)
+
+
+def _doublings(counts: NDArray[np.int64]) -> NDArray[np.int32]:
+    return np.frexp(counts.astype(np.float64))[1]
+
+
+def _put_sample(connection: sqlite3.Connection, chunk: int, slot: int, sequence: int) -> None:
+    before = connection.execute("SELECT plans FROM chunks WHERE id = ?", (chunk,)).fetchone()[0]
+    samples = bytearray(before.ljust(4 * slot + 4, b"\0"))
+    struct.pack_into("<I", samples, 4 * slot, sequence)
+    connection.execute("UPDATE chunks SET plans = ? WHERE id = ?", (bytes(samples), chunk))
+
+
+def rows_of(connection: sqlite3.Connection, query: str, ids: list[int]) -> list[Any]:
+    """Return the rows of a query that joins ``{given}``, the table of so many ids."""
+    return connection.execute(query.format(given="(SELECT value AS id FROM json_each(?))"), (str(ids),)).fetchall()

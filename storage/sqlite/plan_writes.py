@@ -1,0 +1,288 @@
+"""Plans into the tables of an SQLite file and out of them, within a transaction beside which nobody else writes."""
+
+import itertools
+import logging
+import sqlite3
+import threading
+import zlib
+from collections import Counter
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import numpy as np
+
+from ppaas.errors import InvalidInput
+from ppaas.plans.encoding.body import id_in, read_body
+from ppaas.plans.encoding.chunks import GRANULARITY, inner_granularity
+from ppaas.plans.encoding.codes import entry_id, pack, poses_of, unpack, waypoints_in
+from ppaas.plans.encoding.end_buckets import place_of, spots_of
+from ppaas.plans.encoding.index_cells import scope_of, squares_touched
+from ppaas.plans.encoding.recipes import read_recipe, recipes_of
+from storage.encoding import decode
+from storage.plan_entry import PlanEntry, context_of, entries_of
+from storage.records import PlanRecord
+from storage.sqlite.plan_counts import MOST_UNCOUNTED, add_to_context, count_plans, rows_of
+
+logger = logging.getLogger(__name__)
+
+MOST_REMEMBERED, MOST_CONTEXTS = 1 << 17, 1 << 12
+"""Entries of which it is remembered where they are, some 30 MB, and contexts, which may have long parameters."""
+
+_AT_ONCE = 512
+
+_OF_HASH = "SELECT sequence, body FROM plan_ids JOIN plans ON sequence = plan WHERE hash = ?"
+_OF_HASHES = """SELECT sequence, body FROM {given} AS sought JOIN plan_ids ON hash = sought.id
+    JOIN plans ON sequence = plan"""
+
+Value = TypeVar("Value")
+
+
+@dataclass(slots=True)
+class KnownIds:
+    """The ids of what is in a file.
+
+    Parameters
+    ----------
+    chunks : dict
+        Of entries, by scope and code.
+    contexts : dict
+        Of contexts, and of their scopes, by what is in them.
+    """
+
+    chunks: dict[bytes, int] = field(default_factory=dict)
+    contexts: dict[bytes, tuple[int, int]] = field(default_factory=dict)
+
+
+class Remembered:
+    """Where entries and contexts are, so that nobody needs to look them up.
+
+    It holds until one is removed, by whomever: each time that this happens is counted in the file.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._removals = 0
+        self._ids = KnownIds()
+
+    def known(self, removals: int) -> KnownIds:
+        """Return their ids, if none was removed since; to be looked at only."""
+        with self._lock:
+            return self._ids if removals == self._removals else KnownIds()
+
+    def learn(self, ids: KnownIds, removals: int) -> None:
+        """Remember what must be committed: an id that was taken back may be given to another."""
+        if not ids.chunks and not ids.contexts:
+            return
+        with self._lock:
+            if removals < self._removals:
+                return
+            if removals > self._removals:
+                self._ids, self._removals = KnownIds(), removals
+            _add(self._ids.chunks, ids.chunks, MOST_REMEMBERED)
+            _add(self._ids.contexts, ids.contexts, MOST_CONTEXTS)
+
+
+class PlanTransaction:
+    """Adds and removes plans.
+
+    Parameters
+    ----------
+    connection : sqlite3.Connection
+        In a transaction.
+    remembered : Remembered
+        To be told what was learned once that is committed.
+    """
+
+    def __init__(self, connection: sqlite3.Connection, remembered: Remembered) -> None:
+        self._connection = connection
+        self._remembered = remembered
+        self._learned = KnownIds()
+        query = "SELECT counted, removals, (SELECT coalesce(max(sequence), 0) FROM plans) FROM tally"
+        self._counted, self._removals, self._last = connection.execute(query).fetchone()
+
+    def committed(self) -> None:
+        """Have remembered what was learned, now that it stays."""
+        self._remembered.learn(self._learned, self._removals)
+
+    def add(self, *given: Iterable[PlanEntry]) -> list[int]:
+        """Add plans; return for each that gave some how many were not there. Of an id that comes twice, the first."""
+        added = [0] * len(given)
+        left = ((number, entry) for number, entries in enumerate(given) for entry in entries)
+        while batch := list(itertools.islice(left, _AT_ONCE)):
+            by_id: dict[str, tuple[int, PlanEntry]] = {}
+            for each in batch:
+                by_id.setdefault(each[1].id, each)
+            for plan_id in sequences_of(self._connection, by_id):
+                del by_id[plan_id]
+            if by_id:
+                self._add([entry for _, entry in by_id.values()])
+            for number, _ in by_id.values():
+                added[number] += 1
+        return added
+
+    def remove(self, sequence: int) -> None:
+        """Remove a plan, and the entries that no other refers to."""
+        count_plans(self._connection)
+        query = """SELECT context, record, body, recipe FROM plans JOIN contexts ON contexts.id = context
+                   WHERE sequence = ?"""
+        context, record, body, recipe = self._connection.execute(query, (sequence,)).fetchone()
+        own, common = read_body(body), context_of(record)
+        scope = scope_of(common.map, common.version)
+        shared = sum(self._release(scope, chunk, refs) for chunk, refs in Counter(read_recipe(recipe)).items())
+        length = np.array([own.numbers()[1]])
+        [spot] = spots_of([scope], np.array(own.ends()).reshape(1, 4), length).tolist()
+        execute = self._connection.execute
+        execute("DELETE FROM plans WHERE sequence = ?", (sequence,))
+        execute("DELETE FROM plan_ids WHERE hash = ? AND plan = ?", (_hash(own.plan_id), sequence))
+        execute("DELETE FROM plan_spots WHERE spot = ? AND plan = ?", (spot, sequence))
+        add_to_context(self._connection, context, (-1, -own.count, shared - own.count, -len(body) - len(recipe)))
+        if execute("DELETE FROM contexts WHERE id = ? AND plans = 0", (context,)).rowcount:
+            self._forget()
+        # The number of the last plan is given again.
+        set_counted = "UPDATE tally SET counted = (SELECT coalesce(max(sequence), 0) FROM plans) RETURNING counted"
+        self._counted = self._last = self._one(set_counted)
+
+    def _add(self, entries: list[PlanEntry]) -> None:
+        contexts = self._contexts({entry.context for entry in entries})
+        numbers = self._chunks(entries, {entry.scope: contexts[entry.context][1] for entry in entries})
+        recipes = recipes_of(
+            numbers, np.array(list(itertools.accumulate(len(entry.codes) for entry in entries)), np.int64)
+        )
+        numbered = list(enumerate(entries, self._last + 1))
+        many = self._connection.executemany
+        many(
+            "INSERT INTO plans VALUES (?, ?, ?, ?)",
+            [
+                (number, contexts[entry.context][0], entry.body, recipe)
+                for (number, entry), recipe in zip(numbered, recipes, strict=True)
+            ],
+        )
+        # In their order, so that neighbours find the page of the one before.
+        many("INSERT INTO plan_ids VALUES (?, ?)", sorted((_hash(entry.id), number) for number, entry in numbered))
+        many("INSERT INTO plan_spots VALUES (?, ?)", sorted((entry.spot, number) for number, entry in numbered))
+        self._last += len(entries)
+        if self._last - self._counted > MOST_UNCOUNTED:
+            count_plans(self._connection)
+            self._counted = self._last
+
+    # -- contexts ------------------------------------------------------------------------------------------------------
+
+    def _contexts(self, wanted: set[bytes]) -> dict[bytes, tuple[int, int]]:
+        """Return the ids of contexts and their scopes, which are made if they are not there."""
+        known, found = self._remembered.known(self._removals).contexts, {}
+        for data in wanted:
+            context = known.get(data) or self._learned.contexts.get(data)
+            if context is None:
+                context = self._learned.contexts[data] = self._context(data)
+            found[data] = context
+        return found
+
+    def _context(self, data: bytes) -> tuple[int, int]:
+        """Return the ids of a context and its scope, which are made if they are not there."""
+        query = "SELECT id, scope FROM contexts WHERE record = ?"
+        row = self._connection.execute(query, (data,)).fetchone()
+        if row is not None:
+            return int(row[0]), int(row[1])
+        common = context_of(data)
+        of_map = (common.map, common.version)
+        self._connection.execute("INSERT INTO scopes (map, version) VALUES (?, ?) ON CONFLICT DO NOTHING", of_map)
+        scope = self._one("SELECT id FROM scopes WHERE map = ? AND version = ?", *of_map)
+        insert = """INSERT INTO contexts (record, scope, plans, waypoints, loose, bytes) VALUES (?, ?, 0, 0, 0, 0)
+                    RETURNING id"""
+        return self._one(insert, data, scope), scope
+
+    # -- entries -------------------------------------------------------------------------------------------------------
+
+    def _chunks(self, entries: list[PlanEntry], scopes: dict[bytes, int]) -> list[int]:
+        """Return the ids of the entries of these plans, one after the other, made where they are not there."""
+        # In their order: neighbours in plans get ids that are neighbours, which makes short recipes.
+        keys = [entry.scope + code for entry in entries for code in entry.codes]
+        chunks = list(map(self._remembered.known(self._removals).chunks.get, keys))
+        return [self._learn(key, scopes) if chunk is None else chunk for key, chunk in zip(keys, chunks, strict=True)]
+
+    def _learn(self, key: bytes, scopes: dict[bytes, int]) -> int:
+        """Return the id of an entry that no earlier transaction remembers, and keep it in mind."""
+        chunk = self._learned.chunks.get(key)
+        if chunk is None:
+            chunk = self._learned.chunks[key] = self._look_up(key, scopes)
+        return chunk
+
+    def _look_up(self, key: bytes, scopes: dict[bytes, int]) -> int:
+        """Return the id of an entry that nobody remembers, made if it is not there."""
+        scope, code = key[:16], key[16:]
+        entry = entry_id(scope, code)
+        row = self._connection.execute("SELECT chunk FROM chunk_ids WHERE entry = ?", (entry,)).fetchone()
+        if row is not None:
+            return int(row[0])
+        insert = "INSERT INTO chunks (scope, waypoints, data, plans) VALUES (?, ?, ?, x'') RETURNING id"
+        chunk = self._one(insert, scopes[scope], waypoints_in(code), pack(code))
+        self._connection.execute("INSERT INTO chunk_ids VALUES (?, ?)", (entry, chunk))
+        self._connection.execute("INSERT INTO chunk_refs VALUES (?, 0)", (chunk,))
+        places = [(place_of(scope, square), chunk) for square in squares_touched(poses_of(code)[:, :2])]
+        self._connection.executemany("INSERT OR IGNORE INTO chunk_places VALUES (?, ?)", places)
+        return chunk
+
+    def _release(self, scope: bytes, chunk: int, count: int) -> int:
+        """Count references less, and remove an entry without any; return how many waypoints the plan had of it."""
+        execute = self._connection.execute
+        waypoints, data = execute("SELECT waypoints, data FROM chunks WHERE id = ?", (chunk,)).fetchone()
+        if self._one("UPDATE chunk_refs SET refs = refs - ? WHERE chunk = ? RETURNING refs", count, chunk) == 0:
+            code = unpack(data)
+            execute("DELETE FROM chunks WHERE id = ?", (chunk,))
+            execute("DELETE FROM chunk_refs WHERE chunk = ?", (chunk,))
+            execute("DELETE FROM chunk_ids WHERE entry = ?", (entry_id(scope, code),))
+            places = [(place_of(scope, square), chunk) for square in squares_touched(poses_of(code)[:, :2])]
+            self._connection.executemany("DELETE FROM chunk_places WHERE place = ? AND chunk = ?", places)
+            self._forget()
+        return int(waypoints) * count
+
+    # -- both ----------------------------------------------------------------------------------------------------------
+
+    def _forget(self) -> None:
+        """Have nobody remember where anything is, now that an entry or a context is not there any more."""
+        self._removals = self._one("UPDATE tally SET removals = removals + 1 RETURNING removals")
+        self._learned = KnownIds()
+
+    def _one(self, query: str, *values: object) -> int:
+        [(value,)] = self._connection.execute(query, values).fetchall()
+        return int(value)
+
+
+def sequence_of(connection: sqlite3.Connection, plan_id: str) -> int | None:
+    """Return the number of the plan of an id, or None."""
+    return sequences_of(connection, [plan_id]).get(plan_id)
+
+
+def sequences_of(connection: sqlite3.Connection, plan_ids: Collection[str]) -> dict[str, int]:
+    """Return the numbers of the plans of these ids that are there."""
+    hashes = [_hash(plan_id) for plan_id in plan_ids]
+    if len(hashes) == 1:  # as most that come alone; to join a table of one takes twice as long
+        rows = connection.execute(_OF_HASH, hashes).fetchall()
+    else:
+        rows = rows_of(connection, _OF_HASHES, hashes)
+    found = {id_in(body): sequence for sequence, body in rows}
+    return {plan_id: found[plan_id] for plan_id in plan_ids if plan_id in found}
+
+
+def move_plans(connection: sqlite3.Connection) -> None:
+    """Keep in the tables what an earlier release kept as whole records, and remove these."""
+    transaction = PlanTransaction(connection, Remembered())
+    for (data,) in connection.execute("SELECT record FROM plans_before ORDER BY sequence"):
+        record = decode(data, PlanRecord)
+        try:
+            transaction.add(entries_of([record], inner_granularity(GRANULARITY)))
+        except InvalidInput as error:
+            logger.warning("a plan of an earlier release is left out: %s", error)
+    connection.execute("DROP TABLE plans_before")
+
+
+def _add(kept: dict[bytes, Value], more: dict[bytes, Value], most: int) -> None:
+    """Keep more, and what was kept first no longer where that is too much."""
+    kept |= more
+    for oldest in list(itertools.islice(kept, max(0, len(kept) - most))):
+        del kept[oldest]
+
+
+def _hash(plan_id: str) -> int:
+    return zlib.crc32(plan_id.encode()) - (1 << 31)

@@ -1,0 +1,1 @@
+"""TODO storage/store_and_forward."""

@@ -1,0 +1,51 @@
+"""Which tests run one after the other where several processes share them (pytest-xdist).
+
+Robots drive in real time, so most of such a test is waiting: those that kill, those that bring machines and clouds of
+their own, those that share one cloud, those that cut off what goes on, and all others run side by side. Within the
+first four a cloud is shared or the machine is strained, so they stay together; they go first, since they take longest.
+The browser stays with those that make networks: it drops what it was fetching whenever the computer gets another one.
+"""
+
+from pathlib import PurePath
+
+SHARES: dict[str, tuple[str, ...]] = {  # the first that a file is part of
+    "clouds": (
+        "tests/e2e/test_two_machines.py",
+        "tests/e2e/test_local_nodes.py",
+        "tests/e2e/test_come_and_go.py",
+        "tests/docs",
+        "tests/unit/robots/cli/commands/test_demo.py",
+        "tests/unit/robots/cli/commands/test_simulate.py",
+    ),
+    "restarts": (
+        "tests/faults/test_master_restart.py",
+        "tests/faults/test_partition.py",
+        "tests/e2e/test_dashboard.py",
+    ),
+    "deaths": ("tests/faults", "tests/stress", "tests/unit/endpoints/test_server.py"),
+    "drives": ("tests/e2e",),
+}
+
+LONG = (
+    "tests/unit/endpoints/test_schemathesis.py",
+    "tests/unit/ppaas/planners/field/test_tile_field.py",
+    "tests/unit/ppaas/maps/kernels/test_serial.py",
+    "tests/unit/benchmarks/engine/test_suite.py",
+    "tests/unit/engine/runtimes/memory_tuning/test_cached_kernels.py",
+)
+"""Files that begin before the rest: whatever is long and last is waited for by all processes but one."""
+
+
+def share_of(file: PurePath) -> str:
+    """Return the share of a test file, given below the root: one of ``SHARES``, else a share of its own."""
+    for share, places in SHARES.items():
+        if any(file.is_relative_to(place) for place in places):
+            return share
+    return file.as_posix()
+
+
+def place_in_line(file: PurePath) -> int:
+    """Return where a file's share stands in line: the longest first."""
+    line = [*SHARES, *LONG]
+    share = share_of(file)
+    return line.index(share) if share in line else len(line)

@@ -1,0 +1,136 @@
+"""``docker compose -f docker/compose.yaml`` for real: it comes up, robots drive in it, and what was kept is kept."""
+
+import asyncio
+import json
+import os
+import subprocess
+from collections.abc import Iterator
+
+import pytest
+
+from benchmarks.harness.free_ports import free_ports
+from ppaas.maps.generate import office
+from robots.client.rest import RestClient
+from tests.support.cloud.cloud import publish_map, register_robot
+from tests.support.cloud.drive import driving
+from tests.support.engine.docker_engine import bring_up, run
+from tests.support.sources import ROOT
+from tests.support.world.places import free_pose, reachable_pose
+
+pytestmark = [pytest.mark.docker, pytest.mark.timeout(1800)]
+
+FILE = "docker/compose.yaml"
+PROJECT = "ppaas-tests"
+WAIT = "900"
+"""Seconds in which all must be healthy."""
+
+JOINED_WITHIN = 120.0
+
+DEMO = [
+    *("demo", "--headless", "--json", "--robots", "2", "--goals", "1", "--seed", "4"),
+    *("--cloud", "http://cloud:8500", "--admin-password-file", "/run/ppaas/admin-password"),
+]
+
+
+class Compose:
+    """One project of the compose file, at a port of its own."""
+
+    def __init__(self, port: int) -> None:
+        self.url = f"http://127.0.0.1:{port}"
+        self._settings = {"PPAAS_PORT": str(port), "PPAAS_ROBOTS": "2", "PPAAS_GOALS": "1"}
+
+    def __call__(self, *arguments: str) -> str:
+        """Run a command of compose; return what it printed."""
+        command = ["docker", "compose", "-p", PROJECT, "-f", FILE, *arguments]
+        done = subprocess.run(
+            command, cwd=ROOT, capture_output=True, text=True, env=os.environ | self._settings, check=False
+        )
+        assert done.returncode == 0, f"{' '.join(command)}\n{done.stdout}{done.stderr}{self._logs()}"
+        return done.stdout
+
+    def _logs(self) -> str:
+        command = ["docker", "compose", "-p", PROJECT, "-f", FILE, "logs", "--tail", "20"]
+        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False).stdout[-6000:]
+
+    def up(self, *services: str) -> None:
+        """Bring services up, all of them if none is named, and wait until they are healthy."""
+        self("up", "--detach", "--wait", "--wait-timeout", WAIT, *services)
+
+    async def admin(self) -> RestClient:
+        """Log in as whoever may read the volume of the cloud."""
+        client = RestClient(self.url)
+        await client.login("admin", self("exec", "-T", "cloud", "cat", "/var/lib/ppaas/admin-password").strip())
+        return client
+
+
+@pytest.fixture(scope="module")
+def compose() -> Iterator[Compose]:
+    bring_up()
+    [port] = free_ports(1)
+    project = Compose(port)
+    project("build")
+    project.up()
+    yield project
+    project("--profile", "demo", "down", "--volumes", "--timeout", "20")
+    left = run("docker", "ps", "--all", "--quiet", "--filter", f"label=com.docker.compose.project={PROJECT}")
+    assert left == ""
+
+
+async def test_its_stores_answer_and_are_reached_by_nobody_else(compose: Compose) -> None:
+    rest = await compose.admin()
+    assert (await rest.get("/v1/health"))["status"] == "ok"
+    services = [json.loads(line) for line in compose("ps", "--format", "json").splitlines()]
+    published = {service["Service"] for service in services if any(port["URL"] for port in service["Publishers"] or [])}
+    assert published == {"cloud"}
+
+
+async def test_the_robots_of_its_demo_reach_their_goals(compose: Compose) -> None:
+    told = compose("--profile", "demo", "run", "--rm", "-T", "robots", *DEMO)
+    report = json.loads(told.splitlines()[-1])
+    assert [(robot["goals_reached"], robot["collisions"]) for robot in report["robots"]] == [(1, 0), (1, 0)]
+
+
+async def test_machines_join_and_one_that_is_killed_is_done_without(compose: Compose) -> None:
+    compose("up", "--detach", "--scale", "machine=2", "machine", "tickets")
+    rest = await compose.admin()
+    await machines_are(rest, 3)
+    [first, _] = compose("ps", "--quiet", "machine").split()
+    run("docker", "rm", "--force", first)
+    await machines_are(rest, 2)
+    compose("rm", "--stop", "--force", "machine")
+    await machines_are(rest, 1)
+
+
+async def machines_are(rest: RestClient, count: int) -> None:
+    """Wait until the cloud has so many machines."""
+    async with asyncio.timeout(JOINED_WITHIN):
+        while len(await rest.items("/v1/machines")) != count:
+            await asyncio.sleep(0.5)
+
+
+async def test_down_and_up_again_keeps_what_was_kept(compose: Compose) -> None:
+    rest = await compose.admin()
+    grid = office(seed=1, width=12.0, height=10.0)
+    await publish_map(rest, "office", grid)
+    start = free_pose(grid, seed=1)
+    goal = reachable_pose(grid, start, seed=2, at_least=3.0)
+    planned = await rest.plan("office", (start.x, start.y), (goal.x, goal.y))
+    compose("down", "--timeout", "20")
+    compose.up()
+    rest = await compose.admin()
+    assert "office" in [found["id"] for found in await rest.items("/v1/maps")]
+    assert planned["plan_id"] in [kept["plan_id"] for kept in await rest.items("/v1/maps/office/plans")]
+    token = await register_robot(rest, "tb1", "office", start)
+    async with driving(compose.url, token, "tb1", grid, start) as drive:
+        assert await drive.go(goal) <= 0.25
+
+
+def test_the_official_images_take_the_place_of_ours() -> None:
+    bring_up()
+    told = run("docker", "compose", "-f", FILE, "-f", "docker/compose.official.yaml", "config", "--format", "json")
+    services = json.loads(told)["services"]
+    images = {name: services[name]["image"].partition(":")[0] for name in ("cassandra", "namenode", "datanode")}
+    assert images == {"cassandra": "cassandra", "namenode": "apache/hadoop", "datanode": "apache/hadoop"}
+    assert not any("build" in services[name] for name in images)
+    assert "user=root" in " ".join(services["cloud"]["command"])
+    assert services["namenode"]["user"] == "root"

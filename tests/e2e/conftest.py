@@ -1,0 +1,32 @@
+"""One real cloud for all journeys that do not break it."""
+
+import asyncio
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from ppaas.maps.generate import office
+from ppaas.maps.grid import GridMap
+from tests.support.cloud.cloud import RunningCloud, running_cloud
+
+
+@pytest.fixture(scope="session")
+def cloud(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningCloud]:
+    """Return a running cloud, stopped cleanly at the end."""
+    folder: Path = tmp_path_factory.mktemp("cloud")
+    with running_cloud(folder) as running:
+        asyncio.run(_make_room(running))
+        yield running
+
+
+async def _make_room(cloud: RunningCloud) -> None:
+    """Let it hold what each journey leaves behind for a while, a clone that lingers or planning on its map."""
+    admin = await cloud.admin()
+    await admin.patch("/v1/machines/local", {"oversubscription": 32})
+
+
+@pytest.fixture(scope="session")
+def office_map() -> GridMap:
+    """Return a generated office, 12 × 10 m."""
+    return office(seed=1, width=12.0, height=10.0)

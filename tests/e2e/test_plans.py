@@ -1,0 +1,41 @@
+"""A path without a robot, planned in a container and never in the web process."""
+
+import pytest
+
+from ppaas.errors import GoalOccupied, GoalOutsideMap, NotFound, PPaaSError
+from ppaas.maps.grid import OCCUPIED, GridMap
+from tests.support.cloud.cloud import RunningCloud, publish_map
+from tests.support.world.places import free_pose, reachable_pose
+
+pytestmark = pytest.mark.journey
+
+
+async def test_a_path_is_planned_in_another_process_than_the_web_server(
+    cloud: RunningCloud, office_map: GridMap
+) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    start = free_pose(office_map, seed=20)
+    goal = reachable_pose(office_map, start, seed=21, at_least=4.0)
+    plan = await rest.plan("office", start, goal)
+    assert plan["pid"] != cloud.pid
+    assert plan["pid"] in {child.pid for child in cloud.children()}
+    assert plan["length"] >= start.distance_to(goal)
+    assert plan["container"] in {c["id"] for c in await rest.items("/v1/containers") if c["kind"] == "planning"}
+    again = await rest.plan("office", start, goal)
+    assert again["pid"] == plan["pid"], "the same container plans again"
+
+
+async def test_what_cannot_be_planned_says_which_of_the_codes_it_is(cloud: RunningCloud, office_map: GridMap) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    start = free_pose(office_map, seed=22)
+    wall = next(iter(office_map.info.to_world(list(zip(*(office_map.data == OCCUPIED).nonzero(), strict=True)))))
+    with pytest.raises(GoalOccupied):
+        await rest.plan("office", start, (*map(float, wall), 0.0))
+    with pytest.raises(GoalOutsideMap):
+        await rest.plan("office", start, (1e6, 0.0, 0.0))
+    with pytest.raises(NotFound, match="atlantis"):
+        await rest.plan("atlantis", start, start)
+    with pytest.raises(PPaaSError, match="dijkstra"):
+        await rest.plan("office", start, start, planner="oracle")

@@ -1,0 +1,136 @@
+"""A path that one user's program found is given to another's robot on the same map, and on no other version."""
+
+import json
+import uuid
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import replace
+
+import pytest
+from websockets.asyncio.client import connect
+
+from benchmarks.service.plan_requests import compute_path_call
+from ppaas.errors import NotFound
+from ppaas.geometry import Pose2D
+from ppaas.maps.formats.map_files import save_map
+from ppaas.maps.grid import OCCUPIED, GridMap
+from ppaas.planners.grid.dijkstra import Dijkstra
+from ppaas.plans.history import MOST_BUCKETS, computed_row
+from robots.client.rest import RestClient
+from robots.client.robot_file import RobotFile
+from storage.sqlite.store import SqliteStore
+from tests.support.cloud.cloud import RunningCloud
+from tests.support.cloud.drive import driving
+from tests.support.world.places import free_pose, reachable_pose
+
+pytestmark = pytest.mark.journey
+
+PASSWORD = "correct horse battery"
+MINUTE = 60.0
+
+
+def as_if_planning_took_a_minute(cloud: RunningCloud, map_id: str, version: str) -> None:
+    """Write a history in which looking for a kept path always pays, however loaded the machine of the test is."""
+    store = SqliteStore(cloud.log.parent / "data" / "ppaas.sqlite")
+    try:
+        for bucket in range(MOST_BUCKETS):
+            store.add_history([computed_row((map_id, version, Dijkstra.name, bucket), MINUTE)] * 64)
+    finally:
+        store.close()
+
+
+async def log_in_as_new_user(cloud: RunningCloud) -> RestClient:
+    name = f"user-{uuid.uuid4().hex[:8]}"
+    await (await cloud.admin()).post("/v1/users", {"id": name, "password": PASSWORD})
+    rest = RestClient(cloud.url)
+    await rest.login(name, PASSWORD)
+    return rest
+
+
+async def publish(cloud: RunningCloud, rest: RestClient, map_id: str, grid: GridMap) -> str:
+    """Publish a map for everybody; return its version."""
+    yaml, image = save_map(grid, f"{map_id}.pgm")
+    await rest.upload_map(map_id, yaml, image, readers=("*",))
+    version = str((await rest.get(f"/v1/maps/{map_id}"))["version"])
+    as_if_planning_took_a_minute(cloud, map_id, version)
+    return version
+
+
+@asynccontextmanager
+async def robot_of(cloud: RunningCloud, rest: RestClient, map_id: str, start: Pose2D) -> AsyncIterator[str]:
+    """Tell of a robot; give the URL at which its operators connect."""
+    robot = f"robot-{uuid.uuid4().hex[:8]}"
+    await rest.put_robot(robot, RobotFile(map=map_id, initial_pose=start, cores=0.5))
+    yield f"{cloud.ws_url}/?robot={robot}&role=operator&token={rest.token}"
+
+
+async def test_what_a_program_found_a_robot_of_another_user_is_given(cloud: RunningCloud, office_map: GridMap) -> None:
+    ann, bob = await log_in_as_new_user(cloud), await log_in_as_new_user(cloud)
+    await publish(cloud, ann, "shared-office", office_map)
+    start = free_pose(office_map, seed=40)
+    goal = reachable_pose(office_map, start, seed=41, at_least=5.0)
+    first = await ann.plan("shared-office", start, goal)
+    assert (first["origin"], first["reused"]) == ("computed", None)
+    assert (await ann.get(f"/v1/plans/{first['plan_id']}"))["poses"] == first["poses"]
+    second = await bob.plan("shared-office", start, goal)
+    assert (second["origin"], second["reused"], second["plan_id"]) == ("reused", first["plan_id"], first["plan_id"])
+    assert second["poses"] == first["poses"]
+    assert (await bob.plan("shared-office", start, goal, reuse=False))["origin"] == "computed"
+    assert len(await bob.items("/v1/maps/shared-office/plans")) == 1, "the same path is kept once"
+    beside = start._replace(x=start.x + 0.06, y=start.y - 0.04)
+    third = await bob.plan("shared-office", beside, goal)
+    assert (third["origin"], third["reused"]) == ("reused", first["plan_id"])
+    assert third["poses"][0][:2] == pytest.approx(beside[:2])
+    along = [(x, y, 0.0) for x, y, *_ in (first["poses"][len(first["poses"]) * part // 8] for part in (1, 7))]
+    fourth = await bob.plan("shared-office", *along)
+    assert fourth["origin"] == "stitched"
+    assert fourth["cost"] < first["cost"]
+    async with robot_of(cloud, bob, "shared-office", start) as url, connect(url, max_size=None) as socket:
+        await socket.send(compute_path_call(tuple(start), tuple(goal)))
+        answer = json.loads(await socket.recv())["values"]
+    assert (answer["origin"], answer["reused"]) == ("reused", first["plan_id"])
+
+
+async def test_on_another_version_of_the_map_a_path_is_computed_anew(cloud: RunningCloud, office_map: GridMap) -> None:
+    rest = await log_in_as_new_user(cloud)
+    await publish(cloud, rest, "rebuilt-office", office_map)
+    start = free_pose(office_map, seed=42)
+    goal = reachable_pose(office_map, start, seed=43, at_least=5.0)
+    before = await rest.plan("rebuilt-office", start, goal)
+    data = office_map.data.copy()
+    data[0, 0] = OCCUPIED if data[0, 0] != OCCUPIED else 0
+    await publish(cloud, rest, "rebuilt-office", replace(office_map, data=data))
+    after = await rest.plan("rebuilt-office", start, goal)
+    assert (after["origin"], after["reused"]) == ("computed", None)
+    assert after["version"] != before["version"]
+    assert after["plan_id"] != before["plan_id"]
+
+
+async def test_a_robot_drives_along_what_was_kept_and_says_so(cloud: RunningCloud, office_map: GridMap) -> None:
+    rest = await cloud.admin()
+    await publish(cloud, rest, "driven-office", office_map)
+    start = free_pose(office_map, seed=44)
+    goal = reachable_pose(office_map, start, seed=45, at_least=2.5, at_most=4.0)
+    await rest.plan("driven-office", start, goal)
+    token = rest.token
+    assert token is not None
+    await rest.put_robot("reuser", RobotFile(map="driven-office", initial_pose=start, cores=0.5))
+    async with driving(cloud.ws_url, token, "reuser", office_map, start) as drive:
+        await drive.send(goal)
+        result = await drive.result()
+    assert result.status.text.startswith("Goal reached. Plans: ")
+    assert "reused" in result.status.text or "stitched" in result.status.text
+    evaluated = await rest.get("/v1/maps/driven-office/evaluation")
+    (dijkstra,) = evaluated["planners"]
+    assert dijkstra["computed"] >= 1
+
+
+async def test_what_is_known_of_planning_on_a_map_is_for_those_who_may_see_it(
+    cloud: RunningCloud, office_map: GridMap
+) -> None:
+    ann, bob = await log_in_as_new_user(cloud), await log_in_as_new_user(cloud)
+    yaml, image = save_map(office_map, "private.pgm")
+    await ann.upload_map("private-office", yaml, image)
+    assert (await ann.get("/v1/maps/private-office/evaluation"))["planners"] == []
+    with pytest.raises(NotFound):
+        await bob.get("/v1/maps/private-office/evaluation")

@@ -1,0 +1,65 @@
+"""An unmodified roslib, in Node, is an operator of the cloud: it looks around, drives the robot, offers a service."""
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ppaas.maps.grid import GridMap
+from ppaas.navigation.parameters import MoveBaseParameters
+from tests.support.cloud.client_script import operate
+from tests.support.cloud.cloud import RunningCloud
+
+pytestmark = pytest.mark.journey
+
+FOLDER = Path(__file__).parent / "roslib"
+CANCELED = "GoalError: Action was canceled"
+
+
+@pytest.fixture
+def node() -> str:
+    """Return the command of Node; ``make test`` brings roslib where Node is there."""
+    found = shutil.which("node")
+    if found is None or not (FOLDER / "node_modules" / "roslib").is_dir():
+        pytest.skip("Node, or roslib in it, is not installed: install Node 20 or newer and run make test")
+    return found
+
+
+async def test_roslib_drives_a_robot_by_topic_by_action_and_by_service(
+    node: str, cloud: RunningCloud, office_map: GridMap
+) -> None:
+    command = [node, str(FOLDER / "operator.mjs")]
+    found, errors = await operate(command, cloud, office_map, "tb-roslibjs", seed=21)
+    assert errors == b"", errors.decode()
+    looked_around(found, office_map)
+    drove(found)
+    assert found["poses"] > 10
+    assert found["lights"] == {"success": True, "message": "on"}
+    assert found["doors"] == {"reason": "Error: stuck"}
+    assert found["chatter"] == ["hello", "hello"]
+
+
+def looked_around(found: dict[str, Any], grid: GridMap) -> None:
+    assert {"/cmd_vel", "/map", "/scan"} <= set(found["topics"])  # type: ignore[call-overload]
+    assert found["mapType"] == "nav_msgs/OccupancyGrid"
+    assert {"/move_base/make_plan", "/static_map"} <= set(found["services"])  # type: ignore[call-overload]
+    assert {"/move_base", "/navigate_to_pose"} <= set(found["actions"])  # type: ignore[call-overload]
+    assert found["frequency"] == MoveBaseParameters().controller_frequency
+    assert found["cells"] == [grid.data.size, grid.data.size]
+    assert (found["ros1Stamp"], found["ros2Stamp"]) == (["secs", "nsecs"], ["sec", "nanosec"])
+
+
+def drove(found: dict[str, Any]) -> None:
+    assert found["byTopic"] == 3
+    assert found["byAction"] == {"result": {}}
+    assert int(str(found["actionFeedback"])) > 5
+    failure = found["cancelled"]["failed"]
+    assert failure.startswith(CANCELED), failure
+    assert found["navigateFeedback"] == [
+        ["current_pose", "navigation_time", "distance_remaining"], ["sec", "nanosec"],
+    ]  # fmt: skip
+    assert "moon" in found["refused"]["failed"]
+    assert (found["ros1Feedback"], found["ros1Cancelled"]) == (["base_position"], 2)
+    frames = found["frames"]
+    assert len(frames) == 2 and all(abs(a - b) < 0.5 for a, b in zip(*frames, strict=True))

@@ -1,0 +1,204 @@
+"""A cloud of two machines, the second joined over TLS: robots of two maps, one on each, whatever happens to it."""
+
+import asyncio
+import itertools
+import signal
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import msgspec
+import psutil
+import pytest
+
+from engine.remote.tickets import read_ticket
+from ppaas.maps.grid import GridMap
+from ppaas.messages.actionlib_msgs import Status
+from robots.client.rest import RestClient
+from robots.client.robot_client import RobotClient
+from tests.e2e.test_masks import careful_robot, passed
+from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot, running_cloud
+from tests.support.cloud.drive import Drive, driving
+from tests.support.cloud.joined_machine import JoinedMachine, container_of, machines, ticket
+from tests.support.engine.processes import has_ended
+from tests.support.network.wire import wire_to
+from tests.support.waiting import until
+from tests.support.world.places import free_pose, reachable_pose
+
+pytestmark = pytest.mark.journey
+
+HERE, THERE = "local", "m2"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("two")
+
+
+@pytest.fixture(scope="module")
+def two_machines(folder: Path) -> Iterator[RunningCloud]:
+    """Return a cloud that takes machines of other hosts."""
+    with running_cloud(folder, "--listen-machines", "127.0.0.1:0", "--linger", "1", "--adopt-within", "5") as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def second(two_machines: RunningCloud, folder: Path) -> Iterator[JoinedMachine]:
+    """Return a machine that has a ticket, and leaves nothing behind at the end."""
+    machine = JoinedMachine(folder / "m2", THERE)
+    machine.start(ticket(folder / "data"))
+    yield machine
+    machine.end()
+
+
+@asynccontextmanager
+async def driving_on_both(
+    cloud: RunningCloud, rest: RestClient, grid: GridMap, names: tuple[str, str]
+) -> AsyncIterator[dict[str, Drive]]:
+    """Have two robots under way, each on a map and a machine of its own; yield that of the second machine last."""
+    async with asyncio.timeout(30.0):
+        while await rest.items("/v1/containers"):
+            await asyncio.sleep(0.05)
+    await give_each(rest, 1)  # so each gets one
+    start = free_pose(grid, seed=30)
+    goal = reachable_pose(grid, start, seed=40, at_least=2.0, at_most=3.0)
+    for name in names:
+        await publish_map(rest, name, grid)
+        token = await register_robot(rest, name, name, start)
+    async with (
+        driving(cloud.url, token, names[0], grid, start) as one,
+        driving(cloud.url, token, names[1], grid, start) as other,
+    ):
+        served = {(await container_of(rest, name))["machine"]: name for name in names}
+        assert set(served) == {HERE, THERE}, "each map has a machine of its own"
+        await give_each(rest, 100)
+        drives = dict(zip(names, (one, other), strict=True))
+        for name, drive in drives.items():
+            await drive.send(goal, goal_id=name)
+        await until(lambda: all(len(drive.commands) > 5 for drive in drives.values()), 30.0)
+        yield {served[HERE]: drives[served[HERE]], served[THERE]: drives[served[THERE]]}
+
+
+async def give_each(rest: RestClient, containers: int) -> None:
+    """Say how many containers each machine takes."""
+    for machine in (HERE, THERE):
+        await rest.patch(f"/v1/machines/{machine}", {"max_containers": containers})
+
+
+async def all_arrive(drives: dict[str, Drive]) -> float:
+    """Wait until each robot has arrived, once, its socket kept open; return the longest time without a command [s]."""
+    for name, drive in drives.items():
+        result = await drive.result()
+        assert (result.status.goal_id.id, result.status.status) == (name, Status.SUCCEEDED), result.status.text
+        assert drive.results.empty(), "one result a goal"
+        assert drive.robot.connections == 1, "the robot's socket was kept open"
+    times = [[time for time, _ in drive.commands] for drive in drives.values()]
+    return max(after - before for one in times for before, after in itertools.pairwise(one))
+
+
+async def test_robots_of_a_machine_that_is_killed_drive_on_from_the_other_and_it_can_join_again(
+    two_machines: RunningCloud,
+    second: JoinedMachine,
+    office_map: GridMap,
+    record_property: Callable[[str, object], None],
+) -> None:
+    rest = await two_machines.admin()
+    await second.is_in(rest)
+    async with driving_on_both(two_machines, rest, office_map, ("k1", "k2")) as drives:
+        second.signal(signal.SIGKILL)
+        assert await second.has_ended() == -signal.SIGKILL
+        record_property("longest_gap_s", await all_arrive(drives))
+        for name in drives:
+            assert (await container_of(rest, name))["machine"] == HERE
+        assert await machines(rest) == [HERE]
+    second.start()  # it has joined already
+    await second.is_in(rest)
+
+
+async def test_a_machine_that_stood_still_serves_no_robot_twice_and_comes_back(
+    two_machines: RunningCloud,
+    second: JoinedMachine,
+    office_map: GridMap,
+    record_property: Callable[[str, object], None],
+) -> None:
+    rest = await two_machines.admin()
+    await second.is_in(rest)
+    async with driving_on_both(two_machines, rest, office_map, ("f1", "f2")) as drives:
+        left = (await container_of(rest, tuple(drives)[1]))["pid"]
+        second.process.send_signal(signal.SIGSTOP)
+        record_property("longest_gap_s", await all_arrive(drives))
+        for name in drives:
+            assert (await container_of(rest, name))["machine"] == HERE
+        assert psutil.pid_exists(left), "nobody could end it"
+        second.process.send_signal(signal.SIGCONT)
+        async with asyncio.timeout(20.0):
+            while not has_ended(left):
+                await asyncio.sleep(0.02)
+        await second.is_in(rest)
+        for drive in drives.values():
+            assert drive.results.empty(), "what it had still to say was not heard"
+
+
+async def test_robots_of_a_machine_that_is_drained_drive_on_from_the_other_and_what_was_measured_is_seen(
+    two_machines: RunningCloud,
+    second: JoinedMachine,
+    office_map: GridMap,
+    record_property: Callable[[str, object], None],
+) -> None:
+    rest = await two_machines.admin()
+    await second.is_in(rest)
+    async with driving_on_both(two_machines, rest, office_map, ("d1", "d2")) as drives:
+        drained = await rest.patch(f"/v1/machines/{THERE}", {"draining": True})
+        assert drained["state"] == "draining"
+        record_property("longest_gap_s", await all_arrive(drives))
+        for name in drives:
+            assert (await container_of(rest, name))["machine"] == HERE
+        seen = await rest.get(f"/v1/machines/{THERE}")
+        assert (seen["state"], seen["containers"]) == ("drained", 0)
+        assert 0.0 < seen["round_trips"][HERE] < 1.0 and seen["round_trip"] > 0.0
+    await rest.patch(f"/v1/machines/{THERE}", {"draining": False})
+
+
+async def test_a_robot_on_another_machine_keeps_out_of_where_its_mask_says(
+    two_machines: RunningCloud, second: JoinedMachine
+) -> None:
+    rest = await two_machines.admin()
+    await second.is_in(rest)
+    token = await careful_robot(rest, "far")
+    await rest.patch(f"/v1/machines/{HERE}", {"max_containers": 0})
+    async with RobotClient(two_machines.ws_url, robot="far", token=token) as client:
+        await give_each(rest, 100)
+        assert (await container_of(rest, "far"))["machine"] == THERE
+        assert await passed(client) == {True}
+
+
+async def test_a_machine_that_is_cut_off_ends_what_it_ran_by_itself_and_joins_again(
+    two_machines: RunningCloud, second: JoinedMachine, office_map: GridMap, folder: Path
+) -> None:
+    rest = await two_machines.admin()
+    await second.is_in(rest)
+    cut_off = JoinedMachine(folder / "m3", "m3")
+    direct = read_ticket(ticket(folder / "data"))
+    await publish_map(rest, "silent", office_map)
+    start = free_pose(office_map, seed=30)
+    token = await register_robot(rest, "s1", "silent", start)
+    async with wire_to(f"http://{direct.address.authority}") as wire:
+        port = urlsplit(wire.url).port
+        assert port is not None
+        cut_off.start(str(msgspec.structs.replace(direct, port=port)))
+        await cut_off.is_in(rest)
+        await give_each(rest, 0)
+        async with driving(two_machines.url, token, "s1", office_map, start) as drive:
+            await give_each(rest, 100)
+            there = await container_of(rest, "s1")
+            assert there["machine"] == "m3"
+            wire.fall_silent()
+            async with asyncio.timeout(20.0):
+                while not any(c["machine"] in (HERE, THERE) for c in await rest.items("/v1/containers")):
+                    await asyncio.sleep(0.05)
+                while not has_ended(there["pid"]):
+                    await asyncio.sleep(0.02)
+            assert drive.robot.connections == 1
+        await cut_off.is_in(rest)  # by a new connection, which is served
+        cut_off.end()

@@ -1,0 +1,284 @@
+"""A cloud whose machines are the nodes of a real Ray cluster: they join, are killed and leave while robots drive."""
+
+import asyncio
+import contextlib
+import itertools
+import os
+import signal
+import time
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+from playwright.async_api import expect
+
+from benchmarks.harness.free_ports import free_ports
+from ppaas.maps.generate import office
+from ppaas.maps.grid import GridMap
+from ppaas.messages.actionlib_msgs import Status
+from robots.client.rest import RestClient
+from tests.ray.ray_cluster import RayCluster, RayNode
+from tests.support.cloud.browser import DESK, browsing, enter, looking
+from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot, running_cloud
+from tests.support.cloud.drive import Drive, driving
+from tests.support.cloud.up_process import Up
+from tests.support.engine.processes import has_ended
+from tests.support.waiting import until
+from tests.support.world.places import free_pose, reachable_pose
+
+pytestmark = [pytest.mark.ray, pytest.mark.timeout(600)]
+
+HERE = 120.0
+"""Seconds for a node to become a machine: Ray itself takes several to start one, and many where others work as well."""
+
+
+@pytest.fixture(scope="module")
+def office_map() -> GridMap:
+    return office(seed=1, width=12.0, height=10.0)
+
+
+@pytest.fixture
+def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[RayCluster]:
+    """Return a running cluster without any node but its head; all below this process has its token."""
+    running = RayCluster()
+    for name, value in running.credentials.items():
+        monkeypatch.setenv(name, value)
+    try:
+        yield running
+    finally:
+        running.stop()
+
+
+def on_ray(cluster: RayCluster, port: int = 0) -> tuple[str, ...]:
+    """Return the arguments of a cloud on a cluster, which keeps clones for longer than a node takes to join."""
+    at = ("--ray-address", cluster.address, "--listen-machines", f"127.0.0.1:{port}")
+    return ("--runtime", "ray", *at, "--linger", "300")
+
+
+async def machines_when(rest: RestClient, holds: Callable[[list[dict[str, Any]]], object]) -> list[dict[str, Any]]:
+    """Return the machines once something holds of them."""
+    async with asyncio.timeout(HERE):
+        while not holds(machines := await rest.items("/v1/machines")):
+            await asyncio.sleep(0.05)
+    return machines
+
+
+async def containers(rest: RestClient) -> dict[str, dict[str, Any]]:
+    """Return the container of each robot."""
+    return {container["robot"]: container for container in await rest.items("/v1/containers")}
+
+
+async def another(rest: RestClient, robot: str, than: dict[str, Any]) -> dict[str, Any]:
+    """Return the container of a robot once it is another, and answers."""
+    async with asyncio.timeout(HERE):
+        while True:
+            found = (await containers(rest)).get(robot)
+            if found is not None and found["id"] != than["id"] and found["state"] == "ready":
+                return found
+            await asyncio.sleep(0.01)
+
+
+def longest_gap(drive: Drive) -> float:
+    """Return the longest time without a command [s]."""
+    return max(after - before for before, after in itertools.pairwise(time for time, _ in drive.commands))
+
+
+class Fleet:
+    """Robots that drive, each on a map of its own."""
+
+    def __init__(self, cloud: RunningCloud, rest: RestClient, grid: GridMap) -> None:
+        self.cloud, self.rest, self.grid = cloud, rest, grid
+
+    async def drive(self, number: int, begun: asyncio.Event, fault: asyncio.Event) -> float:
+        """Drive from a place to another; say when it moves, and go on to the end; return its longest gap."""
+        start = free_pose(self.grid, seed=30 + number)
+        goal = reachable_pose(self.grid, start, seed=40 + number, at_least=4.0)
+        token = await register_robot(self.rest, f"r{number}", f"office-{number}", start)
+        async with driving(self.cloud.url, token, f"r{number}", self.grid, start) as drive:
+            await drive.send(goal, goal_id=f"goal-{number}")
+            async with asyncio.timeout(HERE):
+                while len(drive.commands) <= 5:
+                    await asyncio.sleep(0.01)
+            begun.set()
+            await fault.wait()
+            result = await drive.result()
+            assert result.status.goal_id.id == f"goal-{number}"
+            assert result.status.status == Status.SUCCEEDED, result.status.text
+            assert drive.scorer.error(0, goal) <= 0.25
+            assert drive.results.empty(), "one result a goal"
+            assert drive.robot.connections == 1, "the robot's socket was kept open"
+            return longest_gap(drive)
+
+
+async def test_robots_of_two_maps_drive_on_two_nodes_and_go_on_where_nodes_die_and_join(
+    tmp_path: Path, cluster: RayCluster, office_map: GridMap, record_property: Callable[[str, object], None]
+) -> None:
+    nodes = {f"h{number}": cluster.join(f"--labels=host=h{number}") for number in (1, 2)}
+    with running_cloud(tmp_path, *on_ray(cluster)) as cloud:
+        rest = await cloud.admin()
+        machines = await machines_when(rest, lambda all_: len(all_) == 2)
+        assert {machine["labels"]["host"] for machine in machines} == set(nodes)
+        host_of = {machine["id"]: machine["labels"]["host"] for machine in machines}
+        await limit(rest, host_of, 1)  # so that each gets one robot, however busy the one computer of both is
+        for number in (1, 2):
+            await publish_map(rest, f"office-{number}", office_map)
+        fleet = Fleet(cloud, rest, office_map)
+        begun, fault = [asyncio.Event(), asyncio.Event()], asyncio.Event()
+        async with asyncio.TaskGroup() as group:
+            drives = [group.create_task(fleet.drive(number + 1, begun[number], fault)) for number in range(2)]
+            await asyncio.gather(*(event.wait() for event in begun))
+            before = await containers(rest)
+            assert {host_of[container["machine"]] for container in before.values()} == set(nodes), "one map a node"
+            await look_at_dashboard(cloud, rest, before, tmp_path / "dashboard.png")
+            record_property("ready_s", [container["ready_seconds"] for container in before.values()])
+            crashed = await crash(rest, "r1")
+            record_property("crash_to_ready_s", crashed)
+            record_property("ready_again_s", (await containers(rest))["r1"]["ready_seconds"])
+            before = await containers(rest)  # a busy computer may have lost one of them meanwhile
+            await limit(rest, host_of, 100)
+            lost = nodes.pop(host_of[before["r2"]["machine"]])
+            record_property("node_lost_to_ready_s", await lose(rest, lost, before["r2"]))
+            assert (await containers(rest))["r2"]["machine"] == before["r1"]["machine"]
+            fault.set()
+        record_property("longest_gaps_s", [drive.result() for drive in drives])
+        await join_and_take_over(rest, cluster, nodes.popitem()[1])
+    await nobody_is_left(cluster)
+
+
+async def look_at_dashboard(
+    cloud: RunningCloud, rest: RestClient, carried: dict[str, dict[str, Any]], picture: Path
+) -> None:
+    """See both machines on the dashboard, each with the robot that it carries, and each robot on its map."""
+    assert rest.token is not None
+    async with browsing() as browser, looking(await browser.new_context(viewport=DESK)) as page:
+        await enter(page, cloud.url, rest.token)
+        for robot, container in carried.items():
+            machine = page.locator("#machines > li", has_text=container["machine"])
+            await expect(machine).to_contain_text("1 container")
+            line = page.locator("#containers > li", has_text=f"admin / {robot}")
+            await expect(line).to_contain_text(container["machine"])
+            await page.locator("#map-choice").select_option(container["map"]["id"])
+            await expect(page.get_by_role("button", name=robot)).to_contain_text("online")
+        await page.screenshot(path=picture)
+        assert await page.locator("#panel-load").evaluate("panel => panel.scrollWidth <= panel.clientWidth")
+
+
+async def limit(rest: RestClient, machines: Iterable[str], containers: int) -> None:
+    """Let machines carry so many containers, and no more."""
+    for machine in machines:
+        await rest.patch(f"/v1/machines/{machine}", {"max_containers": containers})
+
+
+async def crash(rest: RestClient, robot: str) -> float:
+    """Kill the container of a robot; return the seconds until another answers."""
+    container = await killed(rest, robot)
+    began = time.monotonic()
+    replaced = await another(rest, container["robot"], container)
+    assert replaced["machine"] == container["machine"]
+    return time.monotonic() - began
+
+
+async def killed(rest: RestClient, robot: str) -> dict[str, Any]:
+    """Kill the container that a robot has, which a busy computer may have replaced since it was last looked at."""
+    async with asyncio.timeout(HERE):
+        while True:
+            container = (await containers(rest)).get(robot)
+            with contextlib.suppress(ProcessLookupError):
+                if container is not None:
+                    os.kill(container["pid"], signal.SIGKILL)
+                    return container
+            await asyncio.sleep(0.05)
+
+
+async def lose(rest: RestClient, node: RayNode, container: dict[str, Any]) -> float:
+    """Cut the power of a node; return the seconds until its robot is served by another."""
+    began = time.monotonic()
+    await asyncio.to_thread(node.end)
+    replaced = await another(rest, container["robot"], container)
+    assert replaced["machine"] != container["machine"]
+    return time.monotonic() - began
+
+
+async def join_and_take_over(rest: RestClient, cluster: RayCluster, old: RayNode) -> None:
+    """Have a node join, and the old one leave as by ``ray stop``: what it carried goes to the new one."""
+    (before,) = await rest.items("/v1/machines")
+    await asyncio.to_thread(cluster.join, "--labels=host=new")
+    machines = await machines_when(rest, lambda all_: len(all_) == 2)
+    (new,) = [machine["id"] for machine in machines if machine["id"] != before["id"]]
+    carried = await containers(rest)
+    assert {container["machine"] for container in carried.values()} == {before["id"]}
+    await asyncio.to_thread(old.leave)
+    for robot, container in carried.items():
+        assert (await another(rest, robot, container))["machine"] == new
+
+
+async def nobody_is_left(cluster: RayCluster) -> None:
+    """Wait until what a cloud had on the nodes of its cluster is gone; Ray ends its actors a moment after they did."""
+    for node in cluster.nodes:
+        await until(lambda node=node: not node.find("engine.") and not node.find("ray::AgentActor"), HERE)  # type: ignore[misc]
+
+
+async def back(rest: RestClient, node: RayNode, before: psutil.Process) -> dict[str, Any]:
+    """Return the machine of a node once another agent has it, however short it was away."""
+    await until(lambda: has_ended(before.pid), HERE)
+    await until(lambda: node.find("engine.remote.ray.agent"), HERE)
+    (machine,) = await machines_when(rest, len)
+    return machine
+
+
+async def test_what_dies_on_a_node_or_watches_nodes_comes_back_by_itself(
+    tmp_path: Path, cluster: RayCluster, office_map: GridMap
+) -> None:
+    node = cluster.join()
+    with running_cloud(tmp_path, *on_ray(cluster)) as cloud:
+        rest = await cloud.admin()
+        (machine,) = await machines_when(rest, len)
+        await publish_map(rest, "office-1", office_map)
+        (watcher,) = cloud.find("engine.remote.ray.watcher")
+        watcher.kill()
+        for victim in ("engine.remote.ray.agent", "ray::AgentActor"):
+            before = node.agent()
+            max(node.find(victim), key=lambda process: process.create_time()).kill()
+            again = await back(rest, node, before)
+            assert again["id"] == machine["id"], "it is the same node"
+        before = node.agent()
+        before.suspend()  # it beats no more
+        await back(rest, node, before)
+        assert len(cloud.find("engine.remote.ray.watcher")) == 1
+        start = free_pose(office_map, seed=3)
+        answer = await rest.plan("office-1", start, reachable_pose(office_map, start, seed=4, at_least=4.0))
+        assert answer["plan_id"]
+        node.raylet().kill()  # Ray kills what is below it
+        await machines_when(rest, lambda all_: not all_)
+        await asyncio.to_thread(cluster.join)
+        (other,) = await machines_when(rest, len)
+        assert other["id"] != machine["id"], "another node, which sweeps what the killed agent left"
+
+
+async def test_a_cloud_that_was_killed_finds_its_nodes_again(tmp_path: Path, cluster: RayCluster) -> None:
+    node = cluster.join()
+    arguments = on_ray(cluster, free_ports(2)[0])
+    with running_cloud(tmp_path, *arguments) as cloud:
+        await machines_when(await cloud.admin(), len)
+        agent = node.agent().pid
+        os.kill(cloud.pid, signal.SIGKILL)
+        cloud.status = -signal.SIGKILL
+        (tmp_path / "ready.json").unlink()
+        cloud.children = list  # type: ignore[method-assign, assignment]  # they are gone with it, or are no children of it
+    with running_cloud(tmp_path, *arguments) as again:
+        await machines_when(await again.admin(), len)
+        assert node.agent().pid == agent
+    await nobody_is_left(cluster)
+
+
+def test_what_is_no_cluster_of_ours_is_told(
+    tmp_path: Path, cluster: RayCluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wrong = tmp_path / "wrong"
+    wrong.write_text("0" * 64)
+    monkeypatch.setenv("RAY_AUTH_TOKEN_PATH", str(wrong))
+    up = Up(tmp_path, *on_ray(cluster))
+    assert up.wait() == 1
+    assert "RAY_AUTH_TOKEN_PATH" in up.log.read_text()

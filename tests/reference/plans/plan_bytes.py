@@ -1,0 +1,125 @@
+"""Plans as bytes and numbers, one after the other and plainly."""
+
+import itertools
+import math
+import struct
+
+import numpy as np
+
+from ppaas.plans.encoding.kernels.grid_moves import MOVES, QUATERNIONS
+
+EDGE, PARTS = 0.5, 64
+_MASK = (1 << 64) - 1
+_FACTORS = (
+    0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9, 0xD6E8FEB86659FD93,
+    0xA0761D6478BD642F, 0xE7037ED1A0B428DB, 0x8EBC6AF09C88C6E3,
+)  # fmt: skip
+
+
+def bits(value: float) -> int:
+    """Return the bits of a float64 as a signed number."""
+    return struct.unpack("<q", struct.pack("<d", value))[0]
+
+
+def float_of(word: int) -> float:
+    """Return the float64 of bits."""
+    return struct.unpack("<d", struct.pack("<Q", word & _MASK))[0]
+
+
+def waypoint_hash(pose) -> int:
+    """Return the hash of a pose."""
+    mixed = sum((bits(value) & _MASK) * factor for value, factor in zip(pose, _FACTORS, strict=True)) & _MASK
+    mixed = (mixed ^ mixed >> 32) * 0xFF51AFD7ED558CCD & _MASK
+    return mixed ^ mixed >> 32
+
+
+def chain(poses) -> bytes | None:
+    """Return the chain code of poses, or None if they do not run from cell to cell."""
+    units = [[round(min(max(v, -1e6), 1e6) * 1e9) for v in pose[:2]] for pose in poses]
+    beside = [
+        [bits(v) - bits(unit / 1e9) + 2 for v, unit in zip(pose, cell, strict=False)]
+        for pose, cell in zip(poses, units, strict=True)
+    ]
+    headings = [bits(qz) for qz, _ in QUATERNIONS.tolist()]
+    ways = [headings.index(bits(pose[5])) if bits(pose[5]) in headings else -1 for pose in poses]
+    moved = [(b[0] - a[0], b[1] - a[1]) for a, b in itertools.pairwise(units)]
+    step = max(map(abs, moved[0])) if moved else 0
+    fits = step < 1 << 32 and all(0 <= value < 4 for values in beside for value in values) and -1 not in ways
+    fits = fits and all(bits(pose[6]) == bits(QUATERNIONS[way, 1]) for pose, way in zip(poses, ways, strict=True))
+    fits = fits and not any(bits(value) for pose in poses for value in pose[2:5])
+    if not fits or any(move != tuple((MOVES[way] * step).tolist()) for move, way in zip(moved, ways, strict=False)):
+        return None
+    told = bytes(way | a << 3 | b << 5 for way, (a, b) in zip(ways, beside, strict=True))
+    return b"\x01" + struct.pack("<IIqq", len(poses), step, *units[0]) + told
+
+
+def number(data: bytes, expected: float) -> float:
+    """Return the number of a tag and its bytes."""
+    tag, code = data[0], int.from_bytes(data[1:], "little")
+    unfolded = code >> 1 if not code & 1 else -(code + 1 >> 1)
+    if tag < 7:
+        return unfolded / 1e3
+    if tag < 13:
+        code, places = code >> 4, (code & 15) - 8
+        return float_of(bits((code >> 1 if not code & 1 else -(code + 1 >> 1)) / 1e6) + places)
+    return float_of(code) if tag == 15 else float_of(bits(expected) + code - (128 if tag == 13 else 1 << 15))
+
+
+def tagged(data: bytes, count: int) -> dict[int, bytes]:
+    """Return of numbers that are told the tag and the bytes of each, by their place."""
+    mask = int.from_bytes(data[:3], "little")
+    places = [place for place in range(count) if mask >> place & 1]
+    tags = [data[3 + at // 2] >> 4 * (at & 1) & 15 for at in range(len(places))]
+    at, told = 3 + (len(places) + 1) // 2, {}
+    for place, tag in zip(places, tags, strict=True):
+        size = {13: 1, 14: 2, 15: 8}.get(tag, tag if tag < 7 else tag - 4)
+        told[place] = bytes((tag,)) + data[at : at + size]
+        at += size
+    return told
+
+
+def mixed(scope: bytes, numbers) -> int:
+    """Return a hash of 64 bits."""
+    word = int.from_bytes(scope[:8], "little")
+    for value in numbers:
+        word = (word ^ value & _MASK) * 0x9E3779B97F4A7C15 & _MASK
+        word ^= word >> 29
+    return word * 0xBF58476D1CE4E5B9 & _MASK
+
+
+def spot(scope: bytes, ends, length: float) -> int:
+    """Return the spot of a plan from (x, y) to (x, y)."""
+    parts = [math.floor(min(max(value / EDGE, -(2.0**40)), 2.0**40) * PARTS) for value in ends]
+    inside = 0
+    for part in parts:
+        inside = inside << 6 | part % PARTS
+    bucket = mixed(scope, [part // PARTS for part in parts]) >> 64 - 21
+    return (bucket << 18 | min(int(length * 16), (1 << 18) - 1)) << 24 | inside
+
+
+def recipe(numbers) -> bytes:
+    """Return numbers as bytes, each by how it differs from the one before, seven bits a byte."""
+    data, before = bytearray(), 0
+    for value in numbers:
+        left = (value - before) << 1 if value >= before else ((before - value) << 1) - 1
+        before = value
+        while left >= 128:
+            data.append(left & 127 | 128)
+            left >>= 7
+        data.append(left)
+    return bytes(data)
+
+
+def headings(yaw: float) -> tuple[float, float]:
+    """Return qz, qw of a yaw."""
+    return float(np.sin(yaw / 2)), float(np.cos(yaw / 2))
+
+
+def may_join(ends, places, tolerance: float) -> bool:
+    """Tell whether the parts of squares in which both ends lie come within a tolerance of two places."""
+    width = EDGE / PARTS
+    apart = []
+    for end, place in zip(ends, places, strict=True):
+        begin = math.floor(end / width) * width
+        apart.append(max(begin - place, place - begin - width, 0.0))
+    return max(math.hypot(*apart[:2]), math.hypot(*apart[2:])) <= tolerance

@@ -1,0 +1,171 @@
+"""Joint: what dies is noticed, what depended on it ends, and nothing is left."""
+
+import asyncio
+import json
+import os
+import re
+import signal
+import sys
+from asyncio.subprocess import PIPE
+from pathlib import Path
+
+import psutil
+import pytest
+
+from engine.agent.layer_builder import LayerBuilder
+from engine.agent.map_cache import MapCache, sweep_stale
+from engine.runtimes.process.runtime import ProcessRuntime
+from engine.specs.containers import LayerSpec
+from engine.specs.layer_files import open_layers
+from tests.support.engine.launches import Reports
+from tests.support.engine.processes import SOON, has_ended, is_gone, zombies
+from tests.support.sources import ROOT
+from tests.support.storage.records import house, kept
+from tests.support.waiting import until
+
+pytestmark = [pytest.mark.joint, pytest.mark.usefixtures("no_fork_server")]
+
+ENTRY = "tests.support.engine.container_entries:dial_and_stay"
+
+
+@pytest.fixture
+async def reports(tmp_path):
+    async with Reports(tmp_path) as server:
+        yield server
+
+
+@pytest.fixture
+async def runtime():
+    started = ProcessRuntime(ENTRY)
+    await started.start()
+    yield started
+    await started.close()
+
+
+def fork_server_of(pid: int) -> psutil.Process:
+    parent = psutil.Process(pid).parent()
+    assert parent is not None
+    return parent
+
+
+def share_of_memory(pid: int, name: str) -> int:
+    """Return a figure of a process in KB: ``Pss``, ``Private_Dirty``."""
+    found = re.search(rf"^{name}:\s+(\d+) kB", Path(f"/proc/{pid}/smaps_rollup").read_text(), re.MULTILINE)
+    assert found is not None
+    return int(found[1])
+
+
+@pytest.mark.parametrize("count", [1, 10])
+async def test_containers_start_warm(count, runtime, reports, figure):
+    loop = asyncio.get_running_loop()
+    for _ in range(2):  # the first ones find files that nobody has read yet
+        began = loop.time()
+        containers = await asyncio.gather(*(runtime.launch(reports.launch()) for _ in range(count)))
+        pids = {(await reports.next()).pid for _ in range(count)}
+        milliseconds = (loop.time() - began) * 1000.0
+        assert pids == {container.pid for container in containers}
+        shares = [share_of_memory(pid, "Pss") / 1024 for pid in pids]
+        private = [share_of_memory(pid, "Private_Dirty") / 1024 for pid in pids]
+        for container in containers:
+            container.kill()
+        await asyncio.gather(*(container.wait() for container in containers))
+    figure(f"launch to running, {count} at once, ms", milliseconds)
+    figure(f"PSS of one of {count}, MB", sum(shares) / count)
+    figure(f"private memory of one of {count}, MB", sum(private) / count)
+
+
+async def test_a_killed_container_is_told_of_and_replaced_and_no_zombie_is_left(runtime, reports, figure):
+    loop = asyncio.get_running_loop()
+    told = []
+    for _ in range(20):
+        container = await runtime.launch(reports.launch())
+        await reports.next()
+        began = loop.time()
+        os.kill(container.pid, signal.SIGKILL)
+        async with asyncio.timeout(SOON):
+            assert await container.wait() == -signal.SIGKILL
+        told.append((loop.time() - began) * 1000.0)
+        assert is_gone(container.pid)
+    await until(lambda: not zombies())  # who has ended is one until its parent took note
+    figure("container killed to told, worst of 20, ms", max(told))
+
+
+async def test_when_the_fork_server_dies_its_containers_end_and_new_ones_start(runtime, reports, figure):
+    containers = [await runtime.launch(reports.launch()) for _ in range(5)]
+    for _ in containers:
+        await reports.next()
+    os.kill(containers[0].pid, signal.SIGSTOP)  # one that cannot notice anything
+    server = fork_server_of(containers[1].pid)
+    loop = asyncio.get_running_loop()
+    began = loop.time()
+    server.kill()
+    async with asyncio.timeout(SOON):
+        statuses = await asyncio.gather(*(container.wait() for container in containers))
+    figure("fork server killed to all containers told, ms", (loop.time() - began) * 1000.0)
+    assert statuses == [-signal.SIGKILL] * 5
+    assert all(is_gone(container.pid) for container in containers)
+    replacement = await runtime.launch(reports.launch())
+    assert (await reports.next(timeout=60)).pid == replacement.pid
+    figure("fork server killed to a new container running, ms", (loop.time() - began) * 1000.0)
+    assert fork_server_of(replacement.pid).pid != server.pid
+    await until(lambda: not zombies())  # who has ended is one until its parent took note
+
+
+async def test_launches_under_way_when_the_fork_server_dies_are_made_good(runtime, reports):
+    first = await runtime.launch(reports.launch())
+    server = fork_server_of(first.pid)
+    launching = [asyncio.create_task(runtime.launch(reports.launch())) for _ in range(10)]
+    await launching[0]
+    server.kill()
+    containers = [await task for task in launching]
+    ended = [container for container in containers if is_gone(container.pid)]
+    for container in containers:
+        container.kill()
+        async with asyncio.timeout(SOON):
+            assert await container.wait() == -signal.SIGKILL
+    assert len(ended) < len(containers)
+    await until(lambda: not zombies())  # who has ended is one until its parent took note
+
+
+async def test_a_frozen_fork_server_is_replaced(runtime, reports, monkeypatch):
+    monkeypatch.setattr("engine.runtimes.fork_server.server.FORK_TIMEOUT", 1.0)
+    first = await runtime.launch(reports.launch())
+    server = fork_server_of(first.pid)
+    server.suspend()
+    container = await runtime.launch(reports.launch())
+    assert fork_server_of(container.pid).pid != server.pid
+    assert await first.wait() == -signal.SIGKILL
+
+
+async def test_layers_are_made_by_another_where_the_fork_server_is_frozen(runtime, reports, tmp_path, monkeypatch):
+    monkeypatch.setattr("engine.runtimes.fork_server.server.FORK_TIMEOUT", 1.0)
+    first = await runtime.launch(reports.launch())
+    fork_server_of(first.pid).suspend()
+    async with asyncio.timeout(60):
+        folder = await MapCache(tmp_path / "shm", build=LayerBuilder(kept(house()))).ensure(LayerSpec(house(), 0.18))
+    assert open_layers(folder).grid.info.width > 0
+    assert await first.wait() == -signal.SIGKILL
+    await until(lambda: not zombies())  # who has ended is one until its parent took note
+
+
+async def test_when_the_agent_dies_all_that_it_started_ends_within_a_second(tmp_path, figure):
+    agent = await asyncio.create_subprocess_exec(
+        sys.executable, "-m", "tests.support.stress.agent", str(tmp_path), cwd=ROOT, stdout=PIPE
+    )
+    assert agent.stdout is not None
+    async with asyncio.timeout(90):
+        started = json.loads(await agent.stdout.readline())
+    family = psutil.Process(agent.pid).children(recursive=True)
+    assert {*started["containers"], started["router"]} <= {process.pid for process in family}
+    os.kill(started["containers"][0], signal.SIGSTOP)  # frozen; the second holds the interpreter's lock
+    loop = asyncio.get_running_loop()
+    began = loop.time()
+    agent.kill()
+    await until(lambda: all(has_ended(pid) for pid in started["containers"]))
+    figure("agent killed to its containers gone, ms", (loop.time() - began) * 1000.0)
+    await until(lambda: all(has_ended(process.pid) for process in family))
+    figure("agent killed to everything gone, ms", (loop.time() - began) * 1000.0)
+    await agent.wait()
+    shared = Path(started["shared"])
+    assert shared in sweep_stale(shared.parent)
+    assert shared not in set(shared.parent.iterdir())

@@ -1,0 +1,246 @@
+"""Joint: the fabric while its router dies, its readers sleep, and strangers knock."""
+
+import asyncio
+import contextlib
+import itertools
+import os
+import signal
+import sys
+from asyncio.subprocess import PIPE, Process
+from collections import Counter
+from collections.abc import AsyncIterator
+
+import msgspec
+import pytest
+import zenoh
+
+from engine.fabric.router import RouterProcess
+from engine.fabric.session import Fabric
+from engine.fabric.zenoh_config import Credentials, client_config
+from engine.runtimes.process.runtime import ProcessRuntime
+from tests.support.engine.fabric_server import Settings
+from tests.support.engine.launches import Reports
+from tests.support.engine.processes import memory
+from tests.support.sources import ROOT
+from tests.support.waiting import until
+
+pytestmark = pytest.mark.joint
+
+MB = 2**20
+
+
+@pytest.fixture
+async def router(tmp_path):
+    process = RouterProcess(tmp_path / "run")
+    await process.start()
+    yield process
+    await process.close()
+
+
+@contextlib.asynccontextmanager
+async def script(router: RouterProcess, module: str, *arguments: str) -> AsyncIterator[Process]:
+    """Run a script that joins the fabric, until it is left."""
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, "-m", f"tests.support.{module}", *arguments, cwd=ROOT, stdin=PIPE, stdout=PIPE
+    )
+    assert process.stdin is not None and process.stdout is not None
+    process.stdin.write(msgspec.json.encode(Settings(router.endpoint, router.credentials)) + b"\n")
+    async with asyncio.timeout(30):
+        assert await process.stdout.readline() == b"ready\n"
+    try:
+        yield process
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            process.send_signal(signal.SIGCONT)
+        process.stdin.close()
+        try:
+            async with asyncio.timeout(10):
+                await process.wait()
+        except TimeoutError:
+            process.kill()
+            await process.wait()
+
+
+class Requesters:
+    """Ask all the time, and remember what was answered."""
+
+    def __init__(self, fabrics: list[Fabric]) -> None:
+        self.answered: list[str] = []
+        self.wrong: list[str] = []
+        self.slowest = 0.0
+        self._numbers = itertools.count()
+        self._stop = False
+        self._tasks = [asyncio.create_task(self._ask(fabric)) for fabric in fabrics]
+
+    async def _ask(self, fabric: Fabric) -> None:
+        loop = asyncio.get_running_loop()
+        while not self._stop:
+            text = f"request {next(self._numbers)}"
+            began = loop.time()
+            answer = await fabric.request("count", text.encode(), timeout=20.0)
+            self.slowest = max(self.slowest, loop.time() - began)
+            self.answered.append(text)
+            if answer != text.encode()[::-1]:
+                self.wrong.append(text)
+
+    async def stop(self) -> None:
+        self._stop = True
+        await asyncio.gather(*self._tasks)
+
+
+async def test_when_the_router_dies_requests_are_neither_lost_nor_carried_out_twice(tmp_path, router, seconds, figure):
+    runtime = ProcessRuntime("tests.support.engine.container_entries:dial_and_stay")
+    await runtime.start()  # before any session, as an agent does
+    fabrics = [await Fabric.open(router.endpoint, router.credentials) for _ in range(3)]
+    heard: Counter[str] = Counter()
+    for number, fabric in enumerate(fabrics):
+        fabric.subscribe("position/*", lambda key, payload, n=number: heard.update([f"{n} of {payload.decode()}"]))
+    everyone = {f"{reader} of {writer}" for reader in range(3) for writer in range(3)}
+    async with script(router, "fabric_server"):
+        requesters = Requesters(fabrics * 3)
+        recoveries = []
+        loop = asyncio.get_running_loop()
+        until_when = loop.time() + seconds
+        while loop.time() < until_when:
+            await publish_until_all_have_heard(fabrics, heard, everyone)
+            assert router.pid is not None
+            os.kill(router.pid, signal.SIGKILL)
+            recoveries.append(await publish_until_all_have_heard(fabrics, heard, everyone, at_once=False))
+            await asyncio.sleep(0.5)
+        await requesters.stop()
+        carried_out = Counter(msgspec.json.decode(await fabrics[0].request("tell", b""), type=list[str]))
+    assert requesters.wrong == []
+    assert set(carried_out) == set(requesters.answered)
+    assert set(carried_out.values()) == {1}
+    assert len(requesters.answered) > 100
+    async with Reports(tmp_path) as reports:  # the fork server goes on, whatever became of the router
+        container = await runtime.launch(reports.launch())
+        assert (await reports.next()).pid == container.pid
+    figure("router deaths", float(len(recoveries)))
+    figure("router killed to all publications heard again, worst, ms", max(recoveries) * 1000.0)
+    figure("requests carried out", float(len(requesters.answered)))
+    figure("slowest request, ms", requesters.slowest * 1000.0)
+    await runtime.close()
+    for fabric in fabrics:
+        await fabric.close()
+
+
+async def publish_until_all_have_heard(
+    fabrics: list[Fabric], heard: "Counter[str]", everyone: set[str], *, at_once: bool = True
+) -> float:
+    """Publish from each until each has heard each, and return the seconds it took."""
+    loop = asyncio.get_running_loop()
+    began = loop.time()
+    if not at_once:
+        await asyncio.sleep(0.02)  # what is still on its way from before does not count
+    heard.clear()
+    async with asyncio.timeout(10):
+        while set(heard) != everyone:
+            for number, fabric in enumerate(fabrics):
+                fabric.publish(f"position/{number}", str(number).encode())
+            await asyncio.sleep(0.01)
+    return loop.time() - began
+
+
+class Feed:
+    """Publishes numbered messages of 10 KB, 200 a second, and watches how long the loop stands still for it."""
+
+    def __init__(self, fabric: Fabric) -> None:
+        self._fabric = fabric
+        self.sent = 0
+        self.longest = 0.0
+
+    async def run(self, seconds: float) -> None:
+        loop = asyncio.get_running_loop()
+        until_when = loop.time() + seconds
+        while loop.time() < until_when:
+            began = loop.time()
+            self._fabric.publish("feed/a", self.sent.to_bytes(8, "big") + bytes(10_000))
+            self.sent += 1
+            self.longest = max(self.longest, loop.time() - began)
+            await asyncio.sleep(0.005)
+
+
+async def count_lines(process: Process) -> int:
+    """Return how many messages a reader has told of, read until it is quiet."""
+    assert process.stdout is not None
+    lines = 0
+    with contextlib.suppress(TimeoutError):
+        while True:
+            async with asyncio.timeout(1.0):
+                if not await process.stdout.readline():
+                    break
+            lines += 1
+    return lines
+
+
+async def test_readers_that_sleep_neither_stall_the_others_nor_fill_memory(router, seconds, figure):
+    fabric = await Fabric.open(router.endpoint, router.credentials)
+    async with contextlib.AsyncExitStack() as stack:
+        healthy, slow, frozen = [
+            await stack.enter_async_context(script(router, "fabric_reader", pause)) for pause in ("0", "0.05", "0")
+        ]
+        assert router.pid is not None
+        watched = {"router": router.pid, "slow reader": slow.pid, "publisher": os.getpid()}
+        feed = Feed(fabric)
+        await feed.run(0.5)  # buffers that grow once are not counted
+        before = {name: memory(pid) for name, pid in watched.items()}
+        frozen.send_signal(signal.SIGSTOP)
+        counting = asyncio.create_task(count_lines(healthy))
+        await feed.run(seconds)
+        grown = {name: (memory(pid) - before[name]) / MB for name, pid in watched.items()}
+        received = await counting
+        slowly = await count_lines(slow)
+        frozen.send_signal(signal.SIGCONT)
+        thawed = await resumes(feed, frozen)
+    figure("longest publication, ms", feed.longest * 1000.0)
+    figure("received by the healthy reader", received / feed.sent)
+    for name, megabytes in grown.items():
+        figure(f"growth of the {name}, MB", megabytes)
+    assert received > 0.5 * feed.sent
+    assert 0 < slowly < received
+    assert max(grown.values()) < 64.0, grown
+    assert feed.longest < 1.0
+    assert thawed
+    await fabric.close()
+
+
+async def resumes(feed: Feed, reader: Process) -> bool:
+    """Tell whether a reader that was frozen hears what is published now."""
+    assert reader.stdout is not None
+    newest = feed.sent
+    for _ in range(20):
+        await feed.run(0.25)
+        with contextlib.suppress(TimeoutError):
+            while True:
+                async with asyncio.timeout(0.1):
+                    if int(await reader.stdout.readline()) >= newest:
+                        return True
+    return False
+
+
+async def test_strangers_are_refused_and_disturb_nobody(router, tmp_path):
+    fabric = await Fabric.open(router.endpoint, router.credentials)
+    other = await Fabric.open(router.endpoint, router.credentials)
+    heard: list[bytes] = []
+    fabric.subscribe("a", lambda key, payload: heard.append(payload))
+    first = router.pid
+    for wrong in (Credentials("agent", "guess"), Credentials("", ""), Credentials("x" * 5000, "y" * 5000)):
+        with pytest.raises(zenoh.ZError):
+            await asyncio.to_thread(zenoh.open, client_config(router.endpoint, wrong))
+    for noise in (b"", b"GET / HTTP/1.1\r\n\r\n", bytes(65536), os.urandom(65536)):
+        _, writer = await asyncio.open_unix_connection(tmp_path / "run" / "router.sock")
+        writer.write(noise)
+        with contextlib.suppress(ConnectionError):
+            await writer.drain()
+        writer.close()
+
+    def publish_and_look() -> bool:
+        other.publish("a", b"still here")
+        return bool(heard)
+
+    await until(publish_and_look)
+    assert set(heard) == {b"still here"}
+    assert router.pid == first and router.restarts == 0
+    await fabric.close()
+    await other.close()

@@ -1,0 +1,40 @@
+"""A script with a client of somebody else's, which operates a simulated robot and prints what it found."""
+
+import asyncio
+import json
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import msgspec
+
+from ppaas.maps.grid import GridMap
+from ppaas.messages.geometry_msgs import Pose
+from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
+from tests.support.cloud.drive import driving
+from tests.support.world.places import free_pose, reachable_pose
+
+
+class Found(NamedTuple):
+    """What the script printed as JSON, and its error output."""
+
+    told: dict[str, Any]
+    errors: bytes
+
+
+async def operate(command: Sequence[str], cloud: RunningCloud, grid: GridMap, robot: str, seed: int) -> Found:
+    """Run a script as a robot's operator; it gets the socket's URL and the poses ``near``, ``far`` and ``back``."""
+    rest = await cloud.admin()
+    await publish_map(rest, "office", grid)
+    start = free_pose(grid, seed=seed)
+    near = reachable_pose(grid, start, seed=seed + 1, at_least=0.6, at_most=1.2)
+    far = reachable_pose(grid, start, seed=seed + 2, at_least=3.0)
+    token = await register_robot(rest, robot, "office", start)
+    url = f"{cloud.ws_url}/?robot={robot}&role=operator&token={token}"
+    poses = {name: msgspec.to_builtins(Pose.of(pose)) for name, pose in (("near", near), ("far", far), ("back", start))}
+    async with driving(cloud.url, token, robot, grid, start) as drive:
+        script = await asyncio.create_subprocess_exec(
+            *command, url, json.dumps(poses), stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE
+        )
+        output, errors = await script.communicate()
+        assert script.returncode == 0, errors.decode() + drive.situation()
+    return Found(json.loads(output), errors)

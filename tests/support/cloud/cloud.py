@@ -1,0 +1,145 @@
+"""A real cloud for tests: ``ppaas up`` in a process of its own, and clients over real sockets."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import psutil
+
+from ppaas.maps.formats.map_files import save_map
+from ppaas.maps.grid import GridMap
+from robots.client.rest import RestClient
+from robots.client.robot_file import RobotFile
+
+ADMIN_PASSWORD = "correct horse battery"
+START_TIMEOUT = 90.0
+
+LOG_SHOWN = 8000
+"""Characters of a cloud's log that are shown beside a test that failed."""
+
+
+@dataclass
+class RunningCloud:
+    """A cloud that was started, and how to reach it."""
+
+    url: str
+    pid: int
+    log: Path
+    status: int = 0
+    """With which it will have ended; a test that kills it says so."""
+
+    @property
+    def ws_url(self) -> str:
+        """Where the robot socket is."""
+        return self.url.replace("http", "ws", 1)
+
+    def children(self) -> list[psutil.Process]:
+        """All processes below the web process, oldest first."""
+        return psutil.Process(self.pid).children(recursive=True)
+
+    def find(self, *words: str) -> list[psutil.Process]:
+        """The processes below the web process whose command line has all the words."""
+        return named(self.children(), *words)
+
+    def agent(self) -> psutil.Process:
+        """The process of the machine."""
+        (found,) = self.find("engine.agent.agent")
+        return found
+
+    def router(self) -> psutil.Process:
+        """The machine's router."""
+        (found,) = self.find("engine.fabric.router")
+        return found
+
+    def fork_server(self) -> psutil.Process:
+        """What containers are forked from."""
+        (found,) = named(self.agent().children(), "forkserver")
+        return found
+
+    def container(self) -> psutil.Process:
+        """The container that was started last."""
+        return max(self.fork_server().children(), key=lambda process: process.create_time())
+
+    async def admin(self) -> RestClient:
+        """Log in as admin."""
+        client = RestClient(self.url)
+        await client.login("admin", ADMIN_PASSWORD)
+        return client
+
+
+def named(processes: Iterable[psutil.Process], *words: str) -> list[psutil.Process]:
+    """Return the processes whose command line has all the words; of those that end just now there is none."""
+    found = []
+    for process in processes:
+        with suppress(psutil.NoSuchProcess):
+            if all(word in " ".join(process.cmdline()) for word in words):
+                found.append(process)
+    return found
+
+
+def shared_memory(pid: int) -> list[Path]:
+    """Return the folders in shared memory of a machine, by the process of its agent."""
+    return list(Path("/dev/shm").glob(f"ppaas-*-{pid}-*"))
+
+
+@contextmanager
+def running_cloud(folder: Path, *arguments: str) -> Iterator[RunningCloud]:
+    """Start a cloud with its data in a folder; stop it by SIGTERM and check that it leaves nothing behind."""
+    password = folder / "password"
+    password.write_text(ADMIN_PASSWORD)
+    ready = folder / "ready.json"
+    log = folder / "cloud.log"
+    command = [
+        sys.executable, "-m", "robots.cli.main", "up", "--port", "0", "--data", str(folder / "data"),
+        "--admin-password-file", str(password), "--ready-file", str(ready), *arguments,
+    ]  # fmt: skip
+    with log.open("wb") as output:
+        process = subprocess.Popen(command, stdout=output, stderr=output)
+    try:
+        _wait_until_ready(process, ready, log)
+        found = json.loads(ready.read_text())
+        cloud = RunningCloud(found["url"], found["pid"], log)
+        yield cloud
+        family = cloud.children()
+    except BaseException:
+        sys.stdout.write(log.read_text()[-LOG_SHOWN:])  # beside what failed
+        raise
+    finally:
+        process.send_signal(signal.SIGTERM)
+        try:
+            status = process.wait(20)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+            raise AssertionError(f"the cloud did not end on SIGTERM:\n{log.read_text()}") from None
+    assert status == cloud.status, log.read_text()
+    _, alive = psutil.wait_procs(family, 5)
+    assert not alive, f"left behind: {alive}"
+    assert not any(shared_memory(child.pid) for child in family)
+
+
+def _wait_until_ready(process: subprocess.Popen[bytes], ready: Path, log: Path) -> None:
+    deadline = time.monotonic() + START_TIMEOUT
+    while not ready.exists():
+        if process.poll() is not None or time.monotonic() > deadline:
+            raise AssertionError(f"the cloud did not come up:\n{log.read_text()}")
+        time.sleep(0.02)
+
+
+async def publish_map(rest: RestClient, map_id: str, grid: GridMap) -> None:
+    """Upload a map."""
+    yaml, image = save_map(grid, f"{map_id}.pgm")
+    await rest.upload_map(map_id, yaml, image)
+
+
+async def register_robot(rest: RestClient, robot_id: str, map_id: str, pose: tuple[float, float, float]) -> str:
+    """Tell of a robot; return the token with which it connects."""
+    await rest.put_robot(robot_id, RobotFile(map=map_id, initial_pose=pose, cores=0.25))
+    assert rest.token is not None
+    return rest.token

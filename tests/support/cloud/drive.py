@@ -1,0 +1,111 @@
+"""A simulated Turtlebot at the end of a real socket, and an operator that sends it places."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+from functools import partial
+
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridMap
+from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
+from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
+from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
+from ppaas.messages.std_msgs import Header
+from robots.client.connection import Link
+from robots.client.robot_client import RobotClient
+from robots.demo.scorer import Scorer
+from robots.sim.driver import Driver
+from robots.sim.odometry import OdometryModel
+from robots.sim.robot import RobotModel
+from robots.sim.simulator import Simulator
+from robots.sim.world import World
+
+
+@dataclass
+class Drive:
+    """A robot under way: its operator, its scorer, and what came over the wire."""
+
+    operator: RobotClient
+    robot: RobotClient
+    world: World
+    scorer: Scorer
+    commands: list[tuple[float, Twist]] = field(default_factory=list)
+    poses: list[PoseWithCovarianceStamped] = field(default_factory=list)
+    status: GoalStatusArray = field(default_factory=GoalStatusArray)
+    results: "asyncio.Queue[MoveBaseActionResult]" = field(default_factory=asyncio.Queue)
+
+    async def send(self, goal: Pose2D, goal_id: str = "") -> None:
+        """Send a goal by the action of Move Base."""
+        target = PoseStamped(Header(frame_id="map"), Pose.of(goal))
+        await self.operator.publish("move_base/goal", MoveBaseActionGoal(MoveBaseGoal(target), GoalID(id=goal_id)))
+
+    async def result(self, timeout: float = 90.0) -> MoveBaseActionResult:
+        """Wait for the next result."""
+        try:
+            async with asyncio.timeout(timeout):
+                return await self.results.get()
+        except TimeoutError:
+            raise AssertionError(f"no result within {timeout:g} s: {self.situation()}") from None
+
+    def situation(self) -> str:
+        """Return in words where the robot is and what it is told, for who must find out why."""
+        truth, believed = self.world.robots[0].base.pose, self.estimate() if self.poses else None
+        commands = [(twist.linear.x, twist.angular.z) for _, twist in self.commands[-3:]]
+        status = [(s.goal_id.id, s.status, s.text) for s in self.status.status_list]
+        touched = self.scorer.collisions(0)
+        return f"{truth=}, {believed=}, {status=}, last {commands=}, {touched=}"
+
+    async def go(self, goal: Pose2D, timeout: float = 90.0) -> float:
+        """Drive somewhere; return the true distance to it at the end [m]."""
+        await self.send(goal)
+        result = await self.result(timeout)
+        assert result.status.status == Status.SUCCEEDED, result.status.text
+        return self.scorer.error(0, goal)
+
+    def estimate(self) -> Pose2D:
+        """Return where the cloud believes the robot to be."""
+        return self.poses[-1].pose.pose.planar()
+
+
+def odometry_with_drift(drift: float) -> RobotModel:
+    """Return a Turtlebot whose odometry is so many times worse."""
+    return RobotModel(odometry=OdometryModel(drift=drift))
+
+
+@asynccontextmanager
+async def driving(
+    url: str,
+    token: str,
+    robot_id: str,
+    grid: GridMap,
+    pose: Pose2D,
+    *,
+    drift: float = 1.0,
+    seed: int = 0,
+    link: Link | None = None,
+    client: type[RobotClient] = RobotClient,
+) -> AsyncIterator[Drive]:
+    """Put one Turtlebot into a world and connect it, by a client of some kind."""
+    world = World(grid, seed)
+    simulated = world.add_robot(pose, odometry_with_drift(drift))
+    loop = asyncio.get_running_loop()
+    async with (
+        client(url, robot=robot_id, token=token, link=link) as robot,
+        RobotClient(url, robot=robot_id, token=token, role="operator", link=link) as operator,
+    ):
+        drive = Drive(operator, robot, world, Scorer(world))
+        tasks = [
+            asyncio.create_task(Simulator(world).run()),
+            asyncio.create_task(Driver(simulated, robot).run()),
+        ]
+        await operator.subscribe("move_base/result", MoveBaseActionResult, drive.results.put_nowait)
+        await operator.subscribe("move_base/status", GoalStatusArray, partial(setattr, drive, "status"))
+        await operator.subscribe("amcl_pose", PoseWithCovarianceStamped, drive.poses.append)
+        await robot.subscribe("cmd_vel", Twist, lambda twist: drive.commands.append((loop.time(), twist)))
+        try:
+            yield drive
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)

@@ -1,0 +1,132 @@
+"""A cloud without machines: it answers what the test tells it to."""
+
+import hashlib
+import json
+
+import msgspec
+import numpy as np
+
+from engine.master.machine import Machine
+from engine.master.quotas import Quotas
+from engine.service.plan_rate import PlanRate
+from engine.service.view_building import machine_view
+from engine.service.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
+from engine.specs.containers import ContainerSpec, MapVersion
+from engine.specs.machine_settings import MachineSettings
+from ppaas.errors import Conflict, NotFound
+from ppaas.geometry import poses_along
+from ppaas.messages.ppaas_msgs import NodeHome
+from storage.records import User
+
+
+def machine() -> Machine:
+    """Return a machine that carries a container."""
+    carries = {"c1": ContainerSpec("c1", "ann", MapVersion("house", "v"), 1.0)}
+    return Machine(
+        "m1",
+        4,
+        8 << 30,
+        1000,
+        containers=carries,
+        given=1.0,
+        cpu=0.5,
+        memory_used=1 << 30,
+        network_used=2.0 * (1 << 20),
+        round_trip=0.0015,
+    )
+
+
+def container(container_id: str = "c1", **fields: object) -> ContainerView:
+    """Return a container of ann's robot tb1 in the map house."""
+    given = {"kind": "robot", "user": "ann", "robot": "tb1", "map": MapVersion("house", "v"), "machine": "m1"}
+    return ContainerView(container_id, **(given | {"cores": 1.0, "state": "ready", "pid": 42} | fields))  # type: ignore[arg-type]
+
+
+class FakeCloud:
+    """Answers every request with the straight line from start to goal, or with an error."""
+
+    def __init__(self) -> None:
+        self.quotas = Quotas()
+        self.plan_rate = PlanRate(self.quotas)
+        self.quota_changes = 0
+        self.asked: list[tuple[str, MapVersion, PathRequest]] = []
+        self.costs_asked: list[tuple[str, MapVersion, CostRequest]] = []
+        self.error: Exception | None = None
+        self.running: list[ContainerView] = []
+        self.known = {"m1": machine()}
+        self.given_up: list[str] = []
+        self.reused = ""
+        """Id of the plan that every request is answered with, if there is one."""
+
+    def machines(self) -> list[MachineView]:
+        return [machine_view(machine) for machine in self.known.values()]
+
+    def machine_settings(self, machine: str) -> MachineSettings:
+        return self._machine(machine).settings
+
+    def configure_machine(self, machine: str, settings: MachineSettings) -> None:
+        self._machine(machine).settings = settings
+
+    def remove_machine(self, machine: str, *, force: bool = False) -> None:
+        if self._machine(machine).containers and not force:
+            raise Conflict(f"machine {machine!r} carries 1 containers: drain it first, or force it")
+        del self.known[machine]
+
+    def admit_machine(self, machine: str) -> None:
+        self.known.setdefault(machine, Machine(machine, 2, 1 << 30, 1000))
+
+    def _machine(self, machine: str) -> Machine:
+        if machine not in self.known:
+            raise NotFound("machine", machine, list(self.known))
+        return self.known[machine]
+
+    def containers(self, user: str | None) -> list[ContainerView]:
+        return [c for c in self.running if user in (None, c.user)]
+
+    def give_up_container(self, container: str) -> None:
+        [gone] = [one for one in self.running if one.id == container]
+        self.running.remove(gone)
+        self.given_up.append(container)
+
+    def quotas_changed(self) -> None:
+        self.quota_changes += 1
+
+    def resize_container(self, container: str, cores: float) -> None:
+        if self.error is not None:
+            raise self.error
+        self.running = [
+            msgspec.structs.replace(one, cores=cores) if one.id == container else one for one in self.running
+        ]
+
+    async def node_homes(self, user: str, robot: str) -> list[NodeHome]:
+        if self.error is not None:
+            raise self.error
+        return [NodeHome("move_base", "robot", "robot", -0.5, ["it is near"]), NodeHome("amcl")]
+
+    async def run_node(self, user: str, robot: str, node: str, home: str) -> NodeHome:
+        if self.error is not None:
+            raise self.error
+        return NodeHome(node, "cloud", home or "cloud", 0.5, ["the robot is weak"])
+
+    async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
+        self.asked.append((user.id, map, request))
+        if self.error is not None:
+            raise self.error
+        points = np.array([request.start[:2], request.goal[:2]])
+        poses = poses_along(points, request.goal[2]).tolist()
+        length = float(np.linalg.norm(points[1] - points[0]))
+        conditions = {"smooth": False, "bare_map": True, "robot_radius": 0.18}
+        plan_id = hashlib.blake2b(repr((map, request)).encode(), digest_size=16).hexdigest()
+        return PathAnswer(
+            json.dumps(poses), 50.0, length, 2, 0.001, request.planner,
+            self.reused or plan_id, "reused" if self.reused else "computed", self.reused, json.dumps(conditions),
+            "c9", 4711,
+        )  # fmt: skip
+
+    async def compute_costs(self, user: User, map: MapVersion, request: CostRequest) -> CostAnswer:  # noqa: A002
+        """Answer with 50 for each goal but the first, which no way leads to."""
+        self.costs_asked.append((user.id, map, request))
+        if self.error is not None:
+            raise self.error
+        row = [None if number == 0 else 50.0 for number in range(len(request.goals))]
+        return CostAnswer(json.dumps([row] * len(request.starts)), 0.001, "c9", 4711)

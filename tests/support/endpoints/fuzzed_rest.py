@@ -1,0 +1,108 @@
+"""The REST service on a real socket with something of everything in it, for what is sent at random."""
+
+import asyncio
+import threading
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+from argon2 import PasswordHasher, profiles
+
+from endpoints.accounts.accounts import Accounts, token_id
+from endpoints.accounts.passwords import Passwords
+from endpoints.app import create_app
+from endpoints.services.services import Services
+from storage.memory.maps import MemoryMapStore
+from storage.memory.store import MemoryStore
+from storage.records import Token, User
+from tests.support.endpoints.fake_cloud import FakeCloud, container
+from tests.support.endpoints.serving import serve
+from tests.support.storage.records import house, pgm, plan, put_map, robot
+
+TOKEN = "of an administrator"
+MAP, ROBOT, USER = "office", "tb1", "ann"
+PLAN = "9f1c0d6f6c1a4d0c8a52ad2d0cf0e6b1"
+KNOWN = {
+    "map_id": MAP,
+    "planner": "dijkstra",
+    "version": house(MAP, owner="root").version,
+    "robot_id": ROBOT,
+    "user_id": USER,
+    "plan_id": PLAN,
+    "token": "current",
+    "machine_id": "m1",
+    "container_id": "c1",
+    "node": "amcl",
+}
+"""What is there, by the names of the paths' parameters."""
+
+
+@dataclass
+class FuzzedService:
+    """A service, what is behind it, and how it answered."""
+
+    services: Services
+    cloud: FakeCloud
+    url: str = ""
+    answers: Counter[tuple[str, int]] = field(default_factory=Counter)
+
+    def refill(self) -> None:
+        """Put back what requests may have removed, so that the next one finds something."""
+        store = self.services.store
+        for user, role in (("root", "admin"), (USER, "user")):
+            if user not in {known.id for known in store.users()}:
+                store.add_user(User(user, "", role))  # type: ignore[arg-type]
+        store.add_token(Token(token_id(TOKEN), "root", 1e12))
+        store.put_robot(robot(ROBOT, user="root", map=MAP))
+        store.add_plan(plan(PLAN, user="root", map=MAP))
+        put_map(self.services.map_store, house(MAP, owner="root", image=pgm()))
+        self.cloud.running = [container("c1", user="root", robot="tb2")]
+
+    def summary(self) -> str:
+        """Return how many requests each operation had, and how they were answered."""
+        lines = []
+        for operation in sorted({operation for operation, _ in self.answers}):
+            counts = sorted((status, n) for (name, status), n in self.answers.items() if name == operation)
+            lines.append(f"{operation:48} " + "  ".join(f"{status}: {n}" for status, n in counts))
+        return "\n".join([*lines, f"{len(lines)} operations, {sum(self.answers.values())} requests"])
+
+
+def description() -> dict[str, Any]:
+    """Return the OpenAPI description of the service."""
+    store = MemoryStore()
+    accounts = Accounts(store)
+    try:
+        return create_app(Services(store, MemoryMapStore(), accounts, FakeCloud())).openapi()
+    finally:
+        accounts.close()
+
+
+@contextmanager
+def fuzzed_service() -> Iterator[FuzzedService]:
+    """Serve from a thread of its own."""
+    store, cloud = MemoryStore(), FakeCloud()
+    passwords = Passwords(PasswordHasher.from_parameters(profiles.CHEAPEST), workers=2)
+    accounts = Accounts(store, passwords=passwords)
+    service = FuzzedService(Services(store, MemoryMapStore(), accounts, cloud), cloud)
+    ready = threading.Event()
+    loop = asyncio.new_event_loop()
+    stop = asyncio.Event()
+
+    async def run() -> None:
+        async with serve(create_app(service.services)) as port:
+            service.url = f"http://127.0.0.1:{port}"
+            ready.set()
+            await stop.wait()
+
+    thread = threading.Thread(target=loop.run_until_complete, args=(run(),))
+    thread.start()
+    try:
+        assert ready.wait(30)
+        yield service
+    finally:
+        loop.call_soon_threadsafe(stop.set)
+        thread.join(30)
+        loop.close()
+        accounts.close()

@@ -1,0 +1,133 @@
+"""A cloud on a real port, with a machine and its containers in the hands of the test."""
+
+import asyncio
+import json
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from starlette.routing import WebSocketRoute
+from starlette.websockets import WebSocket
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+from endpoints.app import create_app
+from endpoints.rosbridge.robot_socket import serve_robot_socket
+from endpoints.rosbridge.session_registry import ClientSessions
+from endpoints.services.services import Services
+from engine.master.balancers.first_fit import FirstFit
+from engine.master.master import Master
+from engine.service.master_driver import CloudService
+from engine.service.robot_sessions import RobotSessions
+from engine.specs.checkpoints import Checkpoints
+from tests.support.endpoints.serving import serve
+from tests.support.engine.fake_machine import FakeMachine, FarContainer
+from tests.support.storage import records
+
+PASSWORD = "correct horse"
+KEY = "robot:ann/tb1"
+
+
+class World:
+    """A cloud on a real port, whose containers the test plays."""
+
+    def __init__(self, services: Services, service: CloudService, machine: FakeMachine, token: str) -> None:
+        self.services = services
+        self.service = service
+        self.machine = machine
+        self.token = token
+        self.sessions = RobotSessions(service, services.store, services.map_store, linger=0.0)
+        self.clients = ClientSessions(self.sessions, services.cloud.plan_rate, linger=0.0)
+        self.port = 0
+
+    def linger(self, seconds: float) -> None:
+        """Keep places and sessions for so long from now on."""
+        self.sessions._linger = self.clients._linger = seconds
+
+    async def endpoint(self, websocket: WebSocket) -> None:
+        await serve_robot_socket(websocket, self.services, self.clients)
+
+    def url(self, role: str = "robot", robot: str = "tb1", **query: str) -> str:
+        fields = {"role": role, "robot": robot, "token": self.token} | query
+        return f"ws://127.0.0.1:{self.port}/?" + "&".join(f"{name}={value}" for name, value in fields.items())
+
+    @asynccontextmanager
+    async def connected(self, role: str = "robot", **query: str) -> AsyncIterator[ClientConnection]:
+        """Connect, once a container is there."""
+        async with connect(self.url(role, **query), open_timeout=10) as client:
+            yield client
+
+    @asynccontextmanager
+    async def robot(self, **query: str) -> AsyncIterator[tuple[ClientConnection, FarContainer]]:
+        """Connect a robot, and start its container."""
+        connecting = asyncio.ensure_future(connect(self.url(**query), open_timeout=10))
+        container = await self.machine.boot(await self.machine.started())
+        async with await connecting as client:
+            yield client, container
+        await container.stream.close()
+
+
+@asynccontextmanager
+async def robot_world(folder: Path, services: Services) -> AsyncIterator[World]:
+    """Run a cloud in which ann has the robot tb1."""
+    await services.accounts.register("ann", PASSWORD)
+    records.put_map(services.map_store, records.house())
+    services.store.put_robot(records.robot("tb1", user="ann", map="house"))
+    service = CloudService(Master(FirstFit(), services.cloud.quotas), Checkpoints(services.store), folder, "secret")
+    await service.start()
+    machine = await FakeMachine.join(folder)
+    await service.wait_for_machine(10)
+    made = World(services, service, machine, await services.accounts.login("ann", PASSWORD))
+    app = create_app(services)
+    app.router.routes.append(WebSocketRoute("/", made.endpoint))
+    async with serve(app) as made.port:
+        yield made
+        made.clients.close()
+        await made.sessions.close()
+        await service.close()
+        await machine.leave()
+    assert made.clients._kept == {}
+    assert made.clients._seats == set()
+    assert made.sessions._clients == {}
+    assert made.sessions._robots == set()
+
+
+async def say(client: ClientConnection, **operation: Any) -> None:
+    """Send a frame."""
+    await client.send(json.dumps(operation))
+
+
+async def hear(client: ClientConnection) -> dict[str, Any]:
+    """Return the next frame."""
+    async with asyncio.timeout(10):
+        found: dict[str, Any] = json.loads(await client.recv())
+        return found
+
+
+async def closed(client: ClientConnection) -> tuple[int, str]:
+    """Wait until the cloud closes a socket; return code and reason."""
+    with pytest.raises(ConnectionClosed):
+        async with asyncio.timeout(10):
+            while True:
+                await client.recv()
+    assert client.close_code is not None
+    assert client.close_reason is not None
+    return client.close_code, client.close_reason
+
+
+async def next_of(container: FarContainer, kind: type[Any]) -> Any:
+    """Return the next frame of a kind that a container gets."""
+    while not isinstance(frame := await container.next(), kind):
+        assert frame is not None
+    return frame
+
+
+async def refusal(url: str) -> tuple[int, dict[str, Any]]:
+    """Be refused; return the status and the problem."""
+    with pytest.raises(InvalidStatus) as refused:
+        await connect(url, open_timeout=10)
+    response = refused.value.response
+    assert response.headers["content-type"] == "application/problem+json"
+    return response.status_code, json.loads(response.body or b"")

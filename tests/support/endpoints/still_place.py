@@ -1,0 +1,84 @@
+"""A place whose container says nothing unless the test does: for clients without sockets."""
+
+import json
+from collections.abc import Callable
+from typing import Any, cast
+
+import msgspec
+
+from endpoints.rosbridge.roles import Role
+from endpoints.rosbridge.session import ClientSession
+from engine.protocols import robot_link
+from engine.protocols.framing import FrameStream
+from engine.service.links.place_link import PlaceLink
+from ppaas.wire.rosbridge import RosbridgeSession
+from tests.support.engine.engine_links import HELLO_NODES, HELLO_SERVICES, HELLO_TOPICS
+from tests.support.network.still_socket import sent
+
+TOPICS = [
+    *HELLO_TOPICS,
+    robot_link.TopicInfo("move_base/goal", "move_base_msgs/MoveBaseActionGoal", False),
+    robot_link.TopicInfo("move_base/cancel", "actionlib_msgs/GoalID", False),
+    robot_link.TopicInfo("move_base/status", "actionlib_msgs/GoalStatusArray", False),
+    robot_link.TopicInfo("move_base/feedback", "move_base_msgs/MoveBaseActionFeedback", False),
+    robot_link.TopicInfo("move_base/result", "move_base_msgs/MoveBaseActionResult", False),
+]
+
+
+class StillStream:
+    """The near end of a robot link: notes what is written, and hears what the test lets the container say."""
+
+    waiting = 0
+
+    def __init__(self) -> None:
+        self.written: list[robot_link.ToContainer] = []
+
+    def write(self, frame: robot_link.ToContainer) -> None:
+        self.written.append(frame)
+
+    def take(self, kind: type[msgspec.Struct]) -> list[Any]:
+        """Return the frames of a kind that were written since the last time."""
+        found = [frame for frame in self.written if isinstance(frame, kind)]
+        self.written = [frame for frame in self.written if not isinstance(frame, kind)]
+        return found
+
+
+class StillPlace(PlaceLink):
+    """A place with a container from the start."""
+
+    def __init__(self) -> None:
+        super().__init__("robot:ann/tb1")
+        self.far = StillStream()
+        self._stream = cast(FrameStream[robot_link.FromContainer], self.far)
+        self.topics = {topic.name: topic for topic in TOPICS}
+        self.services = {service.name: service for service in HELLO_SERVICES}
+        self.nodes = {node.name: node for node in HELLO_NODES}
+
+    def say(self, frame: robot_link.FromContainer) -> None:
+        """Let the container say something."""
+        self._take(frame)
+
+    def publish_json(self, topic: str, message: Any) -> None:
+        """Let the container publish a message."""
+        self.say(robot_link.Published(topic, json.dumps(message).encode()))
+
+
+class StillClient:
+    """A session without a socket."""
+
+    def __init__(
+        self,
+        place: PlaceLink,
+        role: Role = "robot",
+        level: str = "info",
+        count_plan: Callable[[], None] = lambda: None,
+    ) -> None:
+        self.session = ClientSession(place, role, RosbridgeSession(level), role, count_plan)  # type: ignore[arg-type]
+
+    def say(self, **frame: Any) -> None:
+        """Send a frame."""
+        self.session.take(json.dumps(frame))
+
+    def told(self) -> list[dict[str, Any]]:
+        """Return what the client was sent since the last time."""
+        return [json.loads(frame) for frame in sent(self.session.outbox)]

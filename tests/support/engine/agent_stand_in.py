@@ -1,0 +1,32 @@
+"""Run as a script in place of an agent: it writes down what it is and does what the machine's name says.
+
+``stay`` ends on SIGTERM as a process does, ``stubborn`` does not and has a child, ``die`` ends at once.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import msgspec
+
+from engine.agent.config import AgentConfig
+
+
+def main() -> None:
+    config = msgspec.json.decode(sys.stdin.buffer.read(), type=AgentConfig)
+    pids = str(os.getpid())
+    if config.machine == "stubborn":
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        pids += f" {subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)']).pid}"
+    with (Path(config.run_dir) / "agents").open("a") as file:
+        file.write(f"{pids}\n")
+    if config.machine == "die":
+        sys.exit(3)
+    time.sleep(60)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,28 @@
+"""An agent that only has containers: starts one from an image, tells it, and stays until it is killed."""
+
+import asyncio
+import sys
+import tempfile
+from pathlib import Path
+
+from engine.processes.instances import instance_name
+from engine.runtimes.base import Premises
+from engine.runtimes.docker.runtime import DockerRuntime
+from tests.support.engine.launches import Reports
+
+
+async def main(image: str) -> None:
+    with tempfile.TemporaryDirectory(prefix="t-") as name:
+        folder = Path(name)
+        premises = Premises(instance_name(), folder, folder / "shm", image)
+        runtime = DockerRuntime(premises, "tests.support.engine.container_entries:dial_and_stay", spares=0)
+        await runtime.start()
+        async with Reports(folder) as reports:
+            container = await runtime.launch(reports.launch())
+            await reports.next()
+            print(premises.instance, container.pid, flush=True)  # noqa: T201
+            await asyncio.Event().wait()
+
+
+if __name__ == "__main__":
+    asyncio.run(main(sys.argv[1]))

@@ -1,0 +1,19 @@
+"""Machines and containers for who places them."""
+
+from typing import Any
+
+from engine.master.machine import Machine
+from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
+
+
+def machine(name: str, cores: int = 2, **fields: Any) -> Machine:
+    """Return a machine of one GiB."""
+    return Machine(name, cores, 1 << 30, 1000, **fields)
+
+
+def spec(
+    container: str, cores: float = 1.0, map_id: str = "office", robot: str | None = None, **fields: Any
+) -> ContainerSpec:
+    """Return a container of ann's, of a robot if one is named."""
+    config = None if robot is None else RobotConfig(robot, "turtlebot2", (0.0, 0.0, 0.0), "dijkstra", "dwa")
+    return ContainerSpec(container, "ann", MapVersion(map_id, "v1"), cores, config, **fields)

@@ -1,0 +1,40 @@
+"""What containers of tests are asked to be."""
+
+from typing import Any
+
+from engine.master.places import PlaceRequest
+from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
+
+HOUSE = MapVersion("house", "v1")
+
+
+def robot_config(robot: str = "tb1", **fields: Any) -> RobotConfig:
+    """Return what a clone must know of a robot."""
+    given = {"model": "turtlebot2", "initial_pose": (0.0, 0.0, 0.0)}
+    planners = {"base_global_planner": "dijkstra", "base_local_planner": "dwa"}
+    return RobotConfig(robot, **(given | planners | fields))
+
+
+def robot_spec(
+    container: str = "c1", user: str = "ann", robot: str = "tb1", version: MapVersion = HOUSE, cores: float = 1.0
+) -> ContainerSpec:
+    """Return a container for the clone of a robot."""
+    return ContainerSpec(container, user, version, cores, robot_config(robot))
+
+
+def planning_spec(container: str = "p1", user: str = "ann", version: MapVersion = HOUSE) -> ContainerSpec:
+    """Return a container that only plans."""
+    return ContainerSpec(container, user, version, 1.0)
+
+
+def robot_request(
+    robot: str = "tb1",
+    user: str = "ann",
+    version: MapVersion = HOUSE,
+    cores: float = 1.0,
+    *,
+    labels: dict[str, str] | None = None,
+    **fields: Any,
+) -> PlaceRequest:
+    """Return the wish for a place with the clone of a robot."""
+    return PlaceRequest(user, version, cores, robot_config(robot, **fields), labels=labels or {})

@@ -1,0 +1,37 @@
+"""Run as a script in place of the watcher of a Ray cluster: it writes down what it is told.
+
+For a host ``refuse`` it does not connect, for ``crash`` it ends without an answer, for any other it connects and stays
+until its input ends.
+"""
+
+import os
+import sys
+from pathlib import Path
+
+import msgspec
+
+from engine.protocols.robot_link import Refusal
+from engine.remote.ray.config import Connected, Refused, WatchConfig
+
+
+def main() -> None:
+    config = msgspec.json.decode(sys.stdin.readline(), type=WatchConfig)
+    notes = Path(config.folder) / "watchers"
+    with notes.open("a") as file:
+        file.write(f"{os.getpid()}\n")
+    if config.host == "crash":
+        sys.exit(3)
+    refused = config.host == "refuse"
+    answer = Refused(Refusal("unavailable", "wrong token")) if refused else Connected()
+    sys.stdout.write(msgspec.json.encode(answer).decode() + "\n")
+    sys.stdout.flush()
+    if refused:
+        sys.exit(1)
+    for line in sys.stdin:
+        with notes.open("a") as file:
+            file.write(line.strip() or "end all")
+            file.write("\n")
+
+
+if __name__ == "__main__":
+    main()

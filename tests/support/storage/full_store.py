@@ -1,0 +1,51 @@
+"""Stores with something of everything in them."""
+
+import numpy as np
+
+from ppaas.geometry import poses_along
+from ppaas.plans.history import LinkHistory, PlannerHistory
+from storage.ports import MapStore, Store
+from storage.records import PlanRecord, Publication
+from tests.support.storage.records import clone, house, pgm, plan, put_map, robot, token, user
+
+USERS = ("ann", "bob", "carl")
+KINDS = ("users", "tokens", "robots", "URDFs", "checkpoints", "plans", "history", "links")
+
+
+def paths(count: int) -> list[PlanRecord]:
+    """Return plans on two maps, of which some share stretches."""
+    rng = np.random.default_rng(5)
+    found = []
+    for number in range(count):
+        corner = np.cumsum(rng.integers(0, 2, (40, 2)) * 0.05, axis=0) + number % 5
+        poses = poses_along(corner, 0.0).astype("<f8").tobytes()
+        fields = {"map": "m1" if number % 10 == 0 else "m0", "created": float(number // 2), "cost": number + 0.1}
+        found.append(plan(f"p{number:05d}", poses=poses, **fields))
+    return found
+
+
+def fill(store: Store, plans: int = 80, robots: int = 12) -> None:
+    """Put something of everything into a store; of plans on a map more than a page has."""
+    for name in USERS:
+        store.add_user(user(name, role="admin" if name == "ann" else "user"))
+        store.add_token(token(name[0] * 64, user=name, expires=5.0, created=1.0))
+    for number in range(robots):
+        store.put_robot(robot(f"tb{number}", properties={"number": number, "deep": {"a": [1, None, 2.5]}}))
+    store.put_robot(robot("tb1", user="bob", description="of bob", parameters={"amcl": {"min_particles": 5}}))
+    store.put_urdf("ann", "tb2", b"<robot name='tb2'/>")
+    store.put_urdf("bob", "tb1", bytes(range(256)))
+    store.save_clone(clone("tb1", nodes={"amcl": b"\x00\xff", "move_base": b"{}"}))
+    store.add_plans(paths(plans))
+    store.add_history([PlannerHistory("m0", "v", "dijkstra", 3, queries=7, computed=7, micros=1234)])
+    store.add_history([PlannerHistory("m1", version, "astar", 4, queries=1, failed=1) for version in "vw"])
+    store.put_link(LinkHistory("robot-link", 0.02, 1e6, 5, 7.0))
+
+
+def fill_maps(store: MapStore) -> None:
+    """Publish maps of one version and of several, of which one was brought back."""
+    put_map(store, house("alone", "bob", readers=("ann", "*"), description="one of its kind"))
+    versions = [house("house", image=pgm(value=value), created=10.0 + value, readers=("bob",)) for value in range(4)]
+    for version in versions:
+        put_map(store, version, message=f"as on day {version.created:g}")
+    store.roll_back(versions[1].version, Publication("house", "admin", 99.0, "it was better", owner="ann"))
+    store.change_map("house", description="a house", readers=("carl",))

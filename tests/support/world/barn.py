@@ -1,0 +1,36 @@
+"""A small world like those of BARN: walls on three sides, and a pillar in the way."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.navigation.barn.worlds import World
+
+WALL_X = (-4.425, -0.075)
+
+
+def cylinders(*more: tuple[float, float]) -> list[tuple[float, float]]:
+    """Return the centres of the walls, and of what stands between them."""
+    along = np.arange(0.075, 9.6, 0.15).tolist()
+    across = np.arange(WALL_X[0], WALL_X[1], 0.15).tolist()
+    return [*((x, y) for x in WALL_X for y in along), *((x, 0.075) for x in across), *more]
+
+
+def world(number: int = 7, *more: tuple[float, float]) -> World:
+    """Return a world with a pillar straight ahead, and more cylinders."""
+    return World(number, 0.075, cylinders((-2.0, 6.0), (-2.15, 6.0), *more), 10.2)
+
+
+def shut() -> World:
+    """Return a world with a wall across it."""
+    return world(8, *((x, 7.0) for x in np.arange(WALL_X[0], WALL_X[1], 0.15).tolist()))
+
+
+def write(path: Path, *worlds: World) -> Path:
+    """Write a file of worlds."""
+    told = [
+        {"world": w.world, "radius": w.radius, "cylinders": w.cylinders, "path_length": w.path_length} for w in worlds
+    ]
+    path.write_text(json.dumps(told), encoding="utf-8")
+    return path

@@ -1,0 +1,99 @@
+"""A clone and a simulated robot in one loop, on a clock that tests move."""
+
+from collections.abc import Mapping
+
+from ppaas.clock import ManualClock
+from ppaas.clone.assembly import build_clone
+from ppaas.costmap.build_layers import build_layers
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridMap
+from ppaas.messages.actionlib_msgs import GoalStatusArray, Status
+from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
+from ppaas.messages.move_base_msgs import MoveBaseActionResult
+from ppaas.messages.std_msgs import Header
+from ppaas.nodes.base import Payload
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.jobs import Worker, run_inline
+from ppaas.planners.base import PlanResult
+from tests.support.world.planar_world import World, error_of
+
+PERIOD = 0.05
+
+
+class ClosedLoop:
+    """Drives a world's robot by a clone; odometry at 20 Hz, scans at 10 Hz. Masks lie on its map as they are given."""
+
+    def __init__(
+        self, world: World, *, worker: Worker = run_inline, start: float = 1000.0,
+        masks: Mapping[str, GridMap] | None = None, **clone: object,
+    ) -> None:  # fmt: skip
+        self.world = world
+        self.clock = ManualClock(start)
+        self.graph = Graph(worker, self.clock, self.clock)
+        self.layers = build_layers(world.grid, **(masks or {}))
+        self.command = Twist()
+        self.commands: list[Twist] = []
+        self.results: list[MoveBaseActionResult] = []
+        self.plans: list[PlanResult] = []
+        self.texts: set[str] = set()
+        self.told: Pose2D | None = None
+        self.worst = 0.0
+        self.clearance = 1.0
+        self.sensing = True
+        self._cycle = 0
+        clone = {"model": "turtlebot2", "initial_pose": tuple(world.pose), **clone}
+        build_clone(self.graph, self.layers, **clone)  # type: ignore[arg-type]
+        self._listen()
+
+    def _listen(self) -> None:
+        def hear(topic: str, message: object) -> None:
+            match message:
+                case Twist():
+                    self.command = message
+                    self.commands.append(message)
+                case MoveBaseActionResult():
+                    self.results.append(message)
+                case PlanResult():
+                    self.plans.append(message)
+                case GoalStatusArray():
+                    self.texts.update(status.text for status in message.status_list)
+                case PoseWithCovarianceStamped():
+                    self.told = message.pose.pose.planar()
+
+        for topic in ("cmd_vel", "move_base/result", "plan", "move_base/status", "amcl_pose"):
+            self.graph.tap(topic, hear)
+
+    def send_goal(self, pose: Pose2D) -> None:
+        """Publish on move_base_simple/goal."""
+        self.graph.inject("move_base_simple/goal", PoseStamped(Header(frame_id="map"), Pose.of(pose)))
+
+    def step(self) -> None:
+        """Let one period pass."""
+        self.clock.advance(PERIOD)
+        self.world.move(self.command.linear.x, self.command.angular.z, PERIOD)
+        self.clearance = min(self.clearance, self.world.clearance())
+        now = self.clock()
+        if self.sensing:
+            self.sense("odom", self.world.odometry(now))
+            if self._cycle % 2 == 0:
+                self.sense("scan", self.world.scan(now))
+                if self.told is not None:
+                    self.worst = max(self.worst, error_of(self.told, self.world.pose)[0])
+        self._cycle += 1
+        self.graph.run_due()
+
+    def sense(self, topic: str, message: Payload) -> None:
+        """Take what a sensor of the robot tells."""
+        self.graph.inject(topic, message)
+
+    def run(self, seconds: float) -> None:
+        """Go on until a result comes, at most so long."""
+        had = len(self.results)
+        for _ in range(round(seconds / PERIOD)):
+            if len(self.results) > had:
+                return
+            self.step()
+
+    def last_status(self) -> Status:
+        """Return how the last goal ended."""
+        return Status(self.results[-1].status.status)

@@ -1,0 +1,49 @@
+"""URDF files made for tests."""
+
+from collections.abc import Iterable, Sequence
+
+from tests.support.sources import ROOT
+
+EXAMPLES = ROOT / "docs" / "examples" / "robots"
+
+
+def example(name: str) -> bytes:
+    """Return one of the URDF files that come with the documents."""
+    return (EXAMPLES / f"{name}.urdf").read_bytes()
+
+
+def text(numbers: Iterable[float]) -> str:
+    return " ".join(map(repr, numbers))
+
+
+def origin(xyz: Sequence[float] = (0, 0, 0), rpy: Sequence[float] = (0, 0, 0)) -> str:
+    return f'<origin xyz="{text(xyz)}" rpy="{text(rpy)}"/>'
+
+
+def box(*size: float) -> str:
+    return f'<box size="{text(size)}"/>'
+
+
+def cylinder(radius: float, length: float) -> str:
+    return f'<cylinder radius="{radius!r}" length="{length!r}"/>'
+
+
+def sphere(radius: float) -> str:
+    return f'<sphere radius="{radius!r}"/>'
+
+
+def part(geometry: str, at: str = "", kind: str = "collision") -> str:
+    return f"<{kind}>{at}<geometry>{geometry}</geometry></{kind}>"
+
+
+def link(name: str, *parts: str) -> str:
+    return f'<link name="{name}">{"".join(parts)}</link>'
+
+
+def joint(child: str, parent: str = "base_link", kind: str = "fixed", *inside: str) -> str:
+    ends = f'<parent link="{parent}"/><child link="{child}"/>'
+    return f'<joint name="{child}_joint" type="{kind}">{ends}{"".join(inside)}</joint>'
+
+
+def urdf(*inside: str) -> bytes:
+    return f'<?xml version="1.0"?><robot name="r">{"".join(inside)}</robot>'.encode()

@@ -1,0 +1,28 @@
+"""Which faults there are."""
+
+import itertools
+from collections import Counter
+from random import Random
+
+from benchmarks.chaos.faults import OF_MORE, OF_ONE_MACHINE, Kind, deck
+
+
+def first(count: int, seed: int, machines: int) -> list[Kind]:
+    return list(itertools.islice(deck(Random(seed), machines), count))
+
+
+def test_the_same_seed_does_the_same() -> None:
+    assert first(40, 1, 3) == first(40, 1, 3) != first(40, 2, 3)
+
+
+def test_each_kind_comes_as_often_as_the_others() -> None:
+    kinds = (*OF_ONE_MACHINE, *OF_MORE)
+    assert Counter(first(3 * len(kinds), 5, 2)) == Counter(3 * kinds)
+
+
+def test_one_machine_is_not_drained_and_none_has_joined() -> None:
+    assert set(first(100, 1, 1)) == set(OF_ONE_MACHINE)
+
+
+def test_a_kind_is_told_in_words() -> None:
+    assert str(Kind("fork server", "stop")) == "fork server, stopped"

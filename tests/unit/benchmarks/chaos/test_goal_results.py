@@ -1,0 +1,24 @@
+"""The books of goals."""
+
+from benchmarks.chaos.goal_results import Goals
+
+
+def test_each_goal_has_one_result_and_no_more() -> None:
+    told: list[str] = []
+    goals = Goals("r", told.append)
+    goals.send("a")
+    goals.send("b")
+    goals.result("a")
+    goals.end("result", "SUCCEEDED")
+    assert told == []
+    goals.result("a")
+    goals.result("c")
+    goals.missing("b", 240.0)
+    goals.forgotten("b")
+    assert told == [
+        "r heard of the end of a 2 times",
+        "r heard of a goal that it never had: c",
+        "r: nothing was heard of the end of b in 240 s",
+        "r: b was forgotten, and nobody was told",
+    ]
+    assert (goals.sent, goals.endings["result"], goals.statuses["SUCCEEDED"]) == (2, 1, 1)

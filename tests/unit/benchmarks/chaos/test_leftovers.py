@@ -1,0 +1,107 @@
+"""What processes leave behind is found; what others leave is not."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from benchmarks.chaos.cloud_processes import MACHINES, OWN, members
+from benchmarks.chaos.leftovers import ZOMBIE_GRACE, Traces
+from ppaas.clock import ManualClock
+
+WAIT = "import sys; sys.stdin.read()"
+
+
+def start(folder: Path, code: str = WAIT, *arguments: str) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        [sys.executable, "-c", code, *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        env=os.environ | {"TMPDIR": str(folder)},
+    )  # fmt: skip
+
+
+@pytest.fixture
+def told() -> list[str]:
+    """Return what is told."""
+    return []
+
+
+@pytest.fixture
+def traces(tmp_path: Path, told: list[str]) -> Traces:
+    """Return what looks at processes in a folder."""
+    return Traces(tmp_path, told.append)
+
+
+@pytest.fixture
+def running(tmp_path: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """Return a process of the folder."""
+    with start(tmp_path) as process:
+        yield process
+        process.communicate()
+
+
+def test_processes_are_told_from_others_by_their_folder(tmp_path: Path, running: subprocess.Popen[bytes]) -> None:
+    home = tmp_path / MACHINES / "m2" / "t"
+    home.mkdir(parents=True)
+    with start(home, WAIT, "engine.fabric.router") as router, start(tmp_path.parent) as other:
+        found = {member.process.pid: (member.kind, member.home) for member in members(tmp_path)}
+        assert found == {running.pid: ("other", OWN), router.pid: ("router", "m2")}
+        for process in (router, other):
+            process.communicate()
+
+
+def test_where_all_has_gone_nothing_is_told(traces: Traces, running: subprocess.Popen[bytes], told: list[str]) -> None:
+    assert len(traces.look()) == 1
+    running.communicate()
+    traces.at_end()
+    assert told == []
+
+
+def test_a_process_and_a_file_that_are_left_are_told_of(
+    traces: Traces, tmp_path: Path, running: subprocess.Popen[bytes], told: list[str]
+) -> None:
+    (tmp_path / "pymp-1").mkdir()
+    (tmp_path / "log").write_text("meant to stay")
+    traces.at_end()
+    assert told == [f"process {running.pid} (other of {OWN}) is left", f"{tmp_path / 'pymp-1'} is left"]
+
+
+def test_shared_memory_that_a_process_mapped_and_left_is_told_of(
+    traces: Traces, tmp_path: Path, told: list[str]
+) -> None:
+    shared = Path("/dev/shm") / f"chaos-test-{os.getpid()}"
+    code = "import mmap, sys; f = open(sys.argv[1], 'w+b'); f.truncate(99); m = mmap.mmap(f.fileno(), 99)\n"
+    code += "print(1, flush=True); sys.stdin.read()"
+    try:
+        with start(tmp_path, code, str(shared)) as process:
+            assert process.stdout is not None
+            process.stdout.readline()
+            traces.look()
+            process.communicate()
+        traces.at_end()
+    finally:
+        shared.unlink()
+    assert told == [f"{shared} is left"]
+
+
+def test_a_zombie_that_nobody_takes_note_of_is_told_of(tmp_path: Path, told: list[str]) -> None:
+    clock = ManualClock()
+    traces = Traces(tmp_path, told.append, clock)
+    code = "import subprocess, sys; c = subprocess.Popen([sys.executable, '-c', 'input()'], stdin=subprocess.PIPE)\n"
+    code += "print(c.pid, flush=True); sys.stdin.readline(); c.stdin.close(); import os; "
+    code += "os.waitid(os.P_PID, c.pid, os.WEXITED | os.WNOWAIT); print(1, flush=True); sys.stdin.read()"
+    with start(tmp_path, code) as parent:
+        assert parent.stdin is not None and parent.stdout is not None
+        child = int(parent.stdout.readline())
+        assert len(traces.look()) == 2
+        parent.stdin.write(b"\n")
+        parent.stdin.flush()
+        parent.stdout.readline()
+        traces.look()
+        assert told == []
+        clock.advance(ZOMBIE_GRACE + 1.0)
+        traces.look()
+        parent.communicate()
+    assert told == [f"process {child} (other) has been a zombie for {ZOMBIE_GRACE + 1.0:.0f} s"]

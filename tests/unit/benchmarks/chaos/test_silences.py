@@ -1,0 +1,26 @@
+"""When a robot is taken to have heard nothing."""
+
+import pytest
+
+from benchmarks.chaos.silences import Gap, Silences
+
+
+def test_silence_is_noted_from_the_goal_to_the_first_cycle_between_cycles_and_to_the_end() -> None:
+    silences = Silences()
+    silences.heard(1.0)
+    silences.goal_sent(3.0)
+    for now in (4.0, 4.25, 4.5, 6.5):
+        silences.heard(now)
+    silences.goal_ended(8.0)
+    silences.heard(20.0)
+    assert silences.gaps == [Gap(3.0, 4.0), Gap(4.5, 6.5), Gap(6.5, 8.0)]
+    assert silences.gaps[1].seconds == pytest.approx(2.0)
+
+
+def test_nothing_is_noted_where_each_cycle_is_heard_of() -> None:
+    silences = Silences()
+    silences.goal_sent(0.0)
+    for cycle in range(40):
+        silences.heard(0.05 * cycle)
+    silences.goal_ended(2.0)
+    assert silences.gaps == []

@@ -1,0 +1,33 @@
+"""Figures, as a table and as JSON."""
+
+import json
+from io import StringIO
+
+from rich.console import Console
+
+from benchmarks.harness.figures import Figure, median_of, show, to_json
+
+FIGURES = [
+    median_of("plans", "REST", [0.003, 0.001, 0.002], limit=1.0),
+    Figure("plans", "echo", 0.5, "ms", yardstick=True),
+    Figure("fleet", "robots", 12, "robots", limit=10, floor=True, note="in time"),
+]
+
+
+def test_the_median_of_seconds_is_told_in_milliseconds_with_its_spread() -> None:
+    assert (FIGURES[0].value, FIGURES[0].least, FIGURES[0].most) == (2.0, 1.0, 3.0)
+
+
+def test_a_limit_is_kept_from_its_own_side() -> None:
+    assert [figure.kept for figure in FIGURES] == [False, None, True]
+
+
+def test_the_json_has_every_figure() -> None:
+    told = json.loads(to_json(FIGURES))["figures"]
+    assert [(figure["name"], figure["value"]) for figure in told] == [("REST", 2.0), ("echo", 0.5), ("robots", 12.0)]
+
+
+def test_the_table_shows_values_limits_and_what_they_are_made_of() -> None:
+    out = StringIO()
+    show(FIGURES, Console(file=out, width=200))
+    assert all(text in out.getvalue() for text in ("2 ms", "1–3", "≤ 1", "≥ 10", "in time"))

@@ -1,0 +1,23 @@
+"""Ports that servers are told of."""
+
+import socket
+
+from benchmarks.harness import free_ports as module
+from benchmarks.harness.free_ports import END, LOWEST, free_ports
+
+
+def test_ports_follow_each_other_and_are_free_again() -> None:
+    ports = free_ports(3)
+    assert ports == list(range(ports[0], ports[0] + 3))
+    assert ports[0] >= LOWEST and ports[-1] < END
+    for port in ports:
+        with socket.create_server(("127.0.0.1", port)):
+            pass
+
+
+def test_a_run_with_a_port_that_is_taken_is_not_given(monkeypatch) -> None:
+    first = free_ports(4)[0]
+    places = iter([first - LOWEST, first - LOWEST + 2])
+    monkeypatch.setattr(module.secrets, "randbelow", lambda _: next(places))
+    with socket.create_server(("127.0.0.1", first + 1)):
+        assert free_ports(2) == [first + 2, first + 3]

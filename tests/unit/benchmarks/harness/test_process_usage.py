@@ -1,0 +1,44 @@
+"""What processes use, as ``/proc`` tells it."""
+
+import subprocess
+import sys
+
+import pytest
+
+from benchmarks.harness.process_usage import cpu_seconds, memory_of
+
+
+def test_what_a_process_holds_for_itself_is_counted() -> None:
+    hold = "print(0, flush=True); input(); held = b'1' * 40_000_000; print(1, flush=True); input()"
+    command = [sys.executable, "-c", hold]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdin is not None and process.stdout is not None
+        process.stdout.readline()
+        before = memory_of(process.pid)
+        process.stdin.write(b"\n")
+        process.stdin.flush()
+        process.stdout.readline()
+        after = memory_of(process.pid)
+        process.communicate(b"\n")
+    assert after.private - before.private == pytest.approx(40.0, rel=0.05)
+    assert after.pss >= after.private
+    assert after.shared_map == 0.0
+
+
+def test_a_process_that_is_gone_cannot_be_weighed() -> None:
+    process = subprocess.Popen([sys.executable, "-c", "pass"])
+    process.wait()
+    with pytest.raises(OSError):
+        memory_of(process.pid)
+
+
+def test_processor_time_is_told_by_kind_of_process() -> None:
+    busy = "import time\nwhile time.process_time() < 0.1: pass\nprint(1, flush=True); input()"
+    code = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {busy!r}])"
+    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as web:
+        assert web.stdout is not None
+        web.stdout.readline()
+        used = cpu_seconds(web.pid, set())
+        web.communicate(b"\n")
+    assert used["containers"] == 0.0
+    assert used["machine"] >= 0.05 > used["web"]

@@ -1,0 +1,92 @@
+"""Recordings that are played to localization."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.localization.carmen_logs import read_log
+from benchmarks.localization.log_map import map_of
+from benchmarks.localization.picture import APART, TOLD, draw
+from benchmarks.localization.recording import Recording, drifting
+from benchmarks.localization.replay import Replay, play, summary
+from benchmarks.localization.run import LOST
+from ppaas.errors import InvalidInput
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN
+from tests.support.world.drive_log import ROOM, graph_log
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    path = tmp_path_factory.mktemp("logs") / "drive.log"
+    path.write_text(graph_log(40))
+    return read_log(path)
+
+
+def played(recording: Recording, *, anywhere: bool = False) -> Replay:
+    looks = range(len(recording.looks))
+    return play(recording, ROOM, {}, scans=looks, anywhere=anywhere, done=lambda: None)
+
+
+@pytest.mark.parametrize("anywhere", [False, True])
+def test_a_robot_is_held_and_found_on_its_own_recording(recording: Recording, anywhere: bool) -> None:
+    told = summary(played(recording, anywhere=anywhere), anywhere=anywhere)
+    assert told["scans"] == 40
+    assert told["lost"] is False
+    assert told["error_cm"] <= told["p95_cm"] <= told["worst_cm"] <= 100.0 * LOST
+    assert told["error_cm"] < 8.0
+    assert told["lost_scans"] < 20
+    assert told["error_deg"] < 2.0
+
+
+def test_a_recording_without_truth_is_played_and_nothing_is_told_of_errors(recording: Recording) -> None:
+    blind = replace(recording, looks=tuple(replace(look, true=None) for look in recording.looks))
+    assert not all(look.true is not None for look in blind.looks)
+    told = summary(played(blind, anywhere=True), anywhere=True)
+    assert told["scans"] == 40
+    assert told["lost"] is told["error_cm"] is None
+    with pytest.raises(InvalidInput, match="--global"):
+        played(blind)
+    with pytest.raises(InvalidInput, match="--map"):
+        map_of(blind.looks, blind.laser)
+
+
+def test_a_map_of_scans_is_the_room_that_was_seen(recording: Recording) -> None:
+    made = map_of(recording.looks, recording.laser)
+    rows, columns = np.nonzero(made.data == OCCUPIED)
+    world = made.info.to_world(np.column_stack((rows, columns)))
+    cells = ROOM.info.to_cells(world.tolist())
+    walls = np.argwhere(ROOM.data == OCCUPIED)
+    near = [np.abs(walls - cell).max(axis=1).min() <= 2 for cell in np.array(cells)]
+    assert np.mean(near) > 0.95
+    look = recording.looks[0]
+    assert made.data[made.info.cell_of(look.true.x, look.true.y)] == FREE
+    assert made.data[0, 0] == UNKNOWN
+
+
+def test_worse_odometry_drifts_and_the_same_seed_alike(recording: Recording) -> None:
+    once, again, other = (drifting(recording, 0.05, seed) for seed in (1, 1, 2))
+    assert once == again != other
+    assert once.looks[0].odom == recording.looks[0].odom
+    assert 0.0 < once.looks[-1].odom.distance_to(recording.looks[-1].odom) < 1.0
+    assert drifting(recording, 0.0, 1).looks[-1].odom.distance_to(recording.looks[-1].odom) < 1e-9
+
+
+def test_a_picture_shows_where_what_was_told_is_not_true(recording: Recording) -> None:
+    looks = recording.looks
+    right = Replay(looks, tuple(look.true for look in looks), 0.001)
+    wrong = Replay(looks, tuple(reversed(right.told)), 0.001)
+    colours = [{colour for _, colour in draw(ROOM, replay).getcolors(1 << 24)} for replay in (right, wrong)]
+    assert TOLD in colours[0]
+    assert APART not in colours[0]
+    assert APART in colours[1]
+
+
+def test_a_robot_that_stands_until_it_is_found_is_held_from_there(recording: Recording) -> None:
+    begin = [replace(recording.looks[0], stamp=stamp) for stamp in (1.0, 2.0)]
+    looks = (*begin, *recording.looks[1:])
+    told = (Pose2D(5.0, 4.0), *(look.true for look in looks[1:]))
+    summed = summary(Replay(looks, told, 0.001), anywhere=True)
+    assert (summed["lost"], summed["lost_scans"], summed["found_m"], summed["worst_cm"]) == (False, 1, 0.0, 0.0)
+    assert summary(Replay(looks, told, 0.001), anywhere=False)["lost"] is True

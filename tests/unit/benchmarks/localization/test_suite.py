@@ -1,0 +1,55 @@
+"""Runs of the bench of localization, and what they come to."""
+
+import pytest
+
+from benchmarks.localization.run import Job, Kind, Result, drive
+from benchmarks.localization.suite import measure, summary
+from ppaas.maps.generate import office
+
+GRID = office(seed=1, width=12.0, height=10.0)
+
+
+def job(kind: Kind, metres: float, run: int = 0) -> Job:
+    return Job(GRID, kind, metres, {}, seed=5, run=run)
+
+
+@pytest.mark.parametrize("kind", ["kidnap", "global"])
+def test_a_robot_that_is_lost_is_found(kind: Kind) -> None:
+    result = drive(job(kind, 12.0))
+    assert not result.lost
+    assert result.found is not None
+    assert result.found < 10.0
+    assert result.error < 0.15
+
+
+@pytest.mark.parametrize("run", [4, 16])
+def test_a_robot_in_a_jam_is_not_lost(run: int) -> None:
+    result = drive(Job(office(seed=1), "jam", 2.0, {}, seed=1, run=run, people=10))
+    assert not result.lost
+    assert result.found == 0.0
+    assert result.worst < 0.3
+
+
+def test_runs_are_the_same_in_one_process_and_in_two_and_come_in_order() -> None:
+    jobs = [job("track", 3.0, run) for run in (0, 1)]
+    done: list[int] = []
+    one, two = (measure(jobs, processes, lambda: done.append(1)) for processes in (1, 2))
+    poses = [[(result.run, result.error, result.worst, result.metres) for result in results] for results in (one, two)]
+    assert poses[0] == poses[1]
+    assert [result.run for result in one] == [0, 1]
+    assert len(done) == 4
+    assert all(result.metres == pytest.approx(3.0, abs=0.2) and not result.lost for result in one)
+
+
+def test_what_runs_come_to() -> None:
+    results = [
+        Result(0, 0.02, 0.01, 0.1, 0.1, lost=False, found=4.0, metres=15.0, update=0.001),
+        Result(1, 0.04, 0.01, 0.2, 0.1, lost=False, found=12.0, metres=15.0, update=0.003),
+        Result(2, 9.0, 3.0, 9.0, 3.0, lost=True, found=None, metres=15.0, update=0.002),
+    ]
+    told = summary(results)
+    assert (told["runs"], told["metres"], told["lost"]) == (3, 45.0, 1)
+    assert (told["error_cm"], told["error_deg"]) == (3.0, 0.573)
+    assert (told["worst_cm"], told["worst_deg"]) == (20.0, 5.7)
+    assert (told["found_within_10_m"], told["median_found_m"], told["update_ms"]) == (0.333, 8.0, 2.0)
+    assert summary(results[2:])["error_cm"] is None

@@ -1,0 +1,69 @@
+import math
+
+import numpy as np
+import pytest
+
+from benchmarks.navigation.barn.environment import Course
+from benchmarks.navigation.barn.jackal import NOISE
+from benchmarks.navigation.barn.worlds import START
+from ppaas.geometry import Pose2D
+from ppaas.messages.geometry_msgs import Twist, Vector3
+from tests.support.world import barn
+
+AHEAD = Twist(Vector3(x=2.0))
+
+
+def course(noise: str = "none", seed: int = 1, start: Pose2D = START) -> Course:
+    return Course(barn.world(), NOISE[noise], np.random.default_rng(seed), start)
+
+
+def go(where: Course, seconds: float, twist: Twist = AHEAD) -> None:
+    where.command(twist)
+    for _ in range(round(seconds / 0.01)):
+        where.step()
+
+
+def test_without_noise_odometry_and_laser_tell_what_is() -> None:
+    where = course()
+    go(where, 0.5)
+    told = START @ where.odometry().pose.pose.planar()
+    assert told.distance_to(where.pose) <= 2.0 * 0.01 + 1e-9, "no more than the way of a step"
+    scan = where.scan()
+    assert len(scan.ranges) == 720
+    assert scan.ranges[360] == pytest.approx(6.0 - 0.075 - where.pose.y, abs=0.01)
+    assert scan.angle_max == pytest.approx(math.radians(135.0))
+
+
+@pytest.mark.parametrize("noise", ["nominal", "hard"])
+def test_with_noise_a_command_takes_its_time_and_odometry_drifts(noise: str) -> None:
+    where = course(noise)
+    go(where, NOISE[noise].drive.delay)
+    assert where.pose.distance_to(START) == 0.0
+    go(where, 1.0)
+    assert 0.5 < where.pose.distance_to(START) < 2.0
+    assert 0.0 < (START @ where.odometry().pose.pose.planar()).distance_to(where.pose) < 0.3
+
+
+def test_the_noise_of_the_laser_is_as_large_as_it_says() -> None:
+    exact = np.array(course("none").scan().ranges, np.float64)
+    for noise, sigma in (("nominal", 0.01), ("hard", 0.02)):
+        errors = np.array(course(noise).scan().ranges, np.float64) - exact
+        assert np.nanstd(errors) == pytest.approx(sigma, rel=0.15)
+
+
+def test_the_same_seed_gives_the_same_run_and_another_seed_another() -> None:
+    runs = []
+    for seed in (1, 1, 2):
+        where = course("hard", seed)
+        go(where, 0.6)
+        runs.append((where.pose, where.odometry(), where.scan().ranges))
+    assert runs[0] == runs[1] != runs[2]
+
+
+def test_clearance_is_from_the_outline_and_what_is_touched_stops_the_robot() -> None:
+    beside = course(start=Pose2D(-4.425 + 0.075 + 0.215 + 0.1, 3.0, math.pi / 2))
+    assert beside.clearance() == pytest.approx(0.1, abs=0.01)
+    where = course()
+    go(where, 3.0)
+    assert where.clearance() <= 0.0
+    assert where.pose.y < 6.0

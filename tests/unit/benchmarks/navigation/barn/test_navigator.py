@@ -1,0 +1,94 @@
+"""What drives is told odometry and scans, and nothing of where the robot truly is."""
+
+import math
+
+import numpy as np
+
+from benchmarks.navigation.barn.controller_setups import make_pilot
+from benchmarks.navigation.barn.environment import Course
+from benchmarks.navigation.barn.jackal import NOISE
+from benchmarks.navigation.barn.navigator import PERIOD, Pilot
+from benchmarks.navigation.barn.worlds import START, World
+from ppaas.costmap.costmap import LETHAL_OBSTACLE
+from ppaas.geometry import Pose2D
+from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, Twist, TwistWithCovariance
+from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.std_msgs import Header
+from tests.support.world import barn
+
+GOAL = Pose2D(10.0, 0.0)
+JACKAL = NOISE["hard"]
+
+
+def pilot() -> Pilot:
+    return make_pilot("mppi", GOAL, JACKAL.drive)
+
+
+def standing() -> Odometry:
+    return Odometry(
+        header=Header(frame_id="odom"), child_frame_id="base_link",
+        pose=PoseWithCovariance(Pose.of(Pose2D(0.0, 0.0, 0.0))), twist=TwistWithCovariance(Twist()),
+    )  # fmt: skip
+
+
+def scan(ranges: list[float | None]) -> LaserScan:
+    return LaserScan(
+        header=Header(frame_id="base_link"), angle_min=-math.pi / 2, angle_max=math.pi / 2,
+        angle_increment=math.pi / (len(ranges) - 1), range_min=0.1, range_max=10.0, ranges=ranges,
+    )  # fmt: skip
+
+
+def moved(world: World, by: Pose2D) -> World:
+    places = [by @ Pose2D(x, y) for x, y in world.cylinders]
+    return World(world.world, world.radius, [(place.x, place.y) for place in places], world.path_length)
+
+
+def commands(world: World, start: Pose2D) -> list[tuple[float, float]]:
+    course, driver = Course(world, JACKAL, np.random.default_rng(5), start), pilot()
+    told = []
+    for _ in range(12):
+        twist = driver.drive(course.odometry(), course.scan())
+        told.append((twist.linear.x, twist.angular.z))
+        course.command(twist)
+        for _ in range(round(PERIOD / 0.01)):
+            course.step()
+    return told
+
+
+def test_in_a_world_that_lies_elsewhere_it_sends_the_same_commands() -> None:
+    """Were anything of the true pose told, it would show: the same world, 40 m away and turned by half a turn."""
+    there = Pose2D(40.0, -25.0, math.pi)
+    here, elsewhere = commands(barn.world(), START), commands(moved(barn.world(), there), there @ START)
+    assert np.allclose(here, elsewhere, atol=1e-6)
+    assert max(linear for linear, _ in here) > 1.0
+
+
+def test_nothing_but_two_messages_enters_and_one_leaves() -> None:
+    driver = pilot()
+    twist = driver.drive(standing(), scan([None] * 91))
+    assert twist.linear.x > 0.0
+    held = [value for value in vars(driver).values() if isinstance(value, Course | World)]
+    assert held == []
+
+
+def test_a_wall_around_it_makes_it_stand() -> None:
+    driver = pilot()
+    twists = [driver.drive(standing(), scan([0.4] * 91)) for _ in range(4)]
+    assert max(abs(twist.linear.x) for twist in twists) < 0.5
+
+
+def test_without_any_reading_it_drives_by_what_it_knows() -> None:
+    driver = pilot()
+    driver.drive(standing(), scan([None] * 91))
+    assert driver.drive(standing(), scan([math.nan] * 91)).linear.x > 0.0
+
+
+def test_noise_of_the_laser_makes_nothing_seem_nearer() -> None:
+    driver = pilot()
+    driver.drive(standing(), scan((0.8 + np.random.default_rng(3).normal(0.0, 0.02, 720)).tolist()))
+    assert driver.costs is not None
+    cells = np.argwhere(driver.costs.data == LETHAL_OBSTACLE)
+    away = np.hypot(*driver.costs.info.to_world(cells).T)
+    assert len(away) > 20
+    assert 0.75 < away.min() < away.max() < 0.85

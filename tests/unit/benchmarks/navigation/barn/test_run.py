@@ -1,0 +1,44 @@
+import pytest
+
+from benchmarks.navigation.barn import run
+from benchmarks.navigation.barn.run import Job, Result, drive
+from ppaas.messages.geometry_msgs import Twist, Vector3
+from tests.support.world import barn
+
+
+def test_a_run_reaches_the_goal_and_the_same_job_gives_the_same_run() -> None:
+    job = Job(barn.world(), "mppi", "nominal", 3, 0)
+    result = drive(job)
+    assert result.outcome == "success"
+    assert result.clearance > 0.05
+    assert result.seconds < 1.2 * result.best_time
+    assert drive(job) == result
+
+
+class Straight:
+    """Drives straight on at one speed, whatever it is told."""
+
+    def __init__(self, speed: float) -> None:
+        self._twist = Twist(Vector3(x=speed))
+
+    def drive(self, *told: object) -> Twist:
+        return self._twist
+
+
+@pytest.mark.parametrize(("speed", "outcome"), [(2.0, "collision"), (0.0, "timeout")])
+def test_who_drives_on_collides_and_who_stands_runs_out_of_time(
+    monkeypatch: pytest.MonkeyPatch, speed: float, outcome: str
+) -> None:
+    monkeypatch.setattr(run, "make_pilot", lambda *told: Straight(speed))
+    monkeypatch.setattr(run, "TIME_LIMIT", 3.0)
+    result = drive(Job(barn.world(), "mppi", "nominal", 3, 0))
+    assert result.outcome == outcome
+    assert (result.clearance <= 0.0) is (outcome == "collision")
+
+
+@pytest.mark.parametrize(
+    ("outcome", "seconds", "score"),
+    [("success", 4.0, 0.5), ("success", 15.0, 1.0 / 3.0), ("success", 90.0, 0.125), ("collision", 4.0, 0.0)],
+)
+def test_a_success_scores_by_its_time_and_a_failure_nothing(outcome: str, seconds: float, score: float) -> None:
+    assert Result(1, 0, outcome, seconds, 5.0, 0.1).score == pytest.approx(score)

@@ -1,0 +1,49 @@
+"""Whose doing a touch is."""
+
+import numpy as np
+import pytest
+
+from benchmarks.navigation.goals.contact_referee import Referee, Touches
+from ppaas.geometry import Pose2D
+from ppaas.messages.geometry_msgs import Twist, Vector3
+from robots.sim.shortest_paths import Ways
+from robots.sim.world import World
+from tests.support.world.rooms import room
+
+
+def touches(robot_x: float, speed: float, push: float, seconds: float = 1.5) -> Touches:
+    """Drive a robot, and push a person who stands at x = 5 m along x at some speed [m/s]."""
+    world = World(room(10.0, 4.0), 1)
+    robot = world.add_robot(Pose2D(robot_x, 2.0))
+    walker = world.add_walker(Ways(world.grid, 0.35, np.random.default_rng(1)), Pose2D(5.0, 2.0))
+    referee = Referee(world, robot)
+    counted = referee.begin()
+    walker.body.velocity_func = lambda body, *_: setattr(body, "velocity", (push, 0.0))
+    for _ in range(round(seconds / world.dt)):
+        robot.command(Twist(Vector3(x=speed)))
+        world.step()
+        referee.look()
+    return counted
+
+
+@pytest.mark.parametrize(
+    ("robot_x", "speed", "push", "caused", "suffered"),
+    [
+        (4.3, 0.5, 0.0, 1, 0),  # into somebody who stands
+        (4.3, 0.0, -0.8, 0, 1),  # somebody walks into a robot that stands
+        (4.3, 0.5, -0.8, 1, 0),  # both
+        (4.3, -0.3, -0.9, 0, 1),  # it gets away, and is caught up with
+        (5.7, -0.5, 0.0, 1, 0),  # backwards
+        (3.0, 0.3, 0.0, 0, 0),  # not so far
+    ],
+)
+def test_who_moves_to_the_other_has_caused_a_touch(
+    robot_x: float, speed: float, push: float, caused: int, suffered: int
+) -> None:
+    counted = touches(robot_x, speed, push)
+    assert (counted.caused, counted.suffered, counted.walls) == (caused, suffered, 0)
+
+
+def test_a_wall_is_touched_by_the_robot_alone_and_the_nearest_is_told() -> None:
+    assert touches(9.6, 0.5, 0.0).walls == 1
+    assert touches(3.0, 0.5, 0.0, 2.0).nearest == pytest.approx(2.0 - 0.43 - 0.875, abs=0.05)

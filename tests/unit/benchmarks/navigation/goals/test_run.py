@@ -1,0 +1,84 @@
+"""Drives to goals among people: what comes of them, and that chance is the seed's."""
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+
+from benchmarks.navigation.goals.results_file import append, key, read
+from benchmarks.navigation.goals.run import Job, Result, Trip, drive
+from benchmarks.navigation.goals.suite import measure, summary
+from ppaas.errors import InvalidInput, NotFound
+from ppaas.maps.generate import office
+
+GRID = office(seed=1, width=12.0, height=10.0)
+JOB = Job("small office", GRID, people=2, goals=1, controller="dwa", parameters={}, seed=3, drive=0)
+
+
+@pytest.fixture
+def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Give each goal up after some seconds."""
+    monkeypatch.setattr("benchmarks.navigation.goals.run.PATIENCE", 3.0)
+    monkeypatch.setattr("benchmarks.navigation.goals.run.SLOWEST", 10.0)
+
+
+def test_a_robot_comes_to_its_goal() -> None:
+    [result] = drive(JOB)
+    assert result.reached
+    assert result.metres > 3.0
+    assert result.seconds < 60.0
+
+
+@pytest.mark.usefixtures("hasty")
+def test_the_same_seed_makes_the_same_drive_and_what_is_given_up_is_no_longer_driven_to() -> None:
+    job = dataclasses.replace(JOB, goals=2, told=True)
+    one, other = (measure([job], 1, lambda: None) for _ in range(2))
+    assert one == other
+    assert [(result.outcome, 3.0 < result.seconds < 6.0) for result in one] == [("timeout", True)] * 2
+    assert all(result.metres > 0.1 for result in one)
+
+
+@pytest.mark.usefixtures("hasty")
+def test_what_is_kept_is_not_driven_again_and_counts_for_the_same_drive_alone(tmp_path: Path) -> None:
+    path, driven = tmp_path / "kept.jsonl", []
+    first, second = JOB, dataclasses.replace(JOB, drive=1)
+    one = measure([first], 1, lambda: driven.append(1), path)
+    both = measure([first, second], 1, lambda: driven.append(2), path)
+    assert (both[:1], [result.drive for result in both], driven) == (one, [0, 1], [1, 2, 2])
+    lines = path.read_text().splitlines()
+    assert len(lines) == 2
+    assert measure([second, first], 1, lambda: None, path) == both[::-1]
+    assert path.read_text().splitlines() == lines
+    assert key(first) not in {key(dataclasses.replace(first, people=3)), key(dataclasses.replace(first, seed=4))}
+
+
+def test_nobody_that_was_never_near_is_kept_as_far_away(tmp_path: Path) -> None:
+    result = Result("office", 0, 0, "reached", 30.0, 12.0, 0, walls=0, caused=0, suffered=0, nearest=float("inf"))
+    append(tmp_path / "kept.jsonl", JOB, [result])
+    assert read(tmp_path / "kept.jsonl") == {key(JOB): [result]}
+
+
+@pytest.mark.parametrize("wrong", ["no JSON", "[]", '{"job": "a", "results": [{"map": "office"}]}'])
+def test_a_file_of_something_else_is_refused(tmp_path: Path, wrong: str) -> None:
+    (tmp_path / "kept.jsonl").write_text(wrong + "\n")
+    with pytest.raises(InvalidInput, match="name another file"):
+        measure([JOB], 1, lambda: None, tmp_path / "kept.jsonl")
+
+
+def test_nobody_stands_near_the_robot_at_first_and_plug_ins_are_checked() -> None:
+    trip = Trip(dataclasses.replace(JOB, people=3))
+    here = trip.robot.base.pose
+    assert all(here.distance_to(here._replace(x=x, y=y)) >= 3.0 for x, y in trip.world.people().tolist())
+    with pytest.raises(NotFound, match="hands"):
+        Trip(dataclasses.replace(JOB, controller="hands"))
+
+
+def test_what_goals_come_to() -> None:
+    reached = Result("office", 0, 0, "reached", 30.0, 12.0, 1, walls=0, caused=0, suffered=2, nearest=-0.001)
+    late = dataclasses.replace(reached, goal=1, outcome="timeout", walls=1, caused=2, suffered=0, nearest=0.3)
+    told = summary([reached, late])
+    assert (told["goals"], told["reached"], told["mean_seconds"], told["metres"]) == (2, 1, 30.0, 24.0)
+    assert (told["collisions"], told["caused"], told["walls"], told["touched_by_people"]) == (5, 3, 1, 2)
+    assert (told["recoveries"], told["nearest_m"], told["failures"]) == (2, -0.001, {"timeout": 1})
+    alone = dataclasses.replace(late, nearest=float("inf"))
+    assert (summary([alone])["nearest_m"], summary([alone])["mean_seconds"]) == (None, None)

@@ -1,0 +1,57 @@
+"""Control cycles of local planners, timed on the way to the same goals."""
+
+from itertools import count
+
+import numpy as np
+import pytest
+
+from benchmarks.navigation.control_cycles import WINDOW, Cycles, Setup, measure, setups, summary, window
+from ppaas.controllers.registry import controller_names
+from ppaas.costmap.build_layers import build_layers
+from ppaas.errors import NotFound, PPaaSError
+from ppaas.geometry import Pose2D
+from ppaas.maps.generate import office
+from ppaas.maps.grid import GridMap
+
+
+@pytest.fixture(scope="module")
+def grid() -> GridMap:
+    return office(seed=1, width=12.0, height=10.0)
+
+
+def test_all_local_planners_are_measured_and_dwa_as_ros_is_as_well() -> None:
+    assert [setup.name for setup in setups()][:-1] == list(controller_names())
+    assert setups()[-1].parameters["vx_samples"] == 20
+    assert [setup.planner for setup in setups(("nav2_mppi_controller/MPPIController",))] == ["mppi"]
+    with pytest.raises(NotFound, match="hands"):
+        setups(("hands",))
+
+
+def test_each_drives_to_all_goals_and_each_cycle_is_timed(grid: GridMap) -> None:
+    readings, drives = count(), []
+    told = measure(
+        grid, setups(("pure_pursuit",)), 2, seed=3, clock=lambda: 0.001 * next(readings), done=lambda: drives.append(1)
+    )
+    [row] = summary(told)
+    assert (row["arrived"], row["goals"], len(drives)) == (2, 2, 2)
+    assert (row["median_ms"], row["longest_ms"]) == (1.0, 1.0), "two readings a cycle"
+    assert row["cycles"] > 100
+
+
+def test_the_window_is_what_lies_around_the_robot_and_unknown_beyond_the_map(grid: GridMap) -> None:
+    costmap = build_layers(grid, robot_radius=0.18).costmap
+    inside, corner = Pose2D(6.0, 5.0, 1.0), Pose2D(0.5, 9.5, 0.0)
+    for pose in (inside, corner):
+        seen = window(costmap, pose)
+        assert seen.data.shape == (WINDOW, WINDOW)
+        rows, columns = np.mgrid[0:WINDOW:7, 0:WINDOW:7].reshape(2, -1)
+        for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
+            x, y = seen.info.to_world((row, column))
+            cell = costmap.info.cell_of(float(x), float(y))
+            assert seen.data[row, column] == (255 if cell is None else costmap.data[cell])
+    assert (window(costmap, corner).data == 255).any()
+
+
+def test_one_without_a_cycle_is_told_of() -> None:
+    with pytest.raises(PPaaSError, match="hands stood at each goal"):
+        summary([Cycles(Setup("hands", "hands"))])

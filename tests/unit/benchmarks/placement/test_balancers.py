@@ -1,0 +1,103 @@
+"""``ppaas bench placement`` on a few robots."""
+
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from benchmarks.placement.arrivals import Arrival, events, generated, recorded
+from benchmarks.placement.balancers import Spread
+from ppaas.errors import InvalidInput
+from robots.cli.main import main
+from tests.support.engine.placing import spec
+
+ARGUMENTS = ["bench", "placement", "--robots", "400", "--machines", "30", "--cores", "2", "--maps", "20", "--json"]
+
+
+def test_both_balancers_place_the_same_robots(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(ARGUMENTS) == 0
+    told = json.loads(capsys.readouterr().out)
+    first_fit, ppaas = told["balancers"]["first_fit"], told["balancers"]["ppaas"]
+    assert first_fit["placed"] + first_fit["rejected"] == ppaas["placed"] + ppaas["rejected"] == told["robots"] == 400
+    assert ppaas["cross_machine_mb_per_second"] < first_fit["cross_machine_mb_per_second"]
+    assert ppaas["layers_gb"] < first_fit["layers_gb"]
+    assert main(ARGUMENTS) == 0
+    again = json.loads(capsys.readouterr().out)
+    for name in told["balancers"]:
+        for figures in (told["balancers"][name], again["balancers"][name]):
+            assert figures.pop("placements_per_second") > 0
+    assert told == again
+
+
+def test_robots_that_find_no_room_are_counted(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*ARGUMENTS[:5], "1", *ARGUMENTS[6:], "--balancer", "first_fit"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert list(told["balancers"]) == ["first_fit"]
+    assert told["balancers"]["first_fit"]["rejected"] > 300
+
+
+def test_recorded_robots_are_placed_as_they_came(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "arrivals.jsonl"
+    file.write_text(
+        "".join(json.dumps({"at": n, "robot": f"r{n}", "map": "office", "stays": 1.5}) + "\n" for n in range(50))
+    )
+    assert main(["bench", "placement", "--machines", "1", "--cores", "1", "--arrivals", str(file), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["robots"] == 50
+    assert told["balancers"]["ppaas"]["placed"] == 50
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "nonsense",
+        '{"at": 1}',
+        '{"at": 0, "robot": "r", "map": "m", "cores": 0}',
+        '{"at": -1, "robot": "r", "map": "m"}',
+    ],
+)
+def test_a_line_that_is_no_arrival_is_told_by_its_number(tmp_path: Path, line: str) -> None:
+    file = tmp_path / "arrivals.jsonl"
+    file.write_text('{"at": 0, "robot": "r0", "map": "m"}\n' + line + "\n")
+    with pytest.raises(InvalidInput, match="line 2"):
+        list(recorded(file))
+
+
+def test_a_balancer_that_is_not_installed_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*ARGUMENTS, "--balancer", "best"]) != 0
+    assert "first_fit, ppaas" in capsys.readouterr().err
+
+
+def test_what_happens_is_in_order_and_who_goes_has_come() -> None:
+    seen, here = list(events(generated(300, 10, 1))), set[str]()
+    assert all(one.at <= two.at for one, two in pairwise(seen))
+    for event in seen:
+        if event.comes:
+            here.add(event.spec.id)
+        else:
+            here.remove(event.spec.id)
+    assert sum(event.comes for event in seen) == 300
+    assert len(here) < 300
+
+
+def test_who_stays_for_ever_does_not_go() -> None:
+    assert [event.comes for event in events(iter([Arrival(0.0, "a", "m"), Arrival(1.0, "b", "m", stays=1.0)]))] == [
+        True
+    ] * 2
+
+
+@given(st.lists(st.tuples(st.sampled_from("ab"), st.sampled_from("xyz")), max_size=40), st.data())
+def test_the_spread_counts_what_a_look_at_all_counts(pairs: list[tuple[str, str]], data: st.DataObject) -> None:
+    spread, here = Spread(), list[tuple[str, str]]()
+    for map_id, machine in pairs:
+        if here and data.draw(st.booleans()):
+            gone = here.pop(data.draw(st.integers(0, len(here) - 1)))
+            spread.count(gone[1], spec("c", map_id=gone[0]), -1)
+        spread.count(machine, spec("c", map_id=map_id), 1)
+        here.append((map_id, machine))
+    hosts = {map_id: {where for each, where in here if each == map_id} for map_id in "ab"}
+    assert spread.copies == sum(map(len, hosts.values()))
+    assert spread.messages == sum(max(len(hosts[map_id]) - 1, 0) for map_id, _ in here)

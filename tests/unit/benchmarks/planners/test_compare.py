@@ -1,0 +1,106 @@
+"""Peers beside ours: what is equal is told as equal, and what is not as how far off it is."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from rich.progress import Progress
+
+from benchmarks.planners import compare, field, grids
+from benchmarks.planners.graph import edges_of
+from benchmarks.planners.peers import FIELDS, NAVFN, PATHS, Peer, Problem
+from ppaas.errors import NotFound
+
+GRID = grids.random(24, 20.0)
+INSTALLED = [peer for peer in (*FIELDS, *PATHS) if peer.installed]
+SCIPY = next(peer for peer in FIELDS if peer.package == "scipy")
+
+
+def problem() -> Problem:
+    goal = grids.goal_in(GRID.costmap)
+    return Problem(GRID.costmap, goal, field.farthest(field.grow(GRID.costmap, goal, 1)))
+
+
+def measure(monkeypatch: pytest.MonkeyPatch, fields: tuple[Peer, ...], paths: tuple[Peer, ...] = ()) -> dict:
+    monkeypatch.setattr(compare, "BESIDE", {peer.package: peer for peer in fields})
+    monkeypatch.setattr(compare, "PATHS", paths)
+    with Progress(disable=True) as progress:
+        return compare.measure(GRID, None, [1], (), progress)
+
+
+def doubled(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    return values * 2.0
+
+
+def test_the_exact_field_of_scipy_is_ours(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = measure(monkeypatch, (SCIPY,))
+    ours, scipy = told["fields"]
+    assert ours["who"] == "ppaas dijkstra, 1 thread"
+    assert scipy["off"] < 1e-4 and scipy["other_cells"] == 0
+    assert scipy["ratio"] == scipy["seconds"] / ours["seconds"]
+    assert (ours["ratio"], told["left_out"]) == (1.0, {})
+
+
+def test_a_field_that_is_another_is_told_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
+    def told_twice(values: NDArray[np.float64], problem: Problem) -> NDArray[np.float64]:
+        field = doubled(SCIPY.told(values, problem))
+        field[problem.goal] = np.inf
+        return field
+
+    spoiled = Peer("f", "scipy", SCIPY.module, "twice", SCIPY.prepare, told_twice)
+    row = measure(monkeypatch, (spoiled,))["fields"][1]
+    assert row["off"] == pytest.approx(1.0, rel=1e-3)
+    assert row["other_cells"] == 1
+
+
+def test_a_path_that_nobody_can_walk_is_told_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
+    ends = Peer("f", "scipy", "scipy", "a leap", lambda _, asked: lambda: [asked.start, asked.goal],
+                lambda cells, _: np.array(cells))  # fmt: skip
+    told = measure(monkeypatch, (), (ends,))
+    ours = {row["who"]: row for row in told["paths"] if row["ours"]}
+    assert ours["ppaas dijkstra"]["walkable"] and ours["ppaas dijkstra"]["off"] == pytest.approx(0.0, abs=1e-9)
+    assert not told["paths"][-1]["walkable"] and told["paths"][-1]["off"] < 0.0
+
+
+def test_the_field_of_navfn_is_nearly_ours_and_reaches_the_same_cells(monkeypatch: pytest.MonkeyPatch) -> None:
+    ours, navfn = measure(monkeypatch, (NAVFN,))["fields"]
+    assert navfn["who"] == "ppaas navfn, 1 thread" and not navfn["ours"]
+    assert 0.0 < navfn["off"] < 0.1 and navfn["other_cells"] == 0
+    assert ours["ratio"] == 1.0
+
+
+def test_an_index_that_takes_too_long_is_left_out_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compare, "PATIENCE", -1.0)
+    monkeypatch.setattr(compare, "OURS", ("dijkstra", "jps"))
+    told = measure(monkeypatch, ())
+    assert [row["who"] for row in told["paths"]] == ["ppaas dijkstra"]
+    assert told["left_out"] == {"ppaas jps": "its index takes longer than -1 s"}
+
+
+def test_our_own_planners_are_all_asked_for_the_path(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = measure(monkeypatch, ())
+    assert {row["who"] for row in told["paths"]} >= {"ppaas dijkstra", "ppaas astar"}
+
+
+def test_a_peer_that_there_is_not_is_refused_with_those_there_are() -> None:
+    with Progress(disable=True) as progress, pytest.raises(NotFound, match="tcod"):
+        compare.measure(GRID, None, [1], ("tcodd",), progress)
+
+
+@pytest.mark.parametrize("peer", INSTALLED, ids=lambda peer: f"{peer.package} {peer.name}")
+def test_every_peer_that_is_installed_answers(peer: Peer) -> None:
+    asked = problem()
+    found = peer.told(peer.call(asked)[1](), asked)
+    if peer in FIELDS:
+        exact = field.grow(asked.costmap, asked.goal, 1).values()
+        both = np.isfinite(exact) & (exact > 0.0)
+        assert np.isfinite(found[both]).all()
+        assert np.abs(found[both] / exact[both] - 1.0).mean() < 0.35
+    else:
+        assert found[0].tolist() == list(asked.start) and found[-1].tolist() == list(asked.goal)
+
+
+def test_a_move_costs_what_the_cell_it_leads_to_weighs_and_cuts_no_corner() -> None:
+    weights = np.array([[1.0, 2.0], [3.0, np.inf]])
+    moves = {(int(a), int(b)): cost for a, b, cost in zip(*edges_of(weights), strict=True)}
+    assert moves == {(0, 1): 2.0, (1, 0): 1.0, (0, 2): 3.0, (2, 0): 1.0}
+    assert (0, 3) in {(int(a), int(b)) for a, b, _ in zip(*edges_of(np.ones((2, 2))), strict=True)}

@@ -1,0 +1,65 @@
+"""What is told of the field of a grid."""
+
+import numpy as np
+import pytest
+from rich.progress import Progress
+
+from benchmarks.planners import field, grids
+from benchmarks.planners.peers import NAVFN, Peer
+from ppaas.errors import InvalidParameter, InvalidPlanner
+
+
+def test_every_number_of_threads_has_its_seconds_and_all_cells_are_counted() -> None:
+    grid = grids.random(40, 30.0)
+    with Progress(disable=True) as progress:
+        told = field.measure(grid, None, [1, 2], progress, runs=2)
+    assert told["cells"] == 1600
+    reached = np.isfinite(field.grow(grid.costmap, tuple(told["goal"]), 1).values()).sum()
+    assert told["reached"] == reached > 800
+    for n in ("1", "2"):
+        assert told["again_seconds"][n] > 0.0
+        assert told["ns_per_cell"][n] == pytest.approx(told["seconds"][n] / reached * 1e9)
+        assert told["seconds"][n] > 0.0
+    assert told["compile_seconds"] >= 0.0
+
+
+def test_what_a_field_takes_after_a_pause_is_the_median_and_the_pause_is_not_in_it(monkeypatch) -> None:
+    slept: list[float] = []
+    monkeypatch.setattr(field, "sleep", slept.append)
+    monkeypatch.setattr(field, "APART", 3)
+    monkeypatch.setattr(field, "timed", lambda work: (float(len(slept)), work()))
+    with Progress(disable=True) as progress:
+        told = field.now_and_then(grids.empty(40), (20, 20), [1, 2], 5.0, progress)
+    assert slept == [5.0] * 6
+    assert told == {"1": 3.0, "2": 4.0}
+
+
+def test_others_stand_beside_ours_or_it_is_told_why_not() -> None:
+    absent = Peer("f", "absent-peer", "absent_peer", "nothing", NAVFN.prepare, NAVFN.told)
+    too_far = Peer("f", "ppaas", "ppaas", "nothing", lambda *_: raise_too_far, NAVFN.told)
+    with Progress(disable=True) as progress:
+        others = {"navfn": NAVFN, "absent": absent, "far": too_far}
+        told = field.measure(grids.empty(40), None, [1], progress, runs=1, others=others)
+    assert set(told["beside"]) == {"navfn"} and told["beside"]["navfn"] > 0.0
+    assert told["left_out"] == {"absent": "not installed: pip install 'ppaas[bench]'", "far": "too far"}
+
+
+def raise_too_far() -> None:
+    raise InvalidPlanner("too far")
+
+
+def test_what_planners_keep_of_a_map_is_not_of_its_copy() -> None:
+    costmap = grids.empty(4).costmap
+    again = field.newly_read(costmap)
+    assert again.data is not costmap.data and (again.data == costmap.data).all()
+    assert not again.data.flags.writeable
+
+
+@pytest.mark.parametrize("threads", [[], [0], [1, -1]])
+def test_a_field_takes_a_thread(threads: list[int]) -> None:
+    with Progress(disable=True) as progress, pytest.raises(InvalidParameter):
+        field.measure(grids.empty(4), None, threads, progress)
+
+
+def test_the_farthest_cell_is_the_dearest() -> None:
+    assert field.farthest(field.grow(grids.empty(9).costmap, (1, 1), 1)) == (8, 8)

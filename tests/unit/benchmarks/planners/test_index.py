@@ -1,0 +1,62 @@
+"""What is told of an index: its queries are drawn where there are ways, and those that are wrong are counted."""
+
+import numpy as np
+import pytest
+from rich.progress import Progress
+
+from benchmarks.planners import grids, index
+from ppaas.errors import InvalidMap, InvalidParameter, InvalidPlanner
+from ppaas.planners.hub_labels.index import HubIndex
+from ppaas.planners.hub_labels.kernels.query import entry
+
+
+def measure(grid: grids.Grid, planner: str = "hub_labels", threads: tuple[int, ...] = (1,)) -> dict:
+    with Progress(disable=True) as progress:
+        return index.measure(grid, planner, threads, progress, 20)
+
+
+@pytest.mark.parametrize("planner", ["hub_labels", "jps"])
+def test_each_number_of_threads_has_its_seconds_and_no_query_is_wrong(planner):
+    told = measure(grids.random(64, 10.0), planner, (1, 2))
+    assert set(told["seconds"]) == {"1", "2"}
+    assert (told["grid"], told["planner"]) == ("random 10 % 64²", planner)
+    assert (told["queries"], told["wrong"]) == (20, 0)
+    assert told["bytes"] > 0
+
+
+def test_a_longer_path_counts_as_wrong(monkeypatch):
+    find = entry()
+    detour = np.array([[0, 0], [0, 1], [0, 0]], np.int32)
+
+    def path(self, row, column, to_row, to_column, check=None):
+        cells = find(self.words, self._scratch, row, column, to_row, to_column)
+        return cells if row % 2 else np.concatenate((cells[:1] + detour, cells))
+
+    monkeypatch.setattr(HubIndex, "path", path)
+    assert 0 < measure(grids.empty(16))["wrong"] < 20
+
+
+def test_queries_are_drawn_where_there_is_a_way():
+    costs = grids.empty(20).costmap.data.copy()
+    costs[10] = 254
+    scene = index.drawn(grids._grid("two rooms", costs), 30)
+    assert len(scene.queries) == 30
+    assert ((scene.queries.starts[:, 0] < 10) == (scene.queries.goals[:, 0] < 10)).all()
+
+
+def test_a_map_of_walls_alone_is_refused():
+    with pytest.raises(InvalidMap, match="no two cells"):
+        index.drawn(grids._grid("walls", np.full((3, 3), 254, np.uint8)), 5)
+
+
+def test_who_prepares_no_map_has_no_index():
+    with pytest.raises(InvalidParameter, match="dijkstra makes no index"):
+        measure(grids.empty(9), "dijkstra")
+
+
+def test_a_map_that_is_refused_is_told_of(monkeypatch):
+    from ppaas.planners.hub_labels.building import size_limits
+
+    monkeypatch.setattr(size_limits, "MOST_BYTES", 1.0)
+    with pytest.raises(InvalidPlanner, match="too many"):
+        measure(grids.random(200, 20.0))

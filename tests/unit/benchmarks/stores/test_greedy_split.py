@@ -1,0 +1,26 @@
+"""The paper's own split counts what it would keep."""
+
+from benchmarks.stores.greedy_split import GreedySplit
+
+
+def test_a_plan_that_is_kept_already_costs_nothing() -> None:
+    split = GreedySplit(4)
+    for _ in range(3):
+        split.add(range(100))
+    assert (split.waypoints, split.kept) == (300, 100)
+    assert split.ids_per_plan() == 1.0
+
+
+def test_a_shared_stretch_splits_the_plan_that_had_it() -> None:
+    split = GreedySplit(4)
+    split.add(range(100))
+    split.add([*range(500, 510), *range(20, 60), *range(600, 605)])
+    assert split.kept == 115
+    assert split.ids_per_plan() == (3 + 3) / 2
+
+
+def test_a_stretch_shorter_than_the_granularity_is_kept_again() -> None:
+    split = GreedySplit(8)
+    split.add(range(100))
+    split.add([*range(500, 510), *range(20, 27), *range(600, 605)])
+    assert split.kept == 122

@@ -1,0 +1,276 @@
+"""Users, passwords and tokens."""
+
+import asyncio
+import hashlib
+import threading
+
+import pytest
+from argon2 import PasswordHasher, profiles
+
+from endpoints.accounts.accounts import MAX_PASSWORD, TOKEN_LIFETIME, Accounts
+from endpoints.accounts.passwords import Passwords
+from endpoints.accounts.token_cache import TokenCache
+from ppaas.clock import ManualClock
+from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound, Unavailable
+from storage.memory.store import MemoryStore
+from storage.records import Token, User
+
+PASSWORD = "correct horse"
+
+
+class CountingStore(MemoryStore):
+    def __init__(self) -> None:
+        super().__init__()
+        self.looked_up = 0
+
+    def token(self, token_hash: str) -> Token:
+        self.looked_up += 1
+        return super().token(token_hash)
+
+
+@pytest.fixture
+def store() -> CountingStore:
+    return CountingStore()
+
+
+@pytest.fixture
+def accounts(store: CountingStore, clock: ManualClock, passwords: Passwords) -> Accounts:
+    return Accounts(store, clock, passwords=passwords, cache=TokenCache(size=2, lifetime=30.0))
+
+
+async def test_no_token_can_be_taken_for_an_option(accounts: Accounts, monkeypatch: pytest.MonkeyPatch) -> None:
+    await accounts.register("ann", PASSWORD)
+    monkeypatch.setattr("secrets.token_urlsafe", lambda length: "-" * length)
+    assert (await accounts.login("ann", PASSWORD)).startswith("ppaas_")
+
+
+async def test_who_knows_the_password_gets_a_token_that_tells_who_it_is(accounts: Accounts) -> None:
+    ann = await accounts.register("ann", PASSWORD)
+    assert await accounts.authenticate(await accounts.login("ann", PASSWORD)) == ann
+
+
+async def test_each_login_has_its_own_token(accounts: Accounts) -> None:
+    await accounts.register("ann", PASSWORD)
+    first, second = await accounts.login("ann", PASSWORD), await accounts.login("ann", PASSWORD)
+    assert first != second
+    assert await accounts.authenticate(first) == await accounts.authenticate(second)
+
+
+async def test_neither_password_nor_token_is_kept(accounts: Accounts, store: MemoryStore) -> None:
+    await accounts.register("ann", PASSWORD)
+    token = await accounts.login("ann", PASSWORD)
+    assert store.user("ann").password_hash.startswith("$argon2id$")
+    assert store.token(hashlib.sha256(token.encode()).hexdigest()).user == "ann"
+    assert len(token) >= 43
+
+
+@pytest.mark.parametrize("user", ["ann", "bob", "", "../etc", "\ud800"])
+async def test_an_unknown_user_and_a_wrong_password_sound_the_same(accounts: Accounts, user: str) -> None:
+    await accounts.register("ann", PASSWORD)
+    with pytest.raises(NotAuthenticated, match=r"^wrong user or password$"):
+        await accounts.login(user, "wrong password \ud800")
+
+
+async def test_an_unknown_user_costs_a_hash_as_a_wrong_password_does(
+    accounts: Accounts, passwords: Passwords, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    await accounts.register("ann", PASSWORD)
+    parameters = []
+    verify = PasswordHasher.verify
+
+    def watched(hasher: PasswordHasher, password_hash: str, password: bytes) -> bool:
+        parameters.append(password_hash.split("$")[:4])
+        return verify(hasher, password_hash, password)
+
+    monkeypatch.setattr(PasswordHasher, "verify", watched)
+    for user in ("ann", "bob", "not a name"):
+        with pytest.raises(NotAuthenticated):
+            await accounts.login(user, "wrong password")
+    assert len(parameters) == 3
+    assert parameters[0] == parameters[1] == parameters[2]
+
+
+async def test_a_token_expires(accounts: Accounts, clock: ManualClock) -> None:
+    await accounts.register("ann", PASSWORD)
+    login = await accounts.sign_in("ann", PASSWORD)
+    assert login.expires == clock.now + TOKEN_LIFETIME
+    clock.advance(TOKEN_LIFETIME - 1.0)
+    assert (await accounts.authenticate(login.token)).id == "ann"
+    clock.advance(1.0)
+    with pytest.raises(NotAuthenticated, match="log in again"):
+        await accounts.authenticate(login.token)
+
+
+async def test_expired_tokens_are_swept_away_at_the_next_login(
+    accounts: Accounts, store: MemoryStore, clock: ManualClock
+) -> None:
+    await accounts.register("ann", PASSWORD)
+    old = await accounts.login("ann", PASSWORD)
+    clock.advance(TOKEN_LIFETIME + 1.0)
+    await accounts.login("ann", PASSWORD)
+    with pytest.raises(NotFound):
+        store.token(hashlib.sha256(old.encode()).hexdigest())
+
+
+@pytest.mark.parametrize("token", ["", "x", "x" * 10_000, "\ud800", "ä"])
+async def test_a_token_that_is_none_is_refused(accounts: Accounts, token: str) -> None:
+    with pytest.raises(NotAuthenticated):
+        await accounts.authenticate(token)
+
+
+async def test_a_verified_token_is_believed_for_a_while(
+    accounts: Accounts, store: CountingStore, clock: ManualClock
+) -> None:
+    await accounts.register("ann", PASSWORD)
+    token = await accounts.login("ann", PASSWORD)
+    for _ in range(5):
+        await accounts.authenticate(token)
+    assert store.looked_up == 1
+    clock.advance(30.0)
+    await accounts.authenticate(token)
+    assert store.looked_up == 2
+
+
+async def test_the_cache_keeps_the_tokens_used_last(accounts: Accounts, store: CountingStore) -> None:
+    await accounts.register("ann", PASSWORD)
+    first, second, third = [await accounts.login("ann", PASSWORD) for _ in range(3)]
+    for token in (first, second, first, third, first):
+        await accounts.authenticate(token)
+    assert store.looked_up == 3
+    await accounts.authenticate(second)
+    assert store.looked_up == 4
+
+
+async def test_a_removed_user_is_refused_at_once(accounts: Accounts) -> None:
+    await accounts.register("ann", PASSWORD)
+    token = await accounts.login("ann", PASSWORD)
+    await accounts.authenticate(token)
+    await accounts.remove("ann")
+    with pytest.raises(NotAuthenticated):
+        await accounts.authenticate(token)
+    with pytest.raises(NotFound):
+        await accounts.remove("ann")
+
+
+@pytest.mark.parametrize("password", ["", "1234567", "x" * (MAX_PASSWORD + 1)])
+async def test_a_password_has_a_length(accounts: Accounts, store: MemoryStore, password: str) -> None:
+    with pytest.raises(InvalidInput, match="from 8 to 1024 characters"):
+        await accounts.register("ann", password)
+    assert store.users() == []
+
+
+async def test_a_taken_id_is_a_conflict_and_the_password_stays(accounts: Accounts) -> None:
+    await accounts.register("ann", PASSWORD)
+    with pytest.raises(Conflict):
+        await accounts.register("ann", "another password")
+    await accounts.login("ann", PASSWORD)
+
+
+async def test_the_admin_is_made_once_and_keeps_its_password(
+    accounts: Accounts, caplog: pytest.LogCaptureFixture
+) -> None:
+    admin = await accounts.ensure_admin(PASSWORD)
+    assert admin.role == "admin"
+    assert await accounts.ensure_admin("another password") == admin
+    await accounts.tell_if_other(admin, PASSWORD)
+    assert caplog.records == []
+    await accounts.tell_if_other(admin, "another password")
+    assert "exists with another password" in caplog.text
+    assert "another password'" not in caplog.text
+    await accounts.login("admin", PASSWORD)
+
+
+async def test_an_admin_without_the_role_is_told(accounts: Accounts) -> None:
+    await accounts.register("admin", PASSWORD)
+    with pytest.raises(Conflict, match="no administrator"):
+        await accounts.ensure_admin(PASSWORD)
+
+
+async def test_a_damaged_hash_lets_nobody_in_and_is_logged(
+    accounts: Accounts, store: MemoryStore, caplog: pytest.LogCaptureFixture
+) -> None:
+    store.add_user(User("ann", "not a hash"))
+    with pytest.raises(NotAuthenticated):
+        await accounts.login("ann", PASSWORD)
+    assert "hash cannot be verified" in caplog.text
+
+
+class SlowHasher(PasswordHasher):
+    """Takes as long as the test wants, and counts how many are at it."""
+
+    def __init__(self) -> None:
+        cheap = profiles.CHEAPEST
+        super().__init__(cheap.time_cost, cheap.memory_cost, cheap.parallelism)
+        self.go_on = threading.Event()
+        self.at_it = 0
+        self.most = 0
+        self._lock = threading.Lock()
+
+    def verify(self, hash: str | bytes, password: str | bytes) -> bool:  # noqa: A002
+        with self._lock:
+            self.at_it += 1
+            self.most = max(self.most, self.at_it)
+        assert self.go_on.wait(30.0)
+        with self._lock:
+            self.at_it -= 1
+        return super().verify(hash, password)
+
+
+async def test_beyond_the_workers_and_those_who_wait_logins_are_refused_and_then_go_on() -> None:
+    hasher = SlowHasher()
+    passwords = Passwords(hasher, workers=2, waiting=3)
+    right = hasher.hash(PASSWORD)
+    waiting = [asyncio.create_task(passwords.verify(right, PASSWORD)) for _ in range(5)]
+    await asyncio.sleep(0)
+    with pytest.raises(Unavailable, match="too many"):
+        await passwords.verify(right, PASSWORD)
+    hasher.go_on.set()
+    assert await asyncio.gather(*waiting) == [True] * 5
+    assert hasher.most <= 2
+    assert await passwords.verify(right, "wrong password") is False
+    passwords.close()
+
+
+async def test_who_goes_away_while_waiting_makes_room() -> None:
+    hasher = SlowHasher()
+    passwords = Passwords(hasher, workers=1, waiting=1)
+    right = hasher.hash(PASSWORD)
+    first, second = (asyncio.create_task(passwords.verify(right, PASSWORD)) for _ in range(2))
+    await asyncio.sleep(0)
+    second.cancel()
+    await asyncio.wait({second})
+    third = asyncio.create_task(passwords.verify(right, PASSWORD))
+    await asyncio.sleep(0)
+    hasher.go_on.set()
+    assert await asyncio.gather(first, third) == [True, True]
+    passwords.close()
+
+
+async def test_who_was_known_of_late_is_known_while_the_store_is_away_and_nobody_else(
+    accounts: Accounts, store: CountingStore, clock: ManualClock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ann = await accounts.register("ann", PASSWORD)
+    known, unused = await accounts.login("ann", PASSWORD), await accounts.login("ann", PASSWORD)
+    await accounts.authenticate(known)
+    asked = 0
+
+    def away(_hash: str) -> Token:
+        nonlocal asked
+        asked += 1
+        raise Unavailable("no node answers")
+
+    monkeypatch.setattr(store, "token", away)
+    clock.now += 31.0
+    for _ in range(3):
+        assert await accounts.authenticate(known) == ann
+    assert asked == 1, "it is not waited for each time"
+    with pytest.raises(Unavailable):
+        await accounts.authenticate(unused)
+    clock.now += 25 * 3600.0
+    with pytest.raises(Unavailable):
+        await accounts.authenticate(known)
+    monkeypatch.undo()
+    await accounts.remove("ann")
+    monkeypatch.setattr(store, "token", away)
+    with pytest.raises(Unavailable):
+        await accounts.authenticate(known)

@@ -1,0 +1,75 @@
+"""``ppaas store``."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from robots.cli import main
+from storage.urls.opening import open_map_store, open_store
+from tests.support.storage.full_store import KINDS, fill, fill_maps
+from tests.support.storage.records import robot
+
+
+@pytest.fixture
+def stores(tmp_path: Path) -> tuple[str, str]:
+    """Return the URLs of a full store and of one that is not there."""
+    url = f"sqlite://{tmp_path / 'from.db'}"
+    store = open_store(url)
+    fill(store, plans=5, robots=3)
+    store.close()
+    return url, f"sqlite://{tmp_path / 'to.db'}"
+
+
+def test_a_store_is_migrated_compared_and_shown(stores: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main.main(["store", "migrate", *stores]) == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert lines[0] == ["kind", "records", "copied", "same", "different", "missing", "beyond", "digest"]
+    assert [line[0] for line in lines[1:]] == list(KINDS)
+    assert lines[3][:7] == ["robots", "4", "4", "4", "0", "0", "0"]
+    assert main.main(["store", "migrate", *stores, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["good"]
+    assert {kind["kind"]: kind["copied"] for kind in told["kinds"]} == dict.fromkeys(KINDS, 0)
+    assert all(kind["digest"] == kind["digest_there"] for kind in told["kinds"])
+
+
+def test_what_differs_is_named_and_told_by_the_status(
+    stores: tuple[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main.main(["store", "check", *stores, "--json"]) == 1
+    assert not json.loads(capsys.readouterr().out)["good"]
+    main.main(["store", "migrate", *stores])
+    target = open_store(stores[1])
+    target.put_robot(robot("tb2", cores=3.0))
+    target.close()
+    assert main.main(["store", "check", *stores]) == 1
+    assert capsys.readouterr().out.endswith("differs or is missing: robots ann/tb2\n")
+    assert main.main(["store", "migrate", *stores]) == 1
+    assert main.main(["store", "migrate", *stores, "--overwrite"]) == 0
+
+
+def test_maps_are_migrated_by_the_same_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    urls = [f"file://{tmp_path / name}" for name in ("from", "to")]
+    fill_maps(open_map_store(urls[0]))
+    assert main.main(["store", "migrate", *urls]) == 0
+    assert capsys.readouterr().out.splitlines()[1].split()[:7] == ["maps", "2", "2", "2", "0", "0", "0"]
+    assert [head.id for head in open_map_store(urls[1]).maps()] == ["alone", "house"]
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "says"),
+    [
+        ("sqlite:///nowhere/at/all.db", "memory:", "not-found: unknown store 'sqlite:///nowhere/at/all.db'"),
+        ("file:///nowhere/at/all", "file:///tmp/maps", "not-found: unknown store 'file:///nowhere/at/all'"),
+        ("memory:", "memory:", "invalid-input: FROM and TO are the same store"),
+        ("sqlite:///a.db", "file:///b", "do not keep the same"),
+        ("mysql://a", "sqlite:///b.db", "do not keep the same"),
+        ("sqlite://host/a.db", "memory:", "names no path"),
+    ],
+)
+def test_stores_that_cannot_be_migrated_say_why(
+    source: str, target: str, says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main.main(["store", "migrate", source, target]) == 1
+    assert says in capsys.readouterr().err

@@ -1,0 +1,70 @@
+"""``ppaas up`` with what it cannot start from; that it starts is in ``tests/e2e``."""
+
+import argparse
+import socket
+from pathlib import Path
+
+import pytest
+
+from endpoints.cli import up
+from endpoints.server import cloud_config
+from engine.master.quotas import QUOTAS, Quota
+from robots.cli.main import main
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        ["--port", "65536"], ["--port", "-1"], ["--port", "http"], ["--cores", "0"], ["--cores", "1.5"],
+        ["--linger", "-1"], ["--linger", "nan"], ["--linger", "inf"],
+        ["--quota", "cakes=1"], ["--quota", "maps"], ["--quota", "maps=1.5"], ["--quota", "cores=nan"],
+        ["--quota", "containers=-1"], ["--idle", "-1"], ["--dead", "0.5"], ["--dead", "nan"], ["--log-level", "loud"],
+    ],
+    ids=" ".join,
+)  # fmt: skip
+def test_an_argument_that_cannot_be_is_named(wrong: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["up", *wrong])
+    assert end.value.code == 2
+    assert f"argument {wrong[0]}: " in capsys.readouterr().err
+
+
+def test_every_quota_may_be_given_to_all_users() -> None:
+    parser = argparse.ArgumentParser()
+    up.configure(parser)
+    given = [f"--quota={name}={number}" for number, name in enumerate(QUOTAS, 1)]
+    arguments = parser.parse_args([*given, "--quota=cores=0.5"])
+    assert cloud_config(arguments).quota == Quota(
+        **(dict(zip(QUOTAS, range(1, 6), strict=True)) | {"cores": 0.5})  # type: ignore[arg-type]
+    )
+    assert up.QUOTAS == QUOTAS
+
+
+def test_a_port_that_is_taken_is_told_with_what_to_do(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        assert main(["up", "--data", str(tmp_path), "--port", str(port)]) == 1
+    error = capsys.readouterr().err
+    assert error.startswith("ppaas: unavailable: cannot listen: Address already in use")
+    assert "--port" in error
+
+
+def test_a_host_that_is_not_ours_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["up", "--data", str(tmp_path), "--port", "0", "--host", "192.0.2.1"]) == 1
+    assert "cannot listen: Cannot assign requested address" in capsys.readouterr().err
+
+
+def test_a_data_folder_that_is_a_file_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "data").touch()
+    assert main(["up", "--data", str(tmp_path / "data")]) == 1
+    error = capsys.readouterr().err
+    assert error.startswith("ppaas: invalid-input: no data folder can be made: ")
+    assert "--data" in error
+
+
+@pytest.mark.parametrize("option", ["--store", "--map-store"])
+def test_a_kind_of_store_that_is_unknown_lists_those_there_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str
+) -> None:
+    assert main(["up", "--data", str(tmp_path), "--port", "0", option, "redis://host"]) == 1
+    assert "unknown kind of store 'redis'; known: memory:" in capsys.readouterr().err

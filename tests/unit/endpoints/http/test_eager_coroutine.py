@@ -1,0 +1,71 @@
+"""Coroutines that are begun at once."""
+
+import asyncio
+
+import pytest
+
+from endpoints.http.eager_coroutine import Begun
+
+
+async def test_one_that_need_not_wait_is_over_at_once() -> None:
+    async def work() -> int:
+        return 7
+
+    begun = Begun(work())
+    assert begun.over
+    assert await begun == 7
+
+
+async def test_one_that_waits_goes_on_where_it_is_awaited() -> None:
+    first, second = (asyncio.get_running_loop().create_future() for _ in range(2))
+
+    async def work() -> list[int]:
+        return [await first, await second]
+
+    begun = Begun(work())
+    assert not begun.over
+    first.set_result(1)
+    asyncio.get_running_loop().call_later(0.01, second.set_result, 2)
+    assert await begun == [1, 2]
+    assert begun.over
+
+
+async def test_what_is_raised_is_raised_where_it_is_awaited() -> None:
+    async def work() -> None:
+        await asyncio.sleep(0.01)
+        raise KeyError("late")
+
+    with pytest.raises(KeyError, match="late"):
+        await Begun(work())
+
+
+async def test_time_that_runs_out_is_told_to_it() -> None:
+    told: list[BaseException] = []
+
+    async def work() -> None:
+        try:
+            await asyncio.sleep(60)
+        except asyncio.CancelledError as error:
+            told.append(error)
+            raise
+
+    with pytest.raises(TimeoutError):
+        async with asyncio.timeout(0.01):
+            await Begun(work())
+    assert len(told) == 1
+
+
+async def test_one_that_will_not_be_cancelled_still_gives_its_result() -> None:
+    async def work() -> str:
+        try:
+            await asyncio.sleep(60)
+        except asyncio.CancelledError:
+            return "saved"
+        return "slept"
+
+    begun = Begun(work())
+    task = asyncio.current_task()
+    assert task is not None
+    asyncio.get_running_loop().call_later(0.01, task.cancel)
+    assert await begun == "saved"
+    task.uncancel()

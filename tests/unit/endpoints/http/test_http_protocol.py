@@ -1,0 +1,69 @@
+"""Bodies come to the application whole, in whatever pieces they are sent, and no block of a large one is copied."""
+
+import asyncio
+import hashlib
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from starlette.types import Receive, Scope, Send
+
+from endpoints.http.http_protocol import DirectHttp
+from tests.support.endpoints.serving import serve
+
+HEAD = b"POST /%d HTTP/1.1\r\nHost: here\r\nContent-Length: %d\r\n\r\n"
+
+
+async def digest(scope: Scope, receive: Receive, send: Send) -> None:
+    """Answer with the hash of the body."""
+    sha, more = hashlib.sha256(), True
+    while more:
+        message = await receive()
+        assert type(message["body"]) is bytes
+        sha.update(message["body"])
+        more = message["more_body"]
+    told = sha.hexdigest().encode()
+    headers = [(b"content-length", str(len(told)).encode())]
+    await send({"type": "http.response.start", "status": 200, "headers": headers})
+    await send({"type": "http.response.body", "body": told})
+
+
+def pieces(data: bytes, size: int) -> Iterator[bytes]:
+    return (data[at : at + size] for at in range(0, len(data), size))
+
+
+@pytest.mark.parametrize("size", [1, 50_000, 3_000_000])
+async def test_what_is_sent_in_pieces_comes_whole_and_so_does_what_follows(size: int) -> None:
+    bodies = [bytes(range(256)) * (count * min(size, 40)) for count in (0, 1, 3, 700)]
+    async with serve(digest, http=DirectHttp) as port:
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
+        for number, body in enumerate(bodies):
+            for piece in pieces(HEAD % (number, len(body)) + body[:2000], size):
+                writer.write(piece)
+            for piece in pieces(body[2000:], max(size, 1000)):
+                writer.write(piece)
+            await writer.drain()
+            answer = await reader.readuntil(b"\r\n\r\n")
+            assert answer.startswith(b"HTTP/1.1 200")
+            assert await reader.readexactly(64) == hashlib.sha256(body).hexdigest().encode()
+        writer.close()
+        await writer.wait_closed()
+
+
+async def test_a_block_is_handed_on_as_it_came() -> None:
+    class Cycle:
+        body: Any = bytearray()
+        response_complete = False
+        message_event = asyncio.Event()
+
+    class Parser:
+        def should_upgrade(self) -> bool:
+            return False
+
+    protocol = DirectHttp.__new__(DirectHttp)
+    protocol.cycle, protocol.parser = Cycle(), Parser()  # type: ignore[assignment]
+    block = b"block" * 1000
+    protocol.on_body(block)
+    assert bytes(protocol.cycle.body) is block
+    protocol.on_body(b" and more")
+    assert bytes(protocol.cycle.body) == block + b" and more"

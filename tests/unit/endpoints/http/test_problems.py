@@ -1,0 +1,118 @@
+"""Errors as problems, all of them."""
+
+import json
+import logging
+from collections.abc import Iterator
+
+import httpx
+import pytest
+
+from endpoints.app import create_app
+from endpoints.http.problems import QUEUE_RETRY, STATUS, problem_response
+from endpoints.rest.schemas import Problem
+from endpoints.services.services import Services
+from ppaas import errors
+from tests.endpoints.conftest import LogIn, Publish
+from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.endpoints.problems import problem_of
+
+
+def kinds(base: type[errors.PPaaSError] = errors.PPaaSError) -> Iterator[type[errors.PPaaSError]]:
+    yield base
+    for kind in base.__subclasses__():
+        yield from kinds(kind)
+
+
+def test_what_waits_in_the_queue_is_accepted_and_no_problem() -> None:
+    response = problem_response(errors.Queued(3))
+    assert (response.status_code, response.media_type) == (202, "application/json")
+    assert json.loads(bytes(response.body))["position"] == 3
+    assert response.headers["retry-after"] == str(QUEUE_RETRY)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in kinds() if kind is not errors.Queued])
+def test_every_error_of_the_tree_is_a_problem(kind: type[errors.PPaaSError]) -> None:
+    error = kind("map", "house") if kind is errors.NotFound else kind("do this")  # type: ignore[call-arg]
+    response = problem_response(error)
+    answer = httpx.Response(response.status_code, headers=dict(response.headers), content=bytes(response.body))
+    body = problem_of(answer, response.status_code, kind.slug)
+    assert body["detail"] == str(error)
+    assert 400 <= response.status_code < 600
+
+
+def test_the_table_has_no_error_that_is_not_in_the_tree() -> None:
+    assert set(STATUS) <= set(kinds())
+
+
+async def test_what_is_not_there_is_a_problem(client: httpx.AsyncClient) -> None:
+    problem_of(await client.get("/v1/nothing"), 404, "not-found")
+
+
+async def test_a_wrong_method_is_a_problem_that_names_the_right_ones(client: httpx.AsyncClient) -> None:
+    answer = await client.put("/v1/tokens")
+    problem_of(answer, 405, "method-not-allowed")
+    assert set(answer.headers["allow"].split(", ")) == {"GET", "POST"}
+
+
+async def test_what_nobody_foresaw_is_logged_once_and_not_told(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud, caplog: pytest.LogCaptureFixture
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    cloud.error = RuntimeError("the password of the database is hunter2")
+    with caplog.at_level(logging.WARNING):
+        body = {"start": [0, 0], "goal": [1, 1]}
+        answer = await client.post("/v1/maps/house/plans", headers=ann, json=body)
+    problem_of(answer, 500, "internal-error")
+    assert "hunter2" not in answer.text
+    records = [record for record in caplog.records if record.exc_info]
+    assert len(records) == 1
+    assert "POST /v1/maps/house/plans" in records[0].getMessage()
+
+
+async def test_a_body_over_its_limit_is_refused_whether_announced_or_not(
+    client: httpx.AsyncClient, services: Services
+) -> None:
+    content = b" " * (services.settings.max_body + 1)
+    headers = {"Content-Type": "application/json"}
+    problem_of(await client.post("/v1/tokens", headers=headers, content=content), 413, "message-too-large")
+
+    async def in_pieces() -> object:
+        for start in range(0, len(content), 1000):
+            yield content[start : start + 1000]
+
+    problem_of(await client.post("/v1/tokens", headers=headers, content=in_pieces()), 413, "message-too-large")
+
+
+async def test_a_length_beyond_all_reason_is_refused(client: httpx.AsyncClient) -> None:
+    headers = {"Content-Length": "9" * 5000, "Content-Type": "application/json"}
+    problem_of(await client.post("/v1/tokens", headers=headers, content=b"{}"), 413, "message-too-large")
+
+
+def test_the_description_says_what_is_given_and_that_errors_are_problems(services: Services) -> None:
+    described = create_app(services).openapi()
+    assert described["info"]["title"] == "PPaaS"
+    operations = {
+        (method, path): operation
+        for path, methods in described["paths"].items()
+        for method, operation in methods.items()
+    }
+    assert len(operations) > 30
+    names = [operation["operationId"] for operation in operations.values()]
+    assert len(names) == len(set(names)) and all(name.isidentifier() for name in names)
+    tags = {tag["name"] for tag in described["tags"]}
+    for operation in operations.values():
+        assert set(operation["tags"]) <= tags and operation["description"]
+        errors = {status: said for status, said in operation["responses"].items() if status >= "400"}
+        assert {"422", "500", "503"} <= set(errors)
+        assert ("401" in errors) or "security" not in operation
+        for status, said in errors.items():
+            [(kind, content)] = said["content"].items()
+            assert (kind, content["example"]["status"]) == ("application/problem+json", int(status))
+            Problem.model_validate(content["example"])
+    assert {"Problem", "Fault"} <= set(described["components"]["schemas"])
+    open_to_all = {key for key, operation in operations.items() if "security" not in operation}
+    assert open_to_all == {("post", "/v1/tokens"), ("get", "/v1/health")}
+    form = operations["post", "/v1/maps"]["requestBody"]["content"]["multipart/form-data"]["schema"]
+    assert form["required"] == ["id"]
+    assert {"yaml", "image", "octomap"} <= set(form["properties"])

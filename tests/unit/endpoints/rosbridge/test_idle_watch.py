@@ -1,0 +1,70 @@
+"""Who is connected and says nothing is let go, unless its robot has a goal."""
+
+import asyncio
+
+import pytest
+
+from endpoints.rosbridge.idle_watch import IdleWatch
+from engine.protocols import robot_link
+from ppaas.clock import ManualClock
+from tests.support.endpoints.robot_world import World, closed, next_of, say
+from tests.support.waiting import until
+
+IDLE = 100.0
+
+
+@pytest.fixture
+def watch(world: World, clock: ManualClock) -> IdleWatch:
+    return IdleWatch(world.clients, world.sessions, IDLE, clock)
+
+
+async def test_all_clients_of_a_silent_place_are_let_go_and_its_container_is_ended(
+    world: World, watch: IdleWatch, clock: ManualClock
+) -> None:
+    async with world.robot() as (robot, container), world.connected("operator") as operator:
+        await watch.look()
+        clock.advance(IDLE - 1.0)
+        await watch.look()
+        assert len(world.service.containers(None)) == 1
+        clock.advance(1.0)
+        await watch.look()
+        for client in (robot, operator):
+            code, reason = await closed(client)
+            assert code == 1011
+            assert reason.startswith("idle: nothing was said for 100 s; connect again when")
+        assert world.service.containers(None) == []
+        assert await next_of(container, robot_link.Stop)
+
+
+async def test_one_word_of_anybody_keeps_the_place_for_all(world: World, watch: IdleWatch, clock: ManualClock) -> None:
+    async with world.robot() as (_, container), world.connected("operator") as operator:
+        for number in range(3):
+            await watch.look()
+            clock.advance(IDLE - 1.0)
+            await say(operator, op="publish", topic="/goal", msg={"data": str(number)})
+            await next_of(container, robot_link.Deliver)
+        await watch.look()
+        assert len(world.service.containers(None)) == 1
+
+
+async def test_a_robot_with_a_goal_is_not_idle(world: World, watch: IdleWatch, clock: ManualClock) -> None:
+    async with world.robot() as (robot, container):
+        place = world.service.place("robot:ann/tb1")
+        assert place is not None
+        container.stream.write(robot_link.Beat(busy=True))
+        await until(lambda: place.busy)
+        for _ in range(3):
+            clock.advance(IDLE)
+            await watch.look()
+        container.stream.write(robot_link.Beat(busy=False))
+        await until(lambda: not place.busy)
+        await watch.look()
+        assert len(world.service.containers(None)) == 1, "its time begins when the goal is done"
+        clock.advance(IDLE)
+        await watch.look()
+        assert (await closed(robot))[1].startswith("idle: ")
+
+
+async def test_with_zero_nobody_is_let_go(world: World, clock: ManualClock) -> None:
+    async with world.robot():
+        await asyncio.wait_for(IdleWatch(world.clients, world.sessions, 0.0, clock).run(), 5)

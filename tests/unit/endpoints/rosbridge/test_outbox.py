@@ -1,0 +1,150 @@
+"""What waits for one client is bounded, in order, and never an old command."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from endpoints.rosbridge.outbox import EXPIRY, MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES, Outbox
+from ppaas.clock import ManualClock
+from ppaas.errors import Unavailable
+from tests.support.network.still_socket import Connection, sent
+
+
+def test_of_a_command_only_the_newest_is_kept_and_it_expires() -> None:
+    clock = ManualClock()
+    outbox = Outbox(clock)
+    outbox.put("cmd_vel", b"old", keep=1)
+    outbox.put("cmd_vel", b"new", keep=1)
+    assert sent(outbox) == ["new"]
+    outbox.put("cmd_vel", b"stale", keep=1)
+    clock.advance(EXPIRY["cmd_vel"])
+    assert sent(outbox) == []
+
+
+def test_answers_are_never_dropped_but_a_client_that_reads_none_is() -> None:
+    outbox = Outbox()
+    for number in range(10 * MAX_KEEP):
+        outbox.put_answer(str(number).encode())
+    with pytest.raises(Unavailable):
+        outbox.put_answer(b"one too many")
+
+
+def test_what_was_dropped_for_a_client_that_does_not_read_takes_no_room_and_is_no_answer() -> None:
+    outbox = Outbox()
+    for number in range(100 * MAX_KEEP):
+        outbox.put("cmd_vel", str(number).encode(), keep=1)
+    assert len(outbox) == 1
+    outbox.put_answer(b"still served")
+    assert len(outbox) == 2
+
+
+def test_a_frame_is_sent_at_once_where_the_connection_takes_it_and_else_when_it_does_again() -> None:
+    outbox, connection = Outbox(), Connection(room=1)
+    outbox.connect(connection)
+    outbox.put("a", b"at once", keep=1)
+    assert connection.sent == ["at once"]
+    outbox.put("a", b"dropped", keep=1)
+    outbox.put("a", b"later", keep=1)
+    outbox.put_answer(b"answer")
+    assert connection.sent == ["at once"]
+    connection.room = 3
+    outbox.flush()
+    assert connection.sent == ["at once", "later", "answer"]
+    outbox.connect(None)
+    connection.room = 9
+    outbox.put_answer(b"for the next connection")
+    assert connection.sent == ["at once", "later", "answer"]
+    assert sent(outbox) == ["for the next connection"]
+
+
+def test_what_is_sent_at_once_counts_and_is_remembered() -> None:
+    outbox = Outbox()
+    outbox.repeats = True
+    outbox.connect(Connection())
+    for frame in (b"a", b"b"):
+        outbox.put_answer(frame)
+    outbox.connect(None)
+    outbox.resume(received=1)
+    assert sent(outbox) == ["b"]
+
+
+@given(st.lists(st.tuples(st.sampled_from("abc"), st.integers(1, 4)), max_size=60))
+def test_each_topic_keeps_its_newest_in_order(puts: list[tuple[str, int]]) -> None:
+    keep = {"a": 1, "b": 2, "c": 5}
+
+    outbox = Outbox(ManualClock())
+    for number, (topic, _) in enumerate(puts):
+        outbox.put(topic, f"{topic}{number}".encode(), keep[topic])
+    frames = sent(outbox)
+    for topic, length in keep.items():
+        put = [f"{topic}{number}" for number, (name, _) in enumerate(puts) if name == topic]
+        assert [frame for frame in frames if frame[0] == topic] == put[-length:]
+    numbers = [int(frame[1:]) for frame in frames]
+    assert numbers == sorted(numbers)
+
+
+MIB = 1 << 20
+
+
+def test_of_too_many_bytes_the_oldest_that_do_not_last_go_first() -> None:
+    outbox = Outbox()
+    outbox.put("plan", b"p" * MIB, keep=1000)
+    outbox.put("move_base/result", b"r" * MIB, keep=1000)
+    outbox.put_answer(b"a" * MIB)
+    for number in range(20):
+        outbox.put("plan", f"{number:02}".encode() + b"q" * MIB, keep=1000)
+    left = sent(outbox)
+    assert [frame[0] for frame in left[:2]] == ["r", "a"]
+    assert sum(map(len, left)) <= MAX_BYTES + MIB
+    assert left[-1].startswith("19")
+    assert "p" * MIB not in left
+
+
+def test_a_client_for_which_too_many_bytes_of_answers_wait_is_told_so() -> None:
+    outbox = Outbox()
+    outbox.put("plan", b"p" * MIB, keep=1)
+    for _ in range(MAX_BYTES // MIB):
+        outbox.put_answer(b"a" * MIB)
+    with pytest.raises(Unavailable):
+        outbox.put_answer(b"a")
+    assert len(outbox) == MAX_BYTES // MIB, "what may be dropped was dropped first"
+
+
+def test_one_message_larger_than_all_that_may_wait_is_sent() -> None:
+    outbox = Outbox()
+    outbox.put("map", b"m" * (MAX_BYTES + 1), keep=1)
+    outbox.put("camera", b"c" * (MAX_BYTES + 1), keep=1)
+    assert [frame[0] for frame in sent(outbox)] == ["m", "c"]
+
+
+# -- what was sent and lost --------------------------------------------------------------------------------------------
+
+
+def test_what_lasts_and_was_not_received_is_sent_again_in_order_before_all_else() -> None:
+    outbox = Outbox()
+    outbox.repeats = True
+    outbox.put_answer(b"answer 1")
+    outbox.put("plan", b"plan 2", keep=1)
+    outbox.put("move_base/result", b"result 3", keep=1)
+    outbox.put_answer(b"answer 4")
+    outbox.put_answer(b"answer 5")
+    sent(outbox, 4)
+    outbox.resume(received=1)
+    assert sent(outbox, 3) == ["result 3", "answer 4", "answer 5"]
+    outbox.resume(received=3)
+    assert sent(outbox) == ["answer 5"], "it was the fourth frame that the client was sent since"
+    outbox.resume(received=4)
+    assert sent(outbox) == []
+
+
+def test_what_was_sent_is_remembered_within_bounds_and_only_if_it_will_be_asked_for() -> None:
+    silent, outbox = Outbox(), Outbox()
+    outbox.repeats = True
+    for box in (silent, outbox):
+        box.put_answer(b"x" * (MAX_SENT_BYTES + 1))
+        for number in range(MAX_SENT + 10):
+            box.put_answer(str(number).encode())
+        sent(box, MAX_SENT + 11)
+        box.resume(received=0)
+    assert sent(outbox) == [str(number) for number in range(10, MAX_SENT + 10)]
+    assert sent(silent) == []

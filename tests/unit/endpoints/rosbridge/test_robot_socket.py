@@ -1,0 +1,259 @@
+"""The robot WebSocket over a real server, with a machine and its containers in the hands of the test."""
+
+import asyncio
+import json
+import logging
+from typing import Any
+
+import pytest
+from starlette.websockets import WebSocket
+
+from endpoints.rosbridge import session, session_registry
+from endpoints.rosbridge.calls import MAX_CALLS
+from endpoints.rosbridge.outbox import Outbox
+from endpoints.rosbridge.robot_socket import MAX_REASON
+from endpoints.rosbridge.session import MAX_LOGGED
+from engine.protocols import control_link, robot_link
+from ppaas.errors import NotFound, Unavailable
+from ppaas.wire.rosbridge import RosbridgeSession
+from tests.support.endpoints.robot_world import KEY, World, closed, hear, next_of, refusal, say
+from tests.support.waiting import until
+
+# -- before the handshake is done --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("query", "status", "slug"),
+    [
+        ({"role": "king"}, 422, "invalid-parameter"),
+        ({"robot": ""}, 422, "invalid-parameter"),
+        ({"token": ""}, 401, "not-authenticated"),
+        ({"token": "wrong"}, 401, "not-authenticated"),
+        ({"robot": "nobody"}, 404, "not-found"),
+        ({"robot": "..%2Fbob"}, 400, "invalid-input"),
+    ],
+    ids=["role", "no robot", "no token", "wrong token", "unknown robot", "odd robot"],
+)
+async def test_what_is_wrong_is_a_problem_before_the_handshake(
+    world: World, query: dict[str, str], status: int, slug: str
+) -> None:
+    got, problem = await refusal(world.url(**query))
+    assert (got, problem["type"]) == (status, f"urn:ppaas:problem:{slug}")
+    assert not world.machine.has_orders()
+
+
+async def test_a_second_robot_is_refused_and_the_first_goes_on(world: World) -> None:
+    async with world.robot() as (robot, container):
+        status, problem = await refusal(world.url())
+        assert status == 409
+        assert "connected already" in problem["detail"]
+        await say(robot, op="publish", topic="/goal", msg={"data": "x"})
+        assert (await next_of(container, robot_link.Deliver)).topic == "goal"
+
+
+async def test_a_container_that_is_not_ready_in_time_is_a_problem(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(session_registry, "READY_TIMEOUT", 0.05)
+    status, problem = await refusal(world.url())
+    assert status == 503
+    assert "no container was ready" in problem["detail"]
+
+
+async def test_what_a_container_cannot_be_is_told_as_it_said_it(world: World) -> None:
+    refused = asyncio.create_task(refusal(world.url()))
+    order = await world.machine.started()
+    error = NotFound("model", "toaster", ["turtlebot2"])
+    world.machine.tell(control_link.LaunchFailed(order.spec.id, robot_link.Refusal(error.slug, str(error))))
+    status, problem = await refused
+    assert (status, problem["detail"]) == (404, "unknown model 'toaster'; known: turtlebot2")
+
+
+async def test_a_client_that_goes_before_its_container_is_ready_leaves_no_trace(
+    world: World, caplog: pytest.LogCaptureFixture
+) -> None:
+    _, writer = await asyncio.open_connection("127.0.0.1", world.port)
+    path = world.url().partition(str(world.port))[2]
+    writer.write(
+        f"GET {path} HTTP/1.1\r\nHost: cloud\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
+    )
+    order = await world.machine.started()
+    writer.close()
+    await writer.wait_closed()
+    container = await world.machine.boot(order)
+    await until(lambda: world.service.place(KEY) is None)
+    assert await next_of(container, robot_link.Stop)
+    assert [record for record in caplog.records if record.levelno >= logging.ERROR] == []
+
+
+# -- roles, and what is told to whom -----------------------------------------------------------------------------------
+
+
+async def test_what_a_robot_says_reaches_its_clone_and_only_sensors_may_be_lost(world: World) -> None:
+    async with world.robot() as (robot, container):
+        await say(robot, op="publish", topic="/scan", msg={"ranges": [1.5]})
+        await say(robot, op="publish", topic="goal", msg={"data": "kitchen"})
+        scan, goal = await next_of(container, robot_link.Deliver), await next_of(container, robot_link.Deliver)
+        assert (scan.topic, json.loads(scan.payload), scan.sequence) == ("scan", {"ranges": [1.5]}, 0)
+        assert (goal.topic, json.loads(goal.payload), goal.sequence) == ("goal", {"data": "kitchen"}, 1)
+
+
+async def test_an_operator_gives_goals_and_speaks_for_no_sensor(world: World) -> None:
+    async with world.robot() as (_, container), world.connected("operator", status="1") as operator:
+        await say(operator, op="publish", topic="/scan", msg={})
+        await say(operator, op="advertise", topic="/odom", type="nav_msgs/Odometry")
+        await say(operator, op="publish", topic="/goal", msg={"data": "x"})
+        for _ in range(2):
+            status = await hear(operator)
+            assert (status["op"], status["level"]) == ("status", "error")
+            assert status["msg"].startswith("not-permitted: only the robot itself publishes")
+        assert (await next_of(container, robot_link.Deliver)).topic == "goal"
+
+
+async def test_status_is_told_to_whoever_asked_for_it_and_to_nobody_else(world: World) -> None:
+    async with world.robot() as (robot, container):
+        await robot.send("{")
+        await say(robot, op="set_level", level="error")
+        await say(robot, op="publish", topic="/nowhere", msg={}, id="p1")
+        status = await hear(robot)
+        assert status["msg"].startswith("not-found: unknown topic 'nowhere'; known: cmd_vel, goal, map")
+        assert status["id"] == "p1"
+        await robot.send(b"\x00\x01")
+        assert (await hear(robot))["msg"].startswith("malformed-message: binary")
+        await say(robot, op="publish", topic="/goal", msg={})
+        refused = await next_of(container, robot_link.Deliver)
+        container.stream.write(
+            robot_link.Refused(refused.client, "goal", robot_link.Refusal("malformed-message", "no data"))
+        )
+        assert (await hear(robot))["msg"] == "malformed-message: no data"
+
+
+async def test_the_log_is_not_filled_by_a_client_that_thinks_out_topics(
+    world: World, caplog: pytest.LogCaptureFixture
+) -> None:
+    async with world.robot(status="1") as (robot, container):
+        await say(robot, op="publish", topic="/goal", msg={})
+        client = (await next_of(container, robot_link.Deliver)).client
+        for number in range(3 * MAX_LOGGED):
+            container.stream.write(
+                robot_link.Refused(client, f"t{number}", robot_link.Refusal("not-found", "unknown topic"))
+            )
+        container.stream.write(robot_link.Refused(client, "end", robot_link.Refusal("conflict", "the end")))
+        while "the end" not in (await hear(robot))["msg"]:
+            pass
+        warnings = [r for r in caplog.records if r.name == session.__name__ and r.levelno == logging.WARNING]
+        assert len(warnings) == MAX_LOGGED
+
+
+# -- topics and services -----------------------------------------------------------------------------------------------
+
+
+async def test_a_topic_is_heard_as_it_was_spelled_until_it_is_unsubscribed(world: World) -> None:
+    async with world.robot() as (robot, container), world.connected("operator") as operator:
+        await say(robot, op="subscribe", topic="/map", id="one")
+        assert await next_of(container, robot_link.Subscribe)
+        container.stream.write(robot_link.Published("map", b'{"data":[0]}'))
+        assert await hear(robot) == {"op": "publish", "topic": "/map", "msg": {"data": [0]}}
+        await say(robot, op="unsubscribe", topic="map", id="another")
+        await say(robot, op="unsubscribe", topic="map", id="one")
+        assert (await next_of(container, robot_link.Unsubscribe)).topic == "map"
+        await say(operator, op="subscribe", topic="cmd_vel")
+        assert await next_of(container, robot_link.Subscribe)
+        container.stream.write(robot_link.Published("cmd_vel", b"{}"))
+        assert await hear(operator) == {"op": "publish", "topic": "cmd_vel", "msg": {}}
+
+
+async def test_calls_are_answered_or_refused_and_bounded(world: World) -> None:
+    async with world.robot() as (robot, container):
+        for number in range(MAX_CALLS + 1):
+            await say(robot, op="call_service", service="/make_plan", id=str(number), args={"n": number})
+        refused = await hear(robot)
+        assert (refused["id"], refused["result"]) == (str(MAX_CALLS), False)
+        assert "under way" in refused["values"]
+        calls = [await next_of(container, robot_link.Call) for _ in range(MAX_CALLS)]
+        assert [json.loads(call.payload) for call in calls] == [{"n": n} for n in range(MAX_CALLS)]
+        container.stream.write(robot_link.Answer(calls[1].call, b'{"plan":1}'))
+        assert await hear(robot) == {
+            "op": "service_response", "service": "/make_plan", "id": "1", "result": True, "values": {"plan": 1},
+        }  # fmt: skip
+        await world.machine.kill(container)
+        failed = [await hear(robot) for _ in range(MAX_CALLS - 1)]
+        assert all(not answer["result"] and "lost" in answer["values"] for answer in failed)
+
+
+# -- the end -----------------------------------------------------------------------------------------------------------
+
+
+async def test_when_the_last_has_gone_the_place_is_given_up(world: World) -> None:
+    async with world.robot() as (robot, container), world.connected("operator") as operator:
+        await say(operator, op="subscribe", topic="/map")
+        assert await next_of(container, robot_link.Subscribe)
+        await operator.close()
+        assert await next_of(container, robot_link.Unsubscribe)
+        await robot.close()
+        assert await next_of(container, robot_link.Stop)
+    await until(lambda: world.service.place(KEY) is None)
+
+
+@pytest.mark.parametrize(
+    "text", ["over", "größer als " + "ä" * 200, "🤖" * 100, "x" * 500], ids=["short", "umlauts", "emoji", "long"]
+)
+async def test_every_client_learns_why_its_place_was_closed(world: World, text: str) -> None:
+    async with world.robot() as (robot, _), world.connected("operator") as operator:
+        await world.service.close_place(KEY, Unavailable(text))
+        for client in (robot, operator):
+            code, reason = await closed(client)
+            assert code == 1011
+            assert f"unavailable: {text}".startswith(reason)
+            assert len(reason.encode()) > min(len(text), MAX_REASON - 4)
+
+
+async def test_a_place_that_is_closed_while_a_client_is_let_in_is_told_of(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    accept = WebSocket.accept
+
+    async def accept_too_late(self: WebSocket, **options: Any) -> None:
+        await world.service.close_place(KEY, Unavailable("just now"))
+        await accept(self, **options)
+
+    monkeypatch.setattr(WebSocket, "accept", accept_too_late)
+    async with world.robot() as (robot, _):
+        assert await closed(robot) == (1011, "unavailable: just now")
+
+
+async def test_a_client_that_does_not_read_its_answers_is_closed_rather_than_left_without(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(self: Outbox, frame: str) -> None:
+        raise Unavailable("the client asks faster than it reads the answers")
+
+    async with world.robot() as (robot, container):
+        monkeypatch.setattr(Outbox, "put_answer", full)
+        await say(robot, op="call_service", service="/make_plan")
+        container.stream.write(robot_link.Answer((await next_of(container, robot_link.Call)).call, b"{}"))
+        assert await closed(robot) == (1011, "unavailable: the client asks faster than it reads the answers")
+
+
+async def test_a_fault_of_ours_closes_the_socket_with_a_word_and_is_logged_once(
+    world: World, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def broken(self: RosbridgeSession, frame: str) -> None:
+        raise ZeroDivisionError("secret detail")
+
+    async with world.robot() as (robot, _):
+        monkeypatch.setattr(RosbridgeSession, "receive", broken)
+        await say(robot, op="publish", topic="/goal", msg={})
+        assert await closed(robot) == (1011, "error: internal error: ZeroDivisionError")
+    assert len([record for record in caplog.records if record.exc_info]) == 1
+
+
+async def test_a_robot_that_is_cut_off_may_come_back_at_once(world: World) -> None:
+    world.linger(1000.0)
+    async with world.robot() as (robot, container):
+        robot.transport.abort()
+        await until(lambda: not world.sessions._robots)
+        async with world.connected() as again:
+            await say(again, op="publish", topic="/goal", msg={"data": "x"})
+            assert (await next_of(container, robot_link.Deliver)).topic == "goal"

@@ -1,0 +1,88 @@
+"""What a place offers is told whole: clone, clients, and what tells it."""
+
+import asyncio
+import json
+
+import msgspec
+import pytest
+
+from endpoints.rosbridge.calls import ClientCalls
+from endpoints.rosbridge.rosapi import introspect, view_of
+from engine.protocols import robot_link
+from engine.service.links.place_link import PlaceLink
+from ppaas.errors import Conflict, PPaaSError
+from ppaas.wire.operations import AdvertiseService, CallService
+from ppaas.wire.rosbridge import RosbridgeSession
+from tests.support.engine.engine_links import hello, pair
+
+
+class Client:
+    """Hears, and says nothing."""
+
+    def published(self, topic: str, payload: bytes) -> None: ...
+
+    def refused(self, topic: str, error: PPaaSError, sequence: int) -> None: ...
+
+    def closed(self, reason: PPaaSError) -> None: ...
+
+    def requested(self, call: int, service: str, payload: bytes) -> None: ...
+
+
+@pytest.fixture
+async def place():
+    """A place whose container has said hello."""
+    made = PlaceLink("robot:ann/tb1")
+    near, far = await pair(robot_link.FromContainer, robot_link.ToContainer)
+    serving = asyncio.create_task(made.serve(hello("c1", ""), near))
+    await made.ready(5)
+    yield made
+    await far.close()
+    await serving
+
+
+def ask(place: PlaceLink, service: str, /, **arguments: str) -> dict[str, object]:
+    answer = introspect(place, f"rosapi/{service}", json.dumps(arguments).encode())
+    assert answer is not None
+    told: dict[str, object] = json.loads(answer)
+    return told
+
+
+async def test_the_clone_its_clients_and_rosapi_itself_are_told_of(place: PlaceLink) -> None:
+    client = place.join(Client())
+    place.advertise("chatter", "std_msgs/String", client, None, latch=False)
+    place.advertise_service("wave", "std_srvs/Trigger", client)
+    place.subscribe("cmd_vel", client)
+    assert ask(place, "nodes")["nodes"] == ["/move_base", "/rosapi", "/rosbridge_websocket"]
+    assert ask(place, "publishers", topic="/cmd_vel")["publishers"] == ["/move_base"]
+    assert ask(place, "publishers", topic="/chatter")["publishers"] == ["/rosbridge_websocket"]
+    assert ask(place, "publishers", topic="/goal")["publishers"] == ["/rosbridge_websocket"]
+    assert ask(place, "subscribers", topic="/cmd_vel")["subscribers"] == ["/rosbridge_websocket"]
+    assert ask(place, "service_type", service="/wave")["type"] == "std_srvs/Trigger"
+    assert ask(place, "service_node", service="/rosapi/topics")["node"] == "/rosapi"
+    assert {"/make_plan", "/wave", "/rosapi/topics"} <= set(ask(place, "services")["services"])
+    place.leave(client)
+    assert ask(place, "topic_type", topic="/chatter")["type"] == ""
+    assert "/wave" not in ask(place, "services")["services"]
+
+
+async def test_other_services_are_left_to_others(place: PlaceLink) -> None:
+    assert introspect(place, "make_plan", b"{}") is None
+    assert introspect(place, "rosapi/get_param", b"{}") is None
+
+
+async def test_a_place_without_a_container_yet_has_nothing_but_itself() -> None:
+    view = view_of(PlaceLink("robot:ann/tb1"))
+    assert (dict(view.topics), list(view.nodes)) == ({}, ["rosapi", "rosbridge_websocket"])
+
+
+async def test_a_client_asks_by_a_call_and_cannot_answer_in_its_place(place: PlaceLink) -> None:
+    frames: asyncio.Queue[str] = asyncio.Queue()
+    calls = ClientCalls(place, place.join(Client()), RosbridgeSession(), frames.put_nowait, lambda _: None)
+    with pytest.raises(Conflict, match="cloud's own"):
+        calls.advertise(AdvertiseService("/rosapi/topics", "rosapi/Topics"))
+    calls.start(CallService("/rosapi/get_time", "1"))
+    calls.start(CallService("rosapi/message_details", "2", msgspec.Raw(b'{"type": "no/Such"}')))
+    told = {frame["id"]: frame for frame in [json.loads(await asyncio.wait_for(frames.get(), 5)) for _ in range(2)]}
+    assert (told["1"]["service"], set(told["1"]["values"]["time"])) == ("/rosapi/get_time", {"secs", "nsecs"})
+    assert told["2"]["result"] is False
+    assert "no/Such" in told["2"]["values"]

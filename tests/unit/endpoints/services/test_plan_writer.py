@@ -1,0 +1,97 @@
+"""Plans are kept beside the answers, and are there for whoever looks."""
+
+import asyncio
+import threading
+from collections.abc import Iterable
+from functools import partial
+
+import pytest
+
+from endpoints.services.plan_writer import MOST_WAITING, PlanKeeper
+from ppaas.errors import InvalidInput, NotFound, Unavailable
+from storage.memory.store import MemoryStore
+from storage.records import PlanRecord
+
+
+def plan(name: str) -> PlanRecord:
+    return PlanRecord(name, "ann", "house", "v1", "dijkstra", (0, 0, 0), (1, 0, 0), 1.0, 1.0, 0.1, bytes(56), 1.0)
+
+
+class SlowStore(MemoryStore):
+    """Writes when it is told to."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.go_on = threading.Event()
+
+    def add_plans(self, records: Iterable[PlanRecord]) -> int:
+        assert self.go_on.wait(10.0)
+        return super().add_plans(records)
+
+
+async def test_whoever_brings_a_plan_does_not_wait_for_the_store_but_whoever_looks_does() -> None:
+    store, keeper = SlowStore(), PlanKeeper()
+    await keeper.keep(store, lambda: plan("p1"))
+    with pytest.raises(NotFound):
+        store.plan("p1")
+    store.go_on.set()
+    await keeper.settled()
+    assert store.plan("p1").id == "p1"
+
+
+async def test_who_brings_more_than_the_store_takes_waits() -> None:
+    store, keeper = SlowStore(), PlanKeeper()
+    for number in range(MOST_WAITING):
+        await keeper.keep(store, partial(plan, f"p{number}"))
+    more = asyncio.create_task(keeper.keep(store, lambda: plan("more")))
+    await asyncio.sleep(0)
+    assert not more.done()
+    store.go_on.set()
+    await more
+    await keeper.settled()
+    assert store.plan("more").id == "more"
+
+
+async def test_a_plan_that_cannot_be_kept_is_told_and_makes_room(caplog: pytest.LogCaptureFixture) -> None:
+    class Broken(MemoryStore):
+        def add_plans(self, records: Iterable[PlanRecord]) -> int:
+            raise Unavailable("the disk is full")
+
+    keeper = PlanKeeper()
+    for number in range(2 * MOST_WAITING):
+        await keeper.keep(Broken(), partial(plan, f"p{number}"))
+    await keeper.settled()
+    assert "the disk is full" in caplog.text
+
+
+async def test_plans_that_come_close_together_are_written_together() -> None:
+    written = []
+
+    class Counting(MemoryStore):
+        def add_plans(self, records: Iterable[PlanRecord]) -> int:
+            written.append(len(list(records)))
+            return 0
+
+    store, keeper = Counting(), PlanKeeper()
+    for number in range(5):
+        await keeper.keep(store, partial(plan, f"p{number}"))
+    await keeper.settled()
+    await keeper.keep(store, partial(plan, "later"))
+    await keeper.settled()
+    assert written == [5, 1]
+
+
+async def test_a_plan_that_is_invalid_does_not_take_others_along(caplog: pytest.LogCaptureFixture) -> None:
+    class Choosy(MemoryStore):
+        def add_plans(self, records: Iterable[PlanRecord]) -> int:
+            records = list(records)
+            if any(record.id == "bad" for record in records):
+                raise InvalidInput("this one is bad")
+            return super().add_plans(records)
+
+    store, keeper = Choosy(), PlanKeeper()
+    for name in ("p1", "bad", "p2"):
+        await keeper.keep(store, partial(plan, name))
+    await keeper.settled()
+    assert [store.plan(name).id for name in ("p1", "p2")] == ["p1", "p2"]
+    assert "bad was not kept: this one is bad" in caplog.text

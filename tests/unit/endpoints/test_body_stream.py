@@ -1,0 +1,95 @@
+import asyncio
+import threading
+from collections.abc import AsyncIterator
+
+import pytest
+
+from endpoints.rest.maps.body_stream import AT_ONCE, MOST, taken
+
+BLOCK = AT_ONCE // 2
+
+
+async def stream(blocks: list[bytes], *, then: Exception | None = None) -> AsyncIterator[bytes]:
+    for block in blocks:
+        yield block
+    if then is not None:
+        raise then
+
+
+async def test_blocks_are_taken_in_their_order_off_the_loop() -> None:
+    blocks = [bytes([number]) * size for number, size in enumerate((1, BLOCK, BLOCK, 0, 3 * AT_ONCE, 7, MOST, 1))]
+    got: list[bytes] = []
+    threads = set()
+
+    def take(block: bytes) -> None:
+        threads.add(threading.get_ident())
+        got.append(block)
+
+    await taken(stream(blocks), take)
+    assert got == blocks
+    assert threading.get_ident() not in threads
+
+
+async def test_more_comes_while_a_thread_is_busy_but_not_more_than_fits() -> None:
+    asked = 0
+    full = threading.Event()
+    seen = []
+
+    async def counted() -> AsyncIterator[bytes]:
+        nonlocal asked
+        for _ in range(100):
+            asked += 1
+            if asked * BLOCK >= MOST:
+                full.set()
+            await asyncio.sleep(0)
+            yield bytes(BLOCK)
+
+    def take(_block: bytes) -> None:
+        assert full.wait(10), "nothing more was read while the thread was busy"
+        seen.append(asked)
+
+    await taken(counted(), take)
+    assert len(seen) == 100
+    most_ahead = max(read - place for place, read in enumerate(seen))
+    assert most_ahead <= 2 * MOST // BLOCK + 1
+
+
+async def test_what_the_thread_raises_ends_it() -> None:
+    def take(block: bytes) -> None:
+        if block == b"bad":
+            raise ValueError("bad block")
+
+    with pytest.raises(ValueError, match="bad block"):
+        await taken(stream([bytes(MOST), b"bad"]), take)
+    with pytest.raises(ValueError, match="bad block"):
+        await taken(stream([b"bad", bytes(MOST), bytes(MOST), bytes(MOST)]), take)
+
+
+@pytest.mark.parametrize("cancel", [False, True])
+async def test_no_thread_takes_anything_once_it_has_ended(cancel: bool) -> None:
+    began, go_on = threading.Event(), threading.Event()
+    taking: list[str] = []
+
+    def take(_block: bytes) -> None:
+        taking.append("began")
+        began.set()
+        assert go_on.wait(10)
+        taking.append("ended")
+
+    async def cut_short() -> AsyncIterator[bytes]:
+        yield bytes(MOST)
+        await asyncio.to_thread(began.wait, 10)
+        if cancel:
+            await asyncio.Event().wait()
+        raise ConnectionError("the client is gone")
+
+    task = asyncio.create_task(taken(cut_short(), take))
+    await asyncio.to_thread(began.wait, 10)
+    await asyncio.sleep(0.05)
+    if cancel:
+        task.cancel()
+    assert not (await asyncio.wait([task], timeout=0.05))[0], "it ended before its thread did"
+    go_on.set()
+    with pytest.raises(asyncio.CancelledError if cancel else ConnectionError):
+        await task
+    assert taking == ["began", "ended"]

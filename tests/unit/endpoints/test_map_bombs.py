@@ -1,0 +1,83 @@
+"""Maps that are small to send and large to look at, or lie about themselves: refused, and nothing is kept."""
+
+import io
+import struct
+import zlib
+
+import pytest
+from PIL import Image
+
+from endpoints.services.services import Services
+from tests.endpoints.conftest import LogIn, Publish
+from tests.support.endpoints.problems import problem_of
+from tests.support.storage.records import YAML, pgm
+
+
+def png_of(width: int, height: int) -> bytes:
+    """Return a PNG that says how large it is and has next to nothing in it."""
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    head = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(b"\0" * 99)) + chunk(b"IEND", b"")
+
+
+def padded_png() -> bytes:
+    """Return a PNG with a text that unpacks to 64 MiB."""
+    kept = io.BytesIO()
+    Image.new("L", (4, 3), 254).save(kept, "PNG")
+    image = kept.getvalue()
+    text = b"zTXt" + b"note\0\0" + zlib.compress(bytes(64 << 20))
+    bomb = struct.pack(">I", len(text) - 4) + text + struct.pack(">I", zlib.crc32(text))
+    return image[:33] + bomb + image[33:]
+
+
+LAUGHS = b"a: &a [x, x, x, x, x, x, x, x, x]\n" + b"".join(
+    b"%c: &%c [%s]\n" % (98 + n, 98 + n, b", ".join([b"*%c" % (97 + n)] * 9)) for n in range(12)
+)
+
+IMAGES = {
+    "a size of two bytes more": b"P5\n4 4\n255\n" + bytes(12),
+    "a size of nothing": b"P5\n0 3\n255\n",
+    "a size beyond all": b"P5\n9999999999 9999999999\n255\n" + bytes(12),
+    "a thousand million pixels": b"P5\n32768 32768\n255\n" + bytes(12),
+    "a thousand million numbers": b"P2\n32768 32768\n255\n" + b"0 " * 12,
+    "no maximum": b"P5\n4 3\n0\n" + bytes(12),
+    "a maximum of 16 bits and half the bytes": b"P5\n4 3\n65535\n" + bytes(12),
+    "pixels above the maximum": b"P5\n4 3\n100\n" + bytes([101] * 12),
+    "a minus": b"P5\n-4 3\n255\n" + bytes(12),
+    "one pixel too many": b"P2\n4 3\n255\n" + b"0 " * 13,
+    "a PNG of 65535 by 65535": png_of(65535, 65535),
+    "a PNG beyond all": png_of(2**31 - 1, 2**31 - 1),
+    "a PNG without its rows": png_of(4000, 4000),
+    "a PNG with a text bomb": padded_png(),
+}
+
+RECORDS = {
+    "laughs": LAUGHS + YAML,
+    "aliases": b"origin: &o [0, 0, *o]\nimage: x\nresolution: 0.05\n",
+    "nan": YAML.replace(b"0.05", b".nan"),
+    "inf": YAML.replace(b"0.05", b".inf"),
+    "nan origin": YAML.replace(b"-2.0", b".nan"),
+    "no resolution": YAML.replace(b"0.05", b"0"),
+    "an object": YAML + b"mode: !!python/object/apply:os.system ['id']\n",
+    "deep": b"a: " + b"[" * 5000 + b"]" * 5000 + b"\n" + YAML,
+    "long": YAML + b"#" * (1 << 16),
+}
+
+
+@pytest.mark.parametrize("image", IMAGES.values(), ids=IMAGES.keys())
+async def test_an_image_that_lies_is_refused(log_in: LogIn, publish: Publish, services: Services, image: bytes) -> None:
+    problem_of(await publish(await log_in("ann"), image=image), 422, "invalid-map")
+    assert services.map_store.maps() == []
+
+
+@pytest.mark.parametrize("yaml", RECORDS.values(), ids=RECORDS.keys())
+async def test_a_record_that_lies_is_refused(log_in: LogIn, publish: Publish, services: Services, yaml: bytes) -> None:
+    answer = await publish(await log_in("ann"), yaml=yaml, image=pgm())
+    if yaml is RECORDS["laughs"]:  # nothing of it is unpacked: its keys are none of ours
+        assert answer.status_code in (201, 422)
+        return
+    problem_of(answer, 422, "invalid-map")
+    assert services.map_store.maps() == []

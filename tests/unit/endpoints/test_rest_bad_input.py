@@ -1,0 +1,227 @@
+"""What is wrong with a request is told as a problem, and nothing is lost by it."""
+
+import asyncio
+import errno
+from typing import Any
+
+import httpx
+import pytest
+
+from endpoints.app import PREFIX, create_app
+from endpoints.rest.strict_json import parse
+from endpoints.services.request_limits import Settings
+from endpoints.services.services import Services
+from ppaas.errors import MalformedMessage, Unavailable
+from storage import staged_uploads
+from tests.endpoints.conftest import PASSWORD, LogIn, Publish
+from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.endpoints.problems import problem_of
+from tests.support.storage.records import YAML, pgm, plan
+from tests.support.world.urdf import example
+
+JSON = {"Content-Type": "application/json"}
+FILE = b'{"map": "house", "cores": 0.25}'
+
+
+@pytest.fixture
+async def ann(client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services) -> dict[str, str]:
+    """Return the header of a user who has a map, a robot and a plan."""
+    header = await log_in("ann")
+    await publish(header)
+    services.store.add_plan(plan("p1"))
+    assert (await client.put("/v1/robots/tb1", headers=header | JSON, content=FILE)).status_code == 201
+    return header
+
+
+WITH_JSON = [
+    ("POST", "/v1/tokens"),
+    ("POST", "/v1/users"),
+    ("PATCH", "/v1/users/me"),
+    ("PATCH", "/v1/maps/house"),
+    ("PUT", "/v1/robots/tb1"),
+    ("PATCH", "/v1/robots/tb1"),
+    ("POST", "/v1/maps/house/plans"),
+]
+
+
+@pytest.mark.parametrize(("method", "path"), WITH_JSON)
+@pytest.mark.parametrize(
+    "content",
+    [b"{", b"\xff\xfe", b"{} {}", b"[" * 20_000, b'{"a": 1, "a": 2}', b'{"parameters": {"x": 1, "x": 2}}', b"9" * 5000],
+    ids=["cut off", "no text", "two", "deep", "twice", "twice inside", "many digits"],
+)
+async def test_what_is_no_json_is_malformed_everywhere(
+    client: httpx.AsyncClient, ann: dict[str, str], method: str, path: str, content: bytes
+) -> None:
+    problem_of(await client.request(method, path, headers=ann | JSON, content=content), 400, "malformed-message")
+
+
+@pytest.mark.parametrize(("method", "path"), WITH_JSON)
+@pytest.mark.parametrize("kind", ["text/plain", "application/x-www-form-urlencoded", "json", "", "application/jsonp"])
+async def test_what_is_not_said_to_be_json_is_not_taken_for_it(
+    client: httpx.AsyncClient, ann: dict[str, str], method: str, path: str, kind: str
+) -> None:
+    answer = await client.request(method, path, headers=ann | {"Content-Type": kind}, content=FILE)
+    assert "application/json" in problem_of(answer, 415, "unsupported-media-type")["detail"]
+
+
+@pytest.mark.parametrize(
+    "kind", ["application/json; charset=utf-8", "APPLICATION/JSON", "application/merge-patch+json"]
+)
+async def test_json_may_be_said_in_other_ways(client: httpx.AsyncClient, ann: dict[str, str], kind: str) -> None:
+    answer = await client.put("/v1/robots/tb1", headers=ann | {"Content-Type": kind}, content=FILE)
+    assert answer.status_code == 200
+
+
+@pytest.mark.parametrize("value", ["1e400", "NaN", "-Infinity", '"1"', "null", "true", "[1]", "1e10", "{}"])
+async def test_a_coordinate_is_a_number_within_reason(
+    client: httpx.AsyncClient, ann: dict[str, str], cloud: FakeCloud, value: str
+) -> None:
+    body = f'{{"start": [0, 0], "goal": [1, {value}]}}'
+    answer = await client.post("/v1/maps/house/plans", headers=ann | JSON, content=body)
+    [fault] = problem_of(answer, 422, "invalid-request")["errors"]
+    assert fault["where"] == ["body", "goal", "1"]
+    assert cloud.asked == []
+
+
+NAMES = [
+    "..",
+    "%2e%2e%2fetc",
+    "a%2Fb",
+    "%00",
+    "a%20b",
+    "-a",
+    "x" * 65,
+    "%F0%9F%A4%96",
+    "%ED%A0%80",
+    "%E2%80%AEtb1",
+    "%ff",
+]
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("resource", ["maps", "robots", "users", "plans", "tokens", "machines", "containers"])
+async def test_a_name_that_is_none_finds_nothing_and_breaks_nothing(
+    client: httpx.AsyncClient, log_in: LogIn, resource: str, name: str
+) -> None:
+    url = httpx.URL("http://cloud", raw_path=f"{PREFIX}/{resource}/{name}".encode())
+    for method in ("GET", "DELETE"):
+        answer = await client.request(method, url, headers=await log_in("admin"))
+        assert answer.status_code in (404, 405, 422), answer.text
+        assert answer.headers["content-type"] == "application/problem+json"
+
+
+async def test_a_path_that_is_none_is_a_problem_with_a_slash_or_without(client: httpx.AsyncClient) -> None:
+    for path in ("/v1/robots/", "/v1", "/v2/robots", "/v1/robots/tb1/wheels"):
+        problem_of(await client.get(path), 404, "not-found")
+
+
+def test_one_word_of_json_may_not_be_said_twice_however_deep() -> None:
+    assert parse(b'{"a": {"b": 1}, "c": {"b": 1}}') == {"a": {"b": 1}, "c": {"b": 1}}
+    with pytest.raises(MalformedMessage, match="'b' twice"):
+        parse(b'{"a": [{"b": 1, "c": 2, "b": 1}]}')
+
+
+async def test_a_body_that_comes_in_drops_is_waited_for_only_so_long(services: Services, log_in: LogIn) -> None:
+    hurried = Services(
+        services.store,
+        services.map_store,
+        services.accounts,
+        services.cloud,
+        Settings(max_body_seconds=0.05, max_upload_seconds=0.05),
+    )
+    never = asyncio.Event()
+
+    async def drops() -> Any:
+        yield b"--"
+        await never.wait()
+
+    transport = httpx.ASGITransport(create_app(hurried))
+    async with httpx.AsyncClient(transport=transport, base_url="http://cloud") as client:
+        form = {"Content-Type": "multipart/form-data; boundary=b"}
+        for path, kind in (("/v1/tokens", JSON), ("/v1/maps", form)):
+            answer = await client.post(path, headers=await log_in("ann") | kind, content=drops())
+            problem_of(answer, 408, "request-timeout")
+            assert answer.headers["connection"] == "close"
+
+
+class DeadStore:
+    """Has nothing to say but why."""
+
+    def __getattr__(self, name: str) -> Any:
+        def fail(*_arguments: object, **_options: object) -> None:
+            raise Unavailable("the disk is full: free space")
+
+        return fail
+
+
+QUERIES = {
+    "/v1/maps/house/difference": {"old": "0" * 64},
+    "/v1/plans": {"map": "house", "start": "0,0", "goal": "1,1"},
+}
+
+
+def operations() -> list[tuple[str, str]]:
+    """Return the method and path of every operation that a store is asked in."""
+    asks_no_store = ("machines", "containers", "models", "planners", "health")  # the last one answers all the same
+    known = {"map_id": "house", "version": "0" * 64, "robot_id": "tb1", "user_id": "bob", "plan_id": "p1", "token": "x"}
+    known["node"] = "amcl"
+    described = create_app(Services(DeadStore(), DeadStore(), None, FakeCloud())).openapi()["paths"]  # type: ignore[arg-type]
+    return [
+        (method.upper(), path.format(**known))
+        for path, methods in described.items()
+        for method in methods
+        if path.split("/")[2] not in asks_no_store
+    ]
+
+
+BODIES: dict[str, object] = {
+    "/v1/tokens": {"user": "ann", "password": PASSWORD},
+    "/v1/users": {"id": "bob", "password": PASSWORD},
+    "/v1/users/bob": {"role": "admin"},
+    "/v1/maps/house": {"readers": ["bob"]},
+    "/v1/robots/tb1": {"map": "house"},
+    "/v1/robots/tb1/nodes/amcl": {"home": "cloud"},
+    "/v1/maps/house/plans": {"start": [0, 0], "goal": [1, 1]},
+    "/v1/plans/p1": {"map": "house", "planner": "dijkstra", "poses": [[0, 0, 0, 0, 0, 0, 1]]},
+    "/v1/maps/house/roll_back": {"version": "0" * 64},
+    "/v1/maps/house/cost_matrix": {"starts": [[0, 0]], "goals": [[1, 1]]},
+}
+
+
+@pytest.mark.parametrize(("method", "path"), operations())
+async def test_a_store_that_is_dead_is_unavailable_and_never_an_internal_error(
+    client: httpx.AsyncClient, log_in: LogIn, services: Services, method: str, path: str
+) -> None:
+    admin = await log_in("admin")
+    await client.get("/v1/users/me", headers=admin)
+    dead = DeadStore()
+    object.__setattr__(services, "store", dead)
+    object.__setattr__(services, "map_store", dead)
+    services.accounts._store = dead  # type: ignore[assignment]
+    given: dict[str, Any] = {"json": BODIES[path]} if method in ("POST", "PUT", "PATCH") and path in BODIES else {}
+    if (method, path) == ("POST", "/v1/maps"):
+        given = {"data": {"id": "house"}, "files": {"yaml": ("m.yaml", YAML), "image": ("house.pgm", pgm())}}
+    if (method, path) == ("PUT", "/v1/robots/tb1/urdf"):
+        given, admin = {"content": example("turtlebot2")}, admin | {"Content-Type": "application/xml"}
+    answer = await client.request(method, path, headers=admin, params=QUERIES.get(path), **given)
+    assert "free space" in problem_of(answer, 503, "unavailable")["detail"]
+    assert answer.headers["retry-after"]
+
+
+async def test_a_disk_without_room_for_an_upload_is_unavailable(
+    publish: Publish, log_in: LogIn, services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def on_a_full_disk(_handle: int) -> None:
+        raise OSError(errno.ENOSPC, "no space left")
+
+    monkeypatch.setattr(staged_uploads.os, "fsync", on_a_full_disk)
+    large = Settings(max_upload=8 << 20)
+    object.__setattr__(services, "settings", large)
+    transport = httpx.ASGITransport(create_app(services))
+    headers = await log_in("ann")
+    async with httpx.AsyncClient(transport=transport, base_url="http://cloud") as client:
+        files = {"yaml": ("house.yaml", YAML), "image": ("house.pgm", bytes(2 << 20))}
+        answer = await client.post("/v1/maps", headers=headers, data={"id": "house"}, files=files)
+    assert "the disk is full" in problem_of(answer, 503, "unavailable")["detail"]
+    assert services.map_store.maps() == []

@@ -1,0 +1,59 @@
+"""What it costs from many starts to many goals, over REST."""
+
+import httpx
+import pytest
+
+from ppaas.errors import GoalOutsideMap
+from tests.endpoints.conftest import LogIn, Publish
+from tests.support.endpoints.fake_cloud import FakeCloud
+
+ASKED = {"starts": [[0, 0], [1, 2, 0.5]], "goals": [[3, 4], [1, 1], [2, 2]]}
+
+
+@pytest.fixture
+async def headers(publish: Publish, log_in: LogIn) -> dict[str, str]:
+    """Return the header of ann, who has a map."""
+    ann = await log_in("ann")
+    assert (await publish(ann)).status_code == 201
+    return ann
+
+
+async def test_costs_are_told_in_rows_with_where_they_were_found(
+    client: httpx.AsyncClient, headers: dict[str, str], cloud: FakeCloud
+) -> None:
+    answer = await client.post("/v1/maps/house/cost_matrix", headers=headers, json=ASKED)
+    assert answer.status_code == 200, answer.text
+    told = answer.json()
+    assert told["costs"] == [[None, 50.0, 50.0]] * 2
+    assert (told["map"], told["container"], told["pid"], told["seconds"]) == ("house", "c9", 4711, 0.001)
+    [(user, version, request)] = cloud.costs_asked
+    assert (user, version.id, version.version) == ("ann", "house", told["version"])
+    assert request.starts == ((0.0, 0.0, 0.0), (1.0, 2.0, 0.5))
+    assert len(request.goals) == 3
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"starts": [[0]]}, {"starts": "here"}, {"goals": [[0, 0]] * 1001}, {"timeout": 1e6}, {"timeout": 0}, {"speed": 1}],
+)
+async def test_what_cannot_be_is_refused(
+    client: httpx.AsyncClient, headers: dict[str, str], cloud: FakeCloud, change: dict[str, object]
+) -> None:
+    answer = await client.post("/v1/maps/house/cost_matrix", headers=headers, json=ASKED | change)
+    assert answer.status_code == 422, answer.text
+    assert cloud.costs_asked == []
+
+
+async def test_an_error_of_the_planner_is_told_with_its_code(
+    client: httpx.AsyncClient, headers: dict[str, str], cloud: FakeCloud
+) -> None:
+    cloud.error = GoalOutsideMap("the goal lies outside the map")
+    answer = await client.post("/v1/maps/house/cost_matrix", headers=headers, json=ASKED)
+    assert (answer.status_code, answer.json()["code"]) == (422, 204)
+
+
+async def test_a_map_that_one_may_not_see_is_not_found(
+    client: httpx.AsyncClient, headers: dict[str, str], log_in: LogIn
+) -> None:
+    answer = await client.post("/v1/maps/house/cost_matrix", headers=await log_in("bob"), json=ASKED)
+    assert answer.status_code == 404

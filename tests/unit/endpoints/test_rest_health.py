@@ -1,0 +1,67 @@
+"""How the cloud does, as REST tells of it."""
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import httpx
+import pytest
+
+from endpoints.services.services import Services
+from endpoints.services.store_health import Health
+from ppaas.errors import Unavailable
+from storage.memory.store import MemoryStore
+from storage.urls.opening import open_map_store
+from tests.endpoints.conftest import LogIn
+
+
+def away(*_arguments: Any, **_options: Any) -> None:
+    raise Unavailable("db:9042: no node answers")
+
+
+async def test_whoever_asks_is_told_that_all_is_well(client: httpx.AsyncClient) -> None:
+    answer = await client.get("/v1/health")
+    assert answer.status_code == 200
+    fine = {"state": "ok", "reason": None}
+    assert answer.json() == {"status": "ok", "store": fine, "map_store": fine, "plans_waiting": 0}
+
+
+async def test_a_store_that_is_away_is_told_and_to_administrators_why(
+    client: httpx.AsyncClient, log_in: LogIn, services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    headers = {role: await log_in(role) for role in ("admin", "user")}
+    monkeypatch.setattr(services.store, "users", away)
+    for role, reason in (("admin", "db:9042: no node answers"), ("user", None)):
+        told = (await client.get("/v1/health", headers=headers[role])).json()
+        assert told["status"] == "degraded"
+        assert told["store"] == {"state": "away", "reason": reason}
+        assert told["map_store"]["state"] == "ok"
+
+
+async def test_a_store_that_does_not_answer_is_not_waited_for() -> None:
+    answer = threading.Event()
+
+    class Frozen(MemoryStore):
+        def users(self, **_options: Any) -> Any:
+            answer.wait(10.0)
+            return []
+
+    store, _ = await Health(patience=0.05).stores(Frozen(), open_map_store("memory:"))
+    answer.set()
+    assert not store.answers
+    assert "no answer within 0.05 s" in str(store.reason)
+
+
+async def test_a_store_is_asked_once_however_many_ask() -> None:
+    asked, now = [], [0.0]
+
+    class Counting(MemoryStore):
+        def users(self, **options: Any) -> Any:
+            asked.append(now[0])
+            return super().users(**options)
+
+    clock: Callable[[], float] = lambda: now[0]  # noqa: E731
+    health, store = Health(clock), Counting()
+    for now[0] in (0.0, 1.0, 3.0, 4.0):
+        await health.stores(store, open_map_store("memory:"))
+    assert asked == [0.0, 3.0]

@@ -1,0 +1,123 @@
+"""Versions of maps over REST: who, when and why, what differs, back to one of them, and octomaps."""
+
+import asyncio
+
+import httpx
+import numpy as np
+import pytest
+
+from endpoints.services.services import Services
+from ppaas.maps.octomap import binary_octomap
+from ppaas.maps.octree import octree_of
+from ppaas.maps.voxels import VoxelGrid, VoxelInfo
+from tests.endpoints.conftest import LogIn, Publish
+from tests.support.endpoints.problems import problem_of
+from tests.support.storage.records import YAML, pgm
+
+TREE = binary_octomap(octree_of(VoxelGrid(np.full((2, 2, 3), 100, np.uint8), VoxelInfo(0.1, 3, 2, 2))))
+
+
+async def send_octomap(
+    client: httpx.AsyncClient, headers: dict[str, str], octomap: bytes = TREE, **files: bytes
+) -> httpx.Response:
+    given = {name: (name, data) for name, data in (files | {"octomap": octomap}).items()}
+    return await client.post("/v1/maps", headers=headers, data={"id": "house"}, files=given)
+
+
+async def test_versions_tell_who_published_them_and_why(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann, admin = await log_in("ann"), await log_in("admin")
+    first = (await publish(ann, message="as built")).json()
+    second = (await publish(admin, image=pgm(5, 6), message="an annexe")).json()
+    assert (first["author"], second["author"], second["owner"]) == ("ann", "admin", "ann")
+    items = (await client.get("/v1/maps/house/versions", headers=ann)).json()["items"]
+    assert [(one["author"], one["message"], one["present"]) for one in items] == [
+        ("admin", "an annexe", True),
+        ("ann", "as built", False),
+    ]
+    assert items[0]["number"] > items[1]["number"]
+    shown = (await client.get(f"/v1/maps/house/versions/{first['version']}", headers=ann)).json()
+    assert (shown["message"], shown["width"]) == ("as built", 4)
+
+
+async def test_a_map_goes_back_to_an_older_version(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+    ann = await log_in("ann")
+    first = (await publish(ann, readers="bob")).json()
+    second = (await publish(ann, image=pgm(5, 6))).json()
+    path = "/v1/maps/house/roll_back"
+    body = {"version": first["version"], "message": "the annexe is gone"}
+    for user, status, slug in (("bob", 403, "not-permitted"), ("carl", 404, "not-found")):
+        problem_of(await client.post(path, headers=await log_in(user), json=body), status, slug)
+    expected = {"If-Match": f'"{first["version"]}"'}
+    problem_of(await client.post(path, headers=ann | expected, json=body), 409, "conflict")
+    expected = {"If-Match": f'"{second["version"]}"'}
+    answer = (await client.post(path, headers=ann | expected, json=body)).json()
+    assert (answer["version"], answer["restored"], answer["message"]) == (first["version"], True, "the annexe is gone")
+    assert (await client.get("/v1/maps/house", headers=ann)).json()["width"] == 4
+    assert (await client.get("/v1/maps/house/image", headers=ann)).content == pgm()
+    problem_of(await client.post(path, headers=ann, json={"version": "f" * 64}), 404, "not-found")
+    problem_of(await client.post(path, headers=ann, json={"version": "../x"}), 422, "invalid-request")
+
+
+async def test_of_two_who_publish_in_place_of_the_same_version_one_is_told(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann = await log_in("ann")
+    first = (await publish(ann)).json()["version"]
+    headers = ann | {"If-Match": f'"{first}"'}
+    answers = await asyncio.gather(*(publish(headers, image=pgm(value=value)) for value in (1, 2, 3)))
+    assert sorted(answer.status_code for answer in answers) == [201, 409, 409]
+    problem_of(await publish(ann | {"If-Match": '"../x"'}), 400, "invalid-input")
+
+
+async def test_the_difference_of_two_versions_is_told(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann = await log_in("ann")
+    first = (await publish(ann)).json()["version"]
+    image = bytearray(pgm(5, 3))
+    image[-5] = 0
+    second = (await publish(ann, image=bytes(image))).json()["version"]
+    told = (await client.get("/v1/maps/house/difference", headers=ann, params={"old": first})).json()
+    assert (told["old"], told["new"], told["changed"], told["aligned"]) == (first, second, 4, True)
+    assert told["rectangle"] == {"column": 0, "row": 0, "width": 5, "height": 3}
+    assert told["corners"][0] == pytest.approx([-1.0, -2.0])
+    assert told["octomap"] == "none"
+    same = (await client.get("/v1/maps/house/difference", headers=ann, params={"old": first, "new": first})).json()
+    assert (same["changed"], same["rectangle"], same["corners"]) == (0, None, None)
+    unknown = await client.get("/v1/maps/house/difference", headers=ann, params={"old": "f" * 64})
+    problem_of(unknown, 404, "not-found")
+    hidden = await client.get("/v1/maps/house/difference", headers=await log_in("bob"), params={"old": first})
+    problem_of(hidden, 404, "not-found")
+
+
+async def test_an_octomap_is_kept_verbatim_alone_or_beside_a_grid(client: httpx.AsyncClient, log_in: LogIn) -> None:
+    ann = await log_in("ann")
+    alone = await send_octomap(client, ann)
+    assert (alone.status_code, alone.json()["parts"], alone.json()["resolution"]) == (201, ["octomap"], None)
+    assert (await client.get("/v1/maps/house/octomap", headers=ann)).content == TREE
+    problem_of(await client.get("/v1/maps/house/image", headers=ann), 404, "not-found")
+    problem_of(await client.get("/v1/maps/house/cells", headers=ann), 422, "invalid-map")
+    both = (await send_octomap(client, ann, yaml=YAML, image=pgm())).json()
+    assert (both["parts"], both["width"]) == (["image", "octomap", "yaml"], 4)
+    path = f"/v1/maps/house/versions/{alone.json()['version']}/octomap"
+    assert (await client.get(path, headers=ann)).content == TREE
+    no_grid = await client.get("/v1/maps/house/difference", headers=ann, params={"old": alone.json()["version"]})
+    problem_of(no_grid, 422, "invalid-map")
+
+
+@pytest.mark.parametrize(
+    "octomap",
+    [
+        b"P5 1 1 255 x",
+        TREE[:-1],
+        TREE.replace(b"size", b"size 9"),
+        b"# Octomap OcTree binary file\nid OcTree\nsize 999999999999999\nres 0.1\ndata\n" + bytes(64),
+    ],
+)
+async def test_what_is_no_octomap_is_refused_and_nothing_is_kept(
+    client: httpx.AsyncClient, log_in: LogIn, services: Services, octomap: bytes
+) -> None:
+    problem_of(await send_octomap(client, await log_in("ann"), octomap), 422, "invalid-map")
+    assert services.map_store.maps() == []

@@ -1,0 +1,19 @@
+"""The models of robots, as REST tells of them."""
+
+import httpx
+
+from ppaas.robot_model.known_models import model_names, robot_model
+from tests.endpoints.conftest import LogIn
+
+
+async def test_every_model_is_listed_with_its_size(client: httpx.AsyncClient, log_in: LogIn) -> None:
+    answer = await client.get("/v1/models?limit=500", headers=await log_in("ann"))
+    listed = answer.json()
+    assert listed["next"] is None
+    assert {model["name"]: model["robot_radius"] for model in listed["items"]} == {
+        name: robot_model(name).robot_radius for name in model_names()
+    }
+
+
+async def test_models_are_told_to_users_only(client: httpx.AsyncClient) -> None:
+    assert (await client.get("/v1/models")).status_code == 401

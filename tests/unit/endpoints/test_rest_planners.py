@@ -1,0 +1,60 @@
+"""The planners, as REST tells of them."""
+
+import httpx
+import pytest
+
+from endpoints.services import installed_planners
+from endpoints.services.services import Services
+from ppaas.planners import planner_names
+from ppaas.planners.catalogue import entry
+from tests.endpoints.conftest import LogIn
+
+
+async def test_every_planner_is_listed_with_what_it_is_for(client: httpx.AsyncClient, log_in: LogIn) -> None:
+    answer = await client.get("/v1/planners", headers=await log_in("ann"))
+    assert answer.status_code == 200, answer.text
+    listed = answer.json()
+    assert listed["next"] is None
+    assert [planner["name"] for planner in listed["items"]] == list(planner_names())
+    navfn = next(planner for planner in listed["items"] if planner["name"] == "navfn")
+    assert navfn["aliases"] == ["navfn/NavfnROS", "nav2_navfn_planner/NavfnPlanner"]
+    assert navfn["purpose"] == entry("navfn").purpose
+    assert navfn["parameters"] == {"allow_unknown": True, "use_astar": False}
+    assert (navfn["optimal"], navfn["any_angle"], navfn["dimensions"]) == ("never", True, 2)
+
+
+async def test_one_is_shown_by_its_name(client: httpx.AsyncClient, log_in: LogIn) -> None:
+    headers = await log_in("ann")
+    shown = await client.get("/v1/planners/dijkstra", headers=headers)
+    assert (shown.json()["name"], shown.json()["optimal"]) == ("dijkstra", "always")
+    missing = await client.get("/v1/planners/teleport", headers=headers)
+    assert missing.status_code == 404
+    assert "unknown planner 'teleport'; known: " in missing.json()["detail"]
+
+
+async def test_planners_are_told_to_users_only(client: httpx.AsyncClient) -> None:
+    assert (await client.get("/v1/planners")).status_code == 401
+
+
+async def test_one_that_cannot_be_loaded_is_told_of(
+    client: httpx.AsyncClient, log_in: LogIn, services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(installed_planners, "SCRIPT", "raise ImportError('no such planner')")
+    answer = await client.get("/v1/planners", headers=await log_in("ann"))
+    assert answer.status_code == 503
+    assert "the log of the cloud says why" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("name", ["navfn/NavfnROS", "nav2_navfn_planner::NavfnPlanner", "greedy"])
+async def test_a_robot_file_may_name_a_planner_as_ros_does(client: httpx.AsyncClient, log_in: LogIn, name: str) -> None:
+    file = {"map": "nowhere", "base_global_planner": name, "base_local_planner": "dwa_local_planner/DWAPlannerROS"}
+    answer = await client.put("/v1/robots/tb1", json=file, headers=await log_in("ann"))
+    assert answer.status_code == 404  # of the map; the names are taken
+
+
+@pytest.mark.parametrize("name", ["a/b/c", "/navfn", "navfn/", "", "x" * 70, "a b"])
+async def test_a_name_that_is_none_is_refused(client: httpx.AsyncClient, log_in: LogIn, name: str) -> None:
+    file = {"map": "nowhere", "base_global_planner": name}
+    answer = await client.put("/v1/robots/tb1", json=file, headers=await log_in("ann"))
+    assert answer.status_code == 422
+    assert "package/Class" in answer.text

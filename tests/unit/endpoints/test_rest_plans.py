@@ -1,0 +1,199 @@
+"""Paths over REST."""
+
+import json
+from collections.abc import AsyncIterator
+from typing import Any
+
+import httpx
+import pytest
+
+from endpoints.rest.schemas import NewPlanAnswer, PlanAnswer
+from endpoints.services.services import Services
+from engine.service.views import PathRequest
+from engine.specs.containers import MapVersion
+from ppaas import errors
+from tests.endpoints.conftest import LogIn, Publish
+from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.endpoints.problems import problem_of
+
+ASKED: dict[str, Any] = {"start": [0.0, 0.0, 0.0], "goal": [3.0, 4.0, 0.0]}
+
+
+async def test_a_path_is_found_told_and_kept(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud
+) -> None:
+    ann = await log_in("ann")
+    version = (await publish(ann)).json()["version"]
+    answer = await client.post("/v1/maps/house/plans", headers=ann, json=ASKED)
+    assert answer.status_code == 201
+    NewPlanAnswer.model_validate(answer.json(), strict=True, extra="forbid")
+    found = answer.json()
+    plan_id, poses = found.pop("plan_id"), found.pop("poses")
+    assert [row[:3] for row in poses] == [[0.0, 0.0, 0.0], [3.0, 4.0, 0.0]]
+    assert poses[1][3:] == [0.0, 0.0, 0.0, 1.0]
+    assert found == {
+        "length": 5.0,
+        "cost": 50.0,
+        "expanded": 2,
+        "seconds": 0.001,
+        "planner": "dijkstra",
+        "origin": "computed",
+        "reused": None,
+        "conditions": {"smooth": False, "bare_map": True, "robot_radius": 0.18},
+        "map": "house",
+        "version": version,
+        "container": "c9",
+        "pid": 4711,
+    }
+    asked = PathRequest((0.0, 0.0, 0.0), (3.0, 4.0, 0.0), "dijkstra", 0.0, 10.0)
+    assert cloud.asked == [("ann", MapVersion("house", version), asked)]
+    kept = (await client.get(f"/v1/plans/{plan_id}", headers=ann)).json()
+    PlanAnswer.model_validate(kept, strict=True, extra="forbid")
+    assert (kept["poses"], kept["user"], kept["goal"]) == (poses, "ann", [3.0, 4.0, 0.0])
+
+
+async def test_all_that_may_be_asked_for_reaches_the_planner(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    body = {"start": [1, 2], "goal": [3, 4, 0.5], "planner": "theta_star", "tolerance": 0.3, "timeout": 2}
+    body |= {"reuse": False, "labels": {"zone": "a"}}
+    assert (await client.post("/v1/maps/house/plans", headers=ann, json=body)).status_code == 201
+    asked = PathRequest((1.0, 2.0, 0.0), (3.0, 4.0, 0.5), "theta_star", 0.3, 2.0, reuse=False, labels={"zone": "a"})
+    assert cloud.asked[0][2] == asked
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        (errors.InvalidPlanner("x"), 422, 201),
+        (errors.PlanTransformError("x"), 422, 202),
+        (errors.StartOutsideMap("x"), 422, 203),
+        (errors.GoalOutsideMap("x"), 422, 204),
+        (errors.StartOccupied("x"), 422, 205),
+        (errors.GoalOccupied("x"), 422, 206),
+        (errors.PlanTimeout("x"), 422, 207),
+        (errors.NoValidPath("x"), 422, 208),
+        (errors.QuotaExceeded("x"), 429, None),
+        (errors.Unavailable("x"), 503, None),
+        (errors.NotFound("planner", "x"), 404, None),
+    ],
+)
+async def test_why_there_is_no_path_is_told(
+    client: httpx.AsyncClient,
+    log_in: LogIn,
+    publish: Publish,
+    cloud: FakeCloud,
+    case: tuple[errors.PPaaSError, int, int | None],
+) -> None:
+    error, status, code = case
+    ann = await log_in("ann")
+    await publish(ann)
+    cloud.error = error
+    answer = await client.post("/v1/maps/house/plans", headers=ann, json=ASKED)
+    assert problem_of(answer, status, error.slug).get("code") == code
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"start": None},
+        {"goal": []},
+        {"goal": [1, 2, 3, 4]},
+        {"goal": [float("nan"), 0]},
+        {"start": [float("-inf"), 0]},
+        {"tolerance": -0.1},
+        {"tolerance": float("nan")},
+        {"timeout": 0},
+        {"timeout": float("inf")},
+        {"planner": ""},
+        {"planner": "x" * 65},
+        {"unknown": 1},
+    ],
+)
+async def test_what_cannot_be_asked_for_never_reaches_a_planner(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud, change: dict[str, Any]
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    # As careless clients write it: Python's JSON has NaN and Infinity.
+    headers = ann | {"Content-Type": "application/json"}
+    answer = await client.post("/v1/maps/house/plans", headers=headers, content=json.dumps(ASKED | change))
+    assert problem_of(answer, 422, "invalid-request")["errors"][0]["where"][1] == next(iter(change))
+    assert cloud.asked == []
+
+
+async def test_a_planner_is_given_so_much_time_at_most(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    answer = await client.post("/v1/maps/house/plans", headers=ann, json=ASKED | {"timeout": 61})
+    assert "60 s" in problem_of(answer, 422, "invalid-parameter")["detail"]
+
+
+async def test_a_map_that_may_not_be_seen_may_not_be_planned_on(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud
+) -> None:
+    ann, bob = await log_in("ann"), await log_in("bob")
+    await publish(ann)
+    problem_of(await client.post("/v1/maps/house/plans", headers=bob, json=ASKED), 404, "not-found")
+    assert cloud.asked == []
+
+
+async def test_a_plan_has_the_rights_of_its_map(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+    ann, bob, carl = await log_in("ann"), await log_in("bob"), await log_in("carl")
+    await publish(ann, readers="bob")
+    plan_id = (await client.post("/v1/maps/house/plans", headers=bob, json=ASKED)).json()["plan_id"]
+    path = f"/v1/plans/{plan_id}"
+    assert (await client.get(path, headers=ann)).json()["user"] == "bob"
+    assert problem_of(await client.get(path, headers=carl), 404, "not-found")["detail"] == f"unknown plan {plan_id!r}"
+    await client.patch("/v1/maps/house", headers=ann, json={"readers": []})
+    assert (await client.get(path, headers=bob)).status_code == 200, "the own"
+    await client.delete("/v1/maps/house", headers=ann)
+    for who in (ann, bob):
+        problem_of(await client.get(path, headers=who), 404, "not-found")
+
+
+async def _in_pieces(body: bytes) -> AsyncIterator[bytes]:
+    for at in range(0, len(body), 7000):
+        yield body[at : at + 7000]
+        yield b""
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        (json.dumps(ASKED).encode(), 201),
+        (json.dumps(ASKED).encode() + b" " * 20_000, 201),
+        (json.dumps(ASKED | {"tolerance": "x" * 20_000}).encode(), 422),
+        (json.dumps(ASKED).encode() + b" " * 20_000 + b"!", 400),
+        (json.dumps(ASKED).encode() + b" " * 100_000, 413),
+    ],
+    ids=["right", "right and long", "of a wrong type", "no JSON", "too large"],
+)
+async def test_a_request_that_comes_in_pieces_is_answered_as_one_that_comes_whole(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, case: tuple[bytes, int]
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    body, status = case
+    headers = ann | {"Content-Type": "application/json"}
+    whole = await client.post("/v1/maps/house/plans", headers=headers, content=body)
+    pieces = await client.post("/v1/maps/house/plans", headers=headers, content=_in_pieces(body))
+    assert (whole.status_code, pieces.status_code) == (status, status)
+    assert status == 201 or pieces.json() == whole.json()
+
+
+async def test_a_path_that_is_kept_already_is_not_kept_anew(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud, services: Services
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    first = (await client.post("/v1/maps/house/plans", headers=ann, json=ASKED)).json()
+    cloud.reused = first["plan_id"]
+    again = (await client.post("/v1/maps/house/plans", headers=ann, json=ASKED | {"tolerance": 1.0})).json()
+    assert (again["origin"], again["reused"], again["plan_id"]) == ("reused", first["plan_id"], first["plan_id"])
+    await services.plan_keeper.settled()
+    assert [plan.id for plan in services.store.plans("house")] == [first["plan_id"]]

@@ -1,0 +1,169 @@
+"""What each user may have, over REST."""
+
+import asyncio
+from collections.abc import Callable
+
+import httpx
+import msgspec
+import pytest
+
+from endpoints.services.services import Services
+from ppaas.errors import QuotaExceeded
+from storage.records import Limits
+from tests.endpoints.conftest import PASSWORD, LogIn, Publish
+from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.endpoints.problems import problem_of
+from tests.support.storage.records import pgm
+
+PATH = {"start": [0.0, 0.0], "goal": [1.0, 1.0]}
+
+
+@pytest.fixture
+def limit(services: Services) -> Callable[..., None]:
+    """Return a call that gives a user limits of the user's own, as it stands in the store."""
+
+    def give(user: str, **limits: float) -> None:
+        changed = msgspec.structs.replace(services.store.user(user), limits=Limits(**limits))  # type: ignore[arg-type]
+        services.store.change_user(changed)
+
+    return give
+
+
+@pytest.mark.parametrize("content_type", ["application/json", "application/json; charset=utf-8"])
+async def test_paths_over_the_rate_are_refused_with_the_time_to_ask_again(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, limit: Callable[..., None], content_type: str
+) -> None:
+    ann = await log_in("ann")
+    limit("ann", plans_per_minute=2)
+    await publish(ann)
+    headers = ann | {"Content-Type": content_type}
+    for _ in range(2):
+        assert (await client.post("/v1/maps/house/plans", headers=headers, json=PATH)).status_code == 201
+    refused = await client.post("/v1/maps/house/plans", headers=headers, json=PATH)
+    told = problem_of(refused, 429, "quota-exceeded")["detail"]
+    assert "'ann' may ask for 2 paths a minute, of which 2 are used" in told and "plans_per_minute" in told
+    assert 25 <= int(refused.headers["retry-after"]) <= 30
+    bob = await log_in("bob")
+    problem_of(await client.post("/v1/maps/house/plans", headers=bob, json=PATH), 404, "not-found")
+
+
+async def test_a_cost_matrix_counts_as_many_paths_as_it_has_starts(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, limit: Callable[..., None]
+) -> None:
+    ann = await log_in("ann")
+    limit("ann", plans_per_minute=5)
+    await publish(ann)
+    matrix = {"starts": [[0.0, 0.0]] * 4, "goals": [[1.0, 1.0]]}
+    assert (await client.post("/v1/maps/house/cost_matrix", headers=ann, json=matrix)).status_code == 200
+    problem_of(await client.post("/v1/maps/house/cost_matrix", headers=ann, json=matrix), 429, "quota-exceeded")
+    assert (await client.post("/v1/maps/house/plans", headers=ann, json=PATH)).status_code == 201
+
+
+async def test_what_no_time_helps_says_no_time(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, limit: Callable[..., None]
+) -> None:
+    ann = await log_in("ann")
+    limit("ann", plans_per_minute=0)
+    await publish(ann)
+    refused = await client.post("/v1/maps/house/plans", headers=ann, json=PATH)
+    problem_of(refused, 429, "quota-exceeded")
+    assert "retry-after" not in refused.headers
+
+
+async def change(
+    client: httpx.AsyncClient, headers: dict[str, str], limits: object, user: str = "ann"
+) -> httpx.Response:
+    return await client.patch(f"/v1/users/{user}", headers=headers, json={"limits": limits})
+
+
+async def test_an_administrator_gives_limits_and_the_user_sees_them_with_what_is_used(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud
+) -> None:
+    admin, ann = await log_in("admin"), await log_in("ann")
+    await publish(ann)
+    cloud.quotas.add("ann", 2, 0.75)
+    assert (await change(client, admin, {"containers": 3, "cores": 0.75})).status_code == 200
+    assert cloud.quota_changes == 1
+    told = (await client.get("/v1/users/me", headers=ann)).json()
+    none = {"robots": None, "maps": None, "plans_per_minute": None}
+    assert told["limits"] == {"containers": 3, "cores": 0.75} | none
+    assert told["quota"] == {"containers": 3, "cores": 0.75, "robots": 1000, "maps": 1000, "plans_per_minute": 120_000}
+    assert told["used"] == {"containers": 2, "cores": 0.75, "robots": 0, "maps": 1, "plans_per_minute": 0}
+    with pytest.raises(QuotaExceeded, match="cores"):
+        cloud.quotas.check_container("ann", 0.25)
+
+
+async def test_null_takes_a_limit_back_or_all_of_them(
+    client: httpx.AsyncClient, log_in: LogIn, services: Services
+) -> None:
+    admin, _ = await log_in("admin"), await log_in("ann")
+    await change(client, admin, {"containers": 3, "maps": 1, "robots": 0})
+    assert (await change(client, admin, {"containers": None})).json()["quota"]["containers"] == 64
+    assert services.store.user("ann").limits == Limits(maps=1, robots=0)
+    await change(client, admin, None)
+    assert services.store.user("ann").limits == Limits()
+
+
+async def test_only_administrators_change_what_users_may_have(client: httpx.AsyncClient, log_in: LogIn) -> None:
+    ann = await log_in("ann")
+    for limits in ({"maps": 5}, {}, None):
+        problem_of(await change(client, ann, limits, "me"), 403, "not-permitted")
+
+
+@pytest.mark.parametrize(
+    "limits",
+    [
+        {"maps": -1},
+        {"maps": 1.5},
+        {"maps": True},
+        {"maps": 10**12},
+        {"cores": -0.5},
+        {"cores": "1"},
+        {"cakes": 1},
+        3,
+        [],
+    ],
+)
+async def test_limits_that_cannot_be_are_refused(client: httpx.AsyncClient, log_in: LogIn, limits: object) -> None:
+    admin, _ = await log_in("admin"), await log_in("ann")
+    problem_of(await change(client, admin, limits), 422, "invalid-request")
+
+
+async def test_a_new_password_keeps_limits_and_limits_keep_the_password(
+    client: httpx.AsyncClient, log_in: LogIn, services: Services
+) -> None:
+    admin, ann = await log_in("admin"), await log_in("ann")
+    new = client.patch("/v1/users/me", headers=ann, json={"password": "battery staple", "old_password": PASSWORD})
+    given, limited = await asyncio.gather(new, change(client, admin, {"maps": 2}))
+    assert (given.status_code, limited.status_code) == (200, 200)
+    assert services.store.user("ann").limits == Limits(maps=2)
+    await services.accounts.login("ann", "battery staple")
+
+
+async def test_a_robot_too_many_is_refused_and_one_that_is_there_may_be_changed(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, limit: Callable[..., None]
+) -> None:
+    ann = await log_in("ann")
+    limit("ann", robots=2)
+    await publish(ann)
+    puts = [client.put(f"/v1/robots/tb{n}", headers=ann, json={"map": "house"}) for n in range(6)]
+    answers = await asyncio.gather(*puts)
+    assert sorted(answer.status_code for answer in answers) == [201, 201, 429, 429, 429, 429]
+    refused = next(answer for answer in answers if answer.status_code == 429)
+    assert "'ann' may have 2 robots and has 2" in problem_of(refused, 429, "quota-exceeded")["detail"]
+    [kept, _] = (await client.get("/v1/robots", headers=ann)).json()["items"]
+    assert (await client.put(f"/v1/robots/{kept['id']}", headers=ann, json={"map": "house"})).status_code == 200
+
+
+async def test_a_map_too_many_is_refused_and_a_new_version_is_not(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, limit: Callable[..., None]
+) -> None:
+    ann, bob = await log_in("ann"), await log_in("bob")
+    limit("ann", maps=1)
+    await publish(bob, "other", readers="*")
+    assert (await publish(ann, "first")).status_code == 201
+    told = problem_of(await publish(ann, "second"), 429, "quota-exceeded")["detail"]
+    assert "'ann' may have 1 maps and has 1" in told
+    assert (await publish(ann, "first", image=pgm(value=0))).status_code == 201
+    await client.delete("/v1/maps/first", headers=ann)
+    assert (await publish(ann, "second")).status_code == 201

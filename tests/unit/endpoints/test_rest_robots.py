@@ -1,0 +1,240 @@
+"""Robots, machines and containers over REST."""
+
+import json
+from typing import Any
+
+import httpx
+import pytest
+
+from endpoints.services.services import Services
+from tests.endpoints.conftest import LogIn, Publish
+from tests.support.endpoints.fake_cloud import FakeCloud, container
+from tests.support.endpoints.problems import problem_of
+from tests.support.storage.records import clone
+
+FILE: dict[str, Any] = {
+    "map": "house",
+    "model": "turtlebot2",
+    "initial_pose": [1.0, 2, 0.5],
+    "cores": 0.25,
+    "base_global_planner": "dijkstra",
+    "base_local_planner": "dwa",
+    "parameters": {"DWAPlannerROS": {"max_vel_x": 0.26, "holonomic": False}},
+    "description": "Carries trays on the second floor",
+    "properties": {"serial": "TB-0042", "battery": {"cells": 4, "capacity": 2.2}, "sensors": ["rgbd", None]},
+    "labels": {"zone": "hall-2"},
+}
+
+
+async def test_a_robot_is_kept_as_its_file_says(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    answer = await client.put("/v1/robots/tb1", headers=ann, json=FILE)
+    assert (answer.status_code, answer.json()) == (201, FILE | {"id": "tb1", "user": "ann"})
+    assert (await client.get("/v1/robots/tb1", headers=ann)).json() == answer.json() | {"urdf": None}
+    assert (await client.get("/v1/robots", headers=ann)).json() == {"items": [answer.json()], "next": None}
+
+
+async def test_only_the_map_must_be_told(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    answer = await client.put("/v1/robots/tb1", headers=ann, json={"map": "house"})
+    defaults = {"model": "turtlebot2", "initial_pose": [0.0, 0.0, 0.0], "cores": 1.0, "parameters": {}}
+    defaults |= {"description": "", "properties": {}, "labels": {}}
+    assert answer.json() == FILE | defaults | {"id": "tb1", "user": "ann"}
+
+
+async def test_a_robot_may_ask_for_machines_with_labels(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    asks = {"map": "house", "labels": {"zone": "a", "gpu": "yes"}}
+    assert (await client.put("/v1/robots/tb1", headers=ann, json=asks)).json()["labels"] == asks["labels"]
+    changed = await client.patch("/v1/robots/tb1", headers=ann, json={"labels": {"gpu": None}})
+    assert changed.json()["labels"] == {"zone": "a"}
+    for labels in ({"a b": "c"}, {"zone": ""}, {"zone": 1}, ["zone"]):
+        answer = await client.put("/v1/robots/tb1", headers=ann, json={"map": "house", "labels": labels})
+        problem_of(answer, 422, "invalid-request")
+
+
+async def test_users_have_their_own_robots(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+    ann, bob = await log_in("ann"), await log_in("bob")
+    await publish(ann, readers="bob")
+    await client.put("/v1/robots/tb1", headers=ann, json=FILE)
+    problem_of(await client.get("/v1/robots/tb1", headers=bob), 404, "not-found")
+    await client.put("/v1/robots/tb1", headers=bob, json=FILE | {"cores": 2})
+    assert (await client.get("/v1/robots/tb1", headers=ann)).json()["cores"] == 0.25
+    assert (await client.delete("/v1/robots/tb1", headers=bob)).status_code == 204
+    assert [r["user"] for r in (await client.get("/v1/robots", headers=ann)).json()["items"]] == ["ann"]
+
+
+@pytest.mark.parametrize("map_id", ["nowhere", "secret"])
+async def test_a_robot_needs_a_map_that_its_user_may_see(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, map_id: str
+) -> None:
+    await publish(await log_in("bob"), "secret")
+    answer = await client.put("/v1/robots/tb1", headers=await log_in("ann"), json={"map": map_id})
+    assert problem_of(answer, 404, "not-found")["detail"] == f"unknown map {map_id!r}"
+
+
+async def test_the_masks_that_a_file_names_must_be_there_when_it_is_put(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    await publish(await log_in("bob"), "bobs")
+    await client.put("/v1/robots/tb1", headers=ann, json=FILE)
+    before = services.store.robots("ann")
+    for parameters, told in (
+        ({"keepout_filter": {"filter_mask": "nowhere"}}, "keepout_filter: the mask 'nowhere' is no map here"),
+        ({"speed_filter": {"filter_mask": "bobs"}}, "speed_filter: the mask 'bobs' is no map here"),
+        ({"speed_filter": {"type": 3}}, "speed_filter"),
+    ):
+        put = await client.put("/v1/robots/tb1", headers=ann, json=FILE | {"parameters": parameters})
+        patched = await client.patch("/v1/robots/tb1", headers=ann, json={"parameters": parameters})
+        for answer in (put, patched):
+            assert told in problem_of(answer, 422, "invalid-parameter")["detail"]
+    assert services.store.robots("ann") == before
+
+
+async def test_a_robot_whose_mask_is_gone_can_be_changed_in_all_else(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    await publish(ann, "kept")
+    masked = {"map": "house", "parameters": {"keepout_filter": {"filter_mask": "kept"}}}
+    assert (await client.put("/v1/robots/tb1", headers=ann, json=masked)).status_code == 201
+    assert (await client.delete("/v1/maps/kept", headers=ann)).status_code == 204
+    assert (await client.patch("/v1/robots/tb1", headers=ann, json={"cores": 0.5})).status_code == 200
+    unmasked = {"parameters": {"keepout_filter": {"enabled": False}}}
+    assert (await client.patch("/v1/robots/tb1", headers=ann, json=unmasked)).status_code == 200
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"map": None},
+        {"initial_pose": [1.0]},
+        {"initial_pose": [1, 2, 3, 4]},
+        {"initial_pose": ["1", 2]},
+        {"initial_pose": [True, 2]},
+        {"initial_pose": [float("nan"), 0.0]},
+        {"initial_pose": [0.0, float("inf")]},
+        {"cores": 0},
+        {"cores": -1},
+        {"cores": float("inf")},
+        {"cores": "two"},
+        {"cores": 1e9},
+        {"model": "x" * 65},
+        {"parameters": []},
+        {"parameters": {"x": float("nan")}},
+        {"parameters": {"x": ["y" * 70_000]}},
+        {"paramters": {}},
+        {"description": "x" * 1001},
+        {"description": 5},
+        {"properties": []},
+        {"properties": {"x": float("inf")}},
+        {"properties": {"x": ["y" * 70_000]}},
+    ],
+)
+async def test_a_file_that_is_wrong_is_refused_and_the_robot_stays(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services, change: dict[str, Any]
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    await client.put("/v1/robots/tb1", headers=ann, json=FILE)
+    before = services.store.robots("ann")
+    content = json_with_nan(FILE | change)
+    answer = await client.put("/v1/robots/tb1", headers=ann | {"Content-Type": "application/json"}, content=content)
+    if len(content) > services.settings.max_body:
+        problem_of(answer, 413, "message-too-large")
+    else:
+        fault = problem_of(answer, 422, "invalid-request")["errors"][0]
+        assert fault["where"][:2] == ["body", next(iter(change))]
+    assert services.store.robots("ann") == before
+
+
+def json_with_nan(value: object) -> str:
+    """Return JSON as careless clients write it."""
+    return json.dumps(value)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"{", b"\x00\xff\xfe", b"null", b"[" * 50_000, b'{"map": "\\ud800"}', b'{"\\ud800": 1}', b'{"map": 1e999}'],
+)
+async def test_rubbish_for_a_body_is_a_problem(client: httpx.AsyncClient, log_in: LogIn, content: bytes) -> None:
+    headers = await log_in("ann") | {"Content-Type": "application/json"}
+    answer = await client.put("/v1/robots/tb1", headers=headers, content=content)
+    assert answer.status_code in (400, 422)
+    assert answer.headers["content-type"] == "application/problem+json"
+
+
+@pytest.mark.parametrize("name", ["parameters", "properties"])
+@pytest.mark.parametrize("value", [{"x": 1 << 70}, {"x": "\ud800"}])
+async def test_parameters_that_cannot_be_kept_are_told(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, name: str, value: dict[str, Any]
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    headers = ann | {"Content-Type": "application/json"}
+    content = json_with_nan(FILE | {name: value})
+    answer = await client.put("/v1/robots/tb1", headers=headers, content=content)
+    assert "cannot be kept" in problem_of(answer, 400, "invalid-input")["detail"]
+
+
+async def test_a_robot_id_that_is_no_name_is_refused(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    refused = await client.put("/v1/robots/a%20b", headers=ann, json=FILE)
+    assert problem_of(refused, 422, "invalid-request")["errors"][0]["where"] == ["path", "robot_id"]
+
+
+async def test_a_robot_that_is_connected_is_kept(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud, services: Services
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    await client.put("/v1/robots/tb1", headers=ann, json=FILE)
+    services.store.save_clone(clone("tb1"))
+    cloud.running = [container("c1")]
+    problem_of(await client.delete("/v1/robots/tb1", headers=ann), 409, "conflict")
+    cloud.running = [container("c1", user="bob")]
+    assert (await client.delete("/v1/robots/tb1", headers=ann)).status_code == 204
+    problem_of(await client.delete("/v1/robots/tb1", headers=ann), 404, "not-found")
+
+
+async def test_users_see_their_containers_and_admins_all(
+    client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud
+) -> None:
+    cloud.running = [
+        container("c1", pss=5 << 20, ready_seconds=0.05, cpu=0.25, age=90.0, clients=1),
+        container("c2", user="bob", robot=None, kind="planning"),
+    ]
+    seen = {}
+    for user in ("ann", "bob", "carl", "admin"):
+        answer = await client.get("/v1/containers", headers=await log_in(user))
+        seen[user] = [c["id"] for c in answer.json()["items"]]
+    assert seen == {"ann": ["c1"], "bob": ["c2"], "carl": [], "admin": ["c1", "c2"]}
+    first = (await client.get("/v1/containers", headers=await log_in("ann"))).json()["items"][0]
+    assert first == {
+        "id": "c1",
+        "kind": "robot",
+        "user": "ann",
+        "robot": "tb1",
+        "map": {"id": "house", "version": "v"},
+        "machine": "m1",
+        "cores": 1.0,
+        "state": "ready",
+        "pid": 42,
+        "pss": 5 << 20,
+        "ready_seconds": 0.05,
+        "cpu": 0.25,
+        "age": 90.0,
+        "clients": 1,
+        "round_trip": None,
+    }

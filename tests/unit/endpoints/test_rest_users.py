@@ -1,0 +1,122 @@
+"""Tokens and users over REST."""
+
+import httpx
+import pytest
+
+from endpoints.services.services import Services
+from tests.endpoints.conftest import PASSWORD, LogIn, Publish
+from tests.support.endpoints.fake_cloud import FakeCloud, container
+from tests.support.endpoints.problems import problem_of
+
+
+async def test_a_login_gives_a_token_that_is_not_cached(client: httpx.AsyncClient, services: Services) -> None:
+    await services.accounts.register("ann", PASSWORD)
+    answer = await client.post("/v1/tokens", json={"user": "ann", "password": PASSWORD})
+    assert answer.status_code == 201
+    assert answer.headers["cache-control"] == "no-store"
+    assert answer.json()["expires"] == 1_000_000.0 + 30 * 24 * 3600
+    me = await client.get("/v1/users/me", headers={"Authorization": f"bearer {answer.json()['token']}"})
+    assert (me.json()["id"], me.json()["role"]) == ("ann", "user")
+
+
+async def test_a_token_may_stand_in_the_url(client: httpx.AsyncClient, log_in: LogIn) -> None:
+    token = (await log_in("ann"))["Authorization"].split()[1]
+    assert (await client.get("/v1/users/me", params={"token": token})).json()["id"] == "ann"
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [{}, {"Authorization": "Bearer"}, {"Authorization": "Bearer x"}, {"Authorization": "Basic YTpi"}],
+)
+@pytest.mark.parametrize(
+    ("method", "path"),
+    [
+        ("GET", "/v1/users/me"),
+        ("GET", "/v1/users"),
+        ("DELETE", "/v1/users/ann"),
+        ("GET", "/v1/maps"),
+        ("POST", "/v1/maps"),
+        ("GET", "/v1/maps/house"),
+        ("GET", "/v1/maps/house/yaml"),
+        ("GET", "/v1/maps/house/image"),
+        ("DELETE", "/v1/maps/house"),
+        ("GET", "/v1/robots"),
+        ("DELETE", "/v1/robots/tb1"),
+        ("GET", "/v1/plans/x"),
+        ("GET", "/v1/machines"),
+        ("GET", "/v1/containers"),
+    ],
+)
+async def test_without_a_good_token_nothing_is_told(
+    client: httpx.AsyncClient, method: str, path: str, headers: dict[str, str]
+) -> None:
+    answer = await client.request(method, path, headers=headers)
+    problem_of(answer, 401, "not-authenticated")
+    assert answer.headers["www-authenticate"].startswith("Bearer")
+
+
+async def test_a_wrong_password_is_a_problem_that_does_not_repeat_it(
+    client: httpx.AsyncClient, services: Services
+) -> None:
+    await services.accounts.register("ann", PASSWORD)
+    answer = await client.post("/v1/tokens", json={"user": "ann", "password": "secret-but-wrong"})
+    problem_of(answer, 401, "not-authenticated")
+    refused = await client.post("/v1/tokens", json={"user": "ann", "password": ["secret-but-wrong"]})
+    problem_of(refused, 422, "invalid-request")
+    assert "secret" not in answer.text + refused.text
+
+
+async def test_an_admin_makes_lists_and_removes_users(client: httpx.AsyncClient, log_in: LogIn) -> None:
+    admin = await log_in("admin")
+    made = await client.post("/v1/users", headers=admin, json={"id": "ann", "password": PASSWORD})
+    assert (made.status_code, made.json()) == (201, {"id": "ann", "role": "user"})
+    listed = await client.get("/v1/users", headers=admin)
+    assert listed.json()["items"] == [{"id": "admin", "role": "admin"}, {"id": "ann", "role": "user"}]
+    ann = await log_in("ann")
+    assert (await client.delete("/v1/users/ann", headers=admin)).status_code == 204
+    problem_of(await client.get("/v1/users/me", headers=ann), 401, "not-authenticated")
+    problem_of(await client.delete("/v1/users/ann", headers=admin), 404, "not-found")
+
+
+async def test_what_is_for_admins_is_for_nobody_else(client: httpx.AsyncClient, log_in: LogIn) -> None:
+    ann = await log_in("ann")
+    new = {"id": "bob", "password": PASSWORD, "role": "admin"}
+    problem_of(await client.post("/v1/users", headers=ann, json=new), 403, "not-permitted")
+    for path in ("/v1/users", "/v1/machines"):
+        problem_of(await client.get(path, headers=ann), 403, "not-permitted")
+    problem_of(await client.delete("/v1/users/ann", headers=ann), 403, "not-permitted")
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ({"id": "ann", "password": "short"}, (422, "invalid-request")),
+        ({"id": "", "password": PASSWORD}, (422, "invalid-request")),
+        ({"id": "../x", "password": PASSWORD}, (422, "invalid-request")),
+        ({"id": "me", "password": PASSWORD}, (400, "invalid-input")),
+        ({"id": "ann", "password": PASSWORD, "role": "king"}, (422, "invalid-request")),
+        ({"id": "ann", "password": PASSWORD, "rolle": "admin"}, (422, "invalid-request")),
+        ({"id": "admin", "password": PASSWORD}, (409, "conflict")),
+        ([], (422, "invalid-request")),
+    ],
+)
+async def test_a_user_who_cannot_be_made_is_told_why(
+    client: httpx.AsyncClient, log_in: LogIn, services: Services, body: object, expected: tuple[int, str]
+) -> None:
+    problem_of(await client.post("/v1/users", headers=await log_in("admin"), json=body), *expected)
+    assert [user.id for user in services.store.users()] == ["admin"]
+
+
+async def test_a_user_whose_maps_or_robots_are_in_use_is_kept(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, cloud: FakeCloud
+) -> None:
+    admin, ann = await log_in("admin"), await log_in("ann")
+    await publish(ann)
+    kept = problem_of(await client.delete("/v1/users/ann", headers=admin), 409, "conflict")
+    assert "house" in kept["detail"]
+    await client.delete("/v1/maps/house", headers=ann)
+    cloud.running = [container("c1")]
+    problem_of(await client.delete("/v1/users/ann", headers=admin), 409, "conflict")
+    cloud.running = []
+    assert (await client.delete("/v1/users/ann", headers=admin)).status_code == 204
+    problem_of(await client.delete("/v1/users/admin", headers=admin), 409, "conflict")

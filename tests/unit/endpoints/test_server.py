@@ -1,0 +1,67 @@
+"""What the server needs before it serves, and the whole process from its start to its clean stop."""
+
+import json
+import signal
+import stat
+from pathlib import Path
+
+import pytest
+
+from endpoints.server import admin_password
+from ppaas.errors import InvalidInput
+from tests.support.cloud.up_process import Up
+
+
+def test_a_password_is_made_once_and_for_this_user_alone(tmp_path: Path) -> None:
+    made = admin_password(tmp_path / "password")
+    assert len(made) >= 16
+    assert admin_password(tmp_path / "password") == made
+    assert stat.S_IMODE((tmp_path / "password").stat().st_mode) == 0o600
+
+
+def test_a_password_that_is_there_is_taken(tmp_path: Path) -> None:
+    (tmp_path / "password").write_text("correct horse\n")
+    assert admin_password(tmp_path / "password") == "correct horse"
+
+
+def test_a_file_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="password file"):
+        admin_password(tmp_path / "nowhere" / "password")
+
+
+@pytest.mark.parametrize(
+    ("moment", "number"), [("engine.agent.agent", signal.SIGTERM), ("engine.fabric.router", signal.SIGINT)]
+)
+def test_a_signal_while_the_cloud_starts_ends_it_cleanly(tmp_path: Path, moment: str, number: int) -> None:
+    up = Up(tmp_path)
+    up.wait_for(lambda: up.children(moment))
+    assert up.end(number) == 0
+    assert not up.ready.exists()
+    assert "Traceback" not in up.log.read_text()
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_to_a_cloud_that_serves_ends_it_cleanly(tmp_path: Path, number: int) -> None:
+    up = Up(tmp_path)
+    up.wait_for(up.ready.exists)
+    ready = json.loads(up.ready.read_text())
+    assert ready["pid"] == up.process.pid
+    assert ready["url"].startswith("http://127.0.0.1:")
+    assert ready["admin_user"] == "admin"
+    assert stat.S_IMODE((up.folder / "data" / "admin-password").stat().st_mode) == 0o600
+    assert up.end(number) == 0
+    assert "Traceback" not in up.log.read_text()
+
+
+def test_what_keeps_it_from_starting_is_one_line_and_nothing_is_left(tmp_path: Path) -> None:
+    up = Up(tmp_path, "--store", "nowhere://")
+    assert up.wait() == 1
+    assert up.log.read_text().startswith("ppaas: ")
+    assert len(up.log.read_text().splitlines()) == 1
+
+
+def test_a_ready_file_that_cannot_be_written_ends_it_with_a_reason_and_nothing_is_left(tmp_path: Path) -> None:
+    up = Up(tmp_path, "--ready-file", str(tmp_path / "nowhere" / "ready.json"))
+    assert up.wait() == 1
+    assert "the ready file cannot be written" in up.log.read_text()
+    assert "Traceback" not in up.log.read_text()

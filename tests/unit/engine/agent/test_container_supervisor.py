@@ -1,0 +1,368 @@
+"""The containers of a machine, with a runtime and a builder of maps in the hands of the test."""
+
+import asyncio
+import os
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from engine.agent.container_gateway import Gate
+from engine.agent.container_supervisor import Hosting
+from engine.agent.map_cache import MapCache
+from engine.protocols import control_link, machine_link
+from engine.protocols.robot_link import Refusal
+from engine.specs.containers import ContainerSpec, LayerSpec, MapVersion
+from ppaas.errors import InvalidMap, NotFound, Unavailable
+from ppaas.robot_model.describe import describe
+from ppaas.robot_model.known_models import robot_model
+from storage.memory.store import MemoryStore
+from tests.support.engine.engine_links import dial_gate, receive
+from tests.support.engine.fake_fabric import FakeFabric
+from tests.support.engine.fake_runtime import FakeRuntime
+from tests.support.engine.specs import planning_spec, robot_config, robot_spec
+from tests.support.storage import records
+from tests.support.waiting import until
+from tests.support.world.urdf import example
+
+HOUSE = MapVersion("house", records.house().version)
+
+
+class Building:
+    """Builds layers when it is let, and fails as it is told."""
+
+    def __init__(self) -> None:
+        self.specs: list[LayerSpec] = []
+        self.error: Exception | None = None
+        self.go = asyncio.Event()
+        self.go.set()
+
+    @property
+    def radii(self) -> list[float]:
+        return [spec.robot_radius for spec in self.specs]
+
+    async def __call__(self, spec: LayerSpec, folder: Path) -> None:
+        self.specs.append(spec)
+        await self.go.wait()
+        if self.error is not None:
+            raise self.error
+        (folder / "layers").write_text(spec.map.version)
+
+
+class Host:
+    """A machine with four CPUs."""
+
+    def __init__(self, folder: Path) -> None:
+        self.runtime = FakeRuntime()
+        self.building = Building()
+        self.gate = Gate(folder / "gate.sock", MemoryStore(), FakeFabric())
+        self.cache = MapCache(folder / "maps", build=self.building, spare=0)
+        self.news: list[msgspec.Struct] = []
+        self.hosting = Hosting(
+            runtime=self.runtime,
+            gate=self.gate,
+            cache=self.cache,
+            cpus=(0, 1, 2, 3),
+            tell=self.news.append,
+        )
+
+    def start(self, spec: ContainerSpec) -> None:
+        self.hosting.start(control_link.StartContainer(spec, "secret", "link.sock"))
+
+    async def told(self, event: msgspec.Struct) -> None:
+        await until(lambda: event in self.news)
+
+    def assert_forgotten(self) -> None:
+        """Make sure that nothing is known of any container, and that no map is kept for one."""
+        assert self.hosting._hosted == {}
+        assert self.gate.awaited == 0
+        assert dict(self.cache._users) == {}
+
+
+@pytest.fixture
+async def host(tmp_path: Path) -> AsyncIterator[Host]:
+    made = Host(tmp_path)
+    yield made
+    await made.hosting.close()
+    made.assert_forgotten()
+
+
+def launched(container: str = "c1") -> control_link.Launched:
+    return control_link.Launched(container, os.getpid())
+
+
+def spec(container: str = "c1", cores: float = 1.0) -> ContainerSpec:
+    return robot_spec(container, version=HOUSE, cores=cores)
+
+
+def small_spec(container: str) -> ContainerSpec:
+    return ContainerSpec(container, "ann", HOUSE, 1.0, robot_config(model="turtlebot3_burger"))
+
+
+async def test_a_container_is_launched_with_what_it_needs_and_watched_to_its_end(host: Host) -> None:
+    host.start(spec())
+    await host.told(launched("c1"))
+    (launch,) = host.runtime.launches
+    assert (launch.spec, launch.link, launch.secret) == (spec(), "link.sock", "secret")
+    assert launch.machine == str(host.gate.path)
+    assert (Path(launch.layers) / "layers").read_text() == HOUSE.version
+    assert host.gate.awaited == 1
+    host.runtime.processes["c1"].end(3)
+    await host.told(control_link.Exited("c1", 3))
+    host.assert_forgotten()
+
+
+async def test_a_container_is_held_to_another_size_on_the_cpus_that_others_leave(host: Host) -> None:
+    host.start(spec("c1"))
+    await host.told(launched("c1"))
+    host.start(spec("c2"))
+    await host.told(launched("c2"))
+    host.hosting.resize(control_link.ResizeContainer("c1", 2.5))
+    resized = host.runtime.processes["c1"].launch
+    assert (resized.spec.cores, resized.cpus, resized.threads) == (2.5, (0, 2, 3), 2)
+    host.start(spec("c3"))
+    await host.told(launched("c3"))
+    assert host.runtime.processes["c3"].launch.cpus == (0,), "the CPU of which least is given away now"
+    host.hosting.resize(control_link.ResizeContainer("c9", 1.0))
+
+
+async def test_layers_are_inflated_for_the_robot_or_for_the_usual_one(host: Host) -> None:
+    host.start(small_spec("c1"))
+    await host.told(launched("c1"))
+    host.start(planning_spec("p1", version=HOUSE))
+    await host.told(launched("p1"))
+    assert host.building.radii == [robot_model(model).robot_radius for model in ("turtlebot3_burger", "turtlebot2")]
+
+
+async def test_layers_are_inflated_for_what_the_urdf_or_the_parameters_of_a_robot_say(host: Host) -> None:
+    told = describe(example("turtlebot3_waffle"))
+    described = robot_config(urdf=told)
+    own = robot_config(urdf=told, parameters={"global_costmap": {"robot_radius": 0.3}})
+    for number, config in enumerate((described, own)):
+        host.start(ContainerSpec(f"c{number}", "ann", HOUSE, 1.0, config))
+        await host.told(launched(f"c{number}"))
+    assert host.building.radii == [0.238, 0.3]
+
+
+async def test_the_masks_of_a_robot_lie_on_its_layers_and_on_no_others(host: Host) -> None:
+    masks = {"keepout_filter": MapVersion("kept", "v1")}
+    newer = {"keepout_filter": MapVersion("kept", "v2")}
+    for number, own in enumerate((masks, {}, newer, masks)):
+        host.start(ContainerSpec(f"c{number}", "ann", HOUSE, 1.0, robot_config(masks=own)))
+        await host.told(launched(f"c{number}"))
+    assert [spec.masks for spec in host.building.specs] == [masks, {}, newer]
+    folders = [launch.layers for launch in host.runtime.launches]
+    assert len(set(folders)) == 3
+    assert folders[0] == folders[3]
+
+
+async def test_layers_know_the_height_of_a_robot_whose_map_has_an_octomap(host: Host) -> None:
+    given: list[dict[str, Any]] = [
+        {"in_space": True},
+        {"in_space": False},
+        {"in_space": True, "urdf": describe(example("turtlebot2"))},
+        {"in_space": True, "parameters": {"voxel_layer": {"min_obstacle_height": 0.1, "max_obstacle_height": 1.2}}},
+        {"in_space": True, "parameters": {"voxel_layer": {"enabled": False}}},
+    ]
+    for number, fields in enumerate(given):
+        host.start(ContainerSpec(f"c{number}", "ann", HOUSE, 1.0, robot_config(**fields)))
+        await host.told(launched(f"c{number}"))
+    heights = [spec.heights for spec in host.building.specs]
+    assert heights == [(None, 0.42), None, (None, pytest.approx(0.4602)), (0.1, 1.2)]
+    folders = [launch.layers for launch in host.runtime.launches]
+    assert len(set(folders)) == 4
+    assert folders[1] == folders[4]
+
+
+async def test_a_container_whose_robot_has_a_footprint_that_is_none_is_refused(host: Host) -> None:
+    bad = robot_config(parameters={"global_costmap": {"footprint": [[0, 0]]}})
+    host.start(ContainerSpec("c1", "ann", HOUSE, 1.0, bad))
+    refusal = Refusal("invalid-parameter", "footprint must be a list of three corners x, y [m] or more")
+    await host.told(control_link.LaunchFailed("c1", refusal))
+
+
+async def test_containers_are_spread_over_the_cpus_and_room_is_given_back(host: Host) -> None:
+    for number in range(4):
+        host.start(spec(f"c{number}"))
+        await host.told(launched(f"c{number}"))
+    assert [launch.cpus for launch in host.runtime.launches] == [(n,) for n in range(4)]
+    host.runtime.processes["c2"].end(0)
+    await host.told(control_link.Exited("c2", 0))
+    host.start(spec("c4"))
+    await host.told(launched("c4"))
+    assert host.runtime.launches[-1].cpus == (2,)
+    host.start(spec("c5", cores=2.5))
+    await host.told(launched("c5"))
+    last = host.runtime.launches[-1]
+    assert last.cpus == (0, 1, 2)
+    assert last.threads == 2
+
+
+async def test_containers_that_are_launched_at_once_are_spread_too(host: Host) -> None:
+    host.runtime.go.clear()
+    for number in range(4):
+        host.start(spec(f"c{number}"))
+    await until(lambda: len(host.runtime.launches) == 4)
+    assert sorted(launch.cpus for launch in host.runtime.launches) == [(0,), (1,), (2,), (3,)]
+    host.runtime.go.set()
+
+
+@pytest.mark.parametrize(
+    ("error", "slug"),
+    [(Unavailable("no room"), "unavailable"), (OSError(24, "too many open files"), "error")],
+    ids=["known", "unknown"],
+)
+async def test_a_launch_that_fails_is_told_and_leaves_nothing_behind(host: Host, error: Exception, slug: str) -> None:
+    host.runtime.error = error
+    host.start(spec())
+    await until(lambda: host.news)
+    (failed,) = host.news
+    assert isinstance(failed, control_link.LaunchFailed)
+    assert failed.refusal.slug == slug
+    host.assert_forgotten()
+
+
+async def test_a_map_that_cannot_be_built_is_told(host: Host) -> None:
+    host.building.error = InvalidMap("not square")
+    host.start(spec())
+    await host.told(control_link.LaunchFailed("c1", Refusal("invalid-map", "not square")))
+    host.assert_forgotten()
+
+
+async def test_a_map_that_is_not_there_any_more_is_told(host: Host) -> None:
+    host.building.error = NotFound("map", "house")
+    host.start(spec())
+    await host.told(control_link.LaunchFailed("c1", Refusal("not-found", "unknown map 'house'")))
+    host.assert_forgotten()
+    assert host.runtime.launches == []
+
+
+async def test_a_size_that_the_machine_has_not_is_told(host: Host) -> None:
+    host.start(spec(cores=5.0))
+    await until(lambda: host.news)
+    (failed,) = host.news
+    assert isinstance(failed, control_link.LaunchFailed)
+    assert failed.refusal.slug == "quota-exceeded"
+    host.assert_forgotten()
+
+
+async def test_a_container_stopped_while_its_map_is_built_never_runs(host: Host) -> None:
+    host.building.go.clear()
+    host.start(spec())
+    await until(lambda: host.building.radii)
+    host.hosting.stop(control_link.StopContainer("c1"))
+    host.building.go.set()
+    await until(lambda: host.news)
+    assert isinstance(host.news[0], control_link.LaunchFailed)
+    assert host.runtime.launches == []
+    host.assert_forgotten()
+
+
+async def test_a_container_stopped_while_it_is_launched_is_killed_as_soon_as_it_runs(host: Host) -> None:
+    host.runtime.go.clear()
+    host.start(spec())
+    await until(lambda: host.runtime.launches)
+    host.hosting.stop(control_link.StopContainer("c1"))
+    host.runtime.go.set()
+    await host.told(control_link.Exited("c1", -9))
+    host.assert_forgotten()
+
+
+async def test_a_container_that_stays_is_killed_and_not_before_its_time(host: Host) -> None:
+    host.start(spec())
+    await host.told(launched())
+    host.hosting.stop(control_link.StopContainer("c1", grace=0.05))
+    assert not host.runtime.processes["c1"].killed
+    await host.told(control_link.Exited("c1", -9))
+
+
+async def test_a_container_that_goes_by_itself_while_it_is_stopped_is_told_as_it_went(host: Host) -> None:
+    host.start(spec())
+    await host.told(launched())
+    host.hosting.stop(control_link.StopContainer("c1", grace=0.05))
+    host.runtime.processes["c1"].end(0)
+    await host.told(control_link.Exited("c1", 0))
+    await until(lambda: host.runtime.processes["c1"].killed)  # which does nothing to what is gone
+    assert [event for event in host.news if isinstance(event, control_link.Exited)] == [control_link.Exited("c1", 0)]
+
+
+async def test_stopping_what_nobody_knows_changes_nothing(host: Host) -> None:
+    host.hosting.stop(control_link.StopContainer("c99"))
+    assert host.hosting._hosted == {}
+
+
+async def test_a_map_is_kept_while_any_of_its_containers_lives(host: Host) -> None:
+    for name in ("c1", "c2"):
+        host.start(spec(name))
+        await host.told(launched(name))
+    layers = Path(host.runtime.launches[0].layers)
+    host.runtime.processes["c1"].end(0)
+    await host.told(control_link.Exited("c1", 0))
+    assert (layers / "layers").exists()
+    host.runtime.processes["c2"].end(0)
+    await host.told(control_link.Exited("c2", 0))
+    await until(lambda: not layers.exists())
+
+
+async def test_loads_are_those_of_what_runs_now(host: Host) -> None:
+    assert host.hosting.loads() == []
+    host.start(spec())
+    await host.told(launched())
+    host.runtime.go.clear()
+    host.start(spec("c2"))
+    (load,) = host.hosting.loads()
+    assert load.container == "c1"
+    assert load.cpu > 0.0
+    assert load.pss > 1 << 20
+    host.runtime.processes["c1"].pid = 2**22 + 1  # no such process
+    assert host.hosting.loads() == []
+
+
+async def test_closing_ends_what_runs_and_starts_nothing_more(tmp_path: Path) -> None:
+    host = Host(tmp_path)
+    host.start(spec())
+    await host.told(launched())
+    host.building.go.clear()
+    host.start(small_spec("c2"))
+    host.start(planning_spec("p1", version=HOUSE))
+    await asyncio.sleep(0)
+    async with asyncio.timeout(10):
+        await host.hosting.close()
+    assert host.runtime.processes["c1"].killed
+    assert host.runtime.closed
+    host.assert_forgotten()
+    host.cache.remove_all()
+
+
+async def test_what_runs_is_told_as_it_was_ordered_and_what_is_not_to_be_kept_ends(host: Host) -> None:
+    spec = msgspec.structs.replace(robot_spec("c1", version=HOUSE), checkpoint={"amcl": b"{}"})
+    host.start(spec)
+    host.start(robot_spec("c2", robot="tb2", version=HOUSE))
+    host.start(planning_spec("p1", version=HOUSE))
+    await until(lambda: len(host.runtime.processes) == 3)
+    host.hosting.resize(control_link.ResizeContainer("c1", 2.0))
+    host.runtime.go.clear()
+    host.start(robot_spec("c3", robot="tb3", version=HOUSE))
+    await until(lambda: len(host.runtime.launches) == 4)
+    first, second = host.hosting.carried()
+    assert first == control_link.Carried(msgspec.structs.replace(spec, checkpoint={}), 2.0, "secret", os.getpid())
+    assert second.spec.id == "c2", "and neither what only plans nor what is still to be started"
+    host.hosting.keep_only({"c1"})
+    host.runtime.go.set()
+    for ended in ("c2", "c3", "p1"):
+        await host.told(control_link.Exited(ended, -9))
+    assert [carried.spec.id for carried in host.hosting.carried()] == ["c1"]
+    await host.gate.start()
+    attached = await dial_gate(host.gate.path)
+    attached.write(machine_link.Attach("c1", "secret"))
+    await until(lambda: host.gate.awaited == 0)
+    host.hosting.endpoint_came()
+    assert host.runtime.processes["c1"].told_of_endpoints == 1
+    assert await receive(attached) == machine_link.EndpointCame()
+    await attached.close()
+    await host.gate.close()
+    host.runtime.processes["c1"].end(0)
+    await host.told(control_link.Exited("c1", 0))
+    host.assert_forgotten()

@@ -1,0 +1,391 @@
+import asyncio
+import math
+import resource
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from engine.agent.layer_builder import GridFiles, LayerBuilder, build_here
+from engine.agent.map_cache import Builder, MapCache
+from engine.container.shared_indexes import SharedIndexes
+from engine.specs.containers import LayerSpec, MapVersion
+from engine.specs.layer_files import open_layers
+from ppaas.costmap.build_layers import build_layers
+from ppaas.errors import InvalidMap, InvalidParameter, InvalidPlanner, NotFound, Unavailable
+from ppaas.maps.formats.map_files import load_map
+from ppaas.planners.hub_labels.planner import HubLabels
+from tests.support.sources import ROOT
+from tests.support.storage.records import YAML, GivenMap, found_map, house, kept, pgm, put_map
+
+
+class Building:
+    """Builds by writing one file, when it is let."""
+
+    def __init__(self):
+        self.built: list[str] = []
+        self.failures: list[BaseException] = []
+        self.go = asyncio.Event()
+        self.go.set()
+
+    async def __call__(self, spec: LayerSpec, folder: Path) -> None:
+        await self.go.wait()
+        if self.failures:
+            raise self.failures.pop()
+        self.built.append(spec.map.id)
+        (folder / "layers").write_text(f"{spec.map.version} {spec.robot_radius}")
+
+
+@pytest.fixture
+def building() -> Building:
+    return Building()
+
+
+@pytest.fixture
+def cache(tmp_path, building) -> MapCache:
+    return MapCache(tmp_path / "shm", build=building, spare=2)
+
+
+class Indexing:
+    """Makes indexes by writing one file, when it is let."""
+
+    def __init__(self):
+        self.made: list[str] = []
+        self.failures: list[BaseException] = []
+        self.go = asyncio.Event()
+        self.go.set()
+
+    async def __call__(self, folder: Path, planner: str) -> None:
+        self.made.append(planner)
+        await self.go.wait()
+        if self.failures:
+            raise self.failures.pop()
+        (folder / f"{planner}.index").write_text("made")
+
+
+@pytest.fixture
+def indexing() -> Indexing:
+    return Indexing()
+
+
+@pytest.fixture
+def indexed(tmp_path, building, indexing) -> MapCache:
+    return MapCache(tmp_path / "shm", build=building, index=indexing, spare=0)
+
+
+def folders(cache: MapCache) -> list[str]:
+    return sorted(folder.name.partition("@")[0] for folder in cache._root.iterdir())
+
+
+def build_in_thread(folder: Path, given: GivenMap) -> Builder:
+    """Build a map, whose files are put into a folder, in this process."""
+    for name, data in given.files.items():
+        (folder / name).write_bytes(data)
+
+    async def build(spec: LayerSpec, layers: Path) -> None:
+        files = GridFiles(str(folder / "yaml"), str(folder / "image"), given.created)
+        await asyncio.to_thread(build_here, spec, files, {}, layers)
+
+    return build
+
+
+async def test_real_layers_are_made_and_opened(tmp_path):
+    record = house(image=pgm(40, 30))
+    cache = MapCache(tmp_path / "shm", build=build_in_thread(tmp_path, record))
+    folder = await cache.ensure(LayerSpec(record, 0.18))
+    layers = open_layers(folder)
+    assert layers.grid.data.shape == (30, 40)
+    assert layers.costmap.data.max() == 0  # an empty house
+
+
+async def test_a_process_forked_for_it_makes_the_same_layers(tmp_path):
+    record = house(image=b"P5\n40 30\n255\n" + bytes([254] * 600 + [0] * 5 + [205] * 595))
+    here = await MapCache(tmp_path / "a", build=build_in_thread(tmp_path, record)).ensure(LayerSpec(record, 0.18))
+    forked = await MapCache(tmp_path / "b", build=LayerBuilder(kept(record))).ensure(LayerSpec(record, 0.18))
+    names = {file.name for file in here.iterdir()}
+    assert len(names) == 5
+    assert {file.name: file.read_bytes() for file in forked.iterdir()} == {n: (here / n).read_bytes() for n in names}
+
+
+def scaled(map_id: str, values: bytes) -> GivenMap:
+    """Return a mask of two cells of 1 m, beside and on the house, with these shades."""
+    yaml = b"image: a.pgm\nresolution: 1.0\norigin: [-2.0, -2.5, 0.0]\nmode: scale\nfree_thresh: 0.001\n"
+    return house(map_id, image=b"P5\n2 1\n255\n" + values, yaml=yaml + b"occupied_thresh: 0.999\n")
+
+
+async def test_masks_are_laid_on_the_layers_each_in_the_version_that_is_asked_for(tmp_path):
+    record, kept_out, slow = house(image=pgm(40, 30)), scaled("kept", b"\x00\x00"), scaled("slow", b"\xff\x80")
+    store = kept(record)
+    for given in (kept_out, slow, scaled("kept", b"\xff\xff")):
+        put_map(store, given)
+    cache = MapCache(tmp_path / "shm", build=LayerBuilder(store))
+    masks = {"keepout_filter": kept_out, "speed_filter": slow}
+    layers = open_layers(await cache.ensure(LayerSpec(record, 0.18, masks)))
+    keepout, speed = (load_map(mask.yaml, mask.image) for mask in (kept_out, slow))
+    expected = build_layers(layers.grid, robot_radius=0.18, keepout=keepout, speed=speed)
+    np.testing.assert_array_equal(layers.costmap.data, expected.costmap.data)
+    np.testing.assert_array_equal(layers.keepout.data, expected.keepout.data)
+    np.testing.assert_array_equal(layers.speed.data, expected.speed.data)
+    np.testing.assert_array_equal(layers.to_lethal, expected.to_lethal)
+    assert layers.costmap.data.max() == 254
+    assert 0 < layers.speed.data.max() < 100
+    bare = open_layers(await cache.ensure(LayerSpec(record, 0.18)))
+    assert bare.costmap.data.max() == 0
+
+
+async def test_what_an_octomap_has_at_the_height_of_a_robot_is_on_its_layers(tmp_path):
+    octomap = (ROOT / "docs" / "examples" / "table.bt").read_bytes()
+    image = b"P5\n80 60\n255\n" + bytes([254] * 4800)
+    room = house(image=image, yaml=YAML.replace(b"[-1.0, -2.0, 0.0]", b"[0.0, 0.0, 0.0]"), octomap=octomap)
+    cache = MapCache(tmp_path / "shm", build=LayerBuilder(kept(room)))
+    costs = {}
+    for heights in ((None, 0.42), (0.05, 1.2)):
+        layers = open_layers(await cache.ensure(LayerSpec(room, 0.18, heights=heights)))
+        costs[heights] = layers.costmap.data[layers.grid.info.cell_of(2.0, 1.5)]
+    assert costs == {(None, 0.42): 0, (0.05, 1.2): 254}
+    flat = MapCache(tmp_path / "flat", build=LayerBuilder(kept(house())))
+    assert open_layers(await flat.ensure(LayerSpec(house(), 0.18, heights=(None, 1.2)))).keepout is None
+
+
+async def test_a_mask_that_is_gone_or_has_no_grid_is_told_and_what_to_do(tmp_path):
+    store = kept(house())
+    put_map(store, house("cave", image=None, octomap=b"..."))
+    cache = MapCache(tmp_path / "shm", build=LayerBuilder(store))
+    for mask, why in ((house("gone"), "is no map here: publish it"), (house("cave"), "has an octomap and no grid")):
+        version = found_map(store, "cave").version if mask.id == "cave" else mask.version
+        with pytest.raises(InvalidParameter, match=f"speed_filter: the mask '{mask.id}' {why}"):
+            await cache.ensure(LayerSpec(house(), 0.18, {"speed_filter": MapVersion(mask.id, version)}))
+    assert list((tmp_path / "shm").iterdir()) == []
+
+
+async def test_an_error_of_the_forked_process_is_told_as_it_was(tmp_path):
+    record = house(image=b"no image")
+    cache = MapCache(tmp_path / "shm", build=LayerBuilder(kept(record)))
+    with pytest.raises(InvalidMap):
+        await cache.ensure(LayerSpec(record, 0.18))
+    assert list((tmp_path / "shm").iterdir()) == []
+
+
+async def test_a_version_that_is_not_present_any_more_is_still_made(tmp_path):
+    old, new = (house(image=pgm(width, 4)) for width in (5, 6))
+    store = kept(old)
+    put_map(store, new)
+    folder = await MapCache(tmp_path / "shm", build=LayerBuilder(store)).ensure(LayerSpec(old, 0.18))
+    assert open_layers(folder).grid.info.width == 5
+
+
+async def test_a_map_that_is_gone_or_has_no_grid_is_told(tmp_path):
+    cave = house("cave", image=None, octomap=b"...")
+    cache = MapCache(tmp_path / "shm", build=LayerBuilder(kept(cave)))
+    with pytest.raises(InvalidMap, match="no grid"):
+        await cache.ensure(LayerSpec(cave, 0.18))
+    with pytest.raises(NotFound, match="house"):
+        await cache.ensure(LayerSpec(house(), 0.18))
+
+
+async def test_layers_that_are_here_are_used_while_the_store_is_away(tmp_path, monkeypatch):
+    store = kept(house())
+    cache = MapCache(tmp_path / "shm", build=LayerBuilder(store))
+    folder = await cache.ensure(LayerSpec(house(), 0.18))
+    cache.release(folder)
+
+    def away(*_arguments, **_options):
+        raise Unavailable("the store is away")
+
+    monkeypatch.setattr(store, "open_map", away)
+    assert await cache.ensure(LayerSpec(house(), 0.18)) == folder
+    with pytest.raises(Unavailable, match="away"):
+        await cache.ensure(LayerSpec(house(), 0.35))
+
+
+async def test_layers_asked_for_at_once_are_made_once(cache, building):
+    building.go.clear()
+    asking = [asyncio.create_task(cache.ensure(LayerSpec(house(), 0.18))) for _ in range(10)]
+    await asyncio.sleep(0)
+    building.go.set()
+    assert len(set(await asyncio.gather(*asking))) == 1
+    assert building.built == ["house"]
+
+
+async def test_each_version_and_radius_has_its_own(cache):
+    one, two = house(), house(image=pgm(value=0))
+    asked = [(one, 0.18), (one, 0.2), (two, 0.18)]
+    assert len({await cache.ensure(LayerSpec(*each)) for each in asked}) == 3
+
+
+async def test_layers_appear_whole_or_not_at_all(cache, building):
+    building.go.clear()
+    asking = asyncio.create_task(cache.ensure(LayerSpec(house(), 0.18)))
+    await asyncio.sleep(0)
+    await asyncio.sleep(0)
+    assert [folder.name for folder in cache._root.glob("map-*")] == []
+    building.go.set()
+    assert (await asking / "layers").exists()
+
+
+async def test_a_failure_is_told_to_all_and_the_next_try_is_a_new_one(cache, building):
+    building.failures = [InvalidMap("no map")]
+    told = await asyncio.gather(*(cache.ensure(LayerSpec(house(), 0.18)) for _ in range(3)), return_exceptions=True)
+    assert [type(each) for each in told] == [InvalidMap] * 3
+    assert folders(cache) == []
+    await cache.ensure(LayerSpec(house(), 0.18))
+    assert building.built == ["house"]
+
+
+async def test_one_who_gives_up_does_not_stop_the_others(cache, building):
+    building.go.clear()
+    first, second = (asyncio.create_task(cache.ensure(LayerSpec(house(), 0.18))) for _ in range(2))
+    await asyncio.sleep(0)
+    first.cancel()
+    await asyncio.sleep(0)
+    building.go.set()
+    assert (await second).exists()
+
+
+async def test_layers_in_use_stay_and_of_the_unused_the_last_released(cache):
+    used = await cache.ensure(LayerSpec(house("used"), 0.18))
+    for name in "abc":
+        cache.release(await cache.ensure(LayerSpec(house(name), 0.18)))
+    assert folders(cache) == ["map-b", "map-c", "map-used"]
+    assert used.exists()
+
+
+async def test_layers_are_unused_only_when_all_have_released_them(tmp_path, building):
+    cache = MapCache(tmp_path / "shm", build=building, spare=0)
+    one = await cache.ensure(LayerSpec(house(), 0.18))
+    await cache.ensure(LayerSpec(house(), 0.18))
+    cache.release(one)
+    assert one.exists()
+    cache.release(one)
+    assert not one.exists()
+    with pytest.raises(ValueError, match="more often"):
+        cache.release(one)
+
+
+async def test_when_there_is_no_room_the_unused_make_some(cache, building):
+    cache.release(await cache.ensure(LayerSpec(house("a"), 0.18)))
+    building.failures = [Unavailable("disk full")]
+    await cache.ensure(LayerSpec(house("b"), 0.18))
+    assert folders(cache) == ["map-b"]
+
+
+async def test_when_there_is_still_no_room_it_says_so(cache, building):
+    building.failures = [Unavailable("disk full")]
+    with pytest.raises(Unavailable, match="disk full"):
+        await cache.ensure(LayerSpec(house(), 0.18))
+
+
+async def test_a_full_disk_is_told_with_size_and_place(tmp_path):
+    record = house(image=pgm(200, 200))
+    cache = MapCache(tmp_path / "shm", build=build_in_thread(tmp_path, record))
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, before[1]))
+    try:
+        with pytest.raises(Unavailable, match=r"MB of map layers cannot be written to .*shm"):
+            await cache.ensure(LayerSpec(record, 0.18))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert list((tmp_path / "shm").iterdir()) == []
+
+
+@pytest.mark.parametrize("radius", [-0.1, math.nan, math.inf])
+async def test_a_radius_that_no_robot_has_is_refused(cache, radius):
+    with pytest.raises(InvalidParameter, match="radius"):
+        await cache.ensure(LayerSpec(house(), radius))
+
+
+async def test_no_name_of_a_map_leads_out_of_the_folder(cache):
+    record = MapVersion("../../etc", "../v")
+    folder = await cache.ensure(LayerSpec(record, 0.18))
+    assert folder.resolve().parent == cache._root.resolve()
+
+
+async def test_nothing_is_left_after_remove_all(cache, tmp_path):
+    await cache.ensure(LayerSpec(house(), 0.18))
+    cache.remove_all()
+    assert list(tmp_path.iterdir()) == []
+
+
+async def test_an_index_asked_for_at_once_and_again_is_made_once(indexed, indexing):
+    folder = await indexed.ensure(LayerSpec(house(), 0.18))
+    await asyncio.gather(*(indexed.prepare(folder, "p") for _ in range(10)))
+    await indexed.prepare(folder, "p")
+    assert (folder / "p.index").read_text() == "made"
+    assert indexing.made == ["p"]
+
+
+async def test_an_index_is_made_though_who_asked_gives_up_and_holds_its_layers_until_then(indexed, indexing):
+    folder = await indexed.ensure(LayerSpec(house(), 0.18))
+    indexing.go.clear()
+    asking = asyncio.create_task(indexed.prepare(folder, "p"))
+    await asyncio.sleep(0)
+    asking.cancel()
+    await asyncio.sleep(0)
+    indexed.release(folder)
+    assert folder.exists()
+    indexing.go.set()
+    async with asyncio.timeout(10):
+        while folder.exists():
+            await asyncio.sleep(0)
+
+
+async def test_what_no_planner_can_prepare_is_tried_once(indexed, indexing):
+    folder = await indexed.ensure(LayerSpec(house(), 0.18))
+    indexing.failures = [InvalidPlanner("too cluttered")]
+    for _ in range(3):
+        with pytest.raises(InvalidPlanner, match="cluttered"):
+            await indexed.prepare(folder, "p")
+    assert indexing.made == ["p"]
+
+
+async def test_an_index_that_failed_for_another_reason_is_tried_again(indexed, indexing):
+    folder = await indexed.ensure(LayerSpec(house(), 0.18))
+    indexing.failures = [Unavailable("full")]
+    with pytest.raises(Unavailable):
+        await indexed.prepare(folder, "p")
+    await indexed.prepare(folder, "p")
+    assert (folder / "p.index").exists()
+
+
+async def test_the_unused_make_room_for_an_index(tmp_path, building, indexing):
+    cache = MapCache(tmp_path / "shm", build=building, index=indexing, spare=2)
+    cache.release(await cache.ensure(LayerSpec(house("a"), 0.18)))
+    folder = await cache.ensure(LayerSpec(house("b"), 0.18))
+    indexing.failures = [Unavailable("full")]
+    await cache.prepare(folder, "p")
+    assert folders(cache) == ["map-b"]
+
+
+async def test_no_name_of_a_planner_leads_out_of_the_folder(indexed, indexing):
+    folder = await indexed.ensure(LayerSpec(house(), 0.18))
+    indexing.failures = [NotFound("index", "../../p")]
+    with pytest.raises(NotFound):
+        await indexed.prepare(folder, "../../p")
+
+
+async def test_a_process_forked_for_it_makes_the_index_that_the_planner_makes(tmp_path):
+    image = b"P5\n60 50\n255\n" + bytes(0 if (i // 60) % 7 == 3 and i % 60 % 11 else 254 for i in range(3000))
+    record = house(image=image)
+    cache = MapCache(tmp_path / "shm", build=build_in_thread(tmp_path, record))
+    folder = await cache.ensure(LayerSpec(record, 0.05))
+    await cache.prepare(folder, "hub_labels")
+    costmap = open_layers(folder).costmap
+    made = HubLabels().prepare(costmap)
+    found = HubLabels().prepare(replace(costmap, indexes=SharedIndexes(folder)))
+    assert not found.words.flags.owndata
+    np.testing.assert_array_equal(found.words, made.words)
+    with pytest.raises(NotFound, match="known: hub_labels"):
+        await cache.prepare(folder, "dijkstra")
+    assert {file.name for file in folder.iterdir() if "index" in file.name} == {"hub_labels.index"}
+
+
+async def test_a_map_too_crowded_for_an_index_is_refused_soon_with_planners_that_can(tmp_path):
+    free = np.random.default_rng(0).random((1024, 1024)) >= 0.2
+    record = house(image=b"P5\n1024 1024\n255\n" + np.where(free, 254, 0).astype(np.uint8).tobytes())
+    cache = MapCache(tmp_path / "shm", build=build_in_thread(tmp_path, record))
+    folder = await cache.ensure(LayerSpec(record, 0.01))
+    async with asyncio.timeout(120):
+        with pytest.raises(InvalidPlanner, match="jps or dijkstra"):
+            await cache.prepare(folder, "hub_labels")
+    assert not list(folder.glob("*.index"))

@@ -1,0 +1,55 @@
+"""Plans that were given out are remembered, as long as they are what the store keeps."""
+
+import msgspec
+import pytest
+
+from engine.agent.recent_plans import RecentPlans
+from ppaas.errors import NotFound
+from storage.memory.store import MemoryStore
+from storage.records import PlanRecord
+from storage.versions import without_poses
+from tests.support.storage.records import plan
+
+
+class CountingStore(MemoryStore):
+    """Counts how often a plan is read."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.read = 0
+
+    def plan(self, plan_id: str) -> PlanRecord:
+        self.read += 1
+        return super().plan(plan_id)
+
+
+def test_what_was_read_once_is_remembered() -> None:
+    store = CountingStore()
+    store.add_plan(plan("p1"))
+    recent = RecentPlans(store)
+    assert [recent.plan(without_poses(plan("p1"))) for _ in range(3)] == [plan("p1")] * 3
+    assert store.read == 1
+
+
+def test_a_plan_that_was_replaced_is_read_anew() -> None:
+    store, changed = CountingStore(), msgspec.structs.replace(plan("p1"), cost=7.0)
+    store.add_plan(plan("p1"))
+    recent = RecentPlans(store)
+    recent.plan(without_poses(plan("p1")))
+    store.replace_plan(changed, instead_of=plan("p1"))
+    assert recent.plan(without_poses(changed)) == changed
+    assert store.read == 2
+
+
+def test_no_more_is_remembered_than_may_be() -> None:
+    store, plans = CountingStore(), [plan(f"p{number}") for number in range(3)]
+    store.add_plans(plans)
+    recent = RecentPlans(store, most_bytes=2 * len(plans[0].poses))
+    for wanted in (0, 1, 0, 2, 0, 1):
+        recent.plan(without_poses(plans[wanted]))
+    assert store.read == 4, "the third drove the second out, which then was read again"
+
+
+def test_what_was_removed_is_not_found() -> None:
+    with pytest.raises(NotFound):
+        RecentPlans(CountingStore()).plan(without_poses(plan("p1")))

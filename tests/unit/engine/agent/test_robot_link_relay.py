@@ -1,0 +1,99 @@
+"""The relay between two real Unix sockets, in place of one and a TLS connection."""
+
+import asyncio
+import contextlib
+import os
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+from engine.agent.robot_link_relay import Relay
+from engine.protocols.address import UnixAddress
+from engine.protocols.sockets import dial, listen
+
+
+class Endpoint:
+    """Sends back what it hears, until it hears ``end``."""
+
+    def __init__(self, path: Path) -> None:
+        self.address = UnixAddress(path)
+        self.gone = asyncio.Event()
+
+    async def start(self) -> None:
+        self.server = await listen(self.address, self._connected)
+
+    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        with contextlib.suppress(ConnectionError):
+            while data := await reader.read(1 << 16):
+                writer.write(data)
+                await writer.drain()
+                if data.endswith(b"end"):
+                    break
+        writer.close()
+        self.gone.set()
+
+
+@pytest.fixture
+async def endpoint(tmp_path: Path) -> AsyncIterator[Endpoint]:
+    opened = Endpoint(tmp_path / "far.sock")
+    await opened.start()
+    yield opened
+    opened.server.close()
+
+
+@pytest.fixture
+async def relay(tmp_path: Path, endpoint: Endpoint) -> AsyncIterator[Relay]:
+    opened = Relay(tmp_path / "near.sock", lambda: dial(endpoint.address))
+    await opened.start()
+    yield opened
+    await opened.close()
+
+
+async def test_what_is_said_arrives_whole_and_so_does_the_answer(relay: Relay) -> None:
+    reader, writer = await dial(UnixAddress(relay.path))
+    said = os.urandom(3 << 20)
+    writer.write(said)
+    async with asyncio.timeout(10.0):
+        assert await reader.readexactly(len(said)) == said
+    writer.close()
+
+
+async def test_when_a_container_goes_its_endpoint_is_told(relay: Relay, endpoint: Endpoint) -> None:
+    _, writer = await dial(UnixAddress(relay.path))
+    writer.write(b"x")
+    writer.close()
+    async with asyncio.timeout(10.0):
+        await endpoint.gone.wait()
+
+
+async def test_when_the_endpoint_goes_the_container_gets_all_that_it_said_before(relay: Relay) -> None:
+    reader, writer = await dial(UnixAddress(relay.path))
+    writer.write(b"the end")
+    async with asyncio.timeout(10.0):
+        assert await reader.read() == b"the end"
+    writer.close()
+
+
+async def test_when_the_endpoint_does_not_answer_the_container_is_hung_up_on(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    relay = Relay(tmp_path / "near.sock", lambda: dial(UnixAddress(tmp_path / "nobody.sock")))
+    await relay.start()
+    reader, writer = await dial(UnixAddress(relay.path))
+    async with asyncio.timeout(10.0):
+        assert await reader.read() == b""
+    assert "did not reach its endpoint" in caplog.text
+    writer.close()
+    await relay.close()
+
+
+async def test_closing_hangs_up_on_both_and_leaves_no_socket(relay: Relay, endpoint: Endpoint) -> None:
+    reader, writer = await dial(UnixAddress(relay.path))
+    writer.write(b"x")
+    assert await reader.read(1) == b"x"
+    await relay.close()
+    async with asyncio.timeout(10.0):
+        await endpoint.gone.wait()
+    assert not relay.path.exists()
+    writer.close()

@@ -1,0 +1,358 @@
+"""The node monitor: who may have a node, who has it, and what becomes of it when the robot is lost."""
+
+from collections.abc import Mapping
+
+import pytest
+
+from engine.container.monitor.measurements import Rates
+from engine.container.monitor.node import MAX_PROBE, MAX_STATE, NodeMonitorNode
+from engine.container.monitor.parameters import NodeMonitorParameters
+from engine.container.monitor.unacknowledged import MOST
+from ppaas.clock import ManualClock
+from ppaas.errors import InvalidInput, NotFound, PPaaSError, Unavailable
+from ppaas.messages import decode
+from ppaas.messages.actionlib_msgs import GoalID
+from ppaas.messages.message import Empty, Message
+from ppaas.messages.ppaas_msgs import (
+    GiveNodeRequest,
+    HoldNodeRequest,
+    HoldNodeResponse,
+    NodeHome,
+    NodeHomes,
+    ProbeLinkRequest,
+    ProbeLinkResponse,
+    RunNodeRequest,
+    TellRobotRequest,
+    TellRobotResponse,
+    TopicMessage,
+)
+from ppaas.nodes.base import Demands, Payload
+from ppaas.nodes.delivery_qos import fingerprint
+from ppaas.nodes.graph import Graph, Tap
+
+STRONG = TellRobotRequest(8, 3.0, 5.0, 0.3, 100e3, ["driver", "locator"])
+WEAK = TellRobotRequest(4, 1.5, 1.0, 0.3, 100e3, ["driver", "locator"])
+
+
+class FakeHands:
+    """Three nodes, of which one stays; what was done with them is noted."""
+
+    config = '{"model": "turtlebot2"}'
+
+    def __init__(self) -> None:
+        self.here = {"driver": "{}", "locator": '{"x":1}', "map_server": ""}
+        self.done: list[tuple[str, str]] = []
+        self.times: dict[str, float] = {}
+        self.broken = False
+        self.came: dict[str, Tap] = {}
+        self.told: list[tuple[str, str]] = []
+
+    def nodes(self) -> Mapping[str, Demands | None]:
+        return {"driver": Demands(0.6, rates={"scan": 80e3}), "locator": Demands(0.1), "map_server": None}
+
+    def take_out(self, node: str, came: Tap) -> str:
+        self.done.append(("out", node))
+        self.came[node] = came
+        return self.here.pop(node)
+
+    def put_in(self, node: str, state: str) -> None:
+        self.done.append(("in", node))
+        self.here[node] = state
+        if self.broken:
+            raise ValueError("no state")
+
+    def tell(self, node: str, message: TopicMessage) -> None:
+        self.told.append((node, decode(GoalID, message.message.encode()).id))
+
+    def run_times(self) -> Mapping[str, float]:
+        return self.times
+
+
+class Cloud:
+    """A graph with a node monitor, and what it answers."""
+
+    def __init__(self, parameters: NodeMonitorParameters | None = None, state: bytes | None = None) -> None:
+        self.clock = ManualClock()
+        self.hands = FakeHands()
+        self.rates = Rates()
+        self.graph = Graph(clock=self.clock, stamp_clock=lambda: 1000.0 + self.clock())
+        self.node = self.graph.add(
+            lambda context: NodeMonitorNode(context, self.hands, self.rates, parameters or NodeMonitorParameters())
+        )
+        if state is not None:
+            self.node.restore(state)
+
+    def ask(self, service: str, request: Message) -> Payload:
+        answers: list[Payload | PPaaSError] = []
+        self.graph.call(f"node_monitor/{service}", request, answers.append)
+        [answer] = answers
+        if isinstance(answer, PPaaSError):
+            raise answer
+        return answer
+
+    def run_node(self, node: str, home: str = "") -> NodeHome:
+        answer = self.ask("run_node", RunNodeRequest(node, home))
+        assert isinstance(answer, NodeHome)
+        return answer
+
+    def hold(self, node: str, lease: int = 0, **told: object) -> HoldNodeResponse:
+        answer = self.ask("hold_node", HoldNodeRequest(node, lease, **told))  # type: ignore[arg-type]
+        assert isinstance(answer, HoldNodeResponse)
+        return answer
+
+    def homes(self) -> dict[str, str]:
+        told = self.graph.latched("node_monitor/homes")
+        assert isinstance(told, NodeHomes)
+        assert told == self.ask("list_nodes", Empty())
+        return {node.node: node.home for node in told.nodes}
+
+    def wait(self, seconds: float) -> None:
+        for _ in range(round(seconds / 0.5)):
+            self.clock.advance(0.5)
+            self.graph.run_due()
+
+
+@pytest.fixture
+def cloud() -> Cloud:
+    return Cloud()
+
+
+def test_all_nodes_run_in_the_cloud_until_a_robot_asks(cloud: Cloud) -> None:
+    assert cloud.homes() == {"driver": "cloud", "locator": "cloud", "map_server": "cloud"}
+    answer = cloud.run_node("driver")
+    assert (answer.home, answer.wanted, answer.reasons) == (
+        "cloud", "cloud", ["the robot has told of nothing to run nodes on"]
+    )  # fmt: skip
+
+
+def test_a_weak_robot_is_told_that_the_cloud_runs_it(cloud: Cloud) -> None:
+    assert cloud.ask("tell_robot", WEAK) == TellRobotResponse('{"model": "turtlebot2"}', 4.0)
+    answer = cloud.run_node("driver")
+    assert answer.wanted == "cloud"
+    assert "the robot is weak" in answer.reasons[0]
+    with pytest.raises(Unavailable, match="driver shall run in the cloud"):
+        cloud.hold("driver")
+    assert cloud.hands.done == []
+
+
+def test_a_strong_one_gets_the_node_with_its_state(cloud: Cloud) -> None:
+    cloud.ask("tell_robot", STRONG)
+    answer = cloud.run_node("locator")
+    assert (answer.home, answer.wanted) == ("cloud", "robot")
+    taken = cloud.hold("locator")
+    assert taken.state == '{"x":1}'
+    assert taken.lease > 0
+    assert cloud.homes()["locator"] == "robot"
+    assert "locator" not in cloud.hands.here
+
+
+def test_while_the_robot_speaks_of_a_node_it_has_it_and_when_it_falls_silent_the_cloud_goes_on(cloud: Cloud) -> None:
+    cloud.ask("tell_robot", STRONG)
+    cloud.run_node("driver")
+    lease = cloud.hold("driver").lease
+    for n in range(10):
+        assert cloud.hold("driver", lease, state=f'{{"n":{n}}}').lease == lease
+        cloud.wait(2.0)
+    assert cloud.homes()["driver"] == "robot"
+    cloud.wait(2.0)
+    assert cloud.homes()["driver"] == "cloud"
+    assert cloud.hands.here["driver"] == '{"n":9}'
+    assert cloud.hold("driver", lease, state="{}").lease == 0, "who comes back late has it no more"
+    assert cloud.hands.here["driver"] == '{"n":9}'
+
+
+def test_a_node_that_failed_there_stays_in_the_cloud_for_a_while_unless_it_is_asked_for(cloud: Cloud) -> None:
+    cloud.ask("tell_robot", STRONG)
+    cloud.run_node("driver")
+    lease = cloud.hold("driver").lease
+    back = cloud.ask("give_node", GiveNodeRequest("driver", lease, '{"n":1}', "it was killed"))
+    assert isinstance(back, NodeHome)
+    assert (back.home, back.reasons) == ("cloud", ["it could not be run on the robot: it was killed"])
+    assert cloud.hands.here["driver"] == '{"n":1}'
+    assert cloud.run_node("driver").wanted == "cloud"
+    assert cloud.run_node("driver", "robot").wanted == "robot"
+    cloud.wait(31.0)
+    assert cloud.run_node("driver").wanted == "robot"
+
+
+@pytest.mark.parametrize(
+    ("asked_back", "reason"), [(False, "the robot gave it back"), (True, "it was asked for there")]
+)
+def test_a_node_that_comes_back_says_why(cloud: Cloud, asked_back: bool, reason: str) -> None:
+    cloud.ask("tell_robot", STRONG)
+    cloud.run_node("driver", "robot")
+    lease = cloud.hold("driver").lease
+    if asked_back:
+        cloud.run_node("driver", "cloud")
+    back = cloud.ask("give_node", GiveNodeRequest("driver", lease, "{}"))
+    assert back == NodeHome("driver", "cloud", "cloud", 1.0, [reason])
+    assert cloud.run_node("driver").wanted == "robot", "it did not fail there"
+
+
+def test_a_robot_that_cannot_take_over_says_so_and_nothing_moves(cloud: Cloud) -> None:
+    cloud.ask("tell_robot", STRONG)
+    cloud.run_node("driver")
+    cloud.ask("give_node", GiveNodeRequest("driver", 0, failure="no numba"))
+    assert cloud.hands.done == []
+    assert cloud.run_node("driver").reasons == ["it could not be run on the robot: no numba"]
+
+
+def test_an_old_lease_gives_nothing_back(cloud: Cloud) -> None:
+    cloud.ask("tell_robot", STRONG)
+    cloud.run_node("driver")
+    old = cloud.hold("driver").lease
+    new = cloud.hold("driver").lease
+    assert new != old, "a robot that begins anew takes over from itself"
+    cloud.ask("give_node", GiveNodeRequest("driver", old, "{}"))
+    assert cloud.homes()["driver"] == "robot"
+
+
+def test_what_others_take_of_the_robot_counts(cloud: Cloud) -> None:
+    cloud.ask("tell_robot", TellRobotRequest(1, 1.5, 1.0, 0.3, 100e3, ["driver", "locator"]))
+    cloud.run_node("locator", "robot")
+    cloud.hold("locator")
+    assert (
+        "driver takes 0.60 cores of a Raspberry Pi 4, and the robot has 0.60 left"
+        not in cloud.run_node("driver").reasons
+    )
+    cloud.ask("tell_robot", TellRobotRequest(1, 1.5, 0.98, 0.3, 100e3, ["driver", "locator"]))
+    assert "and the robot has 0.59 left" in cloud.run_node("driver").reasons[0]
+
+
+def test_a_container_that_takes_the_place_of_another_leaves_the_robot_what_it_has(cloud: Cloud) -> None:
+    cloud.ask("tell_robot", STRONG)
+    cloud.run_node("driver")
+    lease = cloud.hold("driver").lease
+    cloud.hold("driver", lease, state='{"n":5}')
+    after = Cloud(state=cloud.node.checkpoint())
+    assert after.hands.done == [("out", "driver")]
+    assert after.hold("driver", lease).lease == lease
+    after.wait(4.0)
+    assert after.hands.here["driver"] == '{"n":5}'
+
+
+def test_a_state_that_cannot_be_taken_begins_anew(cloud: Cloud) -> None:
+    cloud.ask("tell_robot", STRONG)
+    cloud.run_node("driver")
+    cloud.hands.broken = True
+    cloud.ask("give_node", GiveNodeRequest("driver", cloud.hold("driver").lease, "rubbish"))
+    assert cloud.homes()["driver"] == "cloud"
+
+
+def test_what_was_measured_is_told_in_the_next_verdict(cloud: Cloud) -> None:
+    by = NodeMonitorParameters(priorities=("node_properties",))
+    cloud = Cloud(by)
+    cloud.ask("tell_robot", STRONG)
+    cloud.hands.times = {"driver": 0.004}
+    cloud.wait(1.0)
+    cloud.run_node("driver", "robot")
+    lease = cloud.hold("driver").lease
+    for _ in range(3):
+        cloud.hold("driver", lease, seconds=0.01, rtt=0.1)
+    assert "it takes 10 ms on the robot, and 104 ms in the cloud" in cloud.run_node("driver").reasons[0]
+
+
+def test_bytes_that_came_over_the_link_are_told_in_the_next_verdict() -> None:
+    cloud = Cloud(NodeMonitorParameters(priorities=("network_bandwidth",)))
+    cloud.ask("tell_robot", TellRobotRequest(4, 3.0, 2.0, 0.001, 1e6, ["driver"]))
+    assert "it would pull 80 KB/s over a link of 1000 KB/s" in cloud.run_node("driver").reasons[0]
+    cloud.wait(0.5)
+    cloud.rates.note("scan", 2_000_000)
+    cloud.wait(5.0)
+    answer = cloud.run_node("driver")
+    assert "it would pull 400 KB/s" in answer.reasons[0]
+    assert answer.score < 0.5
+
+
+@pytest.mark.parametrize(
+    ("service", "request_", "error", "match"),
+    [
+        ("run_node", RunNodeRequest("nothing"), NotFound, "unknown node 'nothing'; known: driver"),
+        ("run_node", RunNodeRequest("driver", "moon"), InvalidInput, "a home is 'cloud' or 'robot'"),
+        ("hold_node", HoldNodeRequest("nothing"), NotFound, "unknown node"),
+        ("give_node", GiveNodeRequest("nothing", 0), NotFound, "unknown node"),
+        ("tell_robot", TellRobotRequest(0, 1.5, 1.0, 0.1, 1e6), InvalidInput, "cores must be a positive number"),
+        ("tell_robot", TellRobotRequest(4, 1.5, 1.0, -0.1, 1e6), InvalidInput, "rtt must be a positive number"),
+        ("probe_link", ProbeLinkRequest(MAX_PROBE + 1), InvalidInput, "a probe has up to 1048576 bytes"),
+    ],
+)
+def test_what_cannot_be_is_refused(
+    cloud: Cloud, service: str, request_: Message, error: type[PPaaSError], match: str
+) -> None:
+    with pytest.raises(error, match=match):
+        cloud.ask(service, request_)
+
+
+def test_a_state_without_end_is_refused(cloud: Cloud) -> None:
+    cloud.ask("tell_robot", STRONG)
+    cloud.run_node("driver")
+    lease = cloud.hold("driver").lease
+    with pytest.raises(InvalidInput, match="the state of a node may have"):
+        cloud.hold("driver", lease, state="x" * (MAX_STATE + 1))
+
+
+def test_a_probe_has_as_many_bytes_as_were_asked_for(cloud: Cloud) -> None:
+    assert cloud.ask("probe_link", ProbeLinkRequest(1000)) == ProbeLinkResponse("0" * 1000)
+
+
+def test_what_stays_in_the_cloud_stays_there_whoever_asks(cloud: Cloud) -> None:
+    cloud.ask("tell_robot", STRONG)
+    answer = cloud.run_node("map_server", "robot")
+    assert (answer.wanted, answer.reasons) == ("cloud", ["map_server stays in the cloud"])
+
+
+def lent(cloud: Cloud) -> int:
+    """Hand a node to the robot; return the lease."""
+    cloud.ask("tell_robot", STRONG)
+    cloud.run_node("driver", "robot")
+    return cloud.hold("driver").lease
+
+
+def came(cloud: Cloud, *names: str) -> list[str]:
+    """Let cancels come for the node that is away; return their fingerprints."""
+    for name in names:
+        cloud.hands.came["driver"]("move_base/cancel", GoalID(id=name))
+    return [fingerprint("move_base/cancel", GoalID(id=name)) for name in names]
+
+
+def names(messages: list[TopicMessage]) -> list[str]:
+    return [decode(GoalID, message.message.encode()).id for message in messages]
+
+
+def test_what_came_while_a_node_moved_is_told_to_the_robot_until_its_state_has_it(cloud: Cloud) -> None:
+    lease = lent(cloud)
+    a, _ = came(cloud, "a", "b")
+    assert names(cloud.hold("driver", lease, state="{}").unheard) == ["a", "b"]
+    assert names(cloud.hold("driver", lease, state="{}", heard=[a]).unheard) == ["b"]
+    assert names(cloud.hold("driver", lease, state="{}", heard=["another"]).unheard) == ["b"]
+
+
+def test_what_no_known_state_has_is_told_to_the_node_when_it_goes_on_in_the_cloud(cloud: Cloud) -> None:
+    lease = lent(cloud)
+    a, b, _ = came(cloud, "a", "b", "c")
+    cloud.hold("driver", lease, state='{"with":"a"}', heard=[a])
+    cloud.ask("give_node", GiveNodeRequest("driver", lease, '{"with":"b"}', "killed", [b]))
+    assert cloud.hands.here["driver"] == '{"with":"b"}'
+    assert cloud.hands.told == [("driver", "c")]
+
+
+def test_what_came_for_a_robot_that_was_lost_is_told_to_its_node(cloud: Cloud) -> None:
+    lent(cloud)
+    came(cloud, "a")
+    cloud.wait(4.0)
+    assert cloud.hands.told == [("driver", "a")]
+
+
+def test_what_came_outlives_the_container(cloud: Cloud) -> None:
+    lease = lent(cloud)
+    came(cloud, "a")
+    after = Cloud(state=cloud.node.checkpoint())
+    came(after, "b")
+    assert names(after.hold("driver", lease, state="{}").unheard) == ["a", "b"]
+
+
+def test_of_more_than_can_be_kept_the_oldest_goes(cloud: Cloud) -> None:
+    lease = lent(cloud)
+    came(cloud, *map(str, range(MOST + 1)), "50")
+    unheard = names(cloud.hold("driver", lease, state="{}").unheard)
+    assert (len(unheard), unheard[0], unheard[-1]) == (MOST, "1", "50")

@@ -1,0 +1,94 @@
+"""The nodes of a real clone leave its graph and come back, with what they knew."""
+
+from collections.abc import Sequence
+
+import pytest
+
+from engine.container.monitor.node_switch import GraphHands
+from engine.container.monitor.parameters import NodeMonitorParameters, monitor_parameters, with_priorities
+from engine.container.monitor.setup import Monitoring, of_clone
+from engine.specs.containers import RobotConfig
+from ppaas.clone.assembly import build_clone
+from ppaas.costmap.build_layers import build_layers
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.errors import InvalidParameter
+from ppaas.maps.generate import office
+from ppaas.messages import decode
+from ppaas.messages.actionlib_msgs import GoalID
+from ppaas.messages.message import Message
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.nodes.graph import Graph
+
+ROBOT = RobotConfig("tb1", "turtlebot2", (2.0, 2.0, 0.5), "dijkstra", "dwa")
+
+
+@pytest.fixture(scope="module")
+def layers() -> MapLayers:
+    return build_layers(office(seed=1, width=12.0, height=10.0))
+
+
+def clone(graph: Graph, layers: MapLayers, only: Sequence[str] | None = None) -> None:
+    build_clone(graph, layers, model=ROBOT.model, initial_pose=ROBOT.initial_pose, only=only)
+
+
+def said(kind: type[Message]) -> Message:
+    return decode(kind, {GoalID: b'{"id":"of nobody"}', LaserScan: SCAN}.get(kind, POSE))
+
+
+SCAN = (
+    b'{"header":{"frame_id":"base_scan"},"angle_min":0,"angle_max":1,"angle_increment":1,"range_min":0,"range_max":9,'
+    b'"ranges":[1,1]}'
+)
+POSE = b'{"header":{"frame_id":"map"},"pose":{"pose":{"position":{"x":2,"y":2},"orientation":{"z":0,"w":1}}}}'
+
+
+@pytest.mark.parametrize("node", ["amcl", "move_base", "waypoint_follower"])
+def test_a_node_comes_back_as_it_went(node: str, layers: MapLayers) -> None:
+    graph = Graph()
+    clone(graph, layers)
+    services, topics = dict(graph.services), dict(graph.topics)
+    changes: list[set[str]] = []
+    hands = GraphHands(graph, ROBOT, lambda name: clone(graph, layers, (name,)), lambda: changes.append({*graph.nodes}))
+    came: list[str] = []
+    state = hands.take_out(node, lambda topic, _: came.append(topic))
+    assert state.startswith("{")
+    assert node not in graph.nodes
+    assert graph.topics == topics, "whoever hears what it says hears it on"
+    for topic in ("move_base/cancel", "initialpose", "follow_waypoints/cancel", "scan"):
+        graph.inject(topic, said(graph.topic(topic).type))
+    assert came and "scan" not in came
+    hands.put_in(node, state)
+    there = list(came)
+    graph.inject("move_base/cancel", GoalID(id="of nobody"))
+    assert came == there, "it hears by itself again"
+    assert graph.services == services
+    assert (graph.nodes[node].checkpoint() or b"").decode() == state
+    assert [node in there for there in changes] == [False, True]
+    assert node in hands.nodes()
+
+
+def test_the_other_nodes_know_nothing_of_what_the_robots_file_says_of_the_node_monitor(layers: MapLayers) -> None:
+    said = {"node_monitor": {"priorities": ["network_bandwidth"]}, "amcl": {"seed": 3}}
+    robot = RobotConfig("tb1", "turtlebot2", (2.0, 2.0, 0.0), "dijkstra", "dwa", said)
+    assert of_clone(robot).parameters == {"amcl": {"seed": 3}}
+    graph = Graph()
+    Monitoring(graph, robot, lambda _: None)
+    assert list(graph.nodes) == ["node_monitor"]
+
+
+@pytest.mark.parametrize("said", [{"priorities": ["luck"]}, {"patience": 0.1}, {"no": 1}, {"priorities": []}])
+def test_a_parameter_that_cannot_be_is_refused(said: dict[str, object]) -> None:
+    robot = RobotConfig("tb1", "turtlebot2", (2.0, 2.0, 0.0), "dijkstra", "dwa", {"node_monitor": said})
+    with pytest.raises(InvalidParameter, match="node_monitor"):
+        Monitoring(Graph(), robot, lambda _: None)
+
+
+def test_the_priorities_of_the_cloud_hold_where_the_robots_file_names_none() -> None:
+    cloud = ("network_bandwidth",)
+    assert with_priorities({"amcl": {}}, cloud) == {"amcl": {}, "node_monitor": {"priorities": ["network_bandwidth"]}}
+    own = {"node_monitor": {"priorities": ["node_properties"], "patience": 9.0}}
+    assert with_priorities(own, cloud) == own
+    merged = with_priorities({"node_monitor": {"patience": 9.0}}, cloud)
+    assert monitor_parameters(merged["node_monitor"]) == NodeMonitorParameters(priorities=cloud, patience=9.0)
+    assert with_priorities({}, ()) == {}
+    assert with_priorities({"node_monitor": 3}, cloud) == {"node_monitor": 3}

@@ -1,0 +1,195 @@
+"""Where a node shall run: the weak are served by the cloud, what is urgent stays near, each number pulls one way."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import msgspec
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from engine.container.monitor.facts import Link, NodeFacts, Robot
+from engine.container.monitor.parameters import CRITERIA, NodeMonitorParameters
+from engine.container.monitor.verdict import asked, judge
+from ppaas.errors import InvalidInput, InvalidParameter
+from ppaas.nodes.base import Demands
+
+PLAIN = NodeMonitorParameters()
+PI = Robot(4, 1.5, 1.0, ("driver",))
+LAPTOP = Robot(8, 3.0, 5.0, ("driver",))
+GOOD, BAD = Link(0.005, 10e6), Link(0.3, 100e3)
+DRIVER = NodeFacts("driver", Demands(0.6), {"scan": 80e3})
+
+
+def test_a_raspberry_pi_is_served_by_the_cloud_whatever_its_link() -> None:
+    for link in (GOOD, BAD, None):
+        verdict = judge(PI, link, DRIVER, PLAIN)
+        assert verdict.home == "cloud"
+        assert "the robot is weak: it is worth 4.0 cores of a Raspberry Pi 4" in verdict.reasons[0]
+
+
+def test_a_strong_robot_with_a_bad_link_runs_it_itself() -> None:
+    verdict = judge(LAPTOP, BAD, DRIVER, PLAIN)
+    assert verdict.home == "robot"
+    assert any("over a link of 100 KB/s" in reason or "300 ms there and back" in reason for reason in verdict.reasons)
+
+
+def test_what_would_pull_too_much_over_the_link_stays_where_it_is_made() -> None:
+    image = NodeFacts("driver", Demands(0.6), {"image": 9e6})
+    middling = Robot(4, 3.0, 2.0, ("driver",))
+    first = NodeMonitorParameters(priorities=("network_bandwidth", "computation_power"))
+    assert judge(middling, GOOD, DRIVER, first).home == "cloud"
+    verdict = judge(middling, GOOD, image, first)
+    assert verdict.home == "robot"
+    assert "it would pull 9000 KB/s over a link of 10000 KB/s" in verdict.reasons[0]
+
+
+def test_a_time_critical_node_stays_on_a_robot_that_can() -> None:
+    middling = Robot(4, 2.0, 2.2, ("driver",))
+    assert judge(middling, GOOD, DRIVER, PLAIN).home == "cloud"
+    assert judge(middling, GOOD, replace(DRIVER, demands=Demands(0.6, time_critical=True)), PLAIN).home == "robot"
+    assert judge(middling, GOOD, DRIVER, NodeMonitorParameters(time_critical=("driver",))).home == "robot"
+
+
+def test_what_comes_first_on_the_list_decides_where_it_is_sure() -> None:
+    urgent = replace(DRIVER, demands=Demands(0.6, time_critical=True))
+    others = ("computation_power", "network_bandwidth")
+    assert judge(PI, GOOD, urgent, PLAIN).home == "cloud"
+    assert judge(PI, GOOD, urgent, NodeMonitorParameters(priorities=("node_properties", *others))).home == "robot"
+    assert judge(LAPTOP, GOOD, DRIVER, NodeMonitorParameters(priorities=("network_bandwidth",))).home == "cloud"
+
+
+def test_what_was_measured_in_both_homes_is_compared() -> None:
+    measured = NodeMonitorParameters(priorities=("node_properties",))
+    slow_there = replace(DRIVER, cloud_seconds=0.002, robot_seconds=0.5)
+    slow_here = replace(DRIVER, cloud_seconds=0.4, robot_seconds=0.01)
+    middling = Robot(2, 1.5, 0.9, ("driver",))
+    assert judge(middling, GOOD, slow_there, measured).home == "cloud"
+    assert judge(middling, GOOD, slow_here, measured).home == "robot"
+    assert "500 ms on the robot, and 7 ms in the cloud" in judge(middling, GOOD, slow_there, measured).reasons[0]
+
+
+@pytest.mark.parametrize(
+    ("robot", "node", "reason"),
+    [
+        (None, DRIVER, "nothing to run nodes on"),
+        (LAPTOP, replace(DRIVER, demands=None), "stays in the cloud"),
+        (LAPTOP, replace(DRIVER, name="other"), "cannot be run by this robot"),
+        (LAPTOP, replace(DRIVER, failure="it was killed"), "could not be run on the robot: it was killed"),
+        (
+            LAPTOP,
+            replace(DRIVER, taken=LAPTOP.power * 0.7 - 0.5),
+            "takes 0.60 cores of a Raspberry Pi 4, and the robot has 0.50",
+        ),
+        (LAPTOP, replace(DRIVER, taken=99.0), "and the robot has 0.00 left"),
+    ],
+)
+def test_where_the_robot_cannot_the_cloud_does(robot: Robot | None, node: NodeFacts, reason: str) -> None:
+    verdict = judge(robot, BAD, node, PLAIN)
+    assert (verdict.home, verdict.score, len(verdict.reasons)) == ("cloud", 1.0, 1)
+    assert reason in verdict.reasons[0]
+
+
+def test_who_asks_for_a_home_gets_it() -> None:
+    assert asked("robot") == ("robot", -1.0, ("it was asked for there",))
+    assert asked("cloud")[:2] == ("cloud", 1.0)
+
+
+@pytest.mark.parametrize("number", [0.0, -1.0, math.nan, math.inf])
+def test_numbers_that_cannot_be_are_refused_by_name(number: float) -> None:
+    with pytest.raises(InvalidInput, match="benchmark must be a positive number"):
+        Robot(4, 1.5, number)
+    with pytest.raises(InvalidInput, match="rtt must be a positive number"):
+        Link(number, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("given_", "match"),
+    [
+        ({"priorities": ()}, "name one or more of computation_power"),
+        ({"priorities": ("node_properties", "node_properties")}, "each once"),
+        ({"weak_power": 20.0}, "less than strong_power"),
+    ],
+)
+def test_priorities_that_cannot_be_are_refused(given_: dict[str, Any], match: str) -> None:
+    with pytest.raises(InvalidParameter, match=match):
+        NodeMonitorParameters(**given_)
+
+
+# -- each number pulls one way -----------------------------------------------------------------------------------------
+
+positive = st.floats(0.01, 100.0)
+seconds = st.floats(1e-4, 2.0)
+robots = st.builds(Robot, st.integers(1, 64), positive, positive, st.just(("driver",)))
+links = st.builds(Link, seconds, st.floats(1e3, 1e9))
+nodes = st.builds(
+    NodeFacts,
+    st.just("driver"),
+    st.builds(Demands, st.floats(0.0, 10.0), st.booleans()),
+    st.dictionaries(st.sampled_from(["scan", "odom", "image"]), st.floats(0.0, 1e8)),
+    cloud_seconds=seconds,
+    robot_seconds=seconds,
+    taken=st.floats(0.0, 10.0),
+)
+parameters = st.builds(NodeMonitorParameters, st.lists(st.sampled_from(CRITERIA), min_size=1, unique=True).map(tuple))
+
+
+def score(robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters) -> float:
+    verdict = judge(robot, link, node, by)
+    assert -1.0 <= verdict.score <= 1.0
+    assert (verdict.home == "cloud") == (verdict.score >= 0.0)
+    return verdict.score
+
+
+@given(robots, links, nodes, parameters, st.sampled_from(["cores", "clock", "benchmark"]), st.integers(1, 9))
+def test_a_stronger_robot_never_loses_a_node(
+    robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters, what: str, more: int
+) -> None:
+    stronger = msgspec.structs.replace(robot, **{what: getattr(robot, what) + more})
+    assert score(stronger, link, node, by) <= score(robot, link, node, by) + 1e-9
+
+
+@given(robots, links, nodes, parameters, st.floats(1.0, 50.0))
+def test_a_better_link_never_takes_a_node_from_the_cloud(
+    robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters, times: float
+) -> None:
+    before = score(robot, link, node, by)
+    assert score(robot, msgspec.structs.replace(link, bandwidth=link.bandwidth * times), node, by) >= before - 1e-9
+    assert score(robot, msgspec.structs.replace(link, rtt=link.rtt / times), node, by) >= before - 1e-9
+
+
+@given(robots, links, nodes, parameters, st.floats(0.0, 10.0))
+def test_a_node_that_demands_more_or_is_slower_on_the_robot_goes_to_the_cloud_rather(
+    robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters, more: float
+) -> None:
+    before = score(robot, link, node, by)
+    assert node.demands is not None and node.robot_seconds is not None
+    heavier = replace(node, demands=replace(node.demands, compute=node.demands.compute + more))
+    for pulled in (
+        heavier,
+        replace(node, robot_seconds=node.robot_seconds + more),
+        replace(node, taken=node.taken + more),
+    ):
+        assert score(robot, link, pulled, by) >= before - 1e-9
+
+
+@given(robots, links, nodes, parameters, st.floats(0.0, 1e8))
+def test_a_node_that_pulls_more_or_is_slower_in_the_cloud_goes_to_the_robot_rather(
+    robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters, more: float
+) -> None:
+    before = score(robot, link, node, by)
+    assert node.cloud_seconds is not None
+    thirsty = replace(node, rates={**node.rates, "more": more})
+    for pulled in (thirsty, replace(node, cloud_seconds=node.cloud_seconds + more / 1e8)):
+        assert score(robot, link, pulled, by) <= before + 1e-9
+
+
+@given(robots, links, nodes, parameters)
+def test_a_node_that_is_time_critical_goes_to_the_robot_rather(
+    robot: Robot, link: Link, node: NodeFacts, by: NodeMonitorParameters
+) -> None:
+    assert node.demands is not None
+    assume(not node.demands.time_critical)
+    urgent = replace(node, demands=replace(node.demands, time_critical=True))
+    assert score(robot, link, urgent, by) <= score(robot, link, node, by) + 1e-9

@@ -1,0 +1,172 @@
+"""The cloud's home of nodes, with real threads for its jobs and timers on a real loop."""
+
+import asyncio
+import threading
+from collections.abc import AsyncIterator
+from typing import Any
+
+import pytest
+
+from engine.container.executor import JOB_THREADS, CloudHome
+from ppaas.errors import NoValidPath, PPaaSError
+from tests.support.waiting import until
+
+
+@pytest.fixture
+async def home() -> AsyncIterator[CloudHome]:
+    made = CloudHome(lambda: None)
+    yield made
+    made.close()
+
+
+class Results:
+    """Remembers what jobs end with, and on which thread it was told."""
+
+    def __init__(self) -> None:
+        self.told: list[Any] = []
+        self.threads: set[int] = set()
+
+    def __call__(self, result: Any) -> None:
+        self.told.append(result)
+        self.threads.add(threading.get_ident())
+
+
+def raising(error: Exception) -> Any:
+    def work(cancelled: Any) -> None:
+        raise error
+
+    return work
+
+
+async def test_a_job_runs_in_a_thread_that_was_prepared_and_its_end_is_told_on_the_loop() -> None:
+    prepared: list[int] = []
+    home, results = CloudHome(lambda: prepared.append(threading.get_ident())), Results()
+    go = threading.Event()
+    for _ in range(2 * JOB_THREADS):
+        home.graph.start(lambda cancelled: go.wait(10) and threading.get_ident(), results)
+    go.set()
+    await until(lambda: len(results.told) == 2 * JOB_THREADS)
+    assert set(results.told) <= set(prepared)
+    assert threading.get_ident() not in prepared
+    assert results.threads == {threading.get_ident()}
+    home.close()
+
+
+async def test_an_error_of_a_job_is_its_result(home: CloudHome, caplog: pytest.LogCaptureFixture) -> None:
+    results = Results()
+    home.graph.start(raising(NoValidPath("no way")), results)
+    await until(lambda: results.told)
+    assert isinstance(results.told[0], NoValidPath)
+    assert caplog.records == []
+
+
+async def test_a_job_that_breaks_is_logged_and_told_without_its_details(
+    home: CloudHome, caplog: pytest.LogCaptureFixture
+) -> None:
+    results = Results()
+    home.graph.start(raising(KeyError("secret")), results)
+    await until(lambda: results.told)
+    (error,) = results.told
+    assert type(error) is PPaaSError
+    assert str(error) == "internal error: KeyError"
+    own = [record for record in caplog.records if record.name == "engine.container.executor"]
+    assert [record.exc_info is not None for record in own] == [True]
+
+
+async def test_a_job_may_be_cancelled_and_says_so(home: CloudHome) -> None:
+    results = Results()
+
+    def work(cancelled: Any) -> str:
+        while not cancelled():
+            pass
+        return "cancelled"
+
+    home.graph.start(work, results).cancel()
+    await until(lambda: results.told == ["cancelled"])
+
+
+async def test_timers_fire_by_themselves_again_and_again(home: CloudHome) -> None:
+    fired: list[None] = []
+    home.graph.every(0.001, lambda: fired.append(None))
+    home.attend()
+    await until(lambda: len(fired) >= 5)
+
+
+async def test_a_timer_that_the_end_of_a_job_sets_fires(home: CloudHome) -> None:
+    fired = asyncio.Event()
+
+    def done(_: Any) -> None:
+        home.graph.every(0.001, fired.set)
+
+    home.graph.start(lambda cancelled: None, done)
+    async with asyncio.timeout(10):
+        await fired.wait()
+
+
+async def test_a_timer_set_by_what_fails_at_the_end_of_a_job_fires_nevertheless(home: CloudHome) -> None:
+    fired = asyncio.Event()
+    told: list[dict[str, Any]] = []
+    asyncio.get_running_loop().set_exception_handler(lambda _loop, context: told.append(context))
+
+    def done(_: Any) -> None:
+        home.graph.every(0.001, fired.set)
+        raise KeyError("done")
+
+    home.graph.start(lambda cancelled: None, done)
+    async with asyncio.timeout(10):
+        await fired.wait()
+    assert isinstance(told[0]["exception"], KeyError)
+
+
+async def test_a_timer_that_fails_stops_neither_itself_nor_the_others_and_is_logged_once(
+    home: CloudHome, caplog: pytest.LogCaptureFixture
+) -> None:
+    failed: list[None] = []
+    fired: list[None] = []
+
+    def fail() -> None:
+        failed.append(None)
+        raise KeyError("timer")
+
+    home.graph.every(0.002, fail)
+    home.graph.every(0.002, lambda: fired.append(None))
+    home.attend()
+    await until(lambda: len(failed) >= 3 and len(fired) >= 3)
+    assert len(caplog.records) == 1
+
+
+async def test_after_its_end_no_timer_fires_and_no_job_is_told_of(
+    home: CloudHome, caplog: pytest.LogCaptureFixture
+) -> None:
+    go, results = threading.Event(), Results()
+    fired: list[None] = []
+    home.graph.every(0.001, lambda: fired.append(None))
+    home.attend()
+    for _ in range(2 * JOB_THREADS):  # half of them wait for a thread, and are cancelled
+        home.graph.start(lambda cancelled: go.wait(10), results)
+    home.close()
+    count = len(fired)
+    home.attend()
+    home.graph.start(lambda cancelled: None, results)
+    go.set()
+    home._executor.shutdown(wait=True)
+    await asyncio.sleep(0.02)
+    assert len(fired) == count
+    assert results.told == []
+    assert caplog.records == []
+
+
+def test_a_job_that_outlives_the_loop_harms_nobody(caplog: pytest.LogCaptureFixture) -> None:
+    go, results = threading.Event(), Results()
+    homes: list[CloudHome] = []
+
+    async def live() -> None:
+        homes.append(CloudHome(lambda: None))
+        homes[0].graph.start(lambda cancelled: go.wait(10), results)
+        homes[0].close()
+
+    asyncio.run(live())
+    go.set()
+    homes[0]._executor.shutdown(wait=True)
+    assert results.told == []
+    assert caplog.records == []

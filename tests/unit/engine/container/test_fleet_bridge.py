@@ -1,0 +1,222 @@
+"""What a clone gives to the world outside its robot, and what it takes from it."""
+
+import logging
+from collections.abc import AsyncIterator
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from engine.container.fleet_bridge import FRESH, SHARE_PERIOD, TELL_PERIOD, Outside, plan_record
+from engine.container.machine_client import MachineClient
+from engine.protocols import machine_link
+from engine.protocols.framing import FrameStream
+from engine.specs.containers import Launch
+from ppaas.clock import ManualClock
+from ppaas.messages import encode
+from ppaas.messages.geometry_msgs import (
+    Point,
+    Pose,
+    PoseWithCovariance,
+    PoseWithCovarianceStamped,
+    Quaternion,
+    Twist,
+    TwistWithCovariance,
+    Vector3,
+)
+from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.ppaas_msgs import RobotState
+from ppaas.messages.std_msgs import Header
+from ppaas.nodes.base import Node, Topic
+from ppaas.nodes.graph import Graph
+from ppaas.planners.base import PlanResult
+from ppaas.plans.reuse.plan_ids import Identity
+from tests.support.engine.engine_links import pair, receive
+from tests.support.engine.specs import robot_spec
+from tests.support.world.echo_node import EchoNode
+
+
+def pose(x: float, w: float = 1.0) -> PoseWithCovarianceStamped:
+    where = Pose(Point(x, 0.0), Quaternion(x=0.0, y=0.0, z=0.0, w=w))
+    return PoseWithCovarianceStamped(Header(frame_id="map"), PoseWithCovariance(where))
+
+
+def state(x: float, twist: Twist | None = None) -> RobotState:
+    """What a Turtlebot tells of itself."""
+    told = pose(x)
+    return RobotState(told.header, told.pose, twist or Twist(), 0.18)
+
+
+def shared(who: str, payload: bytes, topic: str = "amcl_pose") -> machine_link.Shared:
+    return machine_link.Shared(who, "tb1", topic, payload)
+
+
+def plan(*points: tuple[float, float], planner: str = "dijkstra") -> PlanResult:
+    poses = np.array([[x, y, 0.0, 0.0, 0.0, 0.0, 1.0] for x, y in points]).reshape(-1, 7)
+    found = PlanResult(np.zeros((len(points), 2), np.int32), poses, 50.0, 1.0, 9, 0.01, planner)
+    return replace(found, id=Identity("house", "v1", planner, {}).of(found))
+
+
+LAUNCH = Launch(robot_spec("c1", "ann", "tb1"), "", "", "", "secret", (0,), 1)
+
+
+class Wheels(Node):
+    """Hears odometry, as the nodes of a clone do."""
+
+    name = "wheels"
+    subscribes = (Topic("odom", Odometry),)
+
+
+class Clone:
+    """A graph with a node that hears of other robots, and the machine's end of its link."""
+
+    def __init__(self, client: MachineClient, machine: FrameStream[machine_link.FromContainer]) -> None:
+        self.clock = ManualClock(1000.0)
+        self.graph = Graph(stamp_clock=self.clock)
+        self.node = self.graph.add(EchoNode)
+        self.graph.add(Wheels)
+        self.machine = machine
+        self.outside = Outside(LAUNCH, self.graph, client)
+
+    def seen(self) -> list[float]:
+        """Return where the other robots are, as the clone was told last."""
+        return sorted(p.position.x for p in self.node.robots[-1].poses)
+
+
+@pytest.fixture
+async def clone() -> AsyncIterator[Clone]:
+    near, far = await pair(machine_link.ToContainer, machine_link.FromContainer)
+    client = MachineClient(near)
+    yield Clone(client, far)
+    await client.close()
+    await far.close()
+
+
+async def test_positions_are_shared_but_not_more_often_than_they_are_worth(clone: Clone) -> None:
+    for step in range(3):
+        clone.graph.publish("amcl_pose", pose(float(step)))
+        clone.clock.advance(SHARE_PERIOD * 0.6)
+    frames = [await receive(clone.machine) for _ in range(2)]
+    assert frames == [machine_link.Share("amcl_pose", encode(state(x))) for x in (0.0, 2.0)]
+
+
+async def test_with_its_position_a_robot_shares_how_fast_it_drives_unless_that_is_long_ago(clone: Clone) -> None:
+    twist = Twist(linear=Vector3(x=0.4), angular=Vector3(z=0.1))
+    clone.graph.inject("odom", Odometry(Header(), "base_link", pose(0.0).pose, TwistWithCovariance(twist)))
+    clone.graph.publish("amcl_pose", pose(1.0))
+    assert await receive(clone.machine) == machine_link.Share("amcl_pose", encode(state(1.0, twist)))
+    clone.clock.advance(2.0 * FRESH)
+    clone.graph.publish("amcl_pose", pose(1.0))
+    assert await receive(clone.machine) == machine_link.Share("amcl_pose", encode(state(1.0)))
+
+
+async def test_the_clone_is_told_how_fast_others_drive_and_how_large_they_are(clone: Clone) -> None:
+    clone.outside.shared(shared("bob", encode(state(1.0, Twist(linear=Vector3(x=0.4))))))
+    told = clone.node.robots[-1]
+    assert (told.twists[0].linear.x, told.radii) == (0.4, [0.18])
+
+
+async def test_a_clock_that_is_set_back_keeps_no_position_from_the_others(clone: Clone) -> None:
+    for x in (0.0, 1.0):
+        clone.graph.publish("amcl_pose", pose(x))
+        clone.clock.now -= 60.0
+    frames = [await receive(clone.machine) for _ in range(2)]
+    assert frames == [machine_link.Share("amcl_pose", encode(state(x))) for x in (0.0, 1.0)]
+
+
+async def test_the_clone_is_told_of_all_robots_that_were_seen_just_now(clone: Clone) -> None:
+    clone.outside.shared(shared("bob", encode(pose(1.0))))
+    clone.clock.advance(FRESH * 0.6)
+    clone.outside.shared(shared("eve", encode(pose(2.0))))
+    assert clone.seen() == [1.0, 2.0]
+    clone.clock.advance(FRESH * 0.6)
+    clone.outside.shared(shared("eve", encode(pose(3.0))))
+    assert clone.seen() == [3.0]
+    assert clone.node.robots[-1].header.frame_id == "map"
+
+
+async def test_the_clone_is_told_of_many_robots_no_more_often_than_of_one(clone: Clone) -> None:
+    for number in range(8):
+        clone.outside.shared(shared(f"u{number}", encode(pose(float(number)))))
+    assert len(clone.node.robots) == 1
+    clone.clock.advance(TELL_PERIOD)
+    clone.outside.shared(shared("u0", encode(pose(0.0))))
+    assert clone.seen() == [float(number) for number in range(8)]
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [
+        b"",
+        b"{",
+        b"\xff\xfe",
+        b"[" * 100_000,
+        b'{"header":{},"pose":{"pose":{"position":{"x":1e999},"orientation":{}}}}',
+        encode(pose(float("nan"))),
+        encode(pose(9.0, w=0.0)),
+        encode(replace(state(9.0), radius=-1.0)),
+        b'{"header":{},"pose":{"pose":{"position":{"x":9},"orientation":{"w":1}}},"twist":{"linear":{"x":1e999}}}',
+    ],
+    ids=[
+        "nothing",
+        "cut off",
+        "no text",
+        "bottomless",
+        "beyond all numbers",
+        "nan",
+        "no orientation",
+        "no size",
+        "no speed",
+    ],
+)
+async def test_what_is_no_position_harms_neither_the_clone_nor_what_it_knows_of_others(
+    clone: Clone, payload: bytes, caplog: pytest.LogCaptureFixture
+) -> None:
+    clone.outside.shared(shared("bob", encode(pose(1.0))))
+    for _ in range(3):
+        clone.outside.shared(shared("eve", payload))
+    clone.clock.advance(TELL_PERIOD)
+    clone.outside.shared(shared("ann", encode(pose(2.0))))
+    assert clone.seen() == [1.0, 2.0]
+    assert len([record for record in caplog.records if record.levelno >= logging.WARNING]) == 1
+
+
+async def test_other_topics_are_not_taken_for_positions(clone: Clone) -> None:
+    clone.outside.shared(shared("eve", b"{", topic="scan"))
+    assert clone.node.robots == []
+
+
+async def test_a_plan_is_kept_in_the_name_of_its_robot(clone: Clone) -> None:
+    made = replace(plan((0.0, 0.0), (1.0, 2.0)), conditions={"smooth": True})
+    clone.graph.publish("plan", made)
+    keep = await receive(clone.machine)
+    assert isinstance(keep, machine_link.KeepPlan)
+    kept = keep.plan
+    assert (kept.user, kept.robot, kept.map, kept.version) == ("ann", "tb1", "house", "v1")
+    assert (kept.id, kept.parameters, kept.origin) == (made.id, {"smooth": True}, "computed")
+    assert (kept.start, kept.goal, kept.created) == ((0.0, 0.0, 0.0), (1.0, 2.0, 0.0), 1000.0)
+    np.testing.assert_array_equal(np.frombuffer(kept.poses).reshape(-1, 7)[:, :2], [(0.0, 0.0), (1.0, 2.0)])
+
+
+async def test_an_empty_plan_is_not_kept(clone: Clone) -> None:
+    clone.graph.publish("plan", plan())
+    clone.graph.publish("plan", plan((0.0, 0.0), (3.0, 0.0)))
+    keep = await receive(clone.machine)
+    assert isinstance(keep, machine_link.KeepPlan)
+    assert keep.plan.goal == (3.0, 0.0, 0.0)
+
+
+async def test_a_plan_that_is_kept_already_is_not_kept_anew(clone: Clone) -> None:
+    clone.graph.publish("plan", replace(plan((0.0, 0.0), (1.0, 2.0)), id="p1", origin="reused", reused="p1"))
+    clone.graph.publish("plan", replace(plan((0.0, 0.0), (3.0, 0.0)), id="p2", origin="stitched", reused="p1"))
+    keep = await receive(clone.machine)
+    assert isinstance(keep, machine_link.KeepPlan)
+    assert (keep.plan.id, keep.plan.origin) == ("p2", "stitched")
+
+
+def test_the_same_plan_has_the_same_id_and_another_has_not() -> None:
+    first = plan_record(LAUNCH, plan((0.0, 0.0), (1.0, 2.0)), 1.0)
+    again = plan_record(LAUNCH, plan((0.0, 0.0), (1.0, 2.0)), 2.0)
+    others = [plan((0.0, 0.0), (1.0, 2.5)), plan((0.0, 0.0), (1.0, 2.0), planner="other")]
+    assert again.id == first.id
+    assert len({first.id, *(plan_record(LAUNCH, other, 1.0).id for other in others)}) == 3

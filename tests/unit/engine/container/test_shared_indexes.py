@@ -1,0 +1,76 @@
+"""A planner of a container gets what its machine has prepared, and gets along without."""
+
+import asyncio
+from pathlib import Path
+
+import pytest
+
+from engine.container.shared_indexes import SharedIndexes
+from engine.specs.layer_files import write_index
+from ppaas.errors import InvalidPlanner, PlanCancelled, Unavailable
+from ppaas.planners.watch import proceed
+
+
+class Machine:
+    """Makes the index, when it is let."""
+
+    def __init__(self, folder: Path, failure: Exception | None = None) -> None:
+        self.folder = folder
+        self.failure = failure
+        self.go = asyncio.Event()
+        self.go.set()
+        self.asked: list[str] = []
+
+    async def prepare_index(self, planner: str) -> None:
+        self.asked.append(planner)
+        await self.go.wait()
+        if self.failure is not None:
+            raise self.failure
+        write_index(self.folder, planner, memoryview(b"made"))
+
+
+async def call(machine, check=proceed):
+    indexes = SharedIndexes(machine.folder)
+    indexes.ask(machine, asyncio.get_running_loop())
+    return await asyncio.to_thread(indexes, "p", check)
+
+
+async def test_what_is_there_is_opened_without_asking(tmp_path):
+    machine = Machine(tmp_path)
+    write_index(tmp_path, "p", memoryview(b"there"))
+    assert bytes(await call(machine)) == b"there"
+    assert machine.asked == []
+
+
+async def test_what_is_not_there_is_asked_for_and_awaited(tmp_path):
+    machine = Machine(tmp_path)
+    machine.go.clear()
+    asyncio.get_running_loop().call_later(0.02, machine.go.set)
+    assert bytes(await call(machine)) == b"made"
+    assert machine.asked == ["p"]
+
+
+async def test_without_room_there_is_none(tmp_path):
+    assert await call(Machine(tmp_path, Unavailable("full"))) is None
+
+
+async def test_that_a_planner_cannot_prepare_the_map_is_told(tmp_path):
+    with pytest.raises(InvalidPlanner, match="cluttered"):
+        await call(Machine(tmp_path, InvalidPlanner("too cluttered")))
+
+
+async def test_who_has_no_more_time_waits_no_longer(tmp_path):
+    machine = Machine(tmp_path)
+    machine.go.clear()
+    calls = iter(range(3))
+
+    def check() -> None:
+        if next(calls, None) is None:
+            raise PlanCancelled("no time")
+
+    with pytest.raises(PlanCancelled):
+        await call(machine, check)
+
+
+def test_before_the_machine_is_known_there_is_none(tmp_path):
+    assert SharedIndexes(tmp_path)("p", proceed) is None

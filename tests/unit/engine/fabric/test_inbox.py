@@ -1,0 +1,77 @@
+import asyncio
+import threading
+
+from engine.fabric.inbox import BATCH, Inbox
+
+
+async def drain() -> None:
+    for _ in range(1000):
+        await asyncio.sleep(0)
+
+
+async def test_items_of_other_threads_arrive_on_the_loop_in_order():
+    taken, threads = [], set()
+
+    def take(item: int) -> None:
+        taken.append(item)
+        threads.add(threading.current_thread())
+
+    inbox: Inbox[int] = Inbox(asyncio.get_running_loop(), take, 1000)
+    await asyncio.to_thread(lambda: [inbox.put(i) for i in range(500)])
+    await drain()
+    assert taken == list(range(500))
+    assert threads == {threading.main_thread()}
+
+
+async def test_the_newest_are_kept_where_the_loop_is_behind():
+    taken: list[int] = []
+    inbox: Inbox[int] = Inbox(asyncio.get_running_loop(), taken.append, 10)
+    for i in range(1000):
+        inbox.put(i)
+    await drain()
+    assert taken == list(range(990, 1000))
+
+
+async def test_a_flood_leaves_the_loop_time_for_others():
+    taken: list[int] = []
+    inbox: Inbox[int] = Inbox(asyncio.get_running_loop(), taken.append, 10 * BATCH)
+    for i in range(10 * BATCH):
+        inbox.put(i)
+    await asyncio.sleep(0)
+    await asyncio.sleep(0)
+    assert 0 < len(taken) < 10 * BATCH
+    await drain()
+    assert len(taken) == 10 * BATCH
+
+
+async def test_a_callback_that_fails_does_not_end_the_flow(caplog):
+    taken = []
+
+    def take(item: int) -> None:
+        taken.append(item)
+        if item == 1:
+            raise ValueError("one")
+
+    inbox: Inbox[int] = Inbox(asyncio.get_running_loop(), take, 10)
+    for i in range(3):
+        inbox.put(i)
+    await drain()
+    assert taken == [0, 1, 2]
+    assert "a callback of the fabric failed" in caplog.text
+
+
+async def test_after_close_nothing_is_taken():
+    taken: list[int] = []
+    inbox: Inbox[int] = Inbox(asyncio.get_running_loop(), taken.append, 10)
+    inbox.put(1)  # the loop is awake for it
+    inbox.close()
+    inbox.put(2)
+    await drain()
+    assert taken == []
+
+
+def test_a_loop_that_has_ended_does_not_disturb_whoever_puts():
+    loop = asyncio.new_event_loop()
+    inbox: Inbox[int] = Inbox(loop, print, 10)
+    loop.close()
+    inbox.put(1)

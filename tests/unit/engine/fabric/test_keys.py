@@ -1,0 +1,115 @@
+import pytest
+import zenoh
+from hypothesis import given
+from hypothesis import strategies as st
+
+from engine.fabric.keys import Scope, SharedKey, chunk, everyones, parse_shared, shared_key, topic_key
+from ppaas.errors import InvalidParameter, NotPermitted
+
+names = st.text(st.characters(codec="utf-8"), min_size=1, max_size=12)
+topics = st.from_regex(r"[a-z][a-z0-9_]{0,5}(/[a-z0-9_]{1,5}){0,2}", fullmatch=True)
+ANN = Scope("ann", "lab", "tb1", "house")
+
+
+def test_a_key_names_user_group_robot_and_topic():
+    assert ANN.own("/move_base/goal") == "ppaas/ann/lab/tb1/move_base/goal"
+    assert ANN.shown("position") == "ppaas/map/house/ann/tb1/position"
+
+
+@given(names, names, names, topics)
+def test_any_name_makes_a_key_that_zenoh_takes_and_no_two_the_same(user, group, robot, topic):
+    key = topic_key(user, group, robot, topic)
+    assert str(zenoh.KeyExpr(key)) == key
+    assert len(key.split("/")) == 4 + len(topic.split("/"))
+    assert not set("*$?#") & set(key)
+
+
+@given(names, names)
+def test_different_names_make_different_chunks(one, other):
+    assert (chunk(one) == chunk(other)) == (one == other)
+
+
+@given(names, names, names, topics)
+def test_what_a_shared_key_says_is_read_back(map_id, user, robot, topic):
+    key = shared_key(map_id, user, robot, topic)
+    assert parse_shared(key) == SharedKey(map_id, user, robot, topic)
+    assert zenoh.KeyExpr(everyones(map_id, topic)).intersects(zenoh.KeyExpr(key))
+
+
+@given(names, names, names, topics)
+def test_no_user_can_be_named_so_that_own_keys_look_shared(user, group, robot, topic):
+    key = topic_key(user, group, robot, topic)
+    assert not zenoh.KeyExpr("ppaas/map/**").intersects(zenoh.KeyExpr(key))
+
+
+def test_a_user_called_map_stays_apart():
+    assert topic_key("map", "g", "r", "t") == "ppaas/%6Dap/g/r/t"
+
+
+@pytest.mark.parametrize("key", ["", "ppaas/ann/g/r/t", "ppaas/map/house", "x/map/m/u/r/t", "ppaas/map/m//r/t"])
+def test_a_key_that_is_not_shared_is_not_read_as_one(key):
+    with pytest.raises(InvalidParameter):
+        parse_shared(key)
+
+
+@pytest.mark.parametrize("topic", ["*", "a/**", "a/../b", "..", "a$*", "a?x=1", "a#b"])
+def test_wildcards_and_dots_in_a_topic_are_not_permitted(topic):
+    with pytest.raises(NotPermitted):
+        ANN.own(topic)
+
+
+@pytest.mark.parametrize("topic", ["", "/", "a//b", "1a", "a b", "ä\n"])
+def test_what_is_no_graph_name_is_no_topic(topic):
+    with pytest.raises(InvalidParameter):
+        ANN.own(topic)
+
+
+@given(topics)
+def test_a_container_may_read_and_write_what_is_its_own(topic):
+    for key in (ANN.own(topic), ANN.shown(topic)):
+        ANN.check_write(key)
+        ANN.check_read(key)
+
+
+def test_it_reads_and_does_not_write_what_others_show_on_its_map():
+    key = shared_key("house", "bob", "tb9", "position")
+    ANN.check_read(key)
+    with pytest.raises(NotPermitted, match="may not write"):
+        ANN.check_write(key)
+
+
+FOREIGN = [
+    "ppaas/bob/lab/tb1/scan",
+    "ppaas/ann/office/tb1/scan",
+    "ppaas/ann/lab/tb2/scan",
+    "ppaas/ann/lab/tb1",
+    "ppaas/ann/lab/tb11/scan",
+    "ppaas/map/office/ann/tb1/position",
+    "ppaas/ann/lab/tb1/*",
+    "ppaas/ann/lab/tb1/**",
+    "ppaas/*/lab/tb1/scan",
+    "ppaas/ann/lab/tb1/../../bob/scan",
+    "ppaas/ann/lab/tb1//scan",
+    "ppaas/ann/lab/tb1/scan$*",
+    "**",
+    "",
+    "@/router/x",
+]
+
+
+@pytest.mark.parametrize("key", FOREIGN)
+def test_a_container_may_neither_read_nor_write_what_is_not_its_own(key):
+    with pytest.raises(NotPermitted):
+        ANN.check_read(key)
+    with pytest.raises(NotPermitted):
+        ANN.check_write(key)
+
+
+@given(names, names, names, names, topics)
+def test_no_other_users_name_gives_access(user, group, robot, map_id, topic):
+    other = Scope(user, group, robot, map_id)
+    if user != ANN.user:
+        with pytest.raises(NotPermitted):
+            ANN.check_read(other.own(topic))
+        with pytest.raises(NotPermitted):
+            ANN.check_write(other.own(topic))

@@ -1,0 +1,87 @@
+import asyncio
+
+import pytest
+
+from engine.fabric.request_cache import MARGIN, Answers
+from ppaas.clock import ManualClock
+from ppaas.errors import Unavailable
+
+
+class Server:
+    """Counts what it carries out."""
+
+    def __init__(self):
+        self.done = []
+        self.go = asyncio.Event()
+
+    async def work(self, name: str) -> bytes:
+        await self.go.wait()
+        self.done.append(name)
+        return name.encode()
+
+
+async def test_a_request_that_comes_twice_is_carried_out_once():
+    server, answers = Server(), Answers()
+    first = answers.answer("1", 5.0, lambda: server.work("a"))
+    second = answers.answer("1", 5.0, lambda: server.work("a"))
+    server.go.set()
+    assert await first == await second == b"a"
+    assert await answers.answer("1", 5.0, lambda: server.work("a")) == b"a"
+    assert server.done == ["a"]
+
+
+async def test_an_error_is_an_answer_too():
+    tries = []
+
+    async def fail() -> bytes:
+        tries.append(1)
+        raise Unavailable("no room")
+
+    answers = Answers()
+    for _ in range(2):
+        with pytest.raises(Unavailable, match="no room"):
+            await answers.answer("1", 5.0, fail)
+    assert len(tries) == 1
+
+
+async def test_an_answer_is_kept_until_nobody_can_ask_again_and_then_forgotten():
+    clock = ManualClock()
+    server, answers = Server(), Answers(clock=clock)
+    server.go.set()
+    await answers.answer("1", 5.0, lambda: server.work("a"))
+    clock.advance(5.0 + MARGIN - 0.1)
+    await answers.answer("1", 5.0, lambda: server.work("a"))
+    assert server.done == ["a"]
+    clock.advance(2.0)
+    await answers.answer("2", 5.0, lambda: server.work("b"))
+    assert len(answers) == 1
+
+
+async def test_what_is_under_way_is_never_forgotten():
+    clock = ManualClock()
+    server, answers = Server(), Answers(clock=clock)
+    first = answers.answer("1", 1.0, lambda: server.work("a"))
+    clock.advance(1000.0)
+    answers.answer("2", 1.0, lambda: server.work("b"))
+    assert answers.answer("1", 1.0, lambda: server.work("a")) is first
+    answers.cancel()
+
+
+async def test_where_there_is_no_room_a_new_request_is_refused_and_an_old_one_answered():
+    server, answers = Server(), Answers(limit=2)
+    server.go.set()
+    await answers.answer("1", 5.0, lambda: server.work("a"))
+    await answers.answer("2", 5.0, lambda: server.work("b"))
+    with pytest.raises(Unavailable, match="2 requests"):
+        answers.answer("3", 5.0, lambda: server.work("c"))
+    assert await answers.answer("1", 5.0, lambda: server.work("a")) == b"a"
+    assert server.done == ["a", "b"]
+
+
+async def test_after_cancel_nothing_runs():
+    server, answers = Server(), Answers()
+    task = answers.answer("1", 5.0, lambda: server.work("a"))
+    answers.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await task
+    assert server.done == [] and len(answers) == 0

@@ -1,0 +1,149 @@
+import asyncio
+import os
+import signal
+import stat
+
+import pytest
+import zenoh
+
+from engine.fabric.router import RouterProcess
+from engine.fabric.session import Fabric
+from engine.fabric.zenoh_config import Credentials, Peering, client_config
+from engine.protocols.tls_identity import Identity
+from engine.remote.authority import Authority
+from ppaas.errors import Unavailable
+from tests.support.engine.tls_cloud import joined
+
+
+@pytest.fixture
+async def router(tmp_path):
+    process = RouterProcess(tmp_path / "run")
+    await process.start()
+    yield process
+    await process.close()
+
+
+def try_to_open(router: RouterProcess, credentials: Credentials) -> None:
+    zenoh.open(client_config(router.endpoint, credentials)).close()
+
+
+async def test_whoever_has_the_credentials_is_let_in(router):
+    await asyncio.to_thread(try_to_open, router, router.credentials)
+
+
+async def test_whoever_has_them_not_is_refused(router):
+    user, password = router.credentials.user, router.credentials.password
+    for wrong in (Credentials(user, "wrong"), Credentials("other", password), Credentials("", "")):
+        with pytest.raises(zenoh.ZError):
+            await asyncio.to_thread(try_to_open, router, wrong)
+
+
+async def test_nobody_else_on_the_machine_can_read_the_credentials(router, tmp_path):
+    assert stat.S_IMODE((tmp_path / "run").stat().st_mode) == 0o700
+    assert stat.S_IMODE((tmp_path / "run" / "credentials").stat().st_mode) == 0o600
+
+
+async def test_nothing_is_left_after_close(tmp_path):
+    process = RouterProcess(tmp_path / "run")
+    await process.start()
+    pid = process.pid
+    await process.close()
+    assert pid is not None
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+    assert list((tmp_path / "run").iterdir()) == []
+
+
+async def test_a_router_that_is_killed_is_started_again_at_the_same_place(router):
+    first = router.pid
+    os.kill(first, signal.SIGKILL)
+    async with asyncio.timeout(10):
+        while router.restarts == 0:
+            await asyncio.sleep(0.01)
+    assert router.pid != first
+    await asyncio.to_thread(try_to_open, router, router.credentials)
+
+
+async def test_a_router_listens_on_tcp_where_it_is_told_to(tmp_path, unused_tcp_port):
+    process = RouterProcess(tmp_path / "run", tcp=f"127.0.0.1:{unused_tcp_port}")
+    await process.start()
+    try:
+        config = client_config(f"tcp/127.0.0.1:{unused_tcp_port}", process.credentials)
+        await asyncio.to_thread(lambda: zenoh.open(config).close())
+    finally:
+        await process.close()
+
+
+async def test_routers_of_two_hosts_hand_on_what_is_said_on_either_and_find_each_other_again(tmp_path, unused_tcp_port):
+    authority = Authority(tmp_path / "machines")
+    shared = Credentials("agent", "of the whole cloud")
+    endpoint = (f"tls/127.0.0.1:{unused_tcp_port}",)
+    theirs = RouterProcess(
+        tmp_path / "b", peering=peering(joined(authority, tmp_path / "m2", "m2"), shared, connect=endpoint)
+    )
+    ours = RouterProcess(tmp_path / "a", peering=peering(authority.identity, shared, listen=endpoint))
+    await theirs.start()  # the one that is dialled may come later
+    await ours.start()
+    heard = []
+    near, far = [await Fabric.open(router.endpoint, shared) for router in (ours, theirs)]
+    near.subscribe("ppaas/map/**", lambda key, payload: heard.append((key, payload)))
+    try:
+        await say_until(far, heard, b"first")
+        os.kill(ours.pid, signal.SIGKILL)
+        await say_until(far, heard, b"again")
+    finally:
+        for opened in (near, far, ours, theirs):
+            await opened.close()
+
+
+async def test_a_router_of_another_authority_or_with_another_password_is_not_one_of_ours(tmp_path, unused_tcp_port):
+    authority, other = Authority(tmp_path / "machines"), Authority(tmp_path / "other")
+    shared = Credentials("agent", "of the whole cloud")
+    endpoint = (f"tls/127.0.0.1:{unused_tcp_port}",)
+    ours = RouterProcess(tmp_path / "a", peering=peering(authority.identity, shared, listen=endpoint))
+    stranger, mistaken = joined(other, tmp_path / "m2", "m2"), joined(authority, tmp_path / "m3", "m3")
+    ours_known = Identity(stranger.key, stranger.certificate, authority.identity.authority)
+    wrong = Credentials("agent", "another")
+    routers = [
+        ours,
+        RouterProcess(tmp_path / "b", peering=peering(ours_known, shared, connect=endpoint)),
+        RouterProcess(tmp_path / "c", peering=peering(mistaken, wrong, connect=endpoint)),
+        RouterProcess(
+            tmp_path / "d", peering=peering(joined(authority, tmp_path / "m4", "m4"), shared, connect=endpoint)
+        ),
+    ]
+    for router in routers:
+        await router.start()
+    heard = []
+    fabrics = [await Fabric.open(router.endpoint, router.credentials) for router in routers]
+    fabrics[0].subscribe("ppaas/map/**", lambda key, payload: heard.append((key, payload)))
+    try:
+        for name, fabric in zip("bc", fabrics[1:3], strict=True):
+            for _ in range(20):
+                fabric.publish(f"ppaas/map/{name}", b"not to be heard")
+        await say_until(fabrics[3], heard, b"to be heard")  # by when the others would have been as well
+        assert {payload for _, payload in heard} == {b"to be heard"}
+    finally:
+        for opened in (*fabrics, *routers):
+            await opened.close()
+
+
+def peering(identity, credentials, **ends):
+    return Peering(
+        str(identity.key), str(identity.certificate), str(identity.authority), credentials, **ends
+    )  # fmt: skip
+
+
+async def say_until(fabric: Fabric, heard: list[tuple[str, bytes]], said: bytes) -> None:
+    """Say it again and again until it was heard: publications may be lost while routers find each other."""
+    async with asyncio.timeout(15):
+        while said not in [payload for _, payload in heard]:
+            fabric.publish("ppaas/map/said", said)
+            await asyncio.sleep(0.05)
+
+
+async def test_a_router_that_cannot_listen_says_so(tmp_path):
+    process = RouterProcess(tmp_path / "run", tcp="256.0.0.1:1")
+    with pytest.raises(Unavailable, match="before it listened"):
+        await process.start()
+    await process.close()

@@ -1,0 +1,109 @@
+"""The agent as a process that is kept running, with a script in place of the agent."""
+
+import asyncio
+import signal
+import sys
+from pathlib import Path
+
+import psutil
+import pytest
+
+from engine.agent.config import AgentConfig
+from engine.local import agent_process
+from engine.local.agent_process import AgentProcess
+from tests.support.waiting import until
+
+STAND_IN = (sys.executable, "-m", "tests.support.engine.agent_stand_in")
+
+
+class Kept:
+    """A process that is kept running, and what it wrote down."""
+
+    def __init__(self, folder: Path, machine: str) -> None:
+        self.file = folder / "agents"
+        config = AgentConfig(machine, "", "secret", str(folder), "", "memory:", "memory:")
+        self.process = AgentProcess(config, STAND_IN)
+
+    def lives(self) -> list[list[int]]:
+        """Return the processes of each life so far, the agent first."""
+        try:
+            return [[int(pid) for pid in line.split()] for line in self.file.read_text().splitlines()]
+        except FileNotFoundError:
+            return []
+
+
+async def test_an_agent_is_told_what_it_is_on_its_standard_input_alone(tmp_path: Path) -> None:
+    kept = Kept(tmp_path, "stay")
+    await kept.process.start()
+    await until(kept.lives)
+    assert kept.lives() == [[kept.process.pid]]
+    assert "secret" not in " ".join(psutil.Process(kept.process.pid).cmdline())
+    await kept.process.stop()
+
+
+async def test_an_agent_that_is_killed_is_started_again(tmp_path: Path) -> None:
+    kept = Kept(tmp_path, "stay")
+    await kept.process.start()
+    await until(kept.lives)
+    psutil.Process(kept.lives()[0][0]).send_signal(signal.SIGKILL)
+    await until(lambda: len(kept.lives()) == 2)
+    await kept.process.stop()
+    assert len(kept.lives()) == 2
+
+
+async def test_an_agent_that_dies_again_and_again_is_started_again_but_not_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(agent_process, "RESTART_DELAYS", (0.0, 0.0, 1000.0))
+    kept = Kept(tmp_path, "die")
+    await kept.process.start()
+    await until(lambda: len(kept.lives()) == 3)
+    await asyncio.sleep(0.3)
+    assert len(kept.lives()) == 3
+    await kept.process.stop()
+
+
+async def test_an_agent_that_says_that_it_is_done_is_not_started_again(tmp_path: Path) -> None:
+    process = AgentProcess(AgentConfig("die", "", "", str(tmp_path), "", "", ""), STAND_IN, done=3)
+    await process.start()
+    await process.ended()
+    assert len((tmp_path / "agents").read_text().splitlines()) == 1
+    await process.stop()
+
+
+async def test_a_command_that_cannot_be_run_is_tried_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(agent_process, "RESTART_DELAYS", (0.0,))
+    process = AgentProcess(AgentConfig("m", "", "", "", "", "", ""), (str(tmp_path / "nowhere"),))
+    await process.start()
+    await until(lambda: len(caplog.records) >= 2)
+    await process.stop()
+
+
+async def test_stopping_ends_an_agent_that_nobody_has_hung_up_on(tmp_path: Path) -> None:
+    kept = Kept(tmp_path, "stay")
+    await kept.process.start()
+    await until(kept.lives)
+    await kept.process.stop()
+    assert not psutil.pid_exists(kept.lives()[0][0])
+    await kept.process.stop()
+
+
+async def test_an_agent_that_does_not_end_is_killed_with_what_it_started(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(agent_process, "STOP_GRACE", 0.2)
+    kept = Kept(tmp_path, "stubborn")
+    await kept.process.start()
+    await until(kept.lives)
+    ((agent, child),) = kept.lives()
+    grandchild = psutil.Process(child)
+    await kept.process.stop()
+    assert not psutil.pid_exists(agent)
+    _, alive = await asyncio.to_thread(psutil.wait_procs, [grandchild], 10)
+    assert not alive
+
+
+async def test_stopping_what_was_never_started_does_nothing(tmp_path: Path) -> None:
+    await Kept(tmp_path, "stay").process.stop()

@@ -1,0 +1,150 @@
+"""The agent that a killed cloud process left behind, with processes that stand in for both."""
+
+import asyncio
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from engine.agent.config import AgentConfig
+from engine.local.adopted_process import UNKNOWN, FoundProcess
+from engine.local.agent_record import OwnAgent, left_in, note
+from engine.local.machine import OwnMachine, settled
+from engine.processes.instances import instance_name, is_dead, name_of, pid_of
+from engine.processes.run_dir import OWNER
+from tests.support.waiting import until
+
+WANTED = AgentConfig("local", "", "", "", instance_name(), "sqlite:///a", "file:///maps")
+
+
+@pytest.fixture
+def agent() -> Iterator[subprocess.Popen[bytes]]:
+    """Return a process that stands in for an agent."""
+    process = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"], start_new_session=True)
+    yield process
+    process.kill()
+    process.wait()
+
+
+@pytest.fixture
+def dead() -> str:
+    """Return the name of a process that has ended, as that of a cloud."""
+    code = "from engine.processes.instances import instance_name; print(instance_name())"
+    return subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.strip()
+
+
+@pytest.fixture
+def run_dir(short_path: Path) -> Path:
+    made = short_path / "ppaas-left"
+    made.mkdir()
+    return made
+
+
+def of(cloud: str, run_dir: Path) -> AgentConfig:
+    return msgspec.structs.replace(WANTED, cloud=cloud, run_dir=str(run_dir), secret="known", control="there")
+
+
+def test_an_agent_whose_cloud_process_is_dead_is_found_and_goes_on_where_it_is(
+    tmp_path: Path, agent: subprocess.Popen[bytes], dead: str, run_dir: Path
+) -> None:
+    note(tmp_path / "own", agent.pid, of(dead, run_dir))
+    left = left_in(tmp_path / "own")
+    assert left is not None and left.pid == agent.pid and left.like(WANTED) is not None
+    config = settled(WANTED, left)
+    assert (config.run_dir, config.secret, config.cloud) == (str(run_dir), "known", instance_name())
+    assert (run_dir / OWNER).read_text().split() == [instance_name()]
+    assert OwnMachine(config, None, left).was_found
+
+
+def test_nothing_is_found_of_a_cloud_process_that_lives_nor_of_an_agent_that_does_not(
+    tmp_path: Path, agent: subprocess.Popen[bytes], dead: str, run_dir: Path
+) -> None:
+    file = tmp_path / "own"
+    assert left_in(file) is None
+    file.write_text("rubbish")
+    assert left_in(file) is None
+    note(file, agent.pid, of(instance_name(), run_dir))
+    assert left_in(file) is None, "its cloud process lives"
+    note(file, agent.pid, of(dead, run_dir))
+    agent.kill()
+    agent.wait()
+    assert left_in(file) is None
+
+
+async def test_one_that_runs_otherwise_ends_before_another_is_started(
+    tmp_path: Path, agent: subprocess.Popen[bytes], dead: str, run_dir: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    note(tmp_path / "own", agent.pid, of(dead, run_dir))
+    left = left_in(tmp_path / "own")
+    wanted = msgspec.structs.replace(WANTED, cores=1)
+    assert left is not None and left.like(wanted) is None
+    config = settled(wanted, left)
+    assert config.run_dir != str(run_dir) and config.secret != "known"
+    machine = OwnMachine(config, tmp_path / "own", left)
+    monkeypatch.setattr("engine.local.agent_process.AgentProcess.start", lambda _: asyncio.sleep(0))
+    await machine.start()
+    assert not machine.was_found and is_dead(left.process)
+    await machine.stop()
+    assert not (tmp_path / "own").exists()
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [{"release": "0.0.9"}, {"told": msgspec.Raw(b'{"spoken": "otherwise"}')}],
+    ids=["told so", "told otherwise by the same"],
+)
+async def test_one_of_another_release_ends_and_says_why(
+    tmp_path: Path,
+    agent: subprocess.Popen[bytes],
+    dead: str,
+    run_dir: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    changed: dict[str, Any],
+) -> None:
+    note(tmp_path / "own", agent.pid, of(dead, run_dir))
+    noted = msgspec.json.decode((tmp_path / "own").read_bytes(), type=OwnAgent)
+    (tmp_path / "own").write_bytes(msgspec.json.encode(msgspec.structs.replace(noted, **changed)))
+    left = left_in(tmp_path / "own")
+    assert left is not None
+    config = settled(WANTED, left)
+    machine = OwnMachine(config, None, left)
+    monkeypatch.setattr("engine.local.agent_process.AgentProcess.start", lambda _: asyncio.sleep(0))
+    await machine.start()
+    assert config.run_dir != str(run_dir) and not machine.was_found and is_dead(left.process)
+    assert f"of release {left.release}, ends" in caplog.text
+
+
+async def test_one_that_goes_on_is_noted_as_ours_watched_and_ended(
+    tmp_path: Path, agent: subprocess.Popen[bytes], dead: str, run_dir: Path
+) -> None:
+    note(tmp_path / "own", agent.pid, of(dead, run_dir))
+    left = left_in(tmp_path / "own")
+    machine = OwnMachine(settled(WANTED, left), tmp_path / "own", left)
+    await machine.start()
+    assert b"known" in (tmp_path / "own").read_bytes() and left_in(tmp_path / "own") is None, "we live"
+    await machine.stop()
+    await until(lambda: name_of(agent.pid) is None)
+
+
+async def test_a_process_that_is_no_child_is_waited_for_and_told_to_end(agent: subprocess.Popen[bytes]) -> None:
+    found = FoundProcess(agent.pid)
+    waiting = asyncio.create_task(found.wait())
+    await asyncio.sleep(0)
+    assert found.returncode is None and not waiting.done()
+    found.terminate()
+    assert await waiting == found.returncode == UNKNOWN
+    found.terminate()  # which is too late, and does nothing
+    agent.wait()
+    with pytest.raises(ProcessLookupError):
+        FoundProcess(agent.pid)
+
+
+def test_a_name_has_the_number_of_its_process() -> None:
+    assert pid_of(instance_name()) == os.getpid()
+    assert name_of(os.getpid()) == instance_name()

@@ -1,0 +1,212 @@
+"""Which machine a container is placed on."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+
+from engine.master.balancer import Balancer
+from engine.master.balancers.first_fit import FirstFit
+from engine.master.balancers.ppaas import SameMap
+from engine.master.balancers.registry import BALANCERS
+from engine.master.balancers.utilization import LATE, Weights, utilization
+from engine.master.machine import Machine
+from engine.specs.containers import ContainerSpec
+from engine.specs.machine_settings import MachineSettings
+from ppaas.errors import NotFound
+from tests.support.engine.placing import machine, spec
+
+
+class Placing:
+    """Does what the master does with a balancer."""
+
+    def __init__(self, balancer: Balancer, *machines: Machine) -> None:
+        self.balancer = balancer
+        self.machines = {each.id: each for each in machines}
+        for each in machines:
+            balancer.joined(each)
+
+    def place(self, wanted: ContainerSpec) -> str | None:
+        """Return where a container was placed."""
+        chosen = self.balancer.choose(wanted)
+        if chosen is None:
+            return None
+        assert chosen.has_room(wanted)
+        chosen.place(wanted)
+        self.balancer.placed(chosen, wanted)
+        return chosen.id
+
+    def remove(self, machine_id: str, container: str) -> None:
+        """End a container."""
+        carried = self.machines[machine_id]
+        removed = carried.remove(container)
+        assert removed is not None
+        self.balancer.removed(carried, removed)
+
+    def leave(self, machine_id: str) -> None:
+        """Lose a machine with all that it carries."""
+        self.balancer.left(self.machines.pop(machine_id))
+
+    def measure(self, machine_id: str, **figures: Any) -> None:
+        """Note what was measured of a machine."""
+        for name, value in figures.items():
+            setattr(self.machines[machine_id], name, value)
+        self.balancer.measured(self.machines[machine_id])
+
+
+@pytest.fixture
+def same_map() -> Placing:
+    return Placing(SameMap(), *(machine(f"m{number}", 1) for number in range(3)))
+
+
+def test_first_fit_fills_one_machine_after_the_other() -> None:
+    placing = Placing(FirstFit(), machine("m1", 1), machine("m2", 1))
+    assert [placing.place(spec(f"c{number}", 0.5)) for number in range(17)] == ["m1"] * 8 + ["m2"] * 8 + [None]
+    placing.remove("m1", "c3")
+    assert placing.place(spec("again", 0.5)) == "m1"
+
+
+@pytest.mark.parametrize("name", BALANCERS.names())
+def test_what_is_drained_or_full_or_too_small_is_given_nothing(name: str) -> None:
+    placing = Placing(
+        BALANCERS.create(name, {}),
+        machine("drained"),
+        machine("full", settings=MachineSettings(max_containers=1)),
+        machine("small", 1),
+    )
+    placing.measure("drained", settings=MachineSettings(draining=True))
+    assert placing.place(spec("one", 2.0)) == "full"
+    assert placing.place(spec("two", 2.0)) is None
+    assert placing.place(spec("three", 1.0)) == "small"
+
+
+def test_robots_of_one_map_go_together_and_maps_apart(same_map: Placing) -> None:
+    offices = {same_map.place(spec(f"a{number}", 0.5, "office")) for number in range(4)}
+    wards = {same_map.place(spec(f"b{number}", 0.5, "ward")) for number in range(4)}
+    assert len(offices) == len(wards) == 1
+    assert offices != wards
+
+
+def test_where_its_machine_is_full_a_map_goes_on_where_least_is_used(same_map: Placing) -> None:
+    same_map.measure("m1", cpu=0.9)
+    places = [same_map.place(spec(f"c{number}", 1.0)) for number in range(6)]
+    assert places == ["m0"] * 4 + ["m2"] * 2
+    same_map.remove("m0", "c1")
+    assert same_map.place(spec("again", 1.0)) == "m0", "most of its map are there"
+
+
+def test_a_container_group_goes_together_whatever_the_maps(same_map: Placing) -> None:
+    first = same_map.place(spec("a", 0.25, "office", container_group="fleet"))
+    assert same_map.place(spec("b", 0.25, "ward", container_group="fleet")) == first
+    assert same_map.place(spec("c", 0.25, "office")) != first
+
+
+def test_a_machine_that_is_gone_has_nobody_of_a_map(same_map: Placing) -> None:
+    assert same_map.place(spec("a")) == "m0"
+    same_map.leave("m0")
+    assert same_map.place(spec("b")) == "m1"
+    same_map.remove("m1", "b")
+    same_map.measure("m1", memory_used=1 << 29)
+    assert same_map.place(spec("c")) == "m2"
+
+
+def test_what_was_measured_between_a_robot_and_a_machine_counts_for_that_robot(same_map: Placing) -> None:
+    balancer = same_map.balancer
+    assert isinstance(balancer, SameMap)
+    for number in range(3):
+        same_map.measure(f"m{number}", round_trip=0.05)
+    balancer.timed("ann/near", "m2", 0.001)
+    balancer.timed("ann/far", "m0", 0.09)
+    assert same_map.place(spec("a", 1.0, "one", robot="near")) == "m2"
+    assert same_map.place(spec("b", 1.0, "two", robot="far")) == "m1"
+    balancer.timed("ann/far", "m0", 0.001)
+    assert same_map.place(spec("c", 1.0, "three", robot="far")) == "m0"
+
+
+def test_of_too_many_robots_that_were_timed_the_first_are_forgotten(
+    same_map: Placing, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("engine.master.balancers.ppaas.MOST_TIMED", 2)
+    for number in range(3):
+        same_map.measure(f"m{number}", round_trip=0.05)
+        same_map.balancer.timed(f"ann/r{number}", "m2", 0.001)
+    assert same_map.place(spec("a", 1.0, "one", robot="r0")) == "m0"
+    assert same_map.place(spec("b", 1.0, "two", robot="r1")) == "m2"
+
+
+def test_the_score_weighs_what_it_is_told_to_weigh() -> None:
+    busy = machine("m", 2, cpu=1.0, memory_used=1 << 28, network=100.0, network_used=75.0)
+    assert utilization(busy, LATE / 10, Weights(1, 0, 0, 0)) == pytest.approx(0.1)
+    assert utilization(busy, 0.0, Weights(0, 1, 0, 0)) == pytest.approx(0.75)
+    assert utilization(busy, 0.0, Weights(0, 0, 1, 0)) == pytest.approx(0.5)
+    assert utilization(busy, 0.0, Weights(0, 0, 0, 1)) == pytest.approx(0.25)
+    assert utilization(busy, LATE / 10, Weights()) == pytest.approx((0.1 + 0.75 + 0.5 + 0.25) / 4)
+    assert utilization(busy, 100.0, Weights(0, 0, 0, 0)) == 0.0
+    busy.given = busy.capacity
+    assert utilization(busy, 0.0, Weights(0, 0, 1, 0)) == 1.0, "what was placed a moment ago counts too"
+
+
+def test_a_balancer_that_is_not_installed_is_told_with_those_that_are() -> None:
+    with pytest.raises(NotFound, match="first_fit, ppaas"):
+        BALANCERS.load("best_fit")
+
+
+class PlacingInAnyOrder(RuleBasedStateMachine):
+    """Whatever comes and goes, the balancers know what is where."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.placings = [Placing(FirstFit()), Placing(SameMap())]
+        self.count = 0
+
+    def each(self) -> Iterator[Placing]:
+        return iter(self.placings)
+
+    @rule(name=st.sampled_from("abcdef"), cores=st.integers(1, 3))
+    def join(self, name: str, cores: int) -> None:
+        for placing in self.each():
+            if name not in placing.machines:
+                placing.machines[name] = machine(name, cores)
+                placing.balancer.joined(placing.machines[name])
+
+    @rule(map_id=st.sampled_from(["one", "two", "three"]), cores=st.sampled_from([0.25, 1.0, 2.0]))
+    def place(self, map_id: str, cores: float) -> None:
+        self.count += 1
+        for placing in self.each():
+            room = any(each.has_room(spec("x", cores)) for each in placing.machines.values())
+            assert (placing.place(spec(f"c{self.count}", cores, map_id)) is not None) == room
+
+    @precondition(lambda self: self.count)
+    @rule(data=st.data())
+    def remove(self, data: st.DataObject) -> None:
+        container = f"c{data.draw(st.integers(1, self.count))}"
+        for placing in self.each():
+            for each in [each for each in placing.machines.values() if container in each.containers]:
+                placing.remove(each.id, container)
+
+    @rule(name=st.sampled_from("abcdef"))
+    def leave(self, name: str) -> None:
+        for placing in self.each():
+            if name in placing.machines:
+                placing.leave(name)
+
+    @invariant()
+    def a_map_that_has_a_machine_with_room_is_not_spread(self) -> None:
+        placing = self.placings[1]
+        for map_id in ("one", "two", "three"):
+            members = {
+                each.id: sum(one.map.id == map_id for one in each.containers.values())
+                for each in placing.machines.values()
+            }
+            hosts = [each for each in placing.machines.values() if members[each.id] and each.has_room(spec("x", 0.25))]
+            if hosts:
+                chosen = placing.balancer.choose(spec("x", 0.25, map_id))
+                assert chosen is not None
+                assert members[chosen.id] == max(members[each.id] for each in hosts)
+
+
+PlacingInAnyOrder.TestCase.settings = settings(max_examples=40, stateful_step_count=40, deadline=None)
+TestPlacingInAnyOrder = PlacingInAnyOrder.TestCase

@@ -1,0 +1,24 @@
+"""Why no machine takes a container."""
+
+from engine.master.placement_diagnostics import why_none
+from tests.support.engine.placing import machine
+from tests.support.engine.specs import robot_request
+
+
+def test_a_full_cloud_is_told_with_the_size_that_was_asked_for() -> None:
+    why = why_none(robot_request(cores=2.0), {"m1": machine("m1")})
+    assert why == "no machine has room for a container of 2.0 cores: try again later"
+
+
+def test_the_machine_that_lacks_least_is_named() -> None:
+    machines = {
+        name: machine(name, labels=labels)
+        for name, labels in (("m1", {}), ("m2", {"a": "1", "b": "2"}), ("m3", {"a": "1"}))
+    }
+    why = why_none(robot_request(labels={"a": "1", "b": "2", "c": "3"}), machines)
+    assert why == "no machine is labelled a=1, b=2, c=3; 'm2' fits best, and lacks c=3"
+
+
+def test_a_label_of_another_value_is_lacked() -> None:
+    why = why_none(robot_request(labels={"a": "1"}), {"m1": machine("m1", labels={"a": "2"})})
+    assert why.endswith("lacks a=1")

@@ -1,0 +1,76 @@
+"""What a machine says of itself is believed only as far as it can be true."""
+
+import math
+from typing import Any
+
+import msgspec
+import pytest
+
+from engine.master.report_validation import LEAST_MEMORY, MOST_CORES, check_heartbeat, machine_of
+from engine.protocols.control_link import ContainerLoad, Heartbeat, Register
+from ppaas.errors import InvalidInput, InvalidParameter, NotPermitted
+from tests.support.engine.engine_links import register
+from tests.support.engine.placing import machine
+
+
+def said(**fields: Any) -> Register:
+    return msgspec.structs.replace(register(), **fields)
+
+
+def test_a_machine_is_what_it_says_it_is() -> None:
+    taken = machine_of(said(cores=MOST_CORES, memory=LEAST_MEMORY, labels={"zone": "a"}, network=1e8))
+    assert (taken.id, taken.cores, taken.memory, taken.pid) == ("m1", MOST_CORES, LEAST_MEMORY, 1000)
+    assert (taken.labels, taken.network) == ({"zone": "a"}, 1e8)
+
+
+@pytest.mark.parametrize("release", ["", "0.0.9", "x" * 1000])
+def test_one_of_another_release_is_not_let_in(release: str) -> None:
+    with pytest.raises(NotPermitted, match="release") as refused:
+        machine_of(said(release=release))
+    assert len(str(refused.value)) < 300
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"machine": ""},
+        {"machine": "../m1"},
+        {"machine": "m" * 65},
+        {"cores": 0},
+        {"cores": -2},
+        {"cores": MOST_CORES + 1},
+        {"memory": 0},
+        {"memory": 1 << 60},
+        {"network": math.nan},
+        {"network": -1.0},
+        {"labels": {"no label": "a"}},
+    ],
+    ids=str,
+)
+def test_what_no_machine_is_is_refused(fields: dict[str, Any]) -> None:
+    with pytest.raises(InvalidInput):
+        machine_of(said(**fields))
+
+
+def test_a_machine_may_use_all_it_has() -> None:
+    check_heartbeat(machine("m1"), Heartbeat(2.0, 1 << 30, [ContainerLoad("c1", 1.0, 1 << 20)], 1e6, {"m2": 0.001}))
+
+
+@pytest.mark.parametrize(
+    "heartbeat",
+    [
+        Heartbeat(math.nan, 0, []),
+        Heartbeat(-1.0, 0, []),
+        Heartbeat(0.0, (1 << 30) + 1, []),
+        Heartbeat(0.0, -1, []),
+        Heartbeat(0.0, 0, [], math.inf),
+        Heartbeat(0.0, 0, [], 0.0, {"m2": -0.1}),
+        Heartbeat(0.0, 0, [], 0.0, {"m2": math.nan}),
+        Heartbeat(0.0, 0, [ContainerLoad("c1", math.inf, 0)]),
+        Heartbeat(0.0, 0, [ContainerLoad("c1", 0.0, 1 << 31)]),
+    ],
+    ids=str,
+)
+def test_a_machine_that_uses_what_it_has_not_is_told_so(heartbeat: Heartbeat) -> None:
+    with pytest.raises(InvalidParameter, match="'m1' says"):
+        check_heartbeat(machine("m1"), heartbeat)

@@ -1,0 +1,24 @@
+"""Notes on the disk: who makes one is alone."""
+
+import subprocess
+import sys
+
+from engine.processes.disk_notes import alone
+
+
+def test_two_processes_are_not_in_the_same_place_at_once(tmp_path):
+    lock, seen = tmp_path / "folder" / "a.lock", tmp_path / "seen"
+    script = (
+        "import sys, time; from pathlib import Path; from engine.processes.disk_notes import alone\n"
+        "with alone(Path(sys.argv[1])):\n"
+        "    seen = Path(sys.argv[2]); assert not seen.exists(); seen.touch(); time.sleep(0.2); seen.unlink()"
+    )
+    command = [sys.executable, "-c", script, str(lock), str(seen)]
+    processes = [subprocess.Popen(command) for _ in range(3)]
+    assert [process.wait(60) for process in processes] == [0, 0, 0]
+
+
+def test_where_no_file_can_be_kept_nobody_waits(tmp_path):
+    (tmp_path / "file").touch()
+    with alone(tmp_path / "file" / "a.lock"):
+        assert not (tmp_path / "file").is_dir()

@@ -1,0 +1,40 @@
+"""Processes that end when the one that started them does."""
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.support.engine.processes import has_ended
+from tests.support.waiting import until
+
+CHILD = "import time; from engine.processes.parent_watch import end_with; end_with({parent}); print('there', flush=True); time.sleep(600)"
+
+
+def start(file: Path, parent: str) -> "subprocess.Popen[str]":
+    """Start a process that starts one which shall end with that parent, and tells the process id of that."""
+    script = (
+        "import os, subprocess, sys, time\n"
+        f"code = {CHILD!r}.format(parent={parent})\n"
+        "child = subprocess.Popen([sys.executable, '-c', code], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)\n"
+        "there = child.stdout.readline()\n"
+        f"open({str(file)!r}, 'w').write(f'{{child.pid}}')\n"
+        "print(child.wait() if not there else 'there', flush=True)\n"
+        "time.sleep(600)\n"
+    )
+    return subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
+
+
+async def test_it_ends_when_its_parent_is_killed(tmp_path: Path) -> None:
+    with start(tmp_path / "child", "os.getpid()") as parent:
+        assert parent.stdout is not None and parent.stdout.readline() == "there\n"
+        child = int((tmp_path / "child").read_text())
+        assert not has_ended(child)
+        parent.send_signal(signal.SIGKILL)
+    await until(lambda: has_ended(child))
+
+
+def test_it_ends_at_once_where_its_parent_was_another(tmp_path: Path) -> None:
+    with start(tmp_path / "child", "1") as parent:
+        assert parent.stdout is not None and parent.stdout.readline() == "1\n"
+        parent.kill()

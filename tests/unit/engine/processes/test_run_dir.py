@@ -1,0 +1,104 @@
+import os
+import signal
+import socket
+import stat
+import subprocess
+import sys
+import tempfile
+
+import pytest
+
+from engine.processes.instances import instance_name
+from engine.processes.run_dir import (
+    LONGEST_NAME,
+    LONGEST_PATH,
+    OWNER,
+    make_run_dir,
+    remove_folder,
+    remove_unless_owned,
+    sweep_dead,
+)
+from ppaas.errors import InvalidInput
+
+MADE = len("/ppaas-12345678/")
+
+
+def test_it_belongs_to_this_user_alone(short_path):
+    folder = make_run_dir()
+    assert folder.parent == short_path
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+
+
+@pytest.mark.parametrize("spare", [0, -1])
+def test_a_socket_of_the_longest_name_can_be_bound_or_it_says_why_not(short_path, monkeypatch, spare):
+    room = LONGEST_PATH - LONGEST_NAME - MADE - len(bytes(short_path)) - 1
+    parent = short_path / ("a" * (room - spare))
+    parent.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(parent))
+    if spare < 0:
+        with pytest.raises(InvalidInput, match="set TMPDIR to a shorter one"):
+            make_run_dir()
+        assert not list(parent.iterdir())
+    else:
+        with socket.socket(socket.AF_UNIX) as bound:
+            bound.bind(str(make_run_dir() / ("s" * LONGEST_NAME)))
+
+
+def test_the_folder_of_a_process_that_was_killed_is_removed_by_the_next_that_makes_one(short_path):
+    code = "import os; from engine.processes.run_dir import make_run_dir; make_run_dir(); os.kill(os.getpid(), 9)"
+    killed = subprocess.run([sys.executable, "-c", code], env=os.environ | {"TMPDIR": str(short_path)}, check=False)
+    assert killed.returncode == -signal.SIGKILL
+    (left,) = short_path.iterdir()
+    made = make_run_dir()
+    assert not left.exists()
+    assert (made / OWNER).read_text().split() == [instance_name()]
+
+
+def test_a_folder_stays_for_as_long_as_one_of_its_owners_lives(short_path):
+    code = "import sys; from pathlib import Path; from engine.processes.run_dir import own; own(Path(sys.argv[1]))"
+    made = make_run_dir()
+    subprocess.run([sys.executable, "-c", code, str(made)], check=True)
+    sweep_dead(short_path)
+    assert made.exists(), "one owner is dead, and the other is not"
+    (made / OWNER).write_text((made / OWNER).read_text().split()[-1])  # the one that is dead
+    remove_unless_owned(made)
+    assert not made.exists()
+
+
+def test_a_folder_that_somebody_else_owns_is_left_to_them(short_path):
+    made = make_run_dir()
+    code = (
+        "import sys; from pathlib import Path; from engine.processes.run_dir import own, remove_unless_owned;"
+        "folder = Path(sys.argv[1]); own(folder); remove_unless_owned(folder)"
+    )
+    subprocess.run([sys.executable, "-c", code, str(made)], check=True)
+    assert made.exists()
+
+
+def test_the_folders_of_living_processes_and_of_nobody_stay(short_path):
+    mine, nobodys = make_run_dir(), short_path / "ppaas-notes"
+    nobodys.mkdir()
+    (short_path / "ppaas-file").write_text("notes")
+    sweep_dead(short_path)
+    assert mine.exists() and nobodys.exists()
+
+
+def test_a_folder_in_which_temporary_files_are_kept_is_removed_last_and_without_a_complaint(short_path):
+    folder = short_path / "kept"
+    folder.mkdir()
+    script = (
+        "import sys; from pathlib import Path; from multiprocessing.util import get_temp_dir\n"
+        "from engine.processes.run_dir import keep_temporary_files_in, remove_folder\n"
+        "folder = Path(sys.argv[1]); keep_temporary_files_in(folder); remove_folder(folder)\n"
+        "assert Path(get_temp_dir()).parent == folder"
+    )
+    command = [sys.executable, "-c", script, str(folder)]
+    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert not folder.exists()
+
+
+def test_another_folder_is_removed_at_once(short_path):
+    (short_path / "other" / "in it").mkdir(parents=True)
+    remove_folder(short_path / "other")
+    assert not (short_path / "other").exists()

@@ -1,0 +1,145 @@
+"""Bytes on a real socket pair become frames, however they come."""
+
+import asyncio
+import socket
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from engine.protocols.frame_receiver import LENGTH, MAX_FRAME, MAX_HELD, FrameReceiver
+from ppaas.errors import InvalidInput, MessageTooLarge
+
+
+def framed(body: bytes) -> bytes:
+    return len(body).to_bytes(LENGTH, "big") + body
+
+
+async def connection() -> tuple[asyncio.StreamReader, asyncio.StreamWriter, asyncio.StreamWriter]:
+    ours, theirs = socket.socketpair()
+    reader, writer = await asyncio.open_connection(sock=ours)
+    _, far = await asyncio.open_connection(sock=theirs)
+    return reader, writer, far
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.lists(st.binary(max_size=300), max_size=8), st.lists(st.integers(0, 2000), max_size=8))
+def test_frames_are_whole_wherever_the_bytes_are_cut(bodies: list[bytes], cuts: list[int]) -> None:
+    async def check() -> None:
+        reader, writer, far = await connection()
+        receiver = FrameReceiver(reader, writer)
+        sent, at = b"".join(map(framed, bodies)), 0
+        for cut in (*sorted(cuts), len(sent)):
+            far.write(sent[at:cut])
+            await far.drain()
+            await asyncio.sleep(0)
+            at = max(at, cut)
+        far.close()
+        assert [await receiver.next() for _ in bodies] == bodies
+        assert await receiver.next() is None
+        writer.close()
+
+    asyncio.run(check())
+
+
+async def test_what_the_reader_had_already_is_not_lost() -> None:
+    reader, writer, far = await connection()
+    whole, half = framed(b"first"), framed(b"second")
+    far.write(b"!" + whole + half[:6])
+    assert await reader.readexactly(1) == b"!", "so the rest is there too"
+    receiver = FrameReceiver(reader, writer)
+    assert await receiver.next() == b"first"
+    far.write(half[6:])
+    assert await receiver.next() == b"second"
+    far.close()
+    writer.close()
+
+
+async def test_no_more_is_read_than_may_be_held_until_some_is_taken() -> None:
+    reader, writer, far = await connection()
+    receiver = FrameReceiver(reader, writer)
+    body = bytes(MAX_HELD // 2)
+    for _ in range(64):
+        far.write(framed(body))
+    draining = asyncio.create_task(far.drain())
+    assert not (await asyncio.wait({draining}, timeout=0.1))[0]
+    for _ in range(64):
+        assert await receiver.next() == body
+    await draining
+    far.close()
+    writer.close()
+
+
+async def test_whoever_waits_learns_of_the_end() -> None:
+    reader, writer, far = await connection()
+    receiver = FrameReceiver(reader, writer)
+    waiting = asyncio.create_task(receiver.next())
+    far.close()
+    async with asyncio.timeout(10):
+        assert await waiting is None
+    writer.close()
+
+
+async def test_frames_are_handed_over_where_they_arrive_until_that_is_enough() -> None:
+    reader, writer, far = await connection()
+    receiver = FrameReceiver(reader, writer)
+    taken: list[bytes] = []
+
+    def take(frame: bytes) -> bool:
+        taken.append(frame)
+        return frame != b"enough"
+
+    far.write(framed(b"one") + framed(b"two") + framed(b"enough") + framed(b"more"))
+    async with asyncio.timeout(10):
+        await receiver.each(take)
+        assert taken == [b"one", b"two", b"enough"]
+        assert await receiver.next() == b"more"
+    far.close()
+    async with asyncio.timeout(10):
+        await receiver.each(take)
+    assert taken[3:] == [], "the end of the connection is the end"
+    writer.close()
+
+
+async def test_frames_that_wait_already_are_handed_over_too() -> None:
+    reader, writer, far = await connection()
+    receiver = FrameReceiver(reader, writer)
+    far.write(framed(b"first") + framed(b"waits"))
+    async with asyncio.timeout(10):
+        assert await receiver.next() == b"first"
+        await receiver.each(lambda frame: frame != b"waits")
+    far.close()
+    writer.close()
+
+
+async def test_what_goes_wrong_in_taking_a_frame_is_told_to_who_waits_for_the_end() -> None:
+    reader, writer, far = await connection()
+    receiver = FrameReceiver(reader, writer)
+
+    def take(frame: bytes) -> bool:
+        raise InvalidInput(frame.decode())
+
+    far.write(framed(b"not so"))
+    async with asyncio.timeout(10):
+        with pytest.raises(InvalidInput, match="not so"):
+            await receiver.each(take)
+    far.close()
+    writer.close()
+
+
+async def test_a_frame_too_large_is_told_behind_those_before_it() -> None:
+    reader, writer, far = await connection()
+    receiver = FrameReceiver(reader, writer)
+    taken: list[bytes] = []
+
+    def take(frame: bytes) -> bool:
+        taken.append(frame)
+        return True
+
+    far.write(framed(b"good") + (MAX_FRAME + 1).to_bytes(LENGTH, "big"))
+    async with asyncio.timeout(10):
+        with pytest.raises(MessageTooLarge):
+            await receiver.each(take)
+    assert taken == [b"good"]
+    far.close()
+    writer.close()

@@ -1,0 +1,125 @@
+"""Frames over a real socket pair."""
+
+import asyncio
+import socket
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from engine.protocols import robot_link
+from engine.protocols.frame_receiver import MAX_FRAME
+from engine.protocols.framing import FrameStream, pack
+from ppaas.errors import MalformedMessage, MessageTooLarge
+
+Streams = tuple[FrameStream[robot_link.FromContainer], FrameStream[robot_link.ToContainer], asyncio.StreamWriter]
+
+
+async def pair() -> Streams:
+    ours, theirs = socket.socketpair()
+    reader, writer = await asyncio.open_connection(sock=ours)
+    far_reader, far_writer = await asyncio.open_connection(sock=theirs)
+    near: FrameStream[robot_link.FromContainer] = FrameStream(reader, writer, robot_link.FromContainer)
+    far: FrameStream[robot_link.ToContainer] = FrameStream(far_reader, far_writer, robot_link.ToContainer)
+    return near, far, far_writer
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.lists(st.tuples(st.text(), st.binary(max_size=5000)), max_size=20))
+def test_what_is_sent_arrives_whole_and_in_order(messages: list[tuple[str, bytes]]) -> None:
+    async def check() -> None:
+        near, far, _ = await pair()
+        for topic, payload in messages:
+            await far.send(robot_link.Published(topic, payload))
+        await far.close()
+        for topic, payload in messages:
+            assert await near.receive() == robot_link.Published(topic, payload)
+        assert await near.receive() is None
+        await near.close()
+
+    asyncio.run(check())
+
+
+async def test_a_stream_cut_in_the_middle_of_a_frame_ends() -> None:
+    near, far, writer = await pair()
+    writer.write(b"".join(pack(robot_link.Ack(1)))[:-1])
+    await far.close()
+    assert await near.receive() is None
+    await near.close()
+
+
+@pytest.mark.parametrize("body", [b"", b"\x00", b"\xc1" * 40, b"\x81\xa4type\xa5other", b"\xff" * 8])
+async def test_what_is_no_frame_is_malformed(body: bytes) -> None:
+    near, far, writer = await pair()
+    writer.write(len(body).to_bytes(4, "big") + body)
+    with pytest.raises(MalformedMessage):
+        await near.receive()
+    await far.close()
+    await near.close()
+
+
+async def test_a_giant_frame_is_refused_before_it_is_read() -> None:
+    near, far, writer = await pair()
+    writer.write((MAX_FRAME + 1).to_bytes(4, "big"))
+    with pytest.raises(MessageTooLarge):
+        await near.receive()
+    await far.close()
+    await near.close()
+
+
+async def test_sending_waits_for_a_reader_that_is_behind() -> None:
+    near, far, _ = await pair()
+    payload = bytes(1 << 20)
+    sender = asyncio.create_task(_send_many(far, payload, 64))
+    done, _ = await asyncio.wait({sender}, timeout=0.2)
+    assert not done
+    assert far.waiting < 4 * len(payload)
+    received = 0
+    while await near.receive() is not None:
+        received += 1
+    await sender
+    assert received == 64
+    await near.close()
+
+
+async def _send_many(stream: FrameStream[robot_link.ToContainer], payload: bytes, count: int) -> None:
+    for _ in range(count):
+        await stream.send(robot_link.Published("map", payload))
+    await stream.close()
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        pack(robot_link.Ack(1))[1].replace(b"ack", b"\xff\xfe\xfd"),
+        b"\x83\xa4type\xa3ack\xa8sequence\x01\xa1z" + b"\x91" * 100_000 + b"\xc0",
+    ],
+    ids=["text that is no text", "bottomless"],
+)
+async def test_what_breaks_the_decoder_itself_is_malformed_too(body: bytes) -> None:
+    near, far, writer = await pair()
+    writer.write(len(body).to_bytes(4, "big") + body)
+    with pytest.raises(MalformedMessage):
+        await near.receive()
+    await far.close()
+    await near.close()
+
+
+async def test_closing_does_not_wait_for_ever_for_a_peer_that_reads_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("engine.protocols.framing.CLOSE_GRACE", 0.05)
+    near, far, _ = await pair()
+    far.write(robot_link.Published("map", bytes(64 << 20)))
+    async with asyncio.timeout(10):
+        await asyncio.gather(far.close(), far.close())
+    await near.close()
+
+
+async def test_closing_brings_what_was_written_to_a_peer_that_reads() -> None:
+    near, far, _ = await pair()
+    far.write(robot_link.Published("map", bytes(16 << 20)))
+    closing = asyncio.create_task(far.close())
+    published = await near.receive()
+    assert isinstance(published, robot_link.Published)
+    assert len(published.payload) == 16 << 20
+    await closing
+    await near.close()

@@ -1,0 +1,200 @@
+"""What is done about nodes and agents, over a cluster in the hands of the test."""
+
+import logging
+from collections.abc import Callable
+
+import pytest
+
+from engine.remote.ray.nodes import Node
+from engine.remote.ray.supervisor import END_TIMEOUT, RETRY_DELAYS, START_TIMEOUT, STEADY, Supervisor
+
+
+class FakeKeeper:
+    """What keeps an agent, or says that it does."""
+
+    def __init__(self) -> None:
+        self.up, self.reason = True, None
+        self.calls: list[str] = []
+        self.takes_to_end: Callable[[float], None] = lambda _: None
+
+    def started(self) -> bool:
+        return self.up
+
+    def ended(self) -> str | None:
+        return self.reason
+
+    def kill_agent(self) -> None:
+        self.calls.append("kill_agent")
+
+    def end(self) -> None:
+        self.calls.append("end")
+
+    def join(self, timeout: float) -> None:
+        self.calls.append("join")
+        self.takes_to_end(timeout)
+
+    def kill(self) -> None:
+        self.calls.append("kill")
+
+
+class FakeCluster:
+    """Nodes that come and go as the test wants."""
+
+    def __init__(self, *nodes: Node) -> None:
+        self.there = list(nodes)
+        self.known: dict[str, FakeKeeper] = {}
+        self.kept: list[tuple[str, int, FakeKeeper]] = []
+        self.up = True
+
+    def nodes(self) -> list[Node]:
+        return self.there
+
+    def find(self, node: Node) -> FakeKeeper | None:
+        return self.known.get(node.id)
+
+    def keep(self, node: Node, cores: int) -> FakeKeeper:
+        keeper = FakeKeeper()
+        keeper.up = self.up
+        self.kept.append((node.id, cores, keeper))
+        return keeper
+
+    @property
+    def begun(self) -> list[tuple[str, int]]:
+        return [(node, cores) for node, cores, _ in self.kept]
+
+
+class Hand:
+    """A clock that is turned by hand."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def node(name: str, free: int = 4) -> Node:
+    return Node(name * 10, f"host-{name}", 4, free)
+
+
+def test_each_node_gets_one_agent_with_the_cores_that_are_free():
+    cluster = FakeCluster(node("a"), node("b", free=3))
+    supervisor = Supervisor(cluster)
+    supervisor.look()
+    cluster.there.append(node("c"))
+    supervisor.look()
+    assert sorted(cluster.begun) == [("a" * 10, 4), ("b" * 10, 3), ("c" * 10, 4)]
+    assert sorted(supervisor.machines) == ["a" * 10, "b" * 10, "c" * 10]
+
+
+def test_no_more_cores_are_taken_than_was_said():
+    cluster = FakeCluster(node("a"), node("b", free=1))
+    Supervisor(cluster, cores=2).look()
+    assert sorted(cluster.begun) == [("a" * 10, 2), ("b" * 10, 1)]
+
+
+def test_a_node_without_a_free_core_waits_and_is_told_of_once(caplog: pytest.LogCaptureFixture):
+    cluster = FakeCluster(node("a", free=0))
+    supervisor = Supervisor(cluster)
+    for _ in range(3):
+        supervisor.look()
+    assert cluster.begun == []
+    assert caplog.text.count("no free core") == 1
+    cluster.there = [node("a", free=2)]
+    supervisor.look()
+    assert cluster.begun == [("a" * 10, 2)]
+
+
+def test_an_agent_from_before_is_taken_over_though_it_holds_all_cores():
+    cluster = FakeCluster(node("a", free=0))
+    cluster.known["a" * 10] = FakeKeeper()
+    supervisor = Supervisor(cluster)
+    supervisor.look()
+    assert (cluster.begun, supervisor.machines) == ([], ["a" * 10])
+
+
+def test_a_node_that_left_is_forgotten_and_joins_as_another(caplog: pytest.LogCaptureFixture):
+    cluster = FakeCluster(node("a"))
+    supervisor = Supervisor(cluster)
+    supervisor.look()
+    cluster.there = []
+    supervisor.look()
+    assert supervisor.machines == []
+    assert "left the cluster" in caplog.text
+    cluster.there = [node("b")]
+    supervisor.look()
+    assert supervisor.machines == ["b" * 10]
+
+
+def test_what_ended_is_begun_anew_later_each_time(caplog: pytest.LogCaptureFixture):
+    clock, cluster = Hand(), FakeCluster(node("a"))
+    supervisor = Supervisor(cluster, clock=clock)
+    began = []
+    for _ in range(400):
+        count = len(cluster.kept)
+        supervisor.look()
+        if len(cluster.kept) > count:
+            began.append(clock.now)
+            cluster.kept[-1][2].reason = "No module named 'engine'"
+        clock.now += 0.125
+    assert began[:5] == [0.0, 0.125, 1.25, 6.375, 21.5]
+    assert "No module named 'engine'" in caplog.text
+
+
+def test_what_ended_after_a_steady_while_is_begun_anew_at_once():
+    clock, cluster = Hand(), FakeCluster(node("a"))
+    supervisor = Supervisor(cluster, clock=clock)
+    for count in range(1, len(RETRY_DELAYS) + 3):
+        supervisor.look()
+        assert len(cluster.kept) == count
+        clock.now += STEADY + 1.0
+        cluster.kept[-1][2].reason = "killed"
+        supervisor.look()
+
+
+def test_what_ray_does_not_start_is_given_up_and_tried_again():
+    clock, cluster = Hand(), FakeCluster(node("a"))
+    cluster.up = False
+    supervisor = Supervisor(cluster, clock=clock)
+    supervisor.look()
+    clock.now = START_TIMEOUT - 1.0
+    supervisor.look()
+    assert cluster.kept[0][2].calls == []
+    clock.now = START_TIMEOUT + 1.0
+    supervisor.look()
+    assert cluster.kept[0][2].calls == ["kill"]
+    supervisor.look()
+    assert len(cluster.kept) == 2
+
+
+def test_a_frozen_agent_is_killed_on_its_machine_alone():
+    cluster = FakeCluster(node("a"), node("b"))
+    supervisor = Supervisor(cluster)
+    supervisor.look()
+    supervisor.kill_agent("b" * 10)
+    supervisor.kill_agent("no such machine")
+    assert {name: keeper.calls for name, _, keeper in cluster.kept} == {"a" * 10: [], "b" * 10: ["kill_agent"]}
+
+
+def test_all_are_ended_before_the_first_is_waited_for(caplog: pytest.LogCaptureFixture):
+    caplog.set_level(logging.INFO)
+    cluster = FakeCluster(node("a"), node("b"))
+    supervisor = Supervisor(cluster)
+    supervisor.look()
+    supervisor.end_all()
+    assert [keeper.calls for _, _, keeper in cluster.kept] == [["end", "join"]] * 2
+    assert supervisor.machines == []
+
+
+def test_agents_that_do_not_end_by_themselves_are_waited_for_together():
+    clock, cluster = Hand(), FakeCluster(node("a"), node("b"), node("c"))
+    supervisor = Supervisor(cluster, clock=clock)
+    supervisor.look()
+
+    def take_all(timeout: float) -> None:
+        clock.now += timeout
+
+    for _, _, keeper in cluster.kept:
+        keeper.takes_to_end = take_all
+    supervisor.end_all()
+    assert clock.now == END_TIMEOUT

@@ -1,0 +1,40 @@
+"""The loop of the watcher, fed by a pipe."""
+
+import os
+import threading
+
+import pytest
+
+from engine.remote.ray.watcher import serve
+
+
+class Noting:
+    """Stands where the supervisor does, and notes what it is told."""
+
+    def __init__(self) -> None:
+        self.told: list[str] = []
+        self.looked = threading.Event()
+
+    def look(self) -> None:
+        self.looked.set()
+
+    def kill_agent(self, machine: str) -> None:
+        self.told.append(machine)
+
+    def end_all(self) -> None:
+        self.told.append("end all")
+
+
+@pytest.mark.parametrize(("said", "told"), [(b"m1\nm2\n\n", ["m1", "m2", "end all"]), (b"m1\n", ["m1"])])
+def test_it_looks_though_nothing_is_said_and_ends_agents_only_if_told_to(said: bytes, told: list[str]) -> None:
+    reading, writing = os.pipe()
+    noting = Noting()
+    serving = threading.Thread(target=serve, args=(noting, reading))
+    serving.start()
+    assert noting.looked.wait(10.0)
+    os.write(writing, said[:4])
+    os.write(writing, said[4:])
+    os.close(writing)
+    serving.join(10.0)
+    os.close(reading)
+    assert noting.told == told

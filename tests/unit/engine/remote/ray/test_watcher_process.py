@@ -1,0 +1,98 @@
+"""The watcher of a cluster as a process that is kept running, with a script in place of it."""
+
+import asyncio
+import contextlib
+import signal
+import socket
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+
+from engine.remote.ray import watcher_process
+from engine.remote.ray.config import WatchConfig
+from engine.remote.ray.watcher_process import WatcherProcess, read_address
+from ppaas.errors import InvalidInput, Unavailable
+from tests.support.waiting import until
+
+STAND_IN = (sys.executable, "-m", "tests.support.engine.watcher_stand_in")
+
+
+@pytest.fixture
+def head() -> Iterator[str]:
+    """Return an address at which somebody listens."""
+    with contextlib.closing(socket.create_server(("127.0.0.1", 0))) as listener:
+        yield "127.0.0.1:{1}".format(*listener.getsockname())
+
+
+class Watched:
+    """A watcher, and what it wrote down."""
+
+    def __init__(self, folder: Path, address: str, does: str = "stay") -> None:
+        self.file = folder / "watchers"
+        self.process = WatcherProcess(WatchConfig(address, str(folder), does), STAND_IN)
+
+    def noted(self) -> list[str]:
+        return self.file.read_text().splitlines()
+
+
+async def test_the_watcher_is_told_of_frozen_machines_and_of_the_end(tmp_path: Path, head: str) -> None:
+    watched = Watched(tmp_path, head)
+    await watched.process.start()
+    pid = watched.process.pid
+    watched.process.kill("m1")
+    await watched.process.stop()
+    assert watched.noted() == [str(pid), "m1", "end all"]
+
+
+async def test_a_watcher_that_dies_is_started_again(tmp_path: Path, head: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(watcher_process, "RETRY", 0.01)
+    watched = Watched(tmp_path, head)
+    await watched.process.start()
+    psutil.Process(watched.process.pid).send_signal(signal.SIGKILL)
+    await until(lambda: len(watched.noted()) == 2)
+    await watched.process.stop()
+
+
+@pytest.mark.parametrize(("does", "told"), [("refuse", "wrong token"), ("crash", "status 3")])
+async def test_a_watcher_that_cannot_connect_says_why(tmp_path: Path, head: str, does: str, told: str) -> None:
+    watched = Watched(tmp_path, head, does)
+    with pytest.raises(Unavailable, match=told):
+        await watched.process.start()
+    await watched.process.stop()
+
+
+async def test_where_nobody_listens_no_watcher_is_started(tmp_path: Path, head: str) -> None:
+    with contextlib.closing(socket.create_server(("127.0.0.1", 0))) as listener:
+        port = listener.getsockname()[1]
+    watched = Watched(tmp_path, f"127.0.0.1:{port}")
+    with pytest.raises(Unavailable, match=f"ray start --head --port={port}"):
+        await watched.process.start()
+    await watched.process.stop()
+    assert watched.process.pid is None
+
+
+async def test_without_the_extra_it_is_named(tmp_path: Path, head: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(watcher_process.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(InvalidInput, match=r"ppaas\[ray\]"):
+        Watched(tmp_path, head)
+
+
+def test_addresses_are_read() -> None:
+    assert read_address("auto") is None
+    assert read_address("ray.example:6379") == ("ray.example", 6379)
+    assert read_address("[::1]:6379") == ("::1", 6379)
+
+
+@pytest.mark.parametrize("text", ["", "host", "host:", ":6379", "host:port", "host:99999", "ray://host:1", "a:1/b"])
+def test_what_is_no_address_is_refused(text: str) -> None:
+    with pytest.raises(InvalidInput, match="host:port"):
+        read_address(text)
+
+
+async def test_stopping_what_was_never_started_does_nothing(tmp_path: Path, head: str) -> None:
+    process = Watched(tmp_path, head).process
+    process.kill("m1")
+    await asyncio.wait_for(process.stop(), 1.0)

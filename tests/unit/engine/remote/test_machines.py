@@ -1,0 +1,206 @@
+"""Machines of other hosts at a cloud's door: they join, learn the terms, and are refused."""
+
+import asyncio
+import tempfile
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+from engine.protocols import control_link
+from engine.protocols.address import TlsAddress
+from engine.protocols.framing import FrameStream
+from engine.protocols.sockets import dial
+from engine.protocols.tls_identity import stranger_context
+from engine.remote.agent import Options, config_of, stay
+from engine.remote.cluster_settings import Runs
+from engine.remote.machines import FarMachines, make_ticket
+from engine.remote.membership import Membership, join, membership_in
+from engine.service.links.control_server import ControlServer
+from engine.service.links.robot_link_server import LinkServer
+from ppaas.errors import Conflict, InvalidInput, NotFound, NotPermitted, Unavailable
+from tests.support.engine.engine_links import receive, register
+from tests.support.waiting import until
+from tests.unit.engine.service.links.test_control_server import Events
+
+ANYWHERE = TlsAddress("127.0.0.1", 0)
+VALID = 60.0
+
+
+class Cloud:
+    """As much of one as machines of other hosts reach."""
+
+    def __init__(self, folder: Path, sockets: Path) -> None:
+        self.folder = folder / "machines"
+        self.events = Events()
+        (folder / "store.sqlite").touch()
+        self.stores = f"sqlite:///{folder / 'store.sqlite'}", f"file:///{folder}"
+        self.far = FarMachines(
+            self.folder, ANYWHERE, cloud="the cloud", store=self.stores[0], map_store=self.stores[1], own="local",
+            runs=Runs("docker", "an-image", ("ppaas.planners:mine",)),
+        )  # fmt: skip
+        self.control = ControlServer(sockets / "control.sock", "secret", self.events)
+
+    async def start(self) -> None:
+        async def welcome(*_: object) -> None: ...
+
+        await self.far.start(self.control, LinkServer(Path("unused"), welcome, lambda _: None))
+
+    def ticket(self, machine: str | None = None) -> str:
+        return str(make_ticket(self.folder, valid=VALID, machine=machine))
+
+
+@pytest.fixture
+async def cloud(tmp_path: Path) -> AsyncIterator[Cloud]:
+    opened = Cloud(tmp_path, tmp_path)
+    await opened.start()
+    yield opened
+    await opened.far.close()
+
+
+async def connected(membership: Membership) -> FrameStream[control_link.ToAgent]:
+    context = membership.identity.client_context("control")
+    return FrameStream(*await dial(membership.cloud, context), control_link.ToAgent)
+
+
+async def test_a_machine_joins_by_a_ticket_and_registers_by_its_certificate(cloud: Cloud, tmp_path: Path) -> None:
+    membership = await join(tmp_path / "m2", cloud.ticket(), "m2")
+    stream = await connected(membership)
+    stream.write(register("m2", secret=""))
+    await until(lambda: cloud.events.told)
+    assert cloud.events.told == [("registered", "m2")]
+    await stream.close()
+
+
+async def test_each_beat_of_it_is_answered(cloud: Cloud, tmp_path: Path) -> None:
+    stream = await connected(await join(tmp_path / "m2", cloud.ticket(), "m2"))
+    stream.write(register("m2", secret=""))
+    for _ in range(3):
+        stream.write(control_link.Beat())
+        assert await receive(stream) == control_link.Heard()
+    await stream.close()
+
+
+async def test_it_learns_the_terms_and_what_its_agent_is_told_follows_from_them(cloud: Cloud, tmp_path: Path) -> None:
+    membership = await join(tmp_path / "m2", cloud.ticket(), "m2")
+    terms = await membership.terms()
+    config = config_of(membership, Options(2, {"gpu": "no"}), terms, tmp_path / "run")
+    assert (config.store, config.map_store) == cloud.stores
+    assert (config.identity, config.cloud) == (str(tmp_path / "m2"), "the cloud")
+    assert config.peering is not None and config.peering.connect == (f"tls/127.0.0.1:{terms.fabric_port}",)
+    assert config.peering.credentials == cloud.far.peering.credentials
+    assert (config.cores, config.labels) == (2, {"gpu": "no"})
+    assert (config.runtime, config.image, config.allowed) == ("docker", "an-image", ("ppaas.planners:mine",))
+
+
+async def test_stores_that_are_not_there_are_not_made(cloud: Cloud, tmp_path: Path) -> None:
+    membership = await join(tmp_path / "m2", cloud.ticket(), "m2")
+    terms = await membership.terms()
+    (tmp_path / "store.sqlite").unlink()
+    with pytest.raises(NotFound, match="store"):
+        config_of(membership, Options(), terms, tmp_path / "run")
+
+
+async def test_it_ends_with_an_error_where_the_cloud_runs_another_release(
+    cloud: Cloud, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever starts it again may have installed that one meanwhile; a loop in it would run the old one for ever."""
+    membership = await join(tmp_path / "m2", cloud.ticket(), "m2")
+    # A machine keeps its temporary files in a folder of its own, and tests after this one should not.
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr("engine.remote.agent.__version__", "0.0.9")
+    with pytest.raises(Conflict, match="the cloud runs release"):
+        await stay(membership, Options())
+
+
+async def test_the_ticket_that_it_joined_with_is_taken_again_and_needs_no_cloud(cloud: Cloud, tmp_path: Path) -> None:
+    ticket = cloud.ticket()
+    first = await join(tmp_path / "m2", ticket, "m2")
+    await cloud.far.close()
+    assert await join(tmp_path / "m2", ticket, "m2") == first == membership_in(tmp_path / "m2")
+
+
+async def test_machines_stay_known_when_the_cloud_is_started_again(cloud: Cloud, tmp_path: Path) -> None:
+    membership = await join(tmp_path / "m2", cloud.ticket(), "m2")
+    await cloud.far.close()
+    again = Cloud(tmp_path, tmp_path)
+    await again.start()
+    moved = Membership(membership.folder, "m2", TlsAddress("127.0.0.1", int(_port(again))))
+    assert (await moved.terms()).cloud == "the cloud"
+    await again.far.close()
+
+
+def _port(cloud: Cloud) -> str:
+    return (cloud.folder / "address").read_text().rpartition(":")[2]
+
+
+async def test_a_second_machine_of_a_name_needs_a_ticket_for_that_name(cloud: Cloud, tmp_path: Path) -> None:
+    first = await join(tmp_path / "m2", cloud.ticket(), "m2")
+    with pytest.raises(Conflict, match="--name m2"):
+        await join(tmp_path / "other", cloud.ticket(), "m2")
+    await join(tmp_path / "other", cloud.ticket("m2"), "m2")
+    with pytest.raises(Unavailable, match="hung up"):  # the first one's certificate is good no more
+        await first.terms()
+
+
+@pytest.mark.parametrize("name", ["local", "a/b", ""])
+async def test_a_name_that_is_taken_or_none_is_refused(cloud: Cloud, tmp_path: Path, name: str) -> None:
+    with pytest.raises((Conflict, InvalidInput), match=r"called 'local'|named with"):
+        await join(tmp_path / "m2", cloud.ticket(), name)
+    with pytest.raises(NotFound):
+        membership_in(tmp_path / "m2")
+
+
+async def test_a_used_ticket_is_refused(cloud: Cloud, tmp_path: Path) -> None:
+    ticket = cloud.ticket()
+    await join(tmp_path / "m2", ticket, "m2")
+    with pytest.raises(NotPermitted, match="was used"):
+        await join(tmp_path / "m3", ticket, "m3")
+
+
+async def test_a_ticket_is_shown_to_no_other_cloud(cloud: Cloud, tmp_path: Path) -> None:
+    (tmp_path / "other").mkdir()
+    other = Cloud(tmp_path / "other", tmp_path)
+    await other.start()
+    ours = make_ticket(cloud.folder, valid=VALID)
+    astray = type(ours)(ours.host, int(_port(other)), ours.cloud, ours.secret)
+    with pytest.raises(NotPermitted, match="not the cloud"):
+        await join(tmp_path / "m2", str(astray), "m2")
+    await join(tmp_path / "m2", str(ours), "m2")  # it is still good
+    await other.far.close()
+
+
+async def test_a_cloud_that_is_away_says_so(cloud: Cloud, tmp_path: Path) -> None:
+    ticket = cloud.ticket()
+    await cloud.far.close()
+    with pytest.raises(Unavailable, match="no answer"):
+        await join(tmp_path / "m2", ticket, "m2")
+
+
+async def test_no_ticket_is_made_where_no_cloud_takes_machines(cloud: Cloud, tmp_path: Path) -> None:
+    with pytest.raises(NotFound, match="--listen-machines"):
+        make_ticket(tmp_path / "nowhere", valid=VALID)
+    await cloud.far.close()
+    with pytest.raises(NotFound, match="--listen-machines"):
+        cloud.ticket()
+
+
+@pytest.mark.parametrize("urls", [("memory:", "file:///maps"), ("sqlite:///s", "memory:")])
+def test_stores_in_memory_are_refused(tmp_path: Path, urls: tuple[str, str]) -> None:
+    with pytest.raises(InvalidInput, match="cassandra:"):
+        FarMachines(tmp_path, ANYWHERE, cloud="c", store=urls[0], map_store=urls[1], own="local")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("said", [(100).to_bytes(4, "big") + b"\xc1" * 100, (1 << 20).to_bytes(4, "big")])
+async def test_who_says_rubbish_or_too_much_at_the_desk_is_hung_up_on(
+    cloud: Cloud, caplog: pytest.LogCaptureFixture, said: bytes
+) -> None:
+    ticket = make_ticket(cloud.folder, valid=VALID)
+    reader, writer = await dial(ticket.address, stranger_context())
+    writer.write(said)
+    async with asyncio.timeout(10.0):
+        assert await reader.read() == b""
+    assert "did not ask to join" in caplog.text
+    writer.transport.abort()

@@ -1,0 +1,151 @@
+"""The door over real TLS: who is let in, as whom, and who is not."""
+
+import asyncio
+import contextlib
+import ssl
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+from engine.protocols.address import TlsAddress
+from engine.protocols.sockets import dial
+from engine.protocols.tls_identity import Identity, stranger_context
+from engine.remote.authority import Authority
+from engine.remote.tls_listener import Door
+from ppaas.errors import InvalidInput, Unavailable
+from tests.support.engine.tls_cloud import joined
+
+ANYWHERE = TlsAddress("127.0.0.1", 0)
+
+
+@pytest.fixture(scope="module")
+def authority(tmp_path_factory: pytest.TempPathFactory) -> Authority:
+    return Authority(tmp_path_factory.mktemp("cloud") / "machines")
+
+
+@pytest.fixture
+async def door(authority: Authority) -> AsyncIterator[Door]:
+    def answering(what: str):  # type: ignore[no-untyped-def]
+        async def serve(_: asyncio.StreamReader, writer: asyncio.StreamWriter, machine: str = "nobody") -> None:
+            writer.write(f"{what} {machine}\n".encode())
+            await writer.drain()
+
+        return serve
+
+    opened = Door(
+        ANYWHERE, authority,
+        control=answering("control"), robot=answering("robot"), terms=answering("terms"), join=answering("join"),
+    )  # fmt: skip
+    await opened.start()
+    yield opened
+    await opened.close()
+
+
+async def answer(door: Door, context: ssl.SSLContext) -> str:
+    """Return the line that the door answers; nothing where it hangs up."""
+    reader, writer = await dial(door.address, context)
+    try:
+        async with asyncio.timeout(5.0):
+            return (await reader.readline()).decode().strip()
+    except OSError:  # TLS 1.3 tells of a certificate that is refused after the client took the handshake for done
+        return ""
+    finally:
+        writer.transport.abort()
+
+
+async def test_a_machine_is_known_by_its_certificate_and_handed_on_by_what_it_comes_for(
+    door: Door, authority: Authority, tmp_path: Path
+) -> None:
+    identity = joined(authority, tmp_path / "m2", "m2")
+    assert await answer(door, identity.client_context("control")) == "control m2"
+    assert await answer(door, identity.client_context("robot")) == "robot m2"
+
+
+async def test_whoever_has_no_certificate_can_only_ask_to_join(door: Door, authority: Authority) -> None:
+    stranger = stranger_context()
+    assert await answer(door, stranger) == "join nobody"
+    for purposes in (["control"], ["robot"], ["other"], []):
+        stranger.set_alpn_protocols(purposes or ["http/1.1"])
+        with contextlib.suppress(Unavailable):  # refused in the handshake already
+            assert await answer(door, stranger) == ""
+
+
+async def test_a_certificate_of_another_authority_is_refused(door: Door, authority: Authority, tmp_path: Path) -> None:
+    theirs = joined(Authority(tmp_path / "other"), tmp_path / "m", "m2")
+    ours = Identity(theirs.key, theirs.certificate, authority.identity.authority)  # it knows our cloud, not the reverse
+    assert await answer(door, ours.client_context("control")) == ""
+    with pytest.raises(Unavailable, match="certificate"):  # and a machine does not talk to another cloud than its own
+        await dial(door.address, theirs.client_context("control"))
+
+
+async def test_only_the_last_certificate_of_a_machine_is_good(door: Door, authority: Authority, tmp_path: Path) -> None:
+    first = joined(authority, tmp_path / "first", "m3")
+    second = joined(authority, tmp_path / "second", "m3")
+    assert await answer(door, first.client_context("control")) == ""
+    assert await answer(door, second.client_context("control")) == "control m3"
+
+
+async def test_a_machine_cannot_pass_for_the_cloud(authority: Authority, tmp_path: Path) -> None:
+    posing = joined(authority, tmp_path / "posing", "cloud.ppaas")
+    server = await asyncio.start_server(lambda *_: None, "127.0.0.1", 0, ssl=posing.server_context())
+    machine = joined(authority, tmp_path / "m4", "m4")
+    address = ANYWHERE._replace(port=server.sockets[0].getsockname()[1])
+    with pytest.raises(Unavailable, match="certificate"):
+        await dial(address, machine.client_context("control"))
+    server.close()
+
+
+async def test_what_is_no_tls_is_hung_up_on(door: Door) -> None:
+    reader, writer = await asyncio.open_connection(door.address.host, door.address.port)
+    writer.write(b"GET / HTTP/1.1\r\n\r\n" * 4)
+    async with asyncio.timeout(5.0):
+        while await reader.read(4096):
+            pass
+    writer.close()
+
+
+async def test_a_port_that_is_taken_says_so(door: Door, authority: Authority) -> None:
+    async def nobody(*_: object) -> None: ...
+
+    second = Door(door.address, authority, control=nobody, robot=nobody, terms=nobody, join=nobody)
+    with pytest.raises(Unavailable, match="cannot listen"):
+        await second.start()
+
+
+async def test_between_machines_nothing_goes_without_certificates(door: Door) -> None:
+    with pytest.raises(InvalidInput, match="ticket"):
+        await dial(door.address)
+
+
+async def test_the_certificates_outlive_the_cloud(authority: Authority, tmp_path: Path) -> None:
+    joined(authority, tmp_path / "m5", "m5")
+    again = Authority(authority.identity.key.parent)
+    assert again.pem == authority.pem
+    assert again.has_issued("m5") and not again.has_issued("m6")
+
+
+@pytest.mark.parametrize("name", ["", ".", "..", "a/b", "../cloud", "x" * 65, "ä", "a b", "-x"])
+def test_a_name_that_cannot_be_one_is_refused(authority: Authority, name: str, tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="named with"):
+        authority.issue(name, b"")
+
+
+@pytest.mark.parametrize("request_", [b"", b"rubbish", b"-----BEGIN CERTIFICATE REQUEST-----\nAAAA\n"])
+def test_what_is_no_request_is_refused(authority: Authority, request_: bytes) -> None:
+    with pytest.raises(InvalidInput, match="request"):
+        authority.issue("m7", request_)
+    assert not authority.has_issued("m7")
+
+
+def test_an_authority_that_cannot_be_read_says_so(tmp_path: Path) -> None:
+    folder = tmp_path / "machines"
+    Authority(folder)
+    (folder / "authority.key").write_text("rubbish")
+    with pytest.raises(InvalidInput, match="cannot be read"):
+        Authority(folder)
+
+
+def test_keys_are_readable_by_their_owner_alone(authority: Authority) -> None:
+    for key in authority.identity.key.parent.glob("*.key"):
+        assert key.stat().st_mode & 0o077 == 0

@@ -1,0 +1,26 @@
+"""Kernels are found wherever they lie, and called once so that they are compiled."""
+
+import sys
+
+from engine.runtimes.compilation.kernel_modules import loaded, modules, warm_loaded
+
+
+def dispatchers(module):
+    return [found for found in vars(module).values() if hasattr(found, "signatures") and hasattr(found, "py_func")]
+
+
+def test_the_kernels_of_all_rooms_are_found():
+    rooms = {module.__name__.split(".")[1] for module in modules()}
+    assert {"maps", "costmap", "planners", "controllers", "localization"} <= rooms
+
+
+def test_what_is_loaded_is_warmed_and_leaves_compiled_code(monkeypatch):
+    import ppaas.localization.kernels
+    from ppaas.maps.kernels import distance
+
+    for module in loaded():
+        if module not in (distance, ppaas.localization.kernels):
+            monkeypatch.delitem(sys.modules, module.__name__)
+    assert loaded() == [ppaas.localization.kernels, distance]
+    warm_loaded()
+    assert any(kernel.signatures for kernel in dispatchers(distance))

@@ -1,0 +1,120 @@
+"""What the first containers do not need is compiled beside them, once."""
+
+import asyncio
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import psutil
+import pytest
+
+from engine.runtimes.compilation import rest_compiler
+from engine.runtimes.compilation.rest_compiler import compiling_the_rest
+from engine.runtimes.process.runtime import _adopt_orphans
+from tests.support.engine.processes import has_ended, is_gone
+from tests.support.sources import ROOT
+from tests.support.waiting import until
+
+
+@pytest.fixture
+def begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the file in which a compiler that never ends tells its process id."""
+    file = tmp_path / "begun"
+    script = f"import os, time; open({str(file)!r}, 'w').write(str(os.getpid()) + ' '); time.sleep(600)"
+    monkeypatch.setattr(rest_compiler, "COMMAND", (sys.executable, "-c", script))
+    return file
+
+
+def pid_in(file: Path) -> int:
+    """Return the process id told in a file; 0 before it is there whole."""
+    told = file.read_text() if file.exists() else ""
+    return int(told) if told.endswith(" ") else 0
+
+
+async def test_the_compiler_ends_with_what_it_runs_beside(begun: Path) -> None:
+    async with compiling_the_rest():
+        await until(lambda: pid_in(begun))
+        assert not is_gone(pid_in(begun))
+    assert is_gone(pid_in(begun))
+
+
+async def test_a_compiler_that_fails_is_told_of_and_harms_nobody(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(rest_compiler, "COMMAND", (sys.executable, "-c", "raise SystemExit(3)"))
+    async with compiling_the_rest():
+        await until(lambda: "status 3" in caplog.text)
+
+
+def package_that(folder: Path, warms: str) -> None:
+    """Make a package of one kernel module, which is warmed by a line of Python."""
+    package = folder / "ppaas" / "kernels"
+    package.mkdir(parents=True)
+    (folder / "ppaas" / "__init__.py").write_text("")
+    (package / "__init__.py").write_text("")
+    (package / "one.py").write_text(
+        f"import os, time\nfrom numba import njit\n\n@njit(cache=True)\ndef one():\n    return 1\n\n"
+        f"def warm():\n    one()\n    {warms}\n"
+    )
+
+
+async def compiler_of(folder: Path) -> asyncio.subprocess.Process:
+    """Start a compiler of the kernels of that package, with a cache of their own."""
+    script = (
+        "import os, sys\n"
+        "os.nice = lambda _: 0\n"  # who gives way to the tests beside it may wait for minutes
+        "import engine.runtimes.compilation.threading_layer, engine.runtimes.compilation.stamp, engine.processes.background\n"
+        "for name in [name for name in sys.modules if name.split('.')[0] == 'ppaas']: del sys.modules[name]\n"
+        f"sys.path.insert(0, {str(folder)!r})\n"
+        "import engine.runtimes.compilation.rest_compiler as compiler\n"
+        "compiler.main()\n"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")}
+    return await asyncio.create_subprocess_exec(sys.executable, "-c", script, env=environment)
+
+
+async def test_nothing_is_compiled_twice_and_only_one_process_compiles(tmp_path: Path) -> None:
+    """Both processes see the same cache."""
+    told = tmp_path / "told"
+    package_that(tmp_path, f"open({str(told)!r}, 'a').write('warm ')")
+    processes = [await compiler_of(tmp_path) for _ in range(2)]
+    assert [await process.wait() for process in processes] == [0, 0]
+    assert told.read_text() == "warm "
+
+
+async def test_who_adopts_orphans_gets_none_of_a_compiler(tmp_path: Path) -> None:
+    package_that(tmp_path, "pass")
+    before = {child.pid for child in psutil.Process().children()}
+    _adopt_orphans(True)
+    try:
+        compiler = await compiler_of(tmp_path)
+        assert await compiler.wait() == 0
+        assert {child.pid for child in psutil.Process().children()} <= before
+    finally:
+        _adopt_orphans(False)
+
+
+async def test_what_compiles_for_a_compiler_that_is_killed_ends_as_well(tmp_path: Path) -> None:
+    begun = tmp_path / "begun"
+    package_that(tmp_path, f"open({str(begun)!r}, 'w').write(f'{{os.getpid()}} '); time.sleep(600)")
+    compiler = await compiler_of(tmp_path)
+    await until(lambda: pid_in(begun) > 0)
+    helpers = [child.pid for child in psutil.Process(compiler.pid).children(recursive=True)]
+    assert pid_in(begun) in helpers
+    compiler.kill()
+    await compiler.wait()
+    await until(lambda: all(map(has_ended, helpers)))
+
+
+def test_an_image_in_which_kernels_are_compiled_has_what_the_compiler_imports() -> None:
+    print_all = "import engine.runtimes.compilation.rest_compiler, sys; print(*(m for m in sys.modules if m.startswith('engine.')))"
+    loaded = subprocess.run(
+        (sys.executable, "-c", print_all), capture_output=True, text=True, check=True
+    ).stdout.split()
+    stage = (ROOT / "docker/engine.Dockerfile").read_text().partition("AS kernels")[2].partition("\nRUN")[0]
+    copied = [word for line in re.findall(r"^COPY (.*)", stage, re.MULTILINE) for word in line.split()[:-1]]
+    files = {Path(*name.split(".")) for name in loaded}
+    assert "engine/runtimes" in copied
+    assert not {file for file in files if not {f"{file}.py", *map(str, [file, *file.parents])} & set(copied)}

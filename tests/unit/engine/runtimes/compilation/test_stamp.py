@@ -1,0 +1,90 @@
+"""When a start need not load all kernels, and when it must."""
+
+import os
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from engine.runtimes.compilation import stamp as kernel_stamp
+
+KERNEL = """
+from numba import njit
+
+@njit(cache=True)
+def twice(number):
+    return 2 * number
+
+@njit(cache=True)
+def never_called(number):
+    return number
+
+def warm():
+    twice(1)
+"""
+
+
+@pytest.fixture
+def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the folder of a package with one module of kernels, and a cache of its own for notes."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    folder = tmp_path / "domain" / "room" / "kernels"
+    folder.mkdir(parents=True)
+    (folder / "doubling.py").write_text(KERNEL)
+    (tmp_path / "domain" / "room" / "other.py").write_text("")
+    return tmp_path / "domain"
+
+
+@pytest.fixture
+def module(root: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """Return that module, called."""
+    monkeypatch.syspath_prepend(root / "room" / "kernels")
+    monkeypatch.delitem(sys.modules, "doubling", raising=False)
+    import doubling  # type: ignore[import-not-found]
+
+    doubling.warm()
+    return doubling
+
+
+def test_without_a_note_nothing_is_known_to_be_compiled(root: Path) -> None:
+    assert not kernel_stamp.all_compiled(kernel_stamp.stamp_file(root, "tbb"))
+
+
+def test_what_was_noted_holds_until_a_kernel_changes(root: Path, module: ModuleType) -> None:
+    stamp = kernel_stamp.stamp_file(root, "tbb")
+    kernel_stamp.note(stamp, kernel_stamp.cache_files(module))
+    assert kernel_stamp.all_compiled(stamp)
+    assert kernel_stamp.stamp_file(root, "serial") != stamp
+    (root / "room" / "other.py").write_text("changed = 1")
+    assert kernel_stamp.stamp_file(root, "tbb") == stamp
+    os.utime(root / "room" / "kernels" / "doubling.py", ns=(1, 1))
+    assert kernel_stamp.stamp_file(root, "tbb") != stamp
+
+
+def test_only_kernels_that_were_called_are_named(module: ModuleType) -> None:
+    (file,) = kernel_stamp.cache_files(module)
+    assert Path(file).name.startswith("doubling.twice-")
+
+
+def test_a_cache_that_was_emptied_is_noticed(root: Path, module: ModuleType) -> None:
+    stamp = kernel_stamp.stamp_file(root, "tbb")
+    kernel_stamp.note(stamp, kernel_stamp.cache_files(module))
+    (file,) = kernel_stamp.cache_files(module)
+    Path(file).unlink()
+    assert not kernel_stamp.all_compiled(stamp)
+    stamp.unlink()
+    kernel_stamp.note(stamp, [file])
+    assert not stamp.exists(), "what is not there is not noted"
+
+
+@pytest.mark.parametrize("rubbish", [b"", b"{", b"[1]", b"\xff"])
+def test_a_note_that_cannot_be_read_is_none(root: Path, rubbish: bytes) -> None:
+    stamp = kernel_stamp.stamp_file(root, "tbb")
+    stamp.parent.mkdir()
+    stamp.write_bytes(rubbish)
+    assert not kernel_stamp.all_compiled(stamp)
+
+
+def test_where_no_note_can_be_written_all_goes_on(module: ModuleType) -> None:
+    kernel_stamp.note(Path(os.devnull) / "note.json", kernel_stamp.cache_files(module))

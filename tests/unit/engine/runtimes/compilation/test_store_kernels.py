@@ -1,0 +1,29 @@
+"""The kernels of stores are loaded without a wait for whoever compiles, where they are compiled."""
+
+import subprocess
+import sys
+
+from engine.processes.disk_notes import alone
+from engine.runtimes.compilation import store_kernels
+from tests.support.sources import ROOT
+
+PREPARE = """
+from engine.runtimes import kernels, store_kernels
+
+recorder = kernels.record_compilations()
+store_kernels.prepare()
+print(len(recorder.buffer))
+"""
+
+
+def compiled_by_another_process() -> int:
+    """Prepare in a process of its own; return how many kernels it compiled."""
+    command = [sys.executable, "-c", PREPARE]
+    told = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True, timeout=120)
+    return int(told.stdout)
+
+
+def test_once_they_are_compiled_nobody_waits_for_who_compiles_or_stands_still_at_it() -> None:
+    compiled_by_another_process()
+    with alone(store_kernels.stamp().with_suffix(".lock")):
+        assert compiled_by_another_process() == 0

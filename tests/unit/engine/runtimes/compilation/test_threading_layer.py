@@ -1,0 +1,46 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.support.sources import ROOT
+
+
+def run(*arguments: str, cache: Path) -> list[str]:
+    environment = {"PATH": "", "NUMBA_CACHE_DIR": str(cache)}
+    command = [sys.executable, *arguments]
+    done = subprocess.run(command, check=False, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split(maxsplit=2)
+
+
+def has_tbb() -> bool:
+    code = "from engine.runtimes import threading_layer as t; print(t._load_tbb())"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, capture_output=True, text=True)
+    return done.stdout == "True\n"
+
+
+def test_with_tbb_two_threads_call_parallel_kernels_at_once(tmp_path):
+    if not has_tbb():
+        pytest.skip("no TBB for this platform")
+    layer, _, rest = run("-m", "tests.support.engine.threaded_kernels", cache=tmp_path)
+    assert (layer, rest) == ("tbb", "[True, True] 2\n")
+
+
+def test_without_tbb_they_run_serially_with_the_same_result(tmp_path):
+    for _ in range(2):  # compiled, and from the cache
+        layer, threads, rest = run("-m", "tests.support.engine.threaded_kernels", "without-tbb", cache=tmp_path)
+        assert (layer, threads, rest) == ("serial", "1", "[True, True] 2\n")
+
+
+def test_code_compiled_for_threads_is_not_taken_where_there_are_none(tmp_path):
+    run("-m", "tests.support.engine.threaded_kernels", cache=tmp_path)
+    layer, _, rest = run("-m", "tests.support.engine.threaded_kernels", "without-tbb", cache=tmp_path)
+    assert (layer, rest) == ("serial", "[True, True] 2\n")
+
+
+def test_it_is_too_late_once_numba_was_imported():
+    code = "import numba; from engine.runtimes import threading_layer as t; t.choose()"
+    done = subprocess.run([sys.executable, "-c", code], check=False, cwd=ROOT, capture_output=True, text=True)
+    assert "choose the threading layer before numba is imported" in done.stderr

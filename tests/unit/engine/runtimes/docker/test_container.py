@@ -1,0 +1,130 @@
+"""What a container of the Docker engine is shown of its machine, and how it is resized; no engine is needed here."""
+
+import asyncio
+import socket
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+from msgspec.structs import replace
+
+from engine.processes.background import Background
+from engine.runtimes.docker.container import Booth, DockerContainer
+from engine.specs.containers import Launch
+from ppaas.errors import Unavailable
+from tests.support.engine.launches import Reports
+
+
+@pytest.fixture
+def booth(short_path: Path) -> Booth:
+    return Booth(short_path / "c-1", short_path / "shm" / "seen-1")
+
+
+@pytest.fixture
+def launch(short_path: Path) -> Iterator[Launch]:
+    layers = short_path / "shm" / "map"
+    layers.mkdir(parents=True, mode=0o700)
+    for name in ("info.json", "grid.npy", ".astar-12"):
+        (layers / name).write_text(name)
+    with socket.socket(socket.AF_UNIX) as link, socket.socket(socket.AF_UNIX) as gate:
+        for server, name in ((link, "link-of-all.sock"), (gate, "gate.sock")):
+            server.bind(str(short_path / name))
+            server.listen()
+        told = Reports(short_path).launch(layers=str(layers))
+        yield replace(told, link=str(short_path / "link-of-all.sock"), machine=str(short_path / "gate.sock"))
+
+
+def test_it_sees_its_two_sockets_and_the_layers_of_its_map_and_nothing_else(booth: Booth, launch: Launch) -> None:
+    seen = booth.admit(launch)
+    assert (seen.link, seen.machine, seen.layers) == ("/run/ppaas/link.sock", "/run/ppaas/gate.sock", "/run/map")
+    assert {entry.name for entry in booth.sockets.iterdir()} == {"link.sock", "gate.sock"}
+    assert {entry.name for entry in booth.layers.iterdir()} == {"info.json", "grid.npy"}
+
+
+def test_what_it_dials_is_what_listens_outside(booth: Booth, launch: Launch) -> None:
+    booth.admit(launch)
+    with socket.socket(socket.AF_UNIX) as client:
+        client.connect(str(booth.sockets / "link.sock"))
+
+
+def test_it_reaches_who_listens_anew_under_the_name_of_its_endpoint(booth: Booth, launch: Launch) -> None:
+    booth.admit(launch)
+    seen, link = booth.sockets / "link.sock", Path(launch.link)
+    link.unlink()
+    with pytest.raises(FileNotFoundError):
+        booth.link_endpoint()
+    for _ in range(2):
+        with socket.socket(socket.AF_UNIX) as another, socket.socket(socket.AF_UNIX) as client:
+            link.unlink(missing_ok=True)
+            another.bind(str(link))
+            another.listen()
+            booth.link_endpoint()
+            booth.link_endpoint()  # also where it is the same still
+            client.connect(str(seen))
+            another.accept()[0].close()
+            assert seen.stat().st_mode & 0o666 == 0o666, "it has another user"
+
+
+def test_layers_are_the_same_memory_and_what_came_later_is_added(booth: Booth, launch: Launch) -> None:
+    booth.admit(launch)
+    layers = Path(launch.layers)
+    (layers / "hub_labels.index").write_text("late")
+    booth.link_layers(layers)
+    assert (booth.layers / "hub_labels.index").samefile(layers / "hub_labels.index")
+    assert (booth.layers / "grid.npy").samefile(layers / "grid.npy")
+
+
+def test_what_the_machine_has_stays_when_the_container_goes(booth: Booth, launch: Launch) -> None:
+    booth.admit(launch)
+    booth.remove()
+    assert not booth.sockets.exists()
+    assert not booth.layers.exists()
+    assert (Path(launch.layers) / "grid.npy").read_text() == "grid.npy"
+    assert Path(launch.link).is_socket()
+
+
+def test_layers_lie_where_no_other_user_of_the_computer_comes(booth: Booth) -> None:
+    assert booth.layers.parent.stat().st_mode & 0o077 == 0
+
+
+class Engine:
+    """An engine that takes its time for some orders, and takes no memory away that is in use."""
+
+    def __init__(self, *seconds: float, memory_in_use: int = 0) -> None:
+        self.seconds = list(seconds)
+        self.memory_in_use = memory_in_use
+        self.held: dict[str, Any] = {}
+
+    async def limit(self, container: str, limits: Mapping[str, Any]) -> None:
+        if self.seconds:
+            await asyncio.sleep(self.seconds.pop(0))
+        if limits.get("mem_limit", self.memory_in_use) < self.memory_in_use:
+            raise Unavailable("device or resource busy")
+        self.held |= limits
+
+
+def resized(engine: Any, booth: Booth, work: Background) -> DockerContainer:
+    return DockerContainer(engine, booth, work.run, lambda _: None)
+
+
+async def test_of_two_sizes_it_has_the_later_even_where_the_engine_is_slow_with_the_first(
+    booth: Booth, launch: Launch
+) -> None:
+    engine, work = Engine(0.05, 0.0), Background()
+    container = resized(engine, booth, work)
+    for cores in (2.0, 0.5):
+        container.resize(replace(launch, spec=replace(launch.spec, cores=cores)))
+    await work.join()
+    assert engine.held["cpu_quota"] / engine.held["cpu_period"] == 0.5
+
+
+async def test_memory_that_is_in_use_stays_and_the_cpus_follow(
+    booth: Booth, launch: Launch, caplog: pytest.LogCaptureFixture
+) -> None:
+    engine, work = Engine(memory_in_use=1 << 40), Background()
+    resized(engine, booth, work).resize(launch)
+    await work.join()
+    assert engine.held["cpu_quota"] == engine.held["cpu_period"]
+    assert "mem_limit" not in engine.held
+    assert "keeps the memory that it had" in caplog.text

@@ -1,0 +1,29 @@
+import pytest
+from msgspec.structs import replace
+
+from engine.runtimes.docker import limits as docker_limits
+from tests.support.engine.launches import Reports
+
+
+@pytest.fixture
+def launch(tmp_path):
+    return Reports(tmp_path).launch
+
+
+def test_a_size_is_a_quota_of_each_period_and_the_cpus_it_was_given(launch):
+    limits = docker_limits.of_launch(launch(cpus=(1, 3)))
+    assert (limits["cpu_quota"] / limits["cpu_period"], limits["cpuset_cpus"]) == (2.0, "1,3")
+
+
+def test_more_cores_weigh_more_and_have_more_memory_without_swap(launch):
+    one, two = (docker_limits.of_launch(launch(cpus=cpus)) for cpus in ((0,), (0, 1)))
+    assert two["cpu_shares"] == 2 * one["cpu_shares"] > docker_limits.of_spare()["cpu_shares"]
+    assert two["mem_limit"] > one["mem_limit"] > docker_limits.of_spare()["mem_limit"]
+    assert all(limits["memswap_limit"] == limits["mem_limit"] for limits in (one, two))
+
+
+def test_a_size_that_is_almost_nothing_is_one_that_the_kernel_takes(launch):
+    tiny = launch(cpus=(0,))
+    limits = docker_limits.of_launch(replace(tiny, spec=replace(tiny.spec, cores=1e-6)))
+    assert limits["cpu_quota"] >= 1000
+    assert limits["cpu_shares"] >= 2

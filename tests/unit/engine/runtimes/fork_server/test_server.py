@@ -1,0 +1,58 @@
+import sys
+from multiprocessing import forkserver
+
+import pytest
+
+from engine.runtimes.fork_server.server import FORK_TIMEOUT, ForkServer
+from engine.service.master_driver import START_TIMEOUT
+from ppaas.errors import Unavailable
+
+ENTRY = "tests.support.engine.container_entries:dial_and_stay"
+
+
+@pytest.fixture(autouse=True)
+def no_fork_server():
+    forkserver._forkserver._stop()
+
+
+def unexpected() -> None:
+    raise AssertionError("the fork server died")
+
+
+async def test_a_warm_server_tells_what_it_is_and_has_loaded_what_its_containers_use():
+    server = ForkServer("engine.container.entry:main")
+    warmth = await server.warm(unexpected)
+    assert warmth.layer in ("tbb", "serial")
+    assert any(name.startswith("ppaas.costmap.kernels.") for name in warmth.kernels)
+    assert not any("hub_labels" in name for name in warmth.kernels), "few robots plan with it"
+    again = await server.warm(unexpected)
+    assert again.pid == warmth.pid
+    server.close()
+
+
+async def test_a_server_that_cannot_load_says_so_and_the_next_try_is_a_new_one(monkeypatch):
+    server = ForkServer(ENTRY)
+    with monkeypatch.context() as broken:
+        broken.setattr("engine.runtimes.fork_server.early_start.PRELOAD", "tests.support.engine.broken_preload")
+        with pytest.raises(Unavailable, match="the fork server ended while it loaded"):
+            await server.warm(unexpected)
+    assert not server.is_warm
+    await server.warm(unexpected)
+    assert server.is_warm
+    server.close()
+
+
+async def test_an_ended_server_is_dead_and_the_main_module_of_the_parent_as_it_was():
+    main = sys.modules["__main__"]
+    server = ForkServer(ENTRY)
+    first = await server.warm(unexpected)
+    await server.end()
+    assert not server.is_warm
+    second = await server.warm(unexpected)
+    assert second.pid != first.pid
+    assert sys.modules["__main__"] is main
+    server.close()
+
+
+def test_a_frozen_server_is_given_up_before_the_container_that_was_asked_of_it():
+    assert FORK_TIMEOUT < START_TIMEOUT

@@ -1,0 +1,98 @@
+import asyncio
+import os
+import signal
+
+import pytest
+
+from engine.runtimes.process.runtime import ProcessRuntime
+from ppaas.errors import Unavailable
+from tests.support.engine.launches import Reports
+from tests.support.engine.processes import is_gone
+from tests.support.waiting import until
+
+ENTRIES = "tests.support.engine.container_entries"
+
+
+@pytest.fixture
+async def reports(tmp_path):
+    async with Reports(tmp_path) as server:
+        yield server
+
+
+@pytest.fixture
+async def runtime():
+    started = ProcessRuntime(f"{ENTRIES}:dial_and_stay")
+    await started.start()
+    yield started
+    await started.close()
+
+
+async def test_a_container_runs_and_is_killed(runtime, reports):
+    container = await runtime.launch(reports.launch())
+    assert (await reports.next()).pid == container.pid
+    container.kill()
+    assert await container.wait() == -signal.SIGKILL
+    assert is_gone(container.pid)
+    container.kill()
+
+
+async def test_many_may_wait_for_the_end(runtime, reports):
+    container = await runtime.launch(reports.launch())
+    waiting = [asyncio.create_task(container.wait()) for _ in range(3)]
+    await asyncio.sleep(0)
+    waiting[0].cancel()
+    container.kill()
+    assert await waiting[1] == await waiting[2] == await container.wait() == -signal.SIGKILL
+
+
+async def test_a_container_has_its_cpus_threads_session_and_exit_status(reports):
+    runtime = ProcessRuntime(f"{ENTRIES}:describe")
+    await runtime.start()
+    launch = reports.launch(cpus=(0,), threads=1)
+    container = await runtime.launch(launch)
+    facts = dict(fact.split("=") for fact in (await reports.next()).text.split())
+    assert facts.pop("told_ray_token") == "False"
+    assert facts == {"cpus": "0", "threads": "1", "session": "True", "omp": "1", "main": "False", "alone": "1"}
+    assert await container.wait() == 7
+    await runtime.close()
+
+
+async def test_interrupts_do_not_end_a_container_and_terminate_does(runtime, reports):
+    container = await runtime.launch(reports.launch())
+    await reports.next()
+    os.kill(container.pid, signal.SIGINT)
+    os.kill(container.pid, signal.SIGTERM)
+    assert await container.wait() == -signal.SIGTERM
+
+
+async def test_a_container_that_cannot_begin_tells_by_its_status(runtime, reports):
+    container = await runtime.launch(reports.launch(cpus=(4095,)))
+    assert await container.wait() == 1
+
+
+async def test_a_launch_that_is_given_up_leaves_no_container(runtime, reports):
+    launching = asyncio.create_task(runtime.launch(reports.launch()))
+    await asyncio.sleep(0)
+    launching.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await launching
+    await until(lambda: bool(runtime._live) or not runtime._tasks)
+    await until(lambda: not runtime._live and not runtime._tasks)
+
+
+async def test_close_ends_all_containers_and_no_more_start(reports):
+    runtime = ProcessRuntime(f"{ENTRIES}:dial_and_stay")
+    await runtime.start()
+    containers = await asyncio.gather(*(runtime.launch(reports.launch()) for _ in range(3)))
+    await runtime.close()
+    assert all(is_gone(container.pid) for container in containers)
+    with pytest.raises(Unavailable, match="closed"):
+        await runtime.launch(reports.launch())
+
+
+async def test_an_entry_that_does_not_exist_is_told_at_the_start():
+    for entry in ("tests.support.nowhere:main", f"{ENTRIES}:nothing"):
+        runtime = ProcessRuntime(entry)
+        with pytest.raises(Unavailable, match=r"containers cannot start.*(nowhere|nothing)"):
+            await runtime.start()
+        await runtime.close()

@@ -1,0 +1,75 @@
+"""Topics that clients advertise to one another."""
+
+import pytest
+
+from engine.service.links.client_topics import MAX_LATCHED_BYTES, MAX_TOPICS, ClientTopics
+from ppaas.errors import Conflict, MalformedMessage, NotFound, QuotaExceeded
+
+STRING = "std_msgs/String"
+
+
+def test_a_topic_lives_as_long_as_somebody_advertises_it() -> None:
+    topics = ClientTopics()
+    for advertiser in ((1, "a"), (1, "b"), (2, None)):
+        topics.advertise("chatter", STRING, advertiser, latch=False)
+    topics.unadvertise("chatter", (1, "a"))
+    assert topics.types() == {"chatter": STRING}
+    topics.unadvertise("chatter", (1, None))
+    with pytest.raises(NotFound):
+        topics.unadvertise("chatter", (1, "b"))
+    topics.leave(2)
+    assert "chatter" not in topics and topics.type_of("chatter") is None
+
+
+def test_a_topic_keeps_its_type() -> None:
+    topics = ClientTopics()
+    topics.advertise("chatter", STRING, (1, None), latch=False)
+    with pytest.raises(Conflict, match=r"carries std_msgs/String, not std_msgs/Bool"):
+        topics.advertise("chatter", "std_msgs/Bool", (2, None), latch=False)
+    topics.leave(1)
+    topics.advertise("chatter", "std_msgs/Bool", (2, None), latch=False)
+
+
+@pytest.mark.parametrize(("by_topic", "by_message", "kept"), [(0, 0, None), (1, 0, b"{}"), (0, 1, b"{}")])
+def test_the_last_message_is_kept_where_it_was_asked_for(by_topic: int, by_message: int, kept: bytes | None) -> None:
+    topics = ClientTopics()
+    topics.advertise("chatter", STRING, (1, None), latch=bool(by_topic))
+    topics.take("chatter", b"{}", latch=bool(by_message))
+    assert topics.latched("chatter") == kept
+    topics.leave(1)
+    assert topics.latched("chatter") is None
+
+
+def test_what_is_kept_is_bounded_and_given_back() -> None:
+    topics = ClientTopics()
+    half = b"{" + bytes(MAX_LATCHED_BYTES // 2 - 1)
+    for number in range(3):
+        topics.advertise(f"t{number}", STRING, (number, None), latch=True)
+    topics.take("t0", half, latch=True)
+    topics.take("t1", half, latch=True)
+    topics.take("t1", half, latch=True)
+    with pytest.raises(QuotaExceeded):
+        topics.take("t2", half, latch=True)
+    topics.leave(0)
+    topics.take("t2", half, latch=True)
+    topics.drop("t1")
+    topics.drop("t1")
+    topics.advertise("t0", STRING, (0, None), latch=True)
+    topics.take("t0", half, latch=True)
+
+
+def test_topics_are_bounded() -> None:
+    topics = ClientTopics()
+    for number in range(MAX_TOPICS):
+        topics.advertise(f"t{number}", STRING, (1, None), latch=False)
+    topics.advertise("t0", STRING, (2, None), latch=False)
+    with pytest.raises(QuotaExceeded):
+        topics.advertise("more", STRING, (1, None), latch=False)
+
+
+@pytest.mark.parametrize("message", [b"1", b"[]", b"null", b'"x"'])
+def test_a_message_is_an_object(message: bytes) -> None:
+    topics = ClientTopics()
+    topics.advertise("chatter", STRING, (1, None), latch=True)
+    with pytest.raises(MalformedMessage):
+        topics.take("chatter", message, latch=False)

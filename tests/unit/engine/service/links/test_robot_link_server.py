@@ -1,0 +1,178 @@
+"""The socket that containers dial, with containers that are awaited and strangers."""
+
+import asyncio
+import stat
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+from engine.protocols import robot_link
+from engine.protocols.framing import FrameStream
+from engine.service.links.robot_link_server import LinkServer
+from ppaas.errors import NotFound, rebuild
+from tests.support.engine.engine_links import connection, dial_link, hello, receive
+from tests.support.waiting import until
+
+
+class Welcomes:
+    """Greets each container with a frame, and serves it until it hangs up."""
+
+    def __init__(self) -> None:
+        self.hellos: list[robot_link.Hello] = []
+        self.heard: list[robot_link.FromContainer] = []
+        self.failures: list[robot_link.Failed] = []
+
+    async def welcome(self, hello: robot_link.Hello, stream: FrameStream[robot_link.FromContainer]) -> None:
+        self.hellos.append(hello)
+        stream.write(robot_link.Subscribe("welcome", 0))
+        while (frame := await stream.receive()) is not None:
+            self.heard.append(frame)
+
+
+@pytest.fixture
+def welcomes() -> Welcomes:
+    return Welcomes()
+
+
+@pytest.fixture
+async def server(tmp_path: Path, welcomes: Welcomes) -> AsyncIterator[LinkServer]:
+    opened = LinkServer(tmp_path / "link.sock", welcomes.welcome, welcomes.failures.append, hello_timeout=5.0)
+    await opened.start()
+    yield opened
+    await opened.close()
+
+
+async def test_only_this_user_may_dial(server: LinkServer) -> None:
+    assert stat.S_IMODE(server.path.stat().st_mode) == 0o600
+
+
+async def test_an_awaited_container_is_welcomed_and_served(server: LinkServer, welcomes: Welcomes) -> None:
+    server.expect("c1", "s1")
+    stream = await dial_link(server.path)
+    stream.write(hello("c1", "s1"))
+    assert await receive(stream) == robot_link.Subscribe("welcome", 0)
+    stream.write(robot_link.Ack(7))
+    await stream.close()
+    await until(lambda: welcomes.heard)
+    assert welcomes.heard == [robot_link.Ack(7)]
+    assert server.awaited == 0
+
+
+@pytest.mark.parametrize(
+    "first",
+    [
+        hello("c1", "wrong"),
+        hello("c1", ""),
+        hello("c1", "schlüssel"),
+        hello("c2", "s1"),
+        robot_link.Failed("c1", "wrong", robot_link.Refusal("not-found", "")),
+        robot_link.Ack(1),
+    ],
+    ids=["wrong secret", "no secret", "odd secret", "unknown container", "failed with wrong secret", "no hello"],
+)
+async def test_a_stranger_is_hung_up_on_and_the_awaited_container_still_comes(
+    server: LinkServer, welcomes: Welcomes, first: robot_link.FromContainer, caplog: pytest.LogCaptureFixture
+) -> None:
+    server.expect("c1", "s1")
+    stranger = await dial_link(server.path)
+    stranger.write(first)
+    assert await receive(stranger) is None
+    assert not welcomes.hellos and not welcomes.failures
+    assert [record.levelname for record in caplog.records] == ["WARNING"]
+    stream = await dial_link(server.path)
+    stream.write(hello("c1", "s1"))
+    assert await receive(stream) == robot_link.Subscribe("welcome", 0)
+    await stream.close()
+
+
+async def test_a_hello_opens_the_link_once(server: LinkServer, welcomes: Welcomes) -> None:
+    server.expect("c1", "s1")
+    first = await dial_link(server.path)
+    first.write(hello("c1", "s1"))
+    assert await receive(first) == robot_link.Subscribe("welcome", 0)
+    second = await dial_link(server.path)
+    second.write(hello("c1", "s1"))
+    assert await receive(second) is None
+    assert len(welcomes.hellos) == 1
+    await first.close()
+
+
+async def test_who_is_forgotten_is_not_let_in(server: LinkServer, welcomes: Welcomes) -> None:
+    server.expect("c1", "s1")
+    server.forget("c1")
+    stream = await dial_link(server.path)
+    stream.write(hello("c1", "s1"))
+    assert await receive(stream) is None
+    assert welcomes.hellos == []
+
+
+async def test_silence_is_cut_off(tmp_path: Path, welcomes: Welcomes) -> None:
+    server = LinkServer(tmp_path / "link.sock", welcomes.welcome, welcomes.failures.append, hello_timeout=0.05)
+    await server.start()
+    stream = await dial_link(server.path)
+    assert await receive(stream) is None
+    await server.close()
+
+
+async def test_rubbish_is_cut_off_and_the_next_is_served(server: LinkServer, welcomes: Welcomes) -> None:
+    server.expect("c1", "s1")
+    reader, writer = await asyncio.open_unix_connection(server.path)
+    writer.write(b"GET / HTTP/1.1\r\n\r\n")
+    assert await reader.read() == b""
+    writer.close()
+    stream = await dial_link(server.path)
+    stream.write(hello("c1", "s1"))
+    assert await receive(stream) == robot_link.Subscribe("welcome", 0)
+    await stream.close()
+
+
+async def test_a_failure_is_told_with_its_reason(server: LinkServer, welcomes: Welcomes) -> None:
+    server.expect("c1", "s1")
+    stream = await dial_link(server.path)
+    error = NotFound("model", "toaster", ["turtlebot2"])
+    stream.write(robot_link.Failed("c1", "s1", robot_link.Refusal(error.slug, str(error))))
+    assert await receive(stream) is None
+    (failed,) = welcomes.failures
+    told = rebuild(failed.refusal.slug, failed.refusal.text)
+    assert isinstance(told, NotFound)
+    assert str(told) == "unknown model 'toaster'; known: turtlebot2"
+    assert server.awaited == 0
+
+
+async def test_closing_hangs_up_on_all_and_removes_the_socket(server: LinkServer) -> None:
+    server.expect("c1", "s1")
+    known, silent = await dial_link(server.path), await dial_link(server.path)
+    known.write(hello("c1", "s1"))
+    assert await receive(known) == robot_link.Subscribe("welcome", 0)
+    await server.close()
+    assert await receive(known) is None
+    assert await receive(silent) is None
+    assert not server.path.exists()
+    with pytest.raises(OSError):
+        await dial_link(server.path)
+
+
+@pytest.mark.parametrize("machine", ["m2", "m3"], ids=["its own", "another"])
+async def test_a_container_of_another_host_is_let_in_from_its_own_machine_alone(
+    server: LinkServer, welcomes: Welcomes, machine: str
+) -> None:
+    server.expect("c1", "s1", "m2")
+    stream, reader, writer = await connection(robot_link.ToContainer)
+    serving = asyncio.create_task(server.connected(reader, writer, machine))
+    await stream.send(hello("c1", "s1"))
+    await until(lambda: welcomes.hellos or serving.done())
+    assert len(welcomes.hellos) == (1 if machine == "m2" else 0)
+    await stream.close()
+    await serving
+
+
+async def test_a_container_that_was_cut_off_is_heard_no_more(server: LinkServer, welcomes: Welcomes) -> None:
+    server.expect("c1", "s1")
+    stream = await dial_link(server.path)
+    stream.write(hello("c1", "s1"))
+    await until(lambda: welcomes.hellos)
+    server.hang_up("c1")
+    server.hang_up("nobody")
+    assert await receive(stream) == robot_link.Subscribe("welcome", 0)
+    assert await receive(stream) is None

@@ -1,0 +1,61 @@
+"""What administrators say of machines outlives the cloud."""
+
+from pathlib import Path
+
+import pytest
+
+from engine.master.balancers.first_fit import FirstFit
+from engine.master.master import Master
+from engine.service.administration import Administration, Losing
+from engine.specs.machine_settings import MachineSettings
+from ppaas.errors import InvalidInput, NotPermitted, Unavailable
+from tests.support.engine.placing import machine
+
+SAID = MachineSettings({"zone": "a"}, max_containers=3, max_memory=1 << 30, draining=True)
+
+
+def started(file: Path) -> tuple[Master, Administration]:
+    master = Master(FirstFit())
+
+    def cut_off(machine_id: str, lose: Losing) -> None:
+        lose(machine_id)
+
+    administration = Administration(master, lambda orders: None, cut_off)
+    administration.keep_in(file)
+    return master, administration
+
+
+def test_what_was_said_holds_for_the_next_cloud(tmp_path: Path) -> None:
+    file = tmp_path / "data" / "settings.json"
+    master, administration = started(file)
+    for name in ("m1", "m2", "m3"):
+        master.machine_joined(machine(name))
+    administration.configure("m1", SAID)
+    administration.remove("m2")
+    administration.remove("m3")
+    administration.admit("m3")
+    again, _ = started(file)
+    for name in ("m1", "m3"):
+        again.machine_joined(machine(name))
+    assert again.machines["m1"].settings == SAID and again.machines["m3"].settings == MachineSettings()
+    with pytest.raises(NotPermitted):
+        again.machine_joined(machine("m2"))
+
+
+@pytest.mark.parametrize(
+    "kept", [b"", b"[]", b"\xff", b'{"settings": {"m1": {"max_containers": -1}}, "removed": []}'], ids=str
+)
+def test_a_file_that_is_not_what_was_kept_is_named(tmp_path: Path, kept: bytes) -> None:
+    file = tmp_path / "settings.json"
+    file.write_bytes(kept)
+    with pytest.raises(InvalidInput, match=r"settings\.json is not what was kept"):
+        started(file)
+
+
+def test_what_cannot_be_kept_is_done_and_said_so(tmp_path: Path) -> None:
+    (tmp_path / "data").write_bytes(b"no folder")
+    master, administration = started(tmp_path / "data" / "settings.json")
+    master.machine_joined(machine("m1"))
+    with pytest.raises(Unavailable, match="it is done"):
+        administration.configure("m1", SAID)
+    assert master.machines["m1"].settings == SAID

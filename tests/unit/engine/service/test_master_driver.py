@@ -1,0 +1,410 @@
+"""The cloud as the endpoints know it, with machines and containers in the hands of the test."""
+
+import asyncio
+import threading
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+from engine.master.balancers.first_fit import FirstFit
+from engine.master.crashes import CRASH_LIMIT
+from engine.master.master import Master
+from engine.master.quotas import Quota, Quotas
+from engine.protocols import control_link, robot_link
+from engine.service.master_driver import CloudService
+from engine.specs.checkpoints import Checkpoints
+from engine.specs.containers import SESSION_STATE
+from ppaas.errors import Conflict, NotFound, QuotaExceeded, Unavailable
+from storage.memory.store import MemoryStore
+from storage.records import CloneCheckpoint
+from tests.support.engine.engine_links import dial_link, receive
+from tests.support.engine.fake_machine import FakeMachine, FarContainer
+from tests.support.engine.listening import Listening
+from tests.support.engine.specs import HOUSE, robot_request
+from tests.support.waiting import until
+
+
+class SlowStore(MemoryStore):
+    """Waits before it reads or removes a checkpoint, if it is told to, and may be away."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.go = threading.Event()
+        self.go.set()
+        self.errors: list[Exception] = []
+
+    def _wait(self) -> None:
+        assert self.go.wait(10)
+        if self.errors:
+            raise self.errors.pop()
+
+    def clone(self, user: str, robot: str) -> CloneCheckpoint:
+        self._wait()
+        return super().clone(user, robot)
+
+    def remove_clone(self, user: str, robot: str) -> None:
+        self._wait()
+        super().remove_clone(user, robot)
+
+
+@pytest.fixture
+def store() -> SlowStore:
+    return SlowStore()
+
+
+@pytest.fixture
+async def service(tmp_path: Path, store: SlowStore) -> AsyncIterator[CloudService]:
+    master = Master(FirstFit(), Quotas(Quota(containers=8, cores=8.0)))
+    opened = CloudService(master, Checkpoints(store), tmp_path, "secret")
+    await opened.start()
+    yield opened
+    store.go.set()
+    await opened.close()
+    assert_forgotten(opened)
+
+
+@pytest.fixture
+async def machine(service: CloudService, tmp_path: Path) -> AsyncIterator[FakeMachine]:
+    joined = await FakeMachine.join(tmp_path)
+    await service.wait_for_machine(10)
+    yield joined
+    await joined.leave()
+
+
+def assert_forgotten(service: CloudService) -> None:
+    """Make sure that nothing is known of any place or container."""
+    assert len(service._times) == 0
+    assert service._links.awaited == 0
+    assert service._places == {}
+    assert service._master.places == {}
+    assert service._master._place_of == {}
+
+
+def checkpoint(session: str, **nodes: bytes) -> CloneCheckpoint:
+    return CloneCheckpoint("ann", "tb1", {SESSION_STATE: session.encode(), **nodes}, 1.0)
+
+
+# -- machines ----------------------------------------------------------------------------------------------------------
+
+
+async def test_a_cloud_without_machines_says_so(service: CloudService) -> None:
+    with pytest.raises(Unavailable, match="no machine"):
+        await service.wait_for_machine(0.01)
+
+
+async def test_machines_are_seen_with_their_load(service: CloudService, machine: FakeMachine) -> None:
+    machine.tell(control_link.Heartbeat(0.5, 1 << 20, [control_link.ContainerLoad("c1", 0.25, 1 << 10)]))
+    await until(lambda: service.machines()[0].load)
+    (view,) = service.machines()
+    assert (view.id, view.cores, view.load, view.memory_used) == ("m1", 2, 0.5, 1 << 20)
+
+
+async def test_a_machine_that_vanishes_has_its_places_filled_by_the_next(
+    service: CloudService, machine: FakeMachine, tmp_path: Path
+) -> None:
+    place, client = service.open_place(robot_request()), Listening()
+    number = place.join(client)
+    first = await machine.boot(await machine.started())
+    await place.ready(10)
+    place.deliver("goal", b"1", number, must_arrive=True)
+    starting = service.open_place(robot_request("tb2"))
+    await machine.started()
+    await machine.leave()
+    await first.stream.close()
+    await until(lambda: not service.machines())
+    assert len(service._times) == 0
+    assert service._links.awaited == 0
+    second = await FakeMachine.join(tmp_path, "m2")
+    containers = [await second.boot(await second.started()) for _ in range(2)]
+    await place.ready(10)
+    await starting.ready(10)
+    resent = await containers[0].next()
+    assert isinstance(resent, robot_link.Deliver) and resent.payload == b"1"
+    assert client.reasons == []
+    await second.leave()
+
+
+# -- a place from its opening to its close -----------------------------------------------------------------------------
+
+
+async def test_a_place_is_filled_looked_at_and_closed(service: CloudService, machine: FakeMachine) -> None:
+    place, client = service.open_place(robot_request(cores=0.5)), Listening()
+    place.join(client)
+    assert service.open_place(robot_request(cores=0.5)) is place is service.place(place.key)
+    order = await machine.started()
+    assert (order.spec.user, order.spec.map, order.spec.cores, order.spec.checkpoint) == ("ann", HOUSE, 0.5, {})
+    assert [view.state for view in service.containers("ann")] == ["starting"]
+    container = await machine.boot(order)
+    await place.ready(10)
+    (view,) = service.containers("ann")
+    assert (view.id, view.state, view.pid, view.machine, view.robot) == (order.spec.id, "ready", 42, "m1", "tb1")
+    assert view.ready_seconds is not None and view.ready_seconds > 0.0
+    assert (view.clients, view.cpu) == (1, None) and view.age >= view.ready_seconds
+    machine.tell(control_link.Heartbeat(0.5, 1 << 20, [control_link.ContainerLoad(view.id, 0.25, 1 << 10)]))
+    await until(lambda: service.containers("ann")[0].cpu == 0.25)
+    assert service.containers("ann")[0].pss == 1 << 10
+    assert service.containers("bob") == []
+    await service.close_place(place.key, Unavailable("over"))
+    assert await container.next() == robot_link.Stop()
+    assert await machine.stopped() == order.spec.id
+    assert [str(reason) for reason in client.reasons] == ["over"]
+    await machine.kill(container, 0)
+    assert_forgotten(service)
+
+
+async def test_what_was_changed_is_not_run_beside_what_it_was(service: CloudService, machine: FakeMachine) -> None:
+    service.open_place(robot_request())
+    with pytest.raises(Conflict):
+        service.open_place(robot_request(cores=2.0))
+
+
+async def test_what_the_master_refuses_leaves_no_trace(service: CloudService, machine: FakeMachine) -> None:
+    with pytest.raises(QuotaExceeded):
+        service.open_place(robot_request(cores=3.0))
+    assert_forgotten(service)
+
+
+async def test_a_lost_container_is_replaced_and_the_link_goes_on(
+    service: CloudService, machine: FakeMachine, store: SlowStore
+) -> None:
+    place, client = service.open_place(robot_request()), Listening()
+    number = place.join(client)
+    first = await machine.boot(await machine.started())
+    await place.ready(10)
+    place.subscribe("map", number)
+    for goal in (b"1", b"2"):
+        place.deliver("goal", goal, number, must_arrive=True)
+    assert [type(await first.next()) for _ in range(3)] == [
+        robot_link.Subscribe,
+        robot_link.Deliver,
+        robot_link.Deliver,
+    ]
+    store.save_clone(checkpoint(first.spec.id, link=b"1", amcl=b"{}"))
+    await machine.kill(first)
+    order = await machine.started()
+    assert order.spec.id != first.spec.id
+    assert order.spec.checkpoint == {SESSION_STATE: first.spec.id.encode(), "link": b"1", "amcl": b"{}"}
+    second = await machine.boot(order, pid=43, applied=1)
+    frames = [await second.next() for _ in range(2)]
+    assert frames == [robot_link.Subscribe("map", 0), robot_link.Deliver("goal", b"2", number, 2)]
+    assert (place.container, place.pid) == (order.spec.id, 43)
+    second.stream.write(robot_link.Published("map", b"{}"))
+    await until(lambda: client.heard)
+    assert client.reasons == []
+    await machine.kill(second)
+
+
+async def test_a_new_session_begins_anew_and_not_where_another_ended(
+    service: CloudService, machine: FakeMachine, store: SlowStore
+) -> None:
+    place = service.open_place(robot_request())
+    first = await machine.started()
+    await service.close_place(place.key, Unavailable("over"))
+    await machine.stopped()
+    store.save_clone(checkpoint(first.spec.id, link=b"50"))
+    service.open_place(robot_request())
+    second = await machine.started()
+    assert second.spec.checkpoint == {}
+    with pytest.raises(NotFound):
+        store.clone("ann", "tb1")
+    # The last container of the first session ends late, and its last checkpoint comes after the second has begun.
+    store.save_clone(checkpoint(first.spec.id, link=b"51"))
+    machine.tell(control_link.Exited(second.spec.id, -9))
+    third = await machine.started()
+    assert third.spec.checkpoint == {}
+
+
+async def test_a_container_that_does_not_start_is_ended_and_replaced(
+    tmp_path: Path, store: SlowStore, caplog: pytest.LogCaptureFixture
+) -> None:
+    service = CloudService(Master(FirstFit()), Checkpoints(store), tmp_path, "secret", start_timeout=0.05)
+    await service.start()
+    machine = await FakeMachine.join(tmp_path)
+    await service.wait_for_machine(10)
+    service.open_place(robot_request())
+    late = await machine.started()
+    assert await machine.stopped() == late.spec.id
+    order = await machine.started()
+    assert order.spec.id != late.spec.id
+    assert "did not answer within 0.05 s" in caplog.text
+    stream = (await machine.boot(late)).stream  # too late
+    assert await receive(stream) is None
+    await service.close()
+    assert_forgotten(service)
+    await machine.leave()
+
+
+async def test_a_container_that_is_ready_is_not_ended_when_its_time_to_start_is_up(
+    tmp_path: Path, store: SlowStore
+) -> None:
+    service = CloudService(Master(FirstFit()), Checkpoints(store), tmp_path, "secret", start_timeout=0.2)
+    await service.start()
+    machine = await FakeMachine.join(tmp_path)
+    await service.wait_for_machine(10)
+    place = service.open_place(robot_request())
+    container = await machine.boot(await machine.started())
+    await place.ready(10)
+    await until(lambda: not service._background._tasks)
+    assert not machine.has_orders()
+    assert place.container == container.spec.id
+    await service.close()
+    assert_forgotten(service)
+    await machine.leave()
+
+
+@pytest.mark.parametrize("told_by", ["machine", "container"])
+async def test_what_can_never_start_closes_the_place_with_its_reason(
+    service: CloudService, machine: FakeMachine, told_by: str
+) -> None:
+    place, client = service.open_place(robot_request()), Listening()
+    place.join(client)
+    order = await machine.started()
+    error = NotFound("model", "toaster", ["turtlebot2"])
+    refusal = robot_link.Refusal(error.slug, str(error))
+    if told_by == "machine":
+        machine.tell(control_link.LaunchFailed(order.spec.id, refusal))
+    else:
+        (await dial_link(order.link)).write(robot_link.Failed(order.spec.id, order.secret, refusal))
+    with pytest.raises(NotFound, match="known: turtlebot2"):
+        await place.ready(10)
+    assert [type(reason) for reason in client.reasons] == [NotFound]
+    assert_forgotten(service)
+    assert not machine.has_orders()
+
+
+async def test_a_crash_loop_closes_the_place_and_says_why(
+    service: CloudService, machine: FakeMachine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("engine.master.crashes.RESTART_DELAYS", (0.0,) * CRASH_LIMIT)
+    place = service.open_place(robot_request())
+    for _ in range(CRASH_LIMIT + 1):
+        order = await machine.started()
+        machine.tell(
+            control_link.LaunchFailed(order.spec.id, robot_link.Refusal("unavailable", "no room in shared memory"))
+        )
+    with pytest.raises(Unavailable, match="no room in shared memory"):
+        await place.ready(10)
+    assert_forgotten(service)
+
+
+@pytest.mark.parametrize("error", [Unavailable("the disk is away"), OSError(5)], ids=["known", "unknown"])
+async def test_a_store_that_is_away_for_a_moment_costs_a_moment(
+    service: CloudService, machine: FakeMachine, store: SlowStore, error: Exception
+) -> None:
+    store.errors.append(error)
+    place = service.open_place(robot_request())
+    assert isinstance(await machine.order(), control_link.StopContainer)  # never started, which does no harm
+    await machine.boot(await machine.started())
+    await place.ready(10)
+
+
+# -- a place that is closed while it starts ----------------------------------------------------------------------------
+
+
+async def test_a_place_closed_before_its_order_was_sent_starts_nothing(
+    service: CloudService, machine: FakeMachine, store: SlowStore
+) -> None:
+    place = service.open_place(robot_request())
+    await service.close_place(place.key, Unavailable("over"))
+    await until(lambda: not service._background._tasks)
+    assert isinstance(await machine.order(), control_link.StopContainer)
+    assert not machine.has_orders()
+    assert_forgotten(service)
+
+
+async def test_a_place_closed_while_its_checkpoint_is_read_starts_nothing(
+    service: CloudService, machine: FakeMachine, store: SlowStore
+) -> None:
+    store.go.clear()
+    place = service.open_place(robot_request())
+    await asyncio.sleep(0)
+    await service.close_place(place.key, Unavailable("over"))
+    store.go.set()
+    await until(lambda: not service._background._tasks)
+    assert isinstance(await machine.order(), control_link.StopContainer)
+    assert not machine.has_orders()
+    assert_forgotten(service)
+
+
+async def test_a_machine_that_vanishes_while_a_checkpoint_is_read_is_sent_nothing(
+    service: CloudService, machine: FakeMachine, store: SlowStore
+) -> None:
+    store.go.clear()
+    place = service.open_place(robot_request())
+    await asyncio.sleep(0)
+    await machine.leave()
+    await until(lambda: not service.machines())
+    store.go.set()
+    await until(lambda: not service._background._tasks)
+    assert len(service._times) == 0
+    assert service._links.awaited == 0
+    await service.close_place(place.key, Unavailable("over"))
+    assert_forgotten(service)
+
+
+async def test_a_place_closed_while_its_container_boots_sends_it_home(
+    service: CloudService, machine: FakeMachine
+) -> None:
+    place = service.open_place(robot_request())
+    order = await machine.started()
+    await service.close_place(place.key, Unavailable("over"))
+    container = await machine.boot(order)
+    assert await container.next() is None
+    assert await machine.stopped() == order.spec.id
+    await machine.kill(container)
+    assert_forgotten(service)
+    assert not machine.has_orders()
+
+
+async def test_a_container_that_is_given_up_is_replaced_by_another(service: CloudService, machine: FakeMachine) -> None:
+    place, client = service.open_place(robot_request()), Listening()
+    place.join(client)
+    first = await machine.boot(await machine.started())
+    await place.ready(10)
+    service.give_up_container(first.spec.id)
+    assert await machine.order() == control_link.StopContainer(first.spec.id, grace=0.0)
+    await machine.kill(first)
+    second = await machine.boot(await machine.started())
+    await until(lambda: [view.state for view in service.containers("ann")] == ["ready"])
+    assert (second.spec.session, client.reasons) == (first.spec.session, [])
+    with pytest.raises(NotFound, match=first.spec.id):
+        service.give_up_container(first.spec.id)
+
+
+async def test_news_of_containers_that_nobody_knows_change_nothing(service: CloudService, machine: FakeMachine) -> None:
+    service.open_place(robot_request())
+    order = await machine.started()
+    for event in (
+        control_link.Exited("c99", 0),
+        control_link.Launched("c99", 1),
+        control_link.LaunchFailed("c99", robot_link.Refusal("not-found", "")),
+        control_link.Launched(order.spec.id, 77),
+    ):
+        machine.tell(event)
+    await until(lambda: service.containers(None)[0].pid == 77)
+    assert not machine.has_orders()
+
+
+async def test_closing_closes_all_places_and_lets_all_machines_go(
+    service: CloudService, machine: FakeMachine, tmp_path: Path
+) -> None:
+    places, clients = [service.open_place(robot_request(f"tb{n}")) for n in range(2)], [Listening(), Listening()]
+    for place, client in zip(places, clients, strict=True):
+        place.join(client)
+    ready: FarContainer = await machine.boot(await machine.started())
+    await places[0].ready(10)
+    await machine.started()
+    await service.close()
+    assert_forgotten(service)
+    assert [str(client.reasons[0]) for client in clients] == ["the cloud is shutting down"] * 2
+    assert await ready.next() == robot_link.Stop()
+    assert await ready.next() is None
+    assert [type(await machine.order()) for _ in range(3)] == [
+        control_link.StopContainer,
+        control_link.StopContainer,
+        type(None),
+    ]
+    for name in ("link.sock", "control.sock"):
+        with pytest.raises(OSError):
+            await dial_link(tmp_path / name)

@@ -1,0 +1,47 @@
+"""Where the nodes of robots run, asked from outside."""
+
+import pytest
+
+from engine.master.places import robot_key
+from engine.service.robot_nodes import RobotNodes
+from ppaas.errors import Unavailable
+from ppaas.messages import encode
+from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes
+
+AMCL = NodeHome("amcl", "robot", "robot", -1.0, ["it was asked for there"])
+
+
+class FakePlace:
+    """Answers calls of the node monitor."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[str, bytes]] = []
+
+    async def call(self, service: str, payload: bytes, timeout: float) -> bytes:
+        self.calls.append((service, payload))
+        return encode(NodeHomes([AMCL]) if service == "node_monitor/list_nodes" else AMCL)
+
+
+class FakeService:
+    """Has one place."""
+
+    def __init__(self) -> None:
+        self.known = FakePlace()
+
+    def place(self, key: str) -> FakePlace | None:
+        return self.known if key == robot_key("ann", "tb1") else None
+
+
+async def test_the_node_monitor_of_the_robot_is_asked() -> None:
+    service = FakeService()
+    nodes = RobotNodes(service)  # type: ignore[arg-type]
+    assert await nodes.homes("ann", "tb1") == [AMCL]
+    assert await nodes.run("ann", "tb1", "amcl", "robot") == AMCL
+    assert service.known.calls == [
+        ("node_monitor/list_nodes", b"{}"), ("node_monitor/run_node", b'{"node":"amcl","home":"robot"}')
+    ]  # fmt: skip
+
+
+async def test_a_robot_that_is_away_has_none() -> None:
+    with pytest.raises(Unavailable, match="robot 'tb2' has no container now"):
+        await RobotNodes(FakeService()).homes("ann", "tb2")  # type: ignore[arg-type]

@@ -1,0 +1,323 @@
+"""Who is connected to which place, and when a place is given up."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from engine.master.balancers.first_fit import FirstFit
+from engine.master.master import Master
+from engine.master.quotas import Quota, Quotas
+from engine.service.links.place_link import PlaceLink
+from engine.service.master_driver import CloudService
+from engine.service.robot_sessions import RobotSessions
+from engine.specs.checkpoints import Checkpoints
+from engine.specs.containers import MapVersion, RobotConfig
+from ppaas.errors import Conflict, Idle, InvalidParameter, NotFound, NotPermitted, QuotaExceeded, Unavailable
+from ppaas.robot_model.describe import describe
+from storage.memory.maps import MemoryMapStore
+from storage.memory.store import MemoryStore
+from tests.support.engine.specs import robot_request
+from tests.support.storage import records
+from tests.support.waiting import until
+from tests.support.world.urdf import example
+
+LONG = 1000.0
+SHORT = 0.02
+
+
+@pytest.fixture
+async def service(tmp_path: Path) -> AsyncIterator[CloudService]:
+    """Return a cloud without machines: its places wait for one."""
+    master = Master(FirstFit(), Quotas(Quota(containers=2)))
+    opened = CloudService(master, Checkpoints(MemoryStore()), tmp_path, "secret")
+    await opened.start()
+    yield opened
+    await opened.close()
+
+
+@pytest.fixture
+def map_store() -> MemoryMapStore:
+    store = MemoryMapStore()
+    records.put_map(store, records.house())
+    return store
+
+
+@pytest.fixture
+def store() -> MemoryStore:
+    store = MemoryStore()
+    for name in ("tb1", "tb2", "tb3"):
+        store.put_robot(records.robot(name, user="ann", map="house"))
+    return store
+
+
+@pytest.fixture
+async def sessions(
+    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+) -> AsyncIterator[RobotSessions]:
+    made = RobotSessions(service, store, map_store, LONG)
+    yield made
+    await made.close()
+
+
+def is_open(service: CloudService, place: PlaceLink) -> bool:
+    return service.place(place.key) is place
+
+
+async def test_a_robot_and_its_operators_share_a_place(service: CloudService, sessions: RobotSessions) -> None:
+    robot = await sessions.join("ann", "tb1", as_robot=True)
+    operators = [await sessions.join("ann", "tb1", as_robot=False) for _ in range(2)]
+    other = await sessions.join("ann", "tb2", as_robot=True)
+    assert operators == [robot, robot]
+    assert other is not robot
+
+
+async def test_a_place_knows_robot_and_map_as_they_were_kept(service: CloudService, sessions: RobotSessions) -> None:
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    request = service._master.places[place.key].request
+    assert request.robot is not None
+    assert (request.user, request.robot.id, request.robot.model) == ("ann", "tb1", "turtlebot2")
+    assert (request.map.id, request.map.version) == ("house", records.house().version)
+
+
+async def test_a_second_robot_is_refused_until_the_first_has_left(sessions: RobotSessions) -> None:
+    first = await sessions.join("ann", "tb1", as_robot=True)
+    with pytest.raises(Conflict, match="connected already"):
+        await sessions.join("ann", "tb1", as_robot=True)
+    sessions.leave(first, as_robot=True)
+    assert await sessions.join("ann", "tb1", as_robot=True) is first
+
+
+async def test_two_robots_that_come_at_once_do_not_both_get_in(sessions: RobotSessions) -> None:
+    joins = [sessions.join("ann", "tb1", as_robot=True) for _ in range(5)]
+    results = await asyncio.gather(*joins, return_exceptions=True)
+    assert sorted(type(result).__name__ for result in results) == ["Conflict"] * 4 + ["PlaceLink"]
+
+
+@pytest.mark.parametrize("robot_leaves_first", [True, False])
+async def test_a_place_is_given_up_when_the_last_has_left_whoever_that_is(
+    service: CloudService, store: MemoryStore, map_store: MemoryMapStore, robot_leaves_first: bool
+) -> None:
+    sessions = RobotSessions(service, store, map_store, SHORT)
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    await sessions.join("ann", "tb1", as_robot=False)
+    sessions.leave(place, as_robot=robot_leaves_first)
+    await asyncio.sleep(3 * SHORT)
+    assert is_open(service, place)
+    sessions.leave(place, as_robot=not robot_leaves_first)
+    await until(lambda: not is_open(service, place))
+    with pytest.raises(Unavailable, match="nobody was connected"):
+        await place.ready(1)
+
+
+async def test_whoever_comes_back_in_time_finds_the_place_as_it_was(
+    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    sessions = RobotSessions(service, store, map_store, SHORT)
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    sessions.leave(place, as_robot=True)
+    assert await sessions.join("ann", "tb1", as_robot=True) is place
+    await asyncio.sleep(3 * SHORT)
+    assert is_open(service, place)
+
+
+async def test_whoever_comes_too_late_gets_a_new_place(
+    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    sessions = RobotSessions(service, store, map_store, 0.0)
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    sessions.leave(place, as_robot=True)
+    await until(lambda: not is_open(service, place))
+    anew = await sessions.join("ann", "tb1", as_robot=True)
+    assert anew is not place
+    assert is_open(service, anew)
+
+
+async def test_a_robot_whose_map_was_changed_while_it_was_away_gets_a_new_place(
+    service: CloudService, sessions: RobotSessions, map_store: MemoryMapStore
+) -> None:
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    records.put_map(map_store, records.house(image=records.pgm(value=205)))
+    with pytest.raises(Conflict, match="disconnect"):  # the robot drives on the map that it began with
+        await sessions.join("ann", "tb1", as_robot=False)
+    sessions.leave(place, as_robot=True)
+    anew = await sessions.join("ann", "tb1", as_robot=True)
+    assert anew is not place
+    assert is_open(service, anew)
+    sessions.leave(anew, as_robot=True)
+
+
+MASKED = {"keepout_filter": {"filter_mask": "kept"}, "speed_filter": {"filter_mask": "slow", "enabled": False}}
+
+
+async def test_a_place_knows_the_versions_of_its_masks_and_a_new_one_counts_when_the_robot_is_back(
+    service: CloudService, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    store.put_robot(records.robot("tb1", user="ann", map="house", parameters=MASKED))
+    for value in (205, 0):
+        records.put_map(map_store, records.house("kept", image=records.pgm(value=value)))
+        place = await sessions.join("ann", "tb1", as_robot=True)
+        request = service._master.places[place.key].request
+        assert request.robot is not None
+        present = map_store.map_head("kept").version
+        assert request.robot.masks == {"keepout_filter": MapVersion("kept", present)}
+        sessions.leave(place, as_robot=True)
+
+
+async def test_a_place_knows_whether_its_map_has_an_octomap(
+    service: CloudService, sessions: RobotSessions, map_store: MemoryMapStore
+) -> None:
+    for octomap in (None, b"..."):
+        records.put_map(map_store, records.house(octomap=octomap))
+        place = await sessions.join("ann", "tb1", as_robot=True)
+        request = service._master.places[place.key].request
+        assert request.robot is not None
+        assert request.robot.in_space == (octomap is not None)
+        sessions.leave(place, as_robot=True)
+
+
+@pytest.mark.parametrize("owner", ["ann", "bob"])
+async def test_a_mask_that_is_none_refuses_the_robot_says_what_to_do_and_loses_nothing(
+    service: CloudService, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore, owner: str
+) -> None:
+    store.put_robot(records.robot("tb1", user="ann", map="house", parameters=MASKED))
+    store.save_clone(records.clone("tb1"))
+    with pytest.raises(InvalidParameter, match="keepout_filter: the mask 'kept' is no map here: publish it, or change"):
+        await sessions.join("ann", "tb1", as_robot=True)
+    octomap = records.house("kept", owner, image=None, octomap=b"...")
+    records.put_map(map_store, octomap)
+    why = "has an octomap and no grid" if owner == "ann" else "is no map here"
+    with pytest.raises(InvalidParameter, match=why):
+        await sessions.join("ann", "tb1", as_robot=True)
+    assert (service._places, sessions._clients) == ({}, {})
+    assert store.clone("ann", "tb1") == records.clone("tb1")
+    records.put_map(map_store, records.house("kept", owner, readers=("ann",)))
+    assert is_open(service, await sessions.join("ann", "tb1", as_robot=True))
+
+
+async def test_what_is_refused_leaves_no_trace(
+    service: CloudService, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    records.put_map(map_store, records.house("vault", "bob", readers=("eve",)))
+    store.put_robot(records.robot("thief", user="ann", map="vault"))
+    store.put_robot(records.robot("lost", user="ann", map="nowhere"))
+    for name, error in (("thief", NotPermitted), ("lost", NotFound), ("nobody", NotFound)):
+        with pytest.raises(error):
+            await sessions.join("ann", name, as_robot=True)
+    for name in ("tb1", "tb2"):
+        await sessions.join("ann", name, as_robot=True)
+    for _ in range(2):
+        with pytest.raises(QuotaExceeded):
+            await sessions.join("ann", "tb3", as_robot=True)
+    assert sorted(service._places) == ["robot:ann/tb1", "robot:ann/tb2"]
+    assert sessions._clients.keys() == service._places.keys() == sessions._robots
+
+
+async def test_a_refused_robot_does_not_keep_a_lingering_place_alive(
+    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    sessions = RobotSessions(service, store, map_store, SHORT)
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    sessions.leave(place, as_robot=True)
+    store.remove_robot("ann", "tb1")
+    with pytest.raises(NotFound):
+        await sessions.join("ann", "tb1", as_robot=True)
+    await until(lambda: not is_open(service, place))
+
+
+async def test_leaving_a_place_that_the_cloud_has_closed_does_not_harm_the_next(
+    service: CloudService, sessions: RobotSessions
+) -> None:
+    old = await sessions.join("ann", "tb1", as_robot=True)
+    await sessions.join("ann", "tb1", as_robot=False)
+    await service.close_place(old.key, Unavailable("it crashed"))
+    sessions.leave(old, as_robot=True)
+    new = await sessions.join("ann", "tb1", as_robot=True)
+    sessions.leave(old, as_robot=False)
+    assert new is not old
+    assert is_open(service, new)
+    assert sessions._closing == {}
+
+
+async def test_closing_forgets_what_lingers(
+    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    sessions = RobotSessions(service, store, map_store, SHORT)
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    sessions.leave(place, as_robot=True)
+    await sessions.close()
+    await asyncio.sleep(3 * SHORT)
+    assert is_open(service, place)
+
+
+async def test_who_does_not_hold_a_place_gets_one_that_is_open_and_does_not_keep_it(
+    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    sessions = RobotSessions(service, store, map_store, SHORT)
+    with pytest.raises(Unavailable, match="no container now"):
+        await sessions.join("ann", "tb1", as_robot=False, hold=False)
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    assert await sessions.join("ann", "tb1", as_robot=False, hold=False) is place
+    sessions.leave(place, as_robot=True)
+    assert await sessions.join("ann", "tb1", as_robot=False, hold=False) is place, "while it is kept, it is there"
+    await until(lambda: not is_open(service, place))
+
+
+async def test_a_place_that_is_let_go_is_closed_though_clients_are_there(
+    service: CloudService, sessions: RobotSessions
+) -> None:
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    await sessions.let_go(place, Idle("nothing was said"))
+    assert not is_open(service, place)
+    sessions.leave(place, as_robot=True)
+    anew = await sessions.join("ann", "tb1", as_robot=True)
+    await sessions.let_go(place, Idle("nothing was said"))
+    assert is_open(service, anew), "what was let go is another place by now"
+    sessions.leave(anew, as_robot=True)
+
+
+async def test_a_place_knows_what_the_robots_urdf_tells(
+    service: CloudService, sessions: RobotSessions, store: MemoryStore
+) -> None:
+    store.put_urdf("ann", "tb1", example("turtlebot3_waffle"))
+    for robot, told in (("tb1", describe(example("turtlebot3_waffle"))), ("tb2", None)):
+        place = await sessions.join("ann", robot, as_robot=True)
+        request = service._master.places[place.key].request
+        assert request.robot is not None
+        assert request.robot.urdf == told
+        assert msgspec.msgpack.decode(msgspec.msgpack.encode(request.robot), type=RobotConfig) == request.robot
+
+
+async def test_the_machine_of_a_robot_must_have_the_labels_that_its_file_asks_for(
+    sessions: RobotSessions, service: CloudService, store: MemoryStore
+) -> None:
+    store.put_robot(records.robot("tb1", user="ann", map="house", labels={"zone": "a"}))
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    assert service._master.places[place.key].request.labels == {"zone": "a"}
+
+
+async def test_a_place_knows_what_the_cloud_says_of_node_monitors(
+    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    sessions = RobotSessions(service, store, map_store, LONG, node_priorities=("network_bandwidth",))
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    request = service._master.places[place.key].request
+    assert request.robot is not None
+    assert request.robot.parameters["node_monitor"] == {"priorities": ["network_bandwidth"]}
+    await sessions.close()
+
+
+async def test_a_place_that_was_adopted_waits_for_its_robot_as_if_that_had_left_now(
+    service: CloudService, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    sessions = RobotSessions(service, store, map_store, SHORT)
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    sessions.await_back(place.key)
+    await asyncio.sleep(2 * SHORT)
+    assert is_open(service, place), "its robot is here"
+    adopted = service.open_place(robot_request("tb2"))
+    sessions.await_back(adopted.key)
+    await until(lambda: not is_open(service, adopted))
+    await sessions.close()

@@ -1,0 +1,26 @@
+"""When containers were ordered, and how long they took."""
+
+from engine.service.start_times import StartTimes
+from ppaas.clock import ManualClock
+
+
+def test_the_time_counts_from_when_the_machine_was_told_and_the_age_from_the_order() -> None:
+    clock = ManualClock(100.0)
+    times = StartTimes(clock)
+    times.order("c1")
+    clock.advance(2.0)
+    times.send("c1")
+    assert times.is_awaited("c1") and times.took("c1") is None
+    clock.advance(0.5)
+    times.answer("c1")
+    assert (times.is_awaited("c1"), times.took("c1"), times.age("c1")) == (False, 0.5, 2.5)
+
+
+def test_who_was_not_awaited_or_is_forgotten_leaves_nothing() -> None:
+    times = StartTimes(ManualClock(1.0))
+    times.answer("stranger")
+    assert (times.took("stranger"), times.age("stranger")) == (None, 0.0)
+    times.order("c1")
+    times.answer("c1")
+    times.forget("c1")
+    assert (len(times), times.took("c1"), times.is_awaited("c1")) == (0, None, False)

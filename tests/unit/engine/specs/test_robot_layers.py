@@ -1,0 +1,23 @@
+"""What of a robot its layers are made of, and what of them its plans are told."""
+
+from engine.specs.containers import ContainerSpec, MapVersion
+from engine.specs.robot_layers import filters_of, layers_of
+from tests.support.engine.specs import HOUSE, planning_spec, robot_config
+
+KEPT, SLOW = MapVersion("kept", "v3"), MapVersion("slow", "v1")
+
+
+def test_who_only_plans_keeps_out_of_nothing() -> None:
+    layers = layers_of(planning_spec())
+    assert (layers.robot_radius, layers.masks, layers.heights) == (0.18, {}, None)
+    assert filters_of(layers) == {}
+
+
+def test_plans_are_told_what_keeps_a_robot_out_of_places_and_not_what_slows_it() -> None:
+    masks = {"keepout_filter": KEPT, "speed_filter": SLOW}
+    robot = robot_config(model="turtlebot3_burger", masks=masks, in_space=True)
+    layers = layers_of(ContainerSpec("c1", "ann", HOUSE, 1.0, robot))
+    assert (layers.map, layers.robot_radius, layers.masks, layers.heights) == (HOUSE, 0.105, masks, (None, 0.192))
+    assert filters_of(layers) == {"keepout_filter": "kept@v3", "voxel_layer": (None, 0.192)}
+    slowed = robot_config(masks={"speed_filter": SLOW})
+    assert filters_of(layers_of(ContainerSpec("c1", "ann", HOUSE, 1.0, slowed))) == {}

@@ -1,0 +1,89 @@
+"""Every node class runs in both homes: a graph of one thread, as on a robot, and the cloud's, with threads for jobs."""
+
+import asyncio
+import importlib
+import pkgutil
+from collections.abc import Callable
+
+import pytest
+
+import ppaas.nodes
+from engine.container.executor import CloudHome
+from ppaas.clone.assembly import DEPTH_CAMERA, build_clone, build_planning
+from ppaas.costmap.build_layers import build_layers
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.errors import PPaaSError
+from ppaas.geometry import Pose2D
+from ppaas.maps.generate import office
+from ppaas.messages import decode, encode
+from ppaas.messages.geometry_msgs import Pose, PoseStamped
+from ppaas.messages.message import Empty, Message
+from ppaas.messages.nav_msgs import GetMapResponse, GetPlanRequest, GetPlanResponse
+from ppaas.messages.std_msgs import Header
+from ppaas.nodes.base import Node, Payload
+from ppaas.nodes.graph import Graph
+from tests.support.world.places import free_pose, reachable_pose
+
+Build = Callable[[Graph, MapLayers, Pose2D], None]
+
+
+def a_clone(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
+    parameters = {DEPTH_CAMERA: {}}  # most robots have none
+    build_clone(graph, layers, model="turtlebot2", initial_pose=pose, parameters=parameters)
+
+
+def a_planning_container(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
+    build_planning(graph, layers)
+
+
+BUILDS: dict[str, Build] = {"move_base/make_plan": a_clone, "make_plan": a_planning_container}
+
+
+@pytest.fixture(scope="module")
+def layers() -> MapLayers:
+    return build_layers(office(seed=1, width=12.0, height=10.0))
+
+
+def node_classes() -> set[type[Node]]:
+    """All classes of nodes that there are."""
+    for module in pkgutil.iter_modules(ppaas.nodes.__path__, "ppaas.nodes."):
+        importlib.import_module(module.name)
+    return {cls for cls in Node.__subclasses__() if cls.__module__.startswith("ppaas.nodes.")}
+
+
+def test_the_two_builds_have_every_node_class(layers: MapLayers) -> None:
+    built: set[type[Node]] = set()
+    for build in BUILDS.values():
+        graph = Graph()
+        build(graph, layers, free_pose(layers.grid, seed=1))
+        built |= {type(node) for node in graph.nodes.values()}
+    assert built == node_classes()
+
+
+@pytest.mark.parametrize("service", BUILDS)
+async def test_all_nodes_of_a_build_answer_in_either_home(service: str, layers: MapLayers) -> None:
+    start = free_pose(layers.grid, seed=1)
+    goal = reachable_pose(layers.grid, start, seed=2, at_least=3.0)
+    header = Header(frame_id="map")
+    request = GetPlanRequest(PoseStamped(header, Pose.of(start)), PoseStamped(header, Pose.of(goal)))
+    home = CloudHome(lambda: None)
+    plans = []
+    for graph in (Graph(), home.graph):
+        BUILDS[service](graph, layers, start)
+        assert isinstance(await answer(graph, "static_map", Empty()), GetMapResponse)
+        plan = await answer(graph, service, request)
+        assert isinstance(plan, GetPlanResponse)
+        plans.append([pose.pose for pose in decode(GetPlanResponse, encode(plan)).plan.poses])
+    home.close()
+    assert len(plans[0]) > 10
+    assert plans[0] == plans[1], "where a node runs makes no difference to what it says"
+
+
+async def answer(graph: Graph, service: str, request: Message) -> Message:
+    """Call a service and wait for its response."""
+    future: asyncio.Future[Payload | PPaaSError] = asyncio.get_running_loop().create_future()
+    graph.call(service, request, future.set_result)
+    async with asyncio.timeout(20):
+        result = await future
+    assert not isinstance(result, PPaaSError), result
+    return result if isinstance(result, Message) else result.to_message()

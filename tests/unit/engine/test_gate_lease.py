@@ -1,0 +1,53 @@
+"""A machine that may have been given up keeps no checkpoint: another may have made a later one."""
+
+from pathlib import Path
+
+import pytest
+
+from engine.agent.container_gateway import Gate
+from engine.protocols import machine_link
+from ppaas.errors import NotFound
+from storage.memory.store import MemoryStore
+from tests.support.engine.engine_links import dial_gate, receive
+from tests.support.engine.fake_fabric import FakeFabric
+from tests.support.engine.specs import robot_spec
+
+
+async def test_checkpoints_are_kept_only_while_the_lease_holds(tmp_path: Path) -> None:
+    store, may = MemoryStore(), False
+    gate = Gate(tmp_path / "gate.sock", store, FakeFabric(), acts=lambda: may)
+    await gate.start()
+    gate.expect(robot_spec("c1", "ann", "tb1"), "secret")
+    stream = await dial_gate(gate.path)
+    stream.write(machine_link.Attach("c1", "secret"))
+    stream.write(machine_link.SaveClone(1, {"n": b"old"}))
+    refused = await receive(stream)
+    assert refused.refusal.slug == "unavailable" and "has not heard from its cloud" in refused.refusal.text
+    with pytest.raises(NotFound):
+        store.clone("ann", "tb1")
+    may = True
+    stream.write(machine_link.SaveClone(2, {"n": b"new"}))
+    assert await receive(stream) == machine_link.Done(2)
+    assert store.clone("ann", "tb1").nodes["n"] == b"new"
+    await stream.close()
+    await gate.close()
+
+
+async def test_for_who_is_shut_out_nothing_is_done_though_the_machine_acts(tmp_path: Path) -> None:
+    store, fabric = MemoryStore(), FakeFabric()
+    gate = Gate(tmp_path / "gate.sock", store, fabric)
+    await gate.start()
+    gate.expect(robot_spec("c1", "ann", "tb1"), "secret")
+    stream = await dial_gate(gate.path)
+    stream.write(machine_link.Attach("c1", "secret"))
+    stream.write(machine_link.SaveClone(1, {"n": b"old"}))
+    assert await receive(stream) == machine_link.Done(1)
+    gate.shut_out("c1")
+    stream.write(machine_link.Share("amcl_pose", b"{}"))
+    stream.write(machine_link.SaveClone(2, {"n": b"late"}))
+    refused = await receive(stream)
+    assert refused.refusal.slug == "unavailable"
+    assert store.clone("ann", "tb1").nodes["n"] == b"old"
+    assert fabric.published == []
+    await stream.close()
+    await gate.close()

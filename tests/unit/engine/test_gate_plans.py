@@ -1,0 +1,76 @@
+"""What a container gets at the gate when it asks for plans and their history."""
+
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+from engine.agent.container_gateway import Gate
+from engine.protocols import machine_link
+from engine.protocols.framing import FrameStream
+from ppaas.plans.history import LinkHistory, failed_row
+from storage.memory.store import MemoryStore
+from tests.support.engine.engine_links import dial_gate, receive
+from tests.support.engine.fake_fabric import FakeFabric
+from tests.support.engine.kept_plans import PARAMETERS, record
+from tests.support.engine.specs import planning_spec
+from tests.support.waiting import until
+
+Stream = FrameStream[machine_link.ToContainer]
+SPEC = planning_spec()
+KEY = (SPEC.map.id, SPEC.map.version, "dijkstra", 3)
+
+
+@pytest.fixture
+def store() -> MemoryStore:
+    return MemoryStore()
+
+
+@pytest.fixture
+async def container(tmp_path: Path, store: MemoryStore) -> AsyncIterator[Stream]:
+    gate = Gate(tmp_path / "gate.sock", store, FakeFabric(), link="m1")
+    await gate.start()
+    gate.expect(SPEC, "secret")
+    stream = await dial_gate(gate.path)
+    stream.write(machine_link.Attach(SPEC.id, "secret"))
+    await until(lambda: gate.awaited == 0)
+    yield stream
+    await stream.close()
+    await gate.close()
+
+
+def find(request: int, tolerance: float = 0.25) -> machine_link.FindPlans:
+    return machine_link.FindPlans(request, (0.0, 0.0), (20.0, 0.0), "dijkstra", PARAMETERS, 0.18, tolerance, False)
+
+
+async def test_plans_are_found_under_the_number_of_the_request(container: Stream, store: MemoryStore) -> None:
+    store.add_plan(record("p1", 0.0, 20.0))
+    container.write(find(7))
+    found = await receive(container)
+    assert isinstance(found, machine_link.FoundPlans)
+    assert (found.request, [each.plan.id for each in found.plans]) == (7, ["p1"])
+
+
+async def test_what_cannot_be_looked_for_is_refused_and_the_gate_goes_on(container: Stream) -> None:
+    container.write(find(8, tolerance=-1.0))
+    refused = await receive(container)
+    assert isinstance(refused, machine_link.Done)
+    assert refused.refusal is not None and (refused.request, refused.refusal.slug) == (8, "invalid-input")
+    container.write(find(9))
+    assert isinstance(await receive(container), machine_link.FoundPlans)
+
+
+async def test_what_is_noted_is_told_to_who_asks_later(container: Stream, store: MemoryStore) -> None:
+    link = LinkHistory("m1", 0.001, 1e8, 4, 5.0)
+    container.write(machine_link.NoteHistory([failed_row(KEY)], link))
+    await until(lambda: bool(store.links()))
+    container.write(machine_link.AskHistory(3))
+    told = await receive(container)
+    assert told == machine_link.History(3, [failed_row(KEY)], "m1", link)
+
+
+async def test_a_note_about_another_map_is_dropped_and_the_gate_goes_on(container: Stream, store: MemoryStore) -> None:
+    container.write(machine_link.NoteHistory([failed_row(("depot", *KEY[1:]))]))
+    container.write(find(1))
+    assert isinstance(await receive(container), machine_link.FoundPlans)
+    assert store.history("depot") == []

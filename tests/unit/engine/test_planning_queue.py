@@ -1,0 +1,71 @@
+"""Requests for paths that wait for their turn."""
+
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+from engine.master.balancers.first_fit import FirstFit
+from engine.master.master import Master
+from engine.master.quotas import Quota, Quotas
+from engine.service import planning
+from engine.service.master_driver import CloudService
+from engine.service.planning import Planning
+from engine.service.views import PathRequest
+from engine.specs.checkpoints import Checkpoints
+from engine.specs.containers import MapVersion
+from ppaas.errors import Queued, QuotaExceeded, Unavailable
+from storage.memory.store import MemoryStore
+from tests.support.engine.specs import robot_request
+from tests.support.waiting import until
+
+MAP = MapVersion("house", "v")
+KEY = "planning:ann/house@v"
+
+
+def path(*, queue: bool) -> PathRequest:
+    return PathRequest((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), queue=queue)
+
+
+@pytest.fixture
+async def service(tmp_path: Path) -> AsyncIterator[CloudService]:
+    """Return a cloud in which ann may have one container, and has it."""
+    made = CloudService(Master(FirstFit(), Quotas(Quota(containers=1))), Checkpoints(MemoryStore()), tmp_path, "secret")
+    await made.start()
+    made.open_place(robot_request("tb1"))
+    yield made
+    await made.close()
+
+
+async def test_who_asks_for_it_is_told_the_position_and_leaves_when_asking_no_more(
+    service: CloudService, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(planning, "PATIENCE", 0.05)
+    paths = Planning(service)
+    for _ in range(2):
+        with pytest.raises(Queued) as waits:
+            await paths.compute_path("ann", MAP, path(queue=True))
+        assert waits.value.position == service.position(KEY) == 1
+    await until(lambda: service.position(KEY) is None)
+    assert service.place(KEY) is None
+    paths.close()
+
+
+async def test_who_does_not_is_refused_whether_somebody_waits_or_not(service: CloudService) -> None:
+    paths = Planning(service)
+    with pytest.raises(QuotaExceeded):
+        await paths.compute_path("ann", MAP, path(queue=False))
+    with pytest.raises(Queued):
+        await paths.compute_path("ann", MAP, path(queue=True))
+    with pytest.raises(Unavailable, match="position 1 of the queue"):
+        await paths.compute_path("ann", MAP, path(queue=False))
+    paths.close()
+
+
+async def test_a_place_that_closes_is_room_for_who_waits(service: CloudService) -> None:
+    paths = Planning(service)
+    with pytest.raises(Queued):
+        await paths.compute_path("ann", MAP, path(queue=True))
+    await service.close_place("robot:ann/tb1", Unavailable("gone"))
+    assert service.position(KEY) is None and KEY in service._master.places
+    paths.close()

@@ -1,0 +1,202 @@
+"""Machines that are drained and removed while robots are connected: real links, no processes."""
+
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+from engine.master.balancers.first_fit import FirstFit
+from engine.master.master import Master
+from engine.protocols import control_link, robot_link
+from engine.service.master_driver import CloudService
+from engine.specs.checkpoints import Checkpoints
+from engine.specs.containers import SESSION_STATE
+from engine.specs.machine_settings import MachineSettings
+from ppaas.errors import Conflict, NotFound
+from storage.memory.store import MemoryStore
+from storage.records import CloneCheckpoint
+from tests.support.engine.fake_machine import FakeMachine
+from tests.support.engine.listening import Listening
+from tests.support.engine.specs import robot_request
+from tests.support.waiting import until
+
+DRAINING = MachineSettings(draining=True)
+
+
+@pytest.fixture
+def store() -> MemoryStore:
+    return MemoryStore()
+
+
+@pytest.fixture
+async def service(tmp_path: Path, store: MemoryStore) -> AsyncIterator[CloudService]:
+    opened = CloudService(Master(FirstFit()), Checkpoints(store), tmp_path, "secret")
+    await opened.start()
+    yield opened
+    await opened.close()
+
+
+@pytest.fixture
+async def machines(service: CloudService, tmp_path: Path) -> AsyncIterator[list[FakeMachine]]:
+    joined = []
+    for name in ("m1", "m2"):
+        joined.append(await FakeMachine.join(tmp_path, name))
+        await until(lambda: len(service.machines()) == len(joined))
+    yield joined
+    for machine in joined:
+        await machine.leave()
+
+
+async def test_a_robot_keeps_its_session_when_its_machine_is_drained(
+    service: CloudService, machines: list[FakeMachine], store: MemoryStore
+) -> None:
+    place, client = service.open_place(robot_request()), Listening()
+    number = place.join(client)
+    first = await machines[0].boot(await machines[0].started())
+    await place.ready(10)
+    place.subscribe("map", number)
+    assert isinstance(await first.next(), robot_link.Subscribe)
+    service.administration.configure("m1", DRAINING)
+    assert await first.next() == robot_link.Stop()
+    assert await machines[0].stopped() == first.spec.id
+    assert not machines[1].has_orders(), "nothing starts before the state is kept"
+    store.save_clone(CloneCheckpoint("ann", "tb1", {SESSION_STATE: first.spec.id.encode(), "amcl": b"{}"}, 1.0))
+    place.deliver("goal", b"1", number, must_arrive=True)
+    await machines[0].kill(first, 0)
+    order = await machines[1].started()
+    assert order.spec.checkpoint["amcl"] == b"{}"
+    second = await machines[1].boot(order)
+    assert [await second.next(), await second.next()] == [
+        robot_link.Subscribe("map", 0),
+        robot_link.Deliver("goal", b"1", number, 1),
+    ]
+    assert [view.machine for view in service.containers("ann")] == ["m2"]
+    assert {view.id: view.state for view in service.machines()} == {"m1": "drained", "m2": "ready"}
+    assert client.reasons == []
+
+
+async def test_the_next_leaves_when_the_one_before_is_ready(
+    service: CloudService, machines: list[FakeMachine], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("engine.master.master.MOVES", 1)
+    ran = []
+    for robot in ("tb1", "tb2"):
+        place = service.open_place(robot_request(robot))
+        ran.append(await machines[0].boot(await machines[0].started()))
+        await place.ready(10)
+    service.administration.configure("m1", DRAINING)
+    assert service.machines()[0].state == "draining"
+    for container in ran:
+        assert await machines[0].stopped() == container.spec.id
+        assert not machines[0].has_orders()
+        await machines[0].kill(container, 0)
+        await machines[1].boot(await machines[1].started())
+    await until(lambda: all(view.state == "ready" for view in service.containers("ann")))
+
+
+async def test_a_machine_that_is_removed_is_cut_off_and_not_let_in_until_it_is_admitted(
+    service: CloudService, machines: list[FakeMachine], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    service.open_place(robot_request())
+    first = await machines[0].started()
+    with pytest.raises(Conflict):
+        service.administration.remove("m1")
+    service.administration.remove("m1", force=True)
+    assert await machines[0].order() is None
+    order = await machines[1].started()
+    assert order.spec.id != first.spec.id
+    with pytest.raises(NotFound):
+        service.administration.configure("m1", DRAINING)
+    again = await FakeMachine.join(tmp_path, "m1")
+    assert await again.order() is None
+    assert "was removed" in caplog.text
+    assert [view.id for view in service.machines()] == ["m2"]
+    service.administration.admit("m1")
+    admitted = await FakeMachine.join(tmp_path, "m1")
+    await until(lambda: len(service.machines()) == 2)
+    await admitted.leave()
+    await again.leave()
+
+
+async def test_who_would_start_the_agent_again_is_told_of_a_machine_that_is_removed(tmp_path: Path) -> None:
+    told: list[str] = []
+    service = CloudService(Master(FirstFit()), Checkpoints(MemoryStore()), tmp_path, "secret")
+    service.of_machines.removed = told.append
+    await service.start()
+    machine = await FakeMachine.join(tmp_path)
+    await service.wait_for_machine(10)
+    service.administration.remove("m1")
+    assert told == ["m1"]
+    await service.close()
+    await machine.leave()
+
+
+# -- how far and how busy ----------------------------------------------------------------------------------------------
+
+
+async def test_what_a_machine_and_a_robot_measure_is_seen_and_counts_where_the_next_is_placed(
+    service: CloudService, machines: list[FakeMachine], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("engine.service.liveness.BEAT_PERIOD", 0.01)
+    place = service.open_place(robot_request())
+    await machines[0].boot(await machines[0].started())
+    await place.ready(10)
+    place.note_round_trip(0.04)
+    machines[0].tell(control_link.Heartbeat(0.5, 1 << 20, [], 3e6, {"m2": 0.02}))
+    await until(lambda: service.machines()[0].round_trips and service._master.machines["m1"].served)
+    machines[0].tell(control_link.Heartbeat(0.5, 1 << 20, [], 3e6, {"m2": 0.02}))
+    await until(lambda: service.machines()[0].round_trip != 0.02)
+    view = service.machines()[0]
+    assert (view.network, view.network_used, view.round_trips) == (None, 3e6, {"m2": 0.02})
+    assert view.round_trip == pytest.approx((0.02 + 0.04) / 2)
+    assert service.containers("ann")[0].round_trip == 0.04
+
+
+# -- machines that lie -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("cores", "name"), [(0, "m3"), (-1, "m3"), (1 << 20, "m3"), (2, "../m3"), (2, "")], ids=str)
+async def test_a_machine_that_is_none_is_hung_up_on(
+    service: CloudService, machines: list[FakeMachine], tmp_path: Path, cores: int, name: str
+) -> None:
+    liar = await FakeMachine.join(tmp_path, name, cores=cores)
+    assert await liar.order() is None
+    assert [view.id for view in service.machines()] == ["m1", "m2"]
+    await liar.leave()
+
+
+async def test_a_second_machine_of_a_name_changes_nothing_of_the_first(
+    service: CloudService, machines: list[FakeMachine], tmp_path: Path
+) -> None:
+    place = service.open_place(robot_request())
+    first = await machines[0].boot(await machines[0].started())
+    await place.ready(10)
+    double = await FakeMachine.join(tmp_path, "m1", cores=64)
+    assert await double.order() is None
+    assert [(view.id, view.cores, view.containers) for view in service.machines()] == [("m1", 2, 1), ("m2", 2, 0)]
+    assert place.container == first.spec.id
+    await double.leave()
+
+
+async def test_a_machine_that_speaks_of_the_container_of_another_is_cut_off(
+    service: CloudService, machines: list[FakeMachine], caplog: pytest.LogCaptureFixture
+) -> None:
+    place = service.open_place(robot_request())
+    first = await machines[0].boot(await machines[0].started())
+    await place.ready(10)
+    machines[1].tell(control_link.Exited(first.spec.id, -9))
+    assert await machines[1].order() is None
+    assert "which is on another" in caplog.text
+    assert place.container == first.spec.id
+    await until(lambda: [view.id for view in service.machines()] == ["m1"])
+
+
+async def test_a_machine_whose_load_cannot_be_is_cut_off_and_its_places_filled_elsewhere(
+    service: CloudService, machines: list[FakeMachine]
+) -> None:
+    service.open_place(robot_request())
+    order = await machines[0].started()
+    machines[0].tell(control_link.Heartbeat(0.5, 1 << 50, []))
+    assert await machines[0].order() is None
+    again = await machines[1].started()
+    assert again.spec.session == order.spec.id

@@ -1,0 +1,76 @@
+"""Local planners in a clone: each of those installed drives its robot, and is told of its body."""
+
+import math
+
+import pytest
+
+from ppaas.clone.body_controllers import controller_of
+from ppaas.controllers.mppi.controller import PathIntegral
+from ppaas.controllers.registry import controller_names
+from ppaas.errors import InvalidParameter, NotFound
+from ppaas.geometry import Pose2D
+from ppaas.messages.actionlib_msgs import Status
+from ppaas.messages.nav2_msgs import SpeedLimit
+from ppaas.robot_model.known_models import RobotModel, robot_model
+from tests.support.world.closed_loop import ClosedLoop
+from tests.support.world.planar_world import World, error_of, walled_map
+
+BOX = ((0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2))
+TURTLEBOT = robot_model("turtlebot2")
+LONG = RobotModel("long", 0.37, TURTLEBOT.limits, footprint=BOX)
+START = Pose2D(1.0, 1.0, math.pi / 2)
+BEYOND = Pose2D(4.5, 1.6, 0.0)
+
+
+@pytest.mark.parametrize("name", controller_names())
+def test_each_drives_a_robot_around_a_wall_to_its_goal_and_touches_nothing(name):
+    world = World(walled_map(6, 5, [(2.9, 0.0, 3.1, 2.6)]), START, drift=1.0, seed=1)
+    driving = ClosedLoop(world, base_local_planner=name)
+    for _ in range(6):
+        driving.step()
+    driving.send_goal(BEYOND)
+    driving.run(60.0)
+    assert driving.last_status() is Status.SUCCEEDED, driving.results[-1].status.text
+    assert error_of(world.pose, BEYOND)[0] < 0.2
+    assert driving.clearance > 0.18
+    assert max(abs(command.linear.x) for command in driving.commands) <= TURTLEBOT.limits.max_vel_x
+
+
+@pytest.mark.parametrize("name", controller_names())
+def test_each_keeps_to_a_speed_limit_from_when_it_is_told_until_it_is_lifted(name):
+    driving = ClosedLoop(World(walled_map(9, 3, []), Pose2D(1.0, 1.5)), base_local_planner=name)
+    for _ in range(6):
+        driving.step()
+    driving.send_goal(Pose2D(8.0, 1.5, 0.0))
+    fastest = []
+    for limit in (SpeedLimit(0.0), SpeedLimit(0.3), SpeedLimit(30.0, percentage=True), SpeedLimit(0.0)):
+        driving.graph.inject("speed_limit", limit)
+        driving.run(1.5)
+        del driving.commands[:-10]
+        fastest.append(max(command.linear.x for command in driving.commands))
+    assert fastest[0] == pytest.approx(0.65, abs=0.03)
+    assert 0.2 < fastest[1] <= 0.3 + 1e-9
+    assert 0.1 < fastest[2] <= 0.3 * 0.65 + 1e-9
+    assert fastest[3] == pytest.approx(0.65, abs=0.03)
+
+
+@pytest.mark.parametrize("name", controller_names())
+def test_each_has_the_limits_of_the_body_unless_it_is_given_others(name):
+    assert controller_of(TURTLEBOT, name, {}).parameters.max_vel_x == 0.65
+    assert controller_of(TURTLEBOT, name, {"max_vel_x": 0.3}).parameters.max_vel_x == 0.3
+    assert controller_of(LONG, name, {}).parameters.robot_radius == 0.37
+
+
+def test_one_that_minds_a_footprint_has_that_of_the_body():
+    controller = controller_of(LONG, "nav2_mppi_controller::MPPIController", {})
+    assert isinstance(controller, PathIntegral)
+    assert controller.parameters.footprint == BOX
+    assert controller_of(LONG, "mppi", {"footprint": ()}).parameters.footprint == ()
+    assert controller_of(TURTLEBOT, "mppi", {}).parameters.footprint == ()
+
+
+def test_what_there_is_not_is_refused():
+    with pytest.raises(NotFound):
+        controller_of(TURTLEBOT, "hands", {})
+    with pytest.raises(InvalidParameter, match="horn"):
+        controller_of(TURTLEBOT, "mppi", {"horn": 1.0})

@@ -1,0 +1,135 @@
+"""What a clone plans and drives for."""
+
+import json
+import math
+
+import pytest
+
+from ppaas.clone.assembly import build_clone
+from ppaas.clone.body_planners import planner_of
+from ppaas.clone.robot_body import robot_body, robot_heights
+from ppaas.costmap.build_layers import build_layers
+from ppaas.errors import InvalidParameter, NotFound
+from ppaas.messages.rosapi import GetParamRequest
+from ppaas.nodes.graph import Graph
+from ppaas.robot_model.describe import describe
+from ppaas.robot_model.known_models import robot_model
+from tests.support.world.planar_world import walled_map
+from tests.support.world.urdf import box, example, link, origin, part, urdf
+
+LONG = describe(urdf(link("base_link", part(box(0.8, 0.3, 0.5), origin((0.1, 0, 0))))))
+WAFFLE = describe(example("turtlebot3_waffle"))
+LAYERS = build_layers(walled_map(4, 3, []))
+
+
+def in_use(**options) -> dict:
+    graph, answers = Graph(), []
+    build_clone(graph, LAYERS, **{"model": "turtlebot2", "initial_pose": (1.0, 1.0, 0.0)} | options)
+    graph.call("rosapi/get_param", GetParamRequest("/"), answers.append)
+    return json.loads(answers[0].value)
+
+
+def test_without_a_urdf_a_robot_is_its_model():
+    assert robot_body("turtlebot3_waffle") == robot_model("turtlebot3_waffle")
+    with pytest.raises(NotFound, match="turtlebot2"):
+        robot_body("roomba", LONG)
+
+
+def test_a_urdf_goes_before_the_model_in_what_it_tells():
+    body = robot_body("turtlebot2", LONG)
+    assert body.robot_radius == pytest.approx(math.hypot(0.5, 0.15), abs=1.1e-3)
+    assert (body.footprint, body.height) == (LONG.footprint, 0.5)
+    assert (body.limits, body.laser, body.laser_frame) == (robot_model("turtlebot2").limits, (0, 0, 0), "base_scan")
+
+
+def test_wheels_tell_the_speed_and_the_turn_up_to_that_of_the_model():
+    limits = robot_body("turtlebot2", WAFFLE).limits
+    assert (limits.max_vel_x, limits.max_vel_theta) == (pytest.approx(0.26, abs=1e-3), 1.8)
+    assert robot_body("turtlebot3_burger", WAFFLE).limits.max_vel_theta == pytest.approx(1.806, abs=1e-3)
+    assert limits.acc_lim_x == robot_model("turtlebot2").limits.acc_lim_x
+
+
+def test_scans_are_taken_from_where_the_urdf_has_the_laser():
+    assert robot_body("turtlebot2", WAFFLE).laser == pytest.approx((-0.064, 0.0, 0.0))
+
+
+def test_what_the_parameters_say_goes_before_the_urdf():
+    square = [[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]]
+    body = robot_body("turtlebot2", LONG, {"global_costmap": {"footprint": square}})
+    assert (body.robot_radius, body.footprint) == (0.283, tuple(map(tuple, square)))
+    assert robot_body("turtlebot2", LONG, {"global_costmap": {"robot_radius": 0.2}}).robot_radius == 0.2
+    both = robot_body("turtlebot2", LONG, {"global_costmap": {"robot_radius": 0.2, "footprint": square}})
+    assert (both.robot_radius, both.footprint) == (0.2, tuple(map(tuple, square)))
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        {"robot_radius": -0.1}, {"robot_radius": 100.0}, {"robot_radius": "wide"}, {"robot_radius": math.nan},
+        {"footprint": [[0, 0], [1, 0]]}, {"footprint": [[0, 0], [1, 0], [math.inf, 1]]},
+        {"footprint": [[0, 0, 0]] * 3}, {"footprint": [[0, 1], [1, 0], [1e9, 1]]}, {"radius": 1.0}, [],
+    ],
+)  # fmt: skip
+def test_a_radius_or_footprint_that_is_none_is_refused(said):
+    with pytest.raises(InvalidParameter):
+        robot_body("turtlebot2", LONG, {"global_costmap": said})
+
+
+def test_planners_that_mind_a_footprint_have_that_of_the_body_and_others_have_none():
+    body = robot_body("turtlebot2", LONG)
+    assert planner_of(body, "lattice", {}).parameters.footprint == LONG.footprint
+    own = [[0, 0], [1, 0], [0, 1]]
+    assert planner_of(body, "lattice", {"footprint": own}).parameters.footprint == own
+    assert planner_of(robot_body("turtlebot2"), "lattice", {}).parameters.footprint == ()
+    assert planner_of(body, "dijkstra", {}).name == "dijkstra"
+
+
+def test_a_clone_drives_as_its_urdf_says_unless_its_parameters_do():
+    told = in_use(urdf=WAFFLE)
+    assert told["dwa"]["max_vel_x"] == pytest.approx(0.26, abs=1e-3)
+    assert told["dwa"]["robot_radius"] == told["global_costmap"]["robot_radius"] == 0.238
+    assert len(told["global_costmap"]["footprint"]) == 8
+    slower = in_use(urdf=WAFFLE, parameters={"dwa": {"max_vel_x": 0.2}, "global_costmap": {"robot_radius": 0.25}})
+    assert (slower["dwa"]["max_vel_x"], slower["dwa"]["robot_radius"]) == (0.2, 0.25)
+    assert in_use()["global_costmap"] == {"robot_radius": 0.18, "footprint": []}
+
+
+@pytest.mark.parametrize(
+    ("said", "heights"),
+    [
+        ({}, (None, 0.5)),
+        ({"max_obstacle_height": 1.2}, (None, 1.2)),
+        ({"min_obstacle_height": 0.02}, (0.02, 0.5)),
+        ({"min_obstacle_height": -0.5, "max_obstacle_height": 0.1}, (-0.5, 0.1)),
+        ({"enabled": False, "max_obstacle_height": 1.2}, None),
+    ],
+)
+def test_something_is_in_the_way_up_to_the_height_of_the_body_unless_the_parameters_say_otherwise(said, heights):
+    assert robot_heights(robot_body("turtlebot2", LONG), {"voxel_layer": said, "dwa": {}}) == heights
+
+
+def test_a_model_says_how_high_it_is_where_the_urdf_does_not():
+    flat = describe(urdf(link("base_link", "")))
+    assert flat.height is None
+    assert robot_heights(robot_body("turtlebot3_burger", flat), {}) == (None, 0.192)
+
+
+@pytest.mark.parametrize(
+    ("said", "why"),
+    [
+        ({"min_obstacle_height": 1.0, "max_obstacle_height": 1.0}, "above 1 m, not 1"),
+        ({"max_obstacle_height": 0.0}, "above 0 m, not 0"),
+        ({"min_obstacle_height": math.nan}, "min_obstacle_height must be finite"),
+        ({"max_obstacle_height": math.inf}, "max_obstacle_height must be finite"),
+        ({"height": 1.0}, "known: enabled, max_obstacle_height, min_obstacle_height"),
+    ],
+)
+def test_heights_that_are_none_are_named(said, why):
+    with pytest.raises(InvalidParameter, match=why):
+        robot_heights(robot_body("turtlebot2"), {"voxel_layer": said})
+
+
+def test_a_robot_whose_lowest_obstacles_are_higher_than_itself_is_refused():
+    with pytest.raises(InvalidParameter, match=r"above 0\.6 m, not 0\.5"):
+        in_use(urdf=LONG, parameters={"voxel_layer": {"min_obstacle_height": 0.6}})
+    assert in_use(urdf=LONG)["voxel_layer"]["max_obstacle_height"] == 0.5

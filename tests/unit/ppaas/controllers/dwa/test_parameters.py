@@ -1,0 +1,34 @@
+import math
+
+import pytest
+
+from ppaas.controllers.dwa.parameters import DwaParameters
+from ppaas.errors import InvalidParameter
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("max_vel_x", 0.0),
+        ("max_vel_x", math.nan),
+        ("acc_lim_x", -1.0),
+        ("sim_time", math.inf),
+        ("sim_time", "long"),
+        ("sim_granularity", 0),
+        ("vx_samples", 0),
+        ("vth_samples", 2.5),
+        ("xy_goal_tolerance", -0.1),
+        ("max_vel_theta", True),
+        ("allow_unknown", 1),
+        ("min_vel_x", 0.6),
+        ("min_vel_theta", 2.0),
+        ("cost_slowdown", 1.0),
+    ],
+)
+def test_what_cannot_be_is_refused_by_name(name, value):
+    with pytest.raises(InvalidParameter, match=name):
+        DwaParameters(**{name: value})
+
+
+def test_whole_numbers_will_do_for_fractions_and_backing_up_may_be_allowed():
+    assert DwaParameters(max_vel_x=1, min_vel_x=-1).max_vel_x == 1

@@ -1,0 +1,69 @@
+import math
+
+import numpy as np
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from ppaas.controllers.footprints import body_of
+from ppaas.controllers.kernels import clearance as outline
+from ppaas.controllers.kernels.clearance import clearance, clearance_along
+from ppaas.maps.kernels.distance import distance_serial
+from tests.reference.driving import outline as twin
+from tests.reference.driving import pursuit
+
+EDGE = 0.05
+BOX = ((0.25, 0.2), (-0.25, 0.2), (-0.25, -0.2), (0.25, -0.2))
+
+
+def field(seed, crowd, size=60):
+    lethal = np.random.default_rng(seed).random((size, size)) < crowd
+    lethal[0, 0] = True
+    return lethal, distance_serial(lethal.view(np.uint8), EDGE)
+
+
+@given(
+    seed=st.integers(0, 10_000),
+    pose=st.tuples(st.floats(0.5, 2.5), st.floats(0.5, 2.5), st.floats(-3.2, 3.2)),
+)
+@settings(deadline=None, max_examples=100)
+def test_the_clearance_of_an_outline_is_what_it_is_when_measured(seed, pose):
+    lethal, distance = field(seed, 0.003)
+    body = body_of(BOX, 0.0)
+    x, y, theta = pose
+    got = clearance(distance, EDGE, body, x, y, math.cos(theta), math.sin(theta))
+    measured = twin.outline_distance(lethal, EDGE, np.array(BOX), pose)
+    centre = twin.between(distance, x, y, EDGE)
+    if centre <= body.inscribed:
+        assert got <= 0.0
+    elif centre > body.circumscribed + outline.REACH:
+        assert measured - 0.15 < got < measured + 0.05
+    else:
+        # Distances between the middles of cells are interpolated, and steps along an edge skip what is hardly nearer.
+        assert got < 1.16 * measured + 0.04
+        # What lies between the inscribed circle and the outline is said to be as near as the circle, if that is less.
+        assert got > measured - 0.04 or twin.outline_holds(lethal, EDGE, np.array(BOX), pose)
+
+
+@given(
+    seed=st.integers(0, 10_000),
+    pose=st.tuples(st.floats(0.8, 2.2), st.floats(0.8, 2.2), st.floats(-3.2, 3.2)),
+    motion=st.tuples(st.floats(-1.0, 1.0), st.floats(-2.0, 2.0)),
+    corners=st.sampled_from([BOX, ()]),
+)
+@example(seed=98, pose=(0.8, 0.8125, 0.75), motion=(0.796875, 0.0), corners=BOX)
+@settings(deadline=None, max_examples=40)
+def test_the_least_clearance_on_an_arc_is_that_of_the_poses_on_it(seed, pose, motion, corners):
+    _, distance = field(seed, 0.002)
+    body = body_of(corners, 0.18)
+    got = clearance_along(distance, EDGE, body, pose, motion)
+    # A twentieth of a cell from one to the next: what lies between differs by no more.
+    poses = pursuit.arc(pose, *motion, 600)
+    clearances = [clearance(distance, EDGE, body, x, y, math.cos(a), math.sin(a)) for x, y, a in poses]
+    # Half a cell lies between the nearest pose that is looked at and any, and a quarter between the nearest point of an
+    # edge that is and any; between the middles of cells a distance changes by up to √2 m a metre.
+    assert min(clearances) - 0.05 * EDGE <= got <= min(clearances) + 0.75 * math.sqrt(2.0) * EDGE
+    assert got <= min(clearances[0], clearances[-1]) + 1e-6
+
+
+def test_the_kernels_can_be_warmed():
+    outline.warm()

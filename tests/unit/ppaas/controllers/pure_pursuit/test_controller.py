@@ -1,0 +1,151 @@
+import math
+
+import numpy as np
+import pytest
+
+from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
+from ppaas.controllers.pure_pursuit.controller import PurePursuit
+from ppaas.geometry import Pose2D, poses_along
+from tests.support.world import driving, grids
+from tests.support.world.driving import (
+    BOX,
+    RADIUS,
+    STANDING,
+    Drive,
+    Unicycle,
+    World,
+    along_x,
+    assert_arrived,
+    drive,
+    gap,
+    through_gap,
+)
+
+FIELD = World(np.zeros((80, 240), bool))
+
+
+def travel(world: World, start: Pose2D, goal: Pose2D, seconds=60.0, period=0.1, **parameters) -> Drive:
+    return driving.travel(PurePursuit(robot_radius=RADIUS, **parameters), world, start, goal, seconds, period)
+
+
+def ask(controller, pose, costmap=FIELD.costmap, velocity=STANDING):
+    return controller.compute_velocity(ControlRequest(pose, velocity, costmap, 0.1))
+
+
+def test_it_drives_at_full_speed_where_nothing_is_near():
+    result = travel(FIELD, Pose2D(1.0, 2.0), Pose2D(6.0, 2.0))
+    assert result.reached
+    assert result.seconds < 5.0 / 0.5 + 3.0
+
+
+def test_facing_away_it_turns_on_the_spot_first_unless_told_not_to():
+    for turns in (True, False):
+        controller = PurePursuit(use_rotate_to_heading=turns)
+        controller.set_plan(along_x(1.0, 4.0, y=2.0))
+        command = ask(controller, Pose2D(1.0, 2.0, 2.0))
+        assert (command.linear == 0.0) is turns
+        assert command.angular < 0.0
+
+
+def test_it_turns_no_faster_than_the_lesser_of_both_limits():
+    for limit, most in ((0.5, 0.5), (9.0, 1.5)):
+        controller = PurePursuit(rotate_to_heading_angular_vel=limit)
+        controller.set_plan(along_x(1.0, 4.0, y=2.0))
+        turning = 0.0
+        for _ in range(8):
+            turning = ask(controller, Pose2D(1.0, 2.0, 3.0), velocity=Velocity(0.0, turning)).angular
+        assert abs(turning) == pytest.approx(most)
+
+
+def test_it_steers_along_the_arc_to_the_point_that_is_as_far_as_it_looks():
+    controller = PurePursuit(lookahead_dist=1.0)
+    controller.set_plan(along_x(1.0, 6.0, y=2.0))
+    pose, velocity = Pose2D(2.0, 2.3), Velocity(0.5, 0.0)
+    for _ in range(10):
+        velocity = ask(controller, pose, velocity=velocity)
+    # The arc through the robot, along its heading, to (2 + 0.954, 2): 2y / d².
+    assert velocity.angular / velocity.linear == pytest.approx(-0.6, abs=0.01)
+
+
+def test_what_its_speed_follows_may_be_the_path_farther_ahead():
+    corner = poses_along(np.array([(1.0, 2.0), (1.2, 2.0), (1.4, 2.0), (1.6, 2.0), (1.6, 2.4), (1.6, 3.0)]))
+    speeds = []
+    for fixed in (False, True):
+        controller = PurePursuit(
+            lookahead_dist=0.3, use_fixed_curvature_lookahead=fixed, curvature_lookahead_dist=1.0,
+            regulated_linear_scaling_min_speed=0.0,
+        )  # fmt: skip
+        controller.set_plan(corner)
+        velocity = STANDING
+        for _ in range(10):
+            velocity = ask(controller, Pose2D(1.0, 2.0), velocity=velocity)
+        speeds.append(velocity.linear)
+    assert speeds[1] < speeds[0] - 0.05
+
+
+def test_it_backs_up_along_a_plan_that_turns_back_on_itself_where_it_may():
+    there = np.stack((np.linspace(1.0, 3.0, 41), np.full(41, 2.0)), axis=1)
+    back = np.stack((np.linspace(3.0, 1.5, 31), np.full(31, 2.0)), axis=1)[1:]
+    controller = PurePursuit(allow_reversing=True, min_vel_x=-0.3)
+    controller.set_plan(poses_along(np.concatenate((there, back)), 0.0))
+    robot = Unicycle(Pose2D(1.0, 2.0))
+    result = drive(FIELD, robot, controller, 40.0)
+    assert_arrived(result, Pose2D(1.5, 2.0))
+    commands = np.array(result.commands)
+    assert commands[:, 0].max() == pytest.approx(0.5)
+    assert commands[:, 0].min() == pytest.approx(-0.3)
+    assert result.travelled == pytest.approx(3.5, abs=0.4)
+    assert np.abs(np.diff(commands[:, 0])).max() <= 0.1 + 1e-9
+
+
+def test_where_it_may_not_back_up_it_turns_to_what_is_behind():
+    controller = PurePursuit(min_vel_x=-0.3)
+    controller.set_plan(along_x(3.0, 1.0, y=2.0))
+    assert ask(controller, Pose2D(3.0, 2.0)).linear == 0.0
+
+
+def test_a_long_robot_passes_a_gap_that_its_disc_would_not():
+    for footprint, passes in ((BOX, True), ((), False)):
+        controller = PurePursuit(robot_radius=0.4, footprint=footprint)
+        assert (through_gap(controller, gap().costmap, 200)[-1] > 3.6) is passes
+
+
+def test_before_a_wall_across_its_plan_it_stops_and_says_so_unless_it_need_not_look():
+    walls = np.zeros((80, 240), bool)
+    walls[:, 100] = True
+    walled = World(walls)
+    for looks in (True, False):
+        controller = PurePursuit(robot_radius=RADIUS, use_collision_detection=looks)
+        controller.set_plan(along_x(3.0, 8.0, y=2.0))
+        result = drive(walled, Unicycle(Pose2D(3.0, 2.0)), controller, 15.0)
+        assert (result.stuck > 20) is looks
+        assert (result.clearance > 0.0) is looks
+
+
+def test_a_robot_that_touches_something_may_get_away_from_it_and_not_into_it():
+    data = np.zeros((80, 80), np.uint8)
+    data[40, 36] = 254
+    costmap = grids.of(data, 0.05)
+    for goal, moves in ((3.5, True), (0.5, False)):
+        controller = PurePursuit(robot_radius=RADIUS)
+        controller.set_plan(along_x(2.0, goal, y=2.025))
+        pose = Pose2D(1.95, 2.025, 0.0 if moves else math.pi)
+        if moves:
+            assert ask(controller, pose, costmap).linear > 0.0
+        else:
+            with pytest.raises(NoValidControl, match="not free"):
+                ask(controller, pose, costmap)
+
+
+def test_unknown_cells_are_as_free_as_it_is_told():
+    data = np.zeros((80, 80), np.uint8)
+    data[:, 24:] = 255
+    costmap = grids.of(data, 0.05)
+    for allowed in (True, False):
+        controller = PurePursuit(allow_unknown=allowed)
+        controller.set_plan(along_x(1.0, 3.0, y=2.0))
+        if allowed:
+            assert ask(controller, Pose2D(1.0, 2.0), costmap).linear > 0.0
+        else:
+            with pytest.raises(NoValidControl):
+                ask(controller, Pose2D(1.0, 2.0), costmap)

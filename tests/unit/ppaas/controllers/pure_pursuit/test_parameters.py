@@ -1,0 +1,30 @@
+import math
+
+import pytest
+
+from ppaas.controllers.pure_pursuit.parameters import PurePursuitParameters
+from ppaas.errors import InvalidParameter
+
+
+@pytest.mark.parametrize(
+    ("wrong", "named"),
+    [
+        ({"lookahead_dist": 0.0}, "lookahead_dist"),
+        ({"lookahead_time": math.nan}, "lookahead_time"),
+        ({"min_lookahead_dist": 1.0}, "min_lookahead_dist"),
+        ({"cost_scaling_gain": 1.5}, "cost_scaling_gain"),
+        ({"rotate_to_heading_angular_vel": 0.1}, "rotate_to_heading_angular_vel"),
+        ({"regulated_linear_scaling_min_radius": 0}, "regulated_linear_scaling_min_radius"),
+        ({"use_rotate_to_heading": 1}, "use_rotate_to_heading"),
+        ({"allow_reversing": True}, "min_vel_x below 0"),
+        ({"footprint": [[0.1, 0.1]]}, "footprint"),
+        ({"max_allowed_time_to_collision_up_to_carrot": -1.0}, "max_allowed_time_to_collision_up_to_carrot"),
+    ],
+)
+def test_what_cannot_be_is_refused_by_name(wrong, named):
+    with pytest.raises(InvalidParameter, match=named):
+        PurePursuitParameters(**wrong)
+
+
+def test_it_may_back_up_where_it_is_told_how_fast():
+    assert PurePursuitParameters(allow_reversing=True, min_vel_x=-0.2).allow_reversing

@@ -1,0 +1,81 @@
+"""The layers of a map."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from ppaas.costmap.build_layers import build_layers
+from ppaas.costmap.filter_masks import barred, raise_costs
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.costmap.static_layer import static_costmap
+from ppaas.errors import InvalidParameter
+from ppaas.geometry import Pose2D
+from ppaas.maps.distance import distance_to_occupied
+from ppaas.maps.grid import GridInfo, GridMap
+from tests.support.world.maps import grid_maps, real_map
+
+
+@settings(deadline=None)
+@given(grid_maps([-1, 0, 30, 65, 100], most=20))
+def test_the_costmap_agrees_with_the_static_layer_where_nothing_is_inflated(grid):
+    layers = build_layers(grid)
+    static = static_costmap(grid).data
+    assert layers.grid is grid
+    assert layers.costmap.info == grid.info
+    assert np.array_equal(layers.costmap.data == 254, static == 254)
+    far = layers.distance > 0.56
+    assert np.array_equal(layers.costmap.data[far], static[far])
+
+
+@settings(deadline=None)
+@given(grid_maps([-1, 0, 100], most=20))
+def test_a_larger_robot_never_costs_less(grid):
+    small = build_layers(grid, robot_radius=0.1).costmap.data
+    large = build_layers(grid, robot_radius=0.3).costmap.data
+    known = (small != 255) & (large != 255)
+    assert (large[known] >= small[known]).all()
+
+
+def test_a_parameter_out_of_range_is_named():
+    grid = GridMap(np.zeros((1, 1), np.int8), GridInfo(0.05, 1, 1))
+    with pytest.raises(InvalidParameter, match="inscribed_radius"):
+        build_layers(grid, robot_radius=-1.0)
+
+
+def masked(grid: GridMap) -> MapLayers:
+    """Return the layers of a map with a mask of the values of another, twice as coarse."""
+    height, width = grid.info.shape
+    data = np.random.default_rng(height).choice(np.array([-1, 0, 0, 40, 100], np.int8), (height, width))
+    origin = grid.info.origin @ Pose2D(0.3, 0.2)
+    return build_layers(grid, keepout=GridMap(data, GridInfo(2.0 * grid.info.resolution, width, height, origin)))
+
+
+@settings(deadline=None, max_examples=15)
+@given(grid_maps([-1, 0, 100], most=20))
+def test_what_is_kept_out_of_is_inflated_as_obstacles_are(grid):
+    layers = masked(grid)
+    as_obstacles = build_layers(barred(grid, layers.keepout))
+    expected = as_obstacles.costmap.data.copy()
+    raise_costs(expected, layers.keepout.data)
+    assert np.array_equal(layers.costmap.data, expected)
+    assert np.array_equal(layers.to_lethal, as_obstacles.distance)
+    assert (layers.costmap.data[layers.keepout.data == 100] == 254).all()
+
+
+@settings(deadline=None, max_examples=15)
+@given(grid_maps([-1, 0, 100], most=20))
+def test_localization_sees_no_masks(grid):
+    layers, bare = masked(grid), build_layers(grid)
+    assert np.array_equal(layers.distance, bare.distance)
+    assert layers.grid is grid
+    assert bare.to_lethal is bare.distance
+    known = layers.costmap.data != 255
+    assert (layers.costmap.data[known] >= np.where(bare.costmap.data == 255, 0, bare.costmap.data)[known]).all()
+
+
+@pytest.mark.parametrize("name", ["turtlebot3", "warehouse"])
+def test_the_layers_of_real_maps(data, name):
+    grid = real_map(data, name)
+    layers = build_layers(grid)
+    assert np.array_equal(layers.distance, distance_to_occupied(grid))
+    assert np.array_equal(layers.costmap.data >= 253, (layers.distance <= 0.18) | (layers.costmap.data == 255))

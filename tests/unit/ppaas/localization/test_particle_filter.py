@@ -1,0 +1,261 @@
+"""Localization holds the pose of a robot that drives."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ppaas.costmap.build_layers import build_layers
+from ppaas.errors import InvalidInput, InvalidMap, InvalidParameter
+from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.localization.parameters import AmclParameters
+from ppaas.localization.particle_filter import ParticleFilter
+from ppaas.maps.grid import GridInfo, GridMap
+from tests.support.world.planar_world import World, error_of, walled_map
+
+GRID = walled_map(12, 9, [(3, 0, 3.2, 5), (6, 3, 6.2, 9), (8, 2, 9, 3), (9, 6, 10, 6.5), (1, 6.5, 2, 7.2)])
+LAYERS = build_layers(GRID)
+ROUND = [(1.2, 5.7), (4.5, 6.5), (4.6, 1.5), (7, 1.5), (7.5, 7.5), (10.5, 7.5), (10.5, 4), (7.2, 4.5), (7, 1.5),
+         (4.6, 2), (4.2, 6), (1.5, 5.8), (1.2, 1)]  # fmt: skip
+START = Pose2D(1.0, 1.0, math.pi / 2)
+
+
+def look(localization: ParticleFilter) -> bool:
+    """Look for a robot that is lost, at once; tell whether particles were drawn anew."""
+    search = localization.next_search()
+    found = None if search is None else search.run(bool)
+    return found is not None and localization.adopt(found)
+
+
+class Drive:
+    """A robot that is steered by its true pose, and localized beside it."""
+
+    def __init__(self, world: World, parameters: AmclParameters, spread: float = 0.1) -> None:
+        self.world = world
+        self.parameters = parameters
+        self.filter = ParticleFilter(LAYERS, parameters)
+        self.filter.initialise(world.pose, np.diag([spread**2] * 3))
+        self.map_to_odom = world.pose @ world.odom.inverse()
+        self.errors: list[tuple[float, float]] = []
+        self.travelled = 0.0
+
+    def update(self) -> None:
+        world = self.world
+        if self.filter.needs_update(world.odom):
+            beams = self.filter.sensor.beams(world.scan(0.0), Pose2D(0, 0, 0))
+            estimate = self.filter.update(world.odom, beams, world.range_max)
+            self.map_to_odom = estimate.pose @ world.odom.inverse()
+            look(self.filter)
+        self.errors.append(error_of(self.map_to_odom @ world.odom, world.pose))
+
+    def to(self, x: float, y: float) -> None:
+        while math.hypot(x - self.world.pose.x, y - self.world.pose.y) > 0.2:
+            off = wrap_angle(math.atan2(y - self.world.pose.y, x - self.world.pose.x) - self.world.pose.theta)
+            speed = 0.5 if abs(off) < 0.5 else 0.0
+            self.world.move(speed, max(-1.5, min(1.5, 3.0 * off)), 0.1)
+            self.travelled += 0.1 * speed
+            self.update()
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_pose_is_held_over_a_long_drive_with_odometry_that_drifts_threefold(seed):
+    drive = Drive(World(GRID, START, drift=3.0, seed=seed), AmclParameters(seed=seed))
+    for _ in range(2):
+        for point in ROUND:
+            drive.to(*point)
+    errors = np.array(drive.errors)
+    unaided = error_of(START @ drive.world.odom, drive.world.pose)[0]
+    assert drive.travelled > 50.0
+    assert unaided > 1.0, "the odometry alone must be lost, or the test shows nothing"
+    assert errors[:, 0].max() < 0.15
+    assert np.percentile(errors[:, 0], 95) < 0.10
+    assert errors[:, 1].max() < 0.15
+
+
+def test_a_start_that_is_off_by_decimetres_is_corrected():
+    drive = Drive(World(GRID, START), AmclParameters(), spread=0.3)
+    drive.filter.initialise(Pose2D(1.3, 0.8, math.pi / 2 + 0.2), np.diag([0.3**2] * 3))
+    for point in ROUND[:3]:
+        drive.to(*point)
+    assert np.array(drive.errors)[-20:, 0].max() < 0.1
+
+
+def test_the_same_seed_gives_the_same_particles_and_another_seed_others():
+    def particles(seed: int) -> np.ndarray:
+        drive = Drive(World(GRID, START), AmclParameters(seed=seed))
+        drive.to(1.2, 3.0)
+        return drive.filter.particles
+
+    first, again, other = particles(7), particles(7), particles(8)
+    np.testing.assert_array_equal(first, again)
+    assert first.shape != other.shape or (first != other).any()
+
+
+def test_a_robot_that_stands_needs_no_update():
+    drive = Drive(World(GRID, START), AmclParameters())
+    assert drive.filter.needs_update(drive.world.odom)
+    drive.update()
+    assert not drive.filter.needs_update(drive.world.odom)
+    assert drive.filter.needs_update(drive.world.odom @ Pose2D(0.11, 0.0, 0.0))
+    assert drive.filter.needs_update(drive.world.odom @ Pose2D(0.0, 0.0, -0.21))
+
+
+def test_fewer_particles_are_kept_when_they_agree():
+    parameters = AmclParameters(min_particles=100, max_particles=2000)
+    drive = Drive(World(GRID, START), parameters, spread=0.5)
+    assert len(drive.filter.particles) == 2000
+    for point in ROUND[:3]:
+        drive.to(*point)
+    assert 100 <= len(drive.filter.particles) < 1500
+
+
+def test_a_scan_without_a_reading_leaves_the_weights_alone_and_moves_by_odometry():
+    localization = ParticleFilter(LAYERS, AmclParameters())
+    localization.initialise(START, np.zeros((3, 3)))
+    localization.update(Pose2D(0, 0, 0), np.empty((0, 2)), 8.0)
+    estimate = localization.update(Pose2D(1.0, 0, 0), np.empty((0, 2)), 8.0)
+    assert error_of(estimate.pose, START @ Pose2D(1.0, 0, 0))[0] < 0.1
+    assert np.isfinite(localization.weights).all()
+
+
+def test_a_robot_pushed_out_of_the_map_does_not_break_it():
+    localization = ParticleFilter(LAYERS, AmclParameters())
+    localization.initialise(Pose2D(-500.0, 1e6, 0.0), np.zeros((3, 3)))
+    estimate = localization.update(Pose2D(0, 0, 0), np.array([[1.0, 0.0]]), 8.0)
+    assert estimate.pose.is_finite()
+
+
+@pytest.mark.parametrize(
+    ("pose", "covariance"),
+    [
+        (Pose2D(math.nan, 0, 0), np.zeros((3, 3))),
+        (Pose2D(0, 0, 0), np.full((3, 3), np.inf)),
+        (Pose2D(0, 0, 0), np.diag([1.0, -1.0, 0.0])),
+    ],
+)
+def test_an_initial_pose_that_means_nothing_is_refused(pose, covariance):
+    localization = ParticleFilter(LAYERS, AmclParameters())
+    with pytest.raises(InvalidInput):
+        localization.initialise(pose, covariance)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"min_particles": 0},
+        {"min_particles": 300, "max_particles": 200},
+        {"laser_sigma_hit": 0.0},
+        {"laser_max_beams": 0},
+        {"odom_alpha2": -0.1},
+        {"kld_err": math.nan},
+        {"initial_cov_aa": math.inf},
+        {"laser_min_range": 3.0, "laser_max_range": 2.0},
+        {"recovery_alpha_slow": 0.2, "recovery_alpha_fast": 0.1},
+    ],
+)
+def test_parameters_out_of_range_are_refused_by_name(wrong):
+    with pytest.raises(InvalidParameter, match=next(iter(wrong))):
+        AmclParameters(**wrong)
+
+
+@pytest.mark.parametrize("model", ["beam", "likelihood_field_prob"])
+def test_every_model_of_the_laser_holds_the_pose(model):
+    drive = Drive(World(GRID, START, drift=2.0), AmclParameters(laser_model_type=model))
+    for point in ROUND[:4]:
+        drive.to(*point)
+    assert np.array(drive.errors)[:, 0].max() < 0.2
+
+
+@pytest.mark.parametrize("model", ["diff", "omni", "omni-corrected"])
+def test_every_model_of_odometry_holds_the_pose(model):
+    noise = 0.2 if model in ("diff", "omni") else 0.02
+    alphas = {f"odom_alpha{number}": noise for number in range(1, 6)}
+    drive = Drive(World(GRID, START), AmclParameters(odom_model_type=model, **alphas))
+    for point in ROUND[:4]:
+        drive.to(*point)
+    assert np.array(drive.errors)[:, 0].max() < 0.2
+
+
+@pytest.mark.parametrize("model", ["likelihood_field", "beam"])
+def test_any_number_of_threads_gives_the_same_particles(model):
+    def particles(threads: int) -> np.ndarray:
+        parameters = AmclParameters(laser_model_type=model, min_particles=9000, max_particles=9000, resample_interval=1)
+        localization = ParticleFilter(LAYERS, parameters, lambda: threads)
+        localization.initialise(START, np.diag([0.1, 0.1, 0.1]))
+        scan = World(GRID, START).scan(0.0)
+        for x in (0.0, 0.2):
+            localization.update(Pose2D(x, 0, 0), localization.sensor.beams(scan, Pose2D(0, 0, 0)), 8.0)
+        return localization.particles
+
+    np.testing.assert_array_equal(particles(1), particles(2))
+
+
+def test_a_robot_that_was_carried_off_is_found_again_unless_recovery_is_off():
+    def error_after(**recovery: float) -> float:
+        drive = Drive(World(GRID, START), AmclParameters(**recovery))
+        for point in ROUND[:1]:
+            drive.to(*point)
+        drive.world.pose = Pose2D(10.5, 5.0, -2.0)
+        for point in [(10.5, 4.0), (7.2, 4.5), (7, 1.5), (4.6, 2)]:
+            drive.to(*point)
+        return drive.errors[-1][0]
+
+    assert error_after() < 0.15
+    assert error_after(recovery_alpha_slow=0.0, recovery_alpha_fast=0.0) > 0.5
+
+
+def test_what_the_laser_may_not_see_is_left_out():
+    sensor = ParticleFilter(
+        LAYERS, AmclParameters(laser_min_range=1.5, laser_max_range=3.0, laser_max_beams=500)
+    ).sensor
+    scan = World(GRID, START).scan(0.0)
+    gone = np.hypot(*sensor.beams(scan, Pose2D(0, 0, 0)).T)
+    assert 1.5 < gone.min() < gone.max() < 3.0
+    assert sensor.range_max(scan) == 3.0
+
+
+def test_a_map_without_a_free_cell_has_nowhere_to_look():
+    grid = GridMap(np.full((1, 1), 100, np.int8), GridInfo(0.05, 1, 1))
+    with pytest.raises(InvalidMap, match="no free cell"):
+        ParticleFilter(build_layers(grid), AmclParameters()).initialise_globally()
+
+
+def lost() -> tuple[ParticleFilter, World, np.ndarray]:
+    """Return localization that knows nothing, after one scan."""
+    localization, world = ParticleFilter(LAYERS, AmclParameters()), World(GRID, START)
+    localization.initialise_globally()
+    beams = localization.sensor.beams(world.scan(0.0), Pose2D(0, 0, 0))
+    localization.update(world.odom, beams, world.range_max)
+    return localization, world, beams
+
+
+def test_what_was_found_counts_from_where_the_robot_has_come_meanwhile():
+    localization, world, _ = lost()
+    found = localization.next_search().run(bool)
+    for _ in range(3):
+        world.move(0.5, 0.0, 0.4)
+        localization.update(world.odom, np.empty((0, 2)), world.range_max)
+    assert localization.adopt(found)
+    nearest = np.hypot(*(localization.particles[:, :2] - (world.pose.x, world.pose.y)).T).min()
+    assert nearest < 0.1
+
+
+@pytest.mark.parametrize("begin", ["pose", "anywhere"])
+def test_what_was_found_of_a_search_before_all_began_anew_is_no_use(begin):
+    localization, world, beams = lost()
+    found = localization.next_search().run(bool)
+    if begin == "pose":
+        localization.initialise(START, np.zeros((3, 3)))
+    else:
+        localization.initialise_globally()
+    localization.update(world.odom, beams, world.range_max)
+    before = localization.particles.copy()
+    assert not localization.adopt(found)
+    np.testing.assert_array_equal(localization.particles, before)
+
+
+def test_a_robot_that_stands_is_looked_for_once():
+    localization, world, beams = lost()
+    assert look(localization)
+    localization.update(world.odom, beams, world.range_max)
+    assert localization.next_search() is None

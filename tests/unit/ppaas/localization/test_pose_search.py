@@ -1,0 +1,127 @@
+"""Where in a map a robot may be."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ppaas.costmap.build_layers import build_layers
+from ppaas.errors import InvalidMap
+from ppaas.geometry import Pose2D
+from ppaas.localization.beams import scan_points
+from ppaas.localization.free_poses import FreePoses
+from ppaas.localization.parameters import AmclParameters
+from ppaas.localization.pose_search import BIN, BIN_TURN, Found, Search
+from ppaas.localization.relocalization import Seeker
+from ppaas.localization.scan_history import History
+from ppaas.localization.scan_match import Match
+from ppaas.maps.generate import office
+from ppaas.maps.grid import GridInfo, GridMap
+from tests.support.world.planar_world import World, walled_map
+
+GRID = walled_map(12, 9, [(3, 0, 3.2, 5), (6, 3, 6.2, 9), (8, 2, 9, 3), (9, 6, 10, 6.5), (1, 6.5, 2, 7.2)])
+LAYERS = build_layers(GRID)
+TRUE = Pose2D(7.4, 4.7, 2.0)
+HERE = Pose2D(0.0, 0.0, 0.0)
+
+
+def search(told: Pose2D = TRUE, metres: float = 2.0, seed: int = 1, grid: GridMap = GRID) -> Search:
+    layers = LAYERS if grid is GRID else build_layers(grid)
+    seen = np.pad(scan_points(World(GRID, TRUE).scan(0.0), HERE), ((0, 0), (0, 2)))
+    return Search(FreePoses(grid), Match(layers, AmclParameters()), seen, metres, HERE, told, False, seed)
+
+
+def found(**given: object) -> Found:
+    poses = search(**given).run(bool)
+    assert poses is not None
+    return poses
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_best_place_is_where_the_robot_is(seed: int) -> None:
+    best = Pose2D(*found(seed=seed).poses[0])
+    assert best.distance_to(TRUE) < 0.1
+    assert abs(math.remainder(best.theta - TRUE.theta, math.tau)) < math.radians(2.0)
+
+
+def test_weights_are_ordered_and_sum_to_one_and_no_place_is_told_twice() -> None:
+    places = found()
+    assert places.weights.sum() == pytest.approx(1.0)
+    assert (np.diff(places.weights) <= 0.0).all()
+    bins = np.floor(places.poses / (BIN, BIN, BIN_TURN))
+    bins[:, 2] %= round(math.tau / BIN_TURN)
+    assert len(np.unique(bins, axis=0)) == len(places.poses)
+
+
+def test_a_robot_that_was_told_where_it_is_is_as_likely_there_as_at_the_best_place() -> None:
+    places = found()
+    assert places.told > 0.5 * places.weights[0]
+    assert found(told=Pose2D(1.5, 4.0, 0.0)).told < 0.1 * places.weights[0]
+
+
+def test_the_longer_the_way_the_surer_is_what_was_found() -> None:
+    assert found(metres=0.0).weights[0] < found(metres=1.0).weights[0] < found(metres=4.0).weights[0]
+
+
+def test_the_same_seed_finds_the_same() -> None:
+    np.testing.assert_array_equal(found(seed=5).poses, found(seed=5).poses)
+
+
+@pytest.mark.parametrize("asked", [1, 3])
+def test_a_search_that_is_cancelled_ends_with_nothing(asked: int) -> None:
+    asks = iter(range(100))
+    assert search().run(lambda: next(asks) >= asked) is None
+
+
+def test_a_map_without_a_free_cell_has_nowhere_to_look() -> None:
+    full = GridMap(np.full((4, 4), 100, np.int8), GridInfo(0.05, 4, 4))
+    with pytest.raises(InvalidMap, match="no free cell"):
+        search(grid=full).run(bool)
+
+
+OFFICE = office(seed=1)
+OFFICE_LAYERS = build_layers(OFFICE)
+
+
+def crowded(seed: int, people: int, told: Pose2D | None = None, *, lost: bool = False) -> Found:
+    """Look for a robot that has driven around a circle with people around it, others at each look."""
+    random = np.random.default_rng(seed)
+    roomy = OFFICE.info.to_world(np.argwhere(OFFICE_LAYERS.distance > 1.2))
+    start = Pose2D(*roomy[random.integers(len(roomy))], random.uniform(-math.pi, math.pi))
+    rows, columns = np.indices(OFFICE.info.shape)
+    history, odom, step = History(), HERE, Pose2D(0.41, 0.0, 0.5)
+    for look in range(8):
+        odom = odom @ step if look else odom
+        world = World(OFFICE, start @ odom, seed=seed)
+        for away, bearing in zip(random.uniform(0.5, 1.4, people), random.uniform(0.0, math.tau, people), strict=True):
+            x, y = world.pose.x + away * math.cos(bearing), world.pose.y + away * math.sin(bearing)
+            world.truth |= np.hypot(0.05 * columns - x, 0.05 * rows - y) <= 0.25
+        history.note(odom, scan_points(world.scan(0.0), HERE))
+    told = world.pose if told is None else told
+    match = Match(OFFICE_LAYERS, AmclParameters())
+    poses = Search(FreePoses(OFFICE), match, history.seen(), history.metres, odom, told, lost, seed).run(bool)
+    assert poses is not None
+    return poses
+
+
+def is_lost(found: Found) -> bool:
+    seeker = Seeker(OFFICE_LAYERS, AmclParameters(), np.random.default_rng(1))
+    return seeker.share_anew(found) > 0.0
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_robot_around_which_people_stand_is_not_lost(seed: int) -> None:
+    assert not is_lost(crowded(seed, people=12))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_among_people_too_a_robot_that_was_carried_off_is_lost(seed: int) -> None:
+    assert is_lost(crowded(seed, people=4, told=Pose2D(1.5, 2.0, 2.0)))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_where_a_robot_that_is_lost_was_taken_to_be_is_weighed_as_all_other_places_are(seed: int) -> None:
+    best = Pose2D(*crowded(seed, people=12).poses[0])
+    lost = crowded(seed, people=12, told=best, lost=True)
+    assert lost.told > 0.9 * lost.weights[0]
+    assert crowded(seed, people=12, told=best).told < 0.6 * lost.weights[0]  # people do not account for that place

@@ -1,0 +1,181 @@
+"""Map files of map_server, good and bad."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ppaas.errors import InvalidMap
+from ppaas.geometry import Pose2D
+from ppaas.maps.formats.map_files import load_map, save_map
+from ppaas.maps.formats.map_yaml import Mode, Rules, parse_yaml
+from ppaas.maps.formats.pgm import parse_pgm, write_pgm
+from tests.support.world.maps import YAML, grid_maps, real_map
+from tests.support.world.png import png
+
+PIXELS = np.array([[0, 88, 89, 90, 204, 205, 206, 254, 255]], np.uint8)
+IMAGE = write_pgm(PIXELS)
+
+
+@settings(deadline=None)
+@given(grid_maps([-1, 0, 100]))
+def test_a_saved_map_loads_cell_for_cell(grid):
+    record, image = save_map(grid, "map.pgm")
+    loaded = load_map(record, image)
+    assert np.array_equal(loaded.data, grid.data)
+    assert loaded.info == grid.info
+    assert parse_yaml(record).mode is Mode.TRINARY
+
+
+@settings(deadline=None)
+@given(grid_maps([-1, 0, 1, 42, 99, 100]))
+def test_graded_cells_survive_too(grid):
+    record, image = save_map(grid, "map.pgm")
+    assert np.array_equal(load_map(record, image).data, grid.data)
+
+
+@settings(deadline=None)
+@given(st.text(min_size=1))
+def test_any_image_name_survives(name):
+    grid = load_map(YAML, IMAGE)
+    assert parse_yaml(save_map(grid, name)[0]).image == name
+
+
+def test_the_pixels_of_map_saver_are_written():
+    grid = load_map(YAML, write_pgm(np.array([[254, 0, 205]], np.uint8)))
+    assert grid.data.tolist() == [[0, 100, -1]]
+    assert save_map(grid, "a.pgm")[1] == b"P5\n3 1\n255\n\xfe\x00\xcd"
+
+
+def test_the_top_row_of_the_image_is_the_last_of_the_grid():
+    grid = load_map(YAML, write_pgm(np.array([[0], [254]], np.uint8)))
+    assert grid.data.tolist() == [[0], [100]]
+
+
+def test_trinary_compares_as_map_server_does():
+    # (255 − 89) / 255 = 0.651 > 0.65; (255 − 205) / 255 = 0.19608 > 0.196
+    assert load_map(YAML, IMAGE).data.tolist() == [[100, 100, 100, -1, -1, -1, 0, 0, 0]]
+
+
+def test_a_cell_exactly_at_a_threshold_is_neither_free_nor_occupied():
+    record = YAML.replace(b"0.65", b"1.0").replace(b"0.196", b"0.0")
+    assert set(load_map(record, IMAGE).data.ravel().tolist()) == {-1}
+
+
+def test_negate_turns_the_greys_round():
+    negated = load_map(YAML.replace(b"negate: 0", b"negate: 1"), write_pgm(255 - PIXELS))
+    assert np.array_equal(negated.data, load_map(YAML, IMAGE).data)
+
+
+def test_scale_grades_between_the_thresholds():
+    record = YAML.replace(b"0.65", b"1.0").replace(b"0.196", b"0.0") + b"mode: scale\n"
+    pixels = np.array([[255, 254, 128, 1, 0]], np.uint8)
+    expected = [int(1 + 98 * (255 - int(p)) / 255) for p in pixels[0]]
+    assert load_map(record, write_pgm(pixels)).data.tolist() == [expected]
+
+
+def test_raw_takes_the_pixel_as_it_is_and_the_rest_as_unknown():
+    pixels = np.array([[0, 1, 100, 101, 205, 255]], np.uint8)
+    assert load_map(YAML + b"mode: raw\n", write_pgm(pixels)).data.tolist() == [[0, 1, 100, -1, -1, -1]]
+
+
+def test_keys_with_defaults_may_be_left_out():
+    keys = parse_yaml(b"image: a.pgm\nresolution: .05\norigin: [-1, 2.5, 1e-1]\n")
+    assert (keys.resolution, keys.origin, keys.negate, keys.mode) == (0.05, (-1.0, 2.5, 0.1), False, Mode.TRINARY)
+    assert (keys.occupied_thresh, keys.free_thresh) == (0.65, 0.196)
+
+
+def test_the_origin_keeps_its_yaw():
+    assert load_map(YAML.replace(b"[0.0, 0.0, 0.0]", b"[1, 2, 0.5]"), IMAGE).info.origin == Pose2D(1.0, 2.0, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("record", "named"),
+    [
+        (b"", "map_server record"),
+        (b"just words", "map_server record"),
+        (b"[1, 2]", "map_server record"),
+        (b"resolution: 0.05\norigin: [0, 0, 0]\n", "`image`"),
+        (YAML.replace(b"a.pgm", b"''"), "image"),
+        (YAML.replace(b"0.05", b"0"), "resolution"),
+        (YAML.replace(b"0.05", b"-1"), "resolution"),
+        (YAML.replace(b"0.05", b"abc"), "resolution"),
+        (YAML.replace(b"0.05", b".inf"), "resolution"),
+        (YAML.replace(b"0.05", b".nan"), "resolution"),
+        (YAML.replace(b"[0.0, 0.0, 0.0]", b"[0.0, 0.0]"), "origin"),
+        (YAML.replace(b"[0.0, 0.0, 0.0]", b"[0.0, 0.0, .nan]"), "origin"),
+        (YAML.replace(b"[0.0, 0.0, 0.0]", b"{x: 1}"), "origin"),
+        (YAML.replace(b"0.65", b"1.5"), "occupied_thresh"),
+        (YAML.replace(b"0.196", b"-0.1"), "free_thresh"),
+        (YAML.replace(b"0.196", b".nan"), "free_thresh"),
+        (YAML.replace(b"0.196", b"0.65"), "free_thresh"),
+        (YAML.replace(b"negate: 0", b"negate: 7"), "negate"),
+        (YAML + b"mode: colour\n", "mode"),
+        (b"image: [", "cannot be read"),
+        (b"\xff\xfe\x00", "cannot be read"),
+        (b"!!python/object/apply:os.getcwd []", "cannot be read"),
+        (b"resolution: !!float x", "cannot be read"),
+        (b"negate: !!bool x", "cannot be read"),
+        (b"image: !!timestamp x", "cannot be read"),
+        (b"image: 2001-99-99", "cannot be read"),
+        (b"[" * 5000, "cannot be read"),
+        (b"#" * (1 << 17), "bytes"),
+    ],
+)
+def test_a_record_that_cannot_be_is_refused_and_the_key_named(record, named):
+    with pytest.raises(InvalidMap, match=named):
+        load_map(record, IMAGE)
+
+
+@settings(deadline=None)
+@given(st.one_of(st.binary(max_size=80), st.text(max_size=80).map(str.encode)))
+def test_rubbish_raises_nothing_but_invalid_map(rubbish):
+    for record in (rubbish, YAML + rubbish, b"image: " + rubbish):
+        try:
+            assert math.isfinite(parse_yaml(record).resolution)
+        except InvalidMap as error:
+            assert str(error)
+
+
+@pytest.mark.parametrize(
+    ("name", "shape", "resolution", "values"),
+    [
+        ("turtlebot3", (384, 384), 0.05, {-1, 0, 100}),
+        ("tb3_sandbox", (384, 384), 0.05, {-1, 0, 100}),
+        ("depot", (307, 604), 0.05, {0, 100}),
+        ("depot_keepout", (307, 604), 0.05, {0, 100}),
+        ("depot_speed", (307, 604), 0.05, {1, 20, 25, 50, 99}),
+        ("warehouse", (1674, 1006), 0.03, {-1, 0, 100}),
+        ("warehouse_keepout", (1674, 1006), 0.03, {-1, 0, 100}),
+        ("warehouse_speed", (1674, 1006), 0.03, {1, 20, 99}),
+    ],
+)
+def test_real_maps_load_and_survive_saving(data, name, shape, resolution, values):
+    grid = real_map(data, name)
+    assert grid.data.shape == shape
+    assert grid.info.resolution == resolution
+    assert values == set(np.unique(grid.data).tolist())
+    again = load_map(*save_map(grid, f"{name}.pgm"))
+    assert np.array_equal(again.data, grid.data)
+    assert again.info == grid.info
+
+
+@pytest.mark.parametrize("name", ["turtlebot3", "depot_speed"])
+def test_a_real_map_is_the_same_as_png_and_as_text(data, name):
+    folder = data / "ros"
+    record, image = (folder / f"{name}.yaml").read_bytes(), (folder / f"{name}.pgm").read_bytes()
+    pixels, cells = parse_pgm(image), load_map(record, image).data
+    as_png = png([row.tobytes() for row in pixels], pixels.shape[1])
+    as_text = b"P2 %d %d 255\n" % pixels.shape[::-1] + b"\n".join(b" ".join(b"%d" % p for p in row) for row in pixels)
+    assert np.array_equal(load_map(record, as_png).data, cells)
+    assert np.array_equal(load_map(record, as_text).data, cells)
+
+
+def test_a_real_map_of_nav2_is_read_by_nav2s_rules(data):
+    folder = data / "ros"
+    record, image = (folder / "depot_speed.yaml").read_bytes(), (folder / "depot_speed.pgm").read_bytes()
+    by_map_server, by_nav2 = load_map(record, image), load_map(record, image, Rules.NAV2)
+    assert set(np.unique(by_map_server.data).tolist()) == {1, 20, 25, 50, 99}
+    assert set(np.unique(by_nav2.data).tolist()) == {0, 20, 25, 50, 100}

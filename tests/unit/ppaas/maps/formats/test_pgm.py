@@ -1,0 +1,144 @@
+"""PGM images, binary and text, good and bad."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from ppaas.errors import InvalidMap
+from ppaas.maps.formats import pgm
+from ppaas.maps.formats.pgm import open_pgm, parse_pgm, write_pgm
+from tests.support.world.maps import sides
+
+
+@settings(deadline=None)
+@given(hnp.arrays(np.uint8, sides(20)))
+def test_what_is_written_is_read_again(pixels):
+    assert np.array_equal(parse_pgm(write_pgm(pixels)), pixels)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        b"P5 2 2 255\n",
+        b"P5\n2\n2\n255\n",
+        b"P5\t2\r\n2 255 ",
+        b"P5\n# CREATOR: map_saver.cpp 0.050 m/pix\n2 2\n255\n",
+        b"P5# a\n#b # c\n 2# width\n# \xff\n2\n#d\n255\n",
+    ],
+)
+def test_white_space_and_comments_may_stand_anywhere_between(header):
+    assert parse_pgm(header + b"\x00\x0a\x23\xff").tolist() == [[0, 10], [35, 255]]
+
+
+def test_row_0_is_the_first_in_the_file():
+    assert parse_pgm(b"P5 1 2 255 \x01\x02").tolist() == [[1], [2]]
+
+
+def test_a_smaller_maximum_is_scaled_to_255():
+    assert parse_pgm(b"P5 3 1 100 \x00\x32\x64").tolist() == [[0, 127, 255]]
+
+
+def test_sixteen_bits_are_read_high_byte_first_and_scaled_down():
+    assert parse_pgm(b"P5 4 1 65535 \x00\xff\x01\x01\x80\x00\xff\xff").tolist() == [[0, 1, 127, 255]]
+    assert parse_pgm(b"P5 2 1 256 \x01\x00\x00\x80").tolist() == [[255, 127]]
+
+
+@pytest.mark.parametrize(
+    "image",
+    [
+        b"P2 2 2 255 0 10 35 255",
+        b"P2\n# CREATOR: GIMP\n2 2\n255\n0\n10\n35\n255\n",
+        b"P2 2 2 255\r\n000 10\t35 # the last\n255#\n",
+        b"P2 2 2 510\n0 20 70 510",
+        b"P2 2 2 65535\n0 2570 8995 65535",
+    ],
+)
+def test_text_is_read_as_binary_is(image):
+    assert parse_pgm(image).tolist() == [[0, 10], [35, 255]]
+
+
+@settings(deadline=None)
+@given(hnp.arrays(np.uint8, sides(20)))
+def test_an_image_is_the_same_in_text(pixels):
+    text = " ".join(map(str, pixels.ravel().tolist())).encode()
+    assert np.array_equal(parse_pgm(b"P2 %d %d 255\n" % pixels.shape[::-1] + text), pixels)
+
+
+def test_white_space_after_the_pixels_is_no_matter():
+    assert parse_pgm(b"P5 1 1 255 \x07\r\n").tolist() == [[7]]
+
+
+@pytest.mark.parametrize(
+    ("image", "reason"),
+    [
+        (b"", "not a PGM"),
+        (b"P5", "not a PGM"),
+        (b"P2 2 1 255 7", "1 of its 2×1 pixels are missing"),
+        (b"P2 1 1 255\n", "1 of its 1×1 pixels are missing"),
+        (b"P2 1 1 255 7 8", "1 numbers follow"),
+        (b"P2 1 1 255 -7", "b'-' among the pixels"),
+        (b"P2 1 1 255 7.5", "among the pixels"),
+        (b"P2 1 1 255 1e2", "among the pixels"),
+        (b"P2 1 1 255 0000007", "five digits at most"),
+        (b"P2 1 1 100 101", "101, above its maximum grey of 100"),
+        (b"P2 32768 32768 255 7", "missing"),
+        (b"P6 1 1 255 777", "not a PGM"),
+        (b"\x89PNG\r\n\x1a\n", "PNG"),
+        (b"P5 -1 1 255 \x00", "not a PGM"),
+        (b"P5 1.5 1 255 \x00", "not a PGM"),
+        (b"P5 99999999999999999999 1 255 \x00", "not a PGM"),
+        (b"P5 # 1 1 255 \x00", "not a PGM"),
+        (b"P5 0 5 255 ", "0×5"),
+        (b"P5 5 0 255 ", "5×0"),
+        (b"P5 32769 32769 255 ", "32769×32769"),
+        (b"P5 9999999999 9999999999 255 ", "1073741824 cells"),
+        (b"P5 1 1 0 \x00", "maximum grey is 0"),
+        (b"P5 1 1 65536 \x00\x00", "maximum grey is 65536"),
+        (b"P5 2 1 65535 \x00\x00\x00", "1 of its 2×1 pixels are missing"),
+        (b"P5 1 1 1000 \x03\xe9", "1001, above its maximum grey of 1000"),
+        (b"P5 2 2 255 \x00\x00\x00", "1 of its 2×2 pixels are missing"),
+        (b"P5 32768 32768 255 ", "cut short"),
+        (b"P5 1 1 255 \x00\x01", "1 bytes follow"),
+        (b"P5 1 1 100 \x65", "101, above its maximum grey of 100"),
+    ],
+)
+def test_what_cannot_be_an_image_is_refused_and_told_why(image, reason):
+    with pytest.raises(InvalidMap, match=reason):
+        parse_pgm(image)
+
+
+@settings(deadline=None)
+@given(st.binary(max_size=60))
+def test_rubbish_is_refused_or_read_but_nothing_else_happens(rubbish):
+    for image in (rubbish, b"P5 " + rubbish, b"P5 2 2 255 " + rubbish, b"P2 2 2 65535\n" + rubbish):
+        try:
+            assert parse_pgm(image).dtype == np.uint8
+        except InvalidMap as error:
+            assert str(error)
+
+
+@pytest.mark.parametrize("pixels", [np.zeros((2, 2), np.int8), np.zeros(4, np.uint8), np.zeros((0, 4), np.uint8)])
+def test_only_rows_of_bytes_are_written(pixels):
+    with pytest.raises(InvalidMap, match="uint8 pixels"):
+        write_pgm(pixels)
+
+
+def test_every_real_image_is_read(data):
+    images = sorted((data / "ros").glob("*.pgm"))
+    assert images
+    assert all(parse_pgm(image.read_bytes()).size > 100_000 for image in images)
+
+
+gaps = st.sampled_from([b" ", b"\n", b"\r\n", b"\t ", b" # 7 8\n", b"#9\r", b"\n#\n#5\n"])
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 65535), gaps), min_size=1, max_size=30), st.integers(1, 40))
+def test_text_is_read_the_same_wherever_it_is_cut(numbers, block):
+    text = b"".join(b"%d%b" % pair for pair in numbers)
+    image = b"P2 %d 1 65535\n" % len(numbers) + text
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pgm, "_BLOCK", block)
+        assert open_pgm(image).stored.tolist() == [[number for number, _ in numbers]]

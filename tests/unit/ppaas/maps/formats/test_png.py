@@ -1,0 +1,129 @@
+"""PNG images of every kind, good and bad."""
+
+import io
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from PIL import Image
+
+from ppaas.errors import InvalidMap
+from ppaas.maps.formats.png import MAX_PIXELS, open_png
+from tests.support.world.maps import sides
+from tests.support.world.png import GREY_ALPHA, PALETTE, RGB, RGBA, SIGNATURE, chunk, header, png
+
+
+def parse_png(image):
+    opened = open_png(image)
+    return opened.rows(0, opened.shape[0])
+
+
+GOOD = png([b"\x00\xfe"], 2)
+
+
+def grey(*values: int) -> list[list[int]]:
+    return [[value] for value in values]
+
+
+@pytest.mark.parametrize(
+    ("image", "pixels"),
+    [
+        (png([b"\x00\xcd\xfe"], 3), [grey(0, 205, 254)]),
+        (png([b"\x01", b"\x02"], 1), [grey(1), grey(2)]),
+        (png([b"\xa0"], 3, depth=1), [grey(255, 0, 255)]),
+        (png([b"\x1b"], 4, depth=2), [grey(0, 85, 170, 255)]),
+        (png([b"\x0f"], 2, depth=4), [grey(0, 255)]),
+        (png([b"\x00\xff\x12\x34\xff\x00"], 3, depth=16), [grey(0, 0x12, 255)]),
+        (png([b"\x07\x80\x09\x00"], 2, colour=GREY_ALPHA), [[[7, 7, 7, 128], [9, 9, 9, 0]]]),
+        (png([b"\x07\xff\x80\x01"], 1, 16, GREY_ALPHA), [[[7, 7, 7, 128]]]),
+        (png([b"\x01\x02\x03\xff\xfe\xfd"], 2, colour=RGB), [[[1, 2, 3], [255, 254, 253]]]),
+        (png([b"\x01\xff\x02\xff\x03\xff"], 1, 16, RGB), [[[1, 2, 3]]]),
+        (png([b"\x01\x02\x03\x04"], 1, colour=RGBA), [[[1, 2, 3, 4]]]),
+        (png([b"\x01\x00\x02\x00\x03\x00\x04\x00"], 1, 16, RGBA), [[[1, 2, 3, 4]]]),
+        (png([b"\x01\x00"], 2, 8, PALETTE, chunk(b"PLTE", bytes(range(6)))), [[[3, 4, 5], [0, 1, 2]]]),
+        (
+            png([b"\x01\x00"], 2, 8, PALETTE, chunk(b"PLTE", bytes(range(6))) + chunk(b"tRNS", b"\x09")),
+            [[[3, 4, 5, 255], [0, 1, 2, 9]]],
+        ),
+        (png([b"\x07\x08"], 2, before=chunk(b"tRNS", b"\0\x07")), [[[7, 7, 7, 0], [8, 8, 8, 255]]]),
+        (png([b"\x12\x34\x12\x35"], 2, 16, before=chunk(b"tRNS", b"\x12\x34")), [[[18] * 3 + [0], [18] * 3 + [255]]]),
+        (png([b"\x80"], 2, 1, before=chunk(b"tRNS", b"\0\x01")), [[[255] * 3 + [0], [0] * 3 + [255]]]),
+        (
+            png([b"\x01\x02\x03\x01\x02\x04"], 2, colour=RGB, before=chunk(b"tRNS", b"\0\x01\0\x02\0\x03")),
+            [[[1, 2, 3, 0], [1, 2, 4, 255]]],
+        ),
+    ],
+)
+def test_every_kind_is_read_at_eight_bits(image, pixels):
+    assert parse_png(image).tolist() == pixels
+
+
+@pytest.mark.parametrize(
+    "image",
+    [
+        png([b"\x00\xff\x12", b"\x00\x01\x02"], 3),
+        png([b"\x12\x34", b"\x12\x35"], 1, 16, before=chunk(b"tRNS", b"\x12\x34")),
+        png([b"\x01\x00", b"\x00\x00"], 2, 8, PALETTE, chunk(b"PLTE", bytes(range(6))) + chunk(b"tRNS", b"\x09")),
+    ],
+)
+def test_rows_alone_are_those_of_the_whole(image):
+    opened = open_png(image)
+    assert opened.shape[0] == 2
+    assert np.array_equal(np.concatenate([opened.rows(0, 1), opened.rows(1, 2)]), parse_png(image))
+
+
+@settings(deadline=None, max_examples=40)
+@given(hnp.arrays(np.uint8, sides(20)), st.booleans())
+def test_what_another_writes_is_read(pixels, grey_alpha):
+    written = io.BytesIO()
+    Image.fromarray(pixels).convert("LA" if grey_alpha else "L").save(written, "PNG", optimize=True)
+    assert np.array_equal(parse_png(written.getvalue())[..., 0], pixels)
+
+
+@pytest.mark.parametrize(
+    "image",
+    [
+        SIGNATURE,
+        GOOD[:30],
+        GOOD[:-20],
+        GOOD[:-9],
+        GOOD.replace(b"IDAT", b"IDAX"),
+        GOOD.replace(b"IDAT", b"iDAt"),
+        header(2, 2) + chunk(b"IEND"),
+        header(2, 2) + chunk(b"IDAT", b"no deflate") + chunk(b"IEND"),
+        png([b"\x00\xfe"], 2, depth=3),
+        png([b"\x00\xfe"], 2, colour=5),
+        png([b"\x00"], 2),
+        png([b"\x05"], 1, colour=PALETTE),
+    ],
+)
+def test_a_broken_image_is_refused(image):
+    with pytest.raises(InvalidMap, match=r"cannot be read.*save the map's image again"):
+        parse_png(image)
+
+
+@pytest.mark.parametrize("place", [20, 30, 45, 53])  # in the header, its checksum, the pixels, theirs
+def test_a_wrong_checksum_is_refused(place):
+    wrong = bytearray(GOOD)
+    wrong[place] ^= 0x10
+    with pytest.raises(InvalidMap, match="cannot be read"):
+        parse_png(bytes(wrong))
+
+
+@pytest.mark.parametrize("size", [(0, 5), (5, 0), (1 << 14, 1 << 13), ((1 << 31) - 1, (1 << 31) - 1)])
+def test_an_image_without_pixels_or_with_too_many_is_refused_before_it_is_decoded(size):
+    with pytest.raises(InvalidMap, match=r"×.*pixels|cannot be read"):
+        parse_png(header(*size) + chunk(b"IDAT", b"") + chunk(b"IEND"))
+    assert MAX_PIXELS < (1 << 14) * (1 << 13)
+
+
+@settings(deadline=None, max_examples=300)
+@given(st.binary(max_size=60), st.integers(0, len(GOOD)))
+def test_rubbish_is_refused_or_read_but_nothing_else_happens(rubbish, place):
+    for image in (SIGNATURE + rubbish, GOOD[:place] + rubbish, GOOD[:place] + rubbish + GOOD[place + len(rubbish) :]):
+        try:
+            assert parse_png(image).dtype == np.uint8
+        except InvalidMap as error:
+            assert str(error)

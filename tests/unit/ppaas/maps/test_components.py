@@ -1,0 +1,58 @@
+"""What can be reached from where."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ppaas.errors import InvalidInput, InvalidMap
+from ppaas.maps.components import reachable
+from ppaas.maps.kernels import components as kernels
+from tests.reference.maps import maps as twin
+from tests.support.world.maps import occupied_arrays, real_map
+
+
+@settings(deadline=None)
+@given(occupied_arrays(), st.data())
+def test_the_same_cells_are_reached_as_by_the_slow_twin(occupied, draw):
+    free = occupied == 0
+    row = draw.draw(st.integers(0, free.shape[0] - 1))
+    column = draw.draw(st.integers(0, free.shape[1] - 1))
+    assert np.array_equal(reachable(free, row, column), twin.reachable(free, row, column))
+
+
+def test_a_diagonal_gap_is_no_way():
+    assert reachable(np.array([[True, False], [False, True]]), 0, 0).tolist() == [[True, False], [False, False]]
+
+
+def test_nothing_is_reached_from_an_obstacle():
+    assert not reachable(np.array([[False, True]]), 0, 0).any()
+
+
+def test_a_part_of_a_larger_array_will_do():
+    free = np.ones((6, 6), np.bool_)
+    free[:, 3] = False
+    assert reachable(free[1:5, ::2], 0, 0).all()
+
+
+@pytest.mark.parametrize(("row", "column"), [(-1, 0), (0, -1), (2, 0), (0, 3)])
+def test_a_cell_outside_is_refused(row, column):
+    with pytest.raises(InvalidInput, match="outside"):
+        reachable(np.ones((2, 3), np.bool_), row, column)
+
+
+@pytest.mark.parametrize("free", [np.ones((2, 2), np.uint8), np.ones(4, np.bool_)])
+def test_what_is_no_grid_of_bools_is_refused(free):
+    with pytest.raises(InvalidMap, match="bools"):
+        reachable(free, 0, 0)
+
+
+def test_the_free_space_of_a_real_map_hangs_together_but_for_crumbs(data):
+    free = real_map(data, "turtlebot3").data == 0
+    row, column = np.argwhere(free)[len(np.argwhere(free)) // 2].tolist()
+    assert reachable(free, row, column).sum() > 0.5 * free.sum()
+
+
+def test_warm_calls_the_kernel():
+    kernels.warm()
+    assert kernels.flood.nopython_signatures

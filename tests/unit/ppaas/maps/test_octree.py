@@ -1,0 +1,94 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from ppaas.errors import InvalidInput, InvalidMap
+from ppaas.maps.octree import OcTree, octree_of
+from ppaas.maps.voxels import FREE, OCCUPIED, UNKNOWN, Point3D
+from tests.support.world import voxels
+
+KINDS = st.sampled_from([FREE, OCCUPIED, UNKNOWN])
+UNIFORM = st.builds(lambda shape, value: np.full(shape, value, np.uint8), st.tuples(*[st.integers(1, 9)] * 3), KINDS)
+ARRAYS = st.one_of(voxels.grid_arrays(), UNIFORM, hnp.arrays(np.uint8, (4, 4, 4), elements=KINDS, fill=KINDS))
+ORIGINS = st.tuples(*[st.integers(-12, 12)] * 3)
+
+
+def known_part(data):
+    """Return the array cut to what is known, and the index where it began."""
+    known = np.argwhere(data != UNKNOWN)
+    first, last = known.min(axis=0), known.max(axis=0) + 1
+    return data[tuple(map(slice, first, last))], first
+
+
+@given(ARRAYS, ORIGINS)
+@settings(deadline=None, max_examples=150)
+def test_an_octree_of_a_grid_gives_the_grid_back(data, origin):
+    data[0, 0, 0] = OCCUPIED
+    edge = 0.05
+    grid = voxels.grid(data, edge, Point3D(*(edge * at for at in origin)))
+    again = octree_of(grid).voxels()
+    expected, first = known_part(data)
+    assert np.array_equal(again.data, expected)
+    np.testing.assert_allclose(again.info.origin, (np.array(origin) + first[::-1]) * edge, atol=1e-9)
+
+
+@given(ARRAYS, ORIGINS)
+@settings(deadline=None, max_examples=60)
+def test_no_eight_equal_siblings_are_left_apart(data, origin):
+    tree = octree_of(voxels.grid(data, 1.0, Point3D(*map(float, origin))))
+    edges = 1 << (16 - tree.depths.astype(int))
+    parents = {}
+    for corner, edge, occupied in zip(tree.corners.tolist(), edges.tolist(), tree.occupied.tolist(), strict=True):
+        key = (*(at // (2 * edge) for at in corner), edge, occupied)
+        parents[key] = parents.get(key, 0) + 1
+    assert max(parents.values(), default=0) < 8
+
+
+@given(ARRAYS, ORIGINS, st.integers(13, 16))
+@settings(deadline=None, max_examples=150)
+def test_a_coarse_voxel_is_occupied_if_anything_in_it_is_and_free_if_all_of_it_is(data, origin, depth):
+    data[0, 0, 0] = OCCUPIED
+    size = 1 << (16 - depth)
+    coarse = octree_of(voxels.grid(data, 1.0, Point3D(*map(float, origin)))).voxels(depth)
+    assert coarse.info.resolution == size
+    around = np.full([side + 64 for side in data.shape], UNKNOWN, np.uint8)
+    around[tuple(slice(32, 32 + side) for side in data.shape)] = data
+    for voxel in np.ndindex(coarse.data.shape):
+        corner = np.array(coarse.info.origin)[::-1] + np.array(voxel) * size - origin[::-1] + 32
+        part = around[tuple(slice(int(at), int(at) + size) for at in corner)]
+        expected = OCCUPIED if (part == OCCUPIED).any() else FREE if (part == FREE).all() else UNKNOWN
+        assert coarse.data[voxel] == expected
+
+
+def test_voxels_may_be_cut_out_of_a_tree_that_is_far_too_large_for_a_grid():
+    corners = np.array([[0, 0, 0], [32768, 32768, 32768], [32769, 32768, 32768]], np.uint16)
+    tree = OcTree(0.1, corners, np.array([4, 16, 16], np.uint8), np.array([False, True, False]))
+    with pytest.raises(InvalidMap, match="coarser depth"):
+        tree.voxels()
+    near = tree.voxels(low=(-0.05, 0, 0), high=(0.15, 0.1, 0.1))
+    assert near.data.tolist() == [[[UNKNOWN, OCCUPIED, FREE]]]
+    assert tree.voxels(low=(-9e9, -9e9, -9e9), high=(-3276.7, -3276.75, -3276.75)).data.tolist() == [[[0]]]
+    assert tree.voxels(4).info.resolution == pytest.approx(409.6)
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"depth": 0}, {"depth": 17}, {"low": (9, 9, 9)}, {"low": (0, 0)}, {"high": [np.nan] * 3}]
+)
+def test_depths_and_corners_that_cannot_be_are_refused(wrong):
+    with pytest.raises(InvalidInput):
+        octree_of(voxels.room()).voxels(**wrong)
+
+
+def test_an_empty_tree_has_no_nodes_and_no_voxels():
+    tree = octree_of(voxels.grid(np.full((2, 2, 2), UNKNOWN, np.uint8)))
+    assert (tree.nodes, tree.at_depth(9).nodes) == (0, 0)
+    with pytest.raises(InvalidMap, match="empty"):
+        tree.voxels()
+
+
+@pytest.mark.parametrize("origin", [(0.05, 0.0, 0.0), (0.0, 0.0, 3276.8), (-3276.9, 0.0, 0.0)])
+def test_a_grid_that_is_no_part_of_an_octree_is_refused(origin):
+    with pytest.raises(InvalidMap, match="move"):
+        octree_of(voxels.grid(np.zeros((1, 1, 1), np.uint8), 0.1, Point3D(*origin)))

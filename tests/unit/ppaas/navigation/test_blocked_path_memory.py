@@ -1,0 +1,144 @@
+"""Places that are shut for a while because a plan was blocked there."""
+
+import numpy as np
+import pytest
+
+from ppaas.costmap.build_layers import build_layers
+from ppaas.costmap.costmap import LETHAL_OBSTACLE, Costmap
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import OCCUPIED, GridMap
+from ppaas.navigation.blocked_path_memory import CLEAR, FIRST, LONGEST, WAIT, ShutPlaces
+from ppaas.planners.base import PlanRequest, PlanResult
+from ppaas.planners.grid.dijkstra import Dijkstra
+from tests.support.world.rooms import room
+
+START, GOAL = Pose2D(1.0, 1.0), Pose2D(1.0, 7.0)
+NEAR_DOOR, FAR_DOOR = (2.5, 4.0), (8.5, 4.0)
+
+
+def costs(*, near_open: bool) -> Costmap:
+    """Return a room in two parts, with a door near by, which may be shut, and one farther away."""
+    grid = room(10.0, 8.0)
+    cells = grid.data.copy()
+    cells[79:81] = OCCUPIED
+    for x, is_open in ((NEAR_DOOR[0], near_open), (FAR_DOOR[0], True)):
+        column = round(x / 0.05)
+        cells[79:81, column - 8 : column + 8] = 0 if is_open else OCCUPIED
+    return build_layers(GridMap(cells, grid.info), robot_radius=0.18).costmap
+
+
+OPEN, SHUT = costs(near_open=True), costs(near_open=False)
+
+
+def plan(costmap: Costmap, start: Pose2D = START) -> PlanResult:
+    return Dijkstra().plan(costmap, PlanRequest(start, GOAL))
+
+
+def leads_by(found: PlanResult, door: tuple[float, float]) -> bool:
+    return bool((np.hypot(*(found.poses[:, :2] - door).T) < 0.3).any())
+
+
+def seen_shut(places: ShutPlaces, now: float, pose: Pose2D = START) -> None:
+    """Follow the plan through the near door, and until ``now`` find that shut for as long as it is waited for."""
+    places.take(plan(OPEN), OPEN, START, now - WAIT - 1.0)
+    assert places.take(plan(SHUT), SHUT, pose, now - WAIT) > 0.0
+    assert places.take(plan(SHUT), SHUT, pose, now) == 0.0
+
+
+def test_a_detour_is_not_taken_while_the_way_before_may_open_again() -> None:
+    places = ShutPlaces()
+    assert places.take(plan(OPEN), OPEN, START, 0.0) == 0.0
+    longer = plan(SHUT).length - plan(OPEN).length
+    for now in (1.0, 2.0, 1.0 + WAIT - 0.1):
+        assert places.take(plan(SHUT), SHUT, START, now) == pytest.approx(longer, abs=0.1)
+        assert places.mark(OPEN, now) is OPEN
+    assert places.take(plan(OPEN), OPEN, START, 1.0 + WAIT) == 0.0
+    assert places.take(plan(SHUT), SHUT, START, 2.0 + WAIT) > 0.0, "who has driven on since waits anew"
+
+
+def test_a_way_with_no_other_is_waited_for_from_when_it_was_blocked() -> None:
+    places = ShutPlaces()
+    places.take(plan(OPEN), OPEN, START, 0.0)
+    assert places.take(None, SHUT, START, 1.0) == 0.0
+    assert places.take(plan(SHUT), SHUT, START, WAIT) > 0.0
+    assert places.take(plan(SHUT), SHUT, START, 1.0 + WAIT) == 0.0
+
+
+def test_a_detour_that_costs_less_than_waiting_is_taken_sooner() -> None:
+    places = ShutPlaces()
+    halfway = Pose2D(6.5, 1.0)
+    through_near, through_far = plan(OPEN, halfway), plan(SHUT, halfway)
+    longer = through_far.length - through_near.length
+    assert 1.0 < longer < WAIT / 2
+    places.take(through_near, OPEN, halfway, 0.0)
+    assert places.take(through_far, SHUT, halfway, 1.0) > 0.0
+    assert places.take(through_far, SHUT, halfway, 1.1 + longer) == 0.0
+
+
+def test_who_turned_to_another_door_keeps_to_it_though_the_first_seems_open_again() -> None:
+    places = ShutPlaces()
+    seen_shut(places, 0.0)
+    marked = places.mark(OPEN, 2.0)
+    assert leads_by(plan(OPEN), NEAR_DOOR)
+    assert leads_by(plan(marked), FAR_DOOR)
+    assert (OPEN.data[marked.data == LETHAL_OBSTACLE] < LETHAL_OBSTACLE).any(), "what was given is not written to"
+
+
+def test_after_a_while_the_first_door_is_tried_again_and_each_time_later() -> None:
+    places = ShutPlaces()
+    now, waits = 0.0, []
+    for _ in range(5):
+        seen_shut(places, now)
+        shut = [wait for wait in range(1, 400) if places.mark(OPEN, now + wait) is not OPEN]
+        waits.append(len(shut) + 1)
+        now += 400.0
+    assert waits == [FIRST, 2 * FIRST, 4 * FIRST, LONGEST, LONGEST]
+
+
+def test_a_plan_that_goes_around_something_in_the_same_way_shuts_nothing() -> None:
+    places = ShutPlaces()
+    blocked = OPEN.data.copy()
+    places.take(plan(OPEN), OPEN, START, 0.0)
+    row, column = OPEN.info.to_cells(plan(OPEN).poses[len(plan(OPEN).poses) // 4][:2])
+    blocked[row - 2 : row + 3, column - 2 : column + 3] = LETHAL_OBSTACLE
+    around = Costmap(blocked, OPEN.info)
+    assert places.take(plan(around), around, START, 1.0) == 0.0
+    assert places.mark(OPEN, 2.0) is OPEN
+
+
+def test_a_plan_that_is_longer_though_nothing_blocked_the_last_shuts_nothing() -> None:
+    places = ShutPlaces()
+    places.take(plan(OPEN), OPEN, START, 0.0)
+    assert places.take(plan(SHUT), OPEN, START, 1.0) == 0.0
+    assert places.mark(OPEN, 2.0) is OPEN
+
+
+@pytest.mark.parametrize("ends", ["another goal", "no plan"])
+def test_it_forgets(ends: str) -> None:
+    places = ShutPlaces()
+    places.head_for(GOAL)
+    seen_shut(places, 0.0)
+    if ends == "no plan":
+        places.take(None, SHUT, START, 2.0)
+    else:
+        places.head_for(Pose2D(GOAL.x, GOAL.y - 2.0))
+    assert places.mark(OPEN, 3.0) is OPEN
+
+
+def test_a_goal_that_moves_is_the_same_goal() -> None:
+    places = ShutPlaces()
+    places.head_for(GOAL)
+    seen_shut(places, 0.0)
+    for step in range(1, 5):
+        places.head_for(Pose2D(GOAL.x, GOAL.y - 0.5 * step))
+    assert leads_by(plan(places.mark(OPEN, 3.0)), FAR_DOOR)
+
+
+def test_nothing_is_shut_where_the_robot_stands() -> None:
+    places = ShutPlaces()
+    here = Pose2D(NEAR_DOOR[0], NEAR_DOOR[1] - CLEAR + 0.1)
+    seen_shut(places, 1.0, here)
+    marked = places.mark(OPEN, 2.0)
+    rows, columns = np.nonzero((marked.data == LETHAL_OBSTACLE) & (OPEN.data != LETHAL_OBSTACLE))
+    places_shut = OPEN.info.to_world(np.stack((rows, columns), axis=1))
+    assert not (np.hypot(*(places_shut - here[:2]).T) < 0.2).any()

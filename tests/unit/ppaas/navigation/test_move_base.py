@@ -1,0 +1,314 @@
+"""Move Base, transition by transition: goals, cancelling, planning."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ppaas.controllers.base import Velocity
+from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidParameter
+from ppaas.geometry import Pose2D
+from ppaas.messages.actionlib_msgs import Status
+from ppaas.navigation.events import (
+    CancelReceived,
+    ControlFailed,
+    PlanFailed,
+    PlanSucceeded,
+    RecoveryEnded,
+    RecoveryStepped,
+    VelocityComputed,
+)
+from ppaas.navigation.move_base import State
+from ppaas.navigation.orders import (
+    CancelPlan,
+    ComputeVelocity,
+    FollowPlan,
+    PublishFeedback,
+    PublishGoal,
+    PublishResult,
+    PublishStatus,
+    Recover,
+    RequestPlan,
+    SendVelocity,
+    Stop,
+)
+from ppaas.navigation.parameters import MoveBaseParameters, RecoveryBehavior
+from tests.support.world.move_base_driver import BLOCKED, HERE, PLAN, THERE, Driver
+
+# -- goals -------------------------------------------------------------------------------------------------------------
+
+
+def test_without_a_goal_nothing_is_ordered():
+    driver = Driver()
+    assert driver.tick() == []
+    assert driver.feed(CancelReceived(driver.now)) == []
+    assert driver.feed(VelocityComputed(driver.now, Velocity(1.0, 0.0))) == []
+
+
+def test_a_goal_is_told_and_planned_for_in_the_next_cycle():
+    driver = Driver()
+    driver.goal()
+    assert driver.one(PublishGoal).goal.id == "a"
+    assert driver.of(PublishStatus)
+    assert driver.status() is Status.ACTIVE
+    driver.tick()
+    assert driver.one(RequestPlan).goal == THERE
+    assert driver.one(PublishFeedback).pose == HERE
+
+
+def test_one_plan_is_asked_for_at_a_time():
+    driver = Driver()
+    driver.to_planning()
+    for _ in range(100):
+        driver.tick()
+        assert not driver.of(RequestPlan)
+
+
+def test_a_plan_is_followed():
+    driver = Driver()
+    driver.to_controlling()
+    assert driver.one(FollowPlan).poses is PLAN
+    driver.tick()
+    assert driver.one(ComputeVelocity).pose == HERE
+    driver.feed(VelocityComputed(driver.now, Velocity(0.3, 0.1)))
+    assert driver.orders == [SendVelocity(Velocity(0.3, 0.1))]
+
+
+def test_reaching_the_goal_stops_and_succeeds_with_the_text_of_ros():
+    driver = Driver()
+    driver.to_controlling()
+    driver.feed(VelocityComputed(driver.now, Velocity(), goal_reached=True))
+    result = driver.one(PublishResult)
+    assert (result.goal.id, result.status, result.text) == ("a", Status.SUCCEEDED, "Goal reached. Plans: 1 computed.")
+    assert driver.of(Stop)
+    assert driver.machine.goals.active is None
+    assert driver.tick() == []
+
+
+def test_a_new_goal_preempts_the_old_one_and_its_plan():
+    driver = Driver()
+    number = driver.to_planning()
+    driver.goal("b", Pose2D(1, 1, 0))
+    result = driver.one(PublishResult)
+    assert (result.goal.id, result.status) == ("a", Status.PREEMPTED)
+    assert driver.one(CancelPlan).number == number
+    assert driver.one(PublishGoal).goal.id == "b"
+    driver.feed(PlanSucceeded(driver.now, number, PLAN))
+    assert driver.orders == [], "the plan of the goal before must not be followed"
+    driver.tick()
+    assert driver.one(RequestPlan).goal == Pose2D(1, 1, 0)
+
+
+def test_a_robot_that_drives_when_a_new_goal_comes_stops_until_there_is_a_plan():
+    driver = Driver()
+    driver.to_controlling()
+    driver.tick()
+    driver.feed(VelocityComputed(driver.now, Velocity(0.5, 0.0)))
+    driver.goal("b")
+    driver.tick()
+    assert driver.of(Stop)
+
+
+def test_the_same_goal_sent_again_is_the_same_goal():
+    driver = Driver()
+    driver.to_controlling()
+    assert driver.goal("a") == []
+    assert driver.machine.state is State.CONTROLLING
+
+
+def test_a_goal_that_has_just_ended_does_not_begin_again():
+    driver = Driver()
+    driver.to_controlling()
+    driver.feed(VelocityComputed(driver.now, Velocity(), goal_reached=True))
+    assert driver.goal("a") == []
+    driver.now += 6.0
+    assert driver.goal("a") != [], "after actionlib's status_list_timeout the id is forgotten"
+
+
+# -- cancelling --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("cancel_id", "stamp"), [("", 0.0), ("a", 0.0), ("", 150.0), ("other", 150.0), ("a", 10.0)]
+)  # fmt: skip
+def test_a_cancel_that_means_the_goal_preempts_it(cancel_id, stamp):
+    driver = Driver()
+    driver.to_controlling()
+    driver.feed(CancelReceived(driver.now, cancel_id, stamp))
+    assert driver.one(PublishResult).status is Status.PREEMPTED
+    assert driver.of(Stop)
+    assert driver.machine.goals.active is None
+
+
+@pytest.mark.parametrize(("cancel_id", "stamp"), [("other", 0.0), ("", 50.0), ("other", 50.0)])
+def test_a_cancel_that_means_other_goals_does_nothing(cancel_id, stamp):
+    driver = Driver()
+    driver.to_controlling()
+    assert driver.feed(CancelReceived(driver.now, cancel_id, stamp)) == []
+    assert driver.status() is Status.ACTIVE
+
+
+def test_cancelling_while_planning_cancels_the_plan():
+    driver = Driver()
+    number = driver.to_planning()
+    driver.feed(CancelReceived(driver.now))
+    assert driver.one(CancelPlan).number == number
+
+
+def test_cancelling_while_recovering_stops_the_robot():
+    driver = Driver(max_planning_retries=0)
+    driver.to_planning()
+    driver.fail_plan()
+    driver.tick()
+    driver.feed(RecoveryStepped(driver.now, Velocity(0.0, 1.0)))
+    assert driver.orders == [SendVelocity(Velocity(0.0, 1.0))]
+    driver.feed(CancelReceived(driver.now))
+    assert driver.of(Stop)
+    assert driver.tick() == []
+
+
+# -- planning ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_final_error_aborts_at_once_with_the_planners_reason():
+    driver = Driver()
+    driver.to_planning()
+    driver.fail_plan(GoalOutsideMap("the goal x=99 lies outside the map"), final=True)
+    result = driver.one(PublishResult)
+    assert result.status is Status.ABORTED
+    assert result.text == "Failed to find a valid plan. the goal x=99 lies outside the map"
+    assert driver.of(Stop)
+
+
+def test_plans_are_tried_again_at_the_planner_frequency_until_patience_ends():
+    driver = Driver(planner_frequency=2.0, planner_patience=5.0)
+    driver.to_planning()
+    asked = [driver.now]
+    driver.fail_plan()
+    for _ in range(200):
+        driver.tick()
+        if driver.of(RequestPlan):
+            asked.append(driver.now)
+            driver.fail_plan()
+        if driver.machine.state is State.CLEARING:
+            break
+    assert 5.0 <= driver.now - asked[0] <= 5.8
+    assert min(np.diff(asked)) > 0.49
+    assert "no way" in driver.text
+
+
+def test_without_a_planner_frequency_plans_are_tried_again_in_each_cycle():
+    driver = Driver(planner_frequency=0.0)
+    driver.to_planning()
+    driver.fail_plan()
+    driver.tick()
+    assert driver.of(RequestPlan)
+
+
+def test_max_planning_retries_ends_patience_early():
+    driver = Driver(planner_frequency=0.0, max_planning_retries=2)
+    driver.to_planning()
+    driver.fail_plan()
+    for _ in range(2):
+        assert driver.machine.state is State.PLANNING
+        driver.tick()
+        driver.fail_plan()
+    assert driver.machine.state is State.CLEARING
+
+
+def test_when_all_recoveries_have_failed_the_goal_is_aborted_with_the_text_of_ros_and_the_reason():
+    driver = Driver(planner_patience=0.5)
+    driver.to_planning()
+    driver.fail_plan()
+    recovered = []
+    for _ in range(1000):
+        driver.tick()
+        if driver.of(RequestPlan):
+            driver.fail_plan(GoalOccupied("the goal is not free"))
+        for order in driver.of(Recover):
+            recovered.append(order.index)
+            driver.feed(RecoveryEnded(driver.now))
+        if driver.machine.goals.active is None:
+            break
+    result = driver.one(PublishResult)
+    assert result.status is Status.ABORTED
+    expected = "Failed to find a valid plan. Even after executing recovery behaviors."
+    assert result.text == f"{expected} the goal is not free"
+    assert recovered == [0, 1, 2, 3]
+
+
+def test_without_recovery_the_goal_is_aborted_when_patience_ends():
+    driver = Driver(recovery_behavior_enabled=False, planner_patience=0.0)
+    driver.to_planning()
+    driver.tick()
+    driver.feed(PlanFailed(driver.now, 1, BLOCKED))
+    assert driver.one(PublishResult).status is Status.ABORTED
+
+
+def test_while_driving_plans_are_made_anew_and_followed():
+    driver = Driver(planner_frequency=1.0)
+    driver.to_controlling()
+    for _ in range(20):
+        driver.tick()
+        assert driver.of(ComputeVelocity)
+        if driver.of(RequestPlan):
+            break
+    number = driver.one(RequestPlan).number
+    driver.feed(PlanSucceeded(driver.now, number, PLAN))
+    assert driver.of(FollowPlan)
+
+
+def test_a_failed_replan_leaves_the_plan_that_is_followed():
+    driver = Driver(planner_frequency=1.0)
+    driver.to_controlling()
+    driver.tick(seconds=1.1)
+    assert driver.fail_plan(final=True) == []
+    driver.tick()
+    assert driver.of(ComputeVelocity)
+
+
+def test_without_a_planner_frequency_no_plan_is_made_while_driving():
+    driver = Driver(planner_frequency=0.0)
+    driver.to_controlling()
+    for _ in range(100):
+        driver.tick()
+        assert not driver.of(RequestPlan)
+
+
+# -- what comes too late -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "late",
+    [
+        VelocityComputed(200.0, Velocity(1.0, 0.0)),
+        VelocityComputed(200.0, Velocity(), goal_reached=True),
+        ControlFailed(200.0),
+        RecoveryStepped(200.0, Velocity(1.0, 0.0)),
+        RecoveryEnded(200.0),
+        PlanSucceeded(200.0, 77, PLAN),
+        PlanFailed(200.0, 77, BLOCKED, final=True),
+    ],
+)
+def test_an_answer_that_nobody_waits_for_changes_nothing(late):
+    driver = Driver()
+    driver.to_planning()
+    assert driver.feed(late) == []
+    assert driver.machine.state is State.PLANNING
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"controller_frequency": 0.0},
+        {"planner_patience": -1.0},
+        {"planner_timeout": math.inf},
+        {"oscillation_distance": math.nan},
+        {"recovery_behaviors": (RecoveryBehavior("a", "wait"), RecoveryBehavior("a", "back_up"))},
+        {"recovery_behaviors": (RecoveryBehavior("", "wait"),)},
+        {"recovery_behaviors": (RecoveryBehavior("a", "wait"),) * 33},
+    ],
+)
+def test_parameters_out_of_range_are_refused_by_name(wrong):
+    with pytest.raises(InvalidParameter, match=next(iter(wrong))):
+        MoveBaseParameters(**wrong)

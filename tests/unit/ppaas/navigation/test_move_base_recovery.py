@@ -1,0 +1,326 @@
+"""Move Base, transition by transition: control, recovery, and a pose that is not known."""
+
+from ppaas.controllers.base import Velocity
+from ppaas.geometry import Pose2D
+from ppaas.messages.actionlib_msgs import Status
+from ppaas.navigation.events import (
+    ControlFailed,
+    PlanDeferred,
+    PlanSucceeded,
+    RecoveryEnded,
+    RecoveryStepped,
+    VelocityComputed,
+)
+from ppaas.navigation.move_base import State
+from ppaas.navigation.orders import (
+    ComputeVelocity,
+    PublishResult,
+    PublishStatus,
+    Recover,
+    RequestPlan,
+    SendVelocity,
+    Stop,
+)
+from tests.support.world.move_base_driver import PLAN, Driver
+
+# -- control -----------------------------------------------------------------------------------------------------------
+
+
+def test_when_no_velocity_is_free_it_stops_and_plans_anew():
+    driver = Driver()
+    driver.to_controlling()
+    driver.tick()
+    driver.feed(ControlFailed(driver.now))
+    assert driver.of(Stop)
+    assert driver.machine.state is State.PLANNING
+    driver.tick()
+    assert driver.of(RequestPlan)
+
+
+def fail_control(driver: Driver, cycles: int) -> None:
+    """Plans are found, velocities never."""
+    for _ in range(cycles):
+        driver.tick()
+        for order in driver.of(RequestPlan):
+            driver.feed(PlanSucceeded(driver.now, order.number, PLAN))
+            driver.tick()
+        if driver.of(ComputeVelocity):
+            driver.feed(ControlFailed(driver.now))
+        for _ in driver.of(Recover):
+            driver.feed(RecoveryEnded(driver.now))
+        if driver.machine.goals.active is None:
+            return
+
+
+def test_when_control_fails_for_longer_than_its_patience_recovery_begins_and_at_last_it_is_aborted():
+    driver = Driver(controller_patience=2.0)
+    driver.goal()
+    fail_control(driver, 1000)
+    result = driver.one(PublishResult)
+    assert result.status is Status.ABORTED
+    assert result.text == "Failed to find a valid control. Even after executing recovery behaviors."
+
+
+def test_a_velocity_that_is_found_makes_recovery_begin_from_the_first_again():
+    driver = Driver(controller_patience=0.3)
+    recovered = []
+    driver.goal()
+    for _ in range(6):
+        for _ in range(100):
+            driver.tick()
+            for order in driver.of(RequestPlan):
+                driver.feed(PlanSucceeded(driver.now, order.number, PLAN))
+                driver.tick()
+            if driver.of(ComputeVelocity):
+                driver.feed(ControlFailed(driver.now))
+            if driver.of(Recover):
+                recovered.append(driver.one(Recover).index)
+                driver.feed(RecoveryEnded(driver.now))
+                break
+        for _ in range(30):
+            driver.tick()
+            for order in driver.of(RequestPlan):
+                driver.feed(PlanSucceeded(driver.now, order.number, PLAN))
+            if driver.of(ComputeVelocity):
+                driver.feed(VelocityComputed(driver.now, Velocity(0.1, 0)))
+                break
+    assert recovered == [0] * 6
+
+
+def test_a_robot_that_goes_to_and_fro_oscillates():
+    driver = Driver(oscillation_timeout=3.0, oscillation_distance=0.5, recovery_behavior_enabled=False)
+    driver.to_controlling()
+    for cycle in range(100):
+        driver.tick(Pose2D(0.2 * (cycle % 2), 0, 0))
+        if driver.machine.goals.active is None:
+            break
+        driver.feed(VelocityComputed(driver.now, Velocity(0.2, 0.0)))
+    result = driver.one(PublishResult)
+    assert result.text == "Robot is oscillating. Even after executing recovery behaviors."
+
+
+def test_a_robot_that_gets_on_does_not_oscillate():
+    driver = Driver(oscillation_timeout=3.0, oscillation_distance=0.5, recovery_behavior_enabled=False)
+    driver.to_controlling()
+    for cycle in range(100):
+        driver.tick(Pose2D(0.05 * cycle, 0, 0))
+    assert driver.status() is Status.ACTIVE
+
+
+def test_a_plan_that_cannot_be_renewed_for_longer_than_patience_is_given_up():
+    driver = Driver(planner_frequency=1.0, planner_patience=3.0)
+    driver.to_controlling()
+    began = driver.now
+    for _ in range(100):
+        driver.tick()
+        if driver.of(ComputeVelocity) and not driver.of(RequestPlan):
+            driver.feed(VelocityComputed(driver.now, Velocity(0.1, 0.0)))
+        if driver.of(RequestPlan):
+            driver.fail_plan()
+        if driver.machine.state is State.CLEARING:
+            break
+    assert driver.of(Stop)
+    assert 3.0 < driver.now - began < 4.5
+    assert "no way" in driver.text
+
+
+# -- a way that is waited for ------------------------------------------------------------------------------------------
+
+
+def defer(driver: Driver, seconds: float) -> None:
+    """Plans are found, all of them detours that are not to be taken yet."""
+    began = driver.now
+    while driver.now < began + seconds:
+        driver.tick()
+        for order in driver.of(RequestPlan):
+            driver.feed(PlanDeferred(driver.now, order.number, "the way is blocked"))
+
+
+def test_while_a_plan_is_deferred_it_stands_says_why_and_asks_again():
+    driver = Driver(planner_frequency=1.0)
+    driver.to_controlling()
+    driver.tick()
+    driver.feed(VelocityComputed(driver.now, Velocity(0.5, 0.0)))
+    driver.tick(seconds=1.0)
+    driver.feed(PlanDeferred(driver.now, driver.one(RequestPlan).number, "the way is blocked"))
+    driver.tick()
+    assert driver.of(Stop)
+    assert driver.of(PublishStatus)
+    assert driver.text == "waiting: the way is blocked"
+    driver.tick(seconds=1.0)
+    driver.feed(PlanSucceeded(driver.now, driver.one(RequestPlan).number, PLAN))
+    driver.tick()
+    assert driver.of(ComputeVelocity)
+    assert driver.text == "controlling: the plan was computed"
+
+
+def test_waiting_for_a_way_uses_up_no_patience():
+    driver = Driver(planner_frequency=1.0, planner_patience=2.0, controller_patience=5.0)
+    driver.to_controlling()
+    defer(driver, 30.0)
+    assert driver.machine.state is State.PLANNING
+    driver.tick(seconds=1.0)
+    driver.fail_plan()
+    assert driver.machine.state is State.PLANNING
+    driver.tick(seconds=1.0)
+    driver.feed(PlanSucceeded(driver.now, driver.one(RequestPlan).number, PLAN))
+    driver.feed(ControlFailed(driver.now))
+    assert driver.machine.state is State.PLANNING
+
+
+def test_who_waits_for_a_way_does_not_oscillate():
+    driver = Driver(planner_frequency=1.0, oscillation_timeout=3.0, recovery_behavior_enabled=False)
+    driver.to_controlling()
+    defer(driver, 10.0)
+    driver.tick(seconds=1.0)
+    driver.feed(PlanSucceeded(driver.now, driver.one(RequestPlan).number, PLAN))
+    driver.tick()
+    assert driver.of(ComputeVelocity)
+
+
+def test_a_deferred_plan_of_the_goal_before_stops_nobody():
+    driver = Driver()
+    number = driver.to_planning()
+    driver.goal("b")
+    assert driver.feed(PlanDeferred(driver.now, number, "the way is blocked")) == []
+    driver.tick()
+    assert driver.text == "planning"
+
+
+# -- recovery ----------------------------------------------------------------------------------------------------------
+
+
+def test_recoveries_come_in_the_order_of_move_base_each_told_of():
+    driver = Driver(planner_patience=0.2)
+    driver.to_planning()
+    driver.fail_plan()
+    names = []
+    for _ in range(4000):
+        driver.tick()
+        if driver.of(RequestPlan):
+            driver.fail_plan()
+        if driver.machine.goals.active is None:
+            break
+        if driver.of(Recover):
+            names.append(driver.text)
+            driver.feed(RecoveryEnded(driver.now))
+    order = ("conservative_reset", "rotate_recovery", "aggressive_reset", "rotate_recovery")
+    assert names == [f"recovering by {name}: no way" for name in order]
+
+
+def recovering(**parameters) -> Driver:
+    driver = Driver(planner_frequency=0.0, max_planning_retries=0, **parameters)
+    driver.to_planning()
+    driver.fail_plan()
+    assert driver.machine.state is State.CLEARING
+    return driver
+
+
+def test_a_recovery_begins_once_and_is_asked_in_every_cycle_until_it_ends():
+    driver = recovering()
+    assert driver.of(Stop)
+    places = [Pose2D(0.1 * cycle, 0, 0) for cycle in range(3)]
+    for cycle, pose in enumerate(places):
+        driver.tick(pose)
+        assert driver.one(Recover) == Recover(0, pose, begin=cycle == 0)
+        driver.feed(RecoveryStepped(driver.now, Velocity(-0.1, 0.0)))
+        assert driver.orders == [SendVelocity(Velocity(-0.1, 0.0))]
+    driver.tick()
+    driver.feed(RecoveryEnded(driver.now))
+    assert driver.of(Stop)
+    driver.tick()
+    assert driver.of(RequestPlan)
+
+
+def test_a_recovery_that_is_given_up_says_why_and_the_next_one_is_tried():
+    driver = recovering()
+    driver.tick()
+    driver.feed(RecoveryEnded(driver.now, "no room behind"))
+    assert driver.of(PublishStatus)
+    assert driver.text == "conservative_reset was given up: no room behind"
+    driver.tick()
+    driver.fail_plan()
+    driver.tick()
+    assert driver.one(Recover).index == 1
+
+
+def test_a_recovery_that_is_broken_off_by_a_new_goal_begins_anew():
+    driver = recovering()
+    driver.tick()
+    driver.feed(RecoveryStepped(driver.now, Velocity(0.0, 1.0)))
+    driver.goal("b")
+    assert driver.feed(RecoveryStepped(driver.now, Velocity(0.0, 1.0))) == []
+    driver.tick()
+    driver.fail_plan()
+    driver.tick()
+    assert driver.one(Recover).begin
+
+
+def test_a_plan_after_recovery_makes_the_next_recovery_begin_from_the_first():
+    driver = Driver(planner_frequency=0.0, max_planning_retries=0)
+    for _ in range(3):
+        if driver.machine.goals.active is None:
+            driver.to_planning()
+        else:
+            driver.feed(ControlFailed(driver.now))
+            driver.tick()
+        driver.fail_plan()
+        driver.tick()
+        assert driver.one(Recover).index == 0
+        driver.feed(RecoveryEnded(driver.now))
+        driver.tick()
+        driver.feed(PlanSucceeded(driver.now, driver.one(RequestPlan).number, PLAN))
+
+
+def test_a_recovery_that_moves_the_robot_is_not_taken_for_getting_on():
+    driver = Driver(oscillation_timeout=3.0, oscillation_distance=0.5)
+    driver.to_controlling()
+    indices, x = [], 0.0
+    for _ in range(300):
+        x -= 0.6 if driver.machine.state is State.CLEARING else 0.0
+        driver.tick(Pose2D(x, 0, 0))
+        for order in driver.of(RequestPlan):
+            driver.feed(PlanSucceeded(driver.now, order.number, PLAN))
+        for order in driver.of(Recover):
+            indices += [order.index] if order.begin else []
+            driver.feed(RecoveryEnded(driver.now) if not order.begin else RecoveryStepped(driver.now, Velocity()))
+        if driver.machine.goals.active is None:
+            break
+    assert indices == [0, 1, 2, 3]
+
+
+# -- an unknown pose ---------------------------------------------------------------------------------------------------
+
+
+def test_while_the_pose_is_not_known_it_stands_and_says_why():
+    driver = Driver()
+    driver.to_controlling()
+    driver.tick()
+    driver.feed(VelocityComputed(driver.now, Velocity(0.5, 0)))
+    driver.tick(None, reason="no odometry for 1.2 s")
+    assert driver.of(Stop)
+    assert driver.of(PublishStatus)
+    assert driver.text == "waiting: no odometry for 1.2 s"
+    driver.tick(None, reason="no odometry for 1.2 s")
+    assert driver.orders == []
+
+
+def test_waiting_for_the_pose_uses_up_no_patience():
+    driver = Driver(planner_frequency=0.0)
+    driver.goal()
+    for _ in range(100):
+        driver.tick(None, seconds=1.0, reason="no localization yet")
+    driver.tick()
+    driver.fail_plan()
+    assert driver.machine.state is State.PLANNING
+    driver.tick()
+    assert driver.of(RequestPlan)
+
+
+def test_when_the_pose_is_known_again_it_drives_on():
+    driver = Driver()
+    driver.to_controlling()
+    driver.tick(None, reason="no odometry for 1.2 s")
+    driver.tick()
+    assert driver.of(ComputeVelocity)
+    assert driver.text == "controlling: the plan was computed"

@@ -1,0 +1,30 @@
+"""What is tried, in what order."""
+
+import pytest
+
+from ppaas.navigation.parameters import MoveBaseParameters, RecoveryBehavior
+from ppaas.navigation.recovery_sequence import recovery_behaviors, recovery_defaults
+
+OWN = (RecoveryBehavior("back", "back_up"), RecoveryBehavior("rest", "wait"))
+
+
+@pytest.mark.parametrize(
+    ("parameters", "names"),
+    [
+        ({}, ["conservative_reset", "rotate_recovery", "aggressive_reset", "rotate_recovery"]),
+        ({"clearing_rotation_allowed": False}, ["conservative_reset", "aggressive_reset"]),
+        ({"recovery_behavior_enabled": False}, []),
+        ({"recovery_behaviors": OWN}, ["back", "rest"]),
+        ({"recovery_behaviors": OWN, "clearing_rotation_allowed": False}, ["back", "rest"]),
+        ({"recovery_behaviors": OWN, "recovery_behavior_enabled": False}, []),
+        ({"recovery_behaviors": ()}, []),
+    ],
+)
+def test_the_list_is_that_which_was_given_or_that_of_move_base(parameters, names):
+    assert [each.name for each in recovery_behaviors(MoveBaseParameters(**parameters))] == names
+
+
+def test_move_base_presets_only_its_own_behaviours():
+    own = recovery_defaults(MoveBaseParameters(conservative_reset_dist=2.0))
+    assert own == {"conservative_reset": {"reset_distance": 2.0}, "aggressive_reset": {"reset_distance": 0.0}}
+    assert recovery_defaults(MoveBaseParameters(recovery_behaviors=OWN)) == {}

@@ -1,0 +1,179 @@
+"""Move Base as a node: its topics and services."""
+
+import pytest
+
+from ppaas.errors import TransformError
+from ppaas.geometry import Pose2D
+from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
+from ppaas.messages.codec import decode, encode
+from ppaas.messages.geometry_msgs import Pose, PoseStamped
+from ppaas.messages.message import Empty
+from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
+from ppaas.messages.nav2_msgs import SpeedLimit
+from ppaas.messages.nav_msgs import Path
+from ppaas.messages.ppaas_msgs import RobotStates
+from ppaas.messages.std_msgs import Header, Time
+from tests.support.world.closed_loop import ClosedLoop
+from tests.support.world.planar_world import World, fill, walled_map
+
+START = Pose2D(1.0, 1.0, 0.0)
+GOAL = Pose2D(4.0, 3.0, 0.0)
+
+
+@pytest.fixture
+def driving() -> ClosedLoop:
+    driving = ClosedLoop(World(walled_map(6, 4, []), START))
+    for _ in range(6):
+        driving.step()
+    return driving
+
+
+def stamped(pose: Pose2D, frame: str = "map") -> PoseStamped:
+    return PoseStamped(Header(frame_id=frame), Pose.of(pose))
+
+
+def listen(driving: ClosedLoop, topic: str) -> list:
+    heard: list = []
+    driving.graph.tap(topic, lambda _, message: heard.append(message))
+    return heard
+
+
+def call(driving: ClosedLoop, service: str, request):
+    answers: list = []
+    driving.graph.call(service, request, answers.append)
+    (answer,) = answers
+    return answer
+
+
+def test_a_goal_of_an_action_client_is_told_of_by_its_own_id(driving):
+    status, feedback = listen(driving, "move_base/status"), listen(driving, "move_base/feedback")
+    goal_id = GoalID(Time(50, 0), "rviz-7")
+    driving.graph.inject("move_base/goal", MoveBaseActionGoal(MoveBaseGoal(stamped(GOAL)), goal_id))
+    driving.run(1.0)
+    told = decode(GoalStatusArray, encode(status[-1])).status_list
+    assert [(each.goal_id.id, each.status) for each in told] == [("rviz-7", Status.ACTIVE)]
+    assert told[0].goal_id.stamp == Time(50, 0)
+    where = decode(MoveBaseActionFeedback, encode(feedback[-1]))
+    assert where.status.goal_id.id == "rviz-7"
+    assert where.feedback.base_position.header.frame_id == "map"
+    driving.run(30.0)
+    result = decode(MoveBaseActionResult, encode(driving.results[0]))
+    assert (result.status.goal_id.id, result.status.status) == ("rviz-7", Status.SUCCEEDED)
+
+
+def test_status_is_told_once_a_second_also_without_a_goal(driving):
+    status = listen(driving, "move_base/status")
+    driving.run(3.05)
+    assert len(status) == 3
+    assert not status[-1].status_list
+
+
+def test_the_goal_that_is_headed_for_and_the_plan_are_published(driving):
+    current, plans = listen(driving, "move_base/current_goal"), listen(driving, "plan")
+    driving.send_goal(GOAL)
+    assert current[0].pose.planar() == pytest.approx(GOAL)
+    path = decode(Path, encode(plans[0].to_message()))
+    assert path.header.frame_id == "map"
+    assert path.poses[-1].pose.planar() == pytest.approx(GOAL)
+
+
+def test_ids_that_are_made_are_unique(driving):
+    for _ in range(3):
+        driving.send_goal(GOAL)
+    driving.graph.inject("move_base/cancel", GoalID())
+    ids = [result.status.goal_id.id for result in driving.results]
+    assert len(set(ids)) == 3
+    assert all(each.startswith("move_base-") for each in ids)
+
+
+def test_a_goal_may_be_cancelled_by_its_id_alone(driving):
+    goal_id = GoalID(Time(50, 0), "mine")
+    driving.graph.inject("move_base/goal", MoveBaseActionGoal(MoveBaseGoal(stamped(GOAL)), goal_id))
+    driving.graph.inject("move_base/cancel", GoalID(id="other"))
+    assert not driving.results
+    driving.graph.inject("move_base/cancel", GoalID(id="mine"))
+    assert driving.last_status() is Status.PREEMPTED
+
+
+def test_clearing_forgets_what_was_seen(driving):
+    cells = driving.world.grid.data.copy()
+    fill(cells, driving.world.grid.info, (2.0, 0.5, 2.2, 1.5))
+    driving.world.truth[:] = cells >= 50
+    driving.send_goal(GOAL)
+    driving.run(1.0)
+    around = driving.graph.nodes["move_base"]._surroundings
+    static = driving.layers.costmap
+    assert around.overlay(static) is not static
+    driving.graph.inject("move_base/cancel", GoalID())
+    assert call(driving, "move_base/clear_costmaps", Empty()) == Empty()
+    assert around.overlay(static) is static
+
+
+@pytest.mark.parametrize(("maps", "beyond", "left"), [
+    ("both", 0.0, False), ("local", 0.0, True), ("global", 0.0, True), ("both", 0.5, False), ("both", 2.0, True),
+])  # fmt: skip
+def test_what_is_remembered_and_what_is_in_the_window_are_cleared_by_themselves_and_by_distance(
+    driving, maps, beyond, left
+):
+    cells = driving.world.grid.data.copy()
+    fill(cells, driving.world.grid.info, (2.0, 0.5, 2.2, 1.5))
+    driving.world.truth[:] = cells >= 50
+    driving.send_goal(GOAL)
+    driving.run(0.3)
+    around = driving.graph.nodes["move_base"]._surroundings
+    around.clear(driving.world.pose, beyond, maps)
+    static = driving.layers.costmap
+    assert (around.overlay(static) is not static) is left
+
+
+def test_robots_in_another_frame_are_refused(driving):
+    with pytest.raises(TransformError, match="odom"):
+        driving.graph.inject("robots", RobotStates(Header(frame_id="odom"), []))
+
+
+def test_a_speed_limit_goes_along_to_another_home(driving):
+    driving.graph.inject("speed_limit", SpeedLimit(20.0, percentage=True))
+    again = ClosedLoop(driving.world)
+    again.graph.nodes["move_base"].restore(driving.graph.nodes["move_base"].checkpoint())
+    again.send_goal(GOAL)
+    again.run(3.0)
+    assert 0.05 < max(command.linear.x for command in again.commands) <= 0.2 * 0.65 + 1e-9
+
+
+def test_what_older_homes_kept_has_no_limit(driving):
+    driving.graph.nodes["move_base"].restore(b'{"goal":null,"counter":3}')
+    driving.send_goal(GOAL)
+    driving.run(3.0)
+    assert max(command.linear.x for command in driving.commands) > 0.4
+
+
+def test_a_restored_goal_is_driven_to_once_and_ids_go_on(driving):
+    driving.send_goal(GOAL)
+    state = driving.graph.nodes["move_base"].checkpoint()
+    driving.graph.nodes["move_base"].restore(state)
+    driving.run(40.0)
+    assert [result.status.status for result in driving.results] == [Status.SUCCEEDED]
+    again = ClosedLoop(driving.world)
+    again.graph.nodes["move_base"].restore(driving.graph.nodes["move_base"].checkpoint())
+    again.run(1.0)
+    assert not again.commands
+    again.send_goal(GOAL)
+    again.graph.inject("move_base/cancel", GoalID())
+    assert again.results[0].status.goal_id.id.startswith("move_base-2-")
+
+
+def test_a_robot_that_waits_runs_no_control_cycle(driving):
+    """The timer of the status is all that is due while there is no goal."""
+    ticks = []
+    node = driving.graph.nodes["move_base"]
+    tick = node._tick
+    node._tick = lambda: (ticks.append(driving.clock()), tick())
+    driving.run(2.0)
+    assert not ticks
+    driving.send_goal(GOAL)
+    driving.run(1.0)
+    driving.graph.inject("move_base/cancel", GoalID())
+    during = len(ticks)
+    assert during > 5
+    driving.run(2.0)
+    assert len(ticks) == during

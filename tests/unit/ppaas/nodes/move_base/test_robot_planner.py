@@ -1,0 +1,80 @@
+"""Errors of planning that will pass, and those that will not."""
+
+import numpy as np
+import pytest
+
+from ppaas import planners
+from ppaas.costmap.build_layers import build_layers
+from ppaas.costmap.costmap import Costmap
+from ppaas.errors import GoalOccupied, GoalOutsideMap, NoValidPath, PlanTimeout, StartOccupied, StartOutsideMap
+from ppaas.geometry import Pose2D
+from ppaas.nodes.move_base.robot_planner import NoPlan, plan_for_robot
+from ppaas.planners.base import PlanRequest, PlanResult
+from ppaas.plans.reuse.processor import Keeping
+from tests.support.world.planar_world import walled_map
+
+STATIC = build_layers(walled_map(4, 3, [(1.9, 0.0, 2.1, 1.0)])).costmap
+SHUT_IN = build_layers(walled_map(4, 3, [(1.9, 0.0, 2.1, 3.0)])).costmap
+LEFT, RIGHT, IN_WALL = Pose2D(1.0, 1.5, 0.0), Pose2D(3.0, 1.5, 0.0), Pose2D(2.0, 0.5, 0.0)
+
+
+def plan(start, goal, current=STATIC, static=STATIC, **fields):
+    processor, request = Keeping().processor(static, 0.18), PlanRequest(start, goal, **fields)
+    return plan_for_robot(processor, planners.create("dijkstra"), static, current, request, reuse=True)
+
+
+def covered(x0: float, x1: float) -> Costmap:
+    data = STATIC.data.copy()
+    data[:, round(x0 / 0.05) : round(x1 / 0.05)] = 254
+    return Costmap(data, STATIC.info)
+
+
+def test_a_free_way_is_planned():
+    assert isinstance(plan(LEFT, RIGHT), PlanResult)
+
+
+def test_a_way_that_is_blocked_by_what_was_seen_may_become_free():
+    found = plan(LEFT, RIGHT, current=covered(1.9, 2.1))
+    assert isinstance(found, NoPlan)
+    assert isinstance(found.error, NoValidPath)
+    assert not found.final
+
+
+def test_a_goal_on_which_something_stands_may_become_free():
+    found = plan(LEFT, RIGHT, current=covered(2.7, 3.3))
+    assert isinstance(found, NoPlan)
+    assert isinstance(found.error, GoalOccupied)
+    assert not found.final
+
+
+@pytest.mark.parametrize("current", [SHUT_IN, Costmap(np.maximum(SHUT_IN.data, 1), SHUT_IN.info)])
+def test_a_way_that_the_map_itself_blocks_never_will(current):
+    found = plan(LEFT, RIGHT, current=current, static=SHUT_IN)
+    assert isinstance(found, NoPlan)
+    assert isinstance(found.error, NoValidPath)
+    assert found.final
+
+
+@pytest.mark.parametrize(
+    ("start", "goal", "error"),
+    [
+        (LEFT, IN_WALL, GoalOccupied),
+        (LEFT, Pose2D(99, 0, 0), GoalOutsideMap),
+        (Pose2D(-9, 0, 0), RIGHT, StartOutsideMap),
+    ],
+)
+def test_what_no_recovery_can_change_is_final(start, goal, error):
+    found = plan(start, goal)
+    assert isinstance(found, NoPlan)
+    assert isinstance(found.error, error)
+    assert found.final
+
+
+@pytest.mark.parametrize(
+    ("start", "fields", "error"), [(IN_WALL, {}, StartOccupied), (LEFT, {"timeout": 0.0}, PlanTimeout)]
+)
+def test_what_may_pass_is_not_final(start, fields, error):
+    found = plan(start, RIGHT, **fields)
+    assert isinstance(found, NoPlan)
+    assert isinstance(found.error, error)
+    assert not found.final

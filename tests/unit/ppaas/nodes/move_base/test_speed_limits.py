@@ -1,0 +1,85 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ppaas.controllers.base import NO_LIMIT, SpeedLimit, VelocityLimits
+from ppaas.errors import InvalidInput, InvalidParameter
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.messages import nav2_msgs
+from ppaas.nodes.map_server.costmap_filters import SpeedFilterParameters
+from ppaas.nodes.move_base.speed_limits import SpeedFilter, limit_of, lower_of
+
+LIMITS = VelocityLimits(max_vel_x=0.5)
+
+
+@pytest.mark.parametrize(
+    ("message", "fastest"),
+    [
+        (nav2_msgs.SpeedLimit(0.0), 0.5),
+        (nav2_msgs.SpeedLimit(0.0, percentage=True), 0.5),
+        (nav2_msgs.SpeedLimit(0.2), 0.2),
+        (nav2_msgs.SpeedLimit(3.0), 0.5),
+        (nav2_msgs.SpeedLimit(40.0, percentage=True), 0.2),
+        (nav2_msgs.SpeedLimit(0.01), 0.05),
+        (nav2_msgs.SpeedLimit(1.0, percentage=True), 0.05),
+    ],
+)
+def test_it_is_a_speed_or_a_part_of_the_fastest_and_no_less_than_moves_the_robot(message, fastest):
+    assert limit_of(message).of(LIMITS, 0.05) == pytest.approx(fastest)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        nav2_msgs.SpeedLimit(-0.1),
+        nav2_msgs.SpeedLimit(math.nan),
+        nav2_msgs.SpeedLimit(math.inf),
+        nav2_msgs.SpeedLimit(101.0, percentage=True),
+    ],
+)
+def test_what_is_no_limit_is_refused(message):
+    with pytest.raises(InvalidInput, match="speed_limit"):
+        limit_of(message)
+
+
+# By where it is.
+
+
+def slow(values, **parameters) -> SpeedFilter:
+    """Return the filter of a mask of one row of cells of 1 m, from 0, 0 on."""
+    mask = GridMap(np.array([values], np.int8), GridInfo(1.0, len(values), 1))
+    return SpeedFilter(mask, SpeedFilterParameters(filter_mask="slow", **parameters))
+
+
+def test_limits_are_made_of_cells_as_nav2_does_it():
+    found = slow([0, 30, 100, -1], type=1, base=100.0, multiplier=-0.5)
+    fastest = [found.at(Pose2D(x, 0.5, 1.0)).of(LIMITS, 0.05) for x in (0.5, 1.5, 2.5, 3.5, 4.5, -0.5)]
+    assert fastest == pytest.approx([0.5, 0.5 * 0.85, 0.5 * 0.5, 0.5, 0.5, 0.5])
+    metres = slow([0, 30, 10], type=2, multiplier=0.01)
+    assert [metres.at(Pose2D(x, 0.5)).speed for x in (0.5, 1.5, 2.5)] == [math.inf, 0.3, 0.1]
+
+
+@given(st.integers(1, 100), st.sampled_from([1, 2]), st.floats(-50.0, 150.0), st.floats(-2.0, 2.0))
+def test_a_cell_is_a_limit_or_refused(value, kind, base, multiplier):
+    limit = base + multiplier * value
+    if limit > 0.0 and (kind == 2 or limit <= 100.0):
+        told = slow([value], type=kind, base=base, multiplier=multiplier).at(Pose2D(0.5, 0.5))
+        assert told == pytest.approx(SpeedLimit(limit) if kind == 2 else SpeedLimit(part=limit / 100.0))
+    else:
+        with pytest.raises(InvalidParameter, match=f"cells of {value} in 'slow'"):
+            slow([value], type=kind, base=base, multiplier=multiplier)
+
+
+def test_cells_that_are_not_in_the_mask_need_not_be_limits():
+    assert slow([0, -1, 40], type=1, base=50.0, multiplier=-1.0).at(Pose2D(2.5, 0.5)).part == 0.1
+
+
+def test_of_two_limits_both_are_kept():
+    both = lower_of(SpeedLimit(speed=0.3), SpeedLimit(part=0.5))
+    assert both == SpeedLimit(0.3, 0.5)
+    assert lower_of(both, NO_LIMIT) == lower_of(NO_LIMIT, both) == both
+    assert lower_of(SpeedLimit(part=0.4), SpeedLimit(part=0.5)) == SpeedLimit(part=0.4)

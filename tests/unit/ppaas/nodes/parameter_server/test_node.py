@@ -1,0 +1,113 @@
+"""The parameter server answers as rosapi does, and is free of charge while nobody sets anything."""
+
+import json
+from dataclasses import dataclass
+
+import pytest
+
+from ppaas.errors import InvalidParameter, NotFound, PPaaSError
+from ppaas.messages import decode
+from ppaas.messages.message import Empty, Message
+from ppaas.nodes.base import Checkpoint, Parameters
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.parameter_server.node import ParameterServerNode
+from ppaas.plugins import parameters_in_use
+
+OWN = {"move_base": {"controller_frequency": 10.0}}
+
+
+@pytest.fixture
+def graph() -> Graph:
+    return with_server()
+
+
+def with_server() -> Graph:
+    made = Graph()
+    made.add(lambda context: ParameterServerNode(context, OWN))
+    return made
+
+
+def ask(graph: Graph, asked: str, /, **fields: str) -> Message:
+    """Call a service as a client does, with JSON."""
+    service, answers = f"rosapi/{asked}", []
+    request = decode(graph.service(service).type.request, json.dumps(fields))
+    graph.call(service, request, answers.append)
+    [answer] = answers
+    if isinstance(answer, PPaaSError):
+        raise answer
+    assert isinstance(answer, graph.service(service).type.response)
+    return answer
+
+
+def test_values_travel_as_json(graph):
+    assert ask(graph, "get_param", name="/move_base/controller_frequency").value == "10.0"
+    assert ask(graph, "set_param", name="/mine", value='{"a": [1, 2.5]}').successful
+    assert ask(graph, "get_param", name="/mine/a").value == "[1,2.5]"
+    assert ask(graph, "get_param_names").names == ["/mine/a", "/move_base/controller_frequency"]
+    assert ask(graph, "has_param", name="/mine").exists
+    assert ask(graph, "search_param", name="mine/a").global_name == "/mine/a"
+    assert ask(graph, "delete_param", name="/mine").successful
+    assert not ask(graph, "has_param", name="/mine").exists
+
+
+def test_a_default_stands_in_for_a_parameter_that_is_not_there(graph):
+    assert ask(graph, "get_param", name="/none", default="7").value == "7"
+    assert ask(graph, "get_param", name="/move_base/controller_frequency", default="7").value == "10.0"
+    with pytest.raises(NotFound, match="/none"):
+        ask(graph, "get_param", name="/none")
+    with pytest.raises(InvalidParameter):
+        ask(graph, "get_param", name="/none", default="seven")
+
+
+def test_a_nodes_parameter_is_not_set_and_the_answer_says_what_to_do(graph):
+    with pytest.raises(InvalidParameter, match="robot's file"):
+        ask(graph, "set_param", name="/move_base/controller_frequency", value="20.0")
+
+
+def test_what_was_set_goes_on_elsewhere(graph):
+    assert graph.checkpoints() == [], "nothing to keep so far"
+    ask(graph, "set_param", name="/mine", value="1")
+    elsewhere = with_server()
+    elsewhere.restore(graph.checkpoints())
+    assert ask(elsewhere, "get_param", name="/mine").value == "1"
+    assert elsewhere.checkpoints() == graph.checkpoints()
+    ask(elsewhere, "delete_param", name="/mine")
+    assert elsewhere.checkpoints() == [Checkpoint("parameter_server", b"{}")]
+
+
+def test_a_request_of_another_type_is_refused(graph):
+    answers = []
+    graph.call("rosapi/get_param", Empty(), answers.append)
+    assert isinstance(answers[0], PPaaSError)
+
+
+class Some(Parameters, frozen=True):
+    rate: float = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class More:
+    radius: float = 0.2
+
+
+class Keeper:
+    def __init__(self, *, allow: bool = True, hidden: int = 1) -> None:
+        self.allow = allow
+
+
+class Holder:
+    def __init__(self, **parameters: float) -> None:
+        self.parameters = More(**parameters)
+
+
+@pytest.mark.parametrize(
+    ("of", "told"),
+    [
+        (Some(3.0), {"rate": 3.0}),
+        (More(), {"radius": 0.2}),
+        (Keeper(allow=False), {"allow": False}),
+        (Holder(radius=0.1), {"radius": 0.1}),
+    ],
+)
+def test_parameters_are_told_with_their_defaults_whatever_holds_them(of, told):
+    assert parameters_in_use(of) == told

@@ -1,0 +1,130 @@
+"""Paths on a map, without a robot."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from ppaas.clone.assembly import build_planning
+from ppaas.costmap.build_layers import build_layers
+from ppaas.errors import (
+    GoalOccupied,
+    GoalOutsideMap,
+    InvalidInput,
+    InvalidPlanner,
+    NoValidPath,
+    PlanTimeout,
+    StartOutsideMap,
+)
+from ppaas.geometry import Pose2D, quaternion_of
+from ppaas.messages.codec import decode, encode
+from ppaas.messages.geometry_msgs import Pose, PoseStamped
+from ppaas.messages.nav_msgs import GetPlanRequest, GetPlanResponse
+from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
+from ppaas.messages.std_msgs import Header
+from ppaas.nodes.graph import Graph
+from tests.support.world.planar_world import walled_map
+
+LAYERS = build_layers(walled_map(6, 4, [(2.9, 0.0, 3.1, 2.5), (4.0, 3.0, 5.0, 3.5)]))
+START, GOAL = Pose2D(1.0, 1.0, 0.0), Pose2D(5.0, 1.0, 1.0)
+
+
+def ask(service: str, request):
+    graph = Graph()
+    build_planning(graph, LAYERS)
+    answers: list = []
+    graph.call(service, request, answers.append)
+    (answer,) = answers
+    return answer
+
+
+def path(start=START, goal=GOAL, **fields):
+    return ask("compute_path", ComputePathRequest(Pose.of(start), Pose.of(goal), **fields))
+
+
+def rows_of(answer: ComputePathResponse):
+    return np.array(json.loads(answer.poses))
+
+
+def stamped(pose: Pose2D, frame: str = "map") -> PoseStamped:
+    return PoseStamped(Header(frame_id=frame), Pose.of(pose))
+
+
+def test_a_path_leads_from_the_start_to_the_goal_and_tells_what_it_took():
+    answer = decode(ComputePathResponse, encode(path()))
+    rows = rows_of(answer)
+    assert rows[0, :2] == pytest.approx(START[:2])
+    assert rows[-1] == pytest.approx([GOAL.x, GOAL.y, 0.0, *quaternion_of(GOAL.theta)])
+    along = np.hypot(*np.diff(rows[:, :2], axis=0).T).sum()
+    assert answer.length == pytest.approx(along)
+    assert answer.length > 5.0
+    assert answer.cost > 0.0 < answer.expanded
+    assert answer.planner == "dijkstra"
+
+
+def test_a_planner_may_be_named_by_its_ros_name():
+    assert path(planner="global_planner/GlobalPlanner").planner == "dijkstra"
+
+
+def test_ros_get_plan_is_answered():
+    answer = ask("make_plan", GetPlanRequest(stamped(START), stamped(GOAL)))
+    assert isinstance(answer, GetPlanResponse)
+    answer = decode(GetPlanResponse, encode(answer))
+    assert answer.plan.header.frame_id == "map"
+    assert answer.plan.poses[-1].pose.planar() == pytest.approx(GOAL)
+
+
+def test_a_blocked_goal_gives_way_within_the_tolerance():
+    in_box = Pose2D(4.5, 3.05, 0.0)
+    assert isinstance(path(goal=in_box), GoalOccupied)
+    answer = path(goal=in_box, tolerance=0.5)
+    assert np.hypot(*(rows_of(answer)[-1, :2] - in_box[:2])) <= 0.5
+
+
+@pytest.mark.parametrize(
+    ("fields", "error", "code"),
+    [
+        ({"planner": "teleport"}, InvalidPlanner, 201),
+        ({"start": Pose2D(-50, 0, 0)}, StartOutsideMap, 203),
+        ({"goal": Pose2D(50, 0, 0)}, GoalOutsideMap, 204),
+        ({"timeout": 1e-9}, PlanTimeout, 207),
+    ],
+)
+def test_why_there_is_no_path_is_told_with_its_code(fields, error, code):
+    answer = path(**fields)
+    assert isinstance(answer, error)
+    assert answer.code == code
+
+
+def test_an_unknown_planner_is_told_with_those_there_are():
+    assert "dijkstra" in str(path(planner="teleport"))
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"start": Pose2D(math.nan, 0, 0)},
+        {"goal": Pose2D(0, math.inf, 0)},
+        {"tolerance": -1.0},
+        {"tolerance": math.nan},
+        {"timeout": 0.0},
+        {"timeout": 1e9},
+    ],
+)
+def test_what_cannot_be_planned_for_is_refused(fields):
+    assert isinstance(path(**fields), InvalidInput)
+
+
+def test_poses_in_another_frame_than_the_maps_are_refused():
+    answer = ask("make_plan", GetPlanRequest(stamped(START, "odom"), stamped(GOAL)))
+    assert isinstance(answer, InvalidInput)
+    assert "odom" in str(answer)
+
+
+def test_what_is_not_connected_is_told():
+    graph = Graph()
+    build_planning(graph, build_layers(walled_map(6, 4, [(2.9, 0.0, 3.1, 4.0)])))
+    answers: list = []
+    graph.call("compute_path", ComputePathRequest(Pose.of(START), Pose.of(GOAL)), answers.append)
+    assert isinstance(answers[0], NoValidPath)

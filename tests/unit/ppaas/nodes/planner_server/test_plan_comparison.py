@@ -1,0 +1,41 @@
+"""Some of the plans that need not be the cheapest are compared with those that are."""
+
+from ppaas import planners
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.planner_server.plan_comparison import ONE_OF, Comparison
+from ppaas.planners.base import PlanRequest
+from ppaas.plans.history import PlannerHistory
+from ppaas.plans.reuse.processor import Keeping
+from tests.support.world.grids import centre, costmap
+
+MAP = costmap("\n".join(["." * 40] * 30))
+REQUEST = PlanRequest(centre(MAP, 1, 1), centre(MAP, 20, 38))
+
+
+class Home:
+    """A comparison on a graph that runs jobs at once."""
+
+    def __init__(self) -> None:
+        self.noted = list[PlannerHistory]()
+        self.comparison = Comparison(Graph(), Keeping("house", "v1", note=self.noted.append).processor(MAP, 0.2))
+
+    def see(self, planner: str, times: int = 1) -> None:
+        chosen = planners.create(planner)
+        for _ in range(times):
+            self.comparison.see(chosen, MAP, REQUEST, chosen.plan(MAP, REQUEST))
+
+
+def test_the_first_and_then_one_of_so_many_are_compared() -> None:
+    home = Home()
+    home.see("theta_star")
+    (row,) = home.noted
+    assert (row.planner, row.compared, row.queries) == ("theta_star", 1, 0)
+    assert 0 < row.millimetres < row.cheapest_millimetres, "a straight line is shorter than one from cell to cell"
+    home.see("theta_star", ONE_OF)
+    assert len(home.noted) == 2
+
+
+def test_what_is_the_cheapest_by_its_nature_is_not_compared() -> None:
+    home = Home()
+    home.see("dijkstra", 2)
+    assert home.noted == []

@@ -1,0 +1,107 @@
+"""Plans one after the other."""
+
+import weakref
+
+import pytest
+
+from ppaas.errors import NoValidPath, PlanCancelled, Unavailable
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.planner_server.planner_queue import MAX_WAITING, PlannerQueue
+
+
+class LateWorker:
+    """Keeps jobs until it is told to run them."""
+
+    def __init__(self) -> None:
+        self.jobs: list = []
+
+    def __call__(self, work, cancelled, done):
+        self.jobs.append((work, cancelled, done))
+
+    def run_one(self):
+        work, cancelled, done = self.jobs.pop(0)
+        try:
+            done(work(cancelled))
+        except (NoValidPath, PlanCancelled) as error:
+            done(error)
+
+
+def queue() -> tuple[PlannerQueue, LateWorker, list]:
+    worker = LateWorker()
+    return PlannerQueue(Graph(worker)), worker, []
+
+
+def test_a_job_runs_when_the_one_before_is_done():
+    plans, worker, done = queue()
+    for name in "abc":
+        plans.submit(lambda cancelled, name=name: name, done.append)
+    for expected in (["a"], ["a", "b"], ["a", "b", "c"]):
+        assert len(worker.jobs) == 1
+        worker.run_one()
+        assert done == expected
+
+
+def test_jobs_that_run_at_once_are_done_in_order():
+    plans, done = PlannerQueue(Graph()), []
+    for name in "abc":
+        plans.submit(lambda cancelled, name=name: name, done.append)
+    assert done == ["a", "b", "c"]
+
+
+def test_a_job_may_submit_the_next():
+    plans, done = PlannerQueue(Graph()), []
+    plans.submit(lambda cancelled: "a", lambda _: plans.submit(lambda cancelled: "b", done.append))
+    assert done == ["b"]
+
+
+def test_an_error_reaches_who_asked_and_the_next_job_runs():
+    def fail(cancelled):
+        raise NoValidPath("no way")
+
+    plans, worker, done = queue()
+    plans.submit(fail, done.append)
+    plans.submit(lambda cancelled: "b", done.append)
+    worker.run_one()
+    worker.run_one()
+    assert isinstance(done[0], NoValidPath)
+    assert done[1] == "b"
+
+
+def test_a_job_that_runs_is_told_of_its_cancelling():
+    plans, worker, done = queue()
+    job = plans.submit(lambda cancelled: cancelled(), done.append)
+    job.cancel()
+    worker.run_one()
+    assert done == [True]
+
+
+def test_a_job_that_waits_is_never_run_once_cancelled_but_is_answered():
+    plans, worker, done = queue()
+    plans.submit(lambda cancelled: "a", done.append)
+    plans.submit(lambda cancelled: pytest.fail("it was cancelled"), done.append).cancel()
+    plans.submit(lambda cancelled: "c", done.append)
+    worker.run_one()
+    worker.run_one()
+    assert done[0] == "a"
+    assert isinstance(done[1], PlanCancelled)
+    assert done[2] == "c"
+
+
+def test_too_many_waiting_are_refused():
+    plans, _, done = queue()
+    for _ in range(MAX_WAITING + 1):
+        plans.submit(lambda cancelled: None, done.append)
+    with pytest.raises(Unavailable, match="try again"):
+        plans.submit(lambda cancelled: None, done.append)
+
+
+def test_nothing_of_a_job_that_is_done_is_kept_with_its_ticket():
+    class Large:
+        """Such as a costmap."""
+
+    plans, large = PlannerQueue(Graph()), Large()
+    held = weakref.ref(large)
+    ticket = plans.submit(lambda cancelled, large=large: None, lambda result: None)
+    del large
+    assert held() is None
+    ticket.cancel()

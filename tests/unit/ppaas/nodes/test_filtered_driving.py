@@ -1,0 +1,118 @@
+"""A clone drives by masks: out of some places, and slowly in others."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ppaas.errors import InvalidParameter, Unavailable
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.messages import nav2_msgs
+from ppaas.messages.actionlib_msgs import Status
+from tests.support.world.closed_loop import ClosedLoop
+from tests.support.world.planar_world import Box, World, fill, walled_map
+
+RADIUS = 0.18
+START, BEYOND = Pose2D(1.0, 1.0, math.pi / 2), Pose2D(6.5, 1.6, 0.0)
+
+# A wall across the room with two doors: y from 1 to 2.2 m, and from 5.8 to 7 m.
+TWO_DOORS = [(3.9, 0.0, 4.1, 1.0), (3.9, 2.2, 4.1, 5.8), (3.9, 7.0, 4.1, 8.0)]
+NEAR_DOOR, FAR_DOOR = (3.5, 0.5, 4.5, 2.7), (3.5, 5.5, 4.5, 7.5)
+SLOW = (2.5, 0.0, 5.5, 8.0)
+
+
+def mask(*boxes: Box) -> GridMap:
+    """Return a mask of cells of 0.1 m, 100 in the boxes; it begins in a corner of its own."""
+    info = GridInfo(0.1, 100, 100, Pose2D(-1.0, -1.0))
+    data = np.zeros(info.shape, np.int8)
+    for box in boxes:
+        fill(data, info, box)
+    return GridMap(data, info)
+
+
+def driven(goal: Pose2D = BEYOND, start: Pose2D = START, limit: float = 0.0, **options) -> ClosedLoop:
+    """Return the loop at the end of a goal."""
+    driving = ClosedLoop(World(walled_map(8, 8, TWO_DOORS), start), **options)
+    for _ in range(6):
+        driving.step()
+    driving.graph.inject("speed_limit", nav2_msgs.SpeedLimit(limit))
+    driving.send_goal(goal)
+    driving.way = []
+    while not driving.results and len(driving.way) < 1600:
+        driving.step()
+        driving.way.append((driving.world.pose, driving.command.linear.x))
+    return driving
+
+
+KEEPOUT = {"keepout_filter": {"filter_mask": "kept"}}
+
+
+def distance_to(box: Box, pose: Pose2D) -> float:
+    return math.hypot(max(box[0] - pose.x, 0.0, pose.x - box[2]), max(box[1] - pose.y, 0.0, pose.y - box[3]))
+
+
+@pytest.mark.parametrize("planner", ["dwa", "mppi"])
+def test_a_robot_keeps_out_of_where_its_mask_says_though_it_sees_nothing_there(planner):
+    driving = driven(base_local_planner=planner, masks={"keepout": mask(NEAR_DOOR)}, parameters=KEEPOUT)
+    assert driving.last_status() is Status.SUCCEEDED, driving.results[-1].status.text
+    assert min(distance_to(NEAR_DOOR, pose) for pose, _ in driving.way) > RADIUS
+    assert driving.clearance > RADIUS
+
+
+def test_where_no_way_is_left_the_goal_is_given_up_at_once():
+    driving = driven(masks={"keepout": mask(NEAR_DOOR, FAR_DOOR)}, parameters=KEEPOUT)
+    assert driving.last_status() is Status.ABORTED
+    assert len(driving.way) < 20
+    assert "no free way" in driving.results[-1].status.text
+
+
+def test_a_goal_to_keep_out_of_is_refused_and_one_beside_it_is_reached():
+    refused = driven(Pose2D(3.0, 1.6), masks={"keepout": mask((2.5, 1.0, 3.5, 2.2))}, parameters=KEEPOUT)
+    assert refused.last_status() is Status.ABORTED
+    beside = driven(Pose2D(3.0, 2.6), masks={"keepout": mask((2.5, 1.0, 3.5, 2.2))}, parameters=KEEPOUT)
+    assert beside.last_status() is Status.SUCCEEDED
+
+
+@pytest.mark.parametrize("planner", ["dwa", "mppi", "pure_pursuit"])
+def test_a_robot_is_as_slow_as_the_mask_says_where_it_says_so(planner):
+    parameters = {"speed_filter": {"filter_mask": "slow", "type": 2, "base": 0.25, "multiplier": -0.001}}
+    driving = driven(base_local_planner=planner, masks={"speed": mask(SLOW)}, parameters=parameters)
+    assert driving.last_status() is Status.SUCCEEDED, driving.results[-1].status.text
+    # It is known where it was, to some centimetres, and brakes no faster than it may.
+    inside = [speed for pose, speed in driving.way if SLOW[0] + 0.4 < pose.x < SLOW[2] - 0.2]
+    outside = [speed for pose, speed in driving.way if not SLOW[0] < pose.x < SLOW[2]]
+    assert max(inside) == pytest.approx(0.15, abs=0.005)
+    assert max(outside) > 0.35
+
+
+def test_of_a_mask_and_an_operator_the_slower_is_obeyed():
+    parameters = {"speed_filter": {"filter_mask": "slow", "base": 100.0, "multiplier": -0.7}}
+    driving = driven(Pose2D(3.0, 1.6), limit=0.3, masks={"speed": mask(SLOW)}, parameters=parameters)
+    inside = [speed for pose, speed in driving.way if pose.x > SLOW[0] + 0.3]
+    outside = [speed for pose, speed in driving.way if pose.x < SLOW[0]]
+    assert max(inside) == pytest.approx(0.3 * 0.65, abs=0.005)
+    assert max(outside) == pytest.approx(0.3, abs=0.005)
+
+
+@pytest.mark.parametrize("name", ["keepout_filter", "speed_filter"])
+def test_a_mask_that_is_wanted_and_not_there_is_an_error_and_one_that_is_off_is_none(name):
+    with pytest.raises(Unavailable, match="'kept' is not here"):
+        driven(parameters={name: {"filter_mask": "kept"}})
+    off = driven(Pose2D(1.0, 1.4), parameters={name: {"filter_mask": "kept", "enabled": False}})
+    assert off.last_status() is Status.SUCCEEDED
+
+
+def test_a_speed_mask_that_makes_no_limits_is_an_error_that_names_it():
+    with pytest.raises(InvalidParameter, match="cells of 100 in 'slow' make a limit of 0 %"):
+        driven(
+            masks={"speed": mask(SLOW)},
+            parameters={"speed_filter": {"filter_mask": "slow", "base": 100.0, "multiplier": -1.0}},
+        )
+
+
+def test_a_robot_that_stands_where_it_is_to_keep_out_is_told_so_and_drives_nowhere():
+    driving = driven(masks={"keepout": mask((0.5, 0.5, 1.5, 1.5))}, parameters=KEEPOUT)
+    assert driving.last_status() is Status.ABORTED
+    assert "stands in an obstacle" in driving.results[-1].status.text
+    assert max(pose.distance_to(START) for pose, _ in driving.way) < 0.05

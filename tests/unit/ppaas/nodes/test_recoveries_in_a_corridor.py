@@ -1,0 +1,112 @@
+"""A robot in a corridor that something blocks: every recovery behaviour is tried, in order, and any may be the last."""
+
+import pytest
+
+from ppaas.geometry import Pose2D
+from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
+from tests.support.world.closed_loop import ClosedLoop
+from tests.support.world.planar_world import World, fill, walled_map
+
+RADIUS = 0.18
+START, GOAL = Pose2D(1.8, 0.8, 0.0), Pose2D(5.0, 0.8, 0.0)
+CRATE = (3.2, 0.0, 3.5, 1.6)
+CLOSET = [(0.0, 0.0, 1.5, 1.6)]
+
+IN_ORDER = ["conservative_reset", "rotate_recovery", "back_up", "wait", "aggressive_reset"]
+PARAMETERS = {
+    "move_base": {
+        "planner_patience": 0.3,
+        "planner_frequency": 5.0,
+        "recovery_behaviors": [
+            {"name": "conservative_reset", "type": "clear_costmap_recovery/ClearCostmapRecovery"},
+            {"name": "rotate_recovery", "type": "rotate_recovery/RotateRecovery"},
+            {"name": "back_up", "type": "nav2_behaviors/BackUp"},
+            {"name": "wait", "type": "nav2_behaviors/Wait"},
+            {"name": "aggressive_reset", "type": "clear_costmap_recovery"},
+        ],
+    },
+    "rotate_recovery": {"max_rotational_vel": 2.5},
+    "wait": {"wait_duration": 1.0},
+    "aggressive_reset": {"reset_distance": 0.0},
+}
+
+
+class Corridor:
+    """The loop, and what Move Base says it does; the crate goes when a behaviour has ended."""
+
+    def __init__(self, *, leaves_after: str = "", boxes=(), pose: Pose2D = START) -> None:
+        self.driving = ClosedLoop(World(walled_map(6.4, 1.6, list(boxes)), pose, beams=360), parameters=PARAMETERS)
+        self.said: list[str] = []
+        self.tried: list[str] = []
+        self.backwards: set[str] = set()
+        self._leaves_after = leaves_after
+        self.driving.graph.tap("move_base/status", self._on_status)
+        self.driving.graph.tap("cmd_vel", self._on_velocity)
+        for _ in range(6):
+            self.driving.step()
+
+    def _on_status(self, _: str, message: GoalStatusArray) -> None:
+        text = message.status_list[-1].text if message.status_list else ""
+        if self.said[-1:] == [text]:
+            return
+        before = self.said[-1] if self.said else ""
+        self.said.append(text)
+        if text.startswith("recovering by "):
+            self.tried.append(text.split()[2].rstrip(":"))
+        elif before.startswith("recovering by ") and self.tried[-1] == self._leaves_after:
+            self.put_crate(there=False)
+
+    def _on_velocity(self, _: str, command) -> None:
+        if command.linear.x < 0.0:
+            self.backwards.add(self.tried[-1])
+
+    def put_crate(self, *, there: bool) -> None:
+        cells = self.driving.world.grid.data.copy()
+        fill(cells, self.driving.world.grid.info, CRATE)
+        self.driving.world.truth[cells != self.driving.world.grid.data] = there
+
+    def block_and_drive(self) -> None:
+        self.put_crate(there=True)
+        self.driving.send_goal(GOAL)
+        self.driving.run(90.0)
+
+
+@pytest.mark.parametrize("last", IN_ORDER)
+def test_when_the_way_is_free_after_a_behaviour_the_robot_goes_on_and_arrives(last):
+    corridor = Corridor(leaves_after=last)
+    corridor.block_and_drive()
+    assert corridor.tried == IN_ORDER[: IN_ORDER.index(last) + 1]
+    assert corridor.driving.last_status() is Status.SUCCEEDED, corridor.driving.results[-1].status.text
+    assert corridor.driving.world.pose.distance_to(GOAL) < 0.2
+    assert corridor.driving.clearance > RADIUS
+    assert corridor.backwards == ({"back_up"} if "back_up" in corridor.tried else set())
+
+
+def test_when_the_way_stays_blocked_each_behaviour_is_tried_once_and_the_goal_aborted_in_the_words_of_ros():
+    corridor = Corridor()
+    corridor.block_and_drive()
+    assert corridor.tried == IN_ORDER
+    assert corridor.driving.last_status() is Status.ABORTED
+    text = corridor.driving.results[-1].status.text
+    assert text.startswith("Failed to find a valid plan. Even after executing recovery behaviors. no free way")
+    assert (corridor.driving.command.linear.x, corridor.driving.command.angular.z) == (0.0, 0.0)
+    assert corridor.driving.clearance > RADIUS
+
+
+def test_a_robot_with_a_wall_behind_it_does_not_back_up_says_so_and_tries_the_next():
+    corridor = Corridor(boxes=CLOSET)
+    corridor.block_and_drive()
+    assert corridor.tried == IN_ORDER
+    assert "back_up was given up: the way back is not free after 0.00 m of 0.3 m" in corridor.said
+    assert not corridor.backwards
+
+
+def test_a_goal_that_is_cancelled_in_the_middle_of_a_behaviour_stops_the_robot():
+    corridor = Corridor()
+    corridor.put_crate(there=True)
+    corridor.driving.send_goal(GOAL)
+    while "back_up" not in corridor.backwards:
+        corridor.driving.step()
+    corridor.driving.graph.inject("move_base/cancel", GoalID())
+    assert corridor.driving.last_status() is Status.PREEMPTED
+    assert corridor.driving.command.linear.x == 0.0

@@ -1,0 +1,77 @@
+"""The queue gives out cells by their buckets, whatever lies between them."""
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ppaas.planners.grid.bucket_ring import KeyRing
+from ppaas.planners.grid.kernels.bucket_ring import BUCKET, FREE, SIZE, SLOTS, USED, empty, pop, push
+from ppaas.planners.kernels.jit_decorators import bare
+from ppaas.planners.watch import proceed
+
+# Near ones, and such as leave whole words of marks empty, up to the furthest that is allowed.
+STEPS = st.one_of(st.integers(0, 3), st.integers(0, 5_000), st.integers(0, SLOTS // 2))
+OPERATIONS = st.lists(st.one_of(STEPS, st.none()), max_size=200)
+
+
+@bare
+def put(heads, marks, pool, state, cell, key):
+    push(heads, marks, pool, state, cell, key)
+
+
+@bare
+def take(heads, marks, pool, state):
+    return pop(heads, marks, pool, state)
+
+
+def arrays(ring):
+    return ring.heads, ring.marks, ring.pool, ring.state
+
+
+@given(OPERATIONS, st.integers(1, 1 << 30), st.integers(0, 1 << 12))
+@settings(deadline=None)
+def test_cells_come_out_by_bucket_the_last_one_first(operations, span, grain):
+    ring = KeyRing(span, grain, 200, 0)
+    width = 1 << int(ring.state[1])
+    inside: dict[int, list[int]] = {}
+    lowest = 0
+    for cell, step in enumerate(operations):
+        if step is not None:
+            bucket = lowest + step * span // (SLOTS // 2) // width
+            put(*arrays(ring), cell, bucket * width)
+            inside.setdefault(bucket, []).append(cell)
+            continue
+        taken = take(*arrays(ring))
+        if not inside:
+            assert taken == -1
+            continue
+        lowest = min(inside)
+        assert taken == inside[lowest].pop()
+        assert ring.state[BUCKET] == lowest
+        if not inside[lowest]:
+            del inside[lowest]
+    assert ring.state[SIZE] == sum(map(len, inside.values()))
+
+
+@given(st.lists(STEPS, max_size=50), st.integers(0, 1 << 40))
+@settings(deadline=None)
+def test_what_is_thrown_out_leaves_nothing_behind(steps, key):
+    ring = KeyRing(SLOTS // 2, 1, 50, 0)
+    for cell, step in enumerate(steps):
+        put(*arrays(ring), cell, step)
+    empty(ring.heads, ring.marks, ring.state, key)
+    assert not ring.heads.any()
+    assert not ring.marks.any()
+    assert ring.state[[SIZE, USED, FREE]].tolist() == [0, 0, 0]
+    put(*arrays(ring), 7, key + 3)
+    assert take(*arrays(ring)) == 7
+
+
+def test_room_that_was_made_keeps_what_is_inside():
+    ring = KeyRing(100, 1, 0, 0)
+    room = len(ring.pool) - 1
+    for cell in range(room):
+        put(*arrays(ring), cell, 5)
+    ring.grow(proceed)
+    assert len(ring.pool) == 2 * (room + 1)
+    put(*arrays(ring), room, 4)
+    assert [take(*arrays(ring)) for _ in range(room + 2)] == [room, *range(room - 1, -1, -1), -1]

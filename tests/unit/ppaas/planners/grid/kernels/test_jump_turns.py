@@ -1,0 +1,54 @@
+"""The table of turns is what the definition of pruned neighbours says."""
+
+import numpy as np
+
+from ppaas.planners.grid.kernels.jump_turns import ANY, DOWN, MIXED, RIGHT, turns
+from tests.reference.planners import jumps as twin
+
+CELLS = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
+
+
+def neighbourhoods(*free):
+    """Return all in which (0, 0) and these are free."""
+    found = (({cell for bit, cell in enumerate(CELLS) if n >> bit & 1}, n) for n in range(512))
+    return [(cells, number) for cells, number in found if {(0, 0), *free} <= cells]
+
+
+def directions(number):
+    return {(DOWN[d], RIGHT[d]) for d in range(8) if number >> d & 1}
+
+
+def test_after_a_straight_move_all_neighbours_are_kept_that_the_definition_keeps():
+    for came in range(4):
+        parent = (-DOWN[came], -RIGHT[came])
+        for free, number in neighbourhoods(parent):
+            assert directions(turns()[came, number]) == twin.kept_neighbours(free, parent), (came, free)
+
+
+def test_after_a_diagonal_move_all_neighbours_are_kept_that_the_definition_keeps():
+    for came in range(4, 8):
+        down, right = DOWN[came], RIGHT[came]
+        for free, number in neighbourhoods((-down, -right), (-down, 0), (0, -right)):
+            assert directions(turns()[came, number]) == twin.kept_neighbours(free, (-down, -right)), (came, free)
+
+
+def test_from_wherever_all_moves_are_kept_that_cut_no_corner():
+    for free, number in neighbourhoods():
+        assert directions(turns()[ANY, number]) == twin.kept_neighbours(free, None)
+
+
+def test_at_a_mixed_cell_no_move_is_dropped_that_may_be_on_a_cheapest_path():
+    """Whatever the cells weigh: the dropped ones are those that the cell before makes itself, for less."""
+    rng = np.random.default_rng(8)
+    for came in range(8):
+        parent = (-DOWN[came], -RIGHT[came])
+        kept = set()
+        for _ in range(300):
+            weights = {cell: float(rng.choice([1.0, 1.1, 2.0, 5.0])) for cell in CELLS}
+            kept |= twin.kept_by_weights(weights, parent)
+        everywhere = 511
+        assert directions(turns()[MIXED + came, everywhere]) == kept
+
+
+def test_the_table_is_of_bytes():
+    assert (turns().shape, turns().dtype) == ((17, 512), np.uint8)

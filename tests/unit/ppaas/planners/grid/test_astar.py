@@ -1,0 +1,57 @@
+"""A* finds what Dijkstra's algorithm finds, and looks at no more cells for it."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from ppaas.errors import NoValidPath
+from ppaas.planners import create, units, weights
+from ppaas.planners.base import PlanRequest
+from tests.reference.planners import dijkstra as twin
+from tests.support.world import grids
+
+
+def both(costs, start, goal, **parameters):
+    map_ = grids.of(costs)
+    request = PlanRequest(grids.centre(map_, *start), grids.centre(map_, *goal))
+    return [create(name, **parameters).plan(map_, request) for name in ("dijkstra", "astar")]
+
+
+def assert_as_cheap(astar, dijkstra):
+    """Each is cheapest in units of its own; those of A* are finer."""
+    assert dijkstra.cost * (1 - 2 * weights.RELATIVE_ERROR) <= astar.cost + 1e-9
+    assert astar.cost <= dijkstra.cost * (1 + 2 * units.RELATIVE_ERROR) + 1e-9
+
+
+@given(grids.cost_arrays(), st.data(), st.booleans())
+@settings(deadline=None, max_examples=150)
+def test_it_finds_as_cheap_a_path_and_settles_no_more_cells(costs, data, allow_unknown):
+    free = [cell for cell in np.ndindex(costs.shape) if math.isfinite(twin.weight(int(costs[cell]), allow_unknown))]
+    assume(free)
+    start, goal = data.draw(st.sampled_from(free)), data.draw(st.sampled_from(free))
+    try:
+        dijkstra, astar = both(costs, start, goal, allow_unknown=allow_unknown)
+    except NoValidPath:
+        assume(False)
+    assert_as_cheap(astar, dijkstra)
+    assert astar.expanded <= dijkstra.expanded
+
+
+@pytest.mark.parametrize("blocked", [0.0, 0.1, 0.3])
+@pytest.mark.parametrize("graded", [False, True])
+def test_so_it_does_on_large_maps(blocked, graded):
+    rng = np.random.default_rng(11)
+    costs = rng.integers(0, 200, (500, 700)).astype(np.uint8) if graded else np.zeros((500, 700), np.uint8)
+    costs[rng.random(costs.shape) < blocked] = 254
+    costs[:5, :5] = costs[-5:, -5:] = 0
+    dijkstra, astar = both(costs, (2, 2), (497, 697))
+    assert_as_cheap(astar, dijkstra)
+    assert astar.expanded <= dijkstra.expanded
+
+
+def test_in_the_open_it_goes_straight():
+    _, astar = both(np.zeros((200, 200), np.uint8), (10, 10), (150, 60))
+    assert astar.expanded == len(astar.cells) - 1

@@ -1,0 +1,110 @@
+"""What is left of a graph as its nodes are contracted tells the same lengths: up from both ends to where they meet."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ppaas.planners.hub_labels.building import contraction as contractions
+from ppaas.planners.hub_labels.building.contraction import ANY_PRICE, Contraction
+from ppaas.planners.hub_labels.building.graph import lay_ground, link_corners
+from ppaas.planners.hub_labels.building.kernels.contraction import LEFT, LENGTH, RIGHT, TO
+from ppaas.planners.hub_labels.kernels.scan import STRAIGHT
+from ppaas.planners.watch import proceed
+from tests.reference.planners import hub_labels as twin
+from tests.unit.ppaas.planners.hub_labels.test_scan import maps
+
+
+def graph_of(free):
+    return link_corners(lay_ground(free, threads=1, check=proceed), threads=1, check=proceed)
+
+
+def contracted(free, core, prices=ANY_PRICE, threads=1):
+    """Return a contracted graph, and the cells of its nodes."""
+    graph = graph_of(free)
+    result = Contraction(graph, prices, threads=threads).run(core, check=proceed)
+    return result, [(int(row) - 1, int(column) - 1) for row, column in graph.places]
+
+
+def edges_of(graph, node):
+    edge = graph.head[node]
+    while edge >= 0:
+        yield edge
+        edge = graph.after[edge]
+
+
+def lengths_upwards(graph, source):
+    """Return how far all nodes are that are reached over the edges of each, in whole numbers."""
+    lengths, queue = {source: 0}, [source]
+    while queue:
+        node = queue.pop()
+        for edge in edges_of(graph, node):
+            to, further = int(graph.edges[edge, TO]), lengths[node] + int(graph.edges[edge, LENGTH])
+            if further < lengths.get(to, math.inf):
+                lengths[to] = further
+                queue.append(to)
+    return lengths
+
+
+def assert_lengths_are_told(free, graph, cells):
+    reached = [lengths_upwards(graph, node) for node in range(len(cells))]
+    for start, own in enumerate(reached[::3]):
+        lengths = twin.lengths_from(free, cells[3 * start])
+        for goal, other in enumerate(reached):
+            over = min((own[node] + other[node] for node in own.keys() & other.keys()), default=math.inf)
+            assert over / STRAIGHT == pytest.approx(lengths[cells[goal]])
+
+
+@given(free=maps(14), core=st.integers(0, 8), settle=st.sampled_from([1, 300]), neighbours=st.sampled_from([2, 16]))
+@settings(deadline=None, max_examples=60)
+def test_no_way_gets_longer_however_few_nodes_are_left_and_however_short_searches_are(free, core, settle, neighbours):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(contractions, "SETTLED", settle)
+        patch.setattr(contractions, "SETTLED_FOR_A_PRICE", settle)
+        patch.setattr(contractions, "MOST_NEIGHBOURS", neighbours)
+        graph, cells = contracted(free, core)
+    assert len(graph.order) == len(set(graph.order.tolist())) == max(0, len(cells) - core)
+    assert_lengths_are_told(free, graph, cells)
+
+
+@given(free=maps(12), seed=st.integers(0, 9))
+@settings(deadline=None, max_examples=20)
+def test_nodes_go_in_the_order_that_is_told(free, seed):
+    nodes = len(graph_of(free).places)
+    prices = np.random.default_rng(seed).permutation(nodes).astype(np.int32)
+    graph, cells = contracted(free, 0, prices)
+    turns = np.empty(nodes, np.int64)
+    turns[graph.order] = np.arange(nodes)
+    for node in range(nodes):
+        for edge in edges_of(graph, node):
+            to = graph.edges[edge, TO]
+            assert prices[to] > prices[node]
+            assert turns[to] > turns[node]
+    assert_lengths_are_told(free, graph, cells)
+
+
+def test_a_shortcut_is_as_long_as_what_it_stands_for_and_so_it_is_back():
+    graph, _ = contracted(np.random.default_rng(3).random((60, 60)) > 0.15, 20)
+    forth, back = graph.edges[::2], graph.edges[1::2]
+    short = forth[:, LEFT] >= 0
+    assert short.any()
+    parts = graph.edges[forth[short, LEFT]], graph.edges[forth[short, RIGHT]]
+    assert (parts[0][:, LENGTH] + parts[1][:, LENGTH] == forth[short, LENGTH]).all()
+    assert (parts[0][:, TO] == back[short, TO]).all()
+    assert (parts[1][:, TO] == forth[short, TO]).all()
+    assert (forth[:, LENGTH] == back[:, LENGTH]).all()
+    assert (forth[short, LEFT] == back[short, RIGHT]).all()
+
+
+@pytest.mark.parametrize("neighbours", [4, 16])
+def test_it_takes_no_other_nodes_on_two_threads_and_with_little_room(neighbours, monkeypatch):
+    free = np.random.default_rng(4).random((70, 70)) > 0.12
+    monkeypatch.setattr(contractions, "MOST_NEIGHBOURS", neighbours)
+    usual, _ = contracted(free, 10)
+    monkeypatch.setattr(contractions, "PAIRS", 8)
+    monkeypatch.setattr(contractions, "FEW", 1)
+    other, _ = contracted(free, 10, threads=2)
+    for name in ("head", "edges", "levels", "order"):
+        np.testing.assert_array_equal(getattr(usual, name), getattr(other, name))

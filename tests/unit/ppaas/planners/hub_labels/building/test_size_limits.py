@@ -1,0 +1,125 @@
+"""No index is larger than it may be: a map that would have such a one is refused, before much is done for it."""
+
+import numpy as np
+import pytest
+
+from ppaas.errors import InvalidPlanner
+from ppaas.planners.hub_labels.building import assembly, size_limits
+from ppaas.planners.hub_labels.building.assembly import build_index
+from ppaas.planners.hub_labels.building.contraction import Contraction
+from ppaas.planners.hub_labels.building.graph import lay_ground, link_corners
+from ppaas.planners.hub_labels.index import HubIndex
+from ppaas.planners.hub_labels.kernels import layout
+from ppaas.planners.watch import proceed
+from tests.unit.ppaas.planners.hub_labels.test_planner import assert_all_paths_are_shortest
+
+
+def strewn(blocked: float, size: int = 100):
+    return np.random.default_rng(5).random((size, size)) >= blocked
+
+
+def ground_of(free):
+    return lay_ground(free, threads=1, check=proceed)
+
+
+def refuse(*_, **__):
+    raise AssertionError("so much should not have been done")
+
+
+@pytest.mark.parametrize("blocked", [0.05, 0.2, 0.35])
+@pytest.mark.parametrize("most", [0.3e6, 0.5e6, 0.7e6, 1.0e6, 2.0e6, 4.0e6])
+def test_an_index_is_no_larger_than_it_may_be_or_there_is_none(monkeypatch, blocked, most):
+    monkeypatch.setattr(size_limits, "MOST_BYTES", most)
+    free = strewn(blocked)
+    try:
+        words = build_index(free, threads=1, check=proceed)
+    except InvalidPlanner:
+        assert most < 1.0e6
+        return
+    assert words.nbytes <= most
+    assert_all_paths_are_shortest(free, HubIndex(words), [tuple(np.argwhere(free)[0].tolist())])
+
+
+@pytest.mark.parametrize(("blocked", "most"), [(0.005, 30), (0.005, 120), (0.2, 200)])
+def test_no_more_corners_have_labels_than_there_are_numbers_of_hubs(monkeypatch, blocked, most):
+    free = strewn(blocked)
+    assert build_index(free, threads=1, check=proceed)[layout.LABELLED] > most
+    monkeypatch.setattr(layout, "MOST_HUBS", most)
+    words = build_index(free, threads=1, check=proceed)
+    assert words[layout.LABELLED] <= most
+    assert_all_paths_are_shortest(free, HubIndex(words), [tuple(np.argwhere(free)[0].tolist())])
+
+
+def test_an_index_that_got_too_large_is_made_again_with_fewer_labels(monkeypatch):
+    monkeypatch.setattr(size_limits, "MOST_BYTES", 1.0e6)
+    monkeypatch.setattr(size_limits, "BYTES_AN_EDGE", 12)
+    monkeypatch.setattr(size_limits, "BYTES_A_CORNER", 0)
+    rooms = []
+    usual = assembly.label
+    monkeypatch.setattr(assembly, "label", lambda *a, **k: (rooms.append(k["room"]), usual(*a, **k))[1])
+    assert build_index(strewn(0.2), threads=1, check=proceed).nbytes <= 1.0e6
+    assert rooms == sorted(rooms, reverse=True)
+    assert len(rooms) > 1
+
+
+def test_a_map_with_far_too_many_corners_is_refused_before_it_is_contracted(monkeypatch):
+    monkeypatch.setattr(assembly, "Contraction", refuse)
+    with pytest.raises(InvalidPlanner, match=r"342763 corners.* 40 MB; .* jps or dijkstra"):
+        build_index(np.random.default_rng(0).random((1024, 1024), np.float32) >= 0.2, threads=2, check=proceed)
+
+
+def test_one_that_gets_too_many_edges_is_refused_before_it_is_contracted_to_the_end(monkeypatch):
+    free = strewn(0.1)
+    graph = link_corners(ground_of(free), threads=1, check=proceed)
+    monkeypatch.setattr(assembly, "most_edges", lambda *_: len(graph.to) * 3 // 4)
+    monkeypatch.setattr(assembly, "label_room", refuse)
+    contractions = []
+    monkeypatch.setattr(
+        assembly, "Contraction", lambda *a, **k: (contractions.append(Contraction(*a, **k)), contractions[-1])[1]
+    )
+    with pytest.raises(InvalidPlanner, match="too many"):
+        build_index(free, threads=1, check=proceed)
+    assert contractions[0].core > len(graph.places) // 4
+
+
+def test_one_that_would_take_minutes_to_contract_is_refused(monkeypatch):
+    monkeypatch.setattr(size_limits, "MOST_LOOKS", 1000)
+    monkeypatch.setattr(assembly, "label", refuse)
+    with pytest.raises(InvalidPlanner, match="too many"):
+        build_index(strewn(0.1), threads=2, check=proceed)
+
+
+def test_one_whose_shortcuts_will_leave_no_room_for_any_core_is_refused_before_they_are_made(monkeypatch):
+    monkeypatch.setattr(assembly, "CORE_IN_A_CROWD", (0, 100))
+    monkeypatch.setattr(assembly, "label_room", lambda *_: 0)
+    cores = []
+    usual = Contraction.run
+    monkeypatch.setattr(Contraction, "run", lambda *a, **k: (cores.append(a[1:]), usual(*a, **k))[1])
+    with pytest.raises(InvalidPlanner, match="too many"):
+        build_index(strewn(0.1), threads=1, check=proceed)
+    assert cores == [()]
+
+
+def test_one_without_room_for_labels_is_refused_before_it_is_labelled(monkeypatch):
+    free = strewn(0.2)
+    monkeypatch.setattr(assembly, "label_room", lambda ground, _: len(ground.places) // 3)
+    monkeypatch.setattr(assembly, "label", refuse)
+    with pytest.raises(InvalidPlanner, match="too many"):
+        build_index(free, threads=1, check=proceed)
+
+
+def test_a_map_is_crowded_where_corners_see_few_others_or_are_many(monkeypatch):
+    ground, maze = ground_of(strewn(0.02)), ground_of(strewn(0.35))
+    graph = link_corners(ground, threads=1, check=proceed)
+    assert not size_limits.is_crowded(ground, graph)
+    assert size_limits.is_crowded(maze, link_corners(maze, threads=1, check=proceed))
+    monkeypatch.setattr(
+        size_limits, "MOST_BYTES", 0.99 * size_limits.ROOMY * size_limits.BYTES_AN_ENTRY * len(ground.places)
+    )
+    assert size_limits.is_crowded(ground, graph)
+
+
+def test_a_larger_map_may_have_a_larger_index_and_take_longer():
+    small, large = (ground_of(np.ones((size, size), np.bool_)) for size in (500, 2046))
+    assert (size_limits.most_bytes(small), size_limits.most_bytes(large)) == (39.5e6, 4 * 39.5e6)
+    assert size_limits.most_looks(large) == 4 * size_limits.most_looks(small) == 4 * size_limits.MOST_LOOKS

@@ -1,0 +1,51 @@
+"""Buckets give what was put into them by length, but for lengths that are in one of them."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numba import njit
+
+from ppaas.planners.hub_labels.building.kernels.bucket_queue import ENTRY, WIDTH, buckets_for, next_bucket, put, take
+from ppaas.planners.hub_labels.kernels.heap import NODE
+from ppaas.planners.hub_labels.kernels.scan import STRAIGHT
+
+LONGEST = 20 * STRAIGHT
+
+
+@njit
+def run(firsts, edges, buckets, entries, taken):
+    """Put the first nodes in, and for each that is taken out the next one, by an edge longer."""
+    puts = 0
+    for node in range(len(firsts)):
+        puts = put(buckets, entries, puts, firsts[node], node)
+    bucket = 0
+    for i in range(len(taken)):
+        bucket = next_bucket(buckets, bucket)
+        taken[i] = take(buckets, entries, bucket)
+        if puts < len(taken):
+            puts = put(buckets, entries, puts, (taken[i] >> 32) + edges[puts - len(firsts)], puts)
+
+
+@given(
+    firsts=st.lists(st.integers(0, LONGEST), min_size=1, max_size=10),
+    edges=st.lists(st.integers(STRAIGHT, LONGEST), max_size=200),
+)
+@settings(deadline=None)
+def test_each_is_taken_once_and_in_the_order_of_buckets(firsts, edges):
+    count = len(firsts) + len(edges)
+    buckets, taken = np.full(buckets_for(LONGEST), -1, np.int32), np.empty(count, np.int64)
+    run(np.array(firsts), np.array(edges, np.int64), buckets, np.empty((count, ENTRY), np.int64), taken)
+    lengths, nodes = taken >> 32, taken & NODE
+    assert sorted(nodes.tolist()) == list(range(count))
+    assert (np.diff(lengths >> WIDTH) >= 0).all()
+    assert (buckets == -1).all()
+    assert [lengths[nodes == node][0] for node in range(len(firsts))] == firsts
+
+
+@pytest.mark.parametrize("longest", [STRAIGHT, 8191, 8192, LONGEST, 2**29])
+def test_there_are_enough_that_the_longest_edge_leads_to_another_bucket(longest):
+    buckets = buckets_for(longest)
+    assert buckets & (buckets - 1) == 0
+    for length in (0, (1 << WIDTH) - 1):
+        assert 0 < ((length + longest) >> WIDTH) - (length >> WIDTH) < buckets

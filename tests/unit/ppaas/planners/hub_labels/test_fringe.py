@@ -1,0 +1,73 @@
+"""Where labels have not enough room, the least important corners get none, and paths are shortest as ever."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ppaas.planners.hub_labels.building import assembly
+from ppaas.planners.hub_labels.building.assembly import build_index
+from ppaas.planners.hub_labels.index import HubIndex
+from ppaas.planners.hub_labels.kernels.layout import CORNERS, LABELLED
+from ppaas.planners.watch import proceed
+from tests.unit.ppaas.planners.hub_labels.test_planner import assert_all_paths_are_shortest
+from tests.unit.ppaas.planners.hub_labels.test_scan import maps
+
+
+@pytest.fixture
+def room(monkeypatch):
+    """Return what sets how many entries labels may have, however few that are for a corner."""
+
+    def allow(entries: int) -> None:
+        monkeypatch.setattr(assembly, "label_room", lambda *_: entries)
+        monkeypatch.setattr(assembly, "LEAST_ENTRIES", 0)
+
+    return allow
+
+
+def index_of(free) -> HubIndex:
+    return HubIndex(build_index(free, threads=2, check=proceed))
+
+
+def some(free, count: int) -> list[tuple[int, int]]:
+    cells = np.argwhere(free)
+    return [tuple(cells[i].tolist()) for i in np.random.default_rng(1).integers(0, len(cells), count)]
+
+
+@given(free=maps(12), entries=st.sampled_from([0, 10, 40]), gates=st.sampled_from([0, 6]))
+@settings(deadline=None, max_examples=30)
+def test_paths_are_shortest_however_few_labels_there_are_with_landmarks_and_without(free, entries, gates):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(assembly, "label_room", lambda *_: entries)
+        patch.setattr(assembly, "LEAST_ENTRIES", 0)
+        patch.setattr(assembly, "MANY_GATES", gates)
+        index = index_of(free)
+    assert_all_paths_are_shortest(free, index, some(free, 5) if free.any() else [])
+
+
+@pytest.mark.parametrize(("entries", "labelled"), [(0, 0), (4000, 0.25), (14_000, 0.75), (10**6, 1)])
+def test_as_many_corners_have_labels_as_there_is_room_for(room, entries, labelled):
+    room(entries)
+    free = np.random.default_rng(6).random((60, 60)) > 0.3
+    index = index_of(free)
+    assert index.words[LABELLED] / index.words[CORNERS] == pytest.approx(labelled, abs=0.2)
+    assert_all_paths_are_shortest(free, index, some(free, 4))
+
+
+def test_an_index_that_was_repaired_has_no_more_labels_than_a_fresh_one(room):
+    room(3000)
+    free = np.random.default_rng(6).random((60, 60)) > 0.3
+    index = index_of(free)
+    free[20:30, 20:30] = True
+    repaired = index.repaired(free, (slice(20, 30), slice(20, 30)), threads=2)
+    assert 0 < repaired.words[LABELLED] < repaired.words[CORNERS]
+    assert_all_paths_are_shortest(free, repaired, some(free, 4))
+
+
+@pytest.mark.parametrize("entries", [0, 9000])
+def test_the_core_is_made_smaller_until_there_is_room_for_its_labels(room, entries):
+    free = np.random.default_rng(5).random((100, 100)) > 0.1
+    room(entries)
+    index = index_of(free)
+    assert index.words[LABELLED] < index.words[CORNERS] // 2
+    assert_all_paths_are_shortest(free, index, some(free, 1))

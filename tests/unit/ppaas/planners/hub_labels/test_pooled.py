@@ -1,0 +1,28 @@
+"""Labels tell how far all corners are from one."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from ppaas.planners.hub_labels.building.kernels.pool_distances import tell_lengths
+from ppaas.planners.hub_labels.building.kernels.trees import FAR
+from ppaas.planners.hub_labels.kernels.scan import STRAIGHT
+from tests.reference.planners import hub_labels as twin
+from tests.unit.ppaas.planners.hub_labels.building.test_gates import fringe_of
+from tests.unit.ppaas.planners.hub_labels.test_scan import maps
+
+
+@given(free=maps(14))
+@settings(deadline=None, max_examples=15)
+def test_they_do_where_there_is_a_way_and_are_far_where_there_is_none(free):
+    pool, _, cells, _ = fringe_of(free, 60)
+    of_root, far = np.full((2, pool.labelled), FAR, np.int32)
+    for root in range(pool.labelled):
+        tell_lengths(root, pool.labelled, pool.hubs, pool.lengths, pool.begins, pool.ends, of_root, far)
+        assert (of_root == FAR).all()
+        lengths = twin.lengths_from(free, cells[root])
+        for node in range(pool.labelled):
+            told = far[node] / STRAIGHT if far[node] < FAR else math.inf
+            assert told == pytest.approx(lengths[cells[node]])

@@ -1,0 +1,156 @@
+"""A repaired index answers as a fresh one does, and a planner repairs only where it must."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ppaas.geometry import Pose2D
+from ppaas.planners.base import PlanRequest
+from ppaas.planners.hub_labels.building.assembly import build_index
+from ppaas.planners.hub_labels.building.graph import lay_ground, mend_ground
+from ppaas.planners.hub_labels.index import HubIndex
+from ppaas.planners.hub_labels.planner import HubLabels, are_free, differing
+from ppaas.planners.watch import proceed
+from tests.reference.planners import hub_labels as twin
+from tests.support.world import grids
+from tests.unit.ppaas.planners.hub_labels.test_scan import maps
+
+
+def index_of(free) -> HubIndex:
+    return HubIndex(build_index(free, threads=1, check=proceed))
+
+
+def costmap(free, **others):
+    return grids.of(np.where(free, 0, 254).astype(np.uint8), **others)
+
+
+@st.composite
+def changes(draw):
+    before = draw(maps(12))
+    after = before.copy()
+    rows, columns = (slice(*sorted(draw(st.tuples(st.integers(0, n), st.integers(0, n))))) for n in before.shape)
+    patch = np.random.default_rng(draw(st.integers(0, 99))).random(after[rows, columns].shape)
+    after[rows, columns] = patch < draw(st.sampled_from([0.0, 0.5, 1.0]))
+    return before, after, (rows, columns)
+
+
+@given(changes())
+@settings(deadline=None, max_examples=60)
+def test_mended_ground_is_the_ground_of_the_map_now(change):
+    before, after, rectangle = change
+    mended = mend_ground(lay_ground(before, threads=1, check=proceed).terrain, after, rectangle, check=proceed)
+    fresh = lay_ground(after, threads=1, check=proceed)
+    np.testing.assert_array_equal(mended.terrain, fresh.terrain)
+    np.testing.assert_array_equal(mended.places, fresh.places)
+
+
+@given(changes())
+@settings(deadline=None, max_examples=40)
+def test_a_repaired_index_answers_every_query_as_a_fresh_one(change):
+    before, after, rectangle = change
+    repaired, fresh = index_of(before).repaired(after, rectangle), index_of(after)
+    cells = [(int(r), int(c)) for r, c in zip(*np.nonzero(after), strict=True)]
+    for start in cells[::4]:
+        for goal in cells:
+            one, other = repaired.path(*start, *goal), fresh.path(*start, *goal)
+            assert len(one) == 0 if len(other) == 0 else (tuple(one[0]), tuple(one[-1])) == (start, goal)
+            assert twin.length_of(after, one) == pytest.approx(twin.length_of(after, other))
+
+
+def test_so_it_does_on_a_larger_map_again_and_again():
+    rng = np.random.default_rng(8)
+    free = rng.random((120, 140)) > 0.15
+    free[40:80, 50:100] = True
+    index = index_of(free)
+    for _ in range(4):
+        row, column = rng.integers(0, 100, 2)
+        rectangle = slice(row, row + 20), slice(column, column + 20)
+        free = free.copy()
+        free[rectangle] = rng.random((20, 20)) > 0.3
+        index = index.repaired(free, rectangle, threads=2)
+        fresh = index_of(free)
+        cells = np.argwhere(free)
+        for start, goal in cells[rng.integers(0, len(cells), (200, 2))]:
+            one, other = index.path(*start, *goal), fresh.path(*start, *goal)
+            assert twin.length_of(free, one) == pytest.approx(twin.length_of(free, other))
+
+
+def test_the_least_rectangle_of_all_changes_is_found():
+    before = np.zeros((9, 8), np.bool_)
+    now = before.copy()
+    assert differing(before, now) == (slice(0, 0), slice(0, 0))
+    now[2, 6] = now[5, 3] = True
+    assert differing(before, now) == (slice(2, 6), slice(3, 7))
+
+
+def test_a_path_is_free_if_its_cells_and_the_corners_it_passes_are():
+    free = np.ones((3, 3), np.bool_)
+    cells = np.array([[0, 0], [1, 1], [1, 2]], np.int32)
+    assert are_free(free, cells)
+    assert are_free(free, cells[:0])
+    for row, column, harmless in ((0, 1, False), (1, 0, False), (1, 1, False), (2, 2, True), (0, 2, True)):
+        blocked = free.copy()
+        blocked[row, column] = False
+        assert are_free(blocked, cells) == harmless
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """Return what was built and repaired, in order."""
+    made = []
+    build, repair = HubLabels.__module__ + ".build_index", HubIndex.repaired
+
+    def built(free, **others):
+        made.append("built")
+        return build_index(free, **others)
+
+    def repaired(self, *arguments, **others):
+        made.append("repaired")
+        return repair(self, *arguments, **others)
+
+    monkeypatch.setattr(build, built)
+    monkeypatch.setattr(HubIndex, "repaired", repaired)
+    return made
+
+
+def plan(planner, free, **others):
+    request = PlanRequest(Pose2D(0.5, 5.5), Pose2D(19.5, 5.5))
+    return planner.plan(costmap(free, **others), request)
+
+
+def test_what_a_robot_sees_is_repaired_only_where_it_stands_in_the_way(made):
+    planner, free = HubLabels(), np.ones((11, 20), np.bool_)
+    free[3, 4] = False
+    assert len(plan(planner, free).cells) == 20
+    aside = free.copy()
+    aside[9, 9] = False
+    assert len(plan(planner, aside).cells) == 20
+    assert made == ["built"]
+    barred = free.copy()
+    barred[1:10, 9] = False
+    for _ in range(2):
+        result = plan(planner, barred)
+        assert result.cost / 50 == pytest.approx(twin.lengths_from(barred, (5, 0))[5, 19])
+    assert made == ["built", "repaired"]
+    opened = free.copy()
+    opened[3, 4] = True
+    assert len(plan(planner, opened).cells) == 20
+    assert made == ["built", "repaired", "repaired"]
+
+
+def test_the_bare_map_is_taken_from_others_if_they_have_it(made):
+    free = np.ones((11, 20), np.bool_)
+    free[3, 4] = False
+    content = memoryview(build_index(free, threads=1, check=proceed)).cast("B")
+    barred = free.copy()
+    barred[1:10, 9] = False
+    plan(HubLabels(), barred, indexes=lambda planner, check: content)
+    assert made == ["repaired"]
+
+
+def test_a_twin_shares_the_bare_map(made):
+    planner, free = HubLabels(), np.ones((11, 20), np.bool_)
+    plan(planner, free)
+    plan(planner.twin(), free)
+    assert made == ["built"]

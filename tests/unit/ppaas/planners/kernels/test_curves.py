@@ -1,0 +1,135 @@
+"""Reeds and Shepp's and Dubins' curves lead where they should, and no word is shorter."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from ppaas.planners.lattice.kernels.dubins import dubins
+from ppaas.planners.lattice.kernels.reeds_shepp import FAMILIES, MOST_PIECES, reeds_shepp, spell
+from ppaas.planners.lattice.kernels.steering import Car, curve
+from tests.reference.planners import curves as twin
+
+NUMBERS = st.floats(-8.0, 8.0)
+GOALS = st.tuples(NUMBERS, NUMBERS, st.floats(-7.0, 7.0))
+WEIGHTS = st.floats(1.0, 4.0)
+
+
+def pieces_of(word):
+    pieces = np.empty((MOST_PIECES, 2))
+    count = spell(word, pieces)
+    return pieces[:count].tolist()
+
+
+def assert_ends_at(pieces, goal):
+    x, y, heading = twin.end_of(pieces)
+    assert math.hypot(x - goal[0], y - goal[1]) < 1e-6
+    assert twin.same_heading(heading, goal[2]) < 1e-6
+
+
+def weighed(pieces, reverse, turn):
+    return sum(abs(s) * (turn if curvature else 1) * (reverse if s < 0 else 1) for curvature, s in pieces)
+
+
+def seen_from(goal, other):
+    """Return the origin as the goal sees it, if ``other`` is the origin: what is left to drive on the way back."""
+    (x, y, theta), (ox, oy, otheta) = goal, other
+    c, s = math.cos(theta), math.sin(theta)
+    return c * (ox - x) + s * (oy - y), c * (oy - y) - s * (ox - x), otheta - theta
+
+
+@given(GOALS, WEIGHTS, WEIGHTS)
+@settings(deadline=None, max_examples=200)
+def test_a_curve_ends_at_its_goal_and_costs_what_it_says(goal, reverse, turn):
+    word = reeds_shepp(*goal, reverse, turn)
+    assert_ends_at(pieces_of(word), goal)
+    assert word.cost == pytest.approx(weighed(pieces_of(word), reverse, turn), abs=1e-9)
+    assert {curvature for curvature, _ in pieces_of(word)} <= {-1.0, 0.0, 1.0}
+
+
+@given(GOALS, WEIGHTS)
+@example((0.0, 0.0, 5e-324), 1.0)
+@settings(deadline=None, max_examples=200)
+def test_a_curve_forward_ends_at_its_goal_and_never_backs_up(goal, turn):
+    word = dubins(*goal, turn)
+    assert_ends_at(pieces_of(word), goal)
+    assert word.cost == pytest.approx(weighed(pieces_of(word), math.inf, turn), abs=1e-9)
+    assert all(length >= 0.0 for _, length in pieces_of(word))
+
+
+@given(GOALS)
+@settings(deadline=None, max_examples=200)
+def test_it_is_as_long_as_the_way_back_no_shorter_than_the_straight_line_and_no_longer_than_forward_only(goal):
+    length = reeds_shepp(*goal, 1.0, 1.0).cost
+    assert length == pytest.approx(reeds_shepp(*seen_from(goal, (0, 0, 0)), 1.0, 1.0).cost, abs=1e-6)
+    assert math.hypot(*goal[:2]) - 1e-9 <= length <= dubins(*goal, 1.0).cost + 1e-9
+
+
+@given(GOALS)
+@settings(deadline=None, max_examples=200)
+def test_mirrored_goals_are_as_far(goal):
+    x, y, theta = goal
+    length = reeds_shepp(*goal, 1.0, 1.0).cost
+    assert length == pytest.approx(reeds_shepp(x, -y, -theta, 1.0, 1.0).cost, abs=1e-9)
+    assert length == pytest.approx(reeds_shepp(-x, y, -theta, 1.0, 1.0).cost, abs=1e-9)
+
+
+@given(GOALS, WEIGHTS, WEIGHTS)
+@settings(deadline=None, max_examples=200)
+def test_where_lengths_weigh_more_the_cheapest_word_is_taken_and_not_the_shortest(goal, reverse, turn):
+    car = Car(1.0, True, 72, reverse, turn, 0.0, 3.5, 9.0)
+    cost = curve(car, 0.0, 0.0, 0.0, *goal).cost
+    assert cost <= weighed(pieces_of(reeds_shepp(*goal, 1.0, 1.0)), reverse, turn) + 1e-9
+    assert cost <= weighed(pieces_of(dubins(*goal, turn)), reverse, turn) + 1e-9
+
+
+def test_lengths_are_those_of_a_twin_that_solves_every_word_from_many_guesses():
+    rng = np.random.default_rng(4)
+    for _ in range(3):
+        goal = (*rng.uniform(-3.0, 3.0, 2).tolist(), rng.uniform(-math.pi, math.pi))
+        forward = twin.shortest(twin.DUBINS_WORDS, goal, swap_gears=False)
+        both = twin.shortest(twin.REEDS_SHEPP_WORDS, goal, swap_gears=True)
+        assert dubins(*goal, 1.0).cost == pytest.approx(forward, abs=1e-6)
+        assert reeds_shepp(*goal, 1.0, 1.0).cost == pytest.approx(both, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("goal", "length"),
+    [
+        ((0.0, 0.0, 0.0), 0.0),
+        ((5.0, 0.0, 0.0), 5.0),
+        ((-5.0, 0.0, 0.0), 5.0),
+        ((0.0, 0.0, math.pi), math.pi),  # three arcs of 60° each
+        ((0.0, 2.0, math.pi), math.pi),  # half a circle
+        ((1.0, 1.0, math.pi / 2), math.pi / 2),
+    ],
+)
+def test_lengths_that_are_known(goal, length):
+    assert reeds_shepp(*goal, 1.0, 1.0).cost == pytest.approx(length, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("goal", "length"),
+    [
+        ((0.0, 0.0, 0.0), 0.0),
+        ((5.0, 0.0, 0.0), 5.0),
+        ((0.0, 2.0, math.pi), math.pi),
+        ((0.0, 0.0, math.pi), 7.0 * math.pi / 3.0),  # 60° one way, 300° the other, 60° back
+        ((0.0, -4.0, math.pi), math.pi + 2.0),  # a quarter, straight, and a quarter more
+    ],
+)
+def test_lengths_forward_that_are_known(goal, length):
+    assert dubins(*goal, 1.0).cost == pytest.approx(length, abs=1e-9)
+
+
+def test_all_families_of_words_are_needed():
+    rng = np.random.default_rng(2)
+    goals = rng.uniform(-4.0, 4.0, (3_000, 3))
+    assert {reeds_shepp(*goal, 1.0, 1.0).family for goal in goals.tolist()} == set(range(FAMILIES))
+
+
+def test_a_rounding_of_no_turn_is_no_circle():
+    assert dubins(3.0, 0.0, -1e-16, 1.0).cost == pytest.approx(3.0)
+    assert dubins(3.0, -1e-17, 1e-17, 1.0).cost == pytest.approx(3.0)

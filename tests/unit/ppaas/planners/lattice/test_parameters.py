@@ -1,0 +1,70 @@
+"""The parameters of the kinematic planner are Nav2's, and what cannot be is refused."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ppaas.errors import InvalidParameter
+from ppaas.geometry import convex_outline
+from ppaas.planners import create
+from ppaas.planners.lattice.ground import reweighed
+from ppaas.planners.lattice.parameters import LatticeParameters
+from ppaas.planners.weights import exact_weights
+
+
+@pytest.mark.parametrize(
+    ("parameters", "text"),
+    [
+        ({"minimum_turning_radius": 0.0}, "minimum_turning_radius must be above 0"),
+        ({"minimum_turning_radius": math.nan}, "minimum_turning_radius must be finite"),
+        ({"motion_model_for_search": "MOORE"}, "motion_model_for_search is DUBIN or REEDS_SHEPP"),
+        ({"angle_quantization_bins": 4}, "angle_quantization_bins"),
+        ({"angle_quantization_bins": 72.5}, "angle_quantization_bins must be a number of type int"),
+        ({"reverse_penalty": 0.5}, "reverse_penalty must be at least 1"),
+        ({"cost_penalty": 4.5}, "cost_penalty must be 4 at most"),
+        ({"retrospective_penalty": 1.0}, "retrospective_penalty below 1"),
+        ({"allow_unknown": 1}, "allow_unknown must be true or false"),
+        ({"max_planning_time": "5"}, "max_planning_time must be a number"),
+        ({"footprint": [[0.1, 0.2], [0.3, 0.4]]}, "footprint must be a list of three corners"),
+        ({"footprint": [[0.1, 0.2], [0.3]]}, "footprint must be a list of corners"),
+        ({"footprint": [[0.1, math.nan], [0.3, 0.2], [0.3, 0.4]]}, "footprint"),
+        ({"footprint": "round"}, "footprint"),
+        ({"lattice_filepath": "a.json"}, "lattice_filepath"),
+    ],
+)
+def test_what_cannot_be_is_refused_by_name(parameters, text):
+    with pytest.raises(InvalidParameter, match=text):
+        create("lattice", **parameters)
+
+
+def test_no_limit_on_poses_is_spelled_as_in_nav2():
+    assert LatticeParameters(max_iterations=-1).max_iterations == -1
+
+
+def test_the_outline_of_a_hollow_footprint_is_the_smallest_convex_one():
+    hollow = [(1.0, 1.0), (0.2, 0.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0), (0.0, 1.0)]
+    assert convex_outline(np.array(hollow)).tolist() == [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_an_outline_is_convex_and_holds_all_points(seed):
+    points = np.random.default_rng(seed).normal(size=(9, 2))
+    outline = convex_outline(points)
+    edges = np.roll(outline, -1, axis=0) - outline
+    assert {tuple(corner) for corner in outline.tolist()} <= {tuple(point) for point in points.tolist()}
+    for corner, (dx, dy) in zip(outline, edges, strict=True):
+        off = points - corner
+        assert (dx * off[:, 1] - dy * off[:, 0] >= -1e-12).all()
+
+
+@given(st.floats(0.0, 4.0), st.booleans())
+def test_costs_weigh_as_penalised_and_what_is_closed_stays_closed(penalty, allow_unknown):
+    table = reweighed(LatticeParameters(cost_penalty=penalty, allow_unknown=allow_unknown))
+    weighed = exact_weights()[table[:253]] / 50.0
+    wanted = 1.0 + penalty * np.arange(253) / 252.0
+    assert (np.abs(weighed - wanted) <= 0.0161).all()
+    assert table[[253, 254]].tolist() == [253, 254]
+    assert (table[255] < 253) == allow_unknown

@@ -1,0 +1,25 @@
+"""An array makes room, and what it held stays."""
+
+import numpy as np
+import pytest
+
+from ppaas.planners import array_growth
+from ppaas.planners.watch import proceed
+
+
+@pytest.mark.parametrize("shape", [(1,), (7,), (5, 2)])
+def test_what_was_there_is_at_the_beginning_of_twice_as_much(
+    shape: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(array_growth, "SLICE_COPIED", 12)
+    before = np.arange(np.prod(shape), dtype=np.int32).reshape(shape)
+    after = array_growth.doubled(before, proceed)
+    assert after.shape == (2 * shape[0], *shape[1:]) and after.dtype == before.dtype
+    assert (after[: len(before)] == before).all()
+
+
+def test_it_is_asked_for_each_slice_whether_to_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(array_growth, "SLICE_COPIED", 8)
+    asked: list[int] = []
+    array_growth.doubled(np.zeros(6, np.int32), lambda: asked.append(1))
+    assert len(asked) == 3

@@ -1,0 +1,69 @@
+"""When a map is prepared again, and when not."""
+
+import numpy as np
+
+from ppaas.planners.base import PlanRequest
+from ppaas.planners.prepared import Prepared, PreparedPlanner
+from tests.support.world import grids
+
+
+class StraightAcross(Prepared):
+    """Goes along the row of the start."""
+
+    nbytes = 0
+    expanded = 7
+
+    def path(self, start_row, start_column, goal_row, goal_column, check=lambda: None):
+        """Return the cells of a row."""
+        columns = np.arange(start_column, goal_column + 1, dtype=np.int32)
+        return np.column_stack((np.full_like(columns, start_row), columns))
+
+    def twin(self):
+        """Return another."""
+        return StraightAcross()
+
+
+class Straight(PreparedPlanner):
+    """Counts how often it prepares."""
+
+    name = "straight"
+    purpose = "For tests."
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.prepared_data = []
+
+    def prepare(self, costmap, *, threads=1, check=lambda: None):
+        """Prepare, and note it."""
+        self.prepared_data.append(costmap.data)
+        return StraightAcross()
+
+
+def plan(planner, costmap):
+    ends = grids.centre(costmap, 0, 0), grids.centre(costmap, 0, 2)
+    return planner.plan(costmap, PlanRequest(*ends))
+
+
+def test_a_map_that_nobody_writes_to_is_prepared_once() -> None:
+    planner, costmap = Straight(), grids.costmap("...")
+    costmap.data.flags.writeable = False
+    results = [plan(planner, costmap) for _ in range(3)]
+    assert len(planner.prepared_data) == 1
+    assert all(result.cells.tolist() == [[0, 0], [0, 1], [0, 2]] for result in results)
+    assert {(result.expanded, result.cost) for result in results} == {(7, 100.0)}
+
+
+def test_a_map_that_may_change_is_prepared_for_each_plan() -> None:
+    planner, costmap = Straight(), grids.costmap("...")
+    plan(planner, costmap)
+    plan(planner, costmap)
+    assert len(planner.prepared_data) == 2
+
+
+def test_another_map_is_prepared_though_it_looks_the_same() -> None:
+    planner, costmaps = Straight(), [grids.costmap("..."), grids.costmap("...")]
+    for costmap in costmaps:
+        costmap.data.flags.writeable = False
+    for costmap in costmaps:
+        plan(planner, costmap)
+    assert [data is costmap.data for data, costmap in zip(planner.prepared_data, costmaps, strict=True)] == [True, True]

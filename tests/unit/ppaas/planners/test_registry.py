@@ -1,0 +1,53 @@
+import pytest
+
+from ppaas.errors import InvalidParameter, NotFound
+from ppaas.planners import create, planner_names
+from ppaas.planners.grid.astar import AStar
+from ppaas.planners.grid.dijkstra import Dijkstra
+from ppaas.plugins import parameters_in_use
+
+
+def test_a_planner_is_made_by_its_name_with_its_parameters():
+    planner = create("dijkstra", allow_unknown=False)
+    assert isinstance(planner, Dijkstra)
+    assert planner.allow_unknown is False
+
+
+def test_the_names_of_ros_are_known():
+    assert isinstance(create("global_planner/GlobalPlanner"), Dijkstra)
+    assert isinstance(create("nav2_smac_planner/SmacPlanner2D"), AStar)
+
+
+def test_an_unknown_name_is_told_with_the_names_there_are():
+    with pytest.raises(NotFound, match=r"unknown planner 'teleport'; known: .*dijkstra"):
+        create("teleport")
+
+
+def test_a_parameter_that_is_none_is_refused_with_those_there_are():
+    with pytest.raises(InvalidParameter, match="'navfn' takes no parameter 'colour'; known: allow_unknown, use_astar"):
+        create("navfn", colour="red")
+
+
+@pytest.mark.parametrize("value", ["yes", 1, None, []])
+def test_a_parameter_of_another_type_is_refused(value):
+    with pytest.raises(InvalidParameter, match="'allow_unknown' of planner 'dijkstra': Expected `bool`"):
+        create("dijkstra", allow_unknown=value)
+
+
+def test_every_planner_installed_has_a_twin_of_the_same_parameters():
+    for name in planner_names():
+        planner = (
+            create(name, allow_unknown=False) if "allow_unknown" in parameters_in_use(create(name)) else create(name)
+        )
+        twin = planner.twin()
+        assert type(twin) is type(planner)
+        assert twin is not planner
+        assert parameters_in_use(twin) == parameters_in_use(planner)
+
+
+def test_every_planner_installed_names_itself_and_its_purpose():
+    assert "dijkstra" in planner_names()
+    for name in planner_names():
+        planner = create(name)
+        assert planner.name == name
+        assert planner.purpose

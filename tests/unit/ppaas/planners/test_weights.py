@@ -1,0 +1,34 @@
+import math
+
+import numpy as np
+import pytest
+
+from ppaas.planners.field.kernels.layout import BUCKET_SHIFT, RING
+from ppaas.planners.weights import RELATIVE_ERROR, SCALE, exact_weights, fixed_weights, passable
+
+
+@pytest.mark.parametrize(("cost", "weight"), [(0, 50.0), (1, 50.8), (252, 251.6), (253, 252.4), (255, 253.0)])
+def test_weights_are_those_of_navfn(cost, weight):
+    assert exact_weights()[cost] == pytest.approx(weight)
+
+
+def test_an_obstacle_weighs_infinitely_much():
+    assert math.isinf(exact_weights()[254])
+
+
+def test_fixed_point_is_exact_for_cardinal_moves_and_within_the_bound_for_diagonals():
+    finite = np.arange(256) != 254
+    exact, fixed = exact_weights()[finite], fixed_weights()[:, finite]
+    np.testing.assert_allclose(fixed[0], exact * SCALE, rtol=1e-13)
+    assert np.all(np.abs(fixed[1] / SCALE / (exact * math.sqrt(2.0)) - 1.0) <= RELATIVE_ERROR)
+
+
+def test_no_move_ends_in_the_bucket_it_began_in_or_beyond_the_ring():
+    moves = fixed_weights()[:, np.arange(256) != 254]
+    assert moves.min() >= 1 << BUCKET_SHIFT
+    assert (moves.max() >> BUCKET_SHIFT) + 2 <= RING
+
+
+def test_unknown_cells_are_passable_only_if_allowed():
+    assert passable(True)[[0, 252, 253, 254, 255]].tolist() == [True, True, False, False, True]
+    assert passable(False)[[0, 252, 253, 254, 255]].tolist() == [True, True, False, False, False]

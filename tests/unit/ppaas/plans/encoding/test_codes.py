@@ -1,0 +1,120 @@
+"""Stretches of waypoints come back from bytes as they were, bit for bit."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ppaas.errors import Unavailable
+from ppaas.plans.encoding.codes import codes_of, entry_id, pack, poses_in, poses_of, unpack, waypoints_in
+from ppaas.plans.encoding.kernels.grid_moves import MOVES, QUATERNIONS
+from tests.reference.plans import plan_bytes
+
+ways = st.lists(st.integers(0, 7), min_size=1, max_size=60)
+floats = st.floats(allow_nan=False, allow_infinity=False)
+
+
+def on_grid(ways: list[int], resolution: float, origin: tuple[float, float], cell: tuple[int, int]) -> np.ndarray:
+    """Return the poses of moves between the centres of cells, as planners make them."""
+    cells = np.cumsum([cell, *MOVES[ways[:-1]].tolist()], axis=0)
+    poses = np.zeros((len(ways), 7))
+    poses[:, :2] = (cells + 0.5) * resolution + origin
+    poses[:, 5:] = QUATERNIONS[ways]
+    return poses
+
+
+def code_of(poses: np.ndarray) -> bytes:
+    [code] = codes_of(poses, np.array([0]), np.array([len(poses)]))
+    return code
+
+
+def assert_comes_back(poses: np.ndarray) -> bytes:
+    code = code_of(poses)
+    chain = plan_bytes.chain(poses.tolist())
+    assert code == chain if chain is not None else code[:1] != b"\x01"
+    assert poses_of(code).tobytes() == poses.tobytes()
+    assert unpack(pack(code)) == code
+    assert waypoints_in(code) == len(poses)
+    return code
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    ways,
+    st.sampled_from([0.025, 0.05, 0.1, 1.0]),
+    st.tuples(floats, floats).map(lambda origin: tuple(round(value % 1000.0, 6) for value in origin)),
+    st.tuples(st.integers(-3000, 3000), st.integers(-3000, 3000)),
+)
+def test_paths_from_cell_to_cell_come_back(ways, resolution, origin, cell) -> None:
+    assert_comes_back(on_grid(ways, resolution, origin, cell))
+
+
+def test_a_path_from_cell_to_cell_takes_three_bits_a_waypoint() -> None:
+    random = np.random.default_rng(1)
+    code = assert_comes_back(on_grid(random.integers(0, 8, 800).tolist(), 0.5, (0.0, 0.0), (10, 20)))
+    assert len(pack(code)) < 800 * 3 / 8 + 30
+    code = assert_comes_back(on_grid(random.integers(0, 8, 800).tolist(), 0.05, (-51.224998, 3.3), (10, 20)))
+    assert len(pack(code)) < 800 * 7 / 8 + 30
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.tuples(*[floats] * 7), min_size=1, max_size=30))
+def test_any_poses_come_back(rows) -> None:
+    assert_comes_back(np.array(rows))
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    ways.filter(lambda ways: len(ways) > 2), st.integers(0, 59), st.integers(0, 6), st.sampled_from([-1, 1, 5, 1 << 40])
+)
+def test_a_path_that_is_beside_the_grid_anywhere_comes_back(ways, row, column, places) -> None:
+    poses = on_grid(ways, 0.05, (0.0, 0.0), (100, 100))
+    words = poses.view(np.int64)
+    words[row % len(poses), column] += places
+    assert_comes_back(poses)
+
+
+def test_a_path_whose_steps_differ_in_length_comes_back() -> None:
+    poses = on_grid([0] * 20, 0.05, (0.0, 0.0), (0, 0))
+    poses[10:, 0] += 0.05
+    assert_comes_back(poses)
+
+
+def test_stretches_of_all_kinds_are_read_together() -> None:
+    random = np.random.default_rng(3)
+    flat = on_grid([1, 2, 3], 0.05, (0.0, 0.0), (1, 1)) * 1.1
+    beside = on_grid(random.integers(0, 8, 30).tolist(), 0.05, (-51.224998, 3.3), (10, 20))
+    parts = [on_grid([0, 1, 2] * 5, 0.5, (0.0, 0.0), (3, 4)), random.random((9, 7)), flat, beside, parts_of_one()]
+    packs = [pack(code_of(part)) for part in parts]
+    assert poses_in(packs).tobytes() == np.concatenate(parts).tobytes()
+    assert poses_in([]).shape == (0, 7)
+
+
+def parts_of_one() -> np.ndarray:
+    return on_grid([4], 0.05, (0.0, 0.0), (7, 7))
+
+
+def test_equal_stretches_have_equal_codes_wherever_they_lie() -> None:
+    stretch = on_grid([0, 1, 2, 2, 3, 4, 0, 0, 7] * 3, 0.05, (-1.0, -2.0), (40, 30))
+    other = np.random.default_rng(1).random((5, 7))
+    poses = np.concatenate((other, stretch, other, stretch))
+    begins, ends = np.array([0, 5, 32, 37]), np.array([5, 32, 37, 64])
+    codes = codes_of(poses, begins, ends)
+    assert codes[1] == codes[3]
+    assert codes[0] == codes[2]
+    assert entry_id(bytes(16), codes[0]) != entry_id(b"other scope.....", codes[0])
+
+
+def test_smooth_paths_take_less_than_they_would_raw() -> None:
+    angle = np.linspace(0, 3, 200)
+    poses = np.zeros((200, 7))
+    poses[:, 0], poses[:, 1] = np.round(10 * np.cos(angle) * 1024) / 1024, np.round(10 * np.sin(angle) * 1024) / 1024
+    poses[:, 6] = 1.0
+    code = assert_comes_back(poses)
+    assert len(pack(code)) < poses.nbytes / 8
+
+
+@pytest.mark.parametrize("data", [b"", b"\x00", b"\x01", b"\x01\x00abc", b"\x02abc", b"\x03" + bytes(9), b"\xff"])
+def test_damaged_bytes_are_told(data: bytes) -> None:
+    with pytest.raises(Unavailable, match="backup"):
+        poses_of(unpack(data))

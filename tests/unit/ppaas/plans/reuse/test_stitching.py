@@ -1,0 +1,223 @@
+"""A kept plan that is offered can be driven, begins and ends where it should, and costs no more than is said."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from ppaas import planners
+from ppaas.costmap.costmap import Costmap
+from ppaas.errors import PlanningError
+from ppaas.geometry import Pose2D, yaw_of
+from ppaas.planners.base import PlanRequest, PlanResult
+from ppaas.planners.path import path_cost
+from ppaas.planners.traits import Optimal, Traits
+from ppaas.plans.reuse.stitching import Ground, Offer, offer
+from ppaas.plans.stored import Question, StoredPlan
+from tests.reference.planners.dijkstra import cost_field, weight
+from tests.reference.plans.crossing import cells_on
+from tests.support.world.grids import centre, costmap, of
+
+CHEAPEST = Traits(optimal=Optimal.ALWAYS)
+SOME = Traits()
+PARAMETERS = {"allow_unknown": False, "smooth": False}
+DIJKSTRA = planners.create("dijkstra", **PARAMETERS)
+
+
+def stored(bare: Costmap, result: PlanResult, first: int = 0, last: int | None = None) -> StoredPlan:
+    """Return a plan as it was kept, or a stretch of it."""
+    ends = [(float(row[0]), float(row[1]), yaw_of(*row[3:])) for row in result.poses[[0, -1]]]
+    stop = len(result.poses) if last is None else last + 1
+    return StoredPlan(
+        "p1", "v1", "dijkstra", ends[0], ends[1], result.length, result.poses[first:stop],
+        whole=(first, stop) == (0, len(result.poses)),
+        conditions={**PARAMETERS, "bare_map": True, "robot_radius": 0.2},
+    )  # fmt: skip
+
+
+def question(start: Pose2D, goal: Pose2D, tolerance: float = 2.5) -> Question:
+    return Question(start, goal, "v1", "dijkstra", PARAMETERS, 0.2, tolerance)
+
+
+def near(costs: NDArray[np.uint8], place: Pose2D, down: float, right: float) -> Pose2D:
+    """Return a place some cells away, kept on the map."""
+    height, width = costs.shape
+    x, y = min(max(place.x + right, 0.01), width - 0.01), min(max(place.y + down, 0.01), height - 0.01)
+    return Pose2D(x, y, place.theta)
+
+
+@st.composite
+def kept_plans(draw: st.DrawFn) -> tuple[Costmap, Costmap, PlanResult, Pose2D, Pose2D]:
+    """Draw a map, the same with more obstacles, a plan that was made on the first, and ends near its own."""
+    height, width = draw(st.integers(1, 14)), draw(st.integers(2, 14))
+    random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    costs = random.choice([0, 0, 0, 0, 0, 60, 252, 254], (height, width)).astype(np.uint8)
+    free = np.argwhere(costs < 253)
+    assume(len(free) > 1)
+    bare = of(costs)
+    ends = [centre(bare, *free[draw(st.integers(0, len(free) - 1))].tolist(), theta=0.5) for _ in range(2)]
+    try:
+        result = DIJKSTRA.plan(bare, PlanRequest(*ends))
+    except PlanningError:
+        assume(False)
+    seen = random.random((height, width)) < draw(st.sampled_from([0.0, 0.02, 0.3]))
+    live = of(
+        np.where(seen, np.maximum(costs, random.choice([253, 254, 200], (height, width))), costs).astype(np.uint8)
+    )
+    shift = st.floats(-1.5, 1.5)
+    start, goal = (near(costs, end, draw(shift), draw(shift)) for end in ends)
+    return bare, live, result, draw(st.sampled_from([start, ends[0]])), draw(st.sampled_from([goal, ends[1]]))
+
+
+def _assert_drivable(live: Costmap, made: Offer, start: Pose2D, goal: Pose2D) -> None:
+    assert made.poses[0, :2].tolist() == pytest.approx([start.x, start.y], abs=1e-6)
+    assert made.poses[-1, :2].tolist() == pytest.approx([goal.x, goal.y], abs=1e-6)
+    assert yaw_of(*made.poses[-1, 3:]) == pytest.approx(goal.theta)
+    for cell in cells_on(live.info, made.poses[:, :2].tolist()):
+        assert np.isfinite(weight(int(live.data[cell]), False)), f"it crosses {cell}"
+    assert made.cost == pytest.approx(path_cost(live, made.cells))
+
+
+@given(kept_plans())
+def test_what_is_offered_crosses_nothing_that_blocks_and_what_is_proved_of_it_holds(
+    case: tuple[Costmap, Costmap, PlanResult, Pose2D, Pose2D],
+) -> None:
+    bare, live, result, start, goal = case
+    made, verdict = offer(stored(bare, result), question(start, goal), Ground(live, bare, False), CHEAPEST, bound=10.0)
+    assert (made is not None) is verdict.taken
+    if made is None:
+        return
+    _assert_drivable(live, made, start, goal)
+    field = cost_field(live.data, [live.info.cell_of(goal.x, goal.y)], allow_unknown=False)
+    cheapest = field[live.info.cell_of(start.x, start.y)]
+    assert made.proof.at_least <= cheapest * (1 + 1e-9)
+    assert made.cost <= cheapest * (1 + made.over_cheapest) + 1e-6
+
+
+@given(kept_plans(), st.data())
+def test_a_stretch_that_is_stitched_is_within_the_bound_of_the_cheapest(
+    case: tuple[Costmap, Costmap, PlanResult, Pose2D, Pose2D], data: st.DataObject
+) -> None:
+    bare, live, result, start, goal = case
+    last = data.draw(st.integers(0, len(result.poses) - 1))
+    part = stored(bare, result, data.draw(st.integers(0, last)), last)
+    start, goal = (near(bare.data, Pose2D(*place[:2]), 0.2, 0.2) for place in part.poses[[0, -1]].tolist())
+    made, _ = offer(part, question(start, goal), Ground(live, bare, False), CHEAPEST, bound=0.5)
+    if made is not None:
+        _assert_drivable(live, made, start, goal)
+        field = cost_field(live.data, [live.info.cell_of(goal.x, goal.y)], allow_unknown=False)
+        assert made.cost <= 1.5 * field[live.info.cell_of(start.x, start.y)] + 1e-6
+
+
+def _corridor(length: int = 60) -> tuple[Costmap, PlanResult]:
+    bare = costmap("\n".join(["." * length] * 5))
+    return bare, DIJKSTRA.plan(bare, PlanRequest(centre(bare, 2, 0), centre(bare, 2, length - 1)))
+
+
+def test_a_plan_between_the_very_ends_comes_back_as_it_was_kept() -> None:
+    bare, result = _corridor()
+    ends = centre(bare, 2, 0), centre(bare, 2, 59)
+    made, verdict = offer(stored(bare, result), question(*ends), Ground(bare, bare, False), CHEAPEST)
+    assert made is not None
+    assert verdict.criterion == "bound"
+    assert made.poses.tobytes() == result.poses.tobytes()
+    assert made.cells.tolist() == result.cells.tolist()
+    assert (made.origin, made.cost, made.over_cheapest) == ("reused", result.cost, pytest.approx(0.0, abs=1e-6))
+
+
+def test_another_heading_at_an_end_turns_only_that() -> None:
+    bare, result = _corridor()
+    made, _ = offer(
+        stored(bare, result),
+        question(centre(bare, 2, 0, 1.0), centre(bare, 2, 59, 2.0)),
+        Ground(bare, bare, False),
+        SOME,
+    )
+    assert made is not None
+    assert yaw_of(*made.poses[0, 3:]) == pytest.approx(1.0)
+    assert yaw_of(*made.poses[-1, 3:]) == pytest.approx(2.0)
+    assert made.poses[1:-1].tobytes() == result.poses[1:-1].tobytes()
+
+
+def test_a_robot_that_stands_along_the_way_is_given_the_rest_of_it() -> None:
+    bare, result = _corridor()
+    part = stored(bare, result, 20, 50)
+    made, _ = offer(part, question(centre(bare, 3, 20), centre(bare, 1, 50)), Ground(bare, bare, False), CHEAPEST, 0.1)
+    assert made is not None
+    assert made.origin == "stitched"
+    assert made.over_cheapest <= 0.1
+
+
+def test_what_was_seen_on_the_way_since_refuses_it() -> None:
+    bare, result = _corridor()
+    data = bare.data.copy()
+    data[2, 30] = 254
+    made, verdict = offer(
+        stored(bare, result), question(centre(bare, 2, 0), centre(bare, 2, 59)), Ground(of(data), bare, False), CHEAPEST
+    )
+    assert made is None
+    assert verdict.criterion == "costmap"
+    assert verdict.numbers == {"row": 2, "column": 30}
+
+
+def test_a_way_that_has_become_dear_is_refused() -> None:
+    bare, result = _corridor()
+    data = bare.data.copy()
+    data[2, 10:50] = 252
+    ends = centre(bare, 2, 0), centre(bare, 2, 59)
+    for traits in (CHEAPEST, SOME):
+        made, verdict = offer(stored(bare, result), question(*ends), Ground(of(data), bare, False), traits)
+        assert made is None
+        assert verdict.criterion == "bound"
+
+
+def test_a_plan_around_what_another_robot_saw_is_no_plan_for_who_does_not_see_it() -> None:
+    bare = costmap("\n".join(["." * 30] * 20))
+    walled = bare.data.copy()
+    walled[:18, 15] = 254
+    detour = DIJKSTRA.plan(of(walled), PlanRequest(centre(bare, 2, 0), centre(bare, 2, 29)))
+    seen = replace(stored(bare, detour), conditions={**PARAMETERS, "bare_map": False, "robot_radius": 0.2})
+    ends = question(centre(bare, 2, 0), centre(bare, 2, 29))
+    for traits in (CHEAPEST, SOME):
+        assert offer(seen, ends, Ground(bare, bare, False), traits)[0] is None
+
+
+def test_a_detour_that_a_program_says_is_the_planners_own_is_not_believed() -> None:
+    bare = costmap("\n".join(["." * 30] * 20))
+    walled = bare.data.copy()
+    walled[:18, 15] = 254
+    ends = centre(bare, 2, 0), centre(bare, 2, 29)
+    detour = DIJKSTRA.plan(of(walled), PlanRequest(*ends))
+    forged, straight = stored(bare, detour), stored(bare, DIJKSTRA.plan(bare, PlanRequest(*ends)))
+    ground = Ground(bare, bare, False)
+    for traits in (CHEAPEST, SOME):
+        assert offer(forged, question(*ends), ground, traits)[0] is not None, "who says so of the own plans is believed"
+        assert offer(replace(forged, given=True), question(*ends), ground, traits)[0] is None
+        made, _ = offer(replace(straight, given=True), question(*ends), ground, traits)
+        assert made is not None
+        assert made.proof.by == "distance"
+
+
+def test_what_another_radius_makes_cheapest_proves_nothing() -> None:
+    bare = costmap("\n".join(["o" * 30] * 3))
+    result = DIJKSTRA.plan(bare, PlanRequest(centre(bare, 1, 0), centre(bare, 1, 29)))
+    ends = question(centre(bare, 1, 0), centre(bare, 1, 29))
+    kept = stored(bare, result)
+    assert offer(kept, ends, Ground(bare, bare, False), CHEAPEST)[0] is not None
+    assert offer(kept, replace(ends, robot_radius=0.3), Ground(bare, bare, False), CHEAPEST)[0] is None
+
+
+def test_a_robot_that_cannot_turn_on_the_spot_is_given_only_what_fits_to_the_heading() -> None:
+    bare, result = _corridor()
+    start, goal = centre(bare, 2, 0), centre(bare, 2, 59)
+    turns = Traits(kinematic=True)
+    for asked, taken in ((question(start, goal), True), (question(start, centre(bare, 2, 59, 1.0)), False)):
+        kinematic = replace(asked, kinematic=True)
+        assert (offer(stored(bare, result), kinematic, Ground(bare, bare, False), turns)[0] is not None) is taken
+    aside = replace(question(centre(bare, 1, 0), goal), kinematic=True)
+    made, verdict = offer(stored(bare, result), aside, Ground(bare, bare, False), turns)
+    assert made is None
+    assert verdict.criterion == "ends"

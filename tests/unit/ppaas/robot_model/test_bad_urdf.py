@@ -1,0 +1,115 @@
+"""What is no URDF is refused with an error that says where."""
+
+from contextlib import suppress
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ppaas.errors import InvalidUrdf, MessageTooLarge, PPaaSError
+from ppaas.robot_model.describe import describe
+from ppaas.robot_model.urdf import MAX_LINKS, MAX_SHAPES
+from ppaas.robot_model.xml_document import MAX_BYTES
+from tests.support.world.urdf import box, cylinder, example, joint, link, origin, part, sphere, urdf
+
+BASE = link("base_link", part(box(1.0, 1.0, 1.0)))
+LAUGHS = "".join(f'<!ENTITY l{n} "{f"&l{n - 1};" * 10}">' for n in range(1, 10))
+MIMICS = "".join(
+    link(f"m{n}")
+    + joint(
+        f"m{n}",
+        "base_link",
+        "revolute",
+        f'<mimic joint="m{max(n - 1, 0)}_joint" multiplier="1e6" offset="1"/>' * (n > 0),
+    )
+    for n in range(60)
+)
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (b"", "not XML"),
+        (b"robot", "not XML"),
+        (b"<robot>", "not XML"),
+        (b"\x00" * 64, "not XML"),
+        (b"<robot name='a' name='b'/>", "not XML"),
+        ("<robot/>".encode("utf-16"), "UTF-8"),
+        (b'<?xml version="1.0" encoding="latin-1"?><robot name="\xe4"/>', "UTF-8"),
+        ('<?xml version="1.0" encoding="latin-1"?><robot name="ä"/>'.encode(), "UTF-8"),
+        (b'<!DOCTYPE robot><robot name="r"><link name="l"/></robot>', "document type"),
+        (f'<!DOCTYPE r [<!ENTITY l0 "ha">{LAUGHS}]><robot name="&l9;"/>'.encode(), "document type"),
+        (b'<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/passwd">]><robot name="r">&x;</robot>', "document type"),
+        (b'<!DOCTYPE r SYSTEM "http://127.0.0.1:1/x.dtd"><robot name="r"/>', "document type"),
+        (b"<sdf/>", "<robot>, not a <sdf>"),
+        (urdf(), "no <link>"),
+        (urdf(link("")), "name="),
+        (urdf(link("x" * 300)), "name="),
+        (urdf(BASE, BASE), "two links"),
+        (urdf(BASE, link("a"), link("b"), joint("a"), joint("a")), "two joints"),
+        (urdf(BASE, link("a")), "one root"),
+        (urdf(link("a"), link("b"), joint("a", "b"), joint("b", "a")), "loop"),
+        (urdf(BASE, link("a"), link("b"), joint("a", "b"), joint("b", "a")), "loop"),
+        (urdf(BASE, joint("a")), "'a', which there is not"),
+        (urdf(BASE, link("a"), joint("a", "nowhere")), "'nowhere', which there is not"),
+        (urdf(BASE, link("a"), joint("a"), joint("a").replace("a_joint", "other")), "hangs on two joints"),
+        (urdf(BASE, link("a"), '<joint name="j" type="fixed"><parent link="base_link"/></joint>'), "no <child>"),
+        (urdf(BASE, link("a"), joint("a", "base_link", "hinge")), "'hinge'"),
+        (urdf(BASE, link("a"), joint("a", "base_link", "revolute", '<axis xyz="0 0 0"/>')), "axis"),
+        (urdf(BASE, link("a"), joint("a", "base_link", "fixed", '<origin xyz="nan 0 0"/>')), "joint 'a_joint'"),
+        (urdf(BASE, link("a"), joint("a", "base_link", "fixed", '<origin rpy="0 inf 0"/>')), "joint 'a_joint'"),
+        (urdf(BASE, link("a"), joint("a", "base_link", "fixed", '<origin xyz="0 0"/>')), "3 finite numbers"),
+        (urdf(BASE, link("a"), joint("a", "base_link", "fixed", '<origin xyz="1e300 0 0"/>')), "3 finite numbers"),
+        (urdf(BASE, link("a"), joint("a", "base_link", "fixed", '<origin xyz="1_0 ٣ 0"/>')), "3 finite numbers"),
+        (urdf(BASE, link("a"), joint("a", "base_link", "continuous", '<limit velocity="-1"/>')), "negative"),
+        (urdf(BASE, link("a"), joint("a", "base_link", "revolute", '<mimic joint="a_joint"/>')), "follows itself"),
+        (urdf(BASE, link("a"), joint("a", "base_link", "revolute", '<mimic joint="b"/>')), "'b', which there is not"),
+        (urdf(BASE, MIMICS), "beyond"),
+        (urdf(link("l", part(box(-1.0, 1.0, 1.0)))), "link 'l'.*negative"),
+        (urdf(link("l", part(box(float("nan"), 1.0, 1.0)))), "link 'l'.*finite"),
+        (urdf(link("l", part(cylinder(float("inf"), 1.0)))), "link 'l'.*finite"),
+        (urdf(link("l", part(sphere(-0.0001)))), "negative"),
+        (urdf(link("l", part("<cylinder radius='1'/>"))), "length="),
+        (urdf(link("l", part("<torus/>"))), "<torus>"),
+        (urdf(link("l", part(""))), "empty"),
+        (urdf(link("l", "<collision/>")), "no <geometry>"),
+        (urdf(link("l", part('<mesh filename="m" bounding_box="1 0 0 0 1 1"/>'))), "bounding_box"),
+        (urdf(link("l", part('<mesh filename="m" scale="1"/>'))), "scale"),
+        (urdf(link("l", part(box(0.4, 0.4, 0.4), origin((400.0, 0, 0))))), "reaches 100 m"),
+        (urdf(*(link(f"l{n}") for n in range(MAX_LINKS + 1))), "1000 links"),
+        (urdf(link("l", part(sphere(0.1)) * (MAX_SHAPES + 1))), "2000 shapes"),
+    ],
+)  # fmt: skip
+def test_it_is_refused_by_name(data, said):
+    with pytest.raises(InvalidUrdf, match=said):
+        describe(data)
+
+
+def test_a_file_that_is_too_large_is_not_even_read():
+    with pytest.raises(MessageTooLarge, match=str(MAX_BYTES)):
+        describe(b"<" * (MAX_BYTES + 1))
+
+
+def test_as_many_links_as_may_be_in_one_long_chain_and_deep_nesting_do_no_harm():
+    chain = "".join(
+        link(f"l{n}") + joint(f"l{n}", f"l{n - 1}", "fixed", origin((0.01, 0, 0))) for n in range(1, MAX_LINKS)
+    )
+    assert describe(urdf(link("l0", part(sphere(0.1))), chain)).links == MAX_LINKS
+    assert describe(urdf(BASE, "<a>" * 50_000 + "</a>" * 50_000)).links == 1
+
+
+@given(st.data())
+def test_a_file_that_was_damaged_is_refused_by_a_typed_error_or_read(data):
+    whole = bytearray(example("turtlebot3_burger"))
+    for _ in range(data.draw(st.integers(1, 5))):
+        at = data.draw(st.integers(0, len(whole) - 1))
+        whole[at : at + data.draw(st.integers(0, 3))] = data.draw(st.binary(max_size=3))
+    with suppress(PPaaSError):
+        describe(bytes(whole))
+
+
+@given(st.sampled_from(["0.14 0.14 0.143", "-0.032 0 0.07", "6.67", "0.033"]), st.text(max_size=12))
+def test_no_attribute_breaks_the_reader(number, instead):
+    quoted = instead.replace("&", "").replace("<", "").replace('"', "")
+    with suppress(PPaaSError):
+        describe(example("turtlebot3_burger").replace(number.encode(), quoted.encode("utf-8", "surrogatepass")))

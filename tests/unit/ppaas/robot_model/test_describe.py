@@ -1,0 +1,159 @@
+"""What a URDF tells of a robot."""
+
+import math
+
+import pytest
+
+from ppaas.robot_model.describe import describe
+from ppaas.robot_model.known_models import robot_model
+from tests.support.world import urdf
+from tests.support.world.urdf import box, cylinder, example, joint, link, origin, part, sphere
+
+WHEEL = part(cylinder(0.05, 0.02))
+FORK = link("fork") + joint("fork", "base_link", "revolute", '<axis xyz="0 0 1"/>')
+TO_THE_SIDE = (-math.pi / 2, 0, 0)
+
+
+def wheel(name: str, y: float, *inside: str, velocity: float = 10.0, parent: str = "base_link") -> str:
+    limit = f'<limit effort="1" velocity="{velocity}"/>'
+    turned = origin((0, y, 0), TO_THE_SIDE)
+    return link(name, WHEEL) + joint(name, parent, "continuous", turned, '<axis xyz="0 0 1"/>', limit, *inside)
+
+
+@pytest.mark.parametrize("name", ["turtlebot2", "turtlebot3_burger", "turtlebot3_waffle"])
+def test_the_example_robots_are_much_like_the_models_of_their_names(name):
+    told, model = describe(example(name)), robot_model(name)
+    assert (told.name, told.base_frame, told.warnings) == (name, "base_footprint", ())
+    assert told.circumscribed_radius == pytest.approx(model.robot_radius, abs=0.02)
+    assert told.max_vel_x == pytest.approx(model.limits.max_vel_x, rel=0.01)
+    assert told.max_vel_theta >= 0.99 * model.limits.max_vel_theta
+    laser = next(sensor for sensor in told.sensors if sensor.kind == "laser")
+    assert laser.link == model.laser_frame
+    assert laser.pose[:2] == pytest.approx(model.laser[:2])
+
+
+def test_a_box_has_its_own_four_corners_and_two_radii():
+    told = describe(urdf.urdf(link("base_link", part(box(0.6, 0.4, 0.2), origin((0.1, 0, 0.3))))))
+    assert told.footprint == ((-0.2, -0.2), (0.4, -0.2), (0.4, 0.2), (-0.2, 0.2))
+    assert (told.inscribed_radius, told.circumscribed_radius) == (pytest.approx(0.2), 0.448)
+    assert told.height == pytest.approx(0.2)
+    assert (told.max_vel_x, told.max_vel_theta, told.sensors) == (None, None, ())
+
+
+def test_the_ground_is_at_the_base_footprint():
+    told = describe(
+        urdf.urdf(
+            link("base_link", part(box(0.2, 0.2, 0.2), origin((0, 0, 0.1)))),
+            link("base_footprint"),
+            joint("base_link", "base_footprint", "fixed", origin((0, 0, 0.05))),
+        )
+    )
+    assert (told.base_frame, told.height) == ("base_footprint", pytest.approx(0.25))
+
+
+def test_a_robot_that_stands_beside_its_frame_has_no_disc_within():
+    told = describe(urdf.urdf(link("base_link", part(sphere(0.1), origin((1.0, 0, 0))))))
+    assert (told.inscribed_radius, told.circumscribed_radius) == (0.0, pytest.approx(1.1, abs=2e-3))
+
+
+def test_a_mesh_counts_as_the_box_it_says():
+    mesh = '<mesh filename="package://r/base.stl" scale="0.001 -0.001 0.001" bounding_box="-100 -50 0 300 150 80"/>'
+    told = describe(urdf.urdf(link("base_link", part(mesh))))
+    assert told.footprint == ((-0.1, -0.15), (0.3, -0.15), (0.3, 0.05), (-0.1, 0.05))
+    assert (told.height, told.warnings) == (pytest.approx(0.08), ())
+
+
+def test_a_robot_with_a_mesh_that_tells_no_box_has_no_footprint_rather_than_one_too_small():
+    mesh = part('<mesh filename="package://r/arm.dae"/>')
+    told = describe(urdf.urdf(link("base_link", part(box(0.2, 0.2, 0.2)), mesh), wheel("w", 0.2)))
+    assert (told.footprint, told.circumscribed_radius, told.inscribed_radius, told.height) == ((), None, None, None)
+    assert ["'base_link' is the mesh 'package://r/arm.dae'" in warning for warning in told.warnings] == [True]
+    assert told.max_vel_x == pytest.approx(0.5)
+
+
+def test_what_is_seen_counts_where_nothing_is_told_of_collisions():
+    told = describe(urdf.urdf(link("base_link", part(box(0.2, 0.2, 0.2), kind="visual"))))
+    assert told.circumscribed_radius == 0.142
+    assert told.warnings == ("no link has a <collision>: what is <visual> counts",)
+    assert describe(urdf.urdf(link("base_link"))).warnings == (
+        "no link has a <collision>: footprint and height are not known",
+    )
+
+
+def test_wheels_tell_the_speed_and_the_turn_by_their_rims():
+    told = describe(urdf.urdf(link("base_link"), wheel("left", 0.25), wheel("right", -0.25, velocity=8.0)))
+    assert (told.max_vel_x, told.max_vel_theta) == (pytest.approx(0.4), pytest.approx(1.6))
+
+
+@pytest.mark.parametrize(
+    ("others", "speed", "turn"),
+    [
+        ((), 0.5, None),
+        ((wheel("right", -0.25, velocity=0.0),), 0.5, None),
+        ((FORK, wheel("f", -0.2, parent="fork")), 0.5, None),
+        ((wheel("caster", -0.25).replace("continuous", "fixed"),), 0.5, None),
+        ((wheel("right", -0.25), wheel("middle", 0.0)), 0.5, 2.0),
+    ],
+    ids=["one side", "driven on one side", "steers", "skids", "six-wheeled"],
+)  # fmt: skip
+def test_what_wheels_do_not_tell_is_not_told(others, speed, turn):
+    told = describe(urdf.urdf(link("base_link"), wheel("left", 0.25), *others))
+    assert told.max_vel_x == pytest.approx(speed)
+    assert told.max_vel_theta == (turn if turn is None else pytest.approx(turn))
+
+
+def test_what_turns_and_is_no_wheel_tells_no_speed():
+    limit = '<limit velocity="3"/>'
+    lidar = link("mast", part(cylinder(0.05, 0.02))) + joint(
+        "mast", "base_link", "continuous", '<axis xyz="0 0 1"/>', limit
+    )
+    arm = link("arm", part(cylinder(0.05, 1.0))) + joint("arm", "base_link", "revolute", '<axis xyz="0 1 0"/>', limit)
+    assert describe(urdf.urdf(link("base_link"), lidar, arm)).max_vel_x is None
+
+
+def test_sensors_are_found_by_name_and_by_tag_and_the_tag_goes_first():
+    told = describe(
+        urdf.urdf(
+            link("base_link"),
+            *(link(name) + joint(name, "base_link", "fixed", origin((0.1, 0, 0.2), (0, 0, 1.5)))
+              for name in ("front_laser", "rplidar", "scan_link", "scandinavian", "head_camera", "camera_depth_frame",
+                           "eye", "imu_link", "gps")),
+            '<gazebo reference="eye"><sensor type="gpu_ray" name="x"/></gazebo>',
+            '<gazebo reference="rplidar"><sensor type="depth_camera"/></gazebo>',
+            '<gazebo reference="nowhere"><sensor type="ray"/></gazebo>',
+            '<sensor name="i"><parent link="imu_link"/><imu/></sensor>',
+            '<sensor name="g" type="gps"><parent link="gps"/></sensor>',
+        )
+    )  # fmt: skip
+    assert {sensor.link: sensor.kind for sensor in told.sensors} == {
+        "front_laser": "laser", "rplidar": "depth", "scan_link": "laser", "head_camera": "camera",
+        "camera_depth_frame": "depth", "eye": "laser", "imu_link": "other", "gps": "gps",
+    }  # fmt: skip
+    assert told.sensors[0].pose == pytest.approx((0.1, 0, 0.2, 0, 0, 1.5))
+
+
+def test_it_is_told_that_a_laser_is_not_level():
+    hanging = joint("laser", "base_link", "fixed", origin((0, 0, 0.2), (math.pi, 0, 0)))
+    told = describe(urdf.urdf(link("base_link", part(sphere(0.1))), link("laser"), hanging))
+    assert ["'laser' is tilted or upside down" in warning for warning in told.warnings] == [True]
+
+
+def test_a_joint_that_follows_another_stands_at_its_offset():
+    arm = part(box(1.0, 0.1, 0.1), origin((0.5, 0, 0)))
+    follows = '<axis xyz="0 0 1"/><mimic joint="a_joint" multiplier="2" offset="{}"/>'
+    told = describe(
+        urdf.urdf(
+            link("base_link", part(sphere(0.01))),
+            link("a"), joint("a", "base_link", "revolute", '<axis xyz="0 0 1"/><mimic joint="c_joint" offset="0.5"/>'),
+            link("b", arm), joint("b", "base_link", "revolute", follows.format(math.pi / 2 - 1.0)),
+            link("c"), joint("c", "base_link", "prismatic", '<axis xyz="1 0 0"/>'),
+        )
+    )  # fmt: skip
+    assert max(y for _, y in told.footprint) == pytest.approx(1.0, abs=1e-3)
+    assert max(x for x, _ in told.footprint) == pytest.approx(0.05, abs=1e-3)
+
+
+def test_numbers_are_told_as_plain_floats():
+    told = describe(example("turtlebot2"))
+    numbers = [told.height, told.max_vel_x, told.max_vel_theta, *told.footprint[0], *told.sensors[0].pose]
+    assert {type(number) for number in numbers} == {float}

@@ -1,0 +1,73 @@
+"""Which plug-ins a process may load."""
+
+from importlib.metadata import EntryPoint, distribution
+
+import pytest
+
+from ppaas import plugins
+from ppaas.errors import InvalidParameter, NotFound, NotPermitted
+from ppaas.planners.base import Planner
+from ppaas.planners.grid.astar import AStar
+from ppaas.plugins import PluginRegistry, permit_only, permitted
+
+GROUP = "ppaas.planners"
+
+
+class Installed:
+    """A distribution with a name, as entry points know it."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+
+def entry(name: str, of: str) -> EntryPoint:
+    made = EntryPoint(name, "ppaas.planners.grid.astar:AStar", GROUP)
+    vars(made).update(dist=Installed(of))
+    return made
+
+
+@pytest.fixture
+def registry(monkeypatch: pytest.MonkeyPatch) -> PluginRegistry[Planner]:
+    entries = [entry("ours", "ppaas"), entry("theirs", "another"), entry("more", "another"), entry("ours", "another")]
+    monkeypatch.setattr(plugins, "entry_points", lambda group: entries)
+    return PluginRegistry(GROUP, "planner", Planner, {})  # type: ignore[type-abstract]
+
+
+def test_whoever_is_no_cloud_loads_what_is_installed(registry: PluginRegistry[Planner]) -> None:
+    plugins._permitted = None
+    assert registry.names() == ("more", "ours", "theirs")
+    assert permitted() is None
+    assert registry.load("theirs") is AStar
+
+
+def test_a_cloud_loads_its_own_and_what_is_allowed(registry: PluginRegistry[Planner]) -> None:
+    permit_only([f"{GROUP}:theirs"])
+    assert registry.names() == ("ours", "theirs")
+    assert permitted() == (f"{GROUP}:theirs",)
+    assert registry.load("ours") is registry.load("theirs") is AStar
+
+
+def test_what_nobody_allowed_is_refused_with_how_it_is_allowed(registry: PluginRegistry[Planner]) -> None:
+    permit_only([f"{GROUP}:theirs", "ppaas.controllers:more"])
+    with pytest.raises(NotPermitted, match=r"planner 'more' is installed.*ppaas up --allow ppaas\.planners:more"):
+        registry.create("more", {})
+    with pytest.raises(NotFound, match=r"known: ours, theirs$"):
+        registry.load("nowhere")
+
+
+def test_nobody_takes_the_place_of_one_of_ours(registry: PluginRegistry[Planner]) -> None:
+    permit_only([])
+    assert registry._entries["ours"].dist.name == "ppaas"  # type: ignore[union-attr]
+    assert registry.load("ours") is AStar
+
+
+@pytest.mark.parametrize("name", ["mine", "ppaas.planners", "ppaas.planners:", "os:system", ":", ""])
+def test_a_name_that_is_none_is_refused(name: str) -> None:
+    with pytest.raises(InvalidParameter, match="group:name"):
+        permit_only([name])
+
+
+def test_all_plugins_of_the_project_are_its_own() -> None:
+    entries = [entry for entry in distribution("ppaas").entry_points if entry.group == GROUP]
+    assert entries
+    assert all(plugins._is_own(entry) for entry in entries)

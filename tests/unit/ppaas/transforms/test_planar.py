@@ -1,0 +1,205 @@
+"""The tf tree."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ppaas.errors import TransformError
+from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
+from ppaas.messages.std_msgs import Header, Time
+from ppaas.transforms.planar import TransformTree, is_level, tf_time, transform_message
+
+poses = st.builds(
+    Pose2D, st.floats(-50, 50), st.floats(-50, 50), st.floats(-math.pi, math.pi, exclude_max=True)
+)  # fmt: skip
+
+
+def close(a: Pose2D, b: Pose2D) -> bool:
+    return a.distance_to(b) < 1e-6 and abs(wrap_angle(a.theta - b.theta)) < 1e-6
+
+
+def robot_tree() -> TransformTree:
+    tree = TransformTree()
+    tree.set("map", "odom", Pose2D(1.0, 2.0, math.pi / 2), 10.0)
+    tree.set("odom", "base_link", Pose2D(3.0, 0.0, 0.0), 10.0)
+    tree.set_static("base_link", "laser", Pose2D(0.1, 0.0, math.pi))
+    return tree
+
+
+def test_a_chain_is_composed_from_target_to_source():
+    assert close(robot_tree().lookup("map", "laser"), Pose2D(1.0, 5.1, -math.pi / 2))
+
+
+def test_looking_the_other_way_gives_the_inverse():
+    tree = robot_tree()
+    assert close(tree.lookup("laser", "map"), tree.lookup("map", "laser").inverse())
+
+
+def test_two_branches_meet_in_their_common_ancestor():
+    tree = robot_tree()
+    tree.set_static("base_link", "camera", Pose2D(0.0, 0.2, 0.0))
+    assert close(tree.lookup("camera", "laser"), Pose2D(0.1, -0.2, math.pi))
+
+
+def test_a_frame_in_itself_is_the_identity_even_if_nobody_knows_it():
+    assert TransformTree().lookup("base_link", "base_link") == Pose2D(0.0, 0.0, 0.0)
+
+
+@given(poses, poses, st.floats(0.0, 1.0))
+def test_between_two_stamps_it_is_interpolated(first, last, share):
+    tree = TransformTree()
+    tree.set("odom", "base_link", first, 100.0)
+    tree.set("odom", "base_link", last, 101.0)
+    found = tree.lookup("odom", "base_link", 100.0 + share)
+    turn = wrap_angle(last.theta - first.theta)
+    assert math.isclose(found.x, first.x + share * (last.x - first.x), abs_tol=1e-6)
+    assert math.isclose(found.y, first.y + share * (last.y - first.y), abs_tol=1e-6)
+    assert abs(wrap_angle(found.theta - first.theta - share * turn)) < 1e-6
+
+
+def test_half_way_between_two_headings_astride_pi_is_pi_and_not_zero():
+    tree = TransformTree()
+    tree.set("odom", "base_link", Pose2D(0, 0, 3.0), 0.0)
+    tree.set("odom", "base_link", Pose2D(0, 0, -3.0), 1.0)
+    assert abs(abs(tree.lookup("odom", "base_link", 0.5).theta) - math.pi) < 1e-9
+
+
+@given(poses, poses)
+def test_there_and_back_is_the_identity(a, b):
+    tree = TransformTree()
+    tree.set("map", "odom", a, 1.0)
+    tree.set("odom", "base_link", b, 1.0)
+    assert close(tree.lookup("map", "base_link") @ tree.lookup("base_link", "map"), Pose2D(0, 0, 0))
+
+
+def test_the_latest_is_the_latest_at_which_all_are_known():
+    tree = robot_tree()
+    tree.set("odom", "base_link", Pose2D(5.0, 0.0, 0.0), 12.0)
+    tree.set("map", "odom", Pose2D(0.0, 0.0, 0.0), 11.0)
+    assert close(tree.lookup("map", "base_link"), Pose2D(4.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("stamp", [9.9, 10.1])
+def test_beyond_the_stamps_nothing_is_guessed_and_the_error_names_frames_and_times(stamp):
+    with pytest.raises(TransformError, match=rf"'(map|odom)' → '(odom|base_link)'.*10\.000.*{stamp:.3f}"):
+        robot_tree().lookup("map", "base_link", stamp)
+
+
+def test_an_unknown_frame_is_named_with_those_there_are():
+    with pytest.raises(TransformError, match=r"unknown frame 'velodyne'; known: base_link, laser, map, odom"):
+        robot_tree().lookup("map", "velodyne")
+
+
+def test_unconnected_frames_are_told():
+    tree = robot_tree()
+    tree.set("world", "crane", Pose2D(0, 0, 0), 0.0)
+    with pytest.raises(TransformError, match="'crane' and 'map' are not connected"):
+        tree.lookup("map", "crane")
+
+
+def test_what_is_older_than_the_cache_is_forgotten():
+    tree = TransformTree(cache_time=10.0)
+    for stamp in (0.0, 5.0, 12.0):
+        tree.set("odom", "base_link", Pose2D(stamp, 0, 0), stamp)
+    assert tree.lookup("odom", "base_link", 5.0).x == 5.0
+    with pytest.raises(TransformError, match=r"from 5\.000"):
+        tree.lookup("odom", "base_link", 1.0)
+
+
+def test_a_late_stamp_is_put_in_its_place():
+    tree = TransformTree()
+    for stamp in (0.0, 2.0, 1.0):
+        tree.set("odom", "base_link", Pose2D(10.0 if stamp == 1.0 else 0.0, 0, 0), stamp)
+    assert tree.lookup("odom", "base_link", 1.0).x == 10.0
+    assert tree.newest("base_link") == 2.0
+
+
+def test_the_same_stamp_again_replaces():
+    tree = TransformTree()
+    tree.set("odom", "base_link", Pose2D(1, 0, 0), 1.0)
+    tree.set("odom", "base_link", Pose2D(2, 0, 0), 1.0)
+    assert tree.lookup("odom", "base_link", 1.0).x == 2.0
+
+
+def test_a_clock_that_is_set_back_begins_anew():
+    tree = TransformTree()
+    tree.set("odom", "base_link", Pose2D(1, 0, 0), 1_000_000.0)
+    tree.set("odom", "base_link", Pose2D(2, 0, 0), 5.0)
+    assert tree.newest("base_link") == 5.0
+    assert tree.lookup("odom", "base_link").x == 2.0
+
+
+def test_a_loop_of_frames_is_refused():
+    with pytest.raises(TransformError, match="loop"):
+        robot_tree().set("laser", "map", Pose2D(0, 0, 0), 0.0)
+
+
+def test_a_frame_may_get_another_parent():
+    tree = robot_tree()
+    tree.set("map", "base_link", Pose2D(7, 0, 0), 20.0)
+    assert tree.lookup("map", "base_link") == Pose2D(7, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("parent", "child", "pose", "stamp"),
+    [
+        ("", "b", Pose2D(0, 0, 0), 0.0),
+        ("a", "", Pose2D(0, 0, 0), 0.0),
+        ("a", "b", Pose2D(math.nan, 0, 0), 0.0),
+        ("a", "b", Pose2D(0, 0, math.inf), 0.0),
+        ("a", "b", Pose2D(0, 0, 0), math.nan),
+        ("a", "a", Pose2D(0, 0, 0), 0.0),
+    ],
+)
+def test_nonsense_is_refused_and_leaves_the_tree_as_it_was(parent, child, pose, stamp):
+    tree = TransformTree()
+    with pytest.raises(TransformError):
+        tree.set(parent, child, pose, stamp)
+    assert tree.frames() == ()
+
+
+@given(poses, st.floats(0, 1e9))
+def test_a_message_carries_a_transform_there_and_back(pose, stamp):
+    tree = TransformTree()
+    tree.set_message(transform_message("/map", "odom", pose, Time.of(stamp)))
+    assert close(tree.lookup("map", "odom"), pose)
+
+
+@given(st.integers(0, 2_000_000_000), st.integers(0, 999_999_999))
+def test_the_same_moment_is_the_same_after_any_way_through_messages(secs, nsecs):
+    stamp = Time(secs, nsecs - nsecs % 1000)
+    again = Time.of(stamp.seconds())
+    assert tf_time(again) == tf_time(stamp)
+
+
+def test_a_static_message_holds_at_all_times():
+    tree = TransformTree()
+    tree.set_message(transform_message("base_link", "laser", Pose2D(1, 0, 0), Time(5)), static=True)
+    assert tree.lookup("base_link", "laser", 1e9) == Pose2D(1, 0, 0)
+
+
+def tilted(rotation: Quaternion) -> TransformStamped:
+    return TransformStamped(Header(stamp=Time(), frame_id="base_link"), "camera", Transform(Vector3(), rotation))
+
+
+@pytest.mark.parametrize(
+    "rotation",
+    [
+        Quaternion(x=-0.5, y=0.5, z=-0.5, w=0.5),
+        Quaternion(x=1.0, z=0.0, w=0.0),
+        Quaternion(y=0.1, z=0.0, w=0.99),
+    ],
+)
+def test_a_frame_out_of_the_plane_is_refused(rotation):
+    assert not is_level(rotation)
+    with pytest.raises(TransformError, match="planar"):
+        TransformTree().set_message(tilted(rotation))
+
+
+@pytest.mark.parametrize("rotation", [Quaternion(z=0.0, w=0.0), Quaternion(z=math.nan, w=1.0)])
+def test_what_is_no_rotation_is_refused(rotation):
+    with pytest.raises(TransformError, match="no quaternion"):
+        TransformTree().set_message(tilted(rotation))

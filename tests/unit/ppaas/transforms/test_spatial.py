@@ -1,0 +1,89 @@
+"""Rigid transforms compose as matrices do, and the newest of each frame are found whatever is told."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ppaas.errors import TransformError
+from ppaas.geometry import Pose2D
+from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
+from ppaas.messages.std_msgs import Header, Time
+from ppaas.transforms.planar import transform_message
+from ppaas.transforms.spatial import MAX_FRAMES, LatestFrames, Rigid
+
+METRES = st.floats(-10.0, 10.0)
+TURNS = st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: math.hypot(*q) > 0.1)
+RIGIDS = st.builds(
+    lambda t, q: Rigid.of(Transform(Vector3(*t), Quaternion(x=q[0], y=q[1], z=q[2], w=q[3]))),
+    st.tuples(METRES, METRES, METRES),
+    TURNS,
+)
+
+
+def matrix(rigid: Rigid) -> NDArray[np.float64]:
+    made = np.eye(4)
+    made[:3, :3] = Rotation.from_quat(rigid[3:]).as_matrix()
+    made[:3, 3] = rigid[:3]
+    return made
+
+
+@given(RIGIDS, RIGIDS)
+def test_composing_is_multiplying_matrices_and_the_inverse_undoes_it(a, b):
+    np.testing.assert_allclose(matrix(a @ b), matrix(a) @ matrix(b), atol=1e-9)
+    np.testing.assert_allclose(matrix(a.inverse() @ a @ b), matrix(b), atol=1e-9)
+
+
+@given(RIGIDS, RIGIDS)
+def test_how_far_apart_two_are_is_metres_and_the_shorter_angle(a, b):
+    turn = (Rotation.from_quat(a[3:]).inv() * Rotation.from_quat(b[3:])).magnitude()
+    assert a.angle_to(b) == pytest.approx(turn, abs=1e-6)
+    assert a.distance_to(b) == pytest.approx(np.linalg.norm(np.subtract(a[:3], b[:3])))
+
+
+def heard(*edges: tuple[str, str, Pose2D]) -> LatestFrames:
+    frames = LatestFrames()
+    frames.hear(transform_message(parent, child, pose, Time(1)) for parent, child, pose in edges)
+    return frames
+
+
+def test_frames_are_found_up_and_down_the_tree_with_or_without_slashes():
+    a, b, c = Pose2D(1.0, 2.0, 0.3), Pose2D(0.5, 0.0, -1.0), Pose2D(-1.0, 0.0, 2.0)
+    frames = heard(("map", "/odom", a), ("odom", "base_link", b), ("/map", "dock", c))
+    for target, source, pose in (("map", "base_link", a @ b), ("base_link", "dock", (a @ b).inverse() @ c)):
+        found = frames.lookup(target, source)
+        assert (found.x, found.y) == pytest.approx((pose.x, pose.y))
+        assert 2.0 * math.atan2(found.qz, found.qw) == pytest.approx(pose.theta)
+    assert frames.lookup("map", "map") == Rigid()
+
+
+def test_the_newest_of_a_frame_counts_also_when_it_has_another_parent():
+    frames = heard(("map", "a", Pose2D(1.0, 0.0)), ("other", "a", Pose2D(2.0, 0.0)))
+    assert frames.lookup("other", "a").x == 2.0
+    with pytest.raises(TransformError, match="not connected"):
+        frames.lookup("map", "a")
+
+
+def test_loops_and_transforms_that_are_none_are_told_and_hang_nobody():
+    frames = heard(("a", "b", Pose2D(1.0, 0.0)), ("b", "a", Pose2D(1.0, 0.0)), ("self", "self", Pose2D(0.0, 0.0)))
+    with pytest.raises(TransformError):
+        frames.lookup("map", "a")
+    with pytest.raises(TransformError):
+        frames.lookup("map", "self")
+    nowhere = Transform(Vector3(math.nan), Quaternion(z=0.0, w=1.0))
+    for bad in (nowhere, Transform(Vector3(), Quaternion(z=0.0, w=0.0))):
+        frames.hear([TransformStamped(Header(frame_id="map"), "bad", bad)])
+        with pytest.raises(TransformError, match="not finite"):
+            frames.lookup("map", "bad")
+
+
+def test_a_robot_has_so_many_frames_and_those_that_are_known_go_on():
+    frames = heard(*[("map", f"f{number}", Pose2D(0.0, 0.0)) for number in range(MAX_FRAMES + 1)])
+    with pytest.raises(TransformError):
+        frames.lookup("map", f"f{MAX_FRAMES}")
+    frames.hear([transform_message("map", "f0", Pose2D(5.0, 0.0), Time(2))])
+    assert frames.lookup("map", "f0").x == 5.0

@@ -1,0 +1,108 @@
+"""The demo's command, and the whole way once over."""
+
+import argparse
+import asyncio
+import json
+from pathlib import Path
+
+import psutil
+import pytest
+
+from ppaas.errors import InvalidInput, InvalidMap, InvalidParameter, Unavailable
+from robots.cli.commands import demo
+from robots.demo.cloud_process import CloudProcess
+
+
+def children() -> set[psutil.Process]:
+    """Return the processes that this one has started; other tests may have left some that serve them all."""
+    return set(psutil.Process().children())
+
+
+def parse(*arguments: str) -> argparse.Namespace:
+    parser = argparse.ArgumentParser()
+    demo.configure(parser)
+    return parser.parse_args(list(arguments))
+
+
+def test_its_defaults_show_three_robots() -> None:
+    arguments = parse()
+    assert (arguments.robots, arguments.map, arguments.headless, arguments.json) == (3, None, False, False)
+
+
+@pytest.mark.parametrize("arguments", [("--robots", "0"), ("--goals", "-1"), ("--robots", "x")])
+def test_counts_that_are_none_are_refused(arguments: tuple[str, ...]) -> None:
+    with pytest.raises(SystemExit):
+        parse(*arguments)
+
+
+def test_without_a_terminal_it_does_not_keep_going() -> None:
+    with pytest.raises(InvalidParameter, match="terminal"):
+        demo.run(parse("--keep-going"))
+
+
+def test_a_seed_below_zero_is_refused() -> None:
+    with pytest.raises(InvalidParameter, match="--seed"):
+        demo.run(parse("--seed=-1"))
+
+
+def test_a_map_that_is_not_there_is_refused_before_a_cloud_starts(tmp_path: Path) -> None:
+    before = children()
+    with pytest.raises(InvalidMap, match=r"nowhere\.yaml"):
+        demo.run(parse("--headless", "--map", str(tmp_path / "nowhere.yaml")))
+    assert children() <= before
+
+
+async def test_a_cloud_that_does_not_start_says_why_and_leaves_nothing() -> None:
+    cloud = CloudProcess()
+    folder = cloud.folder
+    (folder / "password").mkdir()
+    with pytest.raises(Unavailable, match=r"the cloud ended with status 1:\n(.*\n)*.*the password file cannot be read"):
+        async with cloud:
+            pytest.fail("it started")
+    assert not folder.exists()
+
+
+@pytest.mark.journey
+async def test_a_cloud_that_is_interrupted_while_it_starts_leaves_nothing() -> None:
+    cloud = CloudProcess()
+    before = children()
+    entering = asyncio.create_task(cloud.__aenter__())
+    async with asyncio.timeout(30):
+        while children() <= before:
+            await asyncio.sleep(0.01)
+    started = [child for process in children() - before for child in (process, *process.children(recursive=True))]
+    entering.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await entering
+    assert not cloud.folder.exists()
+    _, alive = psutil.wait_procs(started, 10)
+    assert not alive
+
+
+@pytest.mark.journey
+def test_two_robots_reach_their_goals_without_a_touch_and_nothing_is_left(capsys: pytest.CaptureFixture[str]) -> None:
+    before = children()
+    status = demo.run(parse("--headless", "--robots", "2", "--goals", "1", "--seed", "4", "--json"))
+    [line] = capsys.readouterr().out.splitlines()
+    report = json.loads(line)
+    assert status == 0
+    assert report["map"] == "warehouse"
+    assert [robot["id"] for robot in report["robots"]] == ["turtlebot-1", "turtlebot-2"]
+    for robot in report["robots"]:
+        assert (robot["goals_asked"], robot["goals_reached"], robot["collisions"]) == (1, 1, 0)
+        assert robot["distance_m"] > 5.0
+        assert robot["final_errors_m"][0] < 0.3
+        assert 0.0 < robot["plan_seconds"][0] < report["seconds"]
+        assert robot["ready_seconds"] > 0.0
+    assert children() <= before
+
+
+@pytest.mark.parametrize("arguments", [("--cloud", "http://127.0.0.1:1"), ("--admin-password-file", "password")])
+def test_a_cloud_that_is_up_is_named_with_its_password(arguments: tuple[str, ...]) -> None:
+    with pytest.raises(InvalidParameter, match="go together"):
+        demo.run(parse("--headless", *arguments))
+
+
+def test_a_password_file_that_is_not_there_is_told(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="password file"):
+        demo.run(parse("--headless", "--cloud", "http://127.0.0.1:1", "--admin-password-file", str(tmp_path / "none")))

@@ -1,0 +1,165 @@
+"""``ppaas plan``: on map files without a cloud, and on the maps of a cloud."""
+
+import json
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from ppaas.errors import GoalOccupied
+from tests.support.cloud.command_line import CommandLine
+from tests.support.sources import ROOT
+from tests.support.storage.records import house, put_map
+from tests.support.world.urdf import EXAMPLES
+
+OFFICE = str(ROOT / "docs" / "examples" / "office.yaml")
+WAFFLE = str(EXAMPLES / "turtlebot3_waffle.urdf")
+IN_OFFICE = (OFFICE, "--start", "2", "2", "--goal", "10", "8")
+IN_HOUSE = ("house", "--start", "0", "0", "--goal", "3", "4")
+
+
+@pytest.fixture(autouse=True)
+def published(ppaas: CommandLine) -> None:
+    put_map(ppaas.services.map_store, house())
+
+
+async def test_a_plan_is_told_in_one_row(ppaas: CommandLine) -> None:
+    ended = await ppaas("plan", "house", "--start", "0", "0", "--goal", "3", "4", "1.5")
+    assert ended.status == 0, ended.err
+    assert ended.rows[0] == ["plan_id", "planner", "length", "cost", "expanded", "seconds", "container", "pid"]
+    assert ended.rows[1][1:] == ["dijkstra", "5", "50", "2", "0.001", "c9", "4711"]
+
+
+async def test_json_has_the_poses(ppaas: CommandLine) -> None:
+    ended = await ppaas("plan", "house", "--start", "0", "0", "--goal", "3", "4", "--json")
+    assert [pose[:2] for pose in json.loads(ended.out)["poses"]] == [[0.0, 0.0], [3.0, 4.0]]
+
+
+async def test_negative_numbers_planner_and_tolerance_reach_the_cloud(ppaas: CommandLine) -> None:
+    await ppaas(
+        "plan", "house", "--start", "-1", "-2", "-0.5", "--goal", "0", "0", "--planner", "navfn", "--tolerance", "0.5"
+    )
+    [(user, version, request)] = ppaas.cloud.asked
+    assert (user, version.id) == ("ann", "house")
+    assert (request.start, request.goal) == ((-1.0, -2.0, -0.5), (0.0, 0.0, 0.0))
+    assert (request.planner, request.tolerance) == ("navfn", 0.5)
+
+
+async def test_what_cannot_be_planned_says_why(ppaas: CommandLine) -> None:
+    ppaas.cloud.error = GoalOccupied("the goal is in a wall")
+    ended = await ppaas("plan", "house", "--start", "0", "0", "--goal", "1", "1")
+    assert (ended.status, ended.out, ended.err) == (1, "", "ppaas: goal-occupied: the goal is in a wall\n")
+
+
+async def test_a_map_that_may_not_be_seen_is_unknown(ppaas: CommandLine) -> None:
+    ended = await ppaas("plan", "house", "--start", "0", "0", "--goal", "1", "1", user="bob")
+    assert ended.err == "ppaas: not-found: unknown map 'house'\n"
+
+
+@pytest.mark.parametrize("numbers", [["1"], ["1", "2", "3", "4"]])
+async def test_a_pose_has_two_or_three_numbers(ppaas: CommandLine, numbers: list[str]) -> None:
+    ended = await ppaas("plan", "house", "--start", *numbers, "--goal", "1", "1")
+    assert ended.status == 1
+    assert "--start takes x y [yaw]" in ended.err
+    assert ppaas.cloud.asked == []
+
+
+async def test_a_word_is_no_number(ppaas: CommandLine) -> None:
+    ended = await ppaas("plan", "house", "--start", "here", "0", "--goal", "1", "1")
+    assert ended.status == 2
+    assert "--start" in ended.err
+
+
+@pytest.mark.parametrize("number", ["nan", "inf"])
+async def test_a_pose_is_finite(ppaas: CommandLine, number: str) -> None:
+    for where in ("house", OFFICE):
+        ended = await ppaas("plan", where, "--start", "0", "0", "--goal", number, "1")
+        assert ended.err == f"ppaas: invalid-input: --goal must be finite numbers, not {number} 1.0\n"
+    assert ppaas.cloud.asked == []
+
+
+# -- on a map file -----------------------------------------------------------------------------------------------------
+
+
+async def test_on_a_map_file_no_cloud_is_asked(ppaas: CommandLine) -> None:
+    ended = await ppaas("plan", *IN_OFFICE, "--planner", "astar", user=None)
+    assert ended.status == 0, ended.err
+    assert ended.rows[0] == ["planner", "length", "cost", "expanded", "seconds"]
+    assert ended.rows[1][:2] == ["astar", "12.5207"]
+    assert ppaas.cloud.asked == []
+
+
+async def test_json_has_the_poses_of_a_map_file_too(ppaas: CommandLine) -> None:
+    ended = await ppaas("plan", *IN_OFFICE, "--json", user=None)
+    answer = json.loads(ended.out)
+    assert (answer["poses"][0][:2], answer["poses"][-1][:2]) == ([2.0, 2.0], [10.0, 8.0])
+
+
+async def test_a_large_robot_keeps_further_away(ppaas: CommandLine) -> None:
+    costs = []
+    for robot in ((), ("--model", "turtlebot3_waffle"), ("--urdf", WAFFLE), ("--radius", "0.35")):
+        ended = await ppaas("plan", *IN_OFFICE, *robot, "--json", user=None)
+        costs.append(json.loads(ended.out)["cost"])
+    assert costs == sorted(costs)
+    assert costs[0] < costs[-1]
+
+
+async def test_the_path_is_drawn(ppaas: CommandLine, tmp_path: Path) -> None:
+    picture = tmp_path / "path.png"
+    ended = await ppaas("plan", *IN_OFFICE, "--plot", str(picture), user=None)
+    assert ended.status == 0, ended.err
+    with Image.open(picture) as drawn:
+        assert drawn.width > 800
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error"),
+    [
+        ((*IN_OFFICE, "--planner", "teleport"), "not-found: unknown planner 'teleport'; known: astar, dijkstra"),
+        ((*IN_OFFICE, "--model", "r2d2"), "not-found: unknown robot model 'r2d2'; known: turtlebot2, "),
+        ((*IN_OFFICE, "--radius", "-1"), "invalid-parameter: the radius of a robot is from 0 to 100 m, not -1.0"),
+        ((*IN_OFFICE, "--urdf", "no.urdf"), "invalid-input: cannot read the URDF: "),
+        ((*IN_OFFICE, "--urdf", OFFICE), "invalid-urdf: this is not XML: "),
+        ((*IN_OFFICE, "--tolerance", "nan"), "invalid-input: the tolerance must be zero or more metres, not nan"),
+        ((*IN_OFFICE, "--plot", "a.jpg"), "invalid-input: a picture is a PNG file: call it a.png, not 'a.jpg'"),
+        (("no.yaml", *IN_OFFICE[1:]), "invalid-map: cannot read the map: "),
+        (("no.png", *IN_OFFICE[1:]), "invalid-map: cannot read the map: "),
+        ((str(ROOT / "README.md"), *IN_OFFICE[1:]), "invalid-map: the map's YAML "),
+        ((OFFICE, "--start", "0.01", "0.01", "--goal", "2", "2"), "start-occupied: the robot at x=0.010 y=0.010 "),
+        (
+            (OFFICE, "--start", "2", "2", "--goal", "99", "2"),
+            "goal-outside-map: the goal x=99.000 y=2.000 lies",
+        ),
+        ((*IN_HOUSE, "--radius", "1"), "invalid-input: --radius, --model, --urdf and --rules go with a map file"),
+    ],
+)
+async def test_what_cannot_be_planned_here_says_why(ppaas: CommandLine, arguments: tuple[str, ...], error: str) -> None:
+    ended = await ppaas("plan", *arguments, user=None)
+    assert (ended.status, ended.out) == (1, "")
+    assert ended.err.startswith(f"ppaas: {error}")
+
+
+# -- kept in a cloud ---------------------------------------------------------------------------------------------------
+
+
+async def test_the_verb_may_be_said(ppaas: CommandLine) -> None:
+    ended = await ppaas("plan", "create", *IN_HOUSE)
+    assert ended.status == 0, ended.err
+    assert ended.rows[1][1] == "dijkstra"
+
+
+async def test_what_was_planned_is_listed_shown_drawn_and_deleted(ppaas: CommandLine, tmp_path: Path) -> None:
+    assert "no paths on this map" in (await ppaas("plan", "list", "house")).out
+    plan_id = (await ppaas("plan", *IN_HOUSE)).rows[1][0]
+    assert [row[0] for row in (await ppaas("plan", "list", "house")).rows] == ["plan_id", plan_id]
+    shown = await ppaas("plan", "show", plan_id, "--json", "--plot", str(tmp_path / "a.png"))
+    assert [pose[:2] for pose in json.loads(shown.out)["poses"]] == [[0.0, 0.0], [3.0, 4.0]]
+    assert (tmp_path / "a.png").is_file()
+    assert (await ppaas("plan", "delete", plan_id)).status == 0
+    assert (await ppaas("plan", "show", plan_id)).err == f"ppaas: not-found: unknown plan {plan_id!r}\n"
+
+
+async def test_a_path_of_the_cloud_is_drawn_as_it_is_planned(ppaas: CommandLine, tmp_path: Path) -> None:
+    ended = await ppaas("plan", *IN_HOUSE, "--plot", str(tmp_path / "a.png"))
+    assert ended.status == 0, ended.err
+    assert (tmp_path / "a.png").is_file()

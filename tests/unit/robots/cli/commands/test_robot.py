@@ -1,0 +1,165 @@
+import asyncio
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.support.cloud.command_line import CommandLine
+from tests.support.endpoints.fake_cloud import container
+from tests.support.storage.records import house, put_map
+from tests.support.world.urdf import EXAMPLES, example, link, part, urdf
+
+
+@pytest.fixture
+def file(tmp_path: Path, ppaas: CommandLine) -> Path:
+    """Return the file of a robot that stands in a map which ann has published."""
+    put_map(ppaas.services.map_store, house())
+    (tmp_path / "tb1.json").write_text('{"map": "house", "initial_pose": [0.5, -0.5, 1.5], "cores": 0.25}')
+    return tmp_path / "tb1.json"
+
+
+async def test_a_robot_is_put_listed_shown_and_deleted(ppaas: CommandLine, file: Path) -> None:
+    put = await ppaas("robot", "put", "tb1", str(file))
+    assert put.status == 0, put.err
+    assert put.rows[1] == ["tb1", "house", "turtlebot2", "0.5,", "-0.5,", "1.5", "0.25", "dijkstra", "dwa"]
+    assert (await ppaas("robot", "show", "tb1")).out == put.out == (await ppaas("robot", "list")).out
+    shown = json.loads((await ppaas("robot", "show", "tb1", "--json")).out)
+    assert (shown["user"], shown["parameters"]) == ("ann", {})
+    assert (await ppaas("robot", "delete", "tb1")).status == 0
+    assert (await ppaas("robot", "list")).out == "no robots: ppaas robot put ID FILE.json\n"
+
+
+async def test_a_urdf_is_put_with_the_robot_or_alone_shown_fetched_and_deleted(ppaas: CommandLine, file: Path) -> None:
+    burger, waffle = (str(EXAMPLES / f"turtlebot3_{name}.urdf") for name in ("burger", "waffle"))
+    put = await ppaas("robot", "put", "tb1", str(file), "--urdf", burger)
+    assert put.rows[3][:4] == ["base_footprint", "0.124", "0.038", "0.19775"]
+    assert put.rows[3][-2:] == ["base_scan", "(laser)"]
+    assert (await ppaas("robot", "show", "tb1")).out == put.out
+    told = await ppaas("robot", "urdf", "put", "tb1", waffle)
+    assert told.rows[1][1] == "0.238"
+    shown = json.loads((await ppaas("robot", "show", "tb1", "--json")).out)
+    assert shown["urdf"] == json.loads((await ppaas("robot", "urdf", "put", "tb1", waffle, "--json")).out)
+    assert ppaas.services.store.urdf("ann", "tb1") == example("turtlebot3_waffle")
+    assert (await ppaas("robot", "urdf", "delete", "tb1")).status == 0
+    assert (await ppaas("robot", "urdf", "get", "tb1")).err == "ppaas: not-found: unknown URDF of robot 'tb1'\n"
+
+
+async def test_a_urdf_comes_back_byte_for_byte(ppaas: CommandLine, file: Path) -> None:
+    await ppaas("robot", "put", "tb1", str(file), "--urdf", str(EXAMPLES / "turtlebot2.urdf"))
+    assert (await ppaas("robot", "urdf", "get", "tb1")).out.encode() == example("turtlebot2")
+
+
+async def test_what_a_urdf_does_not_tell_is_told(ppaas: CommandLine, file: Path, tmp_path: Path) -> None:
+    (tmp_path / "mesh.urdf").write_bytes(urdf(link("base_link", part('<mesh filename="a.stl"/>'))))
+    told = await ppaas("robot", "put", "tb1", str(file), "--urdf", str(tmp_path / "mesh.urdf"))
+    assert told.rows[3] == ["base_link", "-", "-", "-", "-", "-", "-"]
+    assert told.out.splitlines()[4].startswith("warning: link 'base_link' is the mesh 'a.stl'")
+
+
+async def test_a_file_that_is_no_urdf_is_refused(ppaas: CommandLine, file: Path) -> None:
+    await ppaas("robot", "put", "tb1", str(file))
+    assert "invalid-urdf: this is not XML" in (await ppaas("robot", "urdf", "put", "tb1", str(file))).err
+    missing = await ppaas("robot", "put", "tb2", str(file), "--urdf", "nowhere.urdf")
+    assert missing.err.startswith("ppaas: invalid-input: cannot read the URDF: ")
+    assert "unknown robot 'tb2'" in (await ppaas("robot", "show", "tb2")).err
+
+
+async def test_another_users_robots_are_unknown(ppaas: CommandLine, file: Path) -> None:
+    await ppaas("robot", "put", "tb1", str(file))
+    assert (await ppaas("robot", "show", "tb1", user="bob")).err == "ppaas: not-found: unknown robot 'tb1'\n"
+    assert (await ppaas("robot", "list", "--json", user="bob")).out == "[]\n"
+
+
+async def test_a_robot_stands_in_a_map_that_its_user_may_read(ppaas: CommandLine, file: Path) -> None:
+    assert (await ppaas("robot", "put", "tb1", str(file), user="bob")).err == "ppaas: not-found: unknown map 'house'\n"
+
+
+async def test_a_robot_that_is_connected_is_kept(ppaas: CommandLine, file: Path) -> None:
+    await ppaas("robot", "put", "tb1", str(file))
+    ppaas.cloud.running = [container()]
+    ended = await ppaas("robot", "delete", "tb1")
+    assert ended.status == 1
+    assert ended.err.startswith("ppaas: conflict: robot 'tb1' is connected")
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (None, "invalid-input: cannot read the robot file: "),
+        ("{", "invalid-input: the robot file is not JSON: "),
+        ("{}", "invalid-parameter: not a robot file: "),
+        ('{"map": "house", "colour": "red"}', "invalid-parameter: not a robot file: "),
+        ('{"map": "house", "cores": 0}', "invalid-parameter: not a robot file: "),
+        ('{"map": "house", "cores": 4096}', "invalid-input: body.cores: "),
+    ],
+)
+@pytest.mark.usefixtures("file")
+async def test_what_is_no_robot_file_is_refused(
+    ppaas: CommandLine, tmp_path: Path, content: str | None, says: str
+) -> None:
+    wrong = str(tmp_path / "wrong.json")
+    if content is not None:
+        await asyncio.to_thread((tmp_path / "wrong.json").write_text, content)
+    ended = await ppaas("robot", "put", "tb1", wrong)
+    assert (ended.status, ended.out) == (1, "")
+    assert ended.err.startswith(f"ppaas: {says}")
+
+
+async def test_a_robot_is_changed_by_names_and_values(ppaas: CommandLine, file: Path) -> None:
+    await ppaas("robot", "put", "tb1", str(file))
+    changes = ["cores=2", "initial_pose=[1, 2, 0]", "model=turtlebot3_burger", "parameters.amcl.max_particles=800"]
+    changed = await ppaas("robot", "change", "tb1", *changes, "--json")
+    assert changed.status == 0, changed.err
+    robot = json.loads(changed.out)
+    assert (robot["cores"], robot["initial_pose"], robot["model"]) == (2.0, [1.0, 2.0, 0.0], "turtlebot3_burger")
+    assert robot["parameters"] == {"amcl": {"max_particles": 800}}
+    back = await ppaas("robot", "change", "tb1", "cores=null", "parameters.amcl=null")
+    assert back.rows[1][6] == "1"
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (["cores"], "invalid-input: 'cores': write NAME=VALUE"),
+        (["=1"], "invalid-input: '=1': write NAME=VALUE"),
+        (["a..b=1"], "invalid-input: 'a..b=1': write"),
+        (["cores=1", "cores=2"], "invalid-input: 'cores=2': write"),
+        (["parameters=1", "parameters.amcl=2"], "invalid-input: 'parameters.amcl=2': write"),
+        (["colour=red"], "invalid-input: body.colour: "),
+        (["cores=-1"], "invalid-input: body.cores: "),
+        (["cores=NaN"], "invalid-input: a number must be finite"),
+        (['parameters.amcl={"a": [1e999]}'], "invalid-input: a number must be finite"),
+        (["map=atlantis"], "not-found: unknown map 'atlantis'"),
+        (["model=\udcff"], "invalid-input: there is something in it that is no text"),
+    ],
+)
+async def test_a_change_that_cannot_be_is_told_in_one_line(
+    ppaas: CommandLine, file: Path, change: list[str], says: str
+) -> None:
+    await ppaas("robot", "put", "tb1", str(file))
+    before = (await ppaas("robot", "show", "tb1", "--json")).out
+    ended = await ppaas("robot", "change", "tb1", *change)
+    assert (ended.status, ended.out) == (1, "")
+    assert ended.err.startswith(f"ppaas: {says}") and ended.err.count("\n") == 1
+    assert (await ppaas("robot", "show", "tb1", "--json")).out == before
+
+
+@pytest.mark.parametrize("name", ["../x", "a b", "ä", "\udcff", "x" * 300, "%00", "a\x1b[31mb", "\u202etb1"])
+async def test_a_name_that_is_none_is_refused_in_one_line(ppaas: CommandLine, name: str) -> None:
+    for verb in ("show", "delete"):
+        ended = await ppaas("robot", verb, name)
+        assert (ended.status, ended.out) == (1, "")
+        assert ended.err.startswith("ppaas: ") and ended.err.count("\n") == 1
+        assert "\x1b" not in ended.err
+
+
+async def test_the_nodes_of_a_robot_are_shown_with_their_homes_and_why(ppaas: CommandLine, file: Path) -> None:
+    await ppaas("robot", "put", "tb1", str(file))
+    shown = await ppaas("robot", "nodes", "tb1")
+    assert shown.rows[2] == ["move_base", "robot", "robot", "-0.5", "it", "is", "near"]
+    [amcl, _] = json.loads((await ppaas("robot", "nodes", "tb1", "--json")).out)
+    assert (amcl["node"], amcl["home"]) == ("amcl", "cloud")
+    asked = await ppaas("robot", "nodes", "tb1", "--run", "amcl", "--home", "robot")
+    assert asked.rows[1][:3] == ["amcl", "cloud", "robot"]
+    assert (await ppaas("robot", "nodes", "tb1", "--run", "amcl")).rows[1][:3] == ["amcl", "cloud", "cloud"]
+    assert "unknown robot" in (await ppaas("robot", "nodes", "tb2")).err

@@ -1,0 +1,77 @@
+"""One simulated robot against a cloud that is up."""
+
+import argparse
+import asyncio
+import logging
+from pathlib import Path
+
+import pytest
+
+from ppaas.errors import NotAuthenticated, NotFound
+from ppaas.geometry import Pose2D
+from ppaas.maps.formats.map_files import save_map
+from robots.cli.commands import simulate
+from robots.client.move_base import MoveBaseClient
+from robots.client.rest import RestClient
+from robots.client.robot_client import RobotClient
+from robots.client.robot_file import RobotFile
+from robots.demo.cloud_process import CloudProcess
+from tests.support.world.rooms import room
+
+GRID = room(6.0, 6.0)
+
+
+def parse(folder: Path, *more: str) -> argparse.Namespace:
+    """Write a robot file and a map into a folder, and return the command's arguments for them."""
+    yaml, image = save_map(GRID, "room.pgm")
+    (folder / "room.yaml").write_bytes(yaml)
+    (folder / "room.pgm").write_bytes(image)
+    robot = RobotFile(map="room", initial_pose=(2.0, 2.0, 0.5), cores=0.5)
+    (folder / "rover.json").write_bytes(robot.encode())
+    parser = argparse.ArgumentParser()
+    simulate.configure(parser)
+    return parser.parse_args([str(folder / "rover.json"), "--map", str(folder / "room.yaml"), *more])
+
+
+def test_who_gives_no_token_is_told_how_to_get_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("PPAAS_TOKEN", raising=False)
+    with pytest.raises(NotAuthenticated, match="ppaas login"):
+        simulate.run(parse(tmp_path))
+
+
+def test_who_wants_a_node_here_that_cannot_be_here_is_told_which_can(tmp_path: Path) -> None:
+    with pytest.raises(NotFound, match=r"unknown local node 'map_server'; known: amcl, auto, depth.*, move_base"):
+        simulate.run(parse(tmp_path, "--token", "t", "--local-nodes", "amcl,map_server"))
+
+
+@pytest.mark.journey
+async def test_a_simulated_robot_joins_a_running_cloud_and_drives_itself_where_its_operator_wants(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO)
+    async with CloudProcess() as cloud:
+        url = cloud.ready.url
+        rest = RestClient(url)
+        await rest.login(cloud.ready.admin_user, cloud.password)
+        await rest.upload_map("room", *save_map(GRID, "room.pgm"))
+        assert rest.token is not None
+        wanted = ("--url", url, "--token", rest.token, "--local-nodes", "move_base")
+        simulating = asyncio.create_task(simulate._run(parse(tmp_path, *wanted)))
+        async with asyncio.timeout(30):
+            while not simulating.done() and not await rest.items("/v1/robots"):
+                await asyncio.sleep(0.05)
+        async with RobotClient(url, robot="rover", token=rest.token, role="operator") as operator:
+            move_base = await MoveBaseClient(operator).start()
+            estimate = await move_base.localized()
+            assert estimate.distance_to(Pose2D(2.0, 2.0)) < 0.5
+            async with asyncio.timeout(60):
+                while "move_base runs on the robot: it was asked for there" not in caplog.messages:
+                    await asyncio.sleep(0.05)
+            outcome = await move_base.go(Pose2D(4.0, 4.0, 0.0), 60.0)
+            assert outcome.reached, outcome
+            assert move_base.estimate is not None
+            assert move_base.estimate.distance_to(Pose2D(4.0, 4.0)) < 0.3
+            simulating.cancel()
+            await asyncio.gather(simulating, return_exceptions=True)
+            homes = {node["node"]: node["home"] for node in await rest.items("/v1/robots/rover/nodes")}
+            assert homes["move_base"] == "cloud", "who leaves gives back what it has"

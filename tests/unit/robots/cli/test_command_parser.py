@@ -1,0 +1,47 @@
+import pytest
+
+from robots.cli.command_parser import CommandParser
+
+
+def parser(default: str | None) -> CommandParser:
+    """Return a command with two verbs, below a parser of commands as ``ppaas`` has it."""
+    root = CommandParser("root")
+    command = root.add_subparsers(required=True).add_parser("do", description="what it does")
+    verbs = command.add_subparsers(dest="verb", required=True)
+    for name in ("make", "list"):
+        verb = verbs.add_parser(name)
+        verb.add_argument("thing")
+        verb.add_argument("--at", type=float)
+    command.default_verb = default
+    return root
+
+
+@pytest.mark.parametrize(
+    ("words", "verb", "thing"),
+    [
+        (["box"], "make", "box"),
+        (["make", "box"], "make", "box"),
+        (["list", "box"], "list", "box"),
+        (["--at", "-1", "box"], "make", "box"),
+        (["make", "list"], "make", "list"),
+    ],
+)
+def test_the_default_verb_stands_where_no_verb_is(words, verb, thing):
+    parsed = parser("make").parse_args(["do", *words])
+    assert (parsed.verb, parsed.thing) == (verb, thing)
+
+
+def test_without_a_default_a_word_that_is_no_verb_is_refused(capsys):
+    with pytest.raises(SystemExit):
+        parser(None).parse_args(["do", "box"])
+    assert "invalid choice: 'box'" in capsys.readouterr().err
+
+
+def test_help_and_nothing_are_about_the_command_itself(capsys):
+    for words, status in ((["--help"], 0), (["-h"], 0), ([], 2)):
+        with pytest.raises(SystemExit) as end:
+            parser("make").parse_args(["do", *words])
+        assert end.value.code == status
+    told = capsys.readouterr()
+    assert told.out.count("what it does") == 2
+    assert "required: verb" in told.err

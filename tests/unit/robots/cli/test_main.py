@@ -1,0 +1,140 @@
+"""The command line itself: which commands there are, what their help costs, and how they end."""
+
+import json
+import re
+import subprocess
+import sys
+from importlib.metadata import EntryPoint
+from types import ModuleType
+
+import pytest
+
+from ppaas.errors import NotFound
+from robots.cli import main
+from tests.support.sources import pyproject
+
+COMMANDS = pyproject()["project"]["entry-points"]["ppaas.commands"]
+HEAVY = [
+    "numpy", "msgspec", "websockets", "http.client", "fastapi", "uvicorn", "zenoh", "numba", "pymunk", "rich", "yaml",
+]  # fmt: skip
+
+
+def command(**members: object) -> ModuleType:
+    """Return a command that does as a test wants."""
+    module = ModuleType("command")
+    given = {"NAME": "do", "HELP": "do it", "configure": lambda _parser: None, "run": lambda _arguments: 0}
+    vars(module).update(given | members)
+    return module
+
+
+@pytest.fixture
+def install(monkeypatch: pytest.MonkeyPatch):
+    """Return a call that makes some modules, or names of modules that cannot be loaded, all the commands there are."""
+
+    def put(**commands: ModuleType | str) -> None:
+        entries = []
+        for name, found in commands.items():
+            path = found if isinstance(found, str) else f"command_{name}_of_a_test"
+            if isinstance(found, ModuleType):
+                monkeypatch.setitem(sys.modules, path, found)
+            entries.append(EntryPoint(name, path, main.GROUP))
+        monkeypatch.setattr(main, "entry_points", lambda group: entries)
+
+    return put
+
+
+def test_the_help_lists_every_command(capsys):
+    with pytest.raises(SystemExit) as end:
+        main.main(["--help"])
+    assert end.value.code == 0
+    listed = re.findall(r"^    (\w+)(?: +\S|$)", capsys.readouterr().out, re.MULTILINE)
+    assert listed == sorted(COMMANDS)
+
+
+@pytest.mark.parametrize("name", sorted(COMMANDS))
+def test_each_command_has_help_of_its_own(capsys, name):
+    with pytest.raises(SystemExit) as end:
+        main.main([name, "--help"])
+    assert end.value.code == 0
+    assert f"usage: ppaas {name}" in capsys.readouterr().out
+
+
+def test_the_help_of_all_commands_loads_nothing_heavy():
+    code = f"""
+import json, sys
+from robots.cli.main import main
+try:
+    main(["--help"])
+except SystemExit:
+    print(json.dumps([name for name in {HEAVY} if name in sys.modules]))
+"""
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert json.loads(ended.stdout.splitlines()[-1]) == []
+
+
+def test_a_command_that_is_none_lists_those_there_are(capsys):
+    with pytest.raises(SystemExit) as end:
+        main.main(["fly"])
+    assert end.value.code == 2
+    error = capsys.readouterr().err
+    assert [name for name in COMMANDS if name not in error] == []
+
+
+def test_the_status_is_that_of_the_command(install):
+    install(do=command(run=lambda _arguments: 7))
+    assert main.main(["do"]) == 7
+
+
+def test_an_error_is_told_in_one_line_by_its_slug(install, capsys):
+    def run(_arguments):
+        raise NotFound("map", "atlantis", ["office"])
+
+    install(do=command(run=run))
+    assert main.main(["do"]) == 1
+    assert capsys.readouterr().err == "ppaas: not-found: unknown map 'atlantis'; known: office\n"
+
+
+def test_ctrl_c_ends_as_a_shell_expects(install):
+    def run(_arguments):
+        raise KeyboardInterrupt
+
+    install(do=command(run=run))
+    assert main.main(["do"]) == 130
+
+
+@pytest.mark.parametrize(
+    ("package", "extra"), [("pymunk", "sim"), ("fastapi", "cloud"), ("numba.core", "plan"), ("PIL", "plan")]
+)
+def test_a_command_whose_packages_are_missing_says_which_extra_brings_them(install, capsys, package, extra):
+    def run(_arguments):
+        raise ModuleNotFoundError(f"No module named {package!r}", name=package)
+
+    install(do=command(run=run))
+    assert main.main(["do"]) == 1
+    assert f"pip install 'ppaas[{extra}]'" in capsys.readouterr().err
+
+
+def test_a_command_that_cannot_be_loaded_is_listed_with_what_it_misses(install, capsys):
+    install(do=command(), fly="pymunk_of_another_robot.fly")
+    with pytest.raises(SystemExit):
+        main.main(["--help"])
+    listed = capsys.readouterr().out
+    assert re.search(r"do +do it", listed)
+    assert re.search(r"fly +needs pymunk_of_another_robot, which is not installed", listed)
+    assert main.main(["do"]) == 0
+
+
+def test_a_command_that_cannot_be_loaded_says_which_extra_brings_what_it_misses(install, capsys, monkeypatch):
+    monkeypatch.setitem(main.EXTRAS, "pymunk_of_another_robot", "sim")
+    install(do=command(), fly="pymunk_of_another_robot.fly")
+    assert main.main(["fly"]) == 1
+    assert "pip install 'ppaas[sim]'" in capsys.readouterr().err
+
+
+def test_a_fault_of_our_own_is_not_hidden(install):
+    def run(_arguments):
+        raise ModuleNotFoundError("No module named 'endpoints.nothing'", name="endpoints.nothing")
+
+    install(do=command(run=run))
+    with pytest.raises(ModuleNotFoundError):
+        main.main(["do"])

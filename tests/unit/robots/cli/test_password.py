@@ -1,0 +1,49 @@
+import io
+from pathlib import Path
+
+import pytest
+
+from ppaas.errors import InvalidInput
+from robots.cli.password import read_password
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_a_file_is_read_without_the_end_of_its_line(tmp_path: Path) -> None:
+    (tmp_path / "password").write_text("correct horse\n")
+    assert read_password("ann", tmp_path / "password") == "correct horse"
+
+
+def test_a_pipe_is_read_to_the_end_of_its_first_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO(" correct horse \r\nmore\n"))
+    assert read_password("ann", None) == " correct horse "
+
+
+def test_who_sits_at_a_terminal_is_asked_without_an_echo(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def getpass(prompt: str, _stream: object) -> str:
+        asked.append(prompt)
+        return "correct horse"
+
+    monkeypatch.setattr("sys.stdin", Terminal())
+    monkeypatch.setattr("getpass.getpass", getpass)
+    assert read_password("ann", None) == "correct horse"
+    assert asked == ["password of ann: "]
+
+
+@pytest.mark.parametrize("content", [None, b"", b"\n", b"\xff\xfe"])
+def test_a_file_without_a_password_is_refused(tmp_path: Path, content: bytes | None) -> None:
+    if content is not None:
+        (tmp_path / "password").write_bytes(content)
+    with pytest.raises(InvalidInput, match="password"):
+        read_password("ann", tmp_path / "password")
+
+
+def test_an_empty_pipe_is_told_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO())
+    with pytest.raises(InvalidInput, match="--password-file"):
+        read_password("ann", None)

@@ -1,0 +1,148 @@
+import asyncio
+import math
+from collections.abc import AsyncIterator
+from typing import Any
+
+import pytest
+
+from ppaas.clock import monotonic
+from ppaas.errors import NotFound, Unavailable
+from ppaas.geometry import Pose2D
+from ppaas.messages.actionlib_msgs import Status
+from robots.client.move_base import GoalOutcome, MoveBaseClient
+from robots.client.robot_client import RobotClient
+from tests.support.endpoints.rosbridge_server import RosbridgeServer, rosbridge_server
+
+POSE = {"position": {"x": 1.0, "y": 2.0}, "orientation": {"z": 0.0, "w": 1.0}}
+
+
+@pytest.fixture
+async def server() -> AsyncIterator[RosbridgeServer]:
+    async with rosbridge_server() as running:
+        yield running
+
+
+async def say_plan(server: RosbridgeServer, poses: int) -> None:
+    await server.say(op="publish", topic="plan", msg={"header": {}, "poses": [{"header": {}, "pose": POSE}] * poses})
+
+
+async def say_result(server: RosbridgeServer, goal_id: str, status: Status, text: str = "") -> None:
+    message: dict[str, Any] = {"header": {}, "status": {"goal_id": {"id": goal_id}, "status": status, "text": text}}
+    await server.say(op="publish", topic="move_base/result", msg=message)
+
+
+async def say_statuses(server: RosbridgeServer, *listed: tuple[str, Status, str]) -> None:
+    statuses = [{"goal_id": {"id": goal_id}, "status": status, "text": text} for goal_id, status, text in listed]
+    await server.say(op="publish", topic="move_base/status", msg={"header": {}, "status_list": statuses})
+
+
+class LeapingClock:
+    """A clock by which seconds pass whenever it is looked at."""
+
+    def __init__(self, leap: float) -> None:
+        self.now, self.leap = 0.0, leap
+
+    def __call__(self) -> float:
+        self.now += self.leap
+        return self.now
+
+
+async def follow(server: RosbridgeServer, act: Any, timeout: float = 10.0, leap: float = 0.0) -> GoalOutcome:
+    """Send a goal, let the server act on its frame, and return the outcome."""
+    async with RobotClient(server.url, robot="tb1", token="t", role="operator") as client:
+        move_base = await MoveBaseClient(client, LeapingClock(leap) if leap else monotonic).start()
+        going = asyncio.create_task(move_base.go(Pose2D(3.0, -1.0, math.pi / 2), timeout))
+        [frame] = await server.heard("publish")
+        await act(frame)
+        return await asyncio.wait_for(going, 20)
+
+
+async def test_a_goal_is_sent_with_its_own_id_in_the_frame_of_the_map(server: RosbridgeServer) -> None:
+    async def act(frame: dict[str, Any]) -> None:
+        assert frame["topic"] == "move_base/goal"
+        target = frame["msg"]["goal"]["target_pose"]
+        assert target["header"]["frame_id"] == "map"
+        assert target["pose"]["position"] == {"x": 3.0, "y": -1.0, "z": 0.0}
+        assert target["pose"]["orientation"]["z"] == pytest.approx(math.sin(math.pi / 4))
+        await say_plan(server, 2)
+        await say_result(server, frame["msg"]["goal_id"]["id"], Status.SUCCEEDED, "Goal reached.")
+
+    outcome = await follow(server, act)
+    assert outcome.reached
+    assert outcome.text == "Goal reached."
+    assert 0.0 < outcome.plan_seconds <= outcome.seconds
+
+
+async def test_the_result_of_another_goal_is_not_taken_for_ours(server: RosbridgeServer) -> None:
+    async def act(frame: dict[str, Any]) -> None:
+        await say_result(server, "somebody else's", Status.SUCCEEDED)
+        await say_plan(server, 0)
+        await say_result(server, frame["msg"]["goal_id"]["id"], Status.ABORTED, "no way")
+
+    outcome = await follow(server, act)
+    assert (outcome.status, outcome.text) == (Status.ABORTED, "no way")
+    assert math.isnan(outcome.plan_seconds)
+
+
+async def test_a_goal_without_a_result_is_cancelled_and_lost(server: RosbridgeServer) -> None:
+    async def act(frame: dict[str, Any]) -> None:
+        _, cancel = await server.heard("publish", 2)
+        assert cancel["topic"] == "move_base/cancel"
+        assert cancel["msg"]["id"] == frame["msg"]["goal_id"]["id"]
+
+    outcome = await follow(server, act, timeout=0.1)
+    assert outcome.status is Status.LOST
+    assert not outcome.reached
+
+
+async def test_where_the_result_was_lost_the_list_of_statuses_tells_how_the_goal_ended(server: RosbridgeServer) -> None:
+    async def act(frame: dict[str, Any]) -> None:
+        mine = frame["msg"]["goal_id"]["id"]
+        for _ in range(2):
+            await say_statuses(server, ("another", Status.ACTIVE, ""), (mine, Status.ABORTED, "no way"))
+
+    outcome = await follow(server, act, leap=6.0)
+    assert (outcome.status, outcome.text) == (Status.ABORTED, "no way")
+
+
+async def test_a_goal_that_nobody_knows_any_more_is_cancelled_and_lost(server: RosbridgeServer) -> None:
+    async def act(frame: dict[str, Any]) -> None:
+        mine = frame["msg"]["goal_id"]["id"]
+        await say_statuses(server, (mine, Status.ACTIVE, ""))
+        for _ in range(5):
+            await say_statuses(server, ("another", Status.ACTIVE, ""))
+        _, cancel = await server.heard("publish", 2)
+        assert (cancel["topic"], cancel["msg"]["id"]) == ("move_base/cancel", mine)
+
+    outcome = await follow(server, act, leap=3.0)
+    assert outcome.status is Status.LOST
+    assert "send it again" in outcome.text
+
+
+async def test_a_goal_that_the_lists_have_is_waited_for(server: RosbridgeServer) -> None:
+    async def act(frame: dict[str, Any]) -> None:
+        mine = frame["msg"]["goal_id"]["id"]
+        for status in (Status.PENDING, Status.ACTIVE, Status.ACTIVE, Status.SUCCEEDED):
+            await say_statuses(server, (mine, status, ""))
+        await say_result(server, mine, Status.SUCCEEDED, "Goal reached.")
+
+    outcome = await follow(server, act, leap=4.0)
+    assert (outcome.reached, outcome.text) == (True, "Goal reached.")
+
+
+async def test_a_refusal_of_the_cloud_ends_the_waiting(server: RosbridgeServer) -> None:
+    async def act(_: dict[str, Any]) -> None:
+        await server.connections[-1].close(1011, "not-found: robot 'tb1' was removed")
+
+    with pytest.raises(NotFound, match="was removed"):
+        await follow(server, act)
+
+
+async def test_localization_is_waited_for(server: RosbridgeServer) -> None:
+    async with RobotClient(server.url, robot="tb1", token="t", role="operator") as client:
+        move_base = await MoveBaseClient(client).start()
+        with pytest.raises(Unavailable, match="scans and odometry"):
+            await move_base.localized(0.02)
+        await server.heard("subscribe", 4)
+        await server.say(op="publish", topic="amcl_pose", msg={"header": {}, "pose": {"pose": POSE}})
+        assert await move_base.localized() == Pose2D(1.0, 2.0, 0.0)

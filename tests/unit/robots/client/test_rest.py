@@ -1,0 +1,144 @@
+"""The REST client against a real HTTP server, and its forms read by the web framework's own parser."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from threading import Thread
+from typing import Any, ClassVar
+
+import pytest
+from starlette.datastructures import Headers, UploadFile
+from starlette.formparsers import MultiPartParser
+
+from ppaas.errors import InvalidInput, InvalidMap, NotAuthenticated, PPaaSError, Unavailable
+from robots.client.rest import Login, RestClient
+from robots.client.robot_file import RobotFile
+
+
+class Handler(BaseHTTPRequestHandler):
+    answers: ClassVar[list[tuple[int, bytes]]] = []
+    requests: ClassVar[list[dict[str, Any]]] = []
+
+    def answer(self) -> None:
+        body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
+        self.requests.append({"line": self.requestline, "headers": dict(self.headers), "body": body})
+        status, data = self.answers.pop(0)
+        self.send_response(status)
+        self.send_header("Content-Length", str(len(data)))
+        self.end_headers()
+        self.wfile.write(data)
+
+    do_GET = do_PATCH = do_POST = do_PUT = answer  # noqa: N815
+
+    def log_message(self, format: str, *args: object) -> None:  # noqa: A002
+        """Say nothing."""
+
+
+@contextmanager
+def serving(*answers: tuple[int, bytes]) -> Iterator[str]:
+    Handler.answers, Handler.requests = list(answers), []
+    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
+        thread = Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            yield f"http://127.0.0.1:{server.server_port}"
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+async def test_the_token_of_a_login_goes_with_all_that_follows() -> None:
+    with serving((201, b'{"token": "abc", "expires": 5.5}'), (200, b"{}")) as url:
+        client = RestClient(url)
+        assert await client.login("ann", "pass word") == Login("abc", 5.5)
+        await client.put_robot("tb/1 ü", RobotFile(map="depot", initial_pose=(1.0, 2.0, 3.0)))
+    login, put = Handler.requests
+    assert login["line"].startswith("POST /v1/tokens ")
+    assert json.loads(login["body"]) == {"user": "ann", "password": "pass word"}
+    assert put["line"].startswith("PUT /v1/robots/tb%2F1%20%C3%BC ")
+    assert put["headers"]["Authorization"] == "Bearer abc"
+    assert put["headers"]["Content-Type"] == "application/json"
+    assert json.loads(put["body"])["initial_pose"] == [1.0, 2.0, 3.0]
+
+
+async def test_a_map_is_sent_as_a_form_with_its_two_files_byte_for_byte() -> None:
+    yaml, image = b"image: map.pgm\r\n", bytes(range(256)) * 4 + b"\r\n--\r\n"
+    with serving((201, b"{}")) as url:
+        await RestClient(url, "t").upload_map("depot", yaml, image, ("ann", "*"))
+    [request] = Handler.requests
+
+    async def body() -> Any:
+        yield request["body"]
+
+    form = await MultiPartParser(Headers({"content-type": request["headers"]["Content-Type"]}), body()).parse()
+    assert form["id"] == "depot"
+    assert form.getlist("readers") == ["ann", "*"]
+    for name, content in (("yaml", yaml), ("image", image)):
+        upload = form[name]
+        assert isinstance(upload, UploadFile)
+        assert await upload.read() == content
+
+
+async def test_a_problem_becomes_its_error() -> None:
+    refusal = b'{"type": "urn:ppaas:problem:invalid-map", "detail": "the image is cut off"}'
+    with serving((422, refusal), (401, b"")) as url:
+        client = RestClient(url)
+        with pytest.raises(InvalidMap, match="the image is cut off"):
+            await client.upload_map("depot", b"", b"")
+        with pytest.raises(NotAuthenticated):
+            await client.login("ann", "wrong")
+        assert client.token is None
+
+
+async def test_another_server_than_this_cloud_is_told_as_such() -> None:
+    with serving((200, b"<html>")) as url, pytest.raises(PPaaSError, match="not as this cloud does"):
+        await RestClient(url).login("ann", "pass")
+
+
+async def test_a_server_that_is_gone_is_unavailable() -> None:
+    with serving() as url:
+        pass
+    with pytest.raises(Unavailable, match="cannot reach 127"):
+        await RestClient(url).login("ann", "pass")
+
+
+@pytest.mark.parametrize("url", ["ws://host", "host:80", "http://"])
+def test_a_url_that_is_none_is_refused(url: str) -> None:
+    with pytest.raises(InvalidInput, match="http://host:port"):
+        RestClient(url)
+
+
+async def test_a_list_is_fetched_page_by_page_until_there_is_no_more() -> None:
+    pages = (200, b'{"items": [1, 2], "next": "a+b"}'), (200, b'{"items": [3], "next": null}')
+    with serving(*pages) as url:
+        assert await RestClient(url, "abc").items("/v1/robots") == [1, 2, 3]
+    assert [asked["line"].split()[1] for asked in Handler.requests] == [
+        "/v1/robots?limit=500",
+        "/v1/robots?limit=500&cursor=a%2Bb",
+    ]
+
+
+async def test_of_a_list_no_more_is_fetched_than_is_wanted() -> None:
+    pages = (200, b'{"items": [1, 2], "next": "c"}'), (200, b'{"items": [3], "next": "d"}')
+    with serving(*pages) as url:
+        assert await RestClient(url, "abc").items("/v1/robots", 3) == [1, 2, 3]
+    assert [asked["line"].split()[1] for asked in Handler.requests] == [
+        "/v1/robots?limit=3",
+        "/v1/robots?limit=1&cursor=c",
+    ]
+
+
+@pytest.mark.parametrize("answer", [b"[]", b"null", b'{"items": []}', b"{"])
+async def test_what_is_no_page_is_not_from_this_cloud(answer: bytes) -> None:
+    with serving((200, answer)) as url, pytest.raises(PPaaSError, match=r"no list of this cloud|not JSON"):
+        await RestClient(url, "abc").items("/v1/robots")
+
+
+async def test_a_change_is_a_merge_patch() -> None:
+    with serving((200, b'{"cores": 0.5}')) as url:
+        assert await RestClient(url, "abc").patch("/v1/robots/tb1", {"cores": 0.5, "map": None}) == {"cores": 0.5}
+    [asked] = Handler.requests
+    assert asked["line"].startswith("PATCH /v1/robots/tb1 ")
+    assert asked["headers"]["Content-Type"] == "application/merge-patch+json"
+    assert json.loads(asked["body"]) == {"cores": 0.5, "map": None}

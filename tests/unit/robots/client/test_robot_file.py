@@ -1,0 +1,71 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from ppaas.errors import InvalidInput, InvalidParameter
+from ppaas.geometry import Pose2D
+from robots.client.robot_file import RobotFile, load_robot_file, parse_robot_file
+
+WHOLE = {
+    "map": "depot",
+    "model": "turtlebot2",
+    "initial_pose": [1.0, -2.5, 0.5],
+    "cores": 0.5,
+    "base_global_planner": "navfn/NavfnROS",
+    "base_local_planner": "dwa",
+    "parameters": {"move_base": {"controller_frequency": 10.0}},
+    "description": "Carries pallets",
+    "properties": {"serial": "D-1", "forks": [1.2, 1.4]},
+    "labels": {"zone": "hall-2"},
+}
+
+
+def test_a_whole_file_is_read_and_written_as_it_is(tmp_path: Path) -> None:
+    path = tmp_path / "robot.json"
+    path.write_text(json.dumps(WHOLE))
+    robot = load_robot_file(path)
+    assert robot.pose == Pose2D(1.0, -2.5, 0.5)
+    assert json.loads(robot.encode()) == WHOLE
+
+
+def test_all_but_the_map_has_a_default() -> None:
+    assert parse_robot_file('{"map": "depot"}') == RobotFile(map="depot")
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"colour": "red"}, "colour"),
+        ({"map": 5}, "map"),
+        ({"map": ""}, "map"),
+        ({"initial_pose": [1.0, 2.0]}, "initial_pose"),
+        ({"initial_pose": [1.0, 2.0, None]}, "initial_pose"),
+        ({"initial_pose": [1e308, 1e999, 0.0]}, r"out of range|initial_pose"),
+        ({"cores": 0.0}, "cores"),
+        ({"cores": -1}, "cores"),
+        ({"parameters": []}, "parameters"),
+    ],
+)
+def test_a_wrong_key_is_named_and_the_valid_ones_are_listed(change: dict[str, object], told: str) -> None:
+    text = json.dumps(WHOLE | change).replace("Infinity", "1e999")
+    with pytest.raises(InvalidInput, match=told) as caught:
+        parse_robot_file(text)
+    if isinstance(caught.value, InvalidParameter):
+        assert "the keys are map, model, initial_pose, cores" in str(caught.value)
+
+
+def test_a_file_without_a_map_is_refused() -> None:
+    with pytest.raises(InvalidParameter, match="map"):
+        parse_robot_file("{}")
+
+
+@pytest.mark.parametrize("text", [b"", b"{", b"\xff", b"[" * 100_000])
+def test_what_is_not_json_is_refused(text: bytes) -> None:
+    with pytest.raises(InvalidInput):
+        parse_robot_file(text)
+
+
+def test_a_file_that_is_not_there_is_refused_by_its_name(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=r"nowhere\.json"):
+        load_robot_file(tmp_path / "nowhere.json")

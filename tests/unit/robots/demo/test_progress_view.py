@@ -1,0 +1,35 @@
+import io
+
+from rich.console import Console
+
+from ppaas.geometry import Pose2D
+from robots.demo.mission import Mission
+from robots.demo.progress_view import progress_table, summary
+from robots.demo.report import Report, RobotReport
+from robots.sim.courses import Course
+from robots.sim.world import World
+from tests.support.world.rooms import room
+
+
+def test_the_table_says_of_each_robot_how_far_it_is() -> None:
+    world = World(room(8.0, 4.0))
+    world.add_robot(Pose2D(2.0, 2.0, 0.0))
+    mission = Mission(world, 0, "tb1", Course(Pose2D(2.0, 2.0), (Pose2D(5.5, 2.0),), (3.5,)))
+    mission.progress.goal, mission.progress.target = 1, Pose2D(5.5, 2.0)
+    mission.progress.state = "failed: [red]no[/red]"
+    console = Console(file=io.StringIO(), width=120)
+    console.print(progress_table([mission]))
+    text = console.file.getvalue()  # type: ignore[attr-defined]
+    for shown in ("tb1", "1/1", "3.50", "to go (m)", "failed: [red]no[/red]"):
+        assert shown in text
+
+
+def test_the_summary_says_what_was_reached_and_touched() -> None:
+    console = Console(file=io.StringIO(), width=120)
+    robot = RobotReport(
+        "tb1", goals_asked=2, goals_reached=1, distance_m=12.34, final_errors_m=[0.03, 1.5], collisions=1
+    )
+    summary(Report("depot", 61.0, [robot]), console)
+    text = console.file.getvalue()  # type: ignore[attr-defined]
+    assert "tb1: 1 of 2 goals reached, at most 1.50 m off, 12.3 m travelled, 1 contacts" in text
+    assert "failed in 61 s on map 'depot'" in text

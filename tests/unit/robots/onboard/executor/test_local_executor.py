@@ -1,0 +1,170 @@
+"""The robot's home of nodes, in this process: what it is told, and what its nodes say."""
+
+import asyncio
+from collections.abc import Callable
+
+import msgspec
+import numpy as np
+import pytest
+
+from ppaas.geometry import Pose2D
+from ppaas.maps.generate import office
+from ppaas.maps.grid import GridMap
+from ppaas.maps.occupancy import to_message
+from ppaas.messages import decode, encode
+from ppaas.messages.actionlib_msgs import GoalID
+from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, Twist, TwistWithCovariance
+from ppaas.messages.message import Message
+from ppaas.messages.nav_msgs import GetPlanRequest, GetPlanResponse, Odometry
+from ppaas.messages.std_msgs import Header
+from ppaas.nodes.base import Reply
+from robots.onboard.executor import protocol
+from robots.onboard.executor.local_executor import LocalHome
+
+MAP = msgspec.Raw(encode(to_message(office(seed=1, width=12.0, height=10.0))))
+CONFIG = protocol.CloneConfig("turtlebot2", (2.0, 2.0, 0.0), "dijkstra", "dwa")
+
+
+@pytest.fixture
+def told() -> list[protocol.FromHome]:
+    return []
+
+
+@pytest.fixture
+async def home(told: list[protocol.FromHome]) -> LocalHome:
+    return LocalHome(told.append)
+
+
+def begin(home: LocalHome, config: protocol.CloneConfig = CONFIG, grid: msgspec.Raw = MAP) -> None:
+    home.take(protocol.Begin(config, grid))
+
+
+async def test_a_node_goes_on_here_and_goes_back_with_its_state(home: LocalHome, told: list[protocol.FromHome]) -> None:
+    begin(home)
+    assert told == [protocol.Ready()]
+    covariance = "[[0.1,0.0,0.0],[0.0,0.1,0.0],[0.0,0.0,0.1]]"
+    state = f'{{"pose":[3.0,2.0,0.5],"covariance":{covariance},"odom":null,"searching":false}}'
+    home.take(protocol.Add("amcl", state))
+    added = told.pop()
+    assert isinstance(added, protocol.Added)
+    assert protocol.TopicName("scan", "sensor_msgs/LaserScan") in added.subscribes
+    assert "amcl_pose" in added.publishes
+    home.take(protocol.AskStates())
+    states = told.pop()
+    assert isinstance(states, protocol.States)
+    assert states.nodes["amcl"].state == state
+    home.take(protocol.Remove("amcl"))
+    assert told.pop() == protocol.Removed("amcl", state)
+    assert list(home.graph.nodes) == []
+
+
+async def test_what_its_nodes_say_is_told_and_what_they_are_told_is_not(
+    home: LocalHome, told: list[protocol.FromHome]
+) -> None:
+    begin(home)
+    home.take(protocol.Add("move_base", ""))
+    told.clear()
+    pose = PoseWithCovariance(Pose.of(Pose2D(0.0, 0.0)))
+    odometry = Odometry(Header(frame_id="odom"), "base_link", pose, TwistWithCovariance(Twist()))
+    home.take(protocol.Tell("odom", msgspec.Raw(encode(odometry))))
+    assert told == []
+    home.graph.publish("cmd_vel", Twist())
+    assert told == [protocol.Said("cmd_vel", "geometry_msgs/Twist", msgspec.Raw(encode(Twist())))]
+
+
+async def test_a_message_that_cannot_be_taken_does_no_harm(
+    home: LocalHome, told: list[protocol.FromHome], caplog: pytest.LogCaptureFixture
+) -> None:
+    begin(home)
+    home.take(protocol.Add("move_base", ""))
+    told.clear()
+    home.take(protocol.Tell("move_base/cancel", msgspec.Raw(b'{"id": 3}')))
+    home.take(protocol.Tell("nothing", msgspec.Raw(b"{}")))
+    assert told == []
+    assert "move_base/cancel was not taken" in caplog.text
+    home.take(protocol.Tell("move_base/cancel", msgspec.Raw(encode(GoalID(id="g")))))
+
+
+async def test_masks_lie_on_the_map_here_too(home: LocalHome, told: list[protocol.FromHome]) -> None:
+    grid = office(seed=1, width=12.0, height=10.0)
+    everywhere = msgspec.Raw(encode(to_message(GridMap(np.full(grid.info.shape, 100, np.int8), grid.info))))
+    names = {"keepout_filter": {"filter_mask": "kept"}, "speed_filter": {"filter_mask": "slow"}}
+    config = msgspec.structs.replace(CONFIG, parameters=names)
+    free = PoseStamped(Header(frame_id="map"), Pose.of(Pose2D(2.0, 2.0)))
+    home.take(protocol.Begin(config, MAP))
+    assert isinstance(told[-1], protocol.Failed)
+    assert told[-1].text.startswith("keepout_filter: the mask 'kept' is not here")
+    home.take(protocol.Begin(config, MAP, {"keepout_filter_mask": everywhere, "speed_filter_mask": everywhere}))
+    assert told[-1] == protocol.Ready()
+    home.take(protocol.Add("move_base", ""))
+    home.take(protocol.Call(1, "move_base/make_plan", msgspec.Raw(encode(GetPlanRequest(free, free)))))
+    while not isinstance(told[-1], protocol.Replied):
+        await asyncio.sleep(0.005)
+    assert told[-1].slug == "start-occupied"
+
+
+async def test_its_nodes_answer_calls_by_their_numbers(home: LocalHome, told: list[protocol.FromHome]) -> None:
+    begin(home)
+    home.take(protocol.Add("move_base", ""))
+    added = told[-1]
+    assert isinstance(added, protocol.Added)
+    assert protocol.ServiceName("move_base/make_plan", "nav_msgs/GetPlan") in added.services
+    told.clear()
+    free = PoseStamped(Header(frame_id="map"), Pose.of(Pose2D(2.0, 2.0)))
+    home.take(protocol.Call(7, "move_base/make_plan", msgspec.Raw(encode(GetPlanRequest(free, free)))))
+    home.take(protocol.Call(8, "move_base/clear_costmaps", msgspec.Raw(b"{}")))
+    home.take(protocol.Call(9, "move_base/make_plan", msgspec.Raw(b'{"start": 3}')))
+    home.take(protocol.Call(10, "amcl/nothing", msgspec.Raw(b"{}")))
+    while len(told) < 4:
+        await asyncio.sleep(0.005)
+    replies = {reply.call: reply for reply in told if isinstance(reply, protocol.Replied)}
+    assert [told[0], replies[8]] == [protocol.Replied(8, msgspec.Raw(b"{}"))] * 2, "what takes long holds up nothing"
+    assert decode(GetPlanResponse, replies[7].response).plan.poses
+    assert [(replies[n].slug, replies[n].response) for n in (9, 10)] == [
+        ("malformed-message", msgspec.Raw(b"null")),
+        ("not-found", msgspec.Raw(b"null")),
+    ]
+
+
+async def test_a_call_that_breaks_a_node_is_refused_and_one_that_it_leaves_behind_too(
+    home: LocalHome, told: list[protocol.FromHome], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begin(home)
+    home.take(protocol.Add("move_base", ""))
+    told.clear()
+
+    open_replies: list[Reply] = []
+
+    def wait_or_break(service: str, request: Message, reply: Reply) -> None:
+        if open_replies:
+            raise ZeroDivisionError("secret")
+        open_replies.append(reply)
+
+    monkeypatch.setattr(home.graph.nodes["move_base"], "on_call", wait_or_break)
+    for number in (1, 2):
+        home.take(protocol.Call(number, "move_base/clear_costmaps", msgspec.Raw(b"{}")))
+    assert told == [protocol.Replied(2, slug="error", text="internal error: ZeroDivisionError")]
+    home.take(protocol.Remove("move_base"))
+    left = told[1]
+    assert isinstance(left, protocol.Replied)
+    assert (left.call, left.slug) == (1, "unavailable")
+
+
+@pytest.mark.parametrize(
+    ("do", "slug", "text"),
+    [
+        (lambda home: begin(home, msgspec.structs.replace(CONFIG, model="snail")), "not-found", "snail"),
+        (lambda home: begin(home, grid=msgspec.Raw(b"{}")), "malformed-message", "OccupancyGrid"),
+        (lambda home: home.take(protocol.Add("amcl", "")), "error", "there is no map yet"),
+        (lambda home: home.take(protocol.Remove("amcl")), "not-found", "amcl"),
+        (lambda home: (begin(home), home.take(protocol.Add("amcl", "rubbish"))), "error", "JSON"),
+    ],
+)
+async def test_what_cannot_be_done_is_told(
+    do: Callable[[LocalHome], object], slug: str, text: str, home: LocalHome, told: list[protocol.FromHome]
+) -> None:
+    do(home)
+    failed = told[-1]
+    assert isinstance(failed, protocol.Failed)
+    assert failed.slug == slug
+    assert text in failed.text

@@ -1,0 +1,57 @@
+"""What a computer is worth: measured once, and kept."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from robots.onboard import computer
+from robots.onboard.computer import REFERENCE_CLOCK, REFERENCE_SECONDS, clock_rate, kernel, measure, this_computer
+
+
+def test_the_kernel_does_the_same_each_time() -> None:
+    assert kernel(1000, 100) == kernel(1000, 100)
+    assert kernel(1000, 100) != kernel(1000, 101)
+
+
+def test_the_best_of_some_rounds_counts() -> None:
+    seconds = iter([0.0, 9.0, 10.0, 10.0 + REFERENCE_SECONDS / 2] + [20.0, 29.0] * 5)
+    assert measure(lambda: next(seconds)) == pytest.approx(2.0)
+
+
+def test_it_is_measured_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cache = tmp_path / "deep" / "benchmark.json"
+    first = this_computer(cache)
+    assert first.benchmark > 0.0
+    assert first.cores >= 1
+    monkeypatch.setattr(computer, "measure", lambda: pytest.fail("measured again"))
+    assert this_computer(cache) == first
+
+
+@pytest.mark.parametrize("kept", [b"", b"[]", b'{"other": 3.0}', b"\xff", b"null"])
+def test_what_another_computer_kept_does_not_count(
+    kept: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cache = tmp_path / "benchmark.json"
+    cache.write_bytes(kept)
+    monkeypatch.setattr(computer, "measure", lambda: 4.25)
+    assert this_computer(cache).benchmark == 4.25
+    assert list(json.loads(cache.read_bytes()).values()) == [4.25]
+
+
+def test_where_nothing_can_be_kept_it_is_measured_each_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setattr(computer, "measure", lambda: 4.25)
+    assert this_computer(tmp_path / "file" / "benchmark.json").benchmark == 4.25
+    assert "it cannot be kept" in caplog.text
+
+
+def test_the_clock_is_what_linux_tells(tmp_path: Path) -> None:
+    frequency, info = tmp_path / "frequency", tmp_path / "info"
+    assert clock_rate(frequency, info) == REFERENCE_CLOCK
+    info.write_text("processor : 0\ncpu MHz\t\t: 2400.5\n")
+    assert clock_rate(frequency, info) == 2.4005
+    frequency.write_text("1800000\n")
+    assert clock_rate(frequency, info) == 1.8

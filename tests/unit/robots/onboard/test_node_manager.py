@@ -1,0 +1,206 @@
+"""The local node manager and a cloud that is killed: what it does when its client has a new session."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from typing import Any
+
+import msgspec
+import pytest
+
+from ppaas.errors import Unavailable
+from ppaas.geometry import Pose2D
+from ppaas.messages import ppaas_msgs
+from ppaas.messages.geometry_msgs import Pose
+from ppaas.messages.message import Message
+from ppaas.messages.nav_msgs import GetMapResponse, MapMetaData, OccupancyGrid
+from ppaas.messages.std_msgs import Header
+from robots.onboard import node_manager
+from robots.onboard.computer import Computer
+from robots.onboard.executor import protocol
+from robots.onboard.node_manager import LocalNodes
+from tests.support.waiting import until
+
+CONFIG = msgspec.json.encode(protocol.CloneConfig("turtlebot2", (0.0, 0.0, 0.0), "dijkstra", "dwa")).decode()
+COMPUTER = Computer(4, 2.0, 2.2)
+
+
+class FakeCloud:
+    """A client whose cloud has a node monitor, as far as Move Base goes."""
+
+    def __init__(self) -> None:
+        self.connections, self.resumptions = 1, 0
+        self.told: list[ppaas_msgs.TellRobotRequest] = []
+        self.asked: list[str] = []
+        self.lease = self.leases = 0
+        self.wanted = "cloud"
+        self.away = 0
+        self.waiting = asyncio.Event()
+        self.waiting.set()
+        self._tell: Any = None
+
+    def forget(self) -> None:
+        """Be another node monitor, for a session that is new."""
+        self.told.clear()
+        self.asked.clear()
+        self.lease, self.leases, self.wanted = 0, 0, "cloud"
+        self.connections += 1
+        self._publish()
+
+    def _publish(self) -> None:
+        self._tell(self._homes())
+
+    def _homes(self) -> ppaas_msgs.NodeHomes:
+        return ppaas_msgs.NodeHomes([self._home()])
+
+    def _home(self) -> ppaas_msgs.NodeHome:
+        return ppaas_msgs.NodeHome("move_base", "robot" if self.lease else "cloud", self.wanted, 1.0, [])
+
+    async def subscribe(self, topic: str, _: type[Message], callback: Any) -> None:
+        self._tell = callback
+
+    def attach(self, _: object) -> None: ...
+
+    async def call(self, service: str, _: object, request: Any, timeout: float = 10.0) -> Message:
+        if self.away:
+            self.away -= 1
+            raise Unavailable("the container is being replaced")
+        if service.endswith("hold_node"):
+            await self.waiting.wait()
+        answer: Message = getattr(self, service.rpartition("/")[2])(request)
+        return answer
+
+    def static_map(self, _: object) -> Message:
+        return GetMapResponse(OccupancyGrid(Header(), MapMetaData(0.05, 1, 1, Pose.of(Pose2D(0.0, 0.0, 0.0))), [0]))
+
+    def keepout_filter_mask(self, _: object) -> Message:
+        return self.static_map(None)
+
+    def speed_filter_mask(self, _: object) -> Message:
+        return GetMapResponse(OccupancyGrid(Header(), MapMetaData(0.0, 0, 0, Pose.of(Pose2D(0.0, 0.0, 0.0))), []))
+
+    def probe_link(self, request: ppaas_msgs.ProbeLinkRequest) -> Message:
+        return ppaas_msgs.ProbeLinkResponse("0" * request.bytes)
+
+    def tell_robot(self, request: ppaas_msgs.TellRobotRequest) -> Message:
+        self.told.append(request)
+        return ppaas_msgs.TellRobotResponse(CONFIG, 1.0)
+
+    def list_nodes(self, _: object) -> Message:
+        return self._homes()
+
+    def run_node(self, request: ppaas_msgs.RunNodeRequest) -> Message:
+        self.asked.append(request.home)
+        self.wanted = "robot"
+        self._publish()
+        return self._home()
+
+    def hold_node(self, request: ppaas_msgs.HoldNodeRequest) -> Message:
+        if request.lease == 0:
+            self.leases += 1
+            self.lease = self.leases
+            return ppaas_msgs.HoldNodeResponse(self.lease, "its state")
+        return ppaas_msgs.HoldNodeResponse(request.lease if request.lease == self.lease else 0)
+
+    def give_node(self, request: ppaas_msgs.GiveNodeRequest) -> Message:
+        self.lease, self.wanted = 0, "cloud"
+        return self._home()
+
+
+class FakeProcess:
+    """Nodes that live at once."""
+
+    pid, alive = 42, True
+
+    begun: list[protocol.Begin]
+
+    def __init__(self, *_: object) -> None: ...
+
+    async def start(self, begin: protocol.Begin) -> None:
+        self.begun.append(begin)
+
+    async def stop(self) -> None: ...
+
+    async def ask(self, frame: object, _: object) -> object:
+        match frame:
+            case protocol.Add():
+                return protocol.Added(frame.node, [], [], [])
+            case protocol.Remove():
+                return protocol.Removed(frame.node, "its state")
+        return protocol.States({})
+
+
+@pytest.fixture
+def cloud() -> FakeCloud:
+    return FakeCloud()
+
+
+@pytest.fixture
+async def manager(cloud: FakeCloud, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[LocalNodes]:
+    monkeypatch.setattr(FakeProcess, "begun", [], raising=False)
+    monkeypatch.setattr(node_manager, "NodeProcess", FakeProcess)
+    monkeypatch.setattr(node_manager, "HOLD_PERIOD", 0.001)
+    made = LocalNodes(cloud, COMPUTER)  # type: ignore[arg-type]
+    running = asyncio.create_task(made.run())
+    await made.ready.wait()
+    yield made
+    assert not running.done(), running
+    running.cancel()
+    await asyncio.gather(running, return_exceptions=True)
+
+
+async def drives_itself(cloud: FakeCloud, manager: LocalNodes) -> None:
+    await manager.ask("move_base")
+    await until(lambda: manager.running == {"move_base"})
+    assert (len(cloud.told), cloud.asked) == (1, [""])
+
+
+async def test_nodes_begin_on_the_map_and_the_masks_that_there_are(cloud: FakeCloud, manager: LocalNodes) -> None:
+    await drives_itself(cloud, manager)
+    (begin,) = FakeProcess.begun
+    assert list(begin.masks) == ["keepout_filter_mask"]
+    assert begin.masks["keepout_filter_mask"] == begin.map
+
+
+async def test_what_runs_here_goes_on_here_in_a_session_whose_monitor_knows_nothing(
+    cloud: FakeCloud, manager: LocalNodes
+) -> None:
+    await drives_itself(cloud, manager)
+    cloud.away = 3
+    cloud.forget()
+    await until(lambda: cloud.lease == 1)
+    await until(lambda: manager.running == {"move_base"})
+    assert [told.cores for told in cloud.told] == [4]
+    assert cloud.asked == ["robot"]
+
+
+async def test_a_word_that_waited_for_the_cloud_to_come_back_gives_nothing_up(
+    cloud: FakeCloud, manager: LocalNodes
+) -> None:
+    await drives_itself(cloud, manager)
+    cloud.waiting = asyncio.Event()
+    await asyncio.sleep(0.02)
+    cloud.forget()
+    cloud.waiting.set()
+    await until(lambda: cloud.asked == ["robot"] and manager.running == {"move_base"})
+    assert cloud.lease == 1
+
+
+async def test_nothing_is_asked_again_of_one_that_knows_what_runs_here(cloud: FakeCloud, manager: LocalNodes) -> None:
+    await drives_itself(cloud, manager)
+    cloud.connections += 1
+    await until(lambda: len(cloud.told) == 2)
+    cloud.connections, cloud.resumptions = cloud.connections + 1, 1  # and a session that goes on is told nothing
+    await asyncio.sleep(0.02)
+    assert (cloud.asked, cloud.lease, len(cloud.told)) == ([""], 1, 2)
+    assert manager.running == {"move_base"}
+
+
+async def test_what_was_moved_to_the_cloud_stays_there(cloud: FakeCloud, manager: LocalNodes) -> None:
+    await drives_itself(cloud, manager)
+    cloud.wanted = "cloud"
+    cloud._publish()
+    await until(lambda: not manager.running and cloud.lease == 0)
+    cloud.forget()
+    await until(lambda: len(cloud.told) == 1)
+    await asyncio.sleep(0.02)
+    assert (cloud.asked, manager.running) == ([], frozenset())

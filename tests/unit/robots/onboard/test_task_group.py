@@ -1,0 +1,61 @@
+"""Works that belong together."""
+
+import asyncio
+
+import pytest
+
+from ppaas.errors import Unavailable
+from robots.onboard.task_group import together
+
+
+class Work:
+    """Goes on until it is cancelled, and then takes a while to leave, if it has one."""
+
+    def __init__(self, leaving: float = 0.01) -> None:
+        self.leaving = leaving
+        self.begun = asyncio.Event()
+        self.left = False
+
+    async def run(self) -> None:
+        try:
+            self.begun.set()
+            await asyncio.Event().wait()
+        finally:
+            await asyncio.sleep(self.leaving)
+            self.left = True
+
+
+async def test_who_is_cancelled_waits_until_all_have_left() -> None:
+    works = Work(0.0), Work()
+    task = asyncio.create_task(together(*(work.run() for work in works)))
+    await works[1].begun.wait()
+    task.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await task
+    assert [work.left for work in works] == [True, True]
+
+
+async def test_one_that_fails_ends_the_others_and_says_why() -> None:
+    work = Work()
+
+    async def fail() -> None:
+        await work.begun.wait()
+        raise Unavailable("the one")
+
+    with pytest.raises(Unavailable, match="the one"):
+        await together(work.run(), fail())
+    assert work.left
+
+
+async def test_one_that_has_ended_ends_nobody() -> None:
+    work, ended = Work(), asyncio.Event()
+
+    async def end() -> None:
+        ended.set()
+
+    task = asyncio.create_task(together(end(), work.run()))
+    await ended.wait()
+    await asyncio.sleep(0)
+    assert not work.left and not task.done()
+    task.cancel()
+    await asyncio.gather(task, return_exceptions=True)

@@ -1,0 +1,65 @@
+"""Pictures of paths."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from ppaas.errors import InvalidInput
+from ppaas.geometry import Pose2D, poses_along
+from robots.pictures.path import GOAL, PATH, START, _round_length, draw, write_picture
+from robots.pictures.view import HIGHEST, WIDEST
+from robots.plans.offline import costmap_of_file, plan
+from tests.support.sources import ROOT
+from tests.support.world import grids
+
+TOLD = {"radius": 0.18, "title": "office", "facts": ["12.5 m", "0.4 ms"]}
+
+
+def count(picture: Image.Image, colour: tuple[int, int, int]) -> int:
+    """Return how many pixels are of a colour."""
+    return int((np.asarray(picture) == colour).all(axis=-1).sum())
+
+
+def test_a_picture_shows_path_start_and_goal(tmp_path):
+    costmap = costmap_of_file(ROOT / "docs" / "examples" / "office.yaml", 0.18)
+    result = plan(costmap, Pose2D(2, 2), Pose2D(10, 8, 1.57), "astar", 0.0)
+    write_picture(tmp_path / "office.PNG", costmap, result.poses, **TOLD)
+    with Image.open(tmp_path / "office.PNG") as picture:
+        assert picture.format == "PNG"
+        assert WIDEST / 2 < picture.width < WIDEST + 200
+        assert picture.height < HIGHEST + 200
+        pixels = picture.convert("RGB")
+    assert count(pixels, PATH) > 1_000
+    assert count(pixels, START) > 100
+    assert count(pixels, GOAL) > 100
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 2000), (1500, 2)])
+def test_maps_of_any_shape_are_drawn(shape):
+    costmap = grids.of(np.zeros(shape, np.uint8), 0.05)
+    ends = costmap.info.to_world([(0, 0), (shape[0] - 1, shape[1] - 1)])
+    picture = draw(costmap, poses_along(ends, 0.0), **TOLD)
+    assert count(picture, GOAL) > 100
+
+
+def test_a_map_of_which_nothing_is_known_is_drawn_around_the_path():
+    costmap = grids.of(np.full((40, 40), 255, np.uint8))
+    assert draw(costmap, poses_along(np.array([[20.0, 20.0]])), **TOLD).width > 100
+
+
+@pytest.mark.parametrize(
+    ("name", "error"), [("a.jpg", "call it a.png"), ("a", "call it a.png"), ("no/a.png", "cannot write")]
+)
+def test_a_picture_that_cannot_be_written_says_why(tmp_path, name, error):
+    costmap = grids.of(np.zeros((2, 2), np.uint8))
+    with pytest.raises(InvalidInput, match=error):
+        write_picture(tmp_path / Path(name), costmap, poses_along(np.zeros((1, 2))), **TOLD)
+
+
+@pytest.mark.parametrize(
+    ("most", "length"), [(1.0, 1.0), (1.99, 1.0), (2.1, 2.0), (49.0, 20.0), (50.0, 50.0), (0.07, 0.05)]
+)
+def test_the_scale_has_a_round_length(most, length):
+    assert _round_length(most) == pytest.approx(length)

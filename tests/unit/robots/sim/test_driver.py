@@ -1,0 +1,107 @@
+"""A simulated robot on a real socket."""
+
+import asyncio
+import math
+from collections.abc import AsyncIterator
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ppaas.controllers.base import Velocity
+from ppaas.errors import Conflict, InvalidParameter
+from ppaas.geometry import Pose2D
+from ppaas.messages import decode
+from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.sensor_msgs import LaserScan
+from robots.client.robot_client import RobotClient
+from robots.sim.driver import Driver, Rates, Schedule
+from robots.sim.robot import SimulatedRobot
+from robots.sim.world import World
+from tests.support.endpoints.rosbridge_server import RosbridgeServer, rosbridge_server
+from tests.support.waiting import until
+from tests.support.world.rooms import room
+
+START = Pose2D(2.5, 1.5, 0.7)
+
+
+@pytest.fixture
+async def server() -> AsyncIterator[RosbridgeServer]:
+    async with rosbridge_server() as running:
+        yield running
+
+
+@pytest.fixture
+def robot() -> SimulatedRobot:
+    return World(room(4.0, 4.0), epoch=1000.0).add_robot(START)
+
+
+async def test_it_sends_odometry_and_scans_and_never_where_it_truly_is(
+    server: RosbridgeServer, robot: SimulatedRobot
+) -> None:
+    async with RobotClient(server.url, robot="tb1", token="t") as client:
+        driving = asyncio.create_task(Driver(robot, client, Rates(odom=100.0, scan=50.0)).run())
+        await until(lambda: sum(frame["topic"] == "scan" for frame in server.of("publish")) >= 5)
+        driving.cancel()
+    frames = server.of("publish")
+    assert {frame["topic"] for frame in frames} == {"odom", "scan"}
+    assert frames[0]["topic"] == "odom", "where the robot stood must be known when its scan arrives"
+    odometry = decode(Odometry, str(frames[0]["msg"]).replace("'", '"'))
+    assert odometry.pose.pose.planar() == Pose2D(0.0, 0.0, 0.0)
+    scan = next(frame["msg"] for frame in frames if frame["topic"] == "scan")
+    assert scan["header"]["frame_id"] == "base_link"
+    assert len(scan["ranges"]) == 360
+    assert set(scan) == set(LaserScan.__struct_fields__)
+
+
+async def test_it_drives_as_it_is_told_and_goes_on_after_nonsense(
+    server: RosbridgeServer, robot: SimulatedRobot
+) -> None:
+    async with RobotClient(server.url, robot="tb1", token="t") as client:
+        driver = Driver(robot, client)
+        driving = asyncio.create_task(driver.run())
+        await server.heard("subscribe")
+        await server.say(op="publish", topic="cmd_vel", msg={"linear": {"x": 1e999}, "angular": {}})
+        await server.say(op="publish", topic="cmd_vel", msg={"linear": {"x": 0.3}, "angular": {"z": -0.2}})
+        await until(lambda: driver.commands)
+        driving.cancel()
+    for _ in range(10):
+        robot.before_step()
+        robot.base._turn_wheels(robot.base.body, (0.0, 0.0), 1.0, 0.05)
+    assert robot.base.wheels == Velocity(0.3, -0.2)
+
+
+async def test_it_ends_with_the_reason_when_the_cloud_wants_it_no_more(
+    server: RosbridgeServer, robot: SimulatedRobot
+) -> None:
+    async with RobotClient(server.url, robot="tb1", token="t") as client:
+        driving = asyncio.create_task(Driver(robot, client).run())
+        await server.heard("publish")
+        await server.connections[-1].close(1011, "conflict: another one took over")
+        with pytest.raises(Conflict, match="another one took over"):
+            await asyncio.wait_for(driving, 10)
+
+
+@given(st.floats(0.5, 200.0), st.lists(st.floats(0.0, 1.0), min_size=1, max_size=40))
+def test_a_schedule_keeps_its_rate_and_does_not_make_up_for_what_was_missed(rate: float, waits: list[float]) -> None:
+    schedule, now, taken = Schedule(rate, 10.0), 10.0, []
+    for wait in waits:
+        now += wait
+        if schedule.take(now):
+            taken.append(now)
+            assert not schedule.take(now)
+        assert now - Schedule.SLACK < schedule.next <= now + 1.0 / rate + Schedule.SLACK
+    assert len(taken) <= (now - 10.0) * rate + 2
+
+
+def test_a_schedule_is_on_time_for_a_long_time() -> None:
+    schedule, taken = Schedule(20.0, 0.0), 0
+    for millisecond in range(59_990):
+        taken += schedule.take(millisecond / 1000.0)
+    assert taken == 60 * 20
+
+
+@pytest.mark.parametrize("rate", [0.0, -1.0, math.nan, math.inf])
+def test_a_rate_that_is_none_is_refused(rate: float) -> None:
+    with pytest.raises(InvalidParameter, match="Hz"):
+        Rates(scan=rate)

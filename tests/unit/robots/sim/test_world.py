@@ -1,0 +1,178 @@
+"""Physics: what a Turtlebot does in a room."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from ppaas.controllers.base import Velocity
+from ppaas.errors import InvalidInput
+from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.maps.grid import UNKNOWN, GridInfo, GridMap
+from ppaas.messages.geometry_msgs import Twist, Vector3
+from robots.demo.scorer import Scorer
+from robots.sim.robot import RobotModel, SimulatedRobot
+from robots.sim.turtlebot import TurtlebotModel
+from robots.sim.world import World
+from tests.support.world.rooms import room
+
+NO_SLIP = RobotModel(base=TurtlebotModel(slip=0.0))
+
+
+def drive(
+    world: World, seconds: float, commands: dict[SimulatedRobot, tuple[float, float]],
+    each_step: Callable[[], None] = lambda: None,
+) -> None:  # fmt: skip
+    """Repeat the commands for so long."""
+    for _ in range(round(seconds / world.dt)):
+        for robot, (linear, angular) in commands.items():
+            robot.command(Twist(Vector3(x=linear), Vector3(z=angular)))
+        world.step()
+        each_step()
+
+
+@pytest.mark.parametrize("heading", [0.0, math.pi / 2, -2.0])
+def test_it_drives_straight_for_where_it_heads(heading: float) -> None:
+    world = World(room(10.0, 10.0))
+    robot = world.add_robot(Pose2D(5.0, 5.0, heading), NO_SLIP)
+    drive(world, 4.0, {robot: (0.5, 0.0)})
+    # The ramp up to 0.5 m/s at 1 m/s² takes half a second and costs an eighth of a metre.
+    ahead = Pose2D(5.0, 5.0, heading).inverse() @ robot.base.pose
+    assert ahead.x == pytest.approx(4.0 * 0.5 - 0.125, abs=0.02)
+    assert ahead.y == pytest.approx(0.0, abs=1e-6)
+    assert ahead.theta == pytest.approx(0.0, abs=1e-6)
+    assert Scorer(world).distance(0) == pytest.approx(ahead.x, abs=1e-6)
+
+
+def test_it_turns_on_the_spot_counter_clockwise() -> None:
+    world = World(room(10.0, 10.0))
+    robot = world.add_robot(Pose2D(5.0, 5.0, 0.0), NO_SLIP)
+    drive(world, 2.0, {robot: (0.0, 1.0)})
+    ramp = 1.0**2 / (2.0 * 4.0)
+    assert robot.base.pose.theta == pytest.approx(2.0 - ramp, abs=0.03)
+    assert robot.base.pose.distance_to(Pose2D(5.0, 5.0)) < 1e-6
+
+
+def test_neither_speed_nor_acceleration_exceed_what_the_base_can() -> None:
+    world = World(room(40.0, 40.0))
+    robot = world.add_robot(Pose2D(20.0, 20.0, 0.0))
+    model = robot.model.base
+    speeds: list[Velocity] = []
+    drive(world, 2.0, {robot: (100.0, 100.0)}, lambda: speeds.append(robot.base.wheels))
+    drive(world, 2.0, {robot: (-100.0, -100.0)}, lambda: speeds.append(robot.base.wheels))
+    wheels = np.array([(0.0, 0.0), *speeds])
+    assert np.abs(wheels).max(axis=0) == pytest.approx([model.max_linear, model.max_angular])
+    steps = np.abs(np.diff(wheels, axis=0)).max(axis=0)
+    assert steps == pytest.approx([model.acc_linear * world.dt, model.acc_angular * world.dt])
+
+
+def test_without_commands_it_stops() -> None:
+    world = World(room(10.0, 10.0))
+    robot = world.add_robot(Pose2D(5.0, 5.0, 0.0))
+    drive(world, 1.0, {robot: (0.5, 0.0)})
+    drive(world, 2.0, {})
+    assert robot.base.wheels == Velocity(0.0, 0.0)
+    resting = robot.base.pose
+    drive(world, 1.0, {})
+    assert robot.base.pose == resting
+
+
+@pytest.mark.parametrize("origin", [Pose2D(0.0, 0.0), Pose2D(-3.0, 7.0, 0.7)])
+@pytest.mark.parametrize("heading", [0.0, math.pi / 2, math.pi, 0.3])
+def test_a_wall_stops_it_and_counts_as_one_contact_however_long_it_pushes(heading: float, origin: Pose2D) -> None:
+    grid = room(4.0, 4.0, origin=origin)
+    world = World(grid)
+    robot = world.add_robot(origin @ Pose2D(2.0, 2.0, heading))
+    drive(world, 8.0, {robot: (0.5, 0.0)})
+    local = origin.inverse() @ robot.base.pose
+    inner = 0.05 + robot.model.base.radius
+    for coordinate in (local.x, local.y):
+        assert inner - 0.01 <= coordinate <= 4.0 - inner + 0.01
+    assert max(abs(local.x - 2.0), abs(local.y - 2.0)) == pytest.approx(2.0 - inner, abs=0.01)
+    assert Scorer(world).collisions(0) == 1
+
+
+def test_coming_back_to_the_wall_is_another_contact() -> None:
+    world = World(room(4.0, 4.0))
+    robot = world.add_robot(Pose2D(3.0, 2.0, 0.0))
+    for count in (1, 2):
+        drive(world, 4.0, {robot: (0.5, 0.0)})
+        assert Scorer(world).collisions(0) == count
+        drive(world, 3.0, {robot: (-0.3, 0.0)})
+
+
+def test_sliding_along_a_wall_of_many_pieces_is_one_contact() -> None:
+    grid = room(8.0, 4.0)
+    rough = grid.data.copy()
+    rough[-1, ::2] = rough[-2, ::3] = 100
+    world = World(GridMap(rough, grid.info))
+    robot = world.add_robot(Pose2D(1.0, 3.5, 0.2))
+    for _ in range(500):
+        drive(world, world.dt, {robot: (0.4, 5.0 * (0.2 - robot.base.pose.theta))})
+    assert robot.base.pose.x > 3.0
+    assert world.contacts.wall_contacts[0] == 1
+
+
+def test_robots_that_meet_both_have_one_contact_and_do_not_pass_through() -> None:
+    world = World(room(8.0, 4.0))
+    left, right = world.add_robot(Pose2D(2.0, 2.0, 0.0)), world.add_robot(Pose2D(5.0, 2.0, math.pi))
+    bystander = world.add_robot(Pose2D(4.0, 3.5, 0.0))
+    drive(world, 5.0, {left: (0.4, 0.0), right: (0.4, 0.0)})
+    gap = left.base.pose.distance_to(right.base.pose) - 2.0 * left.model.base.radius
+    assert gap == pytest.approx(0.0, abs=0.01)
+    assert world.contacts.robot_contacts == {0: 1, 1: 1}
+    scorer = Scorer(world)
+    assert [scorer.collisions(robot) for robot in range(3)] == [1, 1, 0]
+    assert scorer.error(2, Pose2D(4.0, 3.5)) < 1e-9
+    assert bystander.base.pose == Pose2D(4.0, 3.5, 0.0)
+
+
+def test_nothing_stands_in_the_unknown() -> None:
+    grid = GridMap(np.full((80, 80), UNKNOWN, np.int8), GridInfo(0.05, 80, 80))
+    world = World(grid)
+    robot = world.add_robot(Pose2D(1.0, 2.0, 0.0))
+    drive(world, 4.0, {robot: (0.5, 0.0)})
+    assert robot.base.pose.x > 2.5
+    assert all(distance is None for distance in robot.scan().ranges)
+
+
+def run(seed: int, robots: int) -> list[object]:
+    world = World(room(6.0, 6.0), seed=seed)
+    for index in range(robots):
+        world.add_robot(Pose2D(2.0 + 2.0 * index, 3.0, 0.5))
+    drive(world, 2.0, dict.fromkeys(world.robots, (0.3, 0.4)))
+    first = world.robots[0]
+    return [first.base.pose, first.odometry(), first.scan() if robots == 1 else None]
+
+
+def test_the_same_seed_gives_the_same_world_and_another_gives_another() -> None:
+    assert run(7, 1) == run(7, 1)
+    for ours, others in zip(run(7, 1), run(8, 1), strict=True):
+        assert ours != others
+
+
+def test_the_chance_of_one_robot_does_not_depend_on_the_others() -> None:
+    assert run(7, 1)[:2] == run(7, 2)[:2]
+
+
+def test_slip_takes_the_true_way_off_what_the_wheels_did() -> None:
+    world = World(room(40.0, 10.0), seed=3)
+    robot = world.add_robot(Pose2D(5.0, 5.0, 0.0), RobotModel(base=TurtlebotModel(slip=0.1)))
+    drive(world, 20.0, {robot: (0.5, 0.0)})
+    rolled = 20.0 * 0.5 - 0.125
+    assert 0.001 < abs(robot.base.travelled - rolled) < 0.1 * rolled
+    assert abs(wrap_angle(robot.base.pose.theta)) < 0.05
+
+
+def test_a_pose_that_is_not_finite_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="finite"):
+        World(room(4.0, 4.0)).add_robot(Pose2D(math.nan, 0.0))
+
+
+def test_stamps_begin_with_the_epoch_and_go_on_with_the_steps() -> None:
+    world = World(room(4.0, 4.0), dt=0.02, epoch=1000.0)
+    robot = world.add_robot(Pose2D(2.0, 2.0))
+    drive(world, 1.0, {})
+    assert robot.odometry().header.stamp.seconds() == pytest.approx(1001.0)
+    assert robot.scan().header.stamp == robot.odometry().header.stamp

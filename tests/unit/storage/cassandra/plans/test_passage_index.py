@@ -1,0 +1,72 @@
+"""Which plans are named in the squares that they pass, as no Cassandra is needed to see."""
+
+from collections import Counter
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from ppaas.geometry import poses_along
+from ppaas.plans.encoding.index_cells import squares_touched
+from storage.cassandra.connection.session import CassandraSession
+from storage.cassandra.plans.passage_index import PLANS_OF_SQUARE, WINDOW, Squares
+from storage.cassandra.plans.rows import PlanRow, plan_rows
+from storage.plan_checks import array_of
+from tests.support.storage.records import plan
+
+BETWEEN = slice(1, -2)
+"""The waypoints that a plan may share."""
+
+
+class Session:
+    """Forgets what it is told to write."""
+
+    def write_each(self, cql: str, rows: object) -> None:
+        """Take it."""
+
+
+@pytest.fixture
+def now() -> list[float]:
+    return [0.0]
+
+
+@pytest.fixture
+def squares(now: list[float]) -> Squares:
+    return Squares(cast(CassandraSession, Session()), lambda: now[0])
+
+
+def rows_of(seed: int, count: int) -> list[PlanRow]:
+    """Return rows of plans along the same way, of which each drives a part."""
+    random = np.random.default_rng(seed)
+    way = np.cumsum(random.normal(0.0, 0.2, (400, 2)), axis=0)
+    parts = [np.sort(random.choice(400, 2, replace=False)) for _ in range(count)]
+    plans = [
+        plan(f"p{number}", poses=poses_along(way[first : last + 1], 0.0).tobytes())
+        for number, (first, last) in enumerate(parts)
+    ]
+    return list(plan_rows(plans, 8))
+
+
+def named(writes: list[tuple[str, Any]]) -> Counter[tuple[int, int]]:
+    return Counter((values[1], values[2]) for _, values in writes)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_plan_is_named_wherever_it_passes_until_so_many_are(squares: Squares, seed: int) -> None:
+    passed: Counter[tuple[int, int]] = Counter()
+    rows = rows_of(seed, 60)
+    for row in rows:
+        points = array_of(row.record.poses)[:, :2]
+        passed.update(squares_touched(points[BETWEEN] if row.stretches else points))
+    found = named([write for row in rows for write in squares.naming([row])])
+    assert found == {square: min(count, PLANS_OF_SQUARE) for square, count in passed.items()}
+
+
+def test_more_are_named_once_the_window_is_over_or_others_were_removed(squares: Squares, now: list[float]) -> None:
+    rows = rows_of(1, 40)
+    first = named(squares.naming(rows))
+    assert not named(squares.naming(rows)) - first
+    now[0] += 1.01 * WINDOW
+    assert named(squares.naming(rows)) == first
+    squares.clear(rows)
+    assert named(squares.naming(rows)) == first

@@ -1,0 +1,51 @@
+"""What is sent to Cassandra of plans, as no Cassandra is needed to see."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from storage.cassandra.connection.session import BYTES_TOGETHER, MOST_TOGETHER
+from storage.cassandra.plans.endpoint_cells import led
+from storage.cassandra.plans.rows import head_parts, lead_spot, plan_rows
+from storage.cassandra.plans.writes import laying, naming
+from storage.records import PlanRecord
+from tests.support.storage.records import plan
+
+
+def from_place(number: int, metres: float) -> PlanRecord:
+    poses = np.zeros((2, 7))
+    poses[:, 0] = metres
+    return plan(f"p{number}", poses=poses.tobytes())
+
+
+def test_plans_of_one_bucket_are_sent_together_though_others_come_between() -> None:
+    records = [from_place(number, 10.0 * (number % 4)) for number in range(80)]
+    groups = list(laying(list(plan_rows(records, 8))))
+    leading = [values[0] for group in groups for _, values in group]
+    assert len(leading) == 80
+    assert len(list(itertools.groupby(leading))) == len({led(record)[0] for record in records}) == 4
+
+
+@pytest.mark.parametrize("places", [1, 3, 50])
+def test_no_message_is_so_large_or_of_so_many_partitions_that_cassandra_warns(places: int) -> None:
+    rows = list(plan_rows([from_place(number, 10.0 * (number % places)) for number in range(50)], 8))
+    for groups in (list(laying(rows)), list(naming(rows))):
+        assert all(len({(cql, values[0]) for cql, values in group}) <= MOST_TOGETHER for group in groups)
+        sizes = [
+            sum(len(value) for _, values in each for value in values if isinstance(value, bytes)) for each in groups
+        ]
+        assert max(sizes) <= BYTES_TOGETHER
+    ids = [row.record.id for row in rows]
+    assert sorted(values[2] for group in laying(rows) for _, values in group) == sorted(ids)
+    assert sorted(values[-1] for group in naming(rows) for cql, values in group if "by_map" in cql) == sorted(ids)
+    assert [values for group in naming(rows) for cql, values in group if "INTO plans " in cql] == [
+        (row.record.id, row.lead) for row in rows
+    ]
+
+
+def test_a_lead_tells_where_a_plan_lies_and_is_another_for_another_plan() -> None:
+    one, other = plan_rows([plan("p"), plan("p", cost=1.0)], 8)
+    assert lead_spot(one.lead) == one.spot == lead_spot(other.lead)
+    assert one.lead != other.lead
+    assert head_parts(one.head) == (one.context, one.entry.body)

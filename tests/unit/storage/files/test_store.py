@@ -1,0 +1,246 @@
+"""What a folder of maps adds to the promises of a map store: it lasts, it is shared, and a kill leaves no half map."""
+
+import hashlib
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ppaas.errors import Conflict, NotFound, Unavailable
+from storage.files import store as files
+from storage.files.store import FileMapStore
+from storage.records import Publication
+from tests.support.storage.records import found_map, house, pgm, put_map
+
+OLDER, OLD, NEW, LAST = (house(image=pgm(value=value)) for value in (100, 0, 254, 205))
+
+
+def names(folder: Path) -> set[str]:
+    return {entry.name for entry in folder.iterdir()}
+
+
+def test_a_reopened_folder_keeps_everything(tmp_path: Path) -> None:
+    put_map(FileMapStore(tmp_path / "maps"), house(readers=("bob",)))
+    assert found_map(FileMapStore(tmp_path / "maps")) == house(readers=("bob",))
+
+
+def test_files_stand_beside_each_other_and_what_versions_share_is_there_once(tmp_path: Path) -> None:
+    store = FileMapStore(tmp_path)
+    put_map(store, OLD)
+    put_map(store, NEW)
+    expected = {hashlib.sha256(data).hexdigest() for data in (*OLD.files.values(), *NEW.files.values())}
+    assert names(tmp_path / "house" / "files-1") == expected
+    assert len(expected) == 3
+    assert names(tmp_path / "house" / "log") == {"00000001", "00000002"}
+
+
+def test_nothing_is_left_aside(tmp_path: Path) -> None:
+    store = FileMapStore(tmp_path)
+    put_map(store, OLD)
+    put_map(store, NEW)
+    store.remove_map("house")
+    assert names(tmp_path) == {".incoming", ".lock", "house"}
+    assert names(tmp_path / ".incoming") == set()
+    assert names(tmp_path / "house") == {"log"}
+    assert names(tmp_path / "house" / "log") == {"00000003"}  # it says that the map was removed
+    put_map(store, OLD)
+    assert names(tmp_path / "house") == {"log", "files-4"}
+    assert names(tmp_path / "house" / "log") == {"00000004"}
+
+
+KILLED_AT = ("open", "os.link", "os.rename", "os.mkdir", "os.rmdir", "os.remove", "shutil.rmtree")
+
+
+def killed_at(step: int, act: Callable[[], object]) -> int:
+    """Do something in a process of its own, which is killed when it is about to touch the disk for the nth time."""
+    child = os.fork()
+    if child:
+        return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    calls = itertools.count(1)
+
+    def watch(event: str, _arguments: object) -> None:
+        if event in KILLED_AT and next(calls) == step:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    status = 1
+    try:
+        sys.addaudithook(watch)
+        act()
+        status = 0
+    finally:
+        os._exit(status)
+
+
+ACTIONS: dict[str, tuple[Callable[[FileMapStore], object], Any]] = {
+    "publish": (lambda store: put_map(store, NEW), NEW),
+    "roll back": (lambda store: store.roll_back(OLDER.version, Publication("house", "ann", 3.0)), OLDER),
+    "remove": (lambda store: store.remove_map("house"), None),
+}
+
+
+@pytest.mark.parametrize("action", ACTIONS)
+def test_a_kill_at_any_step_leaves_the_map_before_or_after(tmp_path: Path, action: str) -> None:
+    act, after = ACTIONS[action]
+    seen = []
+    for step in range(1, 200):
+        store = FileMapStore(tmp_path / str(step))
+        put_map(store, OLDER)
+        put_map(store, OLD)
+        status = killed_at(step, lambda store=store: act(store))
+        seen.append(present(store))
+        put_map(store, LAST)
+        assert found_map(store) == LAST
+        assert names(tmp_path / str(step) / ".incoming") == set()
+        if status != -signal.SIGKILL:
+            break
+    assert status == 0
+    turn = seen.index(after)
+    assert turn > 0
+    assert all(record == OLD for record in seen[:turn])
+    assert all(record == after for record in seen[turn:])
+
+
+def present(store: FileMapStore) -> object:
+    try:
+        return found_map(store)
+    except NotFound:
+        return None
+
+
+def test_a_first_publication_that_was_killed_leaves_no_map(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    store = FileMapStore(tmp_path)
+    with monkeypatch.context() as patch:
+        patch.setattr(FileMapStore, "_append", raising(KeyboardInterrupt()))
+        with pytest.raises(KeyboardInterrupt):
+            put_map(store, OLD)
+    assert store.maps() == []
+    with pytest.raises(NotFound):
+        store.remove_map("house")
+    put_map(store, house(owner="bob"))
+    assert found_map(store).owner == "bob"
+
+
+def raising(error: BaseException) -> Callable[..., None]:
+    def fail(*_args: object) -> None:
+        raise error
+
+    return fail
+
+
+@pytest.mark.parametrize(
+    ("number", "text"), [(28, "disk is full"), (30, "read-only"), (13, "permission denied"), (5, "disk fails")]
+)
+def test_a_disk_that_fails_is_unavailable_and_the_map_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int, text: str
+) -> None:
+    store = FileMapStore(tmp_path)
+    put_map(store, OLD)
+    with monkeypatch.context() as patch:
+        patch.setattr(files.os, "fsync", raising(OSError(number, os.strerror(number))))
+        with pytest.raises(Unavailable, match=text):
+            put_map(store, NEW)
+    assert found_map(store) == OLD
+    assert names(tmp_path / ".incoming") == set()
+
+
+def test_readers_beside_writers_see_whole_maps_alone(tmp_path: Path) -> None:
+    store = FileMapStore(tmp_path)
+    put_map(store, OLD)
+    done = threading.Event()
+
+    def write() -> None:
+        try:
+            for _ in range(15):
+                put_map(store, NEW)
+                store.remove_map("house")
+                put_map(store, OLD)
+        finally:
+            done.set()
+
+    def read() -> set[str]:
+        seen = set()
+        while not done.is_set():
+            record = present(store)
+            seen.add("gone" if record is None else "old" if record == OLD else "new" if record == NEW else "torn")
+        return seen
+
+    with ThreadPoolExecutor(3) as threads:
+        readers = [threads.submit(read) for _ in range(2)]
+        threads.submit(write).result()
+    assert set().union(*(reader.result() for reader in readers)) <= {"old", "new", "gone"}
+    assert found_map(store) == OLD
+
+
+PUBLISHER = """
+import sys
+from pathlib import Path
+from ppaas.errors import Conflict
+from storage.files.store import FileMapStore
+from tests.support.storage.records import house, put_map
+try:
+    put_map(FileMapStore(Path(sys.argv[1])), house(owner=sys.argv[2]))
+except Conflict:
+    sys.exit(3)
+"""
+
+
+def test_one_of_the_processes_that_take_an_id_at_once_gets_it(tmp_path: Path) -> None:
+    owners = ["ann", "bob", "carl"]
+    publishers = [subprocess.Popen([sys.executable, "-c", PUBLISHER, str(tmp_path), owner]) for owner in owners]
+    statuses = [publisher.wait() for publisher in publishers]
+    assert sorted(statuses) == [0, 3, 3]
+    assert FileMapStore(tmp_path).map_head("house").owner == owners[statuses.index(0)]
+
+
+def test_damaged_files_are_told_and_mended_by_publishing_again(tmp_path: Path) -> None:
+    store = FileMapStore(tmp_path)
+    put_map(store, OLD)
+    image = tmp_path / "house" / "files-1" / hashlib.sha256(OLD.image or b"").hexdigest()
+    for damage in (lambda: image.write_bytes(b"P5"), image.unlink):
+        damage()
+        with pytest.raises(Unavailable, match="publish it again"):
+            found_map(store)
+        put_map(store, OLD)
+        assert found_map(store) == OLD
+
+
+@pytest.mark.parametrize("head", [b"{", b"", b'{"era": "one"}'])
+def test_a_damaged_head_is_told(tmp_path: Path, head: bytes) -> None:
+    store = FileMapStore(tmp_path)
+    put_map(store, OLD)
+    (tmp_path / "house" / "log" / "00000001").write_bytes(head)
+    with pytest.raises(Unavailable, match=r"house/log/00000001.*backup"):
+        found_map(store)
+
+
+def test_a_stray_file_in_the_folder_is_no_map(tmp_path: Path) -> None:
+    store = FileMapStore(tmp_path)
+    (tmp_path / "README").write_text("maps of the building")
+    assert store.maps() == []
+    with pytest.raises(NotFound):
+        store.map_head("README")
+    with pytest.raises(Unavailable, match="file is where a folder should be"):
+        put_map(store, house("README"))
+
+
+def test_a_file_in_place_of_the_folder_is_unavailable(tmp_path: Path) -> None:
+    (tmp_path / "maps").write_text("")
+    with pytest.raises(Unavailable, match="file is where a folder should be"):
+        FileMapStore(tmp_path / "maps")
+
+
+def test_an_owner_keeps_the_map_after_a_conflict(tmp_path: Path) -> None:
+    store = FileMapStore(tmp_path)
+    put_map(store, OLD)
+    with pytest.raises(Conflict):
+        put_map(store, house(owner="bob", image=pgm(value=9)))
+    assert names(tmp_path / "house" / "log") == {"00000001"}
+    assert names(tmp_path / "house" / "files-1") == {hashlib.sha256(data).hexdigest() for data in OLD.files.values()}

@@ -1,0 +1,159 @@
+"""What HDFS adds to the promises of a map store: what was acknowledged lasts, and what was cut off is mended."""
+
+import hashlib
+import http.client
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from engine.agent.layer_builder import LayerBuilder
+from engine.agent.map_cache import MapCache
+from engine.specs.containers import LayerSpec
+from engine.specs.layer_files import open_layers
+from ppaas.errors import NotFound, Unavailable
+from storage.hdfs.store import HdfsMapStore
+from storage.records import Publication
+from tests.servers.hdfs_server import HdfsServer
+from tests.support.storage.records import found_map, house, pgm, put_map
+
+pytestmark = pytest.mark.servers
+
+OLD, NEW = house(image=pgm(value=0)), house(image=pgm(value=254))
+
+
+@pytest.fixture
+def server(hdfs_server: HdfsServer) -> Iterator[HdfsServer]:
+    """Return the server, whole again after the test."""
+    yield hdfs_server
+    hdfs_server.start()
+
+
+def test_what_was_acknowledged_outlives_both_daemons(server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
+    made = []
+    for value in range(8):
+        made.append(put_map(hdfs_store, house(image=pgm(value=value)), message=f"walk {value}").present)
+        if value == 3:
+            server.kill()
+            server.start()
+    server.kill()
+    server.start()
+    assert hdfs_store.versions("house") == made[::-1]
+    for value in range(8):
+        given = house(image=pgm(value=value))
+        assert found_map(hdfs_store, version=given.version).files == given.files
+
+
+@pytest.mark.parametrize("daemon", ["name_node", "data_node"])
+def test_while_a_daemon_is_away_publishing_says_so_and_afterwards_goes_on(
+    server: HdfsServer, hdfs_store: HdfsMapStore, daemon: str
+) -> None:
+    put_map(hdfs_store, OLD)
+    getattr(server, daemon).kill()
+    with pytest.raises(Unavailable, match=r"hdfs://.*see that"):
+        put_map(hdfs_store, NEW)
+    server.start()
+    assert found_map(hdfs_store) == OLD
+    put_map(hdfs_store, NEW)
+    assert found_map(hdfs_store) == NEW
+
+
+async def test_maps_come_from_the_cache_while_hdfs_is_away(
+    server: HdfsServer, hdfs_store: HdfsMapStore, tmp_path: Path
+) -> None:
+    put_map(hdfs_store, NEW)
+    cache = MapCache(tmp_path / "shm", build=LayerBuilder(hdfs_store))
+    cache.release(await cache.ensure(LayerSpec(NEW, 0.18)))
+    head = hdfs_store.map_head("house")
+    server.kill()
+    assert hdfs_store.map_head("house") == head
+    folder = await cache.ensure(LayerSpec(NEW, 0.18))
+    assert open_layers(folder).grid.data.shape == (3, 4)
+    with pytest.raises(Unavailable):
+        await cache.ensure(LayerSpec(NEW, 0.35))
+    with pytest.raises(Unavailable):
+        hdfs_store.map_head("depot")
+    server.start()
+    await cache.ensure(LayerSpec(NEW, 0.35))
+    with pytest.raises(NotFound):
+        hdfs_store.map_head("depot")
+
+
+PUBLISHER = """
+import sys
+from storage.hdfs.store import HdfsMapStore
+from tests.support.storage.records import house, put_map
+store = HdfsMapStore(sys.argv[1])
+for number in range(1000):
+    given = house(image=b"P5\\n1000 1000\\n255\\n" + bytes([number % 2]) * 1_000_000, description=str(number))
+    put_map(store, given)
+    print(given.version, flush=True)
+"""
+
+
+def test_a_writer_that_is_killed_leaves_whole_versions_alone(hdfs_server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
+    url = hdfs_server.url(hdfs_store._disk._address.path.strip("/"))  # type: ignore[attr-defined]
+    for lines in (1, 2, 3):
+        command = [sys.executable, "-c", PUBLISHER, url]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as publisher:
+            assert publisher.stdout is not None
+            told = [publisher.stdout.readline().strip() for _ in range(lines)]
+            publisher.send_signal(signal.SIGKILL)
+        assert all(told)
+        kept = [one.version for one in hdfs_store.versions("house")]
+        assert told[-1] in kept[:2]  # it may have published once more, and not come to say so
+        for version in set(kept):
+            assert found_map(hdfs_store, version=version).version == version
+    put_map(hdfs_store, NEW)
+    assert found_map(hdfs_store) == NEW
+
+
+def test_a_write_that_was_cut_off_is_mended(hdfs_server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
+    """A client that hangs up in the middle leaves an open file of no length, which cannot be read."""
+    put_map(hdfs_store, OLD)
+    image = hashlib.sha256(NEW.image or b"").hexdigest()
+    cut_off(hdfs_server, f"{hdfs_store._disk._address.path}/house/files-1/{image}")  # type: ignore[attr-defined]
+    put_map(hdfs_store, NEW)
+    assert found_map(hdfs_store) == NEW
+
+
+def cut_off(server: HdfsServer, path: str) -> None:
+    """Announce a file of a thousand bytes, write ten and hang up."""
+    created = server.client()._create(path, overwrite=True)
+    host, _, rest = created.headers["location"].removeprefix("http://").partition("/")
+    connection = http.client.HTTPConnection(host)
+    connection.putrequest("PUT", f"/{rest}")
+    connection.putheader("Content-Length", "1000")
+    connection.putheader("Content-Type", "application/octet-stream")
+    connection.endheaders()
+    connection.send(b"half of it")
+    connection.close()
+
+
+def test_rolling_back_outlives_the_daemons_too(server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
+    put_map(hdfs_store, OLD)
+    put_map(hdfs_store, NEW)
+    hdfs_store.roll_back(OLD.version, Publication("house", "ann", 9.0, "the door is closed"))
+    server.kill()
+    server.start()
+    assert (hdfs_store.map_head("house").version, hdfs_store.map_head("house").present.restored) == (OLD.version, True)
+
+
+def test_who_may_not_write_is_told_as_whom(hdfs_server: HdfsServer) -> None:
+    url = hdfs_server.url("closed").partition("?")[0] + "?user=mallory"
+    with pytest.raises(Unavailable, match="let the user 'mallory' read and write"):
+        put_map(HdfsMapStore(url), NEW)
+
+
+def test_what_a_killed_writer_left_is_removed_a_day_later(hdfs_server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
+    put_map(hdfs_store, OLD)
+    client, folder = hdfs_server.client(), f"{hdfs_store._disk._address.path}/.incoming"  # type: ignore[attr-defined]
+    for name, age in (("old", 2 * 86400), ("new", 3600)):
+        client.write(f"{folder}/{name}", data=b"half")
+        client.set_times(f"{folder}/{name}", modification_time=int(1e3 * (time.time() - age)))
+    put_map(hdfs_store, NEW)
+    assert client.list(folder) == ["new"]

@@ -1,0 +1,228 @@
+"""From one store to another, whatever keeps them, and whatever comes between."""
+
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from ppaas.errors import Unavailable
+from ppaas.plans.history import PlannerHistory
+from storage.files.store import FileMapStore
+from storage.memory.maps import MemoryMapStore
+from storage.memory.store import MemoryStore
+from storage.migration.copying import Compared, Copied, Kind, compare, copy
+from storage.migration.map_records import MAP_KINDS
+from storage.migration.store_records import KINDS
+from storage.records import Publication
+from storage.sqlite.store import SqliteStore
+from storage.urls.opening import open_map_store, open_store
+from tests.support.sources import ROOT
+from tests.support.storage.full_store import fill, fill_maps
+from tests.support.storage.records import found_map, house, plan, put_map, robot, token, user
+
+SIZES = {"users": 3, "tokens": 3, "robots": 13, "URDFs": 2, "checkpoints": 1, "plans": 80, "history": 3, "links": 1}
+
+
+def migrate(kinds: tuple[Kind[Any], ...], source: Any, target: Any, **options: Any) -> dict[str, Copied]:
+    return {kind.name: list(copy(kind, source, target, **options))[-1] for kind in kinds}
+
+
+def check(kinds: tuple[Kind[Any], ...], source: Any, target: Any) -> dict[str, Compared]:
+    return {kind.name: list(compare(kind, source, target))[-1] for kind in kinds}
+
+
+def copied(done: dict[str, Copied]) -> dict[str, int]:
+    return {name: one.copied for name, one in done.items()}
+
+
+@pytest.fixture(
+    params=["memory to sqlite", "sqlite to memory", pytest.param("sqlite to cassandra", marks=pytest.mark.servers)]
+)
+def stores(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[Any, Any]]:
+    """Return a full store and an empty one."""
+    kinds = request.param.split(" to ")
+    with ExitStack() as stack:
+        opened: list[Any] = []
+        for kind in kinds:
+            if kind == "cassandra":
+                opened.append(request.getfixturevalue("cassandra_store"))
+            else:
+                store = MemoryStore() if kind == "memory" else SqliteStore(tmp_path / "store.db")
+                opened.append(stack.enter_context(closing(store)))
+        fill(opened[0])
+        yield opened[0], opened[1]
+
+
+def test_everything_is_copied_once_and_found_to_be_the_same(stores: tuple[Any, Any]) -> None:
+    assert copied(migrate(KINDS, *stores)) == SIZES
+    found = check(KINDS, *stores)
+    assert all(one.is_good and one.digest == one.digest_there for one in found.values())
+    assert {name: (one.records, one.same, one.beyond) for name, one in found.items()} == {
+        name: (size, size, 0) for name, size in SIZES.items()
+    }
+    assert {one.digest for one in check(KINDS, stores[1], stores[0]).values()} == {one.digest for one in found.values()}
+    assert copied(migrate(KINDS, *stores)) == dict.fromkeys(SIZES, 0)
+
+
+def test_what_only_the_target_has_stays_and_is_told(stores: tuple[Any, Any]) -> None:
+    source, target = stores
+    target.add_user(user("dora"))
+    target.add_plan(plan("other", map="m9"))
+    assert migrate(KINDS, source, target)["users"].copied == 3
+    found = check(KINDS, source, target)
+    assert (found["users"].beyond, found["plans"].beyond, found["plans"].is_good) == (1, 1, True)
+    assert target.user("dora") == user("dora")
+
+
+def test_what_differs_stays_unless_it_is_to_give_way(stores: tuple[Any, Any]) -> None:
+    source, target = stores
+    migrate(KINDS, source, target)
+    target.change_user(user("bob", password_hash="changed"))
+    target.put_robot(robot("tb5", cores=4.0))
+    target.put_urdf("ann", "tb2", b"<other/>")
+    old = target.plan("p00007")
+    target.replace_plan(msgspec.structs.replace(old, cost=1.0), instead_of=old)
+    again = migrate(KINDS, source, target)
+    assert {name: (one.copied, one.different) for name, one in again.items() if one.copied + one.different} == {
+        "users": (0, 1), "tokens": (1, 0), "robots": (0, 1), "URDFs": (0, 1), "plans": (0, 1),
+    }  # fmt: skip
+    found = check(KINDS, source, target)
+    assert [name for name, one in found.items() if not one.is_good] == ["users", "robots", "URDFs", "plans"]
+    assert (found["robots"].named, found["plans"].named) == (["ann/tb5"], ["p00007"])
+    assert found["robots"].digest != found["robots"].digest_there
+    migrate(KINDS, source, target, overwrite=True)
+    assert all(one.is_good for one in check(KINDS, source, target).values())
+    assert target.plan("p00007") == old
+
+
+def test_sums_that_went_on_are_told_and_are_no_fault(stores: tuple[Any, Any]) -> None:
+    source, target = stores
+    migrate(KINDS, source, target)
+    target.add_history([PlannerHistory("m0", "v", "dijkstra", 3, queries=1, failed=1)])
+    assert migrate(KINDS, source, target, overwrite=True)["history"].different == 1
+    found = check(KINDS, source, target)["history"]
+    assert (found.different, found.is_good) == (1, True)
+
+
+def test_what_is_added_to_the_source_later_is_copied_later(stores: tuple[Any, Any]) -> None:
+    source, target = stores
+    migrate(KINDS, source, target)
+    source.add_plan(plan("late", map="m1", created=1e9))
+    source.add_token(token("f" * 64, user="bob"))
+    assert not check(KINDS, source, target)["plans"].is_good
+    assert {name: size for name, size in copied(migrate(KINDS, source, target)).items() if size} == {
+        "tokens": 1, "plans": 1,
+    }  # fmt: skip
+
+
+# -- maps --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(params=["memory to file", "file to memory", pytest.param("file to hdfs", marks=pytest.mark.servers)])
+def map_stores(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Any, Any]:
+    """Return a store of maps and an empty one."""
+    opened: list[Any] = []
+    for kind in request.param.split(" to "):
+        if kind == "hdfs":
+            opened.append(request.getfixturevalue("hdfs_store"))
+        else:
+            opened.append(MemoryMapStore() if kind == "memory" else FileMapStore(tmp_path / "maps"))
+    fill_maps(opened[0])
+    return opened[0], opened[1]
+
+
+def logs(store: Any, map_id: str) -> list[Any]:
+    return [msgspec.structs.replace(one, number=0) for one in store.versions(map_id)]
+
+
+def test_maps_are_copied_with_all_that_was_ever_published_of_them(map_stores: tuple[Any, Any]) -> None:
+    source, target = map_stores
+    assert migrate(MAP_KINDS, source, target)["maps"].copied == 2
+    for map_id in ("alone", "house"):
+        assert logs(target, map_id) == logs(source, map_id)
+        assert found_map(target, map_id) == found_map(source, map_id)
+        for version in {one.version for one in source.versions(map_id)}:
+            assert found_map(target, map_id, version) == found_map(source, map_id, version)
+    assert [one.restored for one in target.versions("house")] == [True, False, False, False, False]
+    found = check(MAP_KINDS, source, target)["maps"]
+    assert (found.records, found.same, found.beyond, found.is_good) == (2, 2, 0, True)
+    assert migrate(MAP_KINDS, source, target)["maps"].copied == 0
+
+
+def test_a_map_that_was_published_later_in_the_source_gets_what_it_lacks(map_stores: tuple[Any, Any]) -> None:
+    source, target = map_stores
+    migrate(MAP_KINDS, source, target)
+    later = {"created": 50.0, "image": None, "octomap": b"a tree"}
+    put_map(source, house("alone", "bob", readers=("ann", "*"), description="one of its kind", **later))
+    assert migrate(MAP_KINDS, source, target)["maps"].copied == 1
+    assert logs(target, "alone") == logs(source, "alone")
+    assert check(MAP_KINDS, source, target)["maps"].is_good
+
+
+def test_a_map_that_went_its_own_way_in_the_target_stays_unless_it_is_to_give_way(map_stores: tuple[Any, Any]) -> None:
+    source, target = map_stores
+    migrate(MAP_KINDS, source, target)
+    first = source.versions("house")[-1].version
+    target.roll_back(first, Publication("house", "bob", 200.0, owner="ann"))
+    assert migrate(MAP_KINDS, source, target)["maps"].different == 1
+    assert check(MAP_KINDS, source, target)["maps"].named == ["house"]
+    migrate(MAP_KINDS, source, target, overwrite=True)
+    assert logs(target, "house") == logs(source, "house")
+    target.change_map("house", readers=("*",))
+    assert migrate(MAP_KINDS, source, target)["maps"].different == 1
+    migrate(MAP_KINDS, source, target, overwrite=True)
+    assert check(MAP_KINDS, source, target)["maps"].is_good
+
+
+def test_a_file_that_was_damaged_in_the_target_is_found(tmp_path: Path) -> None:
+    source, target = MemoryMapStore(), FileMapStore(tmp_path)
+    fill_maps(source)
+    migrate(MAP_KINDS, source, target)
+    version = source.map_head("alone").present
+    damaged = next(path for path in tmp_path.rglob(version.files["image"].sha256) if "alone" in str(path))
+    damaged.write_bytes(damaged.read_bytes()[:-1] + b"!")
+    with pytest.raises(Unavailable, match="not what was published"):
+        check(MAP_KINDS, source, target)
+
+
+# -- cut off -----------------------------------------------------------------------------------------------------------
+
+
+def kill_after(source: str, target: str, writes: int) -> int:
+    """Migrate in a process of its own, killed after so many writes; return its status."""
+    command = [sys.executable, "-m", "tests.support.storage.killed_migration", source, target, str(writes)]
+    return subprocess.run(command, cwd=ROOT, check=False).returncode
+
+
+@pytest.mark.parametrize("writes", [5, 24])
+def test_a_migration_that_was_killed_goes_on_where_it_was(tmp_path: Path, writes: int) -> None:
+    source_url, target_url = (f"sqlite://{tmp_path / name}.db" for name in ("from", "to"))
+    source = open_store(source_url)
+    fill(source)
+    assert kill_after(source_url, target_url, writes) == -signal.SIGKILL
+    target = open_store(target_url)
+    left = sum(one.missing for one in check(KINDS, source, target).values())
+    assert 0 < left < sum(SIZES.values())
+    assert sum(copied(migrate(KINDS, source, target)).values()) == left
+    assert all(one.is_good and not one.beyond for one in check(KINDS, source, target).values())
+    for store in (source, target):
+        store.close()
+
+
+@pytest.mark.parametrize("writes", [1, 5])
+def test_maps_whose_migration_was_killed_get_the_publications_that_they_lack(tmp_path: Path, writes: int) -> None:
+    source_url, target_url = (f"file://{tmp_path / name}" for name in ("from", "to"))
+    source = open_map_store(source_url)
+    fill_maps(source)
+    assert kill_after(source_url, target_url, writes) == -signal.SIGKILL
+    target = open_map_store(target_url)
+    assert not check(MAP_KINDS, source, target)["maps"].is_good
+    assert migrate(MAP_KINDS, source, target)["maps"].different == 0
+    assert check(MAP_KINDS, source, target)["maps"].is_good
+    assert logs(target, "house") == logs(source, "house")

@@ -1,0 +1,284 @@
+"""The Path Plan Database in an SQLite file, beside others that write to it, and when it is killed."""
+
+import sqlite3
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ppaas.errors import InvalidInput, Unavailable
+from ppaas.geometry import poses_along
+from ppaas.plans.encoding.recipes import read_recipe
+from storage.encoding import encode
+from storage.plan_query import PlanSearch
+from storage.records import PlanRecord
+from storage.sqlite.connections import APPLICATION_ID, MIGRATIONS, Schema, SqliteConnections
+from storage.sqlite.plan_counts import MOST_UNCOUNTED
+from storage.sqlite.plan_writes import MOST_REMEMBERED, KnownIds, Remembered, move_plans
+from storage.sqlite.store import SqliteStore
+from tests.support.storage.records import plan
+
+
+def path(plan_id: str, lane: float = 0.0, count: int = 200, **fields: Any) -> PlanRecord:
+    points = np.stack((np.arange(count) * 0.05, np.full(count, lane)), axis=1)
+    return plan(plan_id, version="v1", poses=poses_along(points, 0.0).tobytes(), length=count * 0.05, **fields)
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "store.db"
+
+
+def open_one(file: Path, opened: ExitStack) -> SqliteStore:
+    return opened.enter_context(closing(SqliteStore(file, busy_timeout=60.0)))
+
+
+@pytest.fixture
+def two(file: Path) -> Iterator[tuple[SqliteStore, SqliteStore]]:
+    with ExitStack() as opened:
+        yield open_one(file, opened), open_one(file, opened)
+
+
+def assert_sound(file: Path) -> None:
+    """Expect each entry to be referred to as often as it says, and nothing to point to what is not there."""
+    with closing(sqlite3.connect(file)) as connection:
+        assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+        [counted] = connection.execute("SELECT counted FROM tally").fetchone()
+        refs, told = Counter[int](), Counter[int]()
+        for sequence, recipe in connection.execute("SELECT sequence, recipe FROM plans"):
+            refs.update(read_recipe(recipe))
+            told.update(read_recipe(recipe) * (sequence <= counted))
+        assert dict(connection.execute("SELECT chunk, refs FROM chunk_refs WHERE refs > 0")) == told
+        ids = {row[0] for row in connection.execute("SELECT id FROM chunks")}
+        assert ids == set(refs) == {row[0] for row in connection.execute("SELECT chunk FROM chunk_ids")}
+        assert {row[0] for row in connection.execute("SELECT chunk FROM chunk_places")} == ids
+        plans = {row[0] for row in connection.execute("SELECT sequence FROM plans")}
+        for table in ("plan_ids", "plan_spots"):
+            assert sorted(row[0] for row in connection.execute(f"SELECT plan FROM {table}")) == sorted(plans)
+        told_of = sum(sequence <= counted for sequence in plans)
+        assert connection.execute("SELECT coalesce(sum(plans), 0) FROM contexts").fetchone() == (told_of,)
+
+
+def test_plans_of_an_earlier_release_are_there_and_share_stretches(file: Path) -> None:
+    earlier = next(number for number, steps in enumerate(MIGRATIONS) if move_plans in steps)
+    kept = [path("a"), path("b"), path("c", 1.0)]
+    connections = SqliteConnections(file, schema=Schema(APPLICATION_ID, MIGRATIONS[:earlier]))
+    with connections.writing() as connection:
+        for record in (*kept, plan("empty", poses=b"")):
+            row = (record.id, record.map, record.created, encode(record))
+            connection.execute("INSERT INTO plans (id, map, created, record) VALUES (?, ?, ?, ?)", row)
+    connections.close()
+    with closing(SqliteStore(file)) as store:
+        assert [store.plan(record.id) for record in kept] == kept
+        told = store.plan_statistics()
+        assert (told.plans, told.waypoints) == (3, 600)
+        assert told.kept < 420
+    assert_sound(file)
+
+
+def test_tables_that_no_release_had_are_made_anew(file: Path) -> None:
+    with closing(SqliteStore(file)) as store:
+        store.add_plan(path("a"))
+    with closing(sqlite3.connect(file)) as connection:
+        connection.execute("DROP TABLE tally")
+        connection.execute("ALTER TABLE plans DROP COLUMN recipe")
+        connection.execute("PRAGMA user_version = 5")
+    with closing(SqliteStore(file)) as store:
+        assert store.plans("house") == []
+        store.add_plan(path("a"))
+        assert store.plan("a") == path("a")
+    assert_sound(file)
+
+
+def test_of_plans_of_a_map_that_is_removed_nothing_is_left(file: Path) -> None:
+    with closing(SqliteStore(file)) as store:
+        store.add_plans(path(f"p{number}", number % 3, 150 + number % 7) for number in range(600))
+        assert store.remove_plans("house") == 600
+        store.add_plan(path("p1"))  # entries that are remembered are gone
+        assert store.plan("p1") == path("p1")
+        assert store.remove_plans("house") == 1
+    with closing(sqlite3.connect(file)) as connection:
+        tables = [name for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]
+        mine = [name for name in tables if name.startswith(("scopes", "contexts", "plan", "chunk"))]
+        assert len(mine) == 10
+        assert {name: connection.execute(f"SELECT count(*) FROM {name}").fetchone()[0] for name in mine} == (
+            dict.fromkeys(mine, 0)
+        )
+    assert_sound(file)
+
+
+KILLED = """
+import sys
+from pathlib import Path
+from storage.sqlite.store import SqliteStore
+from tests.unit.storage.sqlite.test_plans import path
+store = SqliteStore(Path(sys.argv[1]))
+for number in range(10**6):
+    store.add_plan(path(f"p{number}", number % 7, 200 + number % 5))
+    if number % 3 == 2:
+        store.remove_plan(f"p{number - 2}")
+    print(number, flush=True)
+"""
+
+
+@pytest.mark.parametrize("acknowledged", [1, 20, 77])
+def test_what_was_acknowledged_outlives_a_kill_at_any_time(file: Path, acknowledged: int) -> None:
+    command = [sys.executable, "-c", KILLED, str(file)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as writer:
+        assert writer.stdout is not None
+        for _ in range(acknowledged):
+            last = int(writer.stdout.readline())
+        writer.kill()
+        last = max([last, *map(int, writer.stdout.read().split())])
+    with closing(SqliteStore(file)) as store:
+        removed = set(range(0, last, 3)) if last > 1 else set[int]()
+        for number in range(last + 1):
+            if number not in removed:
+                assert store.plan(f"p{number}") == path(f"p{number}", number % 7, 200 + number % 5)
+        for number in removed - {last - last % 3}:
+            assert f"p{number}" not in {record.id for record in store.plans("house")}
+    assert_sound(file)
+
+
+WRITER = """
+import sys
+from pathlib import Path
+from storage.sqlite.store import SqliteStore
+from tests.unit.storage.sqlite.test_plans import path
+store = SqliteStore(Path(sys.argv[1]), busy_timeout=60.0)
+for number in range(40):
+    store.add_plan(path(f"{sys.argv[2]}-{number}", number % 3))
+    if number % 4 == 3:
+        store.remove_plan(f"{sys.argv[2]}-{number - 1}")
+"""
+
+
+def test_processes_that_write_the_same_stretches_at_once_lose_nothing(file: Path) -> None:
+    SqliteStore(file).close()
+    writers = [subprocess.Popen([sys.executable, "-c", WRITER, str(file), f"w{number}"]) for number in range(3)]
+    assert [writer.wait() for writer in writers] == [0, 0, 0]
+    with closing(SqliteStore(file)) as store:
+        assert len(store.plans("house")) == 90
+        assert store.plan("w1-5") == path("w1-5", 2)
+    assert_sound(file)
+
+
+def test_threads_that_add_plans_at_a_time_keep_each_once(file: Path) -> None:
+    with ExitStack() as opened, ThreadPoolExecutor(6) as threads:
+        store = open_one(file, opened)
+        given = [path(f"p{number % 30}", lane=number % 7 * 0.05) for number in range(60)]
+        added = list(threads.map(lambda record: store.add_plans([record]), given))
+        assert sum(added) == 30
+        assert sorted(record.id for record in store.plans(given[0].map, limit=100)) == sorted(
+            {each.id for each in given}
+        )
+    assert_sound(file)
+
+
+def test_what_another_removed_meanwhile_is_kept_anew(two: tuple[SqliteStore, SqliteStore], file: Path) -> None:
+    one, other = two
+    one.add_plan(path("a"))
+    other.remove_plan("a")
+    other.add_plan(path("b", 3.0))
+    one.add_plan(path("c"))
+    assert one.plan("c") == other.plan("c") == path("c")
+    assert_sound(file)
+
+
+def test_entries_that_were_taken_back_are_not_remembered(file: Path) -> None:
+    with closing(SqliteStore(file)) as store:
+        store.add_plan(path("small"))
+        with store._plan_connections.reading() as connection:
+            pages = connection.execute("PRAGMA page_count").fetchone()[0]
+            connection.execute(f"PRAGMA max_page_count = {pages + 1}")
+        noise = np.random.default_rng(1).random((4000, 7)).tobytes()
+        with pytest.raises(Unavailable, match="free space"):
+            store.add_plans([path("lane", 9.0), plan("noise", poses=noise)])
+        with store._plan_connections.reading() as connection:
+            connection.execute("PRAGMA max_page_count = 100000")
+        store.add_plan(path("other", 5.0))
+        store.add_plan(path("lane", 9.0))
+        assert (store.plan("lane"), store.plan("other")) == (path("lane", 9.0), path("other", 5.0))
+    assert_sound(file)
+
+
+def test_a_store_remembers_a_bounded_number_of_entries_until_one_is_removed() -> None:
+    remembered = Remembered()
+    remembered.learn(KnownIds({str(number).encode(): number for number in range(MOST_REMEMBERED + 10)}), 3)
+    assert b"9" not in remembered.known(3).chunks
+    assert remembered.known(3).chunks[b"10"] == 10
+    assert remembered.known(4) == KnownIds()
+    remembered.learn(KnownIds({b"new": 1}, {b"robot": (2, 3)}), 4)
+    remembered.learn(KnownIds({b"late": 2}), 3)
+    assert remembered.known(4) == KnownIds({b"new": 1}, {b"robot": (2, 3)})
+
+
+def test_what_plans_had_in_common_is_not_remembered_once_the_last_of_them_is_gone(
+    file: Path, two: tuple[SqliteStore, SqliteStore]
+) -> None:
+    store, other = two
+    short = [plan(name, version="v1", robot="r", poses=path(name, count=3).poses) for name in "abc"]
+    store.add_plan(short[0])
+    other.remove_plan("a")  # it shares no entry, so that only its context goes
+    store.add_plan(short[1])
+    assert store.plan("b") == short[1]
+    store.replace_plan(short[1], instead_of=short[1])
+    store.add_plan(short[2])
+    assert [store.plan(each.id) for each in short[1:]] == short[1:]
+    assert store.plan_statistics().plans == 2
+    assert_sound(file)
+
+
+def test_each_who_adds_plans_at_a_time_is_told_of_its_own(file: Path) -> None:
+    with closing(SqliteStore(file)) as store:
+        store.add_plan(path("a"))
+        given = [[path(name, float(ord(name))) for name in names] for names in ("abc", "", "cd", "dd", "e")]
+        assert store._add_all(given) == [2, 0, 1, 0, 1]
+        assert store.plan_statistics().plans == 5
+    assert_sound(file)
+
+
+def test_what_is_wrong_is_told_to_who_gave_it_alone(file: Path) -> None:
+    wrong = [plan("wrong", poses=np.full((4, 7), np.nan).tobytes()), "no plan"]
+    with closing(SqliteStore(file)) as store:
+        told = store._add_all([[path("a")], [path("b"), wrong[0]], [path("c")], [wrong[1]], [path("d")]])
+        assert [one for one in told if isinstance(one, int)] == [1, 1, 1]
+        assert [type(told[1]), type(told[3])] == [InvalidInput, AttributeError]
+        assert sorted(head.id for head in store.plans("house")) == ["a", "c", "d"]
+        with pytest.raises(InvalidInput, match="'wrong'"):
+            store.add_plans(wrong[:1])
+    assert_sound(file)
+
+
+def test_what_is_not_counted_yet_is_told_too(file: Path) -> None:
+    with closing(SqliteStore(file)) as store:
+        store.add_plans(path(f"p{number}", created=float(number)) for number in range(MOST_UNCOUNTED))
+        for number in range(MOST_UNCOUNTED, MOST_UNCOUNTED + 3):
+            store.add_plan(path(f"p{number}", created=float(number)))
+        told = store.plan_statistics("house")
+        assert (told.plans, told.waypoints) == (MOST_UNCOUNTED + 3, 200 * (MOST_UNCOUNTED + 3))
+        assert {part.plans for part in store.plan_parts("p0")[1:-1]} == {MOST_UNCOUNTED + 3}
+        assert [head.id for head in store.plans("house", limit=2)] == [
+            f"p{MOST_UNCOUNTED + 2}", f"p{MOST_UNCOUNTED + 1}"
+        ]  # fmt: skip
+        store.add_plan(path("other", 3.0))
+        search = PlanSearch("house", "v1", (1.0, 3.0), (5.0, 3.0), 0.1)
+        assert [passes.head.id for passes in store.plans_through(search)] == ["other"]
+        store.remove_plan("other")
+        store.add_plan(path("again", 3.0))
+        assert store.plan_statistics("house").plans == MOST_UNCOUNTED + 4
+    assert_sound(file)
+
+
+def test_a_granularity_of_its_own_makes_longer_entries(file: Path) -> None:
+    with closing(SqliteStore(file, granularity=64)) as store:
+        store.add_plan(path("a", count=400))
+        assert min(part.count for part in store.plan_parts("a")) >= 32
+        assert store.plan("a") == path("a", count=400)

@@ -1,0 +1,95 @@
+"""What is committed to a WAL comes to its file, beside those who commit."""
+
+import shutil
+import sqlite3
+import threading
+from collections.abc import Iterator
+from contextlib import closing
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from storage.sqlite.store import SqliteStore
+from storage.sqlite.wal_checkpoints import CHANGED_ROWS, Checkpoints
+from tests.support.storage.records import user
+from tests.support.waiting import wait_until
+
+
+@pytest.fixture
+def writer(tmp_path: Path) -> Iterator[sqlite3.Connection]:
+    """Return a connection that brings nothing to the file itself."""
+    with closing(sqlite3.connect(tmp_path / "some.db", isolation_level=None)) as connection:
+        connection.execute("PRAGMA journal_mode = WAL")
+        connection.execute("PRAGMA wal_autocheckpoint = 0")
+        connection.execute("CREATE TABLE numbers (number INTEGER)")
+        connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        connection.execute("INSERT INTO numbers VALUES (7)")
+        yield connection
+
+
+def rows_in_the_file(path: Path) -> int:
+    """Return how many rows are in a file without its WAL."""
+    alone = shutil.copy(path, path.with_name("alone.db"))
+    with closing(sqlite3.connect(alone)) as connection:
+        return int(connection.execute("SELECT count(*) FROM numbers").fetchone()[0])
+
+
+def test_commits_are_brought_to_the_file_once_there_are_many(writer: sqlite3.Connection, tmp_path: Path) -> None:
+    path = tmp_path / "some.db"
+    with closing(Checkpoints(partial(sqlite3.connect, path))) as checkpoints:
+        checkpoints.committed(CHANGED_ROWS - 1)
+        assert checkpoints._thread is None
+        checkpoints.committed(1)
+        wait_until(lambda: rows_in_the_file(path) == 1)
+        writer.execute("INSERT INTO numbers VALUES (8)")
+        checkpoints.committed(CHANGED_ROWS)
+        wait_until(lambda: rows_in_the_file(path) == 2)
+        thread = checkpoints._thread
+    assert thread is not None and not thread.is_alive()
+    checkpoints.committed(CHANGED_ROWS)
+
+
+def test_who_reads_and_writes_meanwhile_is_not_waited_for(writer: sqlite3.Connection, tmp_path: Path) -> None:
+    path = tmp_path / "some.db"
+    with (
+        closing(sqlite3.connect(path, isolation_level=None)) as reader,
+        closing(Checkpoints(partial(sqlite3.connect, path))) as checkpoints,
+    ):
+        reader.execute("BEGIN")
+        assert reader.execute("SELECT count(*) FROM numbers").fetchone() == (1,)
+        writer.execute("BEGIN IMMEDIATE")
+        writer.execute("INSERT INTO numbers VALUES (8)")
+        checkpoints.committed(CHANGED_ROWS)
+        wait_until(lambda: rows_in_the_file(path) == 1)
+        writer.execute("COMMIT")
+        assert reader.execute("SELECT count(*) FROM numbers").fetchone() == (1,)
+
+
+def test_a_disk_that_fails_is_told_and_tried_again(
+    writer: sqlite3.Connection, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path, full = tmp_path / "some.db", threading.Event()
+
+    def connect() -> sqlite3.Connection:
+        if not full.is_set():
+            full.set()
+            raise sqlite3.OperationalError("disk I/O error")
+        return sqlite3.connect(path)
+
+    with closing(Checkpoints(connect)) as checkpoints:
+        checkpoints.committed(CHANGED_ROWS)
+        wait_until(lambda: "disk I/O error" in caplog.text)
+        assert rows_in_the_file(path) == 0
+        checkpoints.committed(CHANGED_ROWS)
+        wait_until(lambda: rows_in_the_file(path) == 1)
+
+
+def test_a_store_has_its_commits_brought_to_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("storage.sqlite.wal_checkpoints.CHANGED_ROWS", 3)
+    path = tmp_path / "store.db"
+    with closing(SqliteStore(path)) as store:
+        before = path.stat().st_size
+        for name in ("ann", "bob", "cid"):
+            store.add_user(user(name))
+        wait_until(lambda: path.stat().st_size > before or b"cid" in path.read_bytes())

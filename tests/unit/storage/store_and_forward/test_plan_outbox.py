@@ -1,0 +1,97 @@
+"""Plans wait on the disk, in order, and no more of them than there is room for."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ppaas.errors import Unavailable
+from storage.store_and_forward.plan_outbox import Outbox
+from tests.support.sources import ROOT
+from tests.support.storage.records import plan
+
+# Tells of each plan that was taken, until it is killed.
+WRITER = """
+import sys
+from pathlib import Path
+from storage.store_and_forward.plan_outbox import Outbox
+from tests.support.storage.records import plan
+
+outbox, number = Outbox(Path(sys.argv[1])), 0
+while True:
+    outbox.put([plan(f"p{number}")])
+    print(number, flush=True)
+    number += 1
+"""
+
+
+@pytest.fixture
+def outbox(tmp_path: Path) -> Outbox:
+    return Outbox(tmp_path / "outbox.sqlite")
+
+
+def test_what_waits_is_found_in_the_order_in_which_it_came(outbox: Outbox) -> None:
+    assert outbox.is_empty()
+    assert outbox.put([plan("b"), plan("a")]) == 2
+    assert outbox.put([plan("c"), plan("b", cost=1.0)]) == 1
+    assert list(outbox.oldest(9).values()) == [plan("b"), plan("a"), plan("c")]
+    assert list(outbox.oldest(2).values()) == [plan("b"), plan("a")]
+    assert len(outbox) == 3
+
+
+def test_what_was_sent_goes_and_what_came_meanwhile_stays(outbox: Outbox) -> None:
+    outbox.put([plan("a"), plan("b")])
+    sent = list(outbox.oldest(9))
+    outbox.put([plan("c")])
+    outbox.remove(sent)
+    assert list(outbox.oldest(9).values()) == [plan("c")]
+
+
+def test_a_sequence_is_never_given_twice(outbox: Outbox) -> None:
+    outbox.put([plan("a")])
+    first = list(outbox.oldest(1))
+    outbox.remove(first)
+    outbox.put([plan("b")])
+    outbox.remove(first)
+    assert list(outbox.oldest(9).values()) == [plan("b")]
+
+
+def test_a_plan_is_found_by_its_id_until_it_is_forgotten(outbox: Outbox) -> None:
+    outbox.put([plan("a")])
+    assert outbox.find("a") == plan("a")
+    assert outbox.forget("a")
+    assert not outbox.forget("a")
+    assert outbox.find("a") is None
+
+
+def test_what_waits_is_there_for_the_next_process(outbox: Outbox, tmp_path: Path) -> None:
+    outbox.put([plan("a")])
+    outbox.close()
+    assert list(Outbox(tmp_path / "outbox.sqlite").oldest(9).values()) == [plan("a")]
+
+
+def test_a_full_outbox_takes_no_more_and_keeps_what_it_took(tmp_path: Path) -> None:
+    outbox = Outbox(tmp_path / "outbox.sqlite", most_bytes=300_000)
+    taken = 0
+    with pytest.raises(Unavailable, match="bring the store back"):
+        while True:
+            outbox.put([plan(f"p{taken}", poses=bytes(56 * 300))])
+            taken += 1
+    assert taken > 10
+    assert [record.id for record in outbox.oldest(99).values()] == [f"p{number}" for number in range(taken)]
+    outbox.remove(list(outbox.oldest(2)))
+    outbox.put([plan("more", poses=bytes(56 * 300))])
+
+
+def test_what_was_taken_outlives_a_killed_process(tmp_path: Path) -> None:
+    path = tmp_path / "outbox.sqlite"
+    writer = subprocess.Popen([sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE, cwd=ROOT)
+    assert writer.stdout is not None
+    taken = [int(writer.stdout.readline()) for _ in range(20)]
+    writer.kill()
+    taken += [int(line) for line in writer.stdout.read().splitlines() if line]
+    writer.wait()
+    kept = [record.id for record in Outbox(path).oldest(10**6).values()]
+    assert kept[: len(taken)] == [f"p{number}" for number in taken]
+    assert len(kept) - len(taken) <= 1, "at most the one that was being taken"

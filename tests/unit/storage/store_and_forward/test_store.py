@@ -1,0 +1,175 @@
+"""While a store is away its plans wait; when it is back they arrive, in order, each once."""
+
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+
+import pytest
+
+from ppaas.errors import InvalidInput, NotFound, Unavailable
+from storage.memory.store import MemoryStore
+from storage.records import PlanRecord
+from storage.store_and_forward.plan_outbox import Outbox
+from storage.store_and_forward.store import PatientStore
+from tests.support.storage.records import plan, user
+
+
+class FarStore(MemoryStore):
+    """A store that may be away, and may have taken what it could not acknowledge."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.away = False
+        self.acknowledges = True
+        self.refused: set[str] = set()
+        self.arrived: list[str] = []
+        self.calls = 0
+
+    def add_plans(self, records: Iterable[PlanRecord]) -> int:
+        records = list(records)
+        self.calls += 1
+        if self.away:
+            raise Unavailable("far: no node answers")
+        if any(record.id in self.refused for record in records):
+            raise InvalidInput("far: not this one")
+        new = [record.id for record in records if record.id not in self.arrived]
+        self.arrived += new
+        count = super().add_plans(records)
+        if not self.acknowledges:
+            raise Unavailable("far: no answer in time")
+        return count
+
+
+@pytest.fixture
+def far() -> FarStore:
+    return FarStore()
+
+
+@pytest.fixture
+def store(far: FarStore, tmp_path: Path) -> Iterator[PatientStore]:
+    opened = PatientStore(far, Outbox(tmp_path / "outbox.sqlite"), retry=0.01)
+    yield opened
+    opened.close()
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 10.0
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.002)
+
+
+def test_while_the_store_is_there_nothing_waits(store: PatientStore, far: FarStore) -> None:
+    store.add_plan(plan("a"))
+    assert far.arrived == ["a"]
+    assert store.waiting() == 0
+
+
+def test_plans_wait_and_arrive_in_order_once(store: PatientStore, far: FarStore) -> None:
+    far.away = True
+    names = [f"p{number}" for number in range(200)]
+    for name in names:
+        store.add_plan(plan(name))
+    assert store.waiting() == 200
+    assert far.arrived == []
+    far.away = False
+    wait_for(lambda: store.waiting() == 0)
+    assert far.arrived == names
+
+
+def test_nobody_waits_for_a_store_that_does_not_answer_but_the_first(far: FarStore, tmp_path: Path) -> None:
+    store = PatientStore(far, Outbox(tmp_path / "outbox.sqlite"), retry=60.0)
+    far.away = True
+    for name in "abc":
+        store.add_plan(plan(name))
+    assert far.calls <= 2, "the first that came, and the thread that tries again"
+    store.close()
+
+
+def test_what_came_while_others_wait_waits_behind_them(store: PatientStore, far: FarStore) -> None:
+    far.away = True
+    store.add_plan(plan("first"))
+    started = threading.Event()
+
+    def bring_more() -> None:
+        for number in range(100):
+            store.add_plan(plan(f"p{number}"))
+            started.set()
+
+    more = threading.Thread(target=bring_more)
+    more.start()
+    assert started.wait(10.0)
+    far.away = False
+    more.join()
+    wait_for(lambda: store.waiting() == 0)
+    assert far.arrived == ["first", *(f"p{number}" for number in range(100))]
+
+
+def test_what_was_taken_and_not_acknowledged_is_there_once(store: PatientStore, far: FarStore) -> None:
+    far.acknowledges = False
+    store.add_plan(plan("a"))
+    far.acknowledges = True
+    wait_for(lambda: store.waiting() == 0)
+    assert [record.id for record in store.plans("house")] == ["a"]
+
+
+def test_a_plan_that_waits_is_found_by_its_id(store: PatientStore, far: FarStore) -> None:
+    far.away = True
+    store.add_plan(plan("a"))
+    assert store.plan("a") == plan("a")
+    assert store.whole_plans(["a", "b"]) == {"a": plan("a")}
+
+
+def test_a_plan_that_waits_and_is_removed_does_not_arrive(far: FarStore, tmp_path: Path) -> None:
+    store = PatientStore(far, Outbox(tmp_path / "outbox.sqlite"), retry=60.0)
+    far.away = True
+    store.add_plan(plan("a"))
+    store.remove_plan("a")
+    assert store.waiting() == 0
+    with pytest.raises(NotFound):
+        store.remove_plan("a")
+    store.close()
+
+
+def test_plans_of_a_map_that_is_removed_do_not_arrive(far: FarStore, tmp_path: Path) -> None:
+    store = PatientStore(far, Outbox(tmp_path / "outbox.sqlite"), retry=60.0)
+    store.add_plans([plan("a"), plan("b", map="yard")])
+    far.away = True
+    store.add_plans([plan("c"), plan("d", map="yard")])
+    assert store.remove_plans("house") == 2
+    assert store.waiting() == 1
+    assert store.plan("d") == plan("d", map="yard")
+    assert far.plan_maps() == ["yard"]
+    store.close()
+
+
+def test_plans_that_a_process_before_left_arrive(far: FarStore, tmp_path: Path) -> None:
+    Outbox(tmp_path / "outbox.sqlite").put([plan("a"), plan("b")])
+    store = PatientStore(far, Outbox(tmp_path / "outbox.sqlite"), retry=0.01)
+    wait_for(lambda: far.arrived == ["a", "b"])
+    store.close()
+
+
+def test_a_plan_that_the_store_refuses_holds_nobody_up(
+    store: PatientStore, far: FarStore, caplog: pytest.LogCaptureFixture
+) -> None:
+    far.away = True
+    store.add_plans([plan("a"), plan("bad"), plan("b")])
+    far.refused.add("bad")
+    far.away = False
+    wait_for(lambda: store.waiting() == 0)
+    assert far.arrived == ["a", "b"]
+    assert "bad" in caplog.text
+
+
+def test_a_bad_plan_does_not_come_to_wait(store: PatientStore, far: FarStore) -> None:
+    far.away = True
+    with pytest.raises(InvalidInput):
+        store.add_plans([plan("a"), plan("bad", poses=b"")])
+    assert store.waiting() == 0
+
+
+def test_all_else_is_asked_of_the_store(store: PatientStore, far: FarStore) -> None:
+    store.add_user(user("ann"))
+    assert far.user("ann") == store.user("ann")

@@ -1,0 +1,87 @@
+"""Stores by URL."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ppaas.errors import InvalidInput
+from storage.files.store import FileMapStore
+from storage.memory.maps import MemoryMapStore
+from storage.memory.store import MemoryStore
+from storage.sqlite.store import SqliteStore
+from storage.urls.opening import open_map_store, open_store
+from tests.support.storage.records import house, put_map, user
+
+
+def test_the_scheme_chooses_the_store(tmp_path: Path) -> None:
+    assert type(open_store("memory:")) is MemoryStore
+    assert type(open_store(f"sqlite://{tmp_path}/store.db")) is SqliteStore
+    assert type(open_map_store("memory:")) is MemoryMapStore
+    assert type(open_map_store(f"file://{tmp_path}/maps")) is FileMapStore
+
+
+def test_the_path_is_where_the_store_is(tmp_path: Path) -> None:
+    open_store(f"sqlite://{tmp_path}/a%20b/store.db").add_user(user("ann"))
+    assert (tmp_path / "a b" / "store.db").is_file()
+    put_map(open_map_store(f"file://{tmp_path}/maps"), house())
+    assert (tmp_path / "maps" / "house" / "log" / "00000001").is_file()
+
+
+def test_a_path_without_slashes_is_relative(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    open_store("sqlite:var/store.db").close()
+    open_map_store("file:var/maps")
+    assert (tmp_path / "var" / "store.db").is_file()
+    assert (tmp_path / "var" / "maps").is_dir()
+
+
+@pytest.mark.parametrize("url", ["", "mysql://db", "/var/store.db", "file:///maps", "SQLITE", "memory"])
+def test_an_unknown_kind_is_refused_and_the_known_are_named(url: str) -> None:
+    with pytest.raises(InvalidInput, match="known: memory:, sqlite:, cassandra:"):
+        open_store(url)
+
+
+def test_the_known_kinds_of_map_stores_are_their_own() -> None:
+    with pytest.raises(InvalidInput, match="known: memory:, file:, hdfs:"):
+        open_map_store("sqlite:///maps.db")
+
+
+@pytest.mark.parametrize(
+    "url", ["sqlite:", "sqlite:///", "sqlite://store.db", "sqlite://[x", "sqlite:///a?b", "sqlite:///a#b"]
+)
+def test_a_url_that_names_no_path_is_refused(url: str) -> None:
+    with pytest.raises(InvalidInput):
+        open_store(url)
+
+
+def test_a_store_for_a_fleet_names_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    for driver in ("cassandra", "hdfs"):
+        for module in [name for name in sys.modules if name.startswith((driver, f"storage.{driver}"))]:
+            monkeypatch.delitem(sys.modules, module)
+        monkeypatch.setitem(sys.modules, driver, None)  # as if it were not installed
+    with pytest.raises(InvalidInput, match=r"ppaas\[cassandra\]"):
+        open_store("cassandra://db/ppaas")
+    with pytest.raises(InvalidInput, match=r"ppaas\[hdfs\]"):
+        open_map_store("hdfs://namenode/maps")
+
+
+def test_what_is_not_asked_for_is_not_imported() -> None:
+    others = "{'sqlite3', 'cassandra', 'hdfs'}"
+    code = f"import sys, storage.urls.opening as u; u.open_store('memory:'); assert not {others} & set(sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_store_on_this_machine_needs_no_outbox(tmp_path: Path) -> None:
+    assert type(open_store("memory:", outbox=tmp_path / "outbox.sqlite")) is MemoryStore
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_granularity_of_plans_is_said_in_the_url(tmp_path: Path) -> None:
+    store = open_store(f"sqlite://{tmp_path}/store.db?granularity=64")
+    assert store._granularity == 32  # type: ignore[attr-defined]
+    store.close()
+    for wrong in ("granularity=1", "granularity=-8", "granularity=", "size=3", "granularity=8&x=1"):
+        with pytest.raises(InvalidInput, match="granularity"):
+            open_store(f"sqlite://{tmp_path}/other.db?{wrong}")
