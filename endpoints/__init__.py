@@ -1,1 +1,1 @@
-"""What the cloud shows: the robot WebSocket, REST and the command line."""
+"""Network interface of the cloud: the robot WebSocket (rosbridge), the REST service, and the commands that start it."""

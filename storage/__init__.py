@@ -1,1 +1,1 @@
-"""Stores behind ports: users, maps, robots, plans and clones, opened by URL."""
+"""Stores of users, maps, robots, plans and clones: ports, records, and the backends that implement them."""

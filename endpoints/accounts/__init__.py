@@ -1,1 +1,1 @@
-"""TODO endpoints/accounts."""
+"""User accounts: passwords, tokens, authentication, and what each user has of the quota."""

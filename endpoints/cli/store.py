@@ -76,7 +76,8 @@ def _open(source: str, target: str) -> "tuple[Sequence[Kind[Any]], Any, Any]":
     """Return the kinds of record that two stores have, and the stores."""
     from storage.migration.map_records import MAP_KINDS  # noqa: PLC0415
     from storage.migration.store_records import KINDS  # noqa: PLC0415
-    from storage.urls.opening import MAP_STORES, STORES, check_exists, open_map_store, open_store  # noqa: PLC0415
+    from storage.urls.backends import MAP_STORES, STORES  # noqa: PLC0415
+    from storage.urls.opening import check_exists, open_map_store, open_store  # noqa: PLC0415
 
     if source == target:
         raise InvalidInput("FROM and TO are the same store: name another one to copy to")

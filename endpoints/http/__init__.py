@@ -1,1 +1,1 @@
-"""TODO endpoints/http."""
+"""HTTP and WebSocket protocols for uvicorn, limits of request bodies, and problem responses (RFC 9457)."""

@@ -1,1 +1,1 @@
-"""The REST service: one router a resource, under ``/v1``."""
+"""The REST service under ``/v1``: tools that all routes use, and a package for each group of resources."""

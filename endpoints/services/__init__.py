@@ -1,1 +1,1 @@
-"""TODO endpoints/services."""
+"""Services behind the endpoints: stores, accounts, caches and the interface of the engine, made once."""

@@ -1,1 +1,1 @@
-"""TODO storage/cassandra."""
+"""Store of everything but maps in Apache Cassandra."""

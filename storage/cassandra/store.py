@@ -17,7 +17,8 @@ class CassandraStore(CassandraAccounts, CassandraRobots, CassandraHistory, Cassa
     Parameters
     ----------
     url : str
-        Where it is (``storage.cassandra.connection.address``). The keyspace and its tables are made if they are not there.
+        Where it is (``storage.cassandra.connection.address``). The keyspace and its tables are made where they are
+        missing.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Where maps are kept: the little that ``storage.files.map_log`` asks of a disk, be it here, in memory or a whole cluster.
+"""The port of a disk: the little that ``storage.files.map_log`` asks of it, be it here, in memory or a whole cluster.
 
 Paths are names with slashes between, beneath the folder that a disk begins at.
 """

@@ -20,37 +20,16 @@ import msgspec
 
 from ppaas.errors import NotFound, Unavailable
 from storage.files.disk import Disk
+from storage.files.log_entries import LatestEntry, LogEntry, changed, entry_path, files_path, published, rolled_back
+from storage.files.verified import open_verified
 from storage.names import check_name, is_name
-from storage.opened_maps import OpenMap, open_verified
-from storage.records import MapFile, MapRecord, MapVersionRecord, Publication
+from storage.opened_maps import OpenMap
+from storage.records import MapRecord, MapVersionRecord, Publication
 from storage.staged_uploads import MapDraft
 from storage.versions import PARTS, check_files, check_may_follow, check_publication, no_such_version
 
 _ATTEMPTS = 5
 """How often a map is looked up that is removed each time while it is read."""
-
-
-class _Entry(msgspec.Struct, frozen=True):
-    """What is said of a map; one that was removed has no present version."""
-
-    era: int
-    owner: str = ""
-    readers: tuple[str, ...] = ()
-    description: str = ""
-    present: MapVersionRecord | None = None
-
-    @classmethod
-    def of(cls, record: MapRecord, era: int) -> "_Entry":
-        """Return what is kept of a map."""
-        return cls(era, record.owner, record.readers, record.description, record.present)
-
-
-class _Latest(msgspec.Struct, frozen=True):
-    """The last entry of a log, its number, and the map as it says."""
-
-    number: int
-    era: int
-    record: MapRecord | None
 
 
 class LoggedMapStore:
@@ -81,9 +60,9 @@ class LoggedMapStore:
             check_may_follow(latest.record, said)
             era = latest.era if latest.record is not None else latest.number + 1
             if era not in placed:
-                self._place(draft, _files(said.map, era))
+                self._place(draft, files_path(said.map, era))
                 placed.add(era)
-            record = _published(latest, said, draft)
+            record = published(latest, said, draft)
             if record == latest.record:
                 return record
             if self._append(latest, record, era):
@@ -96,19 +75,19 @@ class LoggedMapStore:
         check_name("version", version)
         while True:
             latest = self._latest(said.map)
-            before = _known(said.map, latest)
+            before = latest.head(said.map)
             check_may_follow(before, said)
             found = self._find(before, latest.era, version)
             if found.version == before.version:
                 return before
-            record = _said(before, said, _present(latest, said, found.version, found.files, restored=True))
+            record = rolled_back(latest, said, found)
             if self._append(latest, record, latest.era):
                 return record
 
     def map_head(self, map_id: str) -> MapRecord:
         """Return a map in its present version; ``NotFound`` if there is none."""
         check_name("map", map_id)
-        return _known(map_id, self._latest(map_id))
+        return self._latest(map_id).head(map_id)
 
     def maps(self, visible_to: str | None = None, *, after: str = "", limit: int | None = None) -> list[MapRecord]:
         """Return the maps that a user may read, or all, by id."""
@@ -122,7 +101,7 @@ class LoggedMapStore:
         """Return what was published under an id, newest first; ``NotFound`` if there is no such map."""
         check_name("map", map_id)
         latest = self._latest(map_id)
-        return list(islice(self._history(_known(map_id, latest), latest.era, before), limit))
+        return list(islice(self._history(latest.head(map_id), latest.era, before), limit))
 
     @contextmanager
     def open_map(self, map_id: str, version: str | None = None, *, only: Collection[str] = PARTS) -> Iterator[OpenMap]:
@@ -140,7 +119,7 @@ class LoggedMapStore:
         check_name("map", map_id)
         while True:
             latest = self._latest(map_id)
-            record = _changed(_known(map_id, latest), readers, description)
+            record = changed(latest.head(map_id), readers, description)
             if record == latest.record or self._append(latest, record, latest.era):
                 return record
 
@@ -149,34 +128,33 @@ class LoggedMapStore:
         check_name("map", map_id)
         while True:
             latest = self._latest(map_id)
-            _known(map_id, latest)
+            latest.head(map_id)
             number = latest.number + 1
-            if self._disk.create(_entry(map_id, number), msgspec.json.encode(_Entry(number))):
+            if self._disk.create(entry_path(map_id, number), msgspec.json.encode(LogEntry(number))):
                 self._sweep(map_id, number)
                 return
 
     # -- reading -------------------------------------------------------------------------------------------------------
 
-    def _latest(self, map_id: str) -> _Latest:
+    def _latest(self, map_id: str) -> LatestEntry:
         for _ in range(_ATTEMPTS):
             numbers = self._numbers(map_id)
             if not numbers:
-                return _Latest(0, 0, None)
+                return LatestEntry(0, 0, None)
             try:
                 entry = self._read(map_id, max(numbers))
             except FileNotFoundError:
                 continue  # removed, and published anew, since the names were read
-            record = _record(map_id, entry)
-            return _Latest(max(numbers), entry.era, record)
+            return LatestEntry(max(numbers), entry.era, entry.record(map_id))
         raise _restless(map_id)
 
     def _numbers(self, map_id: str) -> list[int]:
         return [int(name) for name in self._disk.names(f"{map_id}/log") if name.isdecimal()]
 
-    def _read(self, map_id: str, number: int) -> _Entry:
-        path = _entry(map_id, number)
+    def _read(self, map_id: str, number: int) -> LogEntry:
+        path = entry_path(map_id, number)
         try:
-            return msgspec.json.decode(self._disk.read(path), type=_Entry)
+            return msgspec.json.decode(self._disk.read(path), type=LogEntry)
         except msgspec.MsgspecError as error:
             raise Unavailable(f"{path} of the maps is damaged ({error}): restore it from a backup") from error
 
@@ -207,12 +185,12 @@ class LoggedMapStore:
     def _open(self, stack: ExitStack, map_id: str, version: str | None, only: Collection[str]) -> OpenMap:
         for _ in range(_ATTEMPTS):
             latest = self._latest(map_id)
-            record = _known(map_id, latest)
+            record = latest.head(map_id)
             if version not in (None, record.version):
                 found = self._find(record, latest.era, version or "")
                 record = msgspec.structs.replace(record, present=found)
             try:
-                return open_verified(stack, self._disk, _files(map_id, latest.era), record, only)
+                return open_verified(stack, self._disk, files_path(map_id, latest.era), record, only)
             except FileNotFoundError as error:
                 if self._latest(map_id).era == latest.era:
                     raise Unavailable(f"files of the map {map_id!r} are missing: publish it again") from error
@@ -224,9 +202,9 @@ class LoggedMapStore:
         for part, file in draft.files.items():
             self._disk.place(draft.path(part), f"{folder}/{file.sha256}")
 
-    def _append(self, latest: _Latest, record: MapRecord, era: int) -> bool:
-        data = msgspec.json.encode(_Entry.of(record, era))
-        return self._disk.create(_entry(record.id, latest.number + 1), data)
+    def _append(self, latest: LatestEntry, record: MapRecord, era: int) -> bool:
+        data = msgspec.json.encode(LogEntry.of(record, era))
+        return self._disk.create(entry_path(record.id, latest.number + 1), data)
 
     def _sweep(self, map_id: str, era: int) -> None:
         """Remove what is left of the map that had the id before: nobody looks behind the entry of this era."""
@@ -234,59 +212,11 @@ class LoggedMapStore:
             return
         for number in sorted(self._numbers(map_id)):
             if number < era:
-                self._disk.remove(_entry(map_id, number))
+                self._disk.remove(entry_path(map_id, number))
         for name in self._disk.names(map_id):
             start = name.removeprefix("files-")
             if start.isdecimal() and int(start) < era:
                 self._disk.remove(f"{map_id}/{name}")
-
-
-def _entry(map_id: str, number: int) -> str:
-    return f"{map_id}/log/{number:08d}"
-
-
-def _files(map_id: str, era: int) -> str:
-    return f"{map_id}/files-{era}"
-
-
-def _record(map_id: str, entry: _Entry) -> MapRecord | None:
-    if entry.present is None:
-        return None
-    return MapRecord(map_id, entry.owner, entry.present, entry.readers, entry.description)
-
-
-def _known(map_id: str, latest: _Latest) -> MapRecord:
-    if latest.record is None:
-        raise NotFound("map", map_id)
-    return latest.record
-
-
-def _published(latest: _Latest, said: Publication, draft: MapDraft) -> MapRecord:
-    """Return a map with these files; where they are the present ones already, nothing is published."""
-    before = latest.record
-    if before is not None and before.version == draft.version:
-        return _said(before, said, before.present)
-    return _said(before, said, _present(latest, said, draft.version, dict(draft.files)))
-
-
-def _present(
-    latest: _Latest, said: Publication, version: str, files: dict[str, MapFile], *, restored: bool = False
-) -> MapVersionRecord:
-    return MapVersionRecord(latest.number + 1, version, said.created, said.author, said.message, restored, files)
-
-
-def _said(before: MapRecord | None, said: Publication, present: MapVersionRecord) -> MapRecord:
-    record = MapRecord(said.map, said.owner or said.author, present) if before is None else before
-    return _changed(msgspec.structs.replace(record, present=present), said.readers, said.description)
-
-
-def _changed(record: MapRecord, readers: tuple[str, ...] | None, description: str | None) -> MapRecord:
-    """Return a map of which other things are said; None leaves what was."""
-    return msgspec.structs.replace(
-        record,
-        readers=record.readers if readers is None else readers,
-        description=record.description if description is None else description,
-    )
 
 
 def _restless(map_id: str) -> Unavailable:

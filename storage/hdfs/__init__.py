@@ -1,1 +1,1 @@
-"""TODO storage/hdfs."""
+"""Map store in HDFS, over WebHDFS."""

@@ -1,1 +1,1 @@
-"""TODO storage/memory."""
+"""Stores in the memory of one process, for tests and for clouds that keep nothing."""

@@ -1,1 +1,1 @@
-"""TODO storage/migration."""
+"""Migration between stores: copies the records of one to another, and compares the two."""

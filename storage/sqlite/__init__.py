@@ -1,1 +1,1 @@
-"""TODO storage/sqlite."""
+"""Store of everything but maps in an SQLite file."""

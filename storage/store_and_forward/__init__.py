@@ -1,1 +1,1 @@
-"""TODO storage/store_and_forward."""
+"""Store-and-forward in front of a remote store: plans wait on the disk while the store is away."""

@@ -7,7 +7,8 @@ import sys
 from pathlib import Path
 
 from endpoints import server
-from storage.urls.opening import MAP_STORES, STORES, open_map_store, open_store
+from storage.urls.backends import MAP_STORES, STORES
+from storage.urls.opening import open_map_store, open_store
 from tests.support.documents import script, table, text_of
 from tests.support.storage.full_store import fill, fill_maps
 

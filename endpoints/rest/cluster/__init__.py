@@ -1,1 +1,1 @@
-"""TODO endpoints/rest/cluster."""
+"""REST resources of the cluster: machines, containers and health."""

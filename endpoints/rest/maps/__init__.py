@@ -1,1 +1,1 @@
-"""TODO endpoints/rest/maps."""
+"""REST resources of maps: upload and its checks, versions, and the cells of a grid."""

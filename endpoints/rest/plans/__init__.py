@@ -1,1 +1,1 @@
-"""TODO endpoints/rest/plans."""
+"""REST resources of planning: paths, cost matrices, planners, and the Path Plan Database."""

@@ -1,1 +1,1 @@
-"""TODO endpoints/rest/robots."""
+"""REST resources of robots: their files, models, URDFs, and where their nodes run."""

@@ -1,1 +1,1 @@
-"""TODO endpoints/rest/users."""
+"""REST resources of users and their tokens."""

@@ -1,1 +1,1 @@
-"""TODO storage/cassandra/connection."""
+"""Connection to a Cassandra cluster: its address, the schema of the keyspace, and the errors of the driver."""
