@@ -10,6 +10,9 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("ppaas", "engine", "endpoints", "storage", "robots")
+"""The packages of the wheel."""
+ALL_PACKAGES = (*PACKAGES, "benchmarks")
+"""The packages of the checkout."""
 
 
 @dataclass(frozen=True)
