@@ -1,0 +1,64 @@
+"""What earlier releases wrote, as ``tests/earlier`` holds it."""
+
+import hashlib
+import json
+import tarfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robots.client.rest import RestClient
+from tests.support.sources import ROOT
+
+EARLIER = sorted(file.parent for file in (ROOT / "tests" / "earlier").glob("*/expected.json"))
+ADMIN_PASSWORD = "correct horse battery"
+ANN_PASSWORD = "a long walk home"
+KEYSPACE = "earlier"
+
+
+def expected(earlier: Path) -> dict[str, Any]:
+    """Return what the release said of all that it wrote."""
+    told: dict[str, Any] = json.loads((earlier / "expected.json").read_text())
+    return told
+
+
+def unpack(earlier: Path, folder: Path) -> Path:
+    """Put a copy of its files into a folder, and return that: its data folder is called ``data`` there."""
+    with tarfile.open(earlier / "data.tar.xz") as archive:
+        archive.extractall(folder, filter="data")
+    return folder
+
+
+def without_poses(plan: dict[str, Any]) -> dict[str, Any]:
+    """Return a plan as a cloud tells of it, with a digest in place of its waypoints."""
+    return plan | {"poses": digest(np.array(plan["poses"], "<f8").tobytes())}
+
+
+def digest(poses: bytes) -> str:
+    """Return what tells waypoints from others, to the last bit."""
+    return hashlib.sha256(poses).hexdigest()
+
+
+async def lost(rest: RestClient, before: dict[str, Any]) -> list[str]:
+    """Return what a cloud does not say any more of all that is ann's."""
+    now: dict[str, Any] = {
+        "maps": await rest.items("/v1/maps"),
+        "versions": await rest.items("/v1/maps/house/versions"),
+        "robots": await rest.items("/v1/robots"),
+        "evaluation": await rest.get("/v1/maps/house/evaluation"),
+        "plans": {plan_id: without_poses(await rest.get(f"/v1/plans/{plan_id}")) for plan_id in before["plans"]},
+        "parts": {plan_id: (await rest.get(f"/v1/plans/{plan_id}/parts"))["items"] for plan_id in before["parts"]},
+    }
+    user = await rest.get("/v1/users/me")
+    rights = [name for name in ("id", "role", "limits") if not still_said(before["user"][name], user[name])]
+    return rights + [name for name, said in now.items() if not still_said(before[name], said)]
+
+
+def still_said(before: Any, now: Any) -> bool:
+    """Tell whether all that was said is said: a release may say more."""
+    if isinstance(before, dict):
+        return isinstance(now, dict) and all(name in now and still_said(before[name], now[name]) for name in before)
+    if isinstance(before, list):
+        return isinstance(now, list) and len(before) == len(now) and all(map(still_said, before, now))
+    return bool(before == now)
