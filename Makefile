@@ -84,7 +84,7 @@ bench: $(INSTALLED) ## Measure what a user waits for, and how fast maps are prep
 bench-cassandra: $(INSTALLED) ## Measure plans in a real Cassandra of one node (wants Java 17 and Maven; BENCH_ARGS="--plans 1000000")
 	@echo "bench-cassandra: let the machine do nothing else"
 	@$(BIN)/python -m tests.servers.jars
-	$(BIN)/python -m tests.servers.bench_plans $(BENCH_ARGS)
+	$(BIN)/python -m benchmarks.stores.cassandra_plans $(BENCH_ARGS)
 
 performance: $(INSTALLED) ## Measure planners, and write what docs/performance.md tells of them
 	@echo "performance: let the machine do nothing else; peers are measured that are installed (the extra bench)"
@@ -115,7 +115,7 @@ $(NODE_TESTS)/node_modules: $(NODE_TESTS)/package-lock.json
 	@npm ci --silent --no-audit --no-fund --prefix $(NODE_TESTS) && touch $@ || \
 		echo "setup: no roslib; install Node 20 with npm, or the test of roslib is skipped" >&2
 
-$(INSTALLED): $(LOCKED) pyproject.toml
-	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation --editable .
-	@$(BIN)/python -m compileall -q ppaas engine endpoints storage robots
+$(INSTALLED): $(LOCKED) pyproject.toml benchmarks/pyproject.toml
+	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation --editable . --editable benchmarks
+	@$(BIN)/python -m compileall -q ppaas engine endpoints storage robots benchmarks
 	@touch $@

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppaas.bounded_numbers import above_zero, whole
+from robots.cli.benches import Measured
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -35,11 +36,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--picture", type=Path, metavar="OUT.png", help="draw the first run of the first world")
 
 
-def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[dict[str, str]]]:
+def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return what all runs come to, and rows for people."""
     from benchmarks.navigation.barn import suite  # noqa: PLC0415
     from benchmarks.navigation.barn.worlds import read_worlds  # noqa: PLC0415
-    from ppaas.controllers.registry import CONTROLLERS  # noqa: PLC0415 - ``ppaas --help`` loads this
+    from ppaas.controllers.registry import CONTROLLERS  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
     CONTROLLERS.load(arguments.planner)  # a name that nobody has is told before any process is begun
     worlds = read_worlds(arguments.file, arguments.worlds, arguments.radius)
@@ -48,7 +49,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[s
         _draw(arguments.picture, suite.jobs_of(worlds, options)[0])
     task = progress.add_task(f"{len(worlds)} worlds", total=len(worlds) * arguments.runs)
     results = suite.measure(worlds, options, lambda: progress.advance(task))
-    return suite.summary(results), _rows(results)
+    return Measured(suite.summary(results), _rows(results))
 
 
 def _draw(path: Path, job: Any) -> None:

@@ -2,9 +2,10 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ppaas.bounded_numbers import whole
+from robots.cli.benches import Measured
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -28,10 +29,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the times of all cycles")
 
 
-def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[dict[str, str]]]:
+def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return what was measured, and rows for people."""
     from benchmarks.harness.maps import read_map  # noqa: PLC0415
-    from benchmarks.navigation import control_cycles as cycles  # noqa: PLC0415 - ``ppaas --help`` loads this
+    from benchmarks.navigation import control_cycles as cycles  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
     chosen = cycles.setups(tuple(arguments.planner))
     if arguments.plot is not None:
@@ -47,7 +48,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[s
         _draw(arguments.plot, told)
     rows = cycles.summary(told)
     title = {"map": arguments.map, "window": cycles.WINDOW, "rate": cycles.RATE, "threads": arguments.threads}
-    return {**title, "planners": rows}, [{name: str(value) for name, value in row.items()} for row in rows]
+    return Measured({**title, "planners": rows}, [{name: str(value) for name, value in row.items()} for row in rows])
 
 
 def _draw(path: Path, told: "list[Cycles]") -> None:

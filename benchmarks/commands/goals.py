@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppaas.bounded_numbers import whole
+from robots.cli.benches import Measured
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -42,9 +43,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
                              "kept: so a long table is made in parts")  # fmt: skip
 
 
-def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[dict[str, str]]]:
+def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return what all goals come to, in each map and together, and rows for people."""
-    from benchmarks.navigation.goals import suite  # noqa: PLC0415 - ``ppaas --help`` loads this
+    from benchmarks.navigation.goals import suite  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
     jobs = _jobs(arguments)
     if arguments.plot is not None:
@@ -55,7 +56,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[s
     told = {name: suite.summary([result for result in results if result.map == name]) for name in names}
     total = suite.summary(results)
     rows = [_row(name, each) for name, each in {**told, "all": total}.items()]
-    return {"people": arguments.people, "planner": jobs[0].controller, "maps": told, **total}, rows
+    return Measured({"people": arguments.people, "planner": jobs[0].controller, "maps": told, **total}, rows)
 
 
 def _jobs(arguments: argparse.Namespace) -> "list[Job]":

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ppaas.bounded_numbers import above_zero, whole
 from ppaas.errors import InvalidInput
+from robots.cli.benches import Measured
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -48,13 +49,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--threads", type=_numbers, default=(1, 2), metavar="1,2")
 
 
-def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[dict[str, str]]]:
+def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return what was measured, and rows for people."""
-    from benchmarks.harness.maps import read_map  # noqa: PLC0415 - so here and below: ``ppaas --help`` loads this
+    from benchmarks.harness.maps import read_map  # noqa: PLC0415 - so here and below: ``ppaas bench --help`` loads this
 
     if arguments.recording is not None:
         told = _play(arguments, progress)
-        return told, [_texts(told)]
+        return Measured(told, [_texts(told)])
     if arguments.plot is not None or arguments.drift or arguments.same:
         raise InvalidInput("--plot, --drift and --same are for a recording: give a bag or a log")
     arguments.map = arguments.map or "office"
@@ -63,16 +64,16 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[s
         from benchmarks.localization import update  # noqa: PLC0415
 
         rows = update.measure(grid, arguments.particles, arguments.threads)
-        return {"map": arguments.map, "updates": rows}, [_texts(row) for row in rows]
+        return Measured({"map": arguments.map, "updates": rows}, [_texts(row) for row in rows])
     told = _drive(arguments, grid, progress)
-    return told, [_texts(told)]
+    return Measured(told, [_texts(told)])
 
 
 def _drive(arguments: argparse.Namespace, grid: Any, progress: "Progress") -> dict[str, Any]:
     from benchmarks.localization import suite  # noqa: PLC0415
     from benchmarks.localization.run import Job, Kind  # noqa: PLC0415
     from ppaas.localization.parameters import AmclParameters  # noqa: PLC0415
-    from ppaas.nodes.message_checks import read_parameters  # noqa: PLC0415
+    from ppaas.parameters import read_parameters  # noqa: PLC0415
 
     asked: dict[Kind, Any] = {"kidnap": arguments.kidnap, "global": arguments.anywhere, "jam": arguments.jam}
     kind: Kind = next((kind for kind, wanted in asked.items() if wanted), "track")

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppaas.bounded_numbers import whole
+from robots.cli.benches import Measured
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -27,9 +28,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--balancer", action="append", metavar="NAME", help="one of those installed (all)")
 
 
-def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[dict[str, str]]]:
+def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return what was measured, and rows of it for people."""
-    from benchmarks.placement import balancers  # noqa: PLC0415 - ``ppaas --help`` loads this
+    from benchmarks.placement import balancers  # noqa: PLC0415 - ``ppaas bench --help`` loads this
     from engine.master.balancers.registry import BALANCERS  # noqa: PLC0415
 
     options = balancers.Options(
@@ -37,7 +38,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[s
         tuple(arguments.balancer or BALANCERS.names()), arguments.arrivals,
     )  # fmt: skip
     told = balancers.measure(options, progress)
-    return told, [_row(name, figures) for name, figures in told["balancers"].items()]
+    return Measured(told, [_row(name, figures) for name, figures in told["balancers"].items()])
 
 
 def _row(name: str, told: dict[str, Any]) -> dict[str, str]:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppaas.bounded_numbers import whole
+from robots.cli.benches import Measured
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -34,9 +35,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cache", type=Path, metavar="FOLDER", help="keeps the routes that were planned")
 
 
-def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[str, Any], list[Row]]:
+def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return what was measured, and rows of it for people."""
-    from benchmarks.stores import plans  # noqa: PLC0415 - ``ppaas --help`` loads this
+    from benchmarks.stores import plans  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
     options = plans.Options(
         arguments.plans,
@@ -49,7 +50,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> tuple[dict[s
     )
     options.folder.mkdir(parents=True, exist_ok=True)
     told = plans.measure(options, progress)
-    return told, rows_of(told)
+    return Measured(told, rows_of(told))
 
 
 def rows_of(told: dict[str, Any]) -> list[Row]:

@@ -7,6 +7,8 @@ import msgspec
 from rich.console import Console
 from rich.table import Table
 
+from robots.cli.benches import Measured
+
 
 class Figure(msgspec.Struct, frozen=True, omit_defaults=True):
     """One thing that was measured.
@@ -61,20 +63,22 @@ def median_of(part: str, name: str, samples: Sequence[float], unit: str = "ms", 
     )
 
 
-def to_json(figures: Sequence[Figure]) -> str:
-    """Return all figures as one line of JSON."""
-    return msgspec.json.encode({"figures": figures}).decode()
+def measured(figures: Sequence[Figure]) -> Measured:
+    """Return figures as the result of a bench; people get a table in which yardsticks are dim."""
+    console = Console()
+    with console.capture() as captured:
+        console.print(_table(figures))
+    return Measured(msgspec.to_builtins({"figures": figures}), text=captured.get().removesuffix("\n"))
 
 
-def show(figures: Sequence[Figure], console: Console) -> None:
-    """Print a table; yardsticks stand dim beneath what they measure."""
+def _table(figures: Sequence[Figure]) -> Table:
     table = Table(title="ppaas bench", title_justify="left")
     for column, justify in (("part", "left"), ("measured", "left"), ("median", "right"), ("least–most", "right"),
                             ("limit", "right"), ("what it is made of", "left")):  # fmt: skip
         table.add_column(column, justify=justify)  # type: ignore[arg-type]
     for figure in figures:
         table.add_row(*_cells(figure), style="dim" if figure.yardstick else None)
-    console.print(table)
+    return table
 
 
 def _cells(figure: Figure) -> tuple[str, str, str, str, str, str]:

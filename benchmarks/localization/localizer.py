@@ -15,8 +15,8 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.nodes.amcl.node import GLOBAL_LOCALIZATION, AmclNode
 from ppaas.nodes.base import Payload
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.message_checks import read_parameters
 from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherParameters
+from ppaas.parameters import read_parameters
 from ppaas.robot_model.known_models import robot_model
 
 MODEL = "turtlebot2"

@@ -1,9 +1,12 @@
-"""Machines that carry what a master places: ``python -m benchmarks.placement.machines_process FOLDER COUNT KEEP_EVERY``.
+"""Machines that carry what a master places, in one process.
 
-Each has a control link of its own to the socket in the folder, beats once a second, and says of each container that it
-was ordered that it runs. It starts none: what is measured is the master. Of every KEEP_EVERY-th (0: of none) the
-checkpoint of its clone is kept in the store of the folder, as the gate of a machine does. A machine that was hung up on
-dials again, as a joined machine does. ``"told"`` on standard input prints what they were ordered so far.
+``python -m benchmarks.placement.machines_process FOLDER COUNT KEEP_EVERY``.
+
+Each machine has a control link of its own to the socket in the folder, beats once a second, and reports each container
+that it is ordered to start as running. It starts none: what is measured is the master. Of every KEEP_EVERY-th container
+(0: of none) the checkpoint of the clone is kept in the store of the folder, as the container gateway of a machine does.
+A machine whose link is closed dials again, as a joined machine does. ``"told"`` on standard input prints what they were
+ordered so far.
 """
 
 import asyncio

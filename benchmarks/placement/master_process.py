@@ -1,4 +1,6 @@
-"""A master at work, the engine of a cloud without a web: ``python -m benchmarks.placement.master_process FOLDER BALANCER ROBOTS``.
+"""A master at work, the engine of a cloud without a web, in a process of its own.
+
+``python -m benchmarks.placement.master_process FOLDER BALANCER ROBOTS``.
 
 It is the service of the cloud with its master, its store and its file of settings in a folder; machines dial its
 control socket. It does what it is told by lines of JSON: ``{"do": "wait", "machines": N}``, ``{"do": "configure",

@@ -176,5 +176,5 @@ def chart(told: dict[str, Any]) -> tuple[str, list[Line], Axis, Axis]:
         Line(name, [(length, 1e3 * one) for length, one in zip(told["length_m"], seconds, strict=True)])
         for name, seconds in told["seconds"].items()
     ]
-    title = f"Time of a plan over the length of its path, on a map of {told['cells']:,} cells"
-    return title, lines, Axis("length of the path, m"), Axis("ms a plan (logarithmic)", logarithmic=True)
+    title = f"Planning time over path length, on a map of {told['cells']:,} cells"
+    return title, lines, Axis("path length [m]"), Axis("planning time [ms], logarithmic", logarithmic=True)

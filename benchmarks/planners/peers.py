@@ -168,17 +168,18 @@ def _as_field(values: Any, problem: Problem) -> Field:
 
 
 FIELDS = (
-    Peer("dijkstra2d", "tcod", "tcod.path", "whole costs, 2 a cardinal and 3 a diagonal move; cuts corners",
+    Peer("dijkstra2d", "tcod", "tcod.path", "integer costs, 2 per cardinal and 3 per diagonal move; cuts corners",
          _tcod_field, _tcod_told),
-    Peer("distance_field", "dijkstra3d", "dijkstra3d", "a diagonal costs what a cardinal move does; cuts corners",
+    Peer("distance_field", "dijkstra3d", "dijkstra3d", "a diagonal move costs as much as a cardinal one; cuts corners",
          _dijkstra3d_field, _as_field),
     Peer("csgraph.dijkstra", "scipy", "scipy.sparse.csgraph",
-         "the same, exactly; the graph is made before, in more time than that", _scipy_field, _as_field, MIDDLE),
+         "the same problem, exactly; the graph is built beforehand, which takes longer than the search",
+         _scipy_field, _as_field, MIDDLE),
     Peer("MCP_Geometric", "scikit-image", "skimage.graph", "a move costs the mean of its two cells; cuts corners",
          _mcp_field, _as_field),
     Peer("travel_time", "scikit-fmm", "skfmm", "the eikonal equation: straight lines in any direction",
          _eikonal_field, _as_field),
-    Peer("single_source_dijkstra", "networkx", "networkx", "the same, exactly; the graph is made before",
+    Peer("single_source_dijkstra", "networkx", "networkx", "the same problem, exactly; the graph is built beforehand",
          _networkx_field, _from_dict, SMALL),
 )  # fmt: skip
 
@@ -193,7 +194,7 @@ def _navfn_field(navfn: Any, problem: Problem) -> Callable[[], Any]:
 
 
 NAVFN = Peer("navfn", "ppaas", "ppaas.planners.grid.navigation_function",
-             "ROS's planner, compiled by numba as ours are: potentials interpolated between cells, on one thread",
+             "ROS's planner, compiled by numba like ours; interpolates potentials between cells, on one thread",
              _navfn_field, lambda function, problem: _as_field(function.potentials(), problem))  # fmt: skip
 """ROS's own planner as ``ppaas`` has it, the yardstick of the paper; what it sets up is timed, as it is of ours."""
 
@@ -265,16 +266,16 @@ def _as_cells(cells: Any, _: Problem) -> Cells:
 
 
 PATHS = (
-    Peer("astar_path", "pyastar2d", "pyastar2d", "a diagonal costs what a cardinal move does; cuts corners",
+    Peer("astar_path", "pyastar2d", "pyastar2d", "a diagonal move costs as much as a cardinal one; cuts corners",
          _pyastar_path, _as_cells),
-    Peer("astar", "nano-astar", "nano_astar", "free or blocked, without costs; there the same, exactly",
+    Peer("astar", "nano-astar", "nano_astar", "free and blocked cells only, without costs; exact for those",
          _nano_path, _as_cells),
-    Peer("Pathfinder", "tcod", "tcod.path", "A* with whole costs, 2 a cardinal and 3 a diagonal move; cuts corners",
-         _tcod_path, _as_cells),
+    Peer("Pathfinder", "tcod", "tcod.path",
+         "A* with integer costs, 2 per cardinal and 3 per diagonal move; cuts corners", _tcod_path, _as_cells),
     Peer("route_through_array", "scikit-image", "skimage.graph",
          "a move costs the mean of its two cells; cuts corners", _skimage_path, _as_cells),
-    Peer("dijkstra", "dijkstra3d", "dijkstra3d", "a diagonal costs √2; cuts corners",
+    Peer("dijkstra", "dijkstra3d", "dijkstra3d", "a diagonal move costs √2; cuts corners",
          _dijkstra3d_path, _as_cells),
-    Peer("bidirectional_dijkstra", "networkx", "networkx", "the same, exactly; the graph is made before",
+    Peer("bidirectional_dijkstra", "networkx", "networkx", "the same problem, exactly; the graph is built beforehand",
          _networkx_path, _as_cells, SMALL),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""What was measured of planners as a part of a page: tables and charts between two marks."""
+"""Planner report: writes measurements as tables and charts into a page, between two marks."""
 
 from pathlib import Path
 from typing import Any
@@ -11,29 +11,29 @@ from ppaas.errors import InvalidInput
 from robots.pictures.line_chart import write_chart
 
 BEGIN, END = "<!-- planners, written by ppaas bench report -->", "<!-- end of planners -->"
-NOTHING = "Nothing was measured yet: `make performance` does, and writes it here."
+NOTHING = "Nothing has been measured yet; `make performance` measures and writes this part."
 
 _CHARTS = {"lengths": path_lengths.chart, "scaling": scaling.chart}
 
 
 def read(path: Path) -> dict[str, list[dict[str, Any]]]:
-    """Return what was measured; nothing where there is no file yet.
+    """Return the measurements of a file; empty if the file does not exist.
 
     Raises
     ------
     InvalidInput
-        It cannot be read, or is not what ``ppaas bench suite`` writes.
+        The file cannot be read, or ``ppaas bench suite`` did not write it.
     """
     if not path.exists():
         return {}
     try:
         return msgspec.json.decode(path.read_bytes(), type=dict[str, list[dict[str, Any]]])
     except (OSError, msgspec.DecodeError) as error:
-        raise InvalidInput(f"{path} is not what 'ppaas bench suite' writes: {error}") from error
+        raise InvalidInput(f"{path} is not a file of 'ppaas bench suite': {error}") from error
 
 
 def keep(path: Path, measured: Measured) -> None:
-    """Write what was measured.
+    """Write measurements to a file.
 
     Raises
     ------
@@ -44,12 +44,12 @@ def keep(path: Path, measured: Measured) -> None:
 
 
 def render(measured: Measured) -> str:
-    """Return the part of the page."""
+    """Return the generated part of the page."""
     return "\n\n".join(sections(measured)) or NOTHING
 
 
 def write(page: Path, measured: Measured) -> None:
-    """Put the part between the marks of a page, and its charts into ``images/`` beside it.
+    """Write the part between the marks of a page, and its charts into ``images/`` beside the page.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def write(page: Path, measured: Measured) -> None:
     before, begin, rest = text.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not (begin and end):
-        raise InvalidInput(f"{page} has no place for this: it goes between {BEGIN!r} and {END!r}")
+        raise InvalidInput(f"{page} has no place for the report: add the lines {BEGIN!r} and {END!r}")
     for part, chart in _CHARTS.items():
         for told in measured.get(part, ()):
             write_chart(page.parent / image(part), *chart(told))

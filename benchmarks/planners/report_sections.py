@@ -1,4 +1,4 @@
-"""What the page tells of what was measured: a section for each part of the suite."""
+"""Sections of the planner report: text and tables, one section for each part of the suite."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
@@ -8,14 +8,14 @@ from benchmarks.planners import peers, tables
 IMAGES = "images"
 
 IDLE = 0.5
-"""CPUs that may have been busy in the minute before, on average."""
+"""Largest load average of the last minute at which a measurement counts as undisturbed [CPUs]."""
 
 Measured = Mapping[str, list[dict[str, Any]]]
-"""By part of the suite what was told."""
+"""Results by part of the suite."""
 
 
 def sections(measured: Measured) -> Iterator[str]:
-    """Return the paragraphs of the part, tables and images among them."""
+    """Return the paragraphs of the report, including tables and images."""
     for told in measured.get("machine", ()):
         yield _machine(told)
     if fields := measured.get("fields"):
@@ -24,10 +24,10 @@ def sections(measured: Measured) -> Iterator[str]:
         yield from _comparisons(comparisons)
     for told in measured.get("scaling", ()):
         yield "### Sizes and threads"
-        yield _image("scaling", "ns a cell over the size of the grid")
+        yield _image("scaling", "ns per reached cell over the size of the grid")
         yield (
-            "ns for each cell that is reached, by edge of the grid; *most / least* is of grids from 512² on, and is "
-            f"meant to be at most {tables.SPREAD_AIM:g}:"
+            "ns per reached cell, by edge length of the grid. *Max / min* is the ratio of the largest to the smallest "
+            f"value from 512² on; the aim is at most {tables.SPREAD_AIM:g}:"
         )
         yield _markdown(tables.scaling_rows(told))
     for told in measured.get("lengths", ()):
@@ -45,24 +45,24 @@ def _machine(told: dict[str, Any]) -> str:
         f"{told['ppaas']} on Python {told['python']}, numba {told['numba']} and numpy {told['numpy']}."
     )
     if told["load"] > IDLE:
-        text += f" **Other work kept {told['load']:.1f} of them busy when it began: not to compare by.**"
-    return f"{text} **A quick run on small grids, not to compare by.**" if told["quick"] else text
+        text += f" **Other processes kept {told['load']:.1f} CPUs busy at the start: not suitable for comparison.**"
+    return f"{text} **A quick run on small grids: not suitable for comparison.**" if told["quick"] else text
 
 
 def _fields(fields: Sequence[dict[str, Any]]) -> Iterator[str]:
-    yield "### Full field of costs"
+    yield "### Full cost field"
     yield (
-        "From one goal all over the map, from the bytes of a costmap that the planner has not seen before. *Again* is "
-        "the same map once more, of which it kept what it had laid out."
+        "The cost from every reachable cell of the map to one goal. The planner starts from the bytes of a costmap "
+        "that it has not seen before. *Repeat* is a second field on the same map, whose tile tables it has cached."
     )
     yield _markdown([row for told in fields for row in tables.field_rows(told | {"beside": {}})])
     others = list(dict.fromkeys(name for told in fields for name in (*told["beside"], *told["left_out"])))
     if not others:
         return
-    yield "### Times faster than others"
+    yield "### Speed-up over other implementations"
     yield (
-        "The same fields in the same run, setting up included, how many times longer others took than ours on that "
-        "many threads. *Aim* is what we want to reach. What the others solve:"
+        "The same fields in the same run, setup included: the time of each other implementation, divided by ours on "
+        "that number of threads. *Aim* is the ratio that we want to reach. The others solve:"
     )
     yield "\n".join(f"- {name}: {peers.BESIDE[name].solves}." for name in others)
     yield _markdown([row for told in fields for row in tables.beside_rows(told, others)])
@@ -70,37 +70,38 @@ def _fields(fields: Sequence[dict[str, Any]]) -> Iterator[str]:
 
 
 def _comparisons(comparisons: Sequence[dict[str, Any]]) -> Iterator[str]:
-    yield "### Beside the peers on PyPI"
+    yield "### Comparison with packages from PyPI"
     yield (
-        "*× ours* is how many times longer than the fastest of ours with the right answer it took. *Off* is by how "
-        "much the values of a field differ from the exact ones in the mean, or by how much a path is dearer than the "
-        "cheapest; one that cuts corners may be cheaper. *Prepared* is what goes before and is not timed: an index, or "
-        "what a library wants a map to be like."
+        "*× ours* is the time, divided by that of our fastest planner with the right answer. *Error* is the mean "
+        "relative error of the values of a field, or the relative excess cost of a path over the cheapest; it is "
+        "negative for some paths that cut corners. *Preparation* is not part of the time: it builds an index, or "
+        "converts the map to the input of a library. *Drivable* is a field that reaches the same cells as ours, or a "
+        "path that cuts no corner."
     )
     for told in comparisons:
         yield f"{told['grid']}, {told['reached']:,} cells reached, and the longest path to the goal:"
         yield _markdown([_without(row, "solves") for row in tables.compare_rows(told)])
         yield from _left_out([told])
-    yield "What each of them solves:"
+    yield "The problems that they solve:"
     yield _markdown(_solved(comparisons))
 
 
 def _lengths(told: dict[str, Any]) -> Iterator[str]:
-    yield "### Time over length of the path"
+    yield "### Planning time over path length"
     yield (
-        "Fig. 3 of the paper: longer and longer paths to one goal, by one thread of this process, and by the container "
-        "of a robot, from the request over its WebSocket to the answer; all are planned anew each time. Beside them "
-        "the same threads without a container, and navfn."
+        "Fig. 3 of the paper: paths of increasing length to one goal. They are planned by one thread of the bench's "
+        "own process, by as many threads as the container has, by navfn, and by the container of a robot, timed from "
+        "the request over its WebSocket to the answer. Every path is planned from scratch."
     )
-    yield _image("lengths", "Time of a plan over the length of its path")
+    yield _image("lengths", "Planning time over path length")
     yield _markdown(tables.length_rows(told))
 
 
 def _scenarios(scenarios: Sequence[dict[str, Any]]) -> Iterator[str]:
     yield "### MovingAI scenarios"
     yield (
-        "Each query by itself, its path of cells included. Planners that prepare the map answer all queries of a "
-        "scenario, the others some from all over it."
+        "Each query is timed alone, including its path of cells. Planners that prepare the map answer all queries of "
+        "a scenario; the others answer a sample that covers the whole scenario."
     )
     yield from _answered(scenarios, _of_map, "map")
 
@@ -112,9 +113,9 @@ def _of_map(told: dict[str, Any]) -> list[dict[str, str]]:
 def _indexes(indexes: Sequence[dict[str, Any]]) -> Iterator[str]:
     yield "### Indexes"
     yield (
-        "An index of a grid, made on one thread and on more, and queries between cells that are drawn at random. "
-        "*Wrong* are those whose path is not as long as that of jps. An index of 1024² is meant to take at most 5 s on "
-        "two threads, and 40 MB."
+        "The index of a grid, built on one thread and on several, and queries between random cells. *Wrong* counts "
+        "the queries whose path is not as long as that of jps. The aim for an index of 1024² is at most 5 s on two "
+        "threads, and 40 MB."
     )
     yield from _answered(indexes, tables.index_rows, "grid")
 
@@ -122,7 +123,7 @@ def _indexes(indexes: Sequence[dict[str, Any]]) -> Iterator[str]:
 def _answered(
     told: Sequence[dict[str, Any]], rows_of: Callable[[dict[str, Any]], list[dict[str, str]]], where: str
 ) -> Iterator[str]:
-    """Tell how queries were answered, and who was left out."""
+    """Return the table of answered queries, and the list of what was left out."""
     rows = [row for one in told if "mean_us" in one for row in rows_of(one)]
     if rows:
         yield _markdown(rows)
@@ -130,7 +131,7 @@ def _answered(
 
 
 def _left_out(told: Sequence[dict[str, Any]], where: str = "grid") -> Iterator[str]:
-    """Tell who was not measured on which grids, and why."""
+    """Return the list of what was not measured on which grids, with the reasons."""
     grids: dict[tuple[str, str], list[str]] = {}
     for one in told:
         for who, reason in one["left_out"].items():
@@ -142,10 +143,10 @@ def _left_out(told: Sequence[dict[str, Any]], where: str = "grid") -> Iterator[s
 
 
 def _solved(comparisons: Sequence[dict[str, Any]]) -> list[dict[str, str]]:
-    """Return a row for each that was compared with, once."""
+    """Return one row for each implementation in the comparisons."""
     rows = [row for told in comparisons for row in (*told["fields"], *told["paths"])]
     solved = {row["who"].partition(",")[0]: row["solves"] for row in rows}
-    return [{"who": who, "solves": solves} for who, solves in solved.items()]
+    return [{"implementation": name, "solves": problem} for name, problem in solved.items()]
 
 
 def _without(row: dict[str, str], column: str) -> dict[str, str]:
@@ -153,7 +154,7 @@ def _without(row: dict[str, str], column: str) -> dict[str, str]:
 
 
 def _markdown(rows: Sequence[dict[str, str]]) -> str:
-    """Return a table; columns of numbers are flush right."""
+    """Return a Markdown table; columns of numbers are aligned right."""
     columns = list(rows[0])
     rule = ["---" if any(row[column][:1].isalpha() for row in rows) else "---:" for column in columns]
     lines = [columns, rule, *([row[column] for column in columns] for row in rows)]
@@ -165,5 +166,5 @@ def _image(part: str, shows: str) -> str:
 
 
 def image(part: str) -> str:
-    """Return where the chart of a part of the suite is, seen from the page."""
+    """Return the path of the chart for a part of the suite, relative to the page."""
     return f"{IMAGES}/planners-{part}.png"

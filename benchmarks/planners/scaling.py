@@ -134,8 +134,8 @@ def chart(told: dict[str, Any]) -> tuple[str, list[Line], Axis, Axis]:
         for n, values in by_threads.items()
     ]
     return (
-        "Time of the full field of costs, for each cell that is reached",
+        "Time of the full cost field per reached cell",
         lines,
-        Axis("edge of the square grid, cells (logarithmic)", True, told["sizes"]),
-        Axis("ns a cell (logarithmic)", True),
+        Axis("edge length of the square grid [cells], logarithmic", True, told["sizes"]),
+        Axis("time per reached cell [ns], logarithmic", True),
     )

@@ -1,6 +1,5 @@
 """All that ``docs/performance.md`` tells of planners, measured in one run."""
 
-import asyncio
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
@@ -14,6 +13,7 @@ from benchmarks.planners.timing import cpus, within
 from ppaas.errors import InvalidInput, InvalidPlanner, PlanTimeout
 from ppaas.maps.generate import warehouse
 from ppaas.planners import planner_names
+from robots.cli import event_loop
 
 ROS_MAPS = ("warehouse.yaml", "depot.yaml", "tb3_sandbox.yaml", "willow_costmap.pgm")
 
@@ -128,7 +128,7 @@ def _scaling(options: Options, progress: Progress) -> Told:
 
 def _lengths(options: Options, progress: Progress) -> Told:
     map_, points = (warehouse(seed=1), 3) if options.quick else (path_lengths.default_map(), path_lengths.POINTS)
-    return [asyncio.run(path_lengths.measure(map_, min(2, cpus()), progress, points))]
+    return [event_loop.run(path_lengths.measure(map_, min(2, cpus()), progress, points))]
 
 
 def _indexes(options: Options, progress: Progress) -> Told:

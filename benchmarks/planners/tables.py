@@ -1,4 +1,4 @@
-"""What people see of each bench of planners: rows of text, by column."""
+"""Result tables of the planner benches: rows of text, by column."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -17,13 +17,13 @@ AIMS = {
     "depot": {"navfn": 20.0},
     "willow": {"navfn": 20.0},
 }
-"""By how a grid's name begins: how many times faster than others two threads are meant to be."""
+"""Speed-up over other implementations to reach on two threads, by the beginning of a grid's name."""
 
 SPREAD_AIM = 1.5
-"""Of the time for a cell, the most that it is meant to be over the least, whatever the size of the grid."""
+"""Largest ratio to reach between the times per cell of the slowest and the fastest grid size."""
 
 ONE_THREAD = 0.55
-"""What one thread is meant to reach of that."""
+"""Share of the speed-up on two threads that one thread is to reach."""
 
 
 def field_rows(told: dict[str, Any]) -> list[Row]:
@@ -34,8 +34,8 @@ def field_rows(told: dict[str, Any]) -> list[Row]:
             "reached": f"{told['reached']:,}",
             "threads": threads,
             "ms": _ms(seconds),
-            "ns a cell": f"{told['ns_per_cell'][threads]:.2f}",
-            "again, ms": _ms(told["again_seconds"][threads]),
+            "ns/cell": f"{told['ns_per_cell'][threads]:.2f}",
+            "repeat, ms": _ms(told["again_seconds"][threads]),
             **({"after a pause, ms": _ms(told["paused_seconds"][threads])} if "paused_seconds" in told else {}),
             **_times_faster(told, seconds),
         }
@@ -44,9 +44,9 @@ def field_rows(told: dict[str, Any]) -> list[Row]:
 
 
 def beside_rows(told: dict[str, Any], others: Sequence[str]) -> list[Row]:
-    """Return a row for each number of threads: how many times faster than others, what was aimed at, and their time."""
+    """Return a row for each number of threads: speed-up over others, the aim, and the times of the others."""
     reached = told["reached"]
-    times = {f"{name}, ns a cell": _ns(told["beside"].get(name), reached) for name in others}
+    times = {f"{name}, ns/cell": _ns(told["beside"].get(name), reached) for name in others}
     aims = next((aim for grid, aim in AIMS.items() if told["grid"].startswith(grid)), {})
     return [
         {
@@ -87,20 +87,20 @@ def index_rows(told: dict[str, Any]) -> list[Row]:
 
 
 def compare_rows(told: dict[str, Any]) -> list[Row]:
-    """Return the rows of the fields, and those of the paths."""
+    """Return the rows of the fields, followed by those of the paths."""
     rows = []
     for problem, key in (("field", "fields"), ("path", "paths")):
         for one in told[key]:
             rows.append(
                 {
                     "problem": problem,
-                    "who": one["who"],
+                    "implementation": one["who"],
                     "ms": _ms(one["seconds"]),
                     "× ours": _figure(one["ratio"]),
-                    "ns a cell": _figure(one["ns_per_cell"]) if "ns_per_cell" in one else "",
-                    "prepared, ms": _ms(one["prepare_seconds"]) if one["prepare_seconds"] else "",
-                    "off": f"{round(100.0 * one['off'], 2) + 0.0:.2f} %",
-                    "for a robot": _walkable(one),
+                    "ns/cell": _figure(one["ns_per_cell"]) if "ns_per_cell" in one else "",
+                    "preparation, ms": _ms(one["prepare_seconds"]) if one["prepare_seconds"] else "",
+                    "error": f"{round(100.0 * one['off'], 2) + 0.0:.2f} %",
+                    "drivable": _walkable(one),
                     "solves": one["solves"],
                 }
             )
@@ -108,18 +108,18 @@ def compare_rows(told: dict[str, Any]) -> list[Row]:
 
 
 def scaling_rows(told: dict[str, Any]) -> list[Row]:
-    """Return a row for each kind of grid and number of threads: ns a cell, by size."""
+    """Return a row for each kind of grid and number of threads: ns per reached cell, by size."""
     return [
         {"grid": kind, "threads": threads}
         | {f"{size}²": f"{ns:.2f}" for size, ns in zip(told["sizes"], values, strict=True)}
-        | {"most / least": f"{told['spread'][kind][threads]:.2f}"}
+        | {"max / min": f"{told['spread'][kind][threads]:.2f}"}
         for kind, by_threads in told["ns_per_cell"].items()
         for threads, values in by_threads.items()
     ]
 
 
 def length_rows(told: dict[str, Any]) -> list[Row]:
-    """Return a row for each length: ms, by curve."""
+    """Return a row for each path length: planning time [ms], by curve."""
     return [
         {"path, m": f"{length:.1f}"}
         | {f"{name}, ms": _ms(seconds[number]) for name, seconds in told["seconds"].items()}
@@ -148,14 +148,14 @@ def _ns(seconds: float | None, reached: int) -> str:
 
 
 def _walkable(one: dict[str, Any]) -> str:
-    """Tell whether a robot could do with it: a field that reaches the same cells, a path that cuts no corner."""
+    """Return whether a robot can use it: a field that reaches the same cells as ours, or a path that cuts no corner."""
     if "other_cells" in one:
         return "yes" if not one["other_cells"] else f"{one['other_cells']:,} cells differ"
     return "yes" if one["walkable"] else "cuts corners"
 
 
 def _figure(value: float) -> str:
-    """Return three digits, and thousands in full."""
+    """Return a number with three significant digits, and all digits from 1,000 on."""
     return f"{value:,.0f}" if value >= 1000.0 else f"{value:.3g}"
 
 

@@ -2,8 +2,8 @@
 
 From its first waypoint on the longest stretch that is kept anywhere is looked for. Where it has G waypoints at least,
 it becomes an entry, which the plan that had it is split for, and is told by its id; what is found nowhere is kept.
-This twin of ``ppaas.plans.encoding.chunks`` keeps the whole index of all G waypoints that follow one another in memory, and
-counts alone: it shows what the split is worth, and how the splits of old entries add up.
+This twin of ``ppaas.plans.encoding.chunks`` keeps the whole index of all G waypoints that follow one another in
+memory, and counts alone: it shows what the split is worth, and how the splits of old entries add up.
 """
 
 from bisect import bisect_left, insort

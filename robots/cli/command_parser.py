@@ -1,15 +1,24 @@
-"""Arguments of a command whose first word is a verb, which may be left out where the command has a default one."""
+"""Parser of a command: it may have a default verb, and tells invalid values of arguments as errors of usage."""
 
 import argparse
 import sys
 from collections.abc import Sequence
 from typing import Any
 
+from ppaas.errors import InvalidParameter
+
 
 class CommandParser(argparse.ArgumentParser):
-    """A parser that puts the ``default_verb`` first where the first word is none of its verbs."""
+    """A parser that puts the ``default_verb`` first where the first word is none of its verbs.
+
+    A function that is the ``type`` of an argument may raise ``InvalidParameter``.
+    """
 
     default_verb: str | None = None
+
+    words: Sequence[str] | None = None
+    """What follows the command on the command line; None where the command is not the one that was asked for."""
+
     _verbs: Any = None
 
     def add_subparsers(self, **options: Any) -> Any:
@@ -23,3 +32,9 @@ class CommandParser(argparse.ArgumentParser):
         if self.default_verb and words and words[0] not in (*self._verbs.choices, "-h", "--help"):
             words = [self.default_verb, *words]
         return super().parse_known_args(words, namespace)
+
+    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        try:
+            return super()._get_value(action, arg_string)
+        except InvalidParameter as error:
+            raise argparse.ArgumentError(action, str(error)) from error

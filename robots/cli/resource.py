@@ -1,8 +1,11 @@
 """What commands do alike with each kind of resource: list, show and delete it."""
 
 import argparse
+import json
 from dataclasses import dataclass
+from typing import Any
 
+from ppaas.errors import InvalidInput
 from robots.cli.output import show
 from robots.cli.session import logged_in
 from robots.client.rest_paths import path_of
@@ -42,3 +45,37 @@ class Resource:
     async def delete(self, arguments: argparse.Namespace) -> None:
         """Delete the one of an id."""
         await logged_in(arguments).delete(path_of(self.name, arguments.id))
+
+
+def merge_patch(changes: list[str]) -> dict[str, Any]:
+    """Return the JSON merge patch (RFC 7396) of ``NAME=VALUE`` texts; dots in a name lead into objects.
+
+    A value is JSON, or if it is none, text.
+
+    Raises
+    ------
+    InvalidInput
+        A text that has no name, or names what another has given a value already; a number that is not finite.
+    """
+    patch: dict[str, Any] = {}
+    for text in changes:
+        name, equals, value = text.partition("=")
+        *way, last = name.split(".")
+        inner: Any = patch
+        for step in way:
+            inner = inner.setdefault(step, {}) if isinstance(inner, dict) else None
+        if not equals or "" in (*way, last) or not isinstance(inner, dict) or last in inner:
+            raise InvalidInput(f"{text!a}: write NAME=VALUE, as cores=0.5, and each name once")
+        inner[last] = _value(value)
+    try:
+        json.dumps(patch, allow_nan=False)
+    except ValueError as error:  # they would go as null, which is something else
+        raise InvalidInput("a number must be finite") from error
+    return patch
+
+
+def _value(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return text

@@ -1,99 +1,62 @@
-"""``ppaas bench``: what a user waits for, and how fast planners plan, measured."""
+"""``ppaas bench NAME``: measures planners, or a cloud on this machine, by the benches that are installed."""
 
 import argparse
-from collections.abc import Callable
 from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Any
 
-from benchmarks.commands import chaos, engine, goals, planners, report
-from robots.cli.output import print_line
-from robots.cli.output import show as show_rows
-from robots.cli.session import add_cloud_arguments, token_of
-
-if TYPE_CHECKING:
-    from rich.progress import Progress
+from ppaas.errors import Unavailable
+from robots.cli import event_loop
+from robots.cli.benches import GROUP, Bench, Measured
+from robots.cli.command_parser import CommandParser
+from robots.cli.output import print_line, show
+from robots.cli.plugins import add_missing, loaded
 
 NAME = "bench"
 HELP = "measure planners, or a cloud on this machine, beside yardsticks"
 
-OTHERS = "ppaas.benchmarks"
-"""Entry points of what packages that robots do not know can measure."""
-
-PARTS = ("startup", "plans", "maps", "containers", "fleet", "dashboard")
+WHERE = "the wheel of ppaas has no benches; in a checkout of its repository: pip install -e . -e benchmarks"
+"""Told where none is installed."""
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's arguments."""
+def configure(parser: CommandParser) -> None:
+    """Add the bench that is asked for with its arguments, or all of them; none where another command is asked for."""
+    if parser.words is None:
+        return
+    entries = entry_points(group=GROUP)
+    if not entries:
+        if parser.words[:1] not in (["-h"], ["--help"]):
+            raise Unavailable(WHERE)
+        parser.description = f"{HELP}: {WHERE}"
+        return
     kinds = parser.add_subparsers(title="what", metavar="WHAT", required=True)
-    service = kinds.add_parser("service", help="what a user waits for, from the start of a cloud to a driving robot")
-    add_cloud_arguments(service)
-    service.set_defaults(url=None, what="service")
-    service.add_argument("--only", choices=PARTS, metavar="NAME", action="append", help=f"of {', '.join(PARTS)}")
-    planning = kinds.add_parser(
-        "planning", help="preparing maps, making scans of depth images, and planning paths, without a cloud"
-    )
-    planning.set_defaults(what="planning")
-    reuse = kinds.add_parser("reuse", help="how much sooner a kept path arrives than a computed one")
-    reuse.set_defaults(what="reuse")
-    for kind in (service, planning, reuse):
-        kind.add_argument("--quick", action="store_true", help="few samples: to see that it runs, not to compare")
+    for name, bench in loaded(entries, parser.words):
+        if isinstance(bench, ModuleNotFoundError):
+            add_missing(kinds, name, bench)
+            continue
+        kind = kinds.add_parser(name, help=bench.HELP, description=bench.HELP)
+        bench.configure(kind)
         kind.add_argument("--json", action="store_true", help="print the result as one JSON object")
-    planners.configure(kinds)
-    report.configure(kinds)
-    chaos.configure(kinds)
-    engine.configure(kinds)
-    _configure_kind(kinds, "goals", goals)
-    for entry in entry_points(group=OTHERS):
-        _configure_kind(kinds, entry.name, entry.load())
+        kind.set_defaults(bench=bench)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure and print; the exit status is 0 whatever the figures are, but 1 where a cloud did not stand the chaos."""
+    with event_loop.terminable():
+        measured = _measure(arguments)
+    # Not before the progress is gone: while it is shown, whatever is printed goes where it goes.
+    if arguments.json:
+        show(measured.told, (), as_json=True)
+    elif measured.text:
+        print_line(measured.text)
+    elif measured.rows:
+        show(measured.rows, tuple(measured.rows[0]), as_json=False)
+    return measured.status
+
+
+def _measure(arguments: argparse.Namespace) -> Measured:
     from rich.console import Console  # noqa: PLC0415 - a robot's install has neither rich nor the simulation
     from rich.progress import Progress  # noqa: PLC0415
 
-    verbs = {name: module.measure for module in (planners, report, chaos) for name in module.HELP}
-    measure = getattr(arguments, "measure", None) or verbs.get(arguments.what, _measure_figures)
+    bench: Bench = arguments.bench
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-        print_told = measure(arguments, progress)
-    # Not before the progress is gone: while it is shown, whatever is printed goes where it goes.
-    return print_told() or 0
-
-
-def _configure_kind(kinds: Any, name: str, module: Any) -> None:
-    """Add a bench that is a module with HELP, configure(parser) and measure(arguments, progress)."""
-    parser = kinds.add_parser(name, help=module.HELP, description=module.HELP)
-    module.configure(parser)
-    parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
-
-    def measure(arguments: argparse.Namespace, progress: "Progress") -> Callable[[], None]:
-        told, rows = module.measure(arguments, progress)
-        if arguments.json:
-            return lambda: show_rows(told, (), as_json=True)
-        return lambda: show_rows(rows, tuple(rows[0]), as_json=False)
-
-    parser.set_defaults(what=name, measure=measure)
-
-
-def _measure_figures(arguments: argparse.Namespace, progress: "Progress") -> Callable[[], None]:
-    import uvloop  # noqa: PLC0415 - what is measured is the cloud, not our own loop
-    from rich.console import Console  # noqa: PLC0415
-
-    from benchmarks.harness.figures import show, to_json  # noqa: PLC0415
-    from benchmarks.planners import planning, preparation
-    from benchmarks.service import plan_reuse as reuse  # noqa: PLC0415
-    from benchmarks.service import suite as service
-
-    if arguments.what == "planning":
-        figures = planning.measure(progress, arguments.quick) + preparation.measure(progress, arguments.quick)
-    elif arguments.what == "reuse":
-        figures = uvloop.run(reuse.measure(progress, arguments.quick))
-    else:
-        token = token_of(arguments) if arguments.url else None
-        only = tuple(arguments.only or ())
-        options = service.Options(only, arguments.quick, arguments.url, token)
-        figures = uvloop.run(service.measure(options, progress))
-    if arguments.json:
-        return lambda: print_line(to_json(figures))
-    return lambda: show(figures, Console())
+        return bench.measure(arguments, progress)

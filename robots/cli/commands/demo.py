@@ -2,13 +2,13 @@
 
 import argparse
 import logging
-import signal
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ppaas.bounded_numbers import whole
 from ppaas.errors import InvalidInput, InvalidParameter
+from robots.cli import event_loop
 
 if TYPE_CHECKING:
     from robots.demo.demonstration import CloudAccess
@@ -17,8 +17,6 @@ NAME = "demo"
 HELP = "start a cloud on this machine and drive simulated robots in it"
 
 ADMIN = "admin"
-
-TERMINATED = 128 + signal.SIGTERM
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -49,25 +47,15 @@ def run(arguments: argparse.Namespace) -> int:
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(message)s", stream=sys.stderr)
     if (arguments.cloud is None) != (arguments.admin_password_file is None):
         raise InvalidParameter("--cloud and --admin-password-file go together")
-    import asyncio  # noqa: PLC0415 - ``ppaas --help`` loads this module
-
-    try:
-        return asyncio.run(_run(arguments))
-    except asyncio.CancelledError:
-        return TERMINATED
+    return event_loop.run(_run(arguments))
 
 
 async def _run(arguments: argparse.Namespace) -> int:
-    import asyncio  # noqa: PLC0415
-
     from rich.console import Console  # noqa: PLC0415 - a robot's install has neither rich nor the simulation
 
     from robots.demo.demonstration import DemoOptions, demonstrate  # noqa: PLC0415
     from robots.demo.progress_view import summary  # noqa: PLC0415
 
-    task = asyncio.current_task()
-    assert task is not None
-    asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
     # With --json the result alone goes to the standard output; what is for people goes beside it.
     console = Console(stderr=arguments.json)
     report = await demonstrate(

@@ -1,14 +1,11 @@
 """``ppaas robot``: tell of robots and their URDF, list, show, change and delete them."""
 
 import argparse
-import json
 from pathlib import Path
-from typing import Any
 
-from ppaas.errors import InvalidInput
 from robots.cli import event_loop
 from robots.cli.output import show
-from robots.cli.resource import Resource
+from robots.cli.resource import Resource, merge_patch
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
 from robots.cli.verbs import robot_nodes, robot_urdf
 from robots.client.rest_paths import path_of
@@ -72,40 +69,6 @@ async def _change(arguments: argparse.Namespace) -> None:
     change = merge_patch(arguments.changes)
     changed = await logged_in(arguments).patch(path_of("robots", arguments.id), change)
     show(changed, ROBOTS.columns, as_json=arguments.json)
-
-
-def merge_patch(changes: list[str]) -> dict[str, Any]:
-    """Return the JSON merge patch (RFC 7396) of ``NAME=VALUE`` texts; dots in a name lead into objects.
-
-    A value is JSON, or if it is none, text.
-
-    Raises
-    ------
-    InvalidInput
-        A text that has no name, or names what another has given a value already; a number that is not finite.
-    """
-    patch: dict[str, Any] = {}
-    for text in changes:
-        name, equals, value = text.partition("=")
-        *way, last = name.split(".")
-        inner: Any = patch
-        for step in way:
-            inner = inner.setdefault(step, {}) if isinstance(inner, dict) else None
-        if not equals or "" in (*way, last) or not isinstance(inner, dict) or last in inner:
-            raise InvalidInput(f"{text!a}: write NAME=VALUE, as cores=0.5, and each name once")
-        inner[last] = _value(value)
-    try:
-        json.dumps(patch, allow_nan=False)
-    except ValueError as error:  # they would go as null, which is something else
-        raise InvalidInput("a number must be finite") from error
-    return patch
-
-
-def _value(text: str) -> Any:
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError):
-        return text
 
 
 _VERBS = {

@@ -7,8 +7,8 @@ from typing import Any
 from urllib.parse import urlencode
 
 from ppaas.errors import InvalidInput
-from robots.cli.commands.robot import merge_patch
 from robots.cli.output import show
+from robots.cli.resource import merge_patch
 from robots.cli.session import add_session_arguments, logged_in
 from robots.client.rest_paths import path_of
 

@@ -1,0 +1,28 @@
+"""``ppaas bench scenario``: answers the queries of a MovingAI scenario, and checks the lengths of the paths."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robots.cli.benches import Measured
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+HELP = "every query of a MovingAI scenario, and how many lengths are wrong"
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("scenario", type=Path, metavar="FILE.scen")
+    parser.add_argument("--map", type=Path, metavar="FILE.map", help="(beside the scenario, of the same name)")
+    parser.add_argument("--planner", default="dijkstra", help="any that is installed (%(default)s)")
+    parser.add_argument("--limit", type=int, metavar="N", help="the first N queries (all)")
+
+
+def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
+    """Answer all queries."""
+    from benchmarks.planners import scenario, tables  # noqa: PLC0415 - ``ppaas bench --help`` loads this
+
+    told = scenario.measure(arguments.scenario, arguments.map, arguments.planner, arguments.limit, progress)
+    return Measured(told, tables.scenario_rows(told))

@@ -1,0 +1,35 @@
+"""``ppaas bench service``: what a user of a cloud waits for, part by part."""
+
+import argparse
+from typing import TYPE_CHECKING
+
+from robots.cli import event_loop
+from robots.cli.benches import Measured
+from robots.cli.session import add_cloud_arguments, token_of
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+HELP = "what a user waits for, from the start of a cloud to a driving robot"
+
+PARTS = ("startup", "plans", "maps", "containers", "fleet", "dashboard")
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    add_cloud_arguments(parser)
+    parser.set_defaults(url=None)
+    parser.add_argument("--only", choices=PARTS, metavar="NAME", action="append", help=f"of {', '.join(PARTS)}")
+    parser.add_argument("--quick", action="store_true", help="few samples: to see that it runs, not to compare")
+
+
+def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
+    """Return the figures of the parts that are asked for."""
+    import uvloop  # noqa: PLC0415 - what is measured is the cloud, not our own loop
+
+    from benchmarks.harness.figures import measured  # noqa: PLC0415 - ``ppaas bench --help`` loads this
+    from benchmarks.service import suite  # noqa: PLC0415
+
+    token = token_of(arguments) if arguments.url else None
+    options = suite.Options(tuple(arguments.only or ()), arguments.quick, arguments.url, token)
+    return measured(event_loop.run(suite.measure(options, progress), uvloop.new_event_loop))

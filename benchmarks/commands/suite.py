@@ -1,0 +1,34 @@
+"""``ppaas bench suite``: measures all that ``docs/performance.md`` tells of planners, and keeps it in a file."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robots.cli.benches import Measured
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+HELP = "all that a report tells of planners, kept in a file of JSON"
+
+PARTS = ("fields", "comparisons", "scaling", "lengths", "scenarios", "indexes")
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("--data", type=Path, metavar="FOLDER", help="with real maps: ros/ and movingai/")
+    parser.add_argument("--only", choices=PARTS, metavar="PART", action="append", help=f"of {', '.join(PARTS)}")
+    parser.add_argument("--quick", action="store_true", help="small grids: to see that it runs, not to compare")
+    parser.add_argument("file", type=Path, metavar="FILE.json")
+
+
+def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
+    """Measure the parts one after the other, and keep each in the file."""
+    from benchmarks.planners import report, suite  # noqa: PLC0415 - ``ppaas bench --help`` loads this
+
+    measured = report.read(arguments.file)
+    options = suite.Options(arguments.data, tuple(arguments.only or ()), arguments.quick)
+    for part, told in suite.measure(options, progress):
+        measured[part] = told
+        report.keep(arguments.file, measured)  # at once: what comes later may take long, or fail
+    return Measured(measured)

@@ -1,0 +1,102 @@
+"""Arguments that benches of planners share: which grid, which goal, how many threads, and where a chart goes."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ppaas.errors import InvalidInput, InvalidParameter
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+    from benchmarks.planners.grids import Grid
+
+
+def add_grid_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add which grid is measured; ``grid_of`` returns it."""
+    grid = parser.add_mutually_exclusive_group(required=True)
+    grid.add_argument("--map", type=Path, metavar="FILE", help="YAML file, MovingAI map, or PGM of a costmap")
+    grid.add_argument("--empty", type=int, metavar="N", help="N×N free cells")
+    grid.add_argument("--random", type=float, nargs=2, metavar=("N", "PERCENT"), help="so many percent blocked")
+    grid.add_argument("--maze", type=int, nargs="+", metavar="N", help="N [WIDTH of its corridors, 1]")
+    parser.add_argument("--tiles", type=int, default=1, metavar="N", help="N by N copies of it, side by side")
+
+
+def add_goal_argument(parser: argparse.ArgumentParser) -> None:
+    """Add the goal; ``goal_of`` returns it."""
+    parser.add_argument("--goal", type=int, nargs=2, metavar=("R", "C"), help="row, column (near the middle)")
+
+
+def add_threads_argument(parser: argparse.ArgumentParser) -> None:
+    """Add the numbers of threads; ``threads_of`` returns them."""
+    parser.add_argument("--threads", type=_numbers, metavar="1,2", help="(1 and as many as there are CPUs)")
+
+
+def grid_of(arguments: argparse.Namespace) -> "Grid":
+    """Return the grid that is asked for.
+
+    Raises
+    ------
+    InvalidInput
+        There is none such.
+    """
+    from benchmarks.planners import grids  # noqa: PLC0415 - ``ppaas bench --help`` loads this
+
+    return grids.tiled(_single(arguments), arguments.tiles)
+
+
+def _single(arguments: argparse.Namespace) -> "Grid":
+    from benchmarks.planners import grids  # noqa: PLC0415
+
+    if arguments.map is not None:
+        return grids.from_file(arguments.map)
+    if arguments.empty is not None:
+        return grids.empty(arguments.empty)
+    if arguments.random is not None:
+        size, percent = arguments.random
+        if size != int(size):
+            raise InvalidInput(f"--random takes a whole number of cells and then the percent, not {size:g}")
+        return grids.random(int(size), percent)
+    if len(arguments.maze) > 2:
+        raise InvalidInput(f"--maze takes one number or two, not {len(arguments.maze)}")
+    return grids.maze(*arguments.maze)
+
+
+def goal_of(arguments: argparse.Namespace) -> tuple[int, int] | None:
+    """Return the cell of the goal; None for one near the middle."""
+    return None if arguments.goal is None else (arguments.goal[0], arguments.goal[1])
+
+
+def threads_of(arguments: argparse.Namespace) -> list[int]:
+    """Return the numbers of threads to measure with."""
+    from benchmarks.planners.timing import cpus  # noqa: PLC0415
+
+    return arguments.threads or sorted({1, cpus()})
+
+
+def _numbers(text: str) -> list[int]:
+    numbers = [int(number) if number.isdecimal() else 0 for number in text.split(",")]
+    if min(numbers) < 1:
+        raise InvalidParameter(f"numbers of threads are whole numbers from 1 up, not {text!r}")
+    return list(dict.fromkeys(numbers))
+
+
+def check_plot(arguments: argparse.Namespace) -> None:
+    """Refuse a name that no chart can be written to, before anything is measured."""
+    if arguments.plot is not None:
+        from robots.pictures.path import check_picture  # noqa: PLC0415
+
+        check_picture(arguments.plot)
+
+
+def draw(path: Path, chart: Any) -> None:
+    """Draw a chart: title, lines and axes."""
+    from robots.pictures.line_chart import write_chart  # noqa: PLC0415
+
+    write_chart(path, *chart)
+
+
+def tell_left_out(told: dict[str, Any], progress: "Progress") -> None:
+    """Say which peers were not measured, and why."""
+    for peer, reason in told["left_out"].items():
+        progress.console.print(f"{peer} is left out: {reason}", markup=False, highlight=False, soft_wrap=True)
