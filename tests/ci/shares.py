@@ -27,7 +27,7 @@ SHARES: dict[str, tuple[str, ...]] = {  # the first that a file is part of
 }
 
 LONG = (
-    "tests/unit/endpoints/test_schemathesis.py",
+    "tests/unit/endpoints/test_app_schemathesis.py",
     "tests/unit/ppaas/planners/field/test_tile_field.py",
     "tests/unit/ppaas/maps/kernels/test_serial.py",
     "tests/unit/benchmarks/engine/test_suite.py",

@@ -18,7 +18,7 @@ from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import run_shell, script, table, text_of
 from tests.support.endpoints.fuzzed_rest import description
 from tests.support.sources import ROOT
-from tests.unit.storage.test_large_maps import MOST, SIDE
+from tests.unit.storage.files.test_store_large_maps import MOST, SIDE
 
 MAPS = "docs/maps.md"
 OFFICE = ROOT / "docs" / "examples"

@@ -14,6 +14,7 @@ from hypothesis import settings
 
 from ppaas.errors import Conflict, InvalidInput, NotFound, Unavailable
 from ppaas.geometry import poses_along
+from robots import cli
 from storage.cassandra.connection.schema import VERSION
 from storage.cassandra.plans.endpoint_cells import ends_of
 from storage.cassandra.store import CassandraStore
@@ -409,7 +410,7 @@ def test_a_keyspace_is_a_name(name: str) -> None:
 def test_a_store_is_swept_by_command(stores: list[CassandraStore], server: CassandraServer) -> None:
     stores[0].add_plan(path("a", seed=1))
     done = subprocess.run(
-        [sys.executable, "-m", "robots.cli.main", "store", "sweep", server.url("contracts")],
+        [sys.executable, "-m", cli.__name__, "store", "sweep", server.url("contracts")],
         capture_output=True,
         text=True,
         check=False,

@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 from endpoints.server import admin_password
+from engine.agent import main as agent_main
+from engine.fabric import router
 from ppaas.errors import InvalidInput
 from tests.support.cloud.up_process import Up
 
@@ -30,7 +32,7 @@ def test_a_file_that_cannot_be_made_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("moment", "number"), [("engine.agent.agent", signal.SIGTERM), ("engine.fabric.router", signal.SIGINT)]
+    ("moment", "number"), [(agent_main.__name__, signal.SIGTERM), (router.__name__, signal.SIGINT)]
 )
 def test_a_signal_while_the_cloud_starts_ends_it_cleanly(tmp_path: Path, moment: str, number: int) -> None:
     up = Up(tmp_path)

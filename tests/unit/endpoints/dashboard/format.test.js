@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { bytes, degrees, number, plural } from "../../../endpoints/dashboard/static/js/format.js";
+import { bytes, degrees, number, plural } from "../../../../endpoints/dashboard/static/js/format.js";
 
 test("bytes have the unit that suits them", () => {
   assert.deepEqual([0, 1023, 1024, 27_262_976, 25e9].map(bytes), ["0 B", "1023 B", "1.0 KiB", "26.0 MiB", "23.3 GiB"]);

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { compose, lengthOf, place, placeAll, poseMessage, poseOf, wrap, yawOf } from "../../../endpoints/dashboard/static/js/geometry.js";
+import { compose, lengthOf, place, placeAll, poseMessage, poseOf, wrap, yawOf } from "../../../../endpoints/dashboard/static/js/geometry.js";
 
 const near = (a, b) => assert.ok(Math.abs(a - b) < 1e-6, `${a} is not ${b}`);
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { boundsOf, cellsAPixel, coloursOf, pixelsOf } from "../../../endpoints/dashboard/static/js/grid.js";
+import { boundsOf, cellsAPixel, coloursOf, pixelsOf } from "../../../../endpoints/dashboard/static/js/grid.js";
 
 const palette = { free: [255, 255, 255], occupied: [0, 0, 0], unknown: [10, 20, 30] };
 const info = { resolution: 0.5, width: 4, height: 2, origin: { x: 1, y: 1, theta: 0 } };

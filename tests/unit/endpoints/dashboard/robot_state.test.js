@@ -1,9 +1,9 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { poseMessage } from "../../../endpoints/dashboard/static/js/geometry.js";
-import { framesOf, goalOf, pathOf, posesOf, scanOf, secondsOf } from "../../../endpoints/dashboard/static/js/messages.js";
-import { RobotState, SILENCE } from "../../../endpoints/dashboard/static/js/robot_state.js";
+import { poseMessage } from "../../../../endpoints/dashboard/static/js/geometry.js";
+import { framesOf, goalOf, pathOf, posesOf, scanOf, secondsOf } from "../../../../endpoints/dashboard/static/js/messages.js";
+import { RobotState, SILENCE } from "../../../../endpoints/dashboard/static/js/robot_state.js";
 
 const stamped = (secs) => ({ stamp: { secs, nsecs: 0 } });
 const localized = (secs, pose) => ({ header: stamped(secs), pose: { pose: poseMessage(pose) } });

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { View, rulerOf } from "../../../endpoints/dashboard/static/js/view.js";
+import { View, rulerOf } from "../../../../endpoints/dashboard/static/js/view.js";
 
 function view() {
   return Object.assign(new View(), { width: 800, height: 600, centre: { x: 3, y: -2 }, scale: 40 });

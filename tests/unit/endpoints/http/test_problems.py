@@ -12,9 +12,9 @@ from endpoints.http.problems import QUEUE_RETRY, STATUS, problem_response
 from endpoints.rest.schemas import Problem
 from endpoints.services.services import Services
 from ppaas import errors
-from tests.endpoints.conftest import LogIn, Publish
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
+from tests.unit.endpoints.conftest import LogIn, Publish
 
 
 def kinds(base: type[errors.PPaaSError] = errors.PPaaSError) -> Iterator[type[errors.PPaaSError]]:

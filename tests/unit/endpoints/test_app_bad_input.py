@@ -13,11 +13,11 @@ from endpoints.services.request_limits import Settings
 from endpoints.services.services import Services
 from ppaas.errors import MalformedMessage, Unavailable
 from storage import staged_uploads
-from tests.endpoints.conftest import PASSWORD, LogIn, Publish
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage.records import YAML, pgm, plan
 from tests.support.world.urdf import example
+from tests.unit.endpoints.conftest import PASSWORD, LogIn, Publish
 
 JSON = {"Content-Type": "application/json"}
 FILE = b'{"map": "house", "cores": 0.25}'

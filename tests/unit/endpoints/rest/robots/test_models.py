@@ -3,7 +3,7 @@
 import httpx
 
 from ppaas.robot_model.known_models import model_names, robot_model
-from tests.endpoints.conftest import LogIn
+from tests.unit.endpoints.conftest import LogIn
 
 
 async def test_every_model_is_listed_with_its_size(client: httpx.AsyncClient, log_in: LogIn) -> None:

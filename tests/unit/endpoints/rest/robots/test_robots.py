@@ -1,4 +1,4 @@
-"""Robots, machines and containers over REST."""
+"""Robots over REST."""
 
 import json
 from typing import Any
@@ -7,10 +7,10 @@ import httpx
 import pytest
 
 from endpoints.services.services import Services
-from tests.endpoints.conftest import LogIn, Publish
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage.records import clone
+from tests.unit.endpoints.conftest import LogIn, Publish
 
 FILE: dict[str, Any] = {
     "map": "house",
@@ -206,35 +206,3 @@ async def test_a_robot_that_is_connected_is_kept(
     cloud.running = [container("c1", user="bob")]
     assert (await client.delete("/v1/robots/tb1", headers=ann)).status_code == 204
     problem_of(await client.delete("/v1/robots/tb1", headers=ann), 404, "not-found")
-
-
-async def test_users_see_their_containers_and_admins_all(
-    client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud
-) -> None:
-    cloud.running = [
-        container("c1", pss=5 << 20, ready_seconds=0.05, cpu=0.25, age=90.0, clients=1),
-        container("c2", user="bob", robot=None, kind="planning"),
-    ]
-    seen = {}
-    for user in ("ann", "bob", "carl", "admin"):
-        answer = await client.get("/v1/containers", headers=await log_in(user))
-        seen[user] = [c["id"] for c in answer.json()["items"]]
-    assert seen == {"ann": ["c1"], "bob": ["c2"], "carl": [], "admin": ["c1", "c2"]}
-    first = (await client.get("/v1/containers", headers=await log_in("ann"))).json()["items"][0]
-    assert first == {
-        "id": "c1",
-        "kind": "robot",
-        "user": "ann",
-        "robot": "tb1",
-        "map": {"id": "house", "version": "v"},
-        "machine": "m1",
-        "cores": 1.0,
-        "state": "ready",
-        "pid": 42,
-        "pss": 5 << 20,
-        "ready_seconds": 0.05,
-        "cpu": 0.25,
-        "age": 90.0,
-        "clients": 1,
-        "round_trip": None,
-    }

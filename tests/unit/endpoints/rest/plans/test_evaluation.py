@@ -6,8 +6,8 @@ import pytest
 from endpoints.rest.plans.evaluation import EvaluationAnswer
 from endpoints.services.services import Services
 from ppaas.plans.history import LinkHistory, compared_row, computed_row, failed_row, found_row
-from tests.endpoints.conftest import LogIn, Publish
 from tests.support.endpoints.problems import problem_of
+from tests.unit.endpoints.conftest import LogIn, Publish
 
 OLD = "0" * 64
 

@@ -12,7 +12,7 @@ from endpoints.services.store_health import Health
 from ppaas.errors import Unavailable
 from storage.memory.store import MemoryStore
 from storage.urls.opening import open_map_store
-from tests.endpoints.conftest import LogIn
+from tests.unit.endpoints.conftest import LogIn
 
 
 def away(*_arguments: Any, **_options: Any) -> None:

@@ -2,7 +2,7 @@
 
 import httpx
 
-from tests.endpoints.conftest import LogIn, Publish
+from tests.unit.endpoints.conftest import LogIn, Publish
 
 
 async def test_cells_are_packed_for_who_can_unpack_them(

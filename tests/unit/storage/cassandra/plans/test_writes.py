@@ -7,7 +7,7 @@ import pytest
 
 from storage.cassandra.connection.session import BYTES_TOGETHER, MOST_TOGETHER
 from storage.cassandra.plans.endpoint_cells import led
-from storage.cassandra.plans.rows import head_parts, lead_spot, plan_rows
+from storage.cassandra.plans.rows import plan_rows
 from storage.cassandra.plans.writes import laying, naming
 from storage.records import PlanRecord
 from tests.support.storage.records import plan
@@ -42,10 +42,3 @@ def test_no_message_is_so_large_or_of_so_many_partitions_that_cassandra_warns(pl
     assert [values for group in naming(rows) for cql, values in group if "INTO plans " in cql] == [
         (row.record.id, row.lead) for row in rows
     ]
-
-
-def test_a_lead_tells_where_a_plan_lies_and_is_another_for_another_plan() -> None:
-    one, other = plan_rows([plan("p"), plan("p", cost=1.0)], 8)
-    assert lead_spot(one.lead) == one.spot == lead_spot(other.lead)
-    assert one.lead != other.lead
-    assert head_parts(one.head) == (one.context, one.entry.body)

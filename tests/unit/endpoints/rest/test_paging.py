@@ -7,10 +7,10 @@ import pytest
 
 from endpoints.rest.paging import DEFAULT_LIMIT, MAX_LIMIT
 from endpoints.services.services import Services
-from tests.endpoints.conftest import LogIn, Publish
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage.records import house, pgm, plan, put_map, robot, user
+from tests.unit.endpoints.conftest import LogIn, Publish
 
 LISTS = ["users", "tokens", "maps", "maps/m0/versions", "maps/m0/plans", "robots", "machines", "containers"]
 

@@ -8,9 +8,9 @@ import pytest
 from PIL import Image
 
 from endpoints.services.services import Services
-from tests.endpoints.conftest import LogIn, Publish
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage.records import YAML, pgm
+from tests.unit.endpoints.conftest import LogIn, Publish
 
 
 def png_of(width: int, height: int) -> bytes:

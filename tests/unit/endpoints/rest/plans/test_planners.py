@@ -7,7 +7,7 @@ from endpoints.services import installed_planners
 from endpoints.services.services import Services
 from ppaas.planners import planner_names
 from ppaas.planners.catalogue import entry
-from tests.endpoints.conftest import LogIn
+from tests.unit.endpoints.conftest import LogIn
 
 
 async def test_every_planner_is_listed_with_what_it_is_for(client: httpx.AsyncClient, log_in: LogIn) -> None:

@@ -5,9 +5,9 @@ import pytest
 
 from endpoints.services.services import Services
 from ppaas.errors import NotFound
-from tests.endpoints.conftest import LogIn, Publish
 from tests.support.endpoints.problems import problem_of
 from tests.support.world.urdf import example
+from tests.unit.endpoints.conftest import LogIn, Publish
 
 XML = {"Content-Type": "application/xml"}
 BURGER = example("turtlebot3_burger")

@@ -4,9 +4,9 @@ import httpx
 import pytest
 
 from ppaas.errors import NotFound, PPaaSError, Unavailable
-from tests.endpoints.conftest import LogIn, Publish
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
+from tests.unit.endpoints.conftest import LogIn, Publish
 
 NODES = "/v1/robots/tb1/nodes"
 

@@ -6,9 +6,9 @@ import httpx
 import pytest
 
 from engine.specs.machine_settings import MachineSettings
-from tests.endpoints.conftest import LogIn
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
+from tests.unit.endpoints.conftest import LogIn
 
 M1 = "/v1/machines/m1"
 

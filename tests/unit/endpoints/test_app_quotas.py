@@ -10,10 +10,10 @@ import pytest
 from endpoints.services.services import Services
 from ppaas.errors import QuotaExceeded
 from storage.records import Limits
-from tests.endpoints.conftest import PASSWORD, LogIn, Publish
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage.records import pgm
+from tests.unit.endpoints.conftest import PASSWORD, LogIn, Publish
 
 PATH = {"start": [0.0, 0.0], "goal": [1.0, 1.0]}
 

@@ -1,69 +1,12 @@
-"""Tokens and users over REST."""
+"""Users over REST."""
 
 import httpx
 import pytest
 
 from endpoints.services.services import Services
-from tests.endpoints.conftest import PASSWORD, LogIn, Publish
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.problems import problem_of
-
-
-async def test_a_login_gives_a_token_that_is_not_cached(client: httpx.AsyncClient, services: Services) -> None:
-    await services.accounts.register("ann", PASSWORD)
-    answer = await client.post("/v1/tokens", json={"user": "ann", "password": PASSWORD})
-    assert answer.status_code == 201
-    assert answer.headers["cache-control"] == "no-store"
-    assert answer.json()["expires"] == 1_000_000.0 + 30 * 24 * 3600
-    me = await client.get("/v1/users/me", headers={"Authorization": f"bearer {answer.json()['token']}"})
-    assert (me.json()["id"], me.json()["role"]) == ("ann", "user")
-
-
-async def test_a_token_may_stand_in_the_url(client: httpx.AsyncClient, log_in: LogIn) -> None:
-    token = (await log_in("ann"))["Authorization"].split()[1]
-    assert (await client.get("/v1/users/me", params={"token": token})).json()["id"] == "ann"
-
-
-@pytest.mark.parametrize(
-    "headers",
-    [{}, {"Authorization": "Bearer"}, {"Authorization": "Bearer x"}, {"Authorization": "Basic YTpi"}],
-)
-@pytest.mark.parametrize(
-    ("method", "path"),
-    [
-        ("GET", "/v1/users/me"),
-        ("GET", "/v1/users"),
-        ("DELETE", "/v1/users/ann"),
-        ("GET", "/v1/maps"),
-        ("POST", "/v1/maps"),
-        ("GET", "/v1/maps/house"),
-        ("GET", "/v1/maps/house/yaml"),
-        ("GET", "/v1/maps/house/image"),
-        ("DELETE", "/v1/maps/house"),
-        ("GET", "/v1/robots"),
-        ("DELETE", "/v1/robots/tb1"),
-        ("GET", "/v1/plans/x"),
-        ("GET", "/v1/machines"),
-        ("GET", "/v1/containers"),
-    ],
-)
-async def test_without_a_good_token_nothing_is_told(
-    client: httpx.AsyncClient, method: str, path: str, headers: dict[str, str]
-) -> None:
-    answer = await client.request(method, path, headers=headers)
-    problem_of(answer, 401, "not-authenticated")
-    assert answer.headers["www-authenticate"].startswith("Bearer")
-
-
-async def test_a_wrong_password_is_a_problem_that_does_not_repeat_it(
-    client: httpx.AsyncClient, services: Services
-) -> None:
-    await services.accounts.register("ann", PASSWORD)
-    answer = await client.post("/v1/tokens", json={"user": "ann", "password": "secret-but-wrong"})
-    problem_of(answer, 401, "not-authenticated")
-    refused = await client.post("/v1/tokens", json={"user": "ann", "password": ["secret-but-wrong"]})
-    problem_of(refused, 422, "invalid-request")
-    assert "secret" not in answer.text + refused.text
+from tests.unit.endpoints.conftest import PASSWORD, LogIn, Publish
 
 
 async def test_an_admin_makes_lists_and_removes_users(client: httpx.AsyncClient, log_in: LogIn) -> None:

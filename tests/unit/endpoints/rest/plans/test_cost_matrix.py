@@ -4,8 +4,8 @@ import httpx
 import pytest
 
 from ppaas.errors import GoalOutsideMap
-from tests.endpoints.conftest import LogIn, Publish
 from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.unit.endpoints.conftest import LogIn, Publish
 
 ASKED = {"starts": [[0, 0], [1, 2, 0.5]], "goals": [[3, 4], [1, 1], [2, 2]]}
 

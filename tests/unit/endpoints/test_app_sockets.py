@@ -10,9 +10,9 @@ import pytest
 
 from endpoints.app import create_app
 from endpoints.services.services import Services
-from tests.endpoints.conftest import LogIn
 from tests.support.endpoints.problems import problem_of
 from tests.support.endpoints.serving import serve
+from tests.unit.endpoints.conftest import LogIn
 
 HUGE = 100 << 20
 

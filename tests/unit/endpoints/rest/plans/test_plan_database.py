@@ -10,9 +10,9 @@ from endpoints.rest.plans.schemas import FoundPlans, Parts, StatisticsAnswer
 from endpoints.rest.schemas import PlanSummary
 from endpoints.services.services import Services
 from ppaas.geometry import poses_along
-from tests.endpoints.conftest import LogIn, Publish
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage.records import plan
+from tests.unit.endpoints.conftest import LogIn, Publish
 
 POSES = poses_along(np.stack((np.arange(60) * 0.05, np.zeros(60)), axis=1), 0.0)
 FILE: dict[str, Any] = {"map": "house", "planner": "astar", "poses": POSES.tolist(), "cost": 7.5}

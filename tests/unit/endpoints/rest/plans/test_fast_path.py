@@ -12,7 +12,7 @@ from starlette.types import Message
 from endpoints.rest.plans import fast_path
 from endpoints.rest.schemas import PlanFile
 from endpoints.rest.strict_json import parse
-from tests.endpoints.conftest import LogIn, Publish
+from tests.unit.endpoints.conftest import LogIn, Publish
 
 POSE = {"start": [1.0, 2.0], "goal": [3, 4, 0.5]}
 

@@ -10,11 +10,11 @@ from endpoints.services.services import Services
 from engine.specs.containers import MapVersion
 from ppaas.errors import Unavailable
 from ppaas.plans.history import PlannerHistory
-from tests.endpoints.conftest import LogIn, Publish
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage.records import YAML, found_map, pgm, plan
 from tests.support.world.png import png
+from tests.unit.endpoints.conftest import LogIn, Publish
 
 
 async def test_a_published_map_is_described_and_given_back_as_it_was(

@@ -10,9 +10,9 @@ from endpoints.services.services import Services
 from ppaas.maps.octomap import binary_octomap
 from ppaas.maps.octree import octree_of
 from ppaas.maps.voxels import VoxelGrid, VoxelInfo
-from tests.endpoints.conftest import LogIn, Publish
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage.records import YAML, pgm
+from tests.unit.endpoints.conftest import LogIn, Publish
 
 TREE = binary_octomap(octree_of(VoxelGrid(np.full((2, 2, 3), 100, np.uint8), VoxelInfo(0.1, 3, 2, 2))))
 
@@ -121,3 +121,23 @@ async def test_what_is_no_octomap_is_refused_and_nothing_is_kept(
 ) -> None:
     problem_of(await send_octomap(client, await log_in("ann"), octomap), 422, "invalid-map")
     assert services.map_store.maps() == []
+
+
+async def test_every_version_of_a_map_is_found_again(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann, bob = await log_in("ann"), await log_in("bob")
+    first = (await publish(ann)).json()
+    second = (await publish(ann, image=pgm(5, 6, 0))).json()
+    path = f"/v1/maps/house/versions/{first['version']}"
+    assert (await client.get(path, headers=ann)).json() == first
+    assert (await client.get(f"{path}/yaml", headers=ann)).content == YAML
+    image = await client.get(f"{path}/image", headers=ann)
+    assert (image.content, image.headers["content-type"]) == (pgm(), "image/x-portable-graymap")
+    assert (await client.get("/v1/maps/house", headers=ann)).json()["version"] == second["version"]
+    for end in ("", "/yaml", "/image"):
+        problem_of(await client.get(path + end, headers=bob), 404, "not-found")
+        unknown = f"/v1/maps/house/versions/{'0' * 64}{end}"
+        assert (
+            "version of map 'house'" in problem_of(await client.get(unknown, headers=ann), 404, "not-found")["detail"]
+        )

@@ -12,9 +12,9 @@ from endpoints.services.services import Services
 from engine.service.views import PathRequest
 from engine.specs.containers import MapVersion
 from ppaas import errors
-from tests.endpoints.conftest import LogIn, Publish
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
+from tests.unit.endpoints.conftest import LogIn, Publish
 
 ASKED: dict[str, Any] = {"start": [0.0, 0.0, 0.0], "goal": [3.0, 4.0, 0.0]}
 

@@ -1,0 +1,84 @@
+"""Changes of robots, by JSON merge patch."""
+
+from typing import Any
+
+import httpx
+import pytest
+
+from endpoints.services.services import Services
+from ppaas.errors import Conflict
+from storage.records import RobotRecord
+from tests.support.endpoints.problems import problem_of
+from tests.support.storage.records import robot
+from tests.unit.endpoints.conftest import LogIn, Publish
+
+MERGE = {"Content-Type": "application/merge-patch+json"}
+
+
+FILE = {"map": "house", "cores": 0.25, "parameters": {"amcl": {"max_particles": 800, "min_particles": 100}}}
+
+
+async def test_a_robot_is_changed_by_what_is_said_and_all_else_stays(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    made = (await client.put("/v1/robots/tb1", headers=ann, json=FILE)).json()
+    assert (await client.put("/v1/robots/tb1", headers=ann, json=FILE)).status_code == 200
+    patch = '{"cores": 2, "initial_pose": [1, 2], "parameters": {"amcl": {"min_particles": null}, "move_base": {}}}'
+    changed = await client.patch("/v1/robots/tb1", headers=ann | MERGE, content=patch)
+    parameters = {"amcl": {"max_particles": 800}, "move_base": {}}
+    assert changed.json() == made | {"cores": 2.0, "initial_pose": [1.0, 2.0, 0.0], "parameters": parameters}
+    reset = await client.patch("/v1/robots/tb1", headers=ann, json={"cores": None, "parameters": None})
+    assert (reset.json()["cores"], reset.json()["parameters"]) == (1.0, {})
+
+
+@pytest.mark.parametrize(
+    ("change", "where"),
+    [
+        ({"map": None}, "map"),
+        ({"cores": 0}, "cores"),
+        ({"colour": "red"}, "colour"),
+        ({"initial_pose": [1]}, "initial_pose"),
+        ({"parameters": 1}, "parameters"),
+        ({"model": "../x"}, "model"),
+    ],
+)
+async def test_a_change_that_would_break_a_robot_is_refused_and_it_stays(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, change: dict[str, Any], where: str
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    made = (await client.put("/v1/robots/tb1", headers=ann, json=FILE)).json()
+    answer = await client.patch("/v1/robots/tb1", headers=ann, json=change)
+    assert problem_of(answer, 422, "invalid-request")["errors"][0]["where"][:2] == ["body", where]
+    assert (await client.get("/v1/robots/tb1", headers=ann)).json() == made | {"urdf": None}
+
+
+async def test_a_robot_is_not_moved_to_a_map_that_its_user_may_not_read(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann, bob = await log_in("ann"), await log_in("bob")
+    await publish(ann)
+    await publish(bob, "secret")
+    await client.put("/v1/robots/tb1", headers=ann, json=FILE)
+    problem_of(await client.patch("/v1/robots/tb1", headers=ann, json={"map": "secret"}), 404, "not-found")
+    problem_of(await client.patch("/v1/robots/tb9", headers=ann, json={"cores": 1}), 404, "not-found")
+
+
+async def test_of_two_who_change_a_robot_at_once_one_is_told_to_look_again(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    await client.put("/v1/robots/tb1", headers=ann, json=FILE)
+    put = services.store.put_robot
+
+    def late(record: RobotRecord, *, instead_of: RobotRecord | None = None) -> bool:
+        put(robot("tb1", cores=3.0))
+        return put(record, instead_of=instead_of)
+
+    monkeypatch.setattr(services.store, "put_robot", late)
+    answer = await client.patch("/v1/robots/tb1", headers=ann, json={"cores": 2})
+    problem_of(answer, 409, Conflict.slug)
+    assert services.store.robot("ann", "tb1").cores == 3.0

@@ -1,0 +1,89 @@
+"""Tokens over REST."""
+
+import httpx
+import pytest
+
+from endpoints.services.services import Services
+from tests.support.endpoints.problems import problem_of
+from tests.unit.endpoints.conftest import PASSWORD, LogIn
+
+
+async def test_a_login_gives_a_token_that_is_not_cached(client: httpx.AsyncClient, services: Services) -> None:
+    await services.accounts.register("ann", PASSWORD)
+    answer = await client.post("/v1/tokens", json={"user": "ann", "password": PASSWORD})
+    assert answer.status_code == 201
+    assert answer.headers["cache-control"] == "no-store"
+    assert answer.json()["expires"] == 1_000_000.0 + 30 * 24 * 3600
+    me = await client.get("/v1/users/me", headers={"Authorization": f"bearer {answer.json()['token']}"})
+    assert (me.json()["id"], me.json()["role"]) == ("ann", "user")
+
+
+async def test_a_token_may_stand_in_the_url(client: httpx.AsyncClient, log_in: LogIn) -> None:
+    token = (await log_in("ann"))["Authorization"].split()[1]
+    assert (await client.get("/v1/users/me", params={"token": token})).json()["id"] == "ann"
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [{}, {"Authorization": "Bearer"}, {"Authorization": "Bearer x"}, {"Authorization": "Basic YTpi"}],
+)
+@pytest.mark.parametrize(
+    ("method", "path"),
+    [
+        ("GET", "/v1/users/me"),
+        ("GET", "/v1/users"),
+        ("DELETE", "/v1/users/ann"),
+        ("GET", "/v1/maps"),
+        ("POST", "/v1/maps"),
+        ("GET", "/v1/maps/house"),
+        ("GET", "/v1/maps/house/yaml"),
+        ("GET", "/v1/maps/house/image"),
+        ("DELETE", "/v1/maps/house"),
+        ("GET", "/v1/robots"),
+        ("DELETE", "/v1/robots/tb1"),
+        ("GET", "/v1/plans/x"),
+        ("GET", "/v1/machines"),
+        ("GET", "/v1/containers"),
+    ],
+)
+async def test_without_a_good_token_nothing_is_told(
+    client: httpx.AsyncClient, method: str, path: str, headers: dict[str, str]
+) -> None:
+    answer = await client.request(method, path, headers=headers)
+    problem_of(answer, 401, "not-authenticated")
+    assert answer.headers["www-authenticate"].startswith("Bearer")
+
+
+async def test_a_wrong_password_is_a_problem_that_does_not_repeat_it(
+    client: httpx.AsyncClient, services: Services
+) -> None:
+    await services.accounts.register("ann", PASSWORD)
+    answer = await client.post("/v1/tokens", json={"user": "ann", "password": "secret-but-wrong"})
+    problem_of(answer, 401, "not-authenticated")
+    refused = await client.post("/v1/tokens", json={"user": "ann", "password": ["secret-but-wrong"]})
+    problem_of(refused, 422, "invalid-request")
+    assert "secret" not in answer.text + refused.text
+
+
+async def test_tokens_are_listed_without_themselves_and_revoked_one_by_one(
+    client: httpx.AsyncClient, log_in: LogIn
+) -> None:
+    here, elsewhere, bob = await log_in("ann"), await log_in("ann"), await log_in("bob")
+    listed = (await client.get("/v1/tokens", headers=here)).json()["items"]
+    assert len(listed) == 2
+    assert all(one["created"] == 1_000_000.0 and one["expires"] > one["created"] for one in listed)
+    assert here["Authorization"].split()[1] not in str(listed)
+    [other] = [one["id"] for one in listed if not one["current"]]
+    problem_of(await client.delete(f"/v1/tokens/{other}", headers=bob), 404, "not-found")
+    assert (await client.delete(f"/v1/tokens/{other}", headers=here)).status_code == 204
+    problem_of(await client.get("/v1/users/me", headers=elsewhere), 401, "not-authenticated")
+    assert (await client.delete("/v1/tokens/current", headers=here)).status_code == 204
+    problem_of(await client.get("/v1/users/me", headers=here), 401, "not-authenticated")
+    assert (await client.get("/v1/users/me", headers=bob)).status_code == 200
+
+
+async def test_the_id_of_a_new_token_is_that_of_the_list(client: httpx.AsyncClient, log_in: LogIn) -> None:
+    await log_in("ann")
+    made = (await client.post("/v1/tokens", json={"user": "ann", "password": PASSWORD})).json()
+    listed = await client.get("/v1/tokens", headers={"Authorization": f"Bearer {made['token']}"})
+    assert [one["id"] for one in listed.json()["items"] if one["current"]] == [made["id"]]
