@@ -89,7 +89,7 @@ def test_the_topics_are_those_of_a_clone(graph: Graph) -> None:
     for topic in graph.topics.values():
         way = "both" if topic.name in taken & given else "in" if topic.name in taken else "out"
         expected[topic.name] = type_name(topic.type), way + (", latched" if topic.latched else "")
-    listed = table(PROTOCOL, "topic", "type", "way", "how often, and what for")
+    listed = table(PROTOCOL, "topic", "type", "direction", "rate and purpose")
     assert {name: (kind, way) for name, kind, way, _ in listed} == expected
 
 
@@ -99,7 +99,7 @@ def test_the_services_are_those_of_a_clone(graph: Graph) -> None:
 
 
 def test_the_recovery_behaviours_are_those_installed_with_their_names_and_parameters() -> None:
-    listed = table(PROTOCOL, "type, and its other names", "parameters")
+    listed = table(PROTOCOL, "type and aliases", "parameters")
     quoted = [[re.findall(r"`([^`]+)`", cell) for cell in row] for row in listed]
     assert {names[0] for names, _ in quoted} == set(recovery_names())
     for names, own in quoted:
@@ -107,7 +107,7 @@ def test_the_recovery_behaviours_are_those_installed_with_their_names_and_parame
         of = RECOVERIES.create(names[0], {}).parameters  # type: ignore[attr-defined]
         assert (names[1:], set(own) - set(get_args(AffectedMaps))) == (aliases, set(of.__struct_fields__))
     default = [each.name for each in recovery_behaviors(MoveBaseParameters())]
-    assert says(f"they are `{default[0]}`, `{default[1]}`, `{default[2]}` and `{default[3]}` once more")
+    assert says(f"they are `{default[0]}`, `{default[1]}`, `{default[2]}` and `{default[3]}` again")
 
 
 def test_what_the_page_says_of_waypoints_is_what_the_code_does() -> None:
@@ -117,13 +117,13 @@ def test_what_the_page_says_of_waypoints_is_what_the_code_does() -> None:
 
 
 def test_the_services_that_tell_what_there_is_are_those_of_the_code() -> None:
-    [told] = re.findall(r"told as by rosapi.*?get_time`", text_of(PROTOCOL), re.DOTALL)
+    [told] = re.findall(r"Introspection\*\* follows rosapi.*?get_time`", text_of(PROTOCOL), re.DOTALL)
     assert {f"rosapi/{name}" for name in re.findall(r"`(\w+)`", told)} == set(SERVICES)
 
 
 def test_the_refusals_have_the_status_and_type_that_the_page_gives_them() -> None:
     by_slug = {kind.slug: kind for kind in STATUS}
-    listed = table(PROTOCOL, "HTTP status", "type ends in", "why")
+    listed = table(PROTOCOL, "HTTP status", "type ends in", "cause")
     assert len(listed) > 5
     for status, slug, _ in listed:
         kind = by_slug[slug]
@@ -135,29 +135,27 @@ def test_the_refusals_have_the_status_and_type_that_the_page_gives_them() -> Non
 
 def test_the_limits_are_those_of_the_code() -> None:
     limits = dict(table(PROTOCOL, "limit", "value"))
-    assert limits["frame to the cloud"].startswith(f"{MAX_FRAME >> 20} MiB")
-    assert limits["subscriptions of a client"] == str(MAX_SUBSCRIPTIONS)
-    assert limits["calls of a client under way"] == f"{MAX_CALLS}, each for up to {CALL_TIMEOUT:g} s"
-    assert limits["goals of a client under way"] == str(MAX_GOALS)
+    assert limits["frame sent to the cloud"].startswith(f"{MAX_FRAME >> 20} MiB")
+    assert limits["subscriptions per client"] == str(MAX_SUBSCRIPTIONS)
+    assert limits["calls in progress per client"] == f"{MAX_CALLS}, each for up to {CALL_TIMEOUT:g} s"
+    assert limits["goals in progress per client"] == str(MAX_GOALS)
     offered = f"{MAX_TOPICS} topics, {MAX_SERVICES} services, {MAX_LATCHED_BYTES >> 20} MiB of latched messages"
-    assert limits["what the clients of a robot offer"] == offered
+    assert limits["offered by the clients of a robot"] == offered
     waiting = f"{MAX_UNACKNOWLEDGED}, and {MAX_UNACKNOWLEDGED_BYTES >> 20} MiB"
-    assert limits["messages of a robot that wait for its clone's word"] == waiting
-    streams = (
-        f"{MAX_STREAMS} topics and goals of a robot; {MAX_SOURCES} frames each, {MIN_RATE:g} to {MAX_RATE:g} times"
-    )
-    assert limits["transforms told to web pages"].startswith(streams)
-    assert limits["parameters of a robot's own"] == f"{MAX_FREE}, and {MAX_FREE_BYTES >> 10} KiB in all"
-    assert limits["ranges of a scan"] == str(MAX_RANGES)
+    assert limits["unacknowledged messages per robot"] == waiting
+    streams = f"{MAX_STREAMS} topics and goals per robot; {MAX_SOURCES} frames each, {MIN_RATE:g} to {MAX_RATE:g} times"
+    assert limits["transform streams for web pages"].startswith(streams)
+    assert limits["free parameters per robot"] == f"{MAX_FREE}, and {MAX_FREE_BYTES >> 10} KiB in all"
+    assert limits["ranges per scan"] == str(MAX_RANGES)
     assert limits["name of a topic"] == f"{MAX_NAME} characters"
     rest = Settings()
     own, planned = MoveBaseParameters().planner_timeout, f"{rest.default_plan_seconds:g} s"
-    assert limits["time for one plan"].startswith(f"{own:g} s")
-    assert limits["time for one plan"].endswith(f"{planned}, or its `timeout` up to {rest.max_plan_seconds:g} s")
+    assert limits["planning time"].startswith(f"{own:g} s")
+    assert limits["planning time"].endswith(f"{planned}, or its `timeout` up to {rest.max_plan_seconds:g} s")
 
 
 def test_the_actions_are_those_of_a_clone(graph: Graph) -> None:
-    listed = table(PROTOCOL, "action", "type", "goal, feedback and result are those of", "what it does")
+    listed = table(PROTOCOL, "action", "type", "types of goal, feedback and result", "what it does")
     types = {topic.name: type_name(topic.type) for topic in graph.topics.values()}
     assert sorted(name for name, *_ in listed) == actions(types)
     for name, kinds, *_ in listed:
@@ -168,7 +166,7 @@ def test_the_actions_are_those_of_a_clone(graph: Graph) -> None:
 
 
 def test_what_is_kept_for_a_slow_client_is_what_the_page_says() -> None:
-    kept = dict(table(PROTOCOL, "limit", "value"))["messages of a topic that wait for a slow client"]
+    kept = dict(table(PROTOCOL, "limit", "value"))["queued messages per topic for a slow client"]
     first, *others = kept.split("; ")
     assert first == f"{DEFAULT_KEEP}, or its `queue_length` up to {MAX_KEEP}"
     told = {name: int(part.split()[0]) for part in others for name in re.findall(r"`([\w/]+)`", part)}
@@ -177,20 +175,20 @@ def test_what_is_kept_for_a_slow_client_is_what_the_page_says() -> None:
 
 def test_the_times_and_rates_are_those_of_the_code() -> None:
     amcl, move_base, rates = AmclParameters(), MoveBaseParameters(), Rates()
-    assert says(f"no container within {READY_TIMEOUT:g} s")
+    assert says(f"no container became ready within {READY_TIMEOUT:g} s")
     assert says(f"waited {EXPIRY['cmd_vel']:g} s for a slow connection")
     assert says(f"no `cmd_vel` has come for {BaseLimits().timeout:g} s")
     assert says(f"kept for {LINGER:g} s after its last client left")
     assert says(f"moved {amcl.update_min_d:g} m or {amcl.update_min_a:g} rad")
-    assert says(f"sends {rates.odom:g} a second") and says(f"sends {rates.scan:g} a second")
-    assert says(f"{move_base.controller_frequency:g} a second while it drives")
+    assert says(f"publishes it at {rates.odom:g} Hz") and says(f"publishes it at {rates.scan:g} Hz")
+    assert says(f"{move_base.controller_frequency:g} Hz while it drives")
     assert says(f"After {move_base.transform_tolerance:g} s without `odom` or `scan`")
     assert STATUS_PERIOD == 1.0 and says("once a second, and when it changes")
-    assert move_base.planner_frequency == 1.0 and says("and once a second on the way")
+    assert move_base.planner_frequency == 1.0 and says("and once a second while driving")
     assert (1.0 / SHARE_PERIOD, 1.0 / TELL_PERIOD) == (5.0, 10.0) and says("five to ten times a second")
     assert says(f"code {CLOSED_BY_CLOUD} and a reason")
-    assert says(f"nobody has heard this for {MAX_PATIENCE:g} s")
-    assert says(f"nobody has heard it for `timeout`, {MIN_PATIENCE:g} to {MAX_PATIENCE:g} s")
+    assert says(f"after {MAX_PATIENCE:g} s without subscribers to this topic")
+    assert says(f"after `timeout` ({MIN_PATIENCE:g} to {MAX_PATIENCE:g} s) without subscribers")
 
 
 def test_how_long_sessions_and_robots_are_kept_is_what_the_code_does() -> None:
@@ -204,16 +202,18 @@ def test_how_long_sessions_and_robots_are_kept_is_what_the_code_does() -> None:
     assert says(f"closed with code {TAKEN_OVER}")
     assert says(f"the last {MAX_SENT} such frames, and {MAX_SENT_BYTES >> 20} MiB")
     limits = dict(table(PROTOCOL, "limit", "value"))
-    assert limits["all that waits for a client"].startswith(f"{MAX_BYTES >> 20} MiB; ")
-    assert limits["sessions of a user that are away"].startswith(f"{MAX_AWAY}; ")
-    headers = [header for header, _ in table(PROTOCOL, "header", "what it says")]
+    assert limits["queued bytes per client"].startswith(f"{MAX_BYTES >> 20} MiB; ")
+    assert limits["detached sessions per user"].startswith(f"{MAX_AWAY}; ")
+    headers = [header for header, _ in table(PROTOCOL, "header", "content")]
     assert headers[:3] == [STATE_HEADER, ID_HEADER, TAKEN_HEADER]
 
 
 def test_the_roles_and_numbers_are_those_of_the_code() -> None:
-    [sensors] = re.findall(r"\n(.*) are the robot's own word", text_of(PROTOCOL))
+    [sensors] = re.findall(r"\n(.*) may be published only by the robot", text_of(PROTOCOL))
     assert set(re.findall(r"`(\w+)`", sensors)) == SENSOR_TOPICS
-    assert says(f"is {Status.SUCCEEDED:d} when the robot is there, {Status.ABORTED:d} when Move Base gave up, ")
+    assert says(
+        f"is {Status.SUCCEEDED:d} when the robot has reached the goal, {Status.ABORTED:d} when Move Base gave up, "
+    )
     assert says(f"and {Status.PREEMPTED:d} when another goal or a cancel")
 
 
