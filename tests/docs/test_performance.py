@@ -1,14 +1,16 @@
-"""What performance.md tells of planners is what was measured, and its commands are those there are."""
+"""The figures of performance.md are those that were measured, and every bench is on a page."""
 
 import re
+import tomllib
 
-from benchmarks.commands import planners
 from benchmarks.planners import report
+from robots.cli.benches import GROUP
 from robots.cli.main import EXTRAS
 from tests.support.documents import text_of
 from tests.support.sources import ROOT
 
 PAGE = "docs/performance.md"
+PAGES = [file.relative_to(ROOT).as_posix() for file in [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]]
 
 
 def test_the_part_of_the_planners_is_what_was_measured() -> None:
@@ -16,7 +18,11 @@ def test_the_part_of_the_planners_is_what_was_measured() -> None:
     assert part.strip() == report.render(report.read(ROOT / "docs" / "performance.json"))
 
 
-def test_the_commands_are_those_there_are() -> None:
-    named = set(re.findall(r"^\| `ppaas bench (\w+)", text_of(PAGE), re.MULTILINE))
-    assert named == set(planners.HELP)
+def test_every_bench_is_on_a_page() -> None:
+    benches = tomllib.loads((ROOT / "benchmarks" / "pyproject.toml").read_text())["project"]["entry-points"][GROUP]
+    named = {name for page in PAGES for name in re.findall(r"`ppaas bench ([a-z]\w*)", text_of(page))}
+    assert named == set(benches)
+
+
+def test_the_peers_come_with_the_extra_that_is_named() -> None:
     assert EXTRAS["scipy"] == "bench" and "pip install 'ppaas[bench]'" in text_of(PAGE)

@@ -48,7 +48,7 @@ def test_what_is_kept_is_read_again(tmp_path: Path) -> None:
     report.keep(file, {"lengths": [LENGTHS]})
     assert report.read(file) == {"lengths": [LENGTHS]}
     file.write_text("[1]")
-    with pytest.raises(InvalidInput, match="is not what"):
+    with pytest.raises(InvalidInput, match="is not a file of"):
         report.read(file)
     with pytest.raises(InvalidInput, match="cannot write"):
         report.keep(tmp_path / "none" / "measured.json", {})
@@ -111,7 +111,7 @@ def test_what_was_measured_on_a_busy_machine_says_so(
 ) -> None:
     monkeypatch.setattr(machine.os, "getloadavg", lambda: (load, 0.0, 0.0))
     text = report.render({"machine": [machine.describe() | {"quick": False}]})
-    assert text.startswith("Measured on ") and ("not to compare by" in text) == warned
+    assert text.startswith("Measured on ") and ("not suitable for comparison" in text) == warned
 
 
 def test_the_spread_is_the_most_over_the_least_of_what_is_large() -> None:
