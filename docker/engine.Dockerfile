@@ -19,8 +19,10 @@ RUN /opt/uv/bin/uv pip install --quiet --no-cache --python /opt/ppaas/bin/python
 FROM dependencies AS kernels
 WORKDIR /opt/ppaas/lib/python3.11/site-packages
 COPY ppaas ppaas
-COPY engine/__init__.py engine/processes/background.py engine/processes/disk_notes.py engine/processes/parent_watch.py engine/
-COPY engine/runtimes engine/runtimes
+COPY engine/__init__.py engine/
+COPY engine/processes engine/processes
+COPY engine/runtimes/__init__.py engine/runtimes/
+COPY engine/runtimes/compilation engine/runtimes/compilation
 RUN find ppaas -name '*.py' -exec touch -d @0 {} + \
  && NUMBA_CACHE_DIR=/opt/ppaas/kernels /opt/ppaas/bin/python -m engine.runtimes.compilation.rest_compiler
 

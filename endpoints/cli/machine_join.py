@@ -31,18 +31,18 @@ def run(arguments: argparse.Namespace) -> int:
     # So here: ``ppaas --help`` loads this module.
     import asyncio  # noqa: PLC0415
 
-    from engine.remote.agent import Options  # noqa: PLC0415
+    from engine.remote import agent  # noqa: PLC0415
     from engine.remote.membership import join, membership_in  # noqa: PLC0415
 
     folder = arguments.data.resolve()
     if arguments.ticket is not None:
         asyncio.run(join(folder, arguments.ticket, arguments.name))
     membership_in(folder)  # whatever is wrong with it is told here
-    _become(folder, Options(arguments.cores, dict(arguments.label)))
+    _become(agent.__name__, folder, agent.Options(arguments.cores, dict(arguments.label)))
     return 0
 
 
-def _become(folder: Path, options: object) -> None:
+def _become(module: str, folder: Path, options: object) -> None:
     import msgspec  # noqa: PLC0415
 
     from engine.runtimes.memory_tuning import lean_python  # noqa: PLC0415
@@ -53,7 +53,7 @@ def _become(folder: Path, options: object) -> None:
         os.dup2(file.fileno(), 0)
     os.execve(
         lean_python.PYTHON[0],
-        [*lean_python.PYTHON, "-m", "engine.remote.agent", str(folder)],
+        [*lean_python.PYTHON, "-m", module, str(folder)],
         lean_python.environment(),
     )
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from engine.agent.config import AgentConfig
 from engine.agent.container_gateway import Gate
 from engine.agent.container_supervisor import Hosting
+from engine.agent.entries import ENTRIES
 from engine.agent.host_load import HostLoad
 from engine.agent.layer_builder import LayerBuilder
 from engine.agent.map_cache import MapCache
@@ -97,7 +98,7 @@ async def open_parts(config: AgentConfig, stack: contextlib.AsyncExitStack) -> P
 
 async def _runtime(config: AgentConfig, stack: contextlib.AsyncExitStack) -> Runtime:
     instance = instance_name()
-    premises = Premises(instance, Path(config.run_dir), folder_of(instance), config.image)
+    premises = Premises(instance, Path(config.run_dir), folder_of(instance), config.image, ENTRIES)
     runtime: Runtime = RUNTIMES.load(config.runtime).on(premises)
     stack.push_async_callback(runtime.close)
     # Both compile at the first start on a computer, each what it needs, beside each other.

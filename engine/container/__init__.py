@@ -1,1 +1,1 @@
-"""TODO engine/container."""
+"""Container: the process of a clone, or of planning on a map, with its two links."""

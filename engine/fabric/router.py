@@ -1,9 +1,9 @@
 """The Zenoh router of a machine: a process of its own, so that it can die alone.
 
-``python -m engine.fabric.router`` reads its settings as JSON from standard input, writes one line when it listens and a byte
-for each that it reads from then on, which shows that it is not frozen. It ends when standard input does, which is when
-whoever started it is gone. Only clients that know a name and password of the
-credentials file may connect; nothing is scouted for and nothing announced.
+``python -m engine.fabric.router`` reads its settings as JSON from standard input, writes one line when it listens and a
+byte for each that it reads from then on, which shows that it is not frozen. It ends when standard input does, which is
+when whoever started it is gone. Only clients that know a name and password of the credentials file may connect; nothing
+is scouted for and nothing announced.
 """
 
 import asyncio
@@ -122,7 +122,7 @@ class RouterProcess:
     async def _spawn(self) -> Process:
         # In a session of its own, Ctrl-C in a terminal does not end it before those who still need it.
         process = await asyncio.create_subprocess_exec(
-            sys.executable, "-m", "engine.fabric.router", stdin=PIPE, stdout=PIPE, start_new_session=True
+            sys.executable, "-m", __spec__.name, stdin=PIPE, stdout=PIPE, start_new_session=True
         )
         if process.stdin is None or process.stdout is None:
             raise RuntimeError("the router has no pipes")

@@ -1,1 +1,1 @@
-"""TODO engine/local."""
+"""Local machine: starts, adopts and ends the agent of the computer that the web process runs on."""

@@ -11,6 +11,7 @@ from typing import Protocol
 
 import msgspec
 
+from engine.agent import main as agent_main
 from engine.local.adopted_process import FoundProcess
 from engine.runtimes.memory_tuning import lean_python
 
@@ -22,7 +23,7 @@ RESTART_DELAYS = (0.0, 0.5, 2.0, 5.0)
 STEADY = 60.0
 STOP_GRACE = 5.0
 
-COMMAND = (*lean_python.PYTHON, "-m", "engine.agent.main")
+COMMAND = (*lean_python.PYTHON, "-m", agent_main.__name__)
 
 
 class Told(Protocol):

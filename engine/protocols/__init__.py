@@ -1,1 +1,1 @@
-"""TODO engine/protocols."""
+"""Protocols: framing, messages and handshakes of the links between processes, and their sockets."""

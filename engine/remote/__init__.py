@@ -1,1 +1,1 @@
-"""How processes of a cloud reach each other: Unix sockets on one machine, mutual TLS between machines."""
+"""Remote machines: how other hosts join the cloud by ticket and certificate, and stay connected over TLS."""

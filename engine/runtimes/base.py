@@ -4,6 +4,7 @@ from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
+from engine.runtimes.entries import Entries
 from engine.specs.containers import Launch
 
 
@@ -20,12 +21,15 @@ class Premises(NamedTuple):
         Folder in which the layers of maps lie.
     image : str
         Image that containers run from, for a runtime that has images.
+    entries : Entries
+        What runs in the processes that it starts.
     """
 
     instance: str
     run_dir: Path
     shared_memory: Path
     image: str = ""
+    entries: Entries = Entries()
 
 
 class ContainerProcess(Protocol):

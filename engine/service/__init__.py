@@ -1,1 +1,1 @@
-"""TODO engine/service."""
+"""Service: executes the master's orders, feeds it events, and answers what the endpoints ask of the engine."""

@@ -1,1 +1,1 @@
-"""TODO engine/specs."""
+"""Specifications exchanged by master, machines and containers: containers, sizes, settings, checkpoints, map layers."""

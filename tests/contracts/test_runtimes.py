@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
+from engine.agent import entries
 from engine.processes.instances import instance_name
 from engine.runtimes.base import Premises, Runtime
 from engine.runtimes.fork_server.server import UNHEARD
@@ -73,14 +74,16 @@ Make = Callable[[pytest.FixtureRequest, Premises, Reports], Machine]
 
 
 def by_processes(_: pytest.FixtureRequest, premises: Premises, reports: Reports) -> Machine:
-    return Machine(lambda entry, _: ProcessRuntime(entry), premises, reports)
+    return Machine(lambda entry, _: ProcessRuntime(entries.loaded_before(entry)), premises, reports)
 
 
 def by_docker(_: pytest.FixtureRequest, premises: Premises, reports: Reports) -> Machine:
     from engine.runtimes.docker.runtime import DockerRuntime
 
     image = premises._replace(image=image_for_tests())
-    return Machine(lambda entry, premises: DockerRuntime(premises, entry, spares=1), image, reports)
+    return Machine(
+        lambda entry, premises: DockerRuntime(premises, entries.loaded_before(entry), spares=1), image, reports
+    )
 
 
 def by_ray(request: pytest.FixtureRequest, premises: Premises, reports: Reports) -> Machine:
@@ -122,7 +125,7 @@ async def machine(request: pytest.FixtureRequest) -> AsyncIterator[Machine]:
     with tempfile.TemporaryDirectory(prefix="t-") as name:  # a path that is short enough for sockets
         folder = Path(name)
         async with Reports(folder) as reports:
-            started = make(request, Premises(instance, folder, folder / "shm"), reports)
+            started = make(request, Premises(instance, folder, folder / "shm", entries=entries.ENTRIES), reports)
             yield started
             if started.runtime is not None:
                 await started.runtime.close()

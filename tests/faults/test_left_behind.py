@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks.chaos.cloud_processes import members
+from engine.agent import main as agent_main
+from engine.fabric import router
 from tests.faults.test_kill import lives
 from tests.support.cloud.cloud import named
 from tests.support.cloud.up_process import Up
@@ -17,11 +19,11 @@ pytestmark = pytest.mark.journey
 def test_of_a_killed_machine_process_nothing_is_left_when_the_cloud_ends(tmp_path: Path) -> None:
     up = Up(tmp_path)
     up.wait_for(up.ready.exists)
-    (agent,) = up.children("engine.agent.agent")
+    (agent,) = up.children(agent_main.__name__)
     (server,) = named(agent.children(), "forkserver")
     agent.kill()
     up.wait_for(lambda: not lives(server))
-    up.wait_for(lambda: [child for child in up.children("engine.fabric.router") if child.pid != agent.pid])
+    up.wait_for(lambda: [child for child in up.children(router.__name__) if child.pid != agent.pid])
     assert up.end(signal.SIGTERM) == 0  # which looks at its folder for temporary files
 
 

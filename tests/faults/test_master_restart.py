@@ -12,6 +12,7 @@ import pytest
 
 from benchmarks.chaos.message_checks import Witness
 from benchmarks.harness.free_ports import free_ports
+from engine.agent import main as agent_main
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
@@ -104,7 +105,7 @@ async def test_the_cloud_s_own_machine_is_adopted(
             kill(cloud, wire, tmp_path)
             with running_cloud(tmp_path, *arguments) as second:
                 await goes_on(drive, wire, second, before)
-                assert agent.is_running() and not second.find("engine.agent.agent")
+                assert agent.is_running() and not second.find(agent_main.__name__)
             assert has_ended(agent.pid) and has_ended(before["pid"]), "an end in order ends what was adopted"
     assert not shared_memory(agent.pid)
 

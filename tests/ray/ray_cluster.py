@@ -5,6 +5,7 @@ import time
 import psutil
 
 from benchmarks.engine import ray_cluster
+from engine.remote.ray import agent
 from tests.support.cloud.cloud import named
 
 END_TIMEOUT = 60.0
@@ -28,7 +29,7 @@ class RayNode(ray_cluster.RayNode):
 
     def agent(self) -> psutil.Process:
         """Return the agent of its machine; one whose actor was killed may be about to end."""
-        return max(self.find("engine.remote.ray.agent"), key=lambda process: process.create_time())
+        return max(self.find(agent.__name__), key=lambda process: process.create_time())
 
     def raylet(self) -> psutil.Process:
         """Return what makes it a node; what it is about to start is called as it is for a moment."""

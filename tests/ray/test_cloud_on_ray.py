@@ -15,6 +15,8 @@ import pytest
 from playwright.async_api import expect
 
 from benchmarks.harness.free_ports import free_ports
+from engine.remote.ray import agent
+from engine.remote.ray.watcher_process import WATCHER
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
@@ -223,7 +225,7 @@ async def nobody_is_left(cluster: RayCluster) -> None:
 async def back(rest: RestClient, node: RayNode, before: psutil.Process) -> dict[str, Any]:
     """Return the machine of a node once another agent has it, however short it was away."""
     await until(lambda: has_ended(before.pid), HERE)
-    await until(lambda: node.find("engine.remote.ray.agent"), HERE)
+    await until(lambda: node.find(agent.__name__), HERE)
     (machine,) = await machines_when(rest, len)
     return machine
 
@@ -236,9 +238,9 @@ async def test_what_dies_on_a_node_or_watches_nodes_comes_back_by_itself(
         rest = await cloud.admin()
         (machine,) = await machines_when(rest, len)
         await publish_map(rest, "office-1", office_map)
-        (watcher,) = cloud.find("engine.remote.ray.watcher")
+        (watcher,) = cloud.find(WATCHER)
         watcher.kill()
-        for victim in ("engine.remote.ray.agent", "ray::AgentActor"):
+        for victim in (agent.__name__, "ray::AgentActor"):
             before = node.agent()
             max(node.find(victim), key=lambda process: process.create_time()).kill()
             again = await back(rest, node, before)
@@ -246,7 +248,7 @@ async def test_what_dies_on_a_node_or_watches_nodes_comes_back_by_itself(
         before = node.agent()
         before.suspend()  # it beats no more
         await back(rest, node, before)
-        assert len(cloud.find("engine.remote.ray.watcher")) == 1
+        assert len(cloud.find(WATCHER)) == 1
         start = free_pose(office_map, seed=3)
         answer = await rest.plan("office-1", start, reachable_pose(office_map, start, seed=4, at_least=4.0))
         assert answer["plan_id"]

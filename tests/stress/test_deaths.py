@@ -12,6 +12,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from engine.agent.entries import loaded_before
 from engine.agent.layer_builder import LayerBuilder
 from engine.agent.map_cache import MapCache, sweep_stale
 from engine.runtimes.process.runtime import ProcessRuntime
@@ -36,7 +37,7 @@ async def reports(tmp_path):
 
 @pytest.fixture
 async def runtime():
-    started = ProcessRuntime(ENTRY)
+    started = ProcessRuntime(loaded_before(ENTRY))
     await started.start()
     yield started
     await started.close()

@@ -14,6 +14,7 @@ import msgspec
 import pytest
 import zenoh
 
+from engine.agent.entries import loaded_before
 from engine.fabric.router import RouterProcess
 from engine.fabric.session import Fabric
 from engine.fabric.zenoh_config import Credentials, client_config
@@ -89,7 +90,7 @@ class Requesters:
 
 
 async def test_when_the_router_dies_requests_are_neither_lost_nor_carried_out_twice(tmp_path, router, seconds, figure):
-    runtime = ProcessRuntime("tests.support.engine.container_entries:dial_and_stay")
+    runtime = ProcessRuntime(loaded_before("tests.support.engine.container_entries:dial_and_stay"))
     await runtime.start()  # before any session, as an agent does
     fabrics = [await Fabric.open(router.endpoint, router.credentials) for _ in range(3)]
     heard: Counter[str] = Counter()

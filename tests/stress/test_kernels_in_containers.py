@@ -6,6 +6,7 @@ import os
 import msgspec
 import pytest
 
+from engine.agent.entries import loaded_before
 from engine.agent.layer_builder import LayerBuilder
 from engine.agent.map_cache import MapCache
 from engine.fabric.router import RouterProcess
@@ -42,7 +43,7 @@ async def test_parallel_kernels_on_two_threads_do_not_abort_and_are_right(
 ):
     if len(CPUS) < cores:
         pytest.skip(f"the machine has no {cores} CPUs")
-    runtime = ProcessRuntime("tests.support.stress.containers:strain_kernels")
+    runtime = ProcessRuntime(loaded_before("tests.support.stress.containers:strain_kernels"))
     await runtime.start()
     fabric = await Fabric.open(router.endpoint, router.credentials)
     strain = Strain(seconds)
@@ -67,7 +68,7 @@ async def test_parallel_kernels_on_two_threads_do_not_abort_and_are_right(
 
 @pytest.mark.parametrize("threads", [1, 2])
 async def test_a_container_plans_on_shared_layers_without_compiling_anything(threads, tmp_path, reports, figure):
-    runtime = ProcessRuntime("tests.support.stress.containers:plan_once")
+    runtime = ProcessRuntime(loaded_before("tests.support.stress.containers:plan_once"))
     await runtime.start()
     cells = bytearray([254]) * (220 * 220)
     given = house(yaml=YAML.replace(b"-1.0, -2.0", b"0.0, 0.0"), image=b"P5\n220 220\n255\n" + bytes(cells))

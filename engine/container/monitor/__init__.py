@@ -1,1 +1,1 @@
-"""The node monitor: which nodes of a clone run in the cloud, which on the robot, and why."""
+"""Node monitor: decides which nodes of a clone run in the cloud, which on the robot, and explains why."""

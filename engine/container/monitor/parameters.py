@@ -5,8 +5,7 @@ from typing import Annotated, Any, Literal
 from msgspec import Meta
 
 from ppaas.errors import InvalidParameter
-from ppaas.nodes.base import Parameters
-from ppaas.nodes.message_checks import read_parameters
+from ppaas.parameters import Parameters, read_parameters
 
 NAME = "node_monitor"
 

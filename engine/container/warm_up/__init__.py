@@ -1,1 +1,1 @@
-"""TODO engine/container/warm_up."""
+"""Warm-up: what the fork server loads and runs once before the first container is forked."""

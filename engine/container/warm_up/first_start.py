@@ -13,11 +13,11 @@ from pathlib import Path
 import ppaas
 from engine.processes.disk_notes import alone
 from engine.processes.parent_watch import end_with
-from engine.runtimes.compilation import stamp as kernel_stamp
+from engine.runtimes.compilation import stamp
 
 logger = logging.getLogger(__name__)
 
-COMMAND = (sys.executable, "-m", "engine.container.warm_up.first_start")
+COMMAND = (sys.executable, "-m", __spec__.name)
 
 
 def compile_missing(layer: str) -> None:
@@ -31,7 +31,7 @@ def compile_missing(layer: str) -> None:
         Threading layer that they are compiled for.
     """
     root = Path(ppaas.__path__[0])
-    if any(kernel_stamp.all_compiled(kernel_stamp.stamp_file(root, key)) for key in (_key(layer), layer)):
+    if any(stamp.all_compiled(stamp.stamp_file(root, key)) for key in (_key(layer), layer)):
         return
     done = subprocess.run([*COMMAND, str(os.getpid()), layer], stdin=subprocess.DEVNULL, check=False)
     if done.returncode:
@@ -44,10 +44,10 @@ def main() -> None:
 
     parent, layer = sys.argv[1:]
     end_with(int(parent))
-    stamp = kernel_stamp.stamp_file(Path(ppaas.__path__[0]), _key(layer))
-    with alone(stamp.with_suffix(".lock")):
-        if not kernel_stamp.all_compiled(stamp):  # another may just have done it
-            kernel_stamp.note(stamp, compile_pool.compile_all(_names))
+    noted = stamp.stamp_file(Path(ppaas.__path__[0]), _key(layer))
+    with alone(noted.with_suffix(".lock")):
+        if not stamp.all_compiled(noted):  # another may just have done it
+            stamp.note(noted, compile_pool.compile_all(_names))
 
 
 def _key(layer: str) -> str:
@@ -55,8 +55,10 @@ def _key(layer: str) -> str:
 
 
 def _names() -> list[str]:
-    from engine.container.warm_up.scripted_session import load_plugins  # noqa: PLC0415  # with numba, after the choice of its layer
-    from engine.runtimes.compilation import kernel_modules  # noqa: PLC0415  # as above
+    # So here: with numba, after the choice of its layer.
+    from engine.container.warm_up import scripted_session  # noqa: F401, PLC0415
+    from engine.container.warm_up.plugins import load_plugins  # noqa: PLC0415
+    from engine.runtimes.compilation import kernel_modules  # noqa: PLC0415
 
     load_plugins()
     return [module.__name__ for module in kernel_modules.loaded()]

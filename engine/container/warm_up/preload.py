@@ -2,7 +2,7 @@
 
 Importing this module does the work. Any failure ends the fork server with its reason: a container must never find
 out later that a kernel is missing. Kernels are loaded by what comes after this module, as far as every container uses
-them; `engine.container.warm_up.first_start` has them compiled here, and `engine.runtimes.compilation.rest_compiler` sees to the others.
+them; ``first_start`` has them compiled here, and ``engine.runtimes.compilation.rest_compiler`` sees to the others.
 """
 
 import os
@@ -18,7 +18,7 @@ try:
     from engine.runtimes.memory_tuning import allocator, stub_modules
 
     allocator.give_back_early()
-    with allocator.without_extras():
+    with stub_modules.without_extras():
         import asyncio  # noqa: F401
 
         import msgspec  # noqa: F401
@@ -28,13 +28,13 @@ try:
             import uvloop  # noqa: F401
 
         with stub_modules.instead_of(stub_modules.HTML, stub_modules.POLYNOMIAL):
-            LAYER = threading_layer.choose()
+            threading_layer.choose()
 
         from engine.container.warm_up import first_start
         from engine.runtimes.compilation import kernel_modules
         from engine.runtimes.memory_tuning import cached_kernels
 
-        first_start.compile_missing(LAYER)
+        first_start.compile_missing(threading_layer.chosen())
         cached_kernels.load_without_compiler()
         COMPILED = kernel_modules.record_compilations()
 except ImportError:  # of these the fork server would say nothing

@@ -1,1 +1,1 @@
-"""Balancers: which machine a container is placed on."""
+"""Balancers: plug-ins that choose the machine a container is placed on."""

@@ -10,6 +10,7 @@ import shutil
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 import ray
@@ -19,7 +20,13 @@ from engine.processes.instances import folder_of, instance_name
 from engine.remote.ray.config import DONE, NodeConfig
 from engine.runtimes.memory_tuning import lean_python
 
-COMMAND = (*lean_python.PYTHON, "-m", "engine.remote.ray.agent")
+if TYPE_CHECKING:
+    from engine.remote.ray import agent  # noqa: F401
+
+AGENT = "engine.remote.ray.agent"
+"""By its name, since it is too large to be loaded in a Ray worker that only starts it."""
+
+COMMAND = (*lean_python.PYTHON, "-m", AGENT)
 
 
 def without_ray(environment: Mapping[str, str]) -> dict[str, str]:

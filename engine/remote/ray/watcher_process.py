@@ -8,12 +8,16 @@ import os
 import sys
 from asyncio.subprocess import PIPE, Process
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 import msgspec
 
 from engine.remote.ray.config import Answer, Refused, WatchConfig
 from ppaas.errors import InvalidInput, Unavailable, rebuild
+
+if TYPE_CHECKING:
+    from engine.remote.ray import watcher  # noqa: F401
 
 logger = logging.getLogger(__name__)
 
@@ -29,7 +33,10 @@ CONNECT_TRIES = {"RAY_NUM_REDIS_GET_RETRIES": "5"}
 RETRY = 1.0
 """Seconds before a watcher is started again; agents go on meanwhile, but none joins."""
 
-COMMAND = (sys.executable, "-m", "engine.remote.ray.watcher")
+WATCHER = "engine.remote.ray.watcher"
+"""By its name, since this process must not load Ray."""
+
+COMMAND = (sys.executable, "-m", WATCHER)
 
 
 class WatcherProcess:

@@ -1,1 +1,1 @@
-"""TODO engine/runtimes/compilation."""
+"""Compilation: compiles the numba kernels into the cache, and chooses the threads that run them."""

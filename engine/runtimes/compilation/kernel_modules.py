@@ -43,12 +43,12 @@ def warm_loaded() -> None:
             module.warm()
 
 
-def warm_package(name: str) -> list[ModuleType]:
+def warm_package(package: ModuleType) -> list[ModuleType]:
     """Import all modules of one package of kernels, and call ``warm`` of each: what is in the cache is loaded, all else
     is compiled. Return them.
     """
-    package = importlib.import_module(name)
-    modules = [importlib.import_module(found.name) for found in pkgutil.iter_modules(package.__path__, f"{name}.")]
+    found = pkgutil.iter_modules(package.__path__, f"{package.__name__}.")
+    modules = [importlib.import_module(module.name) for module in found]
     for module in modules:
         if hasattr(module, "warm"):
             module.warm()

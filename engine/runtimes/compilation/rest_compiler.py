@@ -18,12 +18,11 @@ import ppaas
 from engine.processes.background import Background
 from engine.processes.disk_notes import alone
 from engine.processes.parent_watch import end_with
-from engine.runtimes.compilation import compile_pool, threading_layer
-from engine.runtimes.compilation import stamp as kernel_stamp
+from engine.runtimes.compilation import compile_pool, stamp, threading_layer
 
 logger = logging.getLogger(__name__)
 
-COMMAND = (sys.executable, "-m", "engine.runtimes.compilation.rest_compiler")
+COMMAND = (sys.executable, "-m", __spec__.name)
 LOWEST_PRIORITY = 19
 
 
@@ -55,16 +54,16 @@ def main() -> None:
     for parent in sys.argv[1:2]:
         end_with(int(parent))
     os.nice(LOWEST_PRIORITY)
-    stamp = kernel_stamp.stamp_file(Path(ppaas.__path__[0]), threading_layer.choose())
-    if kernel_stamp.all_compiled(stamp):
+    noted = stamp.stamp_file(Path(ppaas.__path__[0]), threading_layer.choose())
+    if stamp.all_compiled(noted):
         return
-    with alone(stamp.with_suffix(".lock")):
-        if not kernel_stamp.all_compiled(stamp):  # another may just have done it
-            kernel_stamp.note(stamp, compile_pool.compile_all(_names))
+    with alone(noted.with_suffix(".lock")):
+        if not stamp.all_compiled(noted):  # another may just have done it
+            stamp.note(noted, compile_pool.compile_all(_names))
 
 
 def _names() -> list[str]:
-    from engine.runtimes.compilation import kernel_modules  # noqa: PLC0415  # numba, which comes after the choice of its layer
+    from engine.runtimes.compilation import kernel_modules  # noqa: PLC0415  # numba, after the choice of its layer
 
     return [module.__name__ for module in kernel_modules.modules()]
 

@@ -1,12 +1,10 @@
 """The kernels by which stores write and read plans, for processes that keep plans while they serve others."""
 
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 from engine.processes.disk_notes import alone
-
-PACKAGE = "ppaas.plans.kernels"
+from ppaas.plans import encoding
 
 
 def prepare() -> None:
@@ -16,25 +14,24 @@ def prepare() -> None:
     one compiles, and the others wait for it. Once it is noted that they are compiled, nobody waits for anybody: who
     compiles for another cloud, or stands still meanwhile, must not keep this one from serving its robots.
     """
-    from engine.runtimes.compilation import kernel_modules
-    from engine.runtimes.compilation import stamp as kernel_stamp  # noqa: PLC0415  # with numba: a third of a second
-    from engine.runtimes.memory_tuning import cached_kernels
+    # So here: with numba, which takes a third of a second.
+    from engine.runtimes.compilation import kernel_modules, stamp  # noqa: PLC0415
+    from engine.runtimes.memory_tuning import cached_kernels  # noqa: PLC0415
 
     cached_kernels.load_without_compiler()
-    noted = stamp()
-    if kernel_stamp.all_compiled(noted):
-        kernel_modules.warm_package(PACKAGE)
+    from ppaas.plans.encoding import kernels  # noqa: PLC0415
+
+    noted = stamp_of_stores()
+    if stamp.all_compiled(noted):
+        kernel_modules.warm_package(kernels)
         return
     with alone(noted.with_suffix(".lock")):
-        modules = kernel_modules.warm_package(PACKAGE)
-    kernel_stamp.note(noted, [file for module in modules for file in kernel_stamp.cache_files(module)])
+        modules = kernel_modules.warm_package(kernels)
+    stamp.note(noted, [file for module in modules for file in stamp.cache_files(module)])
 
 
-def stamp() -> Path:
+def stamp_of_stores() -> Path:
     """Return where it is noted that they are compiled as this process needs them: without texts, code is another."""
-    from engine.runtimes.compilation import stamp as kernel_stamp  # noqa: PLC0415  # as above
+    from engine.runtimes.compilation import stamp  # noqa: PLC0415  # as above
 
-    spec = find_spec(PACKAGE)
-    if spec is None or spec.origin is None:
-        raise ModuleNotFoundError(PACKAGE)
-    return kernel_stamp.stamp_file(Path(spec.origin).parents[1], f"stores, -O{sys.flags.optimize}")
+    return stamp.stamp_file(Path(encoding.__path__[0]), f"stores, -O{sys.flags.optimize}")

@@ -20,6 +20,7 @@ from typing import Any, Literal
 Layer = Literal["tbb", "serial"]
 
 _TBB = "libtbb.so.12"
+_chosen: list[Layer] = []
 
 
 def choose() -> Layer:
@@ -36,9 +37,24 @@ def choose() -> Layer:
     os.environ["NUMBA_NUM_THREADS"] = str(len(os.sched_getaffinity(0)))
     if _load_tbb():
         os.environ["NUMBA_THREADING_LAYER"] = "tbb"
-        return "tbb"
-    _run_serially()
-    return "serial"
+        _chosen.append("tbb")
+    else:
+        _run_serially()
+        _chosen.append("serial")
+    return _chosen[-1]
+
+
+def chosen() -> Layer:
+    """Return the layer that was chosen in this process, or in one that it is forked from.
+
+    Raises
+    ------
+    RuntimeError
+        None was.
+    """
+    if not _chosen:
+        raise RuntimeError("no threading layer of kernels was chosen")
+    return _chosen[-1]
 
 
 def _load_tbb() -> bool:

@@ -1,1 +1,1 @@
-"""TODO engine/runtimes/docker."""
+"""Docker runtime: containers run by the Docker Engine."""

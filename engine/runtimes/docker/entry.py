@@ -1,7 +1,7 @@
 """A container of a runtime that has images, from its first moment.
 
-``python -m engine.runtimes.docker.entry ENTRY [MODULE]`` loads everything, as a fork server does, though nobody has asked
-for it yet: it is a *spare*. Then it dials the machine and waits to be told what it is.
+``python -m engine.runtimes.docker.entry [MODULE…] ENTRY`` loads everything, as a fork server does, though nobody has
+asked for it yet: it is a *spare*. Then it dials the machine and waits to be told what it is.
 """
 
 import importlib
@@ -13,7 +13,6 @@ import sys
 import msgspec
 
 from engine.runtimes.fork_server.child import die_with, resolve, settle
-from engine.runtimes.fork_server.early_start import PRELOAD
 from engine.specs.containers import Launch
 
 FOLDER = "/run/ppaas"
@@ -31,10 +30,10 @@ KERNELS, OWN_KERNELS = "NUMBA_CACHE_DIR", "/tmp/kernels"
 def main(arguments: list[str]) -> int | None:
     """Get ready, be told, and be the container: what ``ENTRY`` returns becomes the exit status."""
     _take_kernels()
-    importlib.import_module(PRELOAD)
-    entry = resolve(arguments[0])
-    for module in arguments[1:]:
+    *modules, function = arguments
+    for module in modules:
         importlib.import_module(module)
+    entry = resolve(function)
     with socket.socket(socket.AF_UNIX) as machine:
         machine.connect(f"{FOLDER}/{START}")
         with machine.makefile("rb") as orders:

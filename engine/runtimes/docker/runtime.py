@@ -9,14 +9,15 @@ import itertools
 import logging
 from collections import deque
 
-from engine.agent.layer_builder import index_here
 from engine.processes.background import Background
 from engine.runtimes.base import Premises, Runtime
+from engine.runtimes.docker import entry as entry_module
 from engine.runtimes.docker.container import Booth, DockerContainer
 from engine.runtimes.docker.engine import DockerEngine
 from engine.runtimes.docker.limits import of_spare
-from engine.runtimes.fork_server.early_start import CONTAINER, REHEARSED
+from engine.runtimes.entries import Entry
 from engine.runtimes.fork_server.server import UNHEARD, ForkServer
+from engine.runtimes.memory_tuning import lean_python
 from engine.specs.containers import Launch
 from ppaas.errors import Unavailable
 
@@ -30,7 +31,7 @@ STARTING = 2
 
 ATTEMPTS = 3
 
-PYTHON = ["python", "-OO", "-m", "engine.runtimes.docker.entry"]
+COMMAND = (*lean_python.PYTHON_OF_IMAGE, "-m", entry_module.__name__)
 
 
 class DockerRuntime(Runtime):
@@ -40,26 +41,20 @@ class DockerRuntime(Runtime):
     ----------
     premises : Premises
         The machine.
-    entry : str
-        ``"module:function"`` in the image, that takes the ``Launch`` in a container; its result is the exit status.
-    rehearsed : tuple of str
-        Modules that a spare loads after that: loading them does once what each container would do.
+    entry : Entry, optional
+        What of the image takes the ``Launch`` in a container, and what a spare loads before; the result is the exit
+        status. Without it, that of the machine.
     spares : int
         How many wait.
     """
 
-    def __init__(
-        self,
-        premises: Premises,
-        entry: str = CONTAINER,
-        rehearsed: tuple[str, ...] = (),
-        spares: int = SPARES,
-    ) -> None:
+    def __init__(self, premises: Premises, entry: Entry | None = None, spares: int = SPARES) -> None:
         self._premises = premises
-        self._command = [*PYTHON, entry, *rehearsed]
+        function, preload, _ = entry or premises.entries.container
+        self._command = [*COMMAND, *preload, function]
         self._wanted = spares
         self._engine = DockerEngine(premises.instance, premises.image)
-        self._maps = ForkServer(f"{index_here.__module__}:{index_here.__name__}")
+        self._maps = ForkServer(premises.entries.maps)
         self._numbers = itertools.count(1)
         self._starting = asyncio.Semaphore(STARTING)
         self._spares: deque[asyncio.Task[DockerContainer]] = deque()
@@ -73,7 +68,7 @@ class DockerRuntime(Runtime):
     @classmethod
     def on(cls, premises: Premises) -> "DockerRuntime":
         """Return the runtime of a machine whose computer has a Docker engine."""
-        return cls(premises, rehearsed=(REHEARSED,))
+        return cls(premises)
 
     async def start(self) -> None:
         """Find engine and image, and wait until the first spare is warm; do it before other libraries start threads.

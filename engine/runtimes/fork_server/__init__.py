@@ -1,1 +1,1 @@
-"""TODO engine/runtimes/fork_server."""
+"""Fork server: loads once what containers use, and forks each container from that."""

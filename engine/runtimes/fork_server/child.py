@@ -11,12 +11,9 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import NamedTuple
 
-from engine.runtimes.fork_server.early_start import PRELOAD
 from engine.specs.containers import Launch
 
-KERNELS = "engine.runtimes.compilation.kernel_modules"
-
-Entry = Callable[[Launch], int | None]
+Main = Callable[[Launch], int | None]
 
 _THREADS_OF_LIBRARIES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -29,7 +26,7 @@ class Warmth(NamedTuple):
     kernels: tuple[str, ...]
 
 
-def resolve(entry: str) -> Entry:
+def resolve(entry: str) -> Main:
     """Return the function named by ``"module:function"``.
 
     Raises
@@ -38,7 +35,7 @@ def resolve(entry: str) -> Entry:
         There is none of that name.
     """
     module, _, function = entry.partition(":")
-    found: Entry = getattr(importlib.import_module(module), function)
+    found: Main = getattr(importlib.import_module(module), function)
     return found
 
 
@@ -58,7 +55,8 @@ def settle(launch: Launch) -> None:
     # NUMBA_NUM_THREADS stays as it is: numba refuses another value once its threads run.
     os.environ.update(dict.fromkeys(_THREADS_OF_LIBRARIES, str(launch.threads)))
 
-    from engine.runtimes.compilation.threads import use_threads  # noqa: PLC0415  # loaded already where the fork server is warm
+    # Loaded already where the fork server is warm.
+    from engine.runtimes.compilation.threads import use_threads  # noqa: PLC0415
 
     use_threads(launch.threads)
 
@@ -90,9 +88,11 @@ def look_around(entry: str, answer: Connection) -> None:
     """Be a probe: tell the agent what the fork server is and has loaded, or why containers cannot start from it."""
     try:
         resolve(entry)
-        preload, kernels = importlib.import_module(PRELOAD), importlib.import_module(KERNELS)
+        from engine.runtimes.compilation import kernel_modules, threading_layer  # noqa: PLC0415  # numba, which is there
+
+        layer = threading_layer.chosen()
     except (ImportError, AttributeError, RuntimeError) as error:
         answer.send(f"{type(error).__name__}: {error}")
     else:
-        loaded = tuple(module.__name__ for module in kernels.loaded())
-        answer.send(Warmth(os.getppid(), preload.LAYER, loaded))
+        loaded = tuple(module.__name__ for module in kernel_modules.loaded())
+        answer.send(Warmth(os.getppid(), layer, loaded))

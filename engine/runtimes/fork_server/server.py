@@ -15,6 +15,7 @@ from types import ModuleType
 from typing import TypeVar
 
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED
+from engine.runtimes.entries import Entry
 from engine.runtimes.fork_server import early_start
 from engine.runtimes.fork_server.child import Warmth, look_around
 from ppaas.clock import monotonic
@@ -88,15 +89,12 @@ class ForkServer:
 
     Parameters
     ----------
-    entry : str
-        ``"module:function"`` that containers run; its module is loaded before they are forked.
-    rehearsed : str, optional
-        Module that is loaded after it: loading it does once what each container would do.
+    entry : Entry
+        What these processes run, and what the server loads before it forks them.
     """
 
-    def __init__(self, entry: str, rehearsed: str | None = None) -> None:
+    def __init__(self, entry: Entry) -> None:
         self._entry = entry
-        self._rehearsed = rehearsed
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="fork")
         self._pidfd: int | None = None
 
@@ -118,7 +116,7 @@ class ForkServer:
         Unavailable
             It ended, could not load what containers need, or took too long.
         """
-        early_start.choose(self._entry, self._rehearsed)
+        early_start.choose(self._entry.of_fork_server)
         try:
             answer = await self._call(self._probe, PROBE_TIMEOUT)
             if isinstance(answer, str):
@@ -134,7 +132,7 @@ class ForkServer:
     def _probe(self) -> Warmth | str:
         receiving, sending = _context.Pipe(duplex=False)
         with receiving, sending:
-            probe = start_process(look_around, self._entry, sending)
+            probe = start_process(look_around, self._entry.function, sending)
             sending.close()
             try:
                 answer: Warmth | str = receiving.recv()

@@ -27,9 +27,13 @@ from numba.core.caching import Cache, IndexDataCacheFile
 from numba.core.codegen import CPUCodeLibrary
 from numba.core.runtime.nrt import rtsys
 
+from engine.runtimes.memory_tuning.switch import LEAN
+
 
 def load_without_compiler() -> None:
     """Let numba load what it compiles with only when it compiles; call it once, before any kernel is called."""
+    if not LEAN:
+        return
     loading: Callable[..., Any] = Cache.load_overload
 
     @functools.wraps(loading)

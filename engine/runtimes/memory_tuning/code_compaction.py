@@ -12,6 +12,8 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from types import CodeType, FrameType, FunctionType
 
+from engine.runtimes.memory_tuning.switch import LEAN
+
 
 def move(run: Callable[[], object]) -> int:
     """Run something, and give all functions copies of such code as that ran; return how many copies were made.
@@ -19,6 +21,9 @@ def move(run: Callable[[], object]) -> int:
     What the interpreter has learnt of the code is not copied. Each container learns it again, on pages that it would
     write to anyway; to run all once more here saves it 0.1 MB and takes longer than all else.
     """
+    if not LEAN:
+        run()
+        return 0
     with _noted() as ran:
         run()
     functions = [each for each in gc.get_objects() if type(each) is FunctionType]  # a proxy would say it were one

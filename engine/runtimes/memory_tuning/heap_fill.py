@@ -6,7 +6,10 @@ is taken here is never given back; it lies on pages that all share anyway.
 """
 
 import ctypes
+import sys
 from collections.abc import Callable
+
+from engine.runtimes.memory_tuning.switch import LEAN
 
 POOL = 1 << 14
 """Bytes from which the interpreter hands out blocks of one size."""
@@ -34,6 +37,8 @@ def fill() -> int:
 
     Nothing is done about the latter where the C library has no heap that grows.
     """
+    if not LEAN:
+        return 0
     interpreter, library = ctypes.pythonapi, ctypes.CDLL(None)
     small, large = interpreter.PyObject_Malloc, library.malloc
     for allocate in (small, large):
@@ -43,6 +48,7 @@ def fill() -> int:
     if hasattr(library, "sbrk"):
         library.sbrk.restype = ctypes.c_void_p
         taken += _fill_heap(large, library.free, library.sbrk(0))
+    sys._clear_type_cache()  # else a child lets go of cached names one by one, each on a page of its own
     return taken
 
 

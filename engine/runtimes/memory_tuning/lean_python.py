@@ -9,8 +9,13 @@ import sys
 from collections.abc import Mapping
 
 from engine.processes.disk_notes import notes_folder
+from engine.runtimes.memory_tuning.switch import LEAN, NAME, OFF
 
-PYTHON = (sys.executable, "-OO")
+OPTIONS = ("-OO",) if LEAN else ()
+PYTHON = (sys.executable, *OPTIONS)
+
+PYTHON_OF_IMAGE = ("python", *OPTIONS) if LEAN else ("env", f"{NAME}={OFF}", "python")
+"""How it is started in an image, which has an environment of its own."""
 
 _FOLDER, _NOWHERE = "PYTHONPYCACHEPREFIX", "PYTHONDONTWRITEBYTECODE"
 
@@ -23,5 +28,7 @@ def environment(given: Mapping[str, str] = os.environ) -> dict[str, str]:
     given : mapping
         Environment of this process; a folder that it names for compiled modules is kept.
     """
+    if not LEAN:
+        return dict(given)
     own = {name: value for name, value in given.items() if name != _NOWHERE}
     return {_FOLDER: str(notes_folder() / "modules"), **own}

@@ -10,6 +10,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import ModuleType, SimpleNamespace
 
+from engine.runtimes.memory_tuning.switch import LEAN
+
+UNUSED_EXTRAS = ("_hashlib", "cffi", "scipy", "ssl", "typing_extensions", "yaml")
+"""What numba, msgspec and Python's own library load where it is installed. Nothing of ours needs them for it, and they
+take 14 MB. Without OpenSSL Python makes sums by itself, and asyncio has no TLS: a container speaks to its machine only.
+"""
+
 HTML, MASKED, POLYNOMIAL, TLS = "html", "numpy.ma", "numpy.polynomial", "ssl"
 _TLS_ERRORS = ("CertificateError", "SSLError", "SSLSyscallError", "SSLWantReadError", "SSLZeroReturnError")
 
@@ -24,6 +31,19 @@ _CONTENT: dict[str, dict[str, object]] = {
 
 
 @contextmanager
+def without_extras() -> Iterator[None]:
+    """Let nothing load the unused extras; afterwards everything may, such as a plug-in that needs them itself."""
+    hidden = [name for name in UNUSED_EXTRAS if LEAN and name not in sys.modules]
+    sys.modules.update(dict.fromkeys(hidden))  # type: ignore[arg-type]  # None: the import system finds no such module
+    try:
+        yield
+    finally:
+        for name in hidden:
+            if sys.modules.get(name, name) is None:
+                del sys.modules[name]
+
+
+@contextmanager
 def instead_of(*names: str) -> Iterator[None]:
     """Show stand-ins for modules, as far as they are not loaded yet; one that is kept from being loaded remains so.
 
@@ -32,7 +52,7 @@ def instead_of(*names: str) -> Iterator[None]:
     *names : str
         Of the four of this module. That for polynomials is enough to import numba and not to compile anything.
     """
-    shown = [_Shown(name) for name in names if sys.modules.get(name) is None]
+    shown = [_Shown(name) for name in names if LEAN and sys.modules.get(name) is None]
     try:
         yield
     finally:

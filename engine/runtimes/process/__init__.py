@@ -1,1 +1,1 @@
-"""TODO engine/runtimes/process."""
+"""Process runtime: containers forked from the warm fork server, held to their size by control groups."""

@@ -6,8 +6,8 @@ import logging
 from asyncio import Task
 
 from engine.runtimes.base import Premises, Runtime
+from engine.runtimes.entries import Entry
 from engine.runtimes.fork_server.child import run
-from engine.runtimes.fork_server.early_start import CONTAINER, REHEARSED
 from engine.runtimes.fork_server.server import ForkServer
 from engine.runtimes.process.container import ForkedContainer
 from engine.runtimes.process.control_groups import ControlGroups, own_hierarchies
@@ -24,23 +24,17 @@ class ProcessRuntime(Runtime):
 
     Parameters
     ----------
-    entry : str
-        ``"module:function"`` that takes the ``Launch`` in the new process; its result is the exit status.
-    rehearsed : str, optional
-        Module that the fork server loads after that of ``entry``: loading it does once what each container would do.
+    entry : Entry
+        What takes the ``Launch`` in the new process, and what the fork server loads before; the result is the exit
+        status.
     groups : ControlGroups, optional
         That hold containers to their sizes; without it, they are held to their CPUs alone.
     """
 
-    def __init__(
-        self,
-        entry: str = CONTAINER,
-        rehearsed: str | None = None,
-        groups: ControlGroups | None = None,
-    ) -> None:
+    def __init__(self, entry: Entry, groups: ControlGroups | None = None) -> None:
         self._entry = entry
         self._groups = groups or ControlGroups("", ())
-        self._server = ForkServer(entry, rehearsed)
+        self._server = ForkServer(entry)
         self._forking = asyncio.Lock()
         self._tasks: set[Task[ForkedContainer] | Task[None]] = set()
         self._live: set[ForkedContainer] = set()
@@ -49,7 +43,7 @@ class ProcessRuntime(Runtime):
     @classmethod
     def on(cls, premises: Premises) -> "ProcessRuntime":
         """Return the runtime of a machine."""
-        return cls(rehearsed=REHEARSED, groups=ControlGroups(premises.instance, own_hierarchies()))
+        return cls(premises.entries.container, ControlGroups(premises.instance, own_hierarchies()))
 
     async def start(self) -> None:
         """Start the fork server and wait until it is warm; do it before any other library starts threads.
@@ -98,7 +92,7 @@ class ProcessRuntime(Runtime):
             for _ in range(2):
                 await self._warm()
                 try:
-                    process = await self._server.fork(run, self._entry, launch)
+                    process = await self._server.fork(run, self._entry.function, launch)
                 except (EOFError, OSError) as error:
                     logger.warning("the fork server failed to start container %r: %s", launch.spec.id, error)
                     await self._server.end()

@@ -1,1 +1,1 @@
-"""TODO engine/service/links."""
+"""Links: the web process's ends of the control link (machines) and of the robot link (containers)."""

@@ -12,8 +12,11 @@ from pathlib import Path
 
 import psutil
 
+from engine.agent import main as agent_main
+from engine.fabric import router as router_main
 from ppaas.maps.formats.map_files import save_map
 from ppaas.maps.grid import GridMap
+from robots import cli
 from robots.client.rest import RestClient
 from robots.client.robot_file import RobotFile
 
@@ -49,12 +52,12 @@ class RunningCloud:
 
     def agent(self) -> psutil.Process:
         """The process of the machine."""
-        (found,) = self.find("engine.agent.agent")
+        (found,) = self.find(agent_main.__name__)
         return found
 
     def router(self) -> psutil.Process:
         """The machine's router."""
-        (found,) = self.find("engine.fabric.router")
+        (found,) = self.find(router_main.__name__)
         return found
 
     def fork_server(self) -> psutil.Process:
@@ -96,7 +99,7 @@ def running_cloud(folder: Path, *arguments: str) -> Iterator[RunningCloud]:
     ready = folder / "ready.json"
     log = folder / "cloud.log"
     command = [
-        sys.executable, "-m", "robots.cli.main", "up", "--port", "0", "--data", str(folder / "data"),
+        sys.executable, "-m", cli.__name__, "up", "--port", "0", "--data", str(folder / "data"),
         "--admin-password-file", str(password), "--ready-file", str(ready), *arguments,
     ]  # fmt: skip
     with log.open("wb") as output:

@@ -58,7 +58,7 @@ def hold_the_interpreter(launch: Launch) -> None:
 
 def live_again(launch: Launch) -> int:
     """Live a container's life in a forked process, and say what was loaded for it, modules and compiled kernels."""
-    from engine.container.warm_up.scripted_session import rehearse
+    from engine.container.warm_up.scripted_session import warm_up
     from engine.runtimes.compilation.kernel_modules import modules
 
     def loaded() -> set[str]:
@@ -69,7 +69,7 @@ def live_again(launch: Launch) -> int:
         }
 
     known = loaded()
-    rehearse()
+    warm_up()
     report(launch, f"loaded: {sorted(loaded() - known)}").close()
     return 0
 

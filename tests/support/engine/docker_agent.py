@@ -5,17 +5,20 @@ import sys
 import tempfile
 from pathlib import Path
 
+from engine.agent.entries import ENTRIES, loaded_before
 from engine.processes.instances import instance_name
 from engine.runtimes.base import Premises
 from engine.runtimes.docker.runtime import DockerRuntime
 from tests.support.engine.launches import Reports
 
+ENTRY = "tests.support.engine.container_entries:dial_and_stay"
+
 
 async def main(image: str) -> None:
     with tempfile.TemporaryDirectory(prefix="t-") as name:
         folder = Path(name)
-        premises = Premises(instance_name(), folder, folder / "shm", image)
-        runtime = DockerRuntime(premises, "tests.support.engine.container_entries:dial_and_stay", spares=0)
+        premises = Premises(instance_name(), folder, folder / "shm", image, ENTRIES)
+        runtime = DockerRuntime(premises, loaded_before(ENTRY), spares=0)
         await runtime.start()
         async with Reports(folder) as reports:
             container = await runtime.launch(reports.launch())

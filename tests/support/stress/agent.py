@@ -8,6 +8,7 @@ import json
 import sys
 from pathlib import Path
 
+from engine.agent.entries import loaded_before
 from engine.agent.layer_builder import LayerBuilder
 from engine.agent.map_cache import MapCache
 from engine.fabric.router import RouterProcess
@@ -21,7 +22,7 @@ from tests.support.storage.records import house, kept, pgm
 
 async def run(folder: Path) -> None:
     runtimes = [
-        ProcessRuntime(f"tests.support.engine.container_entries:{name}")
+        ProcessRuntime(loaded_before(f"tests.support.engine.container_entries:{name}"))
         for name in ("dial_and_stay", "hold_the_interpreter")
     ]
     for runtime in runtimes:

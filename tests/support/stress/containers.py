@@ -59,7 +59,7 @@ class Callers:
 def strain_kernels(launch: Launch) -> int:
     """Call kernels from two threads at once, beside a Zenoh session if one is asked for, and tell what came of it."""
     strain = msgspec.json.decode(launch.secret, type=Strain)
-    from engine.container.warm_up import preload
+    from engine.runtimes.compilation.threading_layer import chosen
 
     session = None
     if strain.router is not None and strain.credentials is not None:
@@ -75,7 +75,7 @@ def strain_kernels(launch: Launch) -> int:
         thread.join()
     if session is not None:
         session.close()
-    layer = numba.threading_layer() if preload.LAYER == "tbb" else preload.LAYER
+    layer = numba.threading_layer() if chosen() == "tbb" else chosen()
     forked_warm = os.getppid() == WARMED_IN
     report(launch, f"{forked_warm} {layer} {min(callers.calls)} {sum(callers.calls)} {callers.wrong}").close()
     return 0

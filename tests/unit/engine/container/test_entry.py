@@ -2,6 +2,7 @@
 
 import asyncio
 import re
+import sqlite3
 import subprocess
 import sys
 from collections.abc import AsyncIterator
@@ -11,6 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
+from engine.agent import plan_service
 from engine.container.endpoint_link import EndpointLink
 from engine.container.entry import MAX_WAITING, Container, run
 from engine.container.executor import CloudHome
@@ -28,10 +30,14 @@ from ppaas.messages import decode
 from ppaas.messages.std_msgs import String
 from ppaas.messages.std_srvs import TriggerResponse
 from ppaas.nodes.base import Checkpoint, Node, Payload, Topic
+from ppaas.plans.encoding import kernels
 from ppaas.plans.reuse.measured_times import Times
+from storage import plan_entry, ports
 from tests.support.engine.engine_links import pair, receive
 from tests.support.engine.specs import HOUSE, planning_spec, robot_config, robot_spec
 from tests.support.world.echo_node import EchoNode
+
+Endpoint = FrameStream[robot_link.FromContainer]
 
 
 def launch_of(spec: ContainerSpec, layers: Path | str = "") -> Launch:
@@ -41,7 +47,7 @@ def launch_of(spec: ContainerSpec, layers: Path | str = "") -> Launch:
 def test_a_container_loads_nothing_that_stores_are_made_of() -> None:
     """All containers of a machine would have it in their memory."""
     code = "import sys, engine.container.entry; print(*(name for name in sys.modules if name in sys.argv[1:]))"
-    names = ["storage.ports", "storage.plan_entry", "ppaas.plans.kernels", "sqlite3", "engine.agent.plan_service"]
+    names = [module.__name__ for module in (ports, plan_entry, kernels, sqlite3, plan_service)]
     told = subprocess.run([sys.executable, "-c", code, *names], check=True, capture_output=True, text=True).stdout
     assert told.split() == []
 
@@ -295,9 +301,9 @@ async def test_stop_saves_a_checkpoint_and_ends(outer: Outer) -> None:
 
 
 @pytest.fixture
-async def served_twice(tmp_path: Path) -> AsyncIterator[tuple[Outer, "asyncio.Queue[FrameStream[robot_link.FromContainer]]"]]:
+async def served_twice(tmp_path: Path) -> AsyncIterator[tuple[Outer, "asyncio.Queue[Endpoint]"]]:
     """Return a container whose endpoint may go, and those endpoints that it dials then."""
-    found: asyncio.Queue[FrameStream[robot_link.FromContainer]] = asyncio.Queue()
+    found: asyncio.Queue[Endpoint] = asyncio.Queue()
     path = tmp_path / "link.sock"
     server = await asyncio.start_unix_server(
         lambda *streams: found.put_nowait(FrameStream(*streams, robot_link.FromContainer)), path
@@ -311,7 +317,7 @@ async def served_twice(tmp_path: Path) -> AsyncIterator[tuple[Outer, "asyncio.Qu
 
 
 async def test_an_endpoint_that_hangs_up_is_dialled_again_and_hears_of_all_but_what_was_for_its_clients(
-    served_twice: tuple[Outer, "asyncio.Queue[FrameStream[robot_link.FromContainer]]"],
+    served_twice: tuple[Outer, "asyncio.Queue[Endpoint]"],
 ) -> None:
     outer, found = served_twice
     outer.endpoint.write(robot_link.Subscribe("last", 1))
@@ -327,7 +333,7 @@ async def test_an_endpoint_that_hangs_up_is_dialled_again_and_hears_of_all_but_w
 
 
 async def test_an_answer_to_an_endpoint_that_has_gone_is_told_to_no_other(
-    served_twice: tuple[Outer, "asyncio.Queue[FrameStream[robot_link.FromContainer]]"],
+    served_twice: tuple[Outer, "asyncio.Queue[Endpoint]"],
 ) -> None:
     outer, found = served_twice
     outer.node.job_may_end.clear()
@@ -342,7 +348,7 @@ async def test_an_answer_to_an_endpoint_that_has_gone_is_told_to_no_other(
 
 
 async def test_an_end_that_nobody_hears_is_said_to_whoever_asks_next(
-    served_twice: tuple[Outer, "asyncio.Queue[FrameStream[robot_link.FromContainer]]"],
+    served_twice: tuple[Outer, "asyncio.Queue[Endpoint]"],
 ) -> None:
     outer, found = served_twice
     outer.home.graph.add(Ending)

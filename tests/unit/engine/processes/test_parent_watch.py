@@ -8,7 +8,10 @@ from pathlib import Path
 from tests.support.engine.processes import has_ended
 from tests.support.waiting import until
 
-CHILD = "import time; from engine.processes.parent_watch import end_with; end_with({parent}); print('there', flush=True); time.sleep(600)"
+CHILD = (
+    "import time; from engine.processes.parent_watch import end_with; "
+    "end_with({parent}); print('there', flush=True); time.sleep(600)"
+)
 
 
 def start(file: Path, parent: str) -> "subprocess.Popen[str]":

@@ -8,7 +8,9 @@ from pathlib import Path
 import msgspec
 import pytest
 
+import ppaas
 from engine.container.warm_up import first_start
+from engine.runtimes.compilation import stamp
 
 LAYER = "tbb"
 
@@ -31,7 +33,7 @@ def told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def note_as_compiled(key: str) -> None:
     """Note that all is compiled."""
-    first_start.kernel_stamp.note(first_start.kernel_stamp.stamp_file(Path(first_start.ppaas.__path__[0]), key), [])
+    stamp.note(stamp.stamp_file(Path(ppaas.__path__[0]), key), [])
 
 
 def test_a_compiler_that_fails_is_told_of_and_the_start_goes_on(
@@ -60,7 +62,7 @@ def test_those_of_another_layer_are_others(notes: Path, told: Path) -> None:
 def test_what_containers_use_is_compiled_and_noted(tmp_path: Path, told: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setenv("HOME", str(tmp_path))  # notes lie there, and the cache where it did
-    command = (sys.executable, "-m", "engine.container.warm_up.first_start", str(os.getpid()), LAYER)
+    command = (sys.executable, "-m", first_start.__name__, str(os.getpid()), LAYER)
     subprocess.run(command, check=True, timeout=300)
     (note,) = (tmp_path / ".cache" / "ppaas").glob("*.json")
     files = [Path(file) for file in msgspec.json.decode(note.read_bytes(), type=list[str])]

@@ -65,7 +65,8 @@ async def compiler_of(folder: Path) -> asyncio.subprocess.Process:
     script = (
         "import os, sys\n"
         "os.nice = lambda _: 0\n"  # who gives way to the tests beside it may wait for minutes
-        "import engine.runtimes.compilation.threading_layer, engine.runtimes.compilation.stamp, engine.processes.background\n"
+        "import engine.processes.background\n"
+        "from engine.runtimes.compilation import stamp, threading_layer\n"
         "for name in [name for name in sys.modules if name.split('.')[0] == 'ppaas']: del sys.modules[name]\n"
         f"sys.path.insert(0, {str(folder)!r})\n"
         "import engine.runtimes.compilation.rest_compiler as compiler\n"
@@ -109,12 +110,15 @@ async def test_what_compiles_for_a_compiler_that_is_killed_ends_as_well(tmp_path
 
 
 def test_an_image_in_which_kernels_are_compiled_has_what_the_compiler_imports() -> None:
-    print_all = "import engine.runtimes.compilation.rest_compiler, sys; print(*(m for m in sys.modules if m.startswith('engine.')))"
-    loaded = subprocess.run(
-        (sys.executable, "-c", print_all), capture_output=True, text=True, check=True
-    ).stdout.split()
+    print_all = (
+        "import sys, engine.runtimes.compilation.rest_compiler\n"
+        "print(*(name for name in sys.modules if name.startswith('engine.')))"
+    )
+    command = (sys.executable, "-c", print_all)
+    loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
     stage = (ROOT / "docker/engine.Dockerfile").read_text().partition("AS kernels")[2].partition("\nRUN")[0]
     copied = [word for line in re.findall(r"^COPY (.*)", stage, re.MULTILINE) for word in line.split()[:-1]]
     files = {Path(*name.split(".")) for name in loaded}
-    assert "engine/runtimes" in copied
-    assert not {file for file in files if not {f"{file}.py", *map(str, [file, *file.parents])} & set(copied)}
+    assert "engine/runtimes/compilation" in copied
+    copies = {file: {f"{file}.py", f"{file}/__init__.py", *map(str, [file, *file.parents])} for file in files}
+    assert not {file for file, may_be in copies.items() if not may_be & set(copied)}

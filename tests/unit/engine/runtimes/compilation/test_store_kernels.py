@@ -8,9 +8,9 @@ from engine.runtimes.compilation import store_kernels
 from tests.support.sources import ROOT
 
 PREPARE = """
-from engine.runtimes import kernels, store_kernels
+from engine.runtimes.compilation import kernel_modules, store_kernels
 
-recorder = kernels.record_compilations()
+recorder = kernel_modules.record_compilations()
 store_kernels.prepare()
 print(len(recorder.buffer))
 """
@@ -25,5 +25,5 @@ def compiled_by_another_process() -> int:
 
 def test_once_they_are_compiled_nobody_waits_for_who_compiles_or_stands_still_at_it() -> None:
     compiled_by_another_process()
-    with alone(store_kernels.stamp().with_suffix(".lock")):
+    with alone(store_kernels.stamp_of_stores().with_suffix(".lock")):
         assert compiled_by_another_process() == 0

@@ -16,7 +16,7 @@ def run(*arguments: str, cache: Path) -> list[str]:
 
 
 def has_tbb() -> bool:
-    code = "from engine.runtimes import threading_layer as t; print(t._load_tbb())"
+    code = "from engine.runtimes.compilation import threading_layer as t; print(t._load_tbb())"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, capture_output=True, text=True)
     return done.stdout == "True\n"
 
@@ -41,6 +41,6 @@ def test_code_compiled_for_threads_is_not_taken_where_there_are_none(tmp_path):
 
 
 def test_it_is_too_late_once_numba_was_imported():
-    code = "import numba; from engine.runtimes import threading_layer as t; t.choose()"
+    code = "import numba; from engine.runtimes.compilation import threading_layer as t; t.choose()"
     done = subprocess.run([sys.executable, "-c", code], check=False, cwd=ROOT, capture_output=True, text=True)
     assert "choose the threading layer before numba is imported" in done.stderr

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
+from engine.agent import entries
 from engine.processes.instances import instance_name
 from engine.runtimes.base import Premises
 from engine.runtimes.docker.runtime import DockerRuntime
@@ -39,13 +40,13 @@ async def reports() -> AsyncIterator[Reports]:
 @pytest.fixture
 def premises(reports: Reports) -> Premises:
     folder = Path(reports.path).parent
-    return Premises(f"{instance_name()}-d{next(_numbers)}", folder, folder / "shm", TEST_IMAGE)
+    return Premises(f"{instance_name()}-d{next(_numbers)}", folder, folder / "shm", TEST_IMAGE, entries.ENTRIES)
 
 
 @pytest.fixture
 async def runtime(premises: Premises) -> AsyncIterator[DockerRuntime]:
     image_for_tests()
-    started = DockerRuntime(premises, f"{ENTRIES}:dial_and_stay", spares=1)
+    started = DockerRuntime(premises, entries.loaded_before(f"{ENTRIES}:dial_and_stay"), spares=1)
     await started.start()
     yield started
     await started.close()
@@ -92,7 +93,7 @@ async def test_memory_in_use_stays_where_a_container_gets_smaller_and_its_cpus_f
     premises: Premises, reports: Reports
 ) -> None:
     image_for_tests()
-    runtime = DockerRuntime(premises, f"{ENTRIES}:hold_memory", spares=1)
+    runtime = DockerRuntime(premises, entries.loaded_before(f"{ENTRIES}:hold_memory"), spares=1)
     await runtime.start()
     launch = sized(reports.launch(), 2.0, 0, 1)
     container = await runtime.launch(launch)
@@ -108,7 +109,7 @@ async def test_who_takes_more_memory_than_its_size_has_is_killed_and_others_are_
     premises: Premises, reports: Reports
 ) -> None:
     image_for_tests()
-    runtime = DockerRuntime(premises, f"{ENTRIES}:take_memory", spares=1)
+    runtime = DockerRuntime(premises, entries.loaded_before(f"{ENTRIES}:take_memory"), spares=1)
     await runtime.start()
     greedy = await runtime.launch(reports.launch(cpus=(0,)))
     assert await greedy.wait() == -signal.SIGKILL
@@ -144,8 +145,8 @@ async def test_containers_end_with_their_agent_and_the_next_one_removes_what_is_
     await until(lambda: has_ended(pid), 10.0)
     assert containers(instance)
     with tempfile.TemporaryDirectory(prefix="t-") as name:
-        premises = Premises(f"{instance_name()}-next", Path(name), Path(name, "shm"), TEST_IMAGE)
-        next_one = DockerRuntime(premises, f"{ENTRIES}:dial_and_stay", spares=0)
+        premises = Premises(f"{instance_name()}-next", Path(name), Path(name, "shm"), TEST_IMAGE, entries.ENTRIES)
+        next_one = DockerRuntime(premises, entries.loaded_before(f"{ENTRIES}:dial_and_stay"), spares=0)
         await next_one.start()
         assert containers(instance) == []
         await next_one.close()

@@ -4,6 +4,7 @@ import subprocess
 import sys
 from multiprocessing import forkserver
 
+from engine.agent.entries import ENTRIES
 from engine.runtimes.fork_server import early_start
 from engine.runtimes.fork_server.server import ForkServer
 from engine.runtimes.process.runtime import ProcessRuntime
@@ -16,8 +17,8 @@ def unexpected() -> None:
 
 async def test_the_one_that_was_begun_is_the_one_that_containers_are_forked_from() -> None:
     forkserver._forkserver._stop()  # type: ignore[attr-defined]
-    early_start.begin()
-    server = ForkServer(early_start.CONTAINER, early_start.REHEARSED)
+    early_start.begin(ENTRIES.container.of_fork_server)
+    server = ForkServer(ENTRIES.container)
     warmth = await server.warm(unexpected)
     assert warmth.pid == forkserver._forkserver._forkserver_pid  # type: ignore[attr-defined]
     assert any(name.startswith("ppaas.costmap.kernels.") for name in warmth.kernels)

@@ -3,6 +3,8 @@ from multiprocessing import forkserver
 
 import pytest
 
+from engine.agent.entries import loaded_before
+from engine.runtimes.entries import Entry
 from engine.runtimes.fork_server.server import FORK_TIMEOUT, ForkServer
 from engine.service.master_driver import START_TIMEOUT
 from ppaas.errors import Unavailable
@@ -20,7 +22,7 @@ def unexpected() -> None:
 
 
 async def test_a_warm_server_tells_what_it_is_and_has_loaded_what_its_containers_use():
-    server = ForkServer("engine.container.entry:main")
+    server = ForkServer(loaded_before("engine.container.entry:main"))
     warmth = await server.warm(unexpected)
     assert warmth.layer in ("tbb", "serial")
     assert any(name.startswith("ppaas.costmap.kernels.") for name in warmth.kernels)
@@ -30,13 +32,12 @@ async def test_a_warm_server_tells_what_it_is_and_has_loaded_what_its_containers
     server.close()
 
 
-async def test_a_server_that_cannot_load_says_so_and_the_next_try_is_a_new_one(monkeypatch):
-    server = ForkServer(ENTRY)
-    with monkeypatch.context() as broken:
-        broken.setattr("engine.runtimes.fork_server.early_start.PRELOAD", "tests.support.engine.broken_preload")
-        with pytest.raises(Unavailable, match="the fork server ended while it loaded"):
-            await server.warm(unexpected)
-    assert not server.is_warm
+async def test_a_server_that_cannot_load_says_so_and_the_next_try_is_a_new_one():
+    broken = ForkServer(Entry(ENTRY, ("tests.support.engine.broken_preload",)))
+    with pytest.raises(Unavailable, match="the fork server ended while it loaded"):
+        await broken.warm(unexpected)
+    assert not broken.is_warm
+    server = ForkServer(loaded_before(ENTRY))
     await server.warm(unexpected)
     assert server.is_warm
     server.close()
@@ -44,7 +45,7 @@ async def test_a_server_that_cannot_load_says_so_and_the_next_try_is_a_new_one(m
 
 async def test_an_ended_server_is_dead_and_the_main_module_of_the_parent_as_it_was():
     main = sys.modules["__main__"]
-    server = ForkServer(ENTRY)
+    server = ForkServer(loaded_before(ENTRY))
     first = await server.warm(unexpected)
     await server.end()
     assert not server.is_warm

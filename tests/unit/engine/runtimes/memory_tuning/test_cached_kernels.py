@@ -27,8 +27,8 @@ def double(values):
 CALLS = """
 import sys
 import numpy as np
-from engine.runtimes import compiled
-compiled.load_without_compiler()
+from engine.runtimes.memory_tuning import cached_kernels
+cached_kernels.load_without_compiler()
 import some_kernels
 values = np.array([3.0, 1.0, 2.0])
 print(some_kernels.total(values), len(some_kernels.total.stats.cache_hits), "numba.np.npyimpl" in sys.modules)
@@ -40,8 +40,8 @@ print(values[0], len(some_kernels.double.stats.cache_hits))
 COMPILED_ANEW = """
 import os, pathlib, subprocess, sys
 import numpy as np
-from engine.runtimes import compiled
-compiled.load_without_compiler()
+from engine.runtimes.memory_tuning import cached_kernels
+cached_kernels.load_without_compiler()
 import some_kernels
 values = np.array([3.0, 1.0, 2.0])
 some_kernels.total(values)

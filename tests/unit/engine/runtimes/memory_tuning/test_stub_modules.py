@@ -1,6 +1,7 @@
 import subprocess
 import sys
 
+from engine.runtimes.memory_tuning import stub_modules
 from tests.support.sources import ROOT
 
 
@@ -46,9 +47,8 @@ except numba.errors.TypingError:
 def test_uvloop_runs_without_tls_and_who_asks_gets_the_real_one():
     code = """
 import sys
-from engine.runtimes import memory
-from engine.runtimes.memory_tuning.stub_modules import TLS, instead_of
-with memory.without_extras():
+from engine.runtimes.memory_tuning.stub_modules import TLS, instead_of, without_extras
+with without_extras():
     import asyncio
     with instead_of(TLS):
         import uvloop
@@ -68,9 +68,28 @@ print(ssl.create_default_context().verify_mode.name)
 def test_what_is_loaded_already_stays():
     import html
 
-    from engine.runtimes.memory_tuning import stub_modules
-
     with stub_modules.instead_of(stub_modules.HTML):
         assert sys.modules["html"] is html
         assert html.escape("<") == "&lt;"
     assert sys.modules["html"] is html
+
+
+def test_unused_extras_are_not_found_for_a_while_and_then_are():
+    code = """
+from engine.runtimes.memory_tuning import stub_modules
+with stub_modules.without_extras():
+    for name in stub_modules.UNUSED_EXTRAS:
+        try:
+            __import__(name)
+        except ImportError:
+            print("no", name)
+import typing_extensions, yaml
+"""
+    assert run(code).split() == [word for name in stub_modules.UNUSED_EXTRAS for word in ("no", name)]
+
+
+def test_an_extra_that_is_loaded_already_stays(monkeypatch):
+    monkeypatch.setitem(sys.modules, "yaml", sys)
+    with stub_modules.without_extras():
+        assert sys.modules["yaml"] is sys
+    assert sys.modules["yaml"] is sys

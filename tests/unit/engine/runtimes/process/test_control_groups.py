@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
+from engine.agent.entries import loaded_before
 from engine.processes.instances import instance_name
 from engine.runtimes.process.control_groups import V2, ControlGroups, Hierarchy, hierarchies, own_hierarchies
 from engine.runtimes.process.runtime import ProcessRuntime
@@ -136,7 +137,7 @@ class Controlled:
         self.runtime: ProcessRuntime | None = None
 
     async def start(self, entry: str) -> ProcessRuntime:
-        self.runtime = ProcessRuntime(f"tests.support.engine.container_entries:{entry}", groups=self.groups)
+        self.runtime = ProcessRuntime(loaded_before(f"tests.support.engine.container_entries:{entry}"), self.groups)
         await self.runtime.start()
         return self.runtime
 

@@ -4,6 +4,7 @@ import signal
 
 import pytest
 
+from engine.agent.entries import loaded_before
 from engine.runtimes.process.runtime import ProcessRuntime
 from ppaas.errors import Unavailable
 from tests.support.engine.launches import Reports
@@ -21,7 +22,7 @@ async def reports(tmp_path):
 
 @pytest.fixture
 async def runtime():
-    started = ProcessRuntime(f"{ENTRIES}:dial_and_stay")
+    started = ProcessRuntime(loaded_before(f"{ENTRIES}:dial_and_stay"))
     await started.start()
     yield started
     await started.close()
@@ -46,7 +47,7 @@ async def test_many_may_wait_for_the_end(runtime, reports):
 
 
 async def test_a_container_has_its_cpus_threads_session_and_exit_status(reports):
-    runtime = ProcessRuntime(f"{ENTRIES}:describe")
+    runtime = ProcessRuntime(loaded_before(f"{ENTRIES}:describe"))
     await runtime.start()
     launch = reports.launch(cpus=(0,), threads=1)
     container = await runtime.launch(launch)
@@ -81,7 +82,7 @@ async def test_a_launch_that_is_given_up_leaves_no_container(runtime, reports):
 
 
 async def test_close_ends_all_containers_and_no_more_start(reports):
-    runtime = ProcessRuntime(f"{ENTRIES}:dial_and_stay")
+    runtime = ProcessRuntime(loaded_before(f"{ENTRIES}:dial_and_stay"))
     await runtime.start()
     containers = await asyncio.gather(*(runtime.launch(reports.launch()) for _ in range(3)))
     await runtime.close()
@@ -92,7 +93,7 @@ async def test_close_ends_all_containers_and_no_more_start(reports):
 
 async def test_an_entry_that_does_not_exist_is_told_at_the_start():
     for entry in ("tests.support.nowhere:main", f"{ENTRIES}:nothing"):
-        runtime = ProcessRuntime(entry)
+        runtime = ProcessRuntime(loaded_before(entry))
         with pytest.raises(Unavailable, match=r"containers cannot start.*(nowhere|nothing)"):
             await runtime.start()
         await runtime.close()

@@ -1,0 +1,73 @@
+"""The scene of the warm-up: a round room with a pillar, and a robot without a fault that senses both."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.clock import epoch
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, Twist, TwistWithCovariance
+from ppaas.messages.message import Message
+from ppaas.messages.nav_msgs import Odometry
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.std_msgs import Header, Time
+
+RADIUS = 2.5
+"""Of the round room [m]."""
+
+_PILLAR, _GIRTH = (0.6, -0.9), 0.15
+"""Centre and radius of what stands there and is not in the map [m]: plans across the map must mind it."""
+
+_SIDE, _RESOLUTION = 120, 0.05
+
+Floats = NDArray[np.float64]
+
+
+def round_room() -> GridMap:
+    """Return the map of the room, in which the pillar is not."""
+    middles = (np.arange(_SIDE) + 0.5 - _SIDE / 2) * _RESOLUTION
+    occupied = np.hypot(middles[:, None], middles) >= RADIUS
+    corner = -_SIDE / 2 * _RESOLUTION
+    return GridMap(
+        np.where(occupied, 100, 0).astype(np.int8), GridInfo(_RESOLUTION, _SIDE, _SIDE, Pose2D(corner, corner))
+    )
+
+
+class SensingRobot:
+    """A robot in the round room, which goes as it is ``told``."""
+
+    def __init__(self) -> None:
+        self.told = Twist()
+        self._pose = Pose2D(0.0, 0.0)
+        self._angles = np.linspace(-math.pi / 2, math.pi / 2, 181)
+
+    def move(self, seconds: float) -> None:
+        """Drive on for some seconds."""
+        self._pose = self._pose @ Pose2D(self.told.linear.x * seconds, 0.0, self.told.angular.z * seconds)
+
+    def sense(self) -> Iterator[tuple[str, Message]]:
+        """Yield topics, and what the sensors say on each now."""
+        stamp = Time.of(epoch())
+        pose = PoseWithCovariance(Pose.of(self._pose))
+        yield "odom", Odometry(Header(stamp=stamp, frame_id="odom"), "base_link", pose, TwistWithCovariance(self.told))
+        header, angles = Header(stamp=stamp, frame_id="base_link"), self._angles
+        first, second, last = map(float, angles[[0, 1, -1]])
+        yield "scan", LaserScan(header, first, last, second - first, 0.1, 2.0 * RADIUS, self._ranges())
+
+    def _ranges(self) -> list[float | None]:
+        x, y, theta = self._pose
+        wall = _to_circle(-x, -y, RADIUS, self._angles + theta)[1]
+        pillar = _to_circle(_PILLAR[0] - x, _PILLAR[1] - y, _GIRTH, self._angles + theta)[0]
+        ranges: list[float | None] = np.fmin(wall, np.where(pillar > 0.0, pillar, np.nan)).tolist()
+        return ranges
+
+
+def _to_circle(x: float, y: float, radius: float, angles: Floats) -> tuple[Floats, Floats]:
+    """Return how far it is along each angle to where a circle begins and ends [m], NaN beside it."""
+    along = x * np.cos(angles) + y * np.sin(angles)
+    squared = along**2 + radius**2 - x**2 - y**2
+    half = np.sqrt(np.where(squared >= 0.0, squared, np.nan))
+    return along - half, along + half
