@@ -35,7 +35,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_goal_argument(parser)
     add_threads_argument(parser)
     parser.add_argument("--plot", type=Path, metavar="OUT.png",
-                        help="draw the time of a plan over the length of its path, by number of threads")  # fmt: skip
+                        help="draw the planning time over the path length, by number of threads")  # fmt: skip
     parser.add_argument("--beside", type=_names, default=[], metavar="A,B", help="navfn, or packages of peers")
     parser.add_argument("--pause", type=_pause, metavar="S", help="tell what a field takes that long after another")
 

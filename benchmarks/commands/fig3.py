@@ -16,7 +16,7 @@ HELP = "time over length of the path: one thread here, a container of many cores
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
-    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw it")
+    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the planning time over the path length")
     parser.add_argument("--map", type=Path, help="YAML file or MovingAI map (a warehouse of 120 by 80 m)")
     parser.add_argument("--cores", type=int, default=2, help="of the container (%(default)s)")
 

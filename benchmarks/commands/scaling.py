@@ -16,7 +16,7 @@ HELP = "the field on grids from 256² up, by number of threads"
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     add_threads_argument(parser)
-    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw ns a cell over the size")
+    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the time per cell over the grid size")
     parser.add_argument("--kind", action="append", help="of grid (empty, random 20 %%, maze)")
     parser.add_argument("--largest", type=int, default=8192, metavar="N", help="edge in cells (%(default)s)")
 

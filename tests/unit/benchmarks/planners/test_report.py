@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from rich.progress import Progress
 
-from benchmarks.commands import report as bench_report
+from benchmarks.commands import suite as bench_suite
 from benchmarks.planners import machine, report, scaling, suite
 from ppaas.errors import InvalidInput
 
@@ -55,7 +55,7 @@ def test_what_is_kept_is_read_again(tmp_path: Path) -> None:
 
 
 def test_every_part_that_can_be_named_is_measured() -> None:
-    assert set(bench_report.PARTS) == set(suite.PARTS)
+    assert set(bench_suite.PARTS) == set(suite.PARTS)
 
 
 def test_a_suite_measures_real_maps_and_every_part_can_be_rendered(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
