@@ -1,1 +1,1 @@
-"""TODO benchmarks."""
+"""Benchmarks of PPaaS, run from a checkout by ``ppaas bench NAME``; the wheel has none of them."""

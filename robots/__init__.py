@@ -1,1 +1,1 @@
-"""The client layer: what runs on a robot, and simulated robots that stand in for real ones."""
+"""The client side: what runs on a robot, simulated robots, and the command line. The modules here are aliases."""

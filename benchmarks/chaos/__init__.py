@@ -1,1 +1,1 @@
-"""Faults of all kinds, at random, under driving robots: what was lost, what was said twice, what was left behind."""
+"""Chaos bench: random faults in a cloud under driving robots; what was lost, repeated or left behind."""

@@ -5,6 +5,12 @@ from pathlib import Path
 
 import psutil
 
+from engine.agent import main as agent
+from engine.fabric import router
+from engine.remote import agent as joined_agent
+from engine.runtimes.compilation import rest_compiler
+from robots import cli
+
 FORKED = "forkserver"
 
 MACHINES = "machines"
@@ -14,11 +20,11 @@ OWN = "local"
 """Name of the cloud's own machine."""
 
 _BY_COMMAND = {
-    "robots.cli.main up": "web",
-    "engine.remote.agent": "joined machine",
-    "engine.agent.agent": "agent",
-    "engine.fabric.router": "router",
-    "engine.runtimes.compilation.rest_compiler": "compiler",
+    f"{cli.__name__} up": "web",
+    joined_agent.__name__: "joined machine",
+    agent.__name__: "agent",
+    router.__name__: "router",
+    rest_compiler.__name__: "compiler",
     "resource_tracker": "resource tracker",
     FORKED: FORKED,
 }

@@ -1,1 +1,1 @@
-"""How the engine does: containers that start, crash and are many; machines that are lost; the master; messages."""
+"""Bench of the engine: containers that start, crash and are many, lost machines, the master, and messages."""

@@ -84,7 +84,7 @@ async def echoes(count: int) -> list[float]:
 
 
 async def _measured(kind: str, count: int) -> list[float]:
-    command = (sys.executable, "-m", "benchmarks.engine.baselines", kind, str(count))
+    command = (sys.executable, "-m", __spec__.name, kind, str(count))
     process = await asyncio.create_subprocess_exec(*command, stdout=asyncio.subprocess.PIPE)
     told, _ = await process.communicate()
     return msgspec.json.decode(told, type=list[float])

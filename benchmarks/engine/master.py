@@ -17,6 +17,7 @@ from rich.progress import Progress
 from benchmarks.engine.options import Options
 from benchmarks.harness.figures import Figure
 from benchmarks.harness.json_process import Talk, talking
+from benchmarks.placement import machines_process, master_process
 from ppaas.clock import monotonic
 
 PART = "master"
@@ -69,7 +70,7 @@ def _rate_figure(balancer: str, placed: dict[str, float], robots: int, machines:
 @contextlib.asynccontextmanager
 async def _master(folder: Path, balancer: str, robots: int, machines: int) -> AsyncIterator[Talk]:
     """Run a master, and wait until its machines are there."""
-    async with talking("benchmarks.placement.master_process", str(folder), balancer, str(robots)) as master:
+    async with talking(master_process, str(folder), balancer, str(robots)) as master:
         await master.hear()
         await master.ask({"do": "wait", "machines": machines})
         yield master
@@ -79,7 +80,7 @@ async def _master(folder: Path, balancer: str, robots: int, machines: int) -> As
 async def _machines(machines: int, keep_every: int) -> AsyncIterator[tuple[Path, Talk]]:
     """Run machines, and have a folder for their cloud."""
     with tempfile.TemporaryDirectory(prefix="b-", ignore_cleanup_errors=True) as name:  # sockets need a short path
-        async with talking("benchmarks.placement.machines_process", name, str(machines), str(keep_every)) as carrying:
+        async with talking(machines_process, name, str(machines), str(keep_every)) as carrying:
             yield Path(name), carrying
 
 

@@ -1,1 +1,1 @@
-"""TODO benchmarks/harness."""
+"""Shared parts of benches: the cloud under test, processes that a bench starts, runs in parallel, and figures."""

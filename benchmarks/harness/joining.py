@@ -7,8 +7,9 @@ from asyncio.subprocess import DEVNULL, PIPE, Process
 from pathlib import Path
 
 from ppaas.errors import Unavailable
+from robots import cli
 
-MACHINE = (sys.executable, "-m", "robots.cli.main", "machine")
+MACHINE = (sys.executable, "-m", cli.__name__, "machine")
 
 
 async def ticket_of(data: Path) -> str:

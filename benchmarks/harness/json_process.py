@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import sys
 from collections.abc import AsyncIterator
+from types import ModuleType
 from typing import Any
 
 import msgspec
@@ -59,10 +60,10 @@ class Talk:
 
 
 @contextlib.asynccontextmanager
-async def talking(module: str, *arguments: str) -> AsyncIterator[Talk]:
+async def talking(module: ModuleType, *arguments: str) -> AsyncIterator[Talk]:
     """Run a module as a process, and end it afterwards."""
     process = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", module, *arguments,
+        sys.executable, "-m", module.__name__, *arguments,
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, limit=MOST,
     )  # fmt: skip
     talk = Talk(process)

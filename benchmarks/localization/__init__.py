@@ -1,1 +1,1 @@
-"""How well localization holds a robot and finds it again, and how fast it is: simulated, and on recorded logs."""
+"""Bench of localization: its accuracy, recovery and speed, simulated and on recorded logs."""

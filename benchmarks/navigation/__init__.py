@@ -1,1 +1,1 @@
-"""How long local planners take for a control cycle."""
+"""Benches of navigation: control cycles of local planners, the BARN worlds, and goals among people."""

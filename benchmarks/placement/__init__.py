@@ -1,1 +1,1 @@
-"""What stores do, measured beside yardsticks."""
+"""Bench of placement: a master with real control links, and balancers side by side."""

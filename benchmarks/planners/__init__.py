@@ -1,1 +1,1 @@
-"""How fast planners plan and how right they are, measured without a cloud but for the paper's Fig. 3."""
+"""Bench of planners: speed and correctness without a cloud, but for Fig. 3 of the paper."""

@@ -14,6 +14,7 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from benchmarks.harness.cloud_under_test import Target
 from benchmarks.harness.figures import Figure, median_of
+from benchmarks.service import echo_server
 from ppaas.clock import monotonic
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import Unavailable
@@ -211,7 +212,7 @@ async def _ask_rest(asker: RestAsker, body: bytes) -> float:
 async def echo(kind: str, size: int) -> AsyncIterator[str]:
     """Run a server that echoes answers of a size in a process of its own; its host and port."""
     process = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", "benchmarks.service.echo_server", kind, str(size),
+        sys.executable, "-m", echo_server.__name__, kind, str(size),
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
     )  # fmt: skip
     assert process.stdin is not None and process.stdout is not None

@@ -9,6 +9,7 @@ from rich.progress import Progress
 
 from benchmarks.harness.figures import Figure, median_of
 from ppaas.clock import monotonic
+from robots import cli
 from robots.demo.cloud_process import CloudProcess
 
 PART = "startup"
@@ -19,7 +20,7 @@ HELP_LIMIT_MS = 200.0
 UP_LIMIT_MS = 3000.0
 
 NOTHING = (sys.executable, "-c", "pass")
-HELP = (sys.executable, "-m", "robots.cli.main", "--help")
+HELP = (sys.executable, "-m", cli.__name__, "--help")
 
 
 async def measure(progress: Progress, quick: bool) -> list[Figure]:

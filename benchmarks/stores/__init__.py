@@ -1,1 +1,1 @@
-"""TODO benchmarks/stores."""
+"""Bench of the Path Plan Database as it fills."""

@@ -15,8 +15,8 @@ from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, Twist, TwistW
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header
-from robots.client.robot_client import RobotClient
-from robots.onboard.base_controller import BaseController
+from robots.client import RobotClient
+from robots.onboard import BaseController
 
 
 async def main(robot):

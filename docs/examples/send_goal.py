@@ -8,8 +8,7 @@ import os
 import sys
 
 from ppaas.geometry import Pose2D
-from robots.client.move_base import MoveBaseClient
-from robots.client.robot_client import RobotClient
+from robots.client import MoveBaseClient, RobotClient
 
 
 async def main(robot, x, y, yaw=0.0):

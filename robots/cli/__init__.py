@@ -1,1 +1,1 @@
-"""TODO robots/cli."""
+"""The command line ``ppaas``: finds commands, parses their arguments and prints their answers."""

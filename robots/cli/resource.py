@@ -1,4 +1,4 @@
-"""What commands do alike with each kind of resource: list, show and delete it."""
+"""Resources of the REST service on the command line: each kind is listed, shown, changed and deleted alike."""
 
 import argparse
 import json

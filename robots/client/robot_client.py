@@ -2,7 +2,7 @@
 
 ::
 
-    async with RobotClient("http://cloud:8080", robot="tb1", token=token) as client:
+    async with RobotClient("http://cloud:8500", robot="tb1", token=token) as client:
         await client.subscribe("cmd_vel", Twist, base.command)
         await client.publish("odom", odometry)
 

@@ -14,6 +14,7 @@ from typing import Self
 import msgspec
 
 from ppaas.errors import Unavailable
+from robots import cli
 
 
 class Ready(msgspec.Struct, frozen=True):
@@ -115,7 +116,7 @@ class CloudProcess:
         self.ready = await self._wait_ready(self._start_timeout)
 
     async def _start(self) -> None:
-        command = [sys.executable, "-m", "robots.cli.main", "up", "--host", "127.0.0.1", "--port", "0"]
+        command = [sys.executable, "-m", cli.__name__, "up", "--host", "127.0.0.1", "--port", "0"]
         command += ["--data", str(self.folder / "data"), "--ready-file", str(self.folder / "ready.json")]
         command += ["--admin-password-file", str(self.folder / "password"), "--log-level", "warning"]
         command += self._arguments

@@ -12,6 +12,7 @@ from typing import TypeVar
 import msgspec
 
 from ppaas.errors import Unavailable, rebuild
+from robots.onboard import executor
 from robots.onboard.executor import protocol
 
 logger = logging.getLogger(__name__)
@@ -72,7 +73,7 @@ class NodeProcess:
         PPaaSError
             What it was told cannot be.
         """
-        command = (sys.executable, "-m", "robots.onboard.executor.local_executor")
+        command = (sys.executable, "-m", executor.__name__)
         # A Ctrl-C is for the robot's program, which has nodes to give back before this may end.
         self._process = await asyncio.create_subprocess_exec(
             *command, stdin=PIPE, stdout=PIPE, limit=protocol.MAX_LINE, start_new_session=True

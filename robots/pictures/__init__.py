@@ -1,1 +1,1 @@
-"""TODO robots/pictures."""
+"""Pictures as PNG: paths on maps, changes of maps, and charts."""

@@ -1,1 +1,1 @@
-"""Paths on a map file, planned right here, and pictures of paths. Needs ``ppaas[plan]``."""
+"""Paths on a map file, planned on this computer without a cloud. Needs ``ppaas[plan]``."""

@@ -9,6 +9,7 @@ import pytest
 
 from ppaas.errors import NotFound
 from ppaas.planners import create
+from robots import cli
 from tests.support.sources import ROOT
 
 PACKAGE = ROOT / "docs" / "examples" / "greedy_planner"
@@ -79,7 +80,7 @@ def test_the_command_line_plans_with_it(installed: dict[str, str]) -> None:
     ppaas = [
         sys.executable,
         "-m",
-        "robots.cli.main",
+        cli.__name__,
         "plan",
         str(MAP),
         "--start",

@@ -16,6 +16,7 @@ from ppaas.messages.message import Empty
 from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, GetPlanResponse
 from ppaas.messages.rosapi import ServiceNode, ServiceNodeResponse, ServiceRequest
 from ppaas.messages.std_msgs import Header
+from robots import cli
 from robots.client.rest import RestClient
 from robots.client.robot_client import RobotClient
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
@@ -52,7 +53,7 @@ async def shown_by_rest_and_command(rest: RestClient, url: str, token: str, robo
     """See that Move Base runs on the robot, and why, as programs and as people do."""
     shown = {node["node"]: node for node in await rest.items(f"/v1/robots/{robot}/nodes")}
     assert (shown["move_base"]["home"], shown["amcl"]["home"]) == ("robot", "cloud")
-    command = [sys.executable, "-m", "robots.cli.main", "robot", "nodes", robot, "--url", url, "--token", token]
+    command = [sys.executable, "-m", cli.__name__, "robot", "nodes", robot, "--url", url, "--token", token]
     told = await asyncio.to_thread(subprocess.run, command, capture_output=True, text=True, timeout=60, check=True)
     [line] = [line for line in told.stdout.splitlines() if line.startswith("move_base")]
     assert line.split()[1:3] == ["robot", "robot"]

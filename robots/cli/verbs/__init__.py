@@ -1,1 +1,1 @@
-"""TODO robots/cli/verbs."""
+"""Verbs of commands that are large enough for a module of their own."""

@@ -1,1 +1,1 @@
-"""TODO robots/onboard/executor."""
+"""The local executor: the child process in which nodes of a clone run on the robot."""

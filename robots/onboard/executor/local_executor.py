@@ -202,7 +202,3 @@ def main() -> None:
     logging.basicConfig(format="%(levelname)s local node: %(message)s", stream=sys.stderr)
     asyncio.run(serve(output))
     os._exit(0)  # a job under way in a thread is nobody's any more
-
-
-if __name__ == "__main__":
-    main()

@@ -11,6 +11,7 @@ from typing import Any
 
 import psutil
 
+from robots import cli
 from robots.client.rest import RestClient
 from tests.support.cloud.cloud import shared_memory
 
@@ -19,7 +20,7 @@ PATIENCE = 60.0
 
 def ticket(data: Path, *arguments: str) -> str:
     """Return a ticket of the cloud with a data folder."""
-    command = [sys.executable, "-m", "robots.cli.main", "machine", "ticket", "--data", str(data), *arguments]
+    command = [sys.executable, "-m", cli.__name__, "machine", "ticket", "--data", str(data), *arguments]
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
 
 
@@ -47,7 +48,7 @@ class JoinedMachine:
 
     def start(self, *arguments: str) -> None:
         """Start it, for the first time with a ticket."""
-        command = [*self._within, sys.executable, "-m", "robots.cli.main", "machine", "join", *arguments]
+        command = [*self._within, sys.executable, "-m", cli.__name__, "machine", "join", *arguments]
         with self.log.open("ab") as output:
             self.process = subprocess.Popen(
                 [*command, "--name", self.name, "--data", str(self._data)],

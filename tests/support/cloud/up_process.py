@@ -10,6 +10,7 @@ from pathlib import Path
 
 import psutil
 
+from robots import cli
 from tests.support.cloud.cloud import named, shared_memory
 
 TIMEOUT = 60.0
@@ -31,7 +32,7 @@ class Up:
         self.log = folder / "log"
         self.runs = Path(tempfile.mkdtemp(prefix="up-"))  # not below the folder: sockets need a short path
         self.ready = folder / "ready.json"
-        command = [sys.executable, "-m", "robots.cli.main", "up", "--port", "0", "--data", str(folder / "data")]
+        command = [sys.executable, "-m", cli.__name__, "up", "--port", "0", "--data", str(folder / "data")]
         with self.log.open("wb") as output:
             self.process = subprocess.Popen(
                 [*command, "--ready-file", str(self.ready), *arguments],

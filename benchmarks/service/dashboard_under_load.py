@@ -1,7 +1,7 @@
-"""How fast the dashboard is, and what it looks like, with robots that drive.
+"""Measures the dashboard in a browser while robots drive, or takes pictures of it.
 
-``python -m tests.support.dashboard_bench [--robots N] [--screenshots FOLDER]``. The first paint is what the browser
-tells, with nothing cached; frames are those that the page could draw in ten seconds with all layers on.
+``python -m benchmarks.service.dashboard_under_load [--robots N] [--screenshots FOLDER]``. The first paint is what the
+browser tells, with nothing cached; frames are those that the page could draw in ten seconds with all layers on.
 """
 
 import argparse

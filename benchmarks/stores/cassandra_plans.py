@@ -1,4 +1,4 @@
-"""Measure plans in a real Cassandra of ordinary size: ``python -m tests.servers.bench_plans [ARGUMENT ...]``.
+"""Measure plans in a real Cassandra of ordinary size: ``python -m benchmarks.stores.cassandra_plans [ARGUMENT ...]``.
 
 The arguments are those of ``ppaas bench plans``, whose store is a node that is started for it and ended after it.
 """

@@ -1,1 +1,0 @@
-"""Measures what a user waits for, each beside its yardstick in the same run."""
