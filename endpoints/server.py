@@ -7,7 +7,6 @@ longer and uses another core.
 import argparse
 import asyncio
 import contextlib
-import importlib
 import logging
 import os
 import secrets
@@ -168,9 +167,9 @@ async def _start(cloud: Cloud, arguments: argparse.Namespace, last_first: contex
     """Start the machine, and beside it get ready what serves the web."""
     machine = asyncio.create_task(cloud.start())
     try:
-        module = await asyncio.to_thread(importlib.import_module, "endpoints.web")
+        serving = await asyncio.to_thread(_import_web)
         await asyncio.to_thread(store_kernels.prepare)
-        web: Web = module.Web(
+        web = serving(
             cloud, linger=arguments.linger, idle=arguments.idle, dead=arguments.dead, log_level=arguments.log_level
         )
         last_first.push_async_callback(web.close)
@@ -184,6 +183,12 @@ async def _start(cloud: Cloud, arguments: argparse.Namespace, last_first: contex
         machine.cancel()
         await asyncio.gather(machine, return_exceptions=True)
     return web
+
+
+def _import_web() -> "type[Web]":
+    from endpoints.web import Web  # noqa: PLC0415 - takes half a second, beside the start of the machine
+
+    return Web
 
 
 async def _later(work: Callable[[], Coroutine[Any, Any, None]]) -> None:

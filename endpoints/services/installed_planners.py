@@ -1,11 +1,12 @@
-"""Which planners the cloud has, and lets run: asked of a process that loads their kernels, so that this one need not.
+"""Planners that are installed and allowed to run, as listed by a process of its own: only that one loads their kernels.
 
-It is asked once, and the answer kept for the next runs.
+It is asked once, and the answer is kept for the next runs.
 """
 
 import asyncio
 import logging
 import sys
+from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -14,17 +15,13 @@ from endpoints.services.planner_cache import Told
 from ppaas.errors import Unavailable
 from ppaas.plugins import permitted
 
+if TYPE_CHECKING:
+    from endpoints.services import list_planners  # noqa: F401 - the program that is named below
+
 logger = logging.getLogger(__name__)
 
-SCRIPT = """
-import sys, msgspec
-from ppaas.plugins import permit_only
-allowed = ALLOWED
-if allowed is not None:
-    permit_only(allowed)
-from ppaas.planners.catalogue import catalogue
-sys.stdout.buffer.write(msgspec.json.encode(catalogue()))
-"""
+PROGRAM = ("-m", "endpoints.services.list_planners")
+"""Arguments of Python that list the planners; the plug-ins that are allowed follow."""
 
 
 class InstalledPlanners:
@@ -49,18 +46,18 @@ class InstalledPlanners:
 
 
 async def _find_out() -> Told:
-    script = SCRIPT.replace("ALLOWED", repr(permitted()))
-    file = await asyncio.to_thread(planner_cache.cache_file, script)
+    question = (*PROGRAM, msgspec.json.encode(permitted()).decode())
+    file = await asyncio.to_thread(planner_cache.cache_file, " ".join(question))
     known = planner_cache.kept(file)
     if known is None:
-        known = await _ask(script)
+        known = await _ask(question)
         planner_cache.keep(file, known)
     return known
 
 
-async def _ask(script: str) -> Told:
+async def _ask(question: tuple[str, ...]) -> Told:
     pipe = asyncio.subprocess.PIPE
-    process = await asyncio.create_subprocess_exec(sys.executable, "-c", script, stdout=pipe, stderr=pipe)
+    process = await asyncio.create_subprocess_exec(sys.executable, *question, stdout=pipe, stderr=pipe)
     out, err = await process.communicate()
     if process.returncode != 0:
         logger.error("cannot list the planners: %s", err.decode(errors="replace"))

@@ -4,13 +4,17 @@ import json
 import subprocess
 import sys
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidMap, Unavailable
 from ppaas.maps.formats.map_files import GridRows, open_grid
 from storage.staged_uploads import Buffer, MapDraft
 from storage.versions import IMAGE, OCTOMAP, YAML
 
+if TYPE_CHECKING:
+    from endpoints.rest.maps import octomap_check  # noqa: F401 - the program that is named below
+
+_OCTOMAP_CHECK = ("-m", "endpoints.rest.maps.octomap_check")
 _NO_GRID = {"resolution": None, "width": None, "height": None, "origin": None}
 
 
@@ -51,7 +55,7 @@ def _told(grid: GridRows) -> dict[str, Any]:
 
 def _check_octomap(draft: MapDraft) -> None:
     """Read an octree in a process of its own: its kernels take long to load, and a bad file may want much memory."""
-    command = [sys.executable, "-m", "endpoints.rest.maps.octomap_check", str(draft.path(OCTOMAP))]
+    command = [sys.executable, *_OCTOMAP_CHECK, str(draft.path(OCTOMAP))]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)
     if ended.returncode:
         raise Unavailable(

@@ -11,16 +11,13 @@ from endpoints.services import installed_planners, planner_cache
 from endpoints.services.installed_planners import InstalledPlanners
 from ppaas.errors import Unavailable
 
-TOLD = """
-import sys
-sys.stdout.write('[{"name": "straight"}]')
-"""
+TOLD = ("-c", """import sys; sys.stdout.write('[{"name": "straight"}]')""")
 
 
 @pytest.fixture(autouse=True)
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(installed_planners, "SCRIPT", TOLD)
+    monkeypatch.setattr(installed_planners, "PROGRAM", TOLD)
 
 
 @pytest.fixture
@@ -42,19 +39,19 @@ async def test_planners_are_asked_once_for_all_runs(monkeypatch: pytest.MonkeyPa
     assert await InstalledPlanners().all() == first
 
 
-async def test_what_is_kept_but_cannot_be_read_is_asked_anew() -> None:
+async def test_what_is_kept_but_cannot_be_read_is_asked_anew(tmp_path: Path) -> None:
     await InstalledPlanners().all()
-    file = planner_cache.cache_file(TOLD)
+    [file] = (tmp_path / "cache").rglob("planners*")
     for broken in (b"", b"{}", b'[{"name": "str'):
         file.write_bytes(broken)
         assert await InstalledPlanners().all() == [{"name": "straight"}]
 
 
-async def test_an_error_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(installed_planners, "SCRIPT", "raise ImportError('not yet')")
+async def test_an_error_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(installed_planners, "PROGRAM", ("-c", "raise ImportError('not yet')"))
     with pytest.raises(Unavailable):
         await InstalledPlanners().all()
-    assert planner_cache.kept(planner_cache.cache_file(installed_planners.SCRIPT)) is None
+    assert list((tmp_path / "cache").rglob("planners*")) == []
 
 
 async def test_where_nothing_can_be_kept_they_are_told_all_the_same(

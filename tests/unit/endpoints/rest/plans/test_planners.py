@@ -39,7 +39,7 @@ async def test_planners_are_told_to_users_only(client: httpx.AsyncClient) -> Non
 async def test_one_that_cannot_be_loaded_is_told_of(
     client: httpx.AsyncClient, log_in: LogIn, services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(installed_planners, "SCRIPT", "raise ImportError('no such planner')")
+    monkeypatch.setattr(installed_planners, "PROGRAM", ("-c", "raise ImportError('no such planner')"))
     answer = await client.get("/v1/planners", headers=await log_in("ann"))
     assert answer.status_code == 503
     assert "the log of the cloud says why" in answer.json()["detail"]
