@@ -1,25 +1,26 @@
-"""Numbers on command lines, for ``type=`` of arguments."""
+"""Numbers read from text, within bounds: for arguments of a command line."""
 
-import argparse
 import math
 from collections.abc import Callable
 
+from ppaas.errors import InvalidParameter
+
 
 def whole(least: int = 1, most: int | None = None) -> Callable[[str], int]:
-    """Return what reads a whole number within bounds; ``ArgumentTypeError`` where the text is none."""
+    """Return a function that reads a whole number within bounds; ``InvalidParameter`` for any other text."""
     bounds = f"from {least} up" if most is None else f"from {least} to {most}"
 
     def read(text: str) -> int:
         number = int(text) if text.isdecimal() else least - 1
         if number < least or (most is not None and number > most):
-            raise argparse.ArgumentTypeError(f"give a whole number {bounds}, not {text!r}")
+            raise InvalidParameter(f"give a whole number {bounds}, not {text!r}")
         return number
 
     return read
 
 
 def above_zero(most: float) -> Callable[[str], float]:
-    """Return what reads a number above 0 and up to a bound; ``ArgumentTypeError`` where the text is none."""
+    """Return a function that reads a number above 0 and up to a bound; ``InvalidParameter`` for any other text."""
 
     def read(text: str) -> float:
         try:
@@ -27,7 +28,7 @@ def above_zero(most: float) -> Callable[[str], float]:
         except ValueError:
             number = math.nan
         if not 0.0 < number <= most:
-            raise argparse.ArgumentTypeError(f"give a number above 0 and up to {most:g}, not {text!r}")
+            raise InvalidParameter(f"give a number above 0 and up to {most:g}, not {text!r}")
         return number
 
     return read

@@ -1,8 +1,33 @@
-"""Whether a parameter is a value of its type: what dataclasses of parameters check before their ranges."""
+"""Parameters of nodes and plug-ins: their base, how they are read, and checks that dataclasses of them share."""
 
 import math
+from typing import TypeVar
+
+import msgspec
 
 from ppaas.errors import InvalidParameter
+
+
+class Parameters(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """Base of a node's parameters: names, types and defaults, as ROS has them."""
+
+
+P = TypeVar("P", bound=Parameters)
+
+
+def read_parameters(cls: type[P], node: str, given: object) -> P:
+    """Return a node's parameters from JSON's dict.
+
+    Raises
+    ------
+    InvalidParameter
+        One is unknown, of the wrong type or out of range; the text names the valid ones.
+    """
+    try:
+        return msgspec.convert(given, cls)
+    except msgspec.ValidationError as error:
+        known = ", ".join(sorted(cls.__struct_fields__))
+        raise InvalidParameter(f"parameters of {node!r}: {error}; known: {known}") from error
 
 
 def check_scalar(name: str, value: object, kind: object) -> None:

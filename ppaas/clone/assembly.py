@@ -21,7 +21,7 @@ from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.passive_safety import GivingWay
 from ppaas.navigation.recovery_sequence import recovery_behaviors, recovery_defaults
 from ppaas.nodes.amcl.node import AmclNode
-from ppaas.nodes.base import Context, Node, Parameters
+from ppaas.nodes.base import Context, Node
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.map_server.costmap_filters import (
     KEEPOUT_FILTER,
@@ -30,7 +30,6 @@ from ppaas.nodes.map_server.costmap_filters import (
     SpeedFilterParameters,
 )
 from ppaas.nodes.map_server.node import MapServerNode
-from ppaas.nodes.message_checks import read_parameters
 from ppaas.nodes.move_base.node import MoveBaseNode
 from ppaas.nodes.move_base.people import SeenPeople, SocialLayerParameters
 from ppaas.nodes.move_base.speed_limits import SpeedFilter
@@ -40,6 +39,7 @@ from ppaas.nodes.planner_server.node import PlannerServerNode
 from ppaas.nodes.tf.republisher import TfRepublisherNode
 from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherParameters
 from ppaas.nodes.waypoint_follower.node import WaypointFollowerNode, WaypointFollowerParameters
+from ppaas.parameters import Parameters, read_parameters
 from ppaas.perception.tracking import MovingThings
 from ppaas.planners.base import Planner
 from ppaas.planners.registry import PLANNERS

@@ -7,8 +7,7 @@ from typing import Any
 
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D
-from ppaas.nodes.base import Parameters
-from ppaas.nodes.message_checks import read_parameters
+from ppaas.parameters import Parameters, read_parameters
 from ppaas.robot_model.description import RobotDescription, circumscribed_radius
 from ppaas.robot_model.known_models import RobotModel, robot_model
 

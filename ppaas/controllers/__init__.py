@@ -1,4 +1,4 @@
-"""Local planners: the interface, the registry, one algorithm a file."""
+"""Local planners: the interface, the registry, and what all of them share; one package below for each algorithm."""
 
 from ppaas.controllers.base import Controller, ControlRequest, Velocity, VelocityLimits
 from ppaas.controllers.registry import controller_names, create

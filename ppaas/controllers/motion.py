@@ -3,11 +3,7 @@
 import math
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ppaas.controllers.base import Velocity
-from ppaas.controllers.dwa.parameters import DwaParameters
 from ppaas.geometry import Pose2D, wrap_angle
 
 
@@ -62,46 +58,6 @@ def turn(error: float, velocity: Velocity, limits: TurnLimits, period: float) ->
         return Velocity(0.0, towards(velocity.angular, 0.0, step))
     turning = towards(velocity.angular, wanted, step)
     return Velocity(0.0, math.copysign(max(abs(turning), limits.min_vel_theta), wanted))
-
-
-def window(velocity: Velocity, fastest: float, limits: DwaParameters, period: float) -> NDArray[np.float64]:
-    """Return the velocities that can be reached within one cycle, as samples.
-
-    Standing still is not among them, nor what is too slow for a base to follow: who stands before an obstacle must be
-    told so. Instead there is always the slowest that it can follow.
-
-    Parameters
-    ----------
-    velocity : Velocity
-        Now.
-    fastest : float
-        Most that the forward speed should be [m/s].
-    limits : DwaParameters
-    period : float
-        Of a cycle [s].
-
-    Returns
-    -------
-    (n, 2) array
-        Forward [m/s], turning [rad/s].
-    """
-    lowest = max(limits.min_vel_x, velocity.linear - limits.acc_lim_x * period)
-    highest = max(lowest, min(fastest, velocity.linear + limits.acc_lim_x * period))
-    forward = np.linspace(lowest, highest, limits.vx_samples)
-    forward = forward[np.abs(forward) >= limits.min_vel_trans]
-    if not len(forward):
-        forward = np.array([limits.min_vel_trans])
-    reach = limits.acc_lim_theta * period
-    most = limits.max_vel_theta
-    right = min(max(velocity.angular - reach, -most), most)
-    left = min(max(velocity.angular + reach, -most), most)
-    turning = np.linspace(right, left, limits.vth_samples)
-    if right < 0.0 < left:
-        turning = np.append(turning, 0.0)
-    samples = np.empty((len(forward), len(turning), 2))
-    samples[:, :, 0] = forward[:, None]
-    samples[:, :, 1] = turning
-    return samples.reshape(-1, 2)
 
 
 def towards(value: float, target: float, step: float) -> float:

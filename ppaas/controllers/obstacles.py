@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from ppaas.controllers.kernels.clearance import Body, Field, clearance, clearance_along
-from ppaas.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from ppaas.cost_values import LETHAL_OBSTACLE, NO_INFORMATION
+from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
 from ppaas.maps.kernels.distance import distance_serial
 

@@ -6,14 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.cost_values import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
 from ppaas.errors import InvalidMap
 from ppaas.maps.grid import GridInfo
 
-FREE_SPACE = 0
-INSCRIBED_INFLATED_OBSTACLE = 253
-LETHAL_OBSTACLE = 254
-NO_INFORMATION = 255
-
+__all__ = [
+    "FREE_SPACE",
+    "INSCRIBED_INFLATED_OBSTACLE",
+    "LETHAL_OBSTACLE",
+    "NO_INFORMATION",
+    "Costmap",
+    "Indexes",
+]
 
 Indexes = Callable[[str, Callable[[], None]], memoryview | None]
 

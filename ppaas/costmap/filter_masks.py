@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION
+from ppaas.cost_values import LETHAL_OBSTACLE, NO_INFORMATION
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
 
 _BLOCK = 1 << 18

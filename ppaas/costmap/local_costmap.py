@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
+from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.filter_masks import raise_costs
 from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR, INFLATION_RADIUS, ROBOT_RADIUS, check_inflation, inflate
 from ppaas.costmap.map_layers import MapLayers

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
+from ppaas.cost_values import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
 from ppaas.costmap.kernels.obstacle import mark_and_clear
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.geometry import Pose2D

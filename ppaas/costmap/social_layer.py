@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Costmap
+from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE
+from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.kernels.people import raise_around
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ppaas.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from ppaas.cost_values import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
+from ppaas.costmap.costmap import Costmap
 from ppaas.maps.grid import OCCUPIED_THRESHOLD, UNKNOWN, GridMap
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
+from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE
 from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR
 from ppaas.costmap.kernels.voxels import inflate_layers, keep_to_ground
 from ppaas.costmap.volume import Volume

@@ -4,7 +4,7 @@ import math
 from typing import Literal
 
 from ppaas.errors import InvalidParameter
-from ppaas.nodes.base import Parameters
+from ppaas.parameters import Parameters
 
 MAX_PARTICLES = 100_000
 

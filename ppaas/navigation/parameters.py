@@ -3,7 +3,7 @@
 import math
 
 from ppaas.errors import InvalidParameter
-from ppaas.nodes.base import Parameters
+from ppaas.parameters import Parameters
 from ppaas.plans.stored import LARGEST_TOLERANCE
 
 MAX_RECOVERIES = 32

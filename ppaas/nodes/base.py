@@ -9,8 +9,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar, NamedTuple, Protocol, TypeVar
 
-import msgspec
-
 from ppaas.errors import NotFound, PPaaSError
 from ppaas.messages.message import Lazy, Message, ServiceType
 
@@ -96,10 +94,6 @@ class Context(Protocol):
     def every(self, period: float, callback: Callable[[], None]) -> Timer:
         """Call back every ``period`` seconds, on the node's thread."""
         ...
-
-
-class Parameters(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """Base of a node's parameters: names, types and defaults, as ROS has them."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,19 +1,16 @@
-"""Reading what robots send: poses that mean something, or an error that says what to do."""
+"""Checks of what robots send: poses that mean something, or an error that says what to do."""
 
 import math
 from typing import TypeVar
 
-import msgspec
-
-from ppaas.errors import InvalidInput, InvalidParameter, TransformError
+from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.message import Message
-from ppaas.nodes.base import Parameters, Payload
+from ppaas.nodes.base import Payload
 from ppaas.transforms.planar import TransformTree
 
 M = TypeVar("M", bound=Message)
-P = TypeVar("P", bound=Parameters)
 
 
 def expect(message: Payload, cls: type[M]) -> M:
@@ -65,18 +62,3 @@ def pose_in(tree: TransformTree, frame: str, stamped: PoseStamped, what: str) ->
         return tree.lookup(frame, source) @ pose
     except TransformError as error:
         raise TransformError(f"{what} cannot be transformed into {frame!r}: {error}") from error
-
-
-def read_parameters(cls: type[P], node: str, given: object) -> P:
-    """Return a node's parameters from JSON's dict.
-
-    Raises
-    ------
-    InvalidParameter
-        One is unknown, of the wrong type or out of range; the text names the valid ones.
-    """
-    try:
-        return msgspec.convert(given, cls)
-    except msgspec.ValidationError as error:
-        known = ", ".join(sorted(cls.__struct_fields__))
-        raise InvalidParameter(f"parameters of {node!r}: {error}; known: {known}") from error

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput, InvalidParameter
-from ppaas.nodes.base import Parameters
+from ppaas.parameters import Parameters
 from ppaas.perception.kernels.depth import Depths, nearest, spread
 
 MILLIMETRES = 0.001

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.costmap.costmap import LETHAL_OBSTACLE, Costmap
+from ppaas.cost_values import LETHAL_OBSTACLE
+from ppaas.costmap.costmap import Costmap
 from ppaas.errors import GoalOccupied, GoalOutsideMap, StartOccupied, StartOutsideMap
 from ppaas.geometry import Pose2D
 from ppaas.planners.base import PlanRequest

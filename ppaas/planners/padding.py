@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.costmap.costmap import LETHAL_OBSTACLE
+from ppaas.cost_values import LETHAL_OBSTACLE
 from ppaas.planners.weights import fixed_weights, passable
 
 SLICE_BYTES = 1 << 20

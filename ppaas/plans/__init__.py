@@ -1,1 +1,1 @@
-"""Stored plans: the stretches that they share, how waypoints are written as bytes, and where plans are looked for."""
+"""Plans as stores keep them; below, how they are encoded and when they are used again."""

@@ -11,8 +11,8 @@ Origin = Literal["computed", "reused", "stitched"]
 ORIGINS: Mapping[str, Origin] = {origin: origin for origin in get_args(Origin)}
 
 LARGEST_TOLERANCE = 0.5
-"""Farthest that the end of a plan may be from where it is sought [m]: 81 buckets of ``ppaas.plans.encoding.end_buckets``, or up to
-256."""
+"""Farthest that the end of a plan may be from where it is sought [m]: 81 buckets of
+``ppaas.plans.encoding.end_buckets``, or up to 256."""
 
 Conditions = dict[str, Any]
 """Under which a plan was made: the parameters of its planner, what its robot keeps out of, which counts as such, too,

@@ -4,8 +4,7 @@ from typing import Any, ClassVar
 
 from ppaas.controllers.base import Velocity
 from ppaas.geometry import Pose2D
-from ppaas.nodes.base import Parameters
-from ppaas.nodes.message_checks import read_parameters
+from ppaas.parameters import Parameters, read_parameters
 from ppaas.recoveries.base import NotNegative, Positive, Recovery, RecoveryFailed, RecoveryRequest
 from ppaas.recoveries.free_motion import is_free
 

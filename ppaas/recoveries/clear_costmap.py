@@ -4,8 +4,7 @@ from typing import Any, ClassVar
 
 from ppaas.controllers.base import Velocity
 from ppaas.errors import InvalidParameter
-from ppaas.nodes.base import Parameters
-from ppaas.nodes.message_checks import read_parameters
+from ppaas.parameters import Parameters, read_parameters
 from ppaas.recoveries.base import AffectedMaps, NotNegative, Recovery, RecoveryRequest
 
 LAYERS = ("obstacles", "obstacle_layer")

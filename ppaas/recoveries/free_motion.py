@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from ppaas.controllers.base import Velocity
 from ppaas.controllers.motion import advance
-from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
+from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
 
 WAY_OUT = 0.1

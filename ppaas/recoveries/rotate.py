@@ -6,8 +6,7 @@ from typing import Any, ClassVar
 from ppaas.controllers.base import Velocity
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import wrap_angle
-from ppaas.nodes.base import Parameters
-from ppaas.nodes.message_checks import read_parameters
+from ppaas.parameters import Parameters, read_parameters
 from ppaas.recoveries.base import NotNegative, Positive, Recovery, RecoveryFailed, RecoveryRequest
 
 

@@ -3,8 +3,7 @@
 from typing import Any, ClassVar
 
 from ppaas.controllers.base import Velocity
-from ppaas.nodes.base import Parameters
-from ppaas.nodes.message_checks import read_parameters
+from ppaas.parameters import Parameters, read_parameters
 from ppaas.recoveries.base import NotNegative, Recovery, RecoveryRequest
 
 

@@ -1,7 +1,7 @@
 """Rigid transforms in space, and the newest of each frame: for who shows frames, not for who drives by them.
 
-Navigation has ``ppaas.transforms.planar``: planar, and exact about time. Here wheels and cameras may be tilted, and of two
-frames whose transforms were told of at different moments the newest of each is taken.
+Navigation has ``ppaas.transforms.planar``: planar, and exact about time. Here wheels and cameras may be tilted, and
+of two frames whose transforms were told of at different moments the newest of each is taken.
 """
 
 import math

@@ -11,7 +11,7 @@ from engine.service.planning import IDLE
 from engine.service.robot_sessions import LINGER
 from ppaas.localization.parameters import AmclParameters
 from ppaas.navigation.parameters import MoveBaseParameters
-from ppaas.nodes.message_checks import read_parameters
+from ppaas.parameters import read_parameters
 from ppaas.robot_model.known_models import model_names
 from robots.client.robot_file import RobotFile
 from tests.support.cloud.cloud import RunningCloud

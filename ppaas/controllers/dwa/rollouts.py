@@ -10,9 +10,10 @@ from ppaas.controllers.dwa.parameters import DwaParameters
 from ppaas.controllers.followed_path import FollowedPath
 from ppaas.controllers.kernels.clearance import Body
 from ppaas.controllers.kernels.dwa import BLOCKED, Frame, Outline, Scoring, score_velocities
-from ppaas.controllers.motion import advance, window
+from ppaas.controllers.motion import advance
 from ppaas.controllers.obstacles import Room
-from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
+from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from ppaas.costmap.costmap import Costmap
 
 NOTHING = np.ones((1, 1), np.float32)
 """What discs need not be told of: they are read off the inflated costmap."""
@@ -127,3 +128,43 @@ def frame_of(costmap: Costmap) -> Frame:
     """Return where a costmap lies, for the kernel."""
     x, y, theta = costmap.info.origin
     return Frame(float(x), float(y), math.cos(theta), math.sin(theta), float(costmap.info.resolution))
+
+
+def window(velocity: Velocity, fastest: float, limits: DwaParameters, period: float) -> NDArray[np.float64]:
+    """Return the velocities that can be reached within one cycle, as samples.
+
+    Standing still is not among them, nor what is too slow for a base to follow: who stands before an obstacle must be
+    told so. Instead there is always the slowest that it can follow.
+
+    Parameters
+    ----------
+    velocity : Velocity
+        Now.
+    fastest : float
+        Most that the forward speed should be [m/s].
+    limits : DwaParameters
+    period : float
+        Of a cycle [s].
+
+    Returns
+    -------
+    (n, 2) array
+        Forward [m/s], turning [rad/s].
+    """
+    lowest = max(limits.min_vel_x, velocity.linear - limits.acc_lim_x * period)
+    highest = max(lowest, min(fastest, velocity.linear + limits.acc_lim_x * period))
+    forward = np.linspace(lowest, highest, limits.vx_samples)
+    forward = forward[np.abs(forward) >= limits.min_vel_trans]
+    if not len(forward):
+        forward = np.array([limits.min_vel_trans])
+    reach = limits.acc_lim_theta * period
+    most = limits.max_vel_theta
+    right = min(max(velocity.angular - reach, -most), most)
+    left = min(max(velocity.angular + reach, -most), most)
+    turning = np.linspace(right, left, limits.vth_samples)
+    if right < 0.0 < left:
+        turning = np.append(turning, 0.0)
+    samples = np.empty((len(forward), len(turning), 2))
+    samples[:, :, 0] = forward[:, None]
+    samples[:, :, 1] = turning
+    return samples.reshape(-1, 2)

@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.controllers.kernels.clearance import Body, Field, Floats, between, clearance
-from ppaas.costmap.costmap import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from ppaas.cost_values import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
 
 ANGULAR_GRANULARITY = 0.1
 """Most that a step of a rollout turns [rad]."""

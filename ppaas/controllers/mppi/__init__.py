@@ -1,1 +1,1 @@
-"""TODO ppaas/controllers/mppi."""
+"""Model predictive path integral control: many random rollouts, averaged by their costs."""

@@ -10,7 +10,8 @@ from ppaas.controllers.followed_path import FollowedPath
 from ppaas.controllers.kernels.mppi import Terrain, fill_blocked
 from ppaas.controllers.mppi.parameters import MppiParameters
 from ppaas.controllers.obstacles import distance_to_lethal
-from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Costmap
+from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE
+from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
 from ppaas.planners.field.cost_field import CostField
 from ppaas.planners.weights import FACTOR, NEUTRAL, passable

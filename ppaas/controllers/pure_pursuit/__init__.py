@@ -1,1 +1,1 @@
-"""TODO ppaas/controllers/pure_pursuit."""
+"""Regulated pure pursuit: steers towards a point ahead on the path."""

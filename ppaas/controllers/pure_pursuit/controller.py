@@ -15,7 +15,7 @@ from ppaas.controllers.path_follower import PathFollower
 from ppaas.controllers.pure_pursuit.carrot import carrot_at, curvature_to, legs_of
 from ppaas.controllers.pure_pursuit.parameters import PurePursuitParameters
 from ppaas.controllers.pure_pursuit.regulation import regulated_speed
-from ppaas.costmap.costmap import NO_INFORMATION
+from ppaas.cost_values import NO_INFORMATION
 from ppaas.geometry import Pose2D, Poses, wrap_angle
 
 SHORTER = 0.75

@@ -6,7 +6,7 @@ After Macenski, Singh, Martín and Ginés, "Regulated pure pursuit for robot pat
 import math
 
 from ppaas.controllers.pure_pursuit.parameters import PurePursuitParameters
-from ppaas.costmap.costmap import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from ppaas.cost_values import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
 
 
 def regulated_speed(parameters: PurePursuitParameters, curvature: float, cost: int, to_go: float) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit, prange, types
 from numpy.typing import NDArray
 
-from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
 from ppaas.maps.kernels.serial import serial_copy
 
 _DISTANCES = types.Array(types.float32, 2, "C", readonly=True)

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
-from ppaas.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE
+from ppaas.cost_values import FREE_SPACE, LETHAL_OBSTACLE
 from ppaas.maps.kernels.traversal import FRACTION, ahead, cell_at, clip_axis, crossings, to_fixed
 
 _CELLS = types.uint8[:, ::1]

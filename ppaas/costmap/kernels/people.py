@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
-from ppaas.costmap.costmap import NO_INFORMATION
+from ppaas.cost_values import NO_INFORMATION
 
 _CELLS = types.uint8[:, ::1]
 _PEOPLE = types.Array(types.float64, 2, "C", readonly=True)

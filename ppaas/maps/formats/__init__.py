@@ -1,1 +1,1 @@
-"""TODO ppaas/maps/formats."""
+"""Files of maps: YAML beside an image (PGM or PNG), and MovingAI's benchmarks."""

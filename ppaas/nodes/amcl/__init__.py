@@ -1,1 +1,1 @@
-"""TODO ppaas/nodes/amcl."""
+"""Node ``amcl``: adaptive Monte Carlo localization in the map."""

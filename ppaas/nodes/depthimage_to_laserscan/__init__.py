@@ -1,1 +1,1 @@
-"""TODO ppaas/nodes/depthimage_to_laserscan."""
+"""Node ``depthimage_to_laserscan``: laser scans from the images of a depth camera."""

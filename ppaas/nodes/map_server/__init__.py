@@ -1,1 +1,1 @@
-"""TODO ppaas/nodes/map_server."""
+"""Node ``map_server``: publishes the robot's map and its costmap filters."""

@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from typing import Any, Literal
 
 from ppaas.errors import InvalidParameter
-from ppaas.nodes.base import Parameters
-from ppaas.nodes.message_checks import read_parameters
+from ppaas.parameters import Parameters, read_parameters
 
 KEEPOUT_FILTER = "keepout_filter"
 SPEED_FILTER = "speed_filter"

@@ -1,1 +1,1 @@
-"""TODO ppaas/nodes/move_base."""
+"""Node ``move_base``: drives the robot to its goals, with a global and a local planner."""

@@ -6,8 +6,8 @@ from ppaas.costmap.social_layer import Person, Proxemics
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.messages.people_msgs import People
-from ppaas.nodes.base import Parameters
 from ppaas.nodes.frames import MAP
+from ppaas.parameters import Parameters
 from ppaas.transforms.planar import TransformTree
 
 MOST_PEOPLE = 1_000

@@ -1,1 +1,1 @@
-"""TODO ppaas/nodes/parameter_server."""
+"""Node ``parameter_server``: the robot's parameters as a tree, by the names of rosparam."""

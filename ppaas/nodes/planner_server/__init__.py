@@ -1,1 +1,1 @@
-"""TODO ppaas/nodes/planner_server."""
+"""Node ``planner_server``: plans paths, and costs of paths, when asked."""

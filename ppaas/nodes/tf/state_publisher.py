@@ -6,9 +6,10 @@ from ppaas.errors import InvalidInput
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.std_msgs import Time
 from ppaas.messages.tf2_msgs import TFMessage
-from ppaas.nodes.base import Context, Node, Parameters, Payload, Topic
+from ppaas.nodes.base import Context, Node, Payload, Topic
 from ppaas.nodes.frames import BASE_LINK, TF, TF_STATIC
 from ppaas.nodes.message_checks import expect, finite_pose
+from ppaas.parameters import Parameters
 from ppaas.robot_model.known_models import RobotModel
 from ppaas.transforms.planar import transform_message
 

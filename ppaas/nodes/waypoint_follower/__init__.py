@@ -1,1 +1,1 @@
-"""TODO ppaas/nodes/waypoint_follower."""
+"""Node ``waypoint_follower``: drives the robot along a list of goals."""

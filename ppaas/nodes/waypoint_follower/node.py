@@ -14,12 +14,13 @@ from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.navigation.action_goals import GoalList, cancels
 from ppaas.navigation.events import CancelReceived
 from ppaas.navigation.waypoints import Waypoints, check
-from ppaas.nodes.base import Context, Demands, Node, Parameters, Payload, Timer, Topic
+from ppaas.nodes.base import Context, Demands, Node, Payload, Timer, Topic
 from ppaas.nodes.frames import MAP, TF, TF_STATIC, FrameListener
 from ppaas.nodes.message_checks import pose_in
 from ppaas.nodes.move_base import action_topics
 from ppaas.nodes.waypoint_follower import action_topics as waypoint_topics
 from ppaas.nodes.waypoint_follower.action_topics import WaypointTopics
+from ppaas.parameters import Parameters
 
 STATUS_PERIOD = 1.0
 

@@ -1,1 +1,1 @@
-"""TODO ppaas/planners/batch."""
+"""Batches: many paths, or the costs between many places, in one call."""

@@ -1,1 +1,1 @@
-"""TODO ppaas/planners/field."""
+"""Fields of costs-to-go, which searches grow over a map from a goal."""

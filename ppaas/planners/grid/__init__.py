@@ -1,1 +1,1 @@
-"""TODO ppaas/planners/grid."""
+"""Planners from cell to cell of a grid, and their searches."""

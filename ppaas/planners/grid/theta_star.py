@@ -30,7 +30,8 @@ class ThetaStar(GridPlanner):
     A line weighs the integral of the weights of the cells it crosses, and keeps the rules of moves: it meets no blocked
     cell, and where it goes through the corner of four cells all of them are free. Both its ends are centres of cells.
     First the field of costs-to-go in moves is grown, then Lazy Theta* is led by it (see
-    `ppaas.planners.grid.kernels.theta_star`), and last each corner is left out or moved as long as that lowers the cost.
+    `ppaas.planners.grid.kernels.theta_star`), and last each corner is left out or moved as long as that lowers the
+    cost.
 
     Where all cells weigh the same the path is never longer than the shortest one in moves. It need not be the shortest
     of all: each corner is where no neighbouring cell would be better, but another way round an obstacle may be.

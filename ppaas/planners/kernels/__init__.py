@@ -1,4 +1,4 @@
-"""Compiled inner loops of the planners; import from the modules."""
+"""Kernels and numba intrinsics that several families of planners share."""
 
 from ppaas.kernel_cache import watch_all_kernels
 

@@ -13,7 +13,7 @@ from numba.extending import intrinsic
 from numba.np.arrayobj import populate_array
 from numpy.typing import NDArray
 
-from ppaas.planners.kernels.simd import ARRAY, number, operation
+from ppaas.planners.kernels.intrinsics import ARRAY, number, operation
 
 Int = int | np.signedinteger[Any]
 Ints = NDArray[np.int64]

@@ -9,7 +9,7 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 
-from ppaas.planners.kernels.simd import ARRAY, number, operation
+from ppaas.planners.kernels.intrinsics import ARRAY, number, operation
 
 _LONG = ir.IntType(64)
 _ORDER = "seq_cst"

@@ -7,7 +7,7 @@ from llvmlite import ir
 from numba import types
 from numba.core.cgutils import alloca_once, get_or_insert_function
 
-from ppaas.planners.kernels.simd import number, operation
+from ppaas.planners.kernels.intrinsics import number, operation
 
 _OCTET, _INT, _LONG = (ir.IntType(bits) for bits in (8, 32, 64))
 

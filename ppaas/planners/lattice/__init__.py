@@ -1,1 +1,1 @@
-"""TODO ppaas/planners/lattice."""
+"""Hybrid A* on a lattice of poses, for robots with a smallest turning radius."""

@@ -5,7 +5,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
 from ppaas.planners.ends import ESCAPE_DISTANCE
 from ppaas.planners.lattice.kernels.driving import Ground

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
+from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE
 from ppaas.planners.lattice.kernels.driving import Ground
 from ppaas.planners.lattice.kernels.reeds_shepp import MOST_PIECES
 from ppaas.planners.lattice.kernels.shortcuts import cut, join

@@ -1,1 +1,1 @@
-"""TODO ppaas/plans/reuse."""
+"""Reuse of plans: when a stored plan answers a request, whole or in part."""

@@ -1,10 +1,9 @@
 """Numbers on command lines are read, or it is said what to give."""
 
-import argparse
-
 import pytest
 
 from ppaas.bounded_numbers import above_zero, whole
+from ppaas.errors import InvalidParameter
 
 
 def test_whole_numbers_within_bounds_are_read() -> None:
@@ -13,14 +12,14 @@ def test_whole_numbers_within_bounds_are_read() -> None:
 
 @pytest.mark.parametrize("text", ["0", "10", "-3", "1.5", "", "two", "1e1", "٣x"])
 def test_what_is_no_whole_number_within_bounds_is_refused(text: str) -> None:
-    with pytest.raises(argparse.ArgumentTypeError, match=r"whole number from 1 to 9, not"):
+    with pytest.raises(InvalidParameter, match=r"whole number from 1 to 9, not"):
         whole(most=9)(text)
-    with pytest.raises(argparse.ArgumentTypeError, match=r"whole number from 100 up, not"):
+    with pytest.raises(InvalidParameter, match=r"whole number from 100 up, not"):
         whole(100)(text)
 
 
 @pytest.mark.parametrize("text", ["0", "-1", "nan", "inf", "61", "soon"])
 def test_a_number_must_be_above_zero_and_within_its_bound(text: str) -> None:
     assert above_zero(60)("0.5") == 0.5
-    with pytest.raises(argparse.ArgumentTypeError, match="above 0 and up to 60, not"):
+    with pytest.raises(InvalidParameter, match="above 0 and up to 60, not"):
         above_zero(60)(text)

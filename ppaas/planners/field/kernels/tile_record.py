@@ -2,11 +2,11 @@
 
 To call a kernel with a dozen arrays takes as long as a tile; and a helper without Python can be told only numbers.
 
-Of the map: `HEIGHT`, `WIDTH`, `UNKNOWN`, and at `SOURCE` its costs, as in `ppaas.planners.field.kernels.tile_setup`. Of the
-field: how many tiles it has `ACROSS`, and how many `TILES` in all; at `TARGET` the element whose value is wanted, −1 to
-go on until all are reached; and of each of these arrays the address, followed by its length:
+Of the map: `HEIGHT`, `WIDTH`, `UNKNOWN`, and at `SOURCE` its costs, as in `tile_setup`. Of the field: how many tiles it
+has `ACROSS`, and how many `TILES` in all; at `TARGET` the element whose value is wanted, −1 to go on until all are
+reached; and of each of these arrays the address, followed by its length:
 
-- `FIELD`, `TABLES`, `COSTS`: as in `ppaas.planners.field.kernels.tile_layout`.
+- `FIELD`, `TABLES`, `COSTS`: as in `tile_layout`.
 - `MARKS`: (tiles + 1) uint8, for each tile whether somebody has been there, and whether its table is filled.
 - `WORDS`, `HINTS`, `PLACES`: as in `ppaas.planners.field.kernels.tile_queue`.
 - `SCRATCH_MEMORY`: (threads · `SCRATCH`) uint32, a part for each thread that may ever work at this field.

@@ -1,4 +1,4 @@
-"""Compiled inner loops of the planners; import from the modules."""
+"""Kernels of searches from cell to cell, compiled by numba."""
 
 from ppaas.kernel_cache import watch_all_kernels
 

@@ -5,8 +5,8 @@ had when it was last worked off (g in the paper, ``field`` here), and the one th
 ``ahead`` here). Cells of which the two differ wait in a heap, those first that may concern the robot's way. Only they
 are worked off; what a change does not reach is not touched.
 
-Both values are costs-to-go in fixed point plus ``AT_GOAL``, as in `ppaas.planners.field.kernels.layout`. No move leads to or
-past a blocked cell, so a cell that becomes blocked is taken out at once: its neighbours are all that it concerns.
+Both values are costs-to-go in fixed point plus ``AT_GOAL``, as in `ppaas.planners.field.kernels.layout`. No move leads
+to or past a blocked cell, so a cell that becomes blocked is taken out at once: its neighbours are all that it concerns.
 """
 
 from typing import Any

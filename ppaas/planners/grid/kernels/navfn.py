@@ -5,8 +5,9 @@ below, as if a plane wave came from both; one that is not lower by the cell's wh
 to work off are in three buffers: those of this cycle, those of the next one, and those beyond the threshold, which
 rises when the first two are empty. So cells come roughly by their potential, and are worked off again where it falls.
 
-The arrays are padded by a cell on each side, as in `ppaas.planners.field.kernels.layout`. Potentials are single precision and
-infinite where not reached; a cell that must not be entered is marked as waiting for ever, so that it never is put in.
+The arrays are padded by a cell on each side, as in `ppaas.planners.field.kernels.layout`. Potentials are single
+precision and infinite where not reached; a cell that must not be entered is marked as waiting for ever, so that it
+never is put in.
 """
 
 from typing import Any

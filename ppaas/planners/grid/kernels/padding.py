@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ppaas.costmap.costmap import LETHAL_OBSTACLE
+from ppaas.cost_values import LETHAL_OBSTACLE
 
 Bytes = NDArray[np.uint8]
 

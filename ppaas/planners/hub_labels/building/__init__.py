@@ -1,1 +1,1 @@
-"""TODO ppaas/planners/hub_labels/building."""
+"""Building and repair of the index of hub labels."""

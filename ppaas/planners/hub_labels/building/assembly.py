@@ -23,7 +23,6 @@ from ppaas.planners.hub_labels.building.header import fingerprint, seal
 from ppaas.planners.hub_labels.building.importance import edges_of, inherit
 from ppaas.planners.hub_labels.building.kernels.packing import lay_fringe, lay_labels, lay_table, lay_ways
 from ppaas.planners.hub_labels.building.kernels.pool_distances import tell_lengths
-from ppaas.planners.hub_labels.building.kernels.trees import FAR
 from ppaas.planners.hub_labels.building.label_pool import Pool
 from ppaas.planners.hub_labels.building.labels import label
 from ppaas.planners.hub_labels.building.size_limits import (
@@ -38,7 +37,7 @@ from ppaas.planners.hub_labels.building.size_limits import (
 )
 from ppaas.planners.hub_labels.kernels import layout
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.layout import Shorts
+from ppaas.planners.hub_labels.kernels.layout import FAR, Shorts
 from ppaas.planners.hub_labels.kernels.scan import DIAGONAL, Integers, most_seen
 from ppaas.planners.hub_labels.kernels.terrain import COLUMNS, ROWS
 

@@ -11,12 +11,11 @@ from ppaas.planners.hub_labels.building.kernels.contraction import (
     EDGES,
     FIRST_ROOM,
     NEXT,
-    admit,
-    choose,
     contract,
     lay_rows,
     list_edges,
 )
+from ppaas.planners.hub_labels.building.kernels.contraction_order import admit, choose
 from ppaas.planners.hub_labels.building.kernels.shortcuts import AT_A_TIME, LOOKS, Targets, find_shortcuts
 from ppaas.planners.hub_labels.building.kernels.shortcuts import NEXT as NEXT_OF_SLOT
 from ppaas.planners.hub_labels.building.kernels.shortcuts import USED as USED_OF_SLOT

@@ -8,9 +8,9 @@ from ppaas.planners.hub_labels.building.graph import WORK_A_SLICE
 from ppaas.planners.hub_labels.building.importance import Edges
 from ppaas.planners.hub_labels.building.kernels.core_labels import LIVE, POOL, ROOT, keep
 from ppaas.planners.hub_labels.building.kernels.core_searches import NEXT, QUEUED, SCRATCH, TOO_LONG, search
-from ppaas.planners.hub_labels.building.kernels.trees import FAR
 from ppaas.planners.hub_labels.building.label_pool import FEW, Pool, too_long
 from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.layout import FAR
 
 LEAST_BATCH, MOST_BATCH, NODES_A_SEARCH = 4, 64, 16
 """From how many nodes of the core it is searched at a time: one in so many of those before, which are hubs already.

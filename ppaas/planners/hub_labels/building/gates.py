@@ -7,9 +7,9 @@ import numpy as np
 
 from ppaas.planners.hub_labels.building.importance import Edges
 from ppaas.planners.hub_labels.building.kernels.gates import BEGIN, END, NEXT, open_gates
-from ppaas.planners.hub_labels.building.kernels.trees import FAR
 from ppaas.planners.hub_labels.building.label_pool import FEW, Pool
 from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.layout import FAR
 from ppaas.planners.hub_labels.kernels.scan import Integers
 
 USUAL = 24

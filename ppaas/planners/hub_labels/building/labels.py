@@ -9,10 +9,10 @@ from ppaas.planners.hub_labels.building.core_labels import Core
 from ppaas.planners.hub_labels.building.graph import WORK_A_SLICE, Contracted
 from ppaas.planners.hub_labels.building.importance import Edges, edges_of, order_core
 from ppaas.planners.hub_labels.building.kernels.label_merging import merge
-from ppaas.planners.hub_labels.building.kernels.trees import FAR
 from ppaas.planners.hub_labels.building.label_pool import FEW, Pool, too_long
 from ppaas.planners.hub_labels.kernels import layout
 from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.layout import FAR
 from ppaas.planners.hub_labels.kernels.scan import Integers
 
 WINDOW = 1 << 16

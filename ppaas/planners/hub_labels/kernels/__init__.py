@@ -1,4 +1,4 @@
-"""Inner loops of building, asking and mending the index, compiled by numba."""
+"""Kernels that read the index of hub labels, compiled by numba."""
 
 from ppaas.kernel_cache import watch_all_kernels
 

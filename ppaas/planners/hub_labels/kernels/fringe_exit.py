@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from ppaas.planners.hub_labels.building.kernels.gates import HUB_BITS
-from ppaas.planners.hub_labels.building.kernels.trees import FAR
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import (
     CORNER_SIZE,
     ENTRIES,
+    FAR,
     FRINGE_HEAD,
     GATE_COUNT,
+    HUB_BITS,
     LABEL,
     LABELLED,
     LABELS,

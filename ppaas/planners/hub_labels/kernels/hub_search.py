@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from ppaas.planners.hub_labels.building.kernels.trees import FAR
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.fringe_exit import pass_gates
 from ppaas.planners.hub_labels.kernels.layout import (
     CORNER_SIZE,
     CORNERS,
     ENTRIES,
+    FAR,
     LABEL,
     LABELLED,
     LABELS,

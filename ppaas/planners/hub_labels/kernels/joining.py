@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ppaas.planners.hub_labels.building.kernels.trees import FAR
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import (
     COLUMN,
     CORNER_SIZE,
+    FAR,
     LABELLED,
     LANDMARK_COUNT,
     LANDMARKS,

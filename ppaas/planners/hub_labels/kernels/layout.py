@@ -6,8 +6,8 @@ column, with the margin; where its label begins among the labels; and how many e
 The most important corners are *labelled*; where all labels would take too much room, the rest is the *fringe*. Of a
 corner of the fringe, the number of entries is −1 − how many edges lead from it to more important corners. In place of
 its label are `FRINGE_HEAD` numbers: the rectangle that holds what is reached over local edges, and how many gates it
-has (both as `gates` tells). Then come the gates, all their lengths, and the edges: all corners they lead to, then all
-their lengths, negative but for local edges, then all their ways.
+has. Then come the gates (see `HUB_BITS`), all their lengths, and the edges: all corners they lead to, then all their
+lengths, negative but for local edges, then all their ways.
 
 Labels are int32. The label of a corner is the hubs of all its entries, two to a number, then all their lengths, then
 all their links. A link is two numbers: where the link of the same hub lies in the label one way nearer to the hub, −1
@@ -45,8 +45,14 @@ were contracted (int32)."""
 ROW, COLUMN, LABEL, ENTRIES, CORNER_SIZE = range(5)
 LINK_NEXT, LINK_WAY, LINK_SIZE = range(3)
 
-GATE_COUNT = 4
-FRINGE_HEAD = 5
+FAR = np.int32(2**30)
+"""Longer than any way."""
+
+TOP, BOTTOM, LEFTMOST, RIGHTMOST, GATE_COUNT, FRINGE_HEAD = range(6)
+"""Of a corner of the fringe: the rectangle of what is reached over local edges, and how many gates it has."""
+
+HUB_BITS = 16
+"""A gate is a number: the rank of a corner with a label, and above it which edge leads there, of those of its own."""
 
 MARKS = LANES
 

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numba import njit, types
 
-from ppaas.planners.hub_labels.building.kernels.trees import FAR
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.fringe_exit import keep, leave
 from ppaas.planners.hub_labels.kernels.hub_search import announce, lay_out, look_up, take_back, walk
@@ -25,6 +24,7 @@ from ppaas.planners.hub_labels.kernels.layout import (
     CORNER_SIZE,
     CORNERS,
     END,
+    FAR,
     HEAD,
     LABELLED,
     LABELS,

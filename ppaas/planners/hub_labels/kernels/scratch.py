@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from ppaas.planners.hub_labels.building.kernels.trees import FAR
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.hub_labels.kernels.layout import CORNERS, LABELLED, MARKS, MOST_SEEN
+from ppaas.planners.hub_labels.kernels.layout import CORNERS, FAR, LABELLED, MARKS, MOST_SEEN
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.kernels.jit_decorators import inlined, joined
 

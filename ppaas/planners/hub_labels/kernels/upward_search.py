@@ -9,23 +9,26 @@ once.
 
 import numpy as np
 
-from ppaas.planners.hub_labels.building.kernels.gates import BOTTOM, LEFTMOST, RIGHTMOST, TOP
-from ppaas.planners.hub_labels.building.kernels.trees import FAR
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
 from ppaas.planners.hub_labels.kernels.joining import least_between
 from ppaas.planners.hub_labels.kernels.layout import (
+    BOTTOM,
     COLUMN,
     CORNER_SIZE,
     CORNERS,
     ENTRIES,
+    FAR,
     GATE_COUNT,
     LABEL,
     LABELLED,
     LABELS,
     LANDMARK_COUNT,
+    LEFTMOST,
+    RIGHTMOST,
     ROW,
     TABLE,
+    TOP,
     edges_after,
     integers_of,
 )

@@ -3,7 +3,7 @@
 from llvmlite import ir
 from numba import types
 
-from ppaas.planners.kernels.simd import ARRAY, operation
+from ppaas.planners.kernels.intrinsics import ARRAY, operation
 
 AT_ONCE = 8
 

@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE as BLOCKED
-from ppaas.costmap.costmap import LETHAL_OBSTACLE as LETHAL
+from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE as BLOCKED
+from ppaas.cost_values import LETHAL_OBSTACLE as LETHAL
 
 Floats = NDArray[np.float64]
 

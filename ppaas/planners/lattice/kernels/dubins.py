@@ -1,7 +1,7 @@
 """Kernel: the shortest curve of a car that only goes forward (Dubins, 1957).
 
-All is in radii, as in `ppaas.planners.lattice.kernels.reeds_shepp`, whose words these are too: its first three families with
-all pieces driven forward, as they are and with left and right swapped. The middle arc of the third is the long way.
+All is in radii, as in `reeds_shepp`, whose words these are too: its first three families with all pieces driven
+forward, as they are and with left and right swapped. The middle arc of the third is the long way.
 """
 
 import math

@@ -19,7 +19,8 @@ class Tree(NamedTuple):
 
     ``spots`` (n, 3): x, y, theta; ``worths`` (n,): what it cost to get there; ``links`` (n, 5) int32;
     ``keys`` (n,) int64: cell and bin; ``table`` (m,) int32: nodes by hash of their key, −1 where none, m a power of
-    two; ``heap`` (n + 2, 2), ``entries`` (n + 2,) int32 and ``places`` (n,) int32: as in `ppaas.planners.kernels.indexed_heap`.
+    two; ``heap`` (n + 2, 2), ``entries`` (n + 2,) int32 and ``places`` (n,) int32: as in
+    `ppaas.planners.kernels.indexed_heap`.
     """
 
     spots: Floats

@@ -1,7 +1,7 @@
 """Kernel: grow a field of costs in space, outward or towards a target, with a bucket queue.
 
-Outward it is Dial's algorithm (1969) with wide buckets, as in `ppaas.planners.field.kernels.propagation`: all values in the
-lowest bucket are final, and each voxel is worked off once. Towards a target it is A* (Hart, Nilsson, Raphael, 1968)
+Outward it is Dial's algorithm (1969) with wide buckets, as in `ppaas.planners.field.kernels.propagation`: all values in
+the lowest bucket are final, and each voxel is worked off once. Towards a target it is A* (Hart, Nilsson, Raphael, 1968)
 with the same buckets, by value plus the least that the way left can cost. There a voxel may be worked off again, if its
 value falls while its own bucket is the lowest; when a bucket is empty, all values in it are final.
 """

@@ -18,8 +18,7 @@ Numbers = NDArray[np.float64]
 Words = NDArray[np.uint64]
 
 NUMBERS, PLACES = 10, 12
-"""Of a plan itself (``ppaas.plans.encoding.body.NUMBERS``), and x, y, qz, qw of its first pose, its last and the last but
-one."""
+"""Of a plan itself (``body.NUMBERS``), and x, y, qz, qw of its first pose, its last and the last but one."""
 
 COUNT = NUMBERS + PLACES
 MOST = 3 + COUNT // 2 + 8 * COUNT

@@ -1,13 +1,12 @@
 import math
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.controllers.base import Velocity
 from ppaas.controllers.dwa.parameters import DwaParameters
-from ppaas.controllers.motion import advance, brake, turn, window
+from ppaas.controllers.motion import advance, brake, turn
 from ppaas.geometry import Pose2D
 
 LIMITS = DwaParameters()
@@ -42,32 +41,6 @@ def test_braking_keeps_the_arc_where_turning_can_follow():
     assert brake(Velocity(0.4, 0.8), LIMITS, 0.1) == pytest.approx((0.3, 0.6))
     assert brake(Velocity(-0.4, 0.8), LIMITS, 0.1) == pytest.approx((-0.3, 0.6))
     assert brake(Velocity(0.1, 1.5), LIMITS, 0.1) == pytest.approx((0.0, 1.2))
-
-
-@given(velocities, st.floats(0.0, 0.5), st.floats(0.02, 0.2))
-def test_the_window_holds_what_acceleration_and_limits_allow(velocity, fastest, period):
-    linear, angular = window(velocity, fastest, LIMITS, period).T
-    reach = LIMITS.acc_lim_x * period
-    slow = np.abs(linear) == LIMITS.min_vel_trans
-    assert np.all((np.abs(linear - velocity.linear) <= reach + 1e-9) | slow)
-    assert np.all(np.abs(angular - velocity.angular) <= LIMITS.acc_lim_theta * period + 1e-9)
-    assert np.all((linear >= LIMITS.min_vel_trans) & (linear <= LIMITS.max_vel_x))
-    assert np.all(np.abs(angular) <= LIMITS.max_vel_theta)
-    assert linear.max() <= max(fastest, velocity.linear - reach, LIMITS.min_vel_trans) + 1e-9
-
-
-def test_a_base_that_accelerates_slowly_is_given_the_least_speed_it_can_follow():
-    weak = DwaParameters(acc_lim_x=0.1)
-    assert set(window(Velocity(), 0.5, weak, 0.1)[:, 0]) == {weak.min_vel_trans}
-
-
-def test_the_window_holds_driving_straight():
-    assert 0.0 in window(Velocity(0.2, 0.05), 0.5, LIMITS, 0.1)[:, 1]
-
-
-def test_the_window_backs_up_only_if_it_may():
-    assert window(Velocity(), 0.5, LIMITS, 0.1)[:, 0].min() > 0.0
-    assert window(Velocity(), 0.5, DwaParameters(min_vel_x=-0.2), 0.1)[:, 0].min() == pytest.approx(-0.1)
 
 
 @given(st.floats(-3.1, 3.1).filter(lambda error: abs(error) > 0.1), st.floats(0.02, 0.2))

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ppaas.cost_values import LETHAL_OBSTACLE
 from ppaas.costmap.build_layers import build_layers
-from ppaas.costmap.costmap import LETHAL_OBSTACLE, Costmap
+from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.local_costmap import LocalCostmap
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.costmap.obstacle_layer import LaserReading

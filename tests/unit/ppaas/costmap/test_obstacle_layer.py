@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from ppaas.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
+from ppaas.cost_values import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
 from ppaas.costmap.kernels import obstacle as kernels
 from ppaas.costmap.obstacle_layer import LaserReading, ObstacleLayer
 from ppaas.errors import InvalidInput, InvalidParameter

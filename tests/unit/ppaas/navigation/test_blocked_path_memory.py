@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from ppaas.cost_values import LETHAL_OBSTACLE
 from ppaas.costmap.build_layers import build_layers
-from ppaas.costmap.costmap import LETHAL_OBSTACLE, Costmap
+from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import OCCUPIED, GridMap
 from ppaas.navigation.blocked_path_memory import CLEAR, FIRST, LONGEST, WAIT, ShutPlaces

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from ppaas.controllers.base import Velocity
-from ppaas.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
 from ppaas.geometry import Pose2D
 from ppaas.recoveries.free_motion import is_free
 from tests.support.world.recovering import MIDDLE, room

@@ -10,8 +10,8 @@ A label that is full is moved to the pool's end, with room for twice as many.
 import numpy as np
 
 from ppaas.planners.hub_labels.building.kernels.core_searches import FAR_OFF, HUB_OF, TOWARDS, Entries
-from ppaas.planners.hub_labels.building.kernels.trees import FAR
 from ppaas.planners.hub_labels.kernels.bits import Words
+from ppaas.planners.hub_labels.kernels.layout import FAR
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.kernels.jit_decorators import bare
 

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from ppaas.kernel_threads import at_most
 from ppaas.planners.hub_labels.building.kernels.pool_distances import announce, lay_out, take_back, told
-from ppaas.planners.hub_labels.building.kernels.trees import FAR, Heaps, Rows
+from ppaas.planners.hub_labels.building.kernels.trees import Heaps, Rows
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
+from ppaas.planners.hub_labels.kernels.layout import FAR
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.kernels.jit_decorators import bare, joined
 

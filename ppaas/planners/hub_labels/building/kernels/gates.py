@@ -15,17 +15,12 @@ from numba import njit, prange
 
 from ppaas.kernel_threads import at_most
 from ppaas.planners.hub_labels.building.kernels.pool_distances import lay_out, take_back, told
-from ppaas.planners.hub_labels.building.kernels.trees import FAR, Heaps, Rows
+from ppaas.planners.hub_labels.building.kernels.trees import Heaps, Rows
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
+from ppaas.planners.hub_labels.kernels.layout import BOTTOM, FAR, HUB_BITS, LEFTMOST, RIGHTMOST, TOP
 from ppaas.planners.hub_labels.kernels.scan import Integers, octile
 from ppaas.planners.kernels.jit_decorators import bare
-
-HUB_BITS = 16
-"""A gate is a number: the rank of a corner with a label, and above it which edge leads there, of those of its own."""
-
-TOP, BOTTOM, LEFTMOST, RIGHTMOST = range(4)
-"""Of the rectangle of a corner."""
 
 NEXT, BEGIN, END = range(3)
 

@@ -15,14 +15,12 @@ from ppaas.kernel_threads import at_most
 from ppaas.planners.hub_labels.building.kernels.bucket_queue import Entries, next_bucket, put, take
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE
+from ppaas.planners.hub_labels.kernels.layout import FAR
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.kernels.jit_decorators import bare, joined
 
 Rows = NDArray[np.int32]
 Heaps = NDArray[np.int64]
-
-FAR = np.int32(2**30)
-"""Longer than any way."""
 
 TREE, QUEUED, SETTLED, BUCKET, PUTS, STATE = range(6)
 """What a slot knows of its work: its tree, how many wait in its queue, how many nodes it has settled (−1: not begun),

@@ -1,14 +1,17 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from ppaas.controllers.base import ControlRequest, Velocity
 from ppaas.controllers.dwa.parameters import DwaParameters
-from ppaas.controllers.dwa.rollouts import Rollouts
+from ppaas.controllers.dwa.rollouts import Rollouts, window
 from ppaas.controllers.followed_path import FollowedPath
 from ppaas.controllers.footprints import body_of
 from ppaas.geometry import Pose2D, poses_along
 from tests.support.world import grids
 
+LIMITS = DwaParameters()
 STANDING = Velocity()
 PATH = poses_along(np.stack((np.arange(0.0, 4.0, 0.05), np.full(80, 1.0)), axis=1))
 
@@ -73,3 +76,29 @@ def test_an_outline_goes_on_beside_a_wall_that_its_disc_would_touch_but_does_not
     assert not beside.can_turn(1.5)
     assert rollouts(corridor, velocity=Velocity(0.3, 0.0)).can_turn(1.5)
     assert rollouts(open_ground(), footprint=LONG).can_turn(1.5)
+
+
+@given(st.builds(Velocity, st.floats(0.0, 0.5), st.floats(-1.5, 1.5)), st.floats(0.0, 0.5), st.floats(0.02, 0.2))
+def test_the_window_holds_what_acceleration_and_limits_allow(velocity, fastest, period):
+    linear, angular = window(velocity, fastest, LIMITS, period).T
+    reach = LIMITS.acc_lim_x * period
+    slow = np.abs(linear) == LIMITS.min_vel_trans
+    assert np.all((np.abs(linear - velocity.linear) <= reach + 1e-9) | slow)
+    assert np.all(np.abs(angular - velocity.angular) <= LIMITS.acc_lim_theta * period + 1e-9)
+    assert np.all((linear >= LIMITS.min_vel_trans) & (linear <= LIMITS.max_vel_x))
+    assert np.all(np.abs(angular) <= LIMITS.max_vel_theta)
+    assert linear.max() <= max(fastest, velocity.linear - reach, LIMITS.min_vel_trans) + 1e-9
+
+
+def test_a_base_that_accelerates_slowly_is_given_the_least_speed_it_can_follow():
+    weak = DwaParameters(acc_lim_x=0.1)
+    assert set(window(Velocity(), 0.5, weak, 0.1)[:, 0]) == {weak.min_vel_trans}
+
+
+def test_the_window_holds_driving_straight():
+    assert 0.0 in window(Velocity(0.2, 0.05), 0.5, LIMITS, 0.1)[:, 1]
+
+
+def test_the_window_backs_up_only_if_it_may():
+    assert window(Velocity(), 0.5, LIMITS, 0.1)[:, 0].min() > 0.0
+    assert window(Velocity(), 0.5, DwaParameters(min_vel_x=-0.2), 0.1)[:, 0].min() == pytest.approx(-0.1)

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from ppaas.controllers.pure_pursuit.parameters import PurePursuitParameters
 from ppaas.controllers.pure_pursuit.regulation import regulated_speed
-from ppaas.costmap.costmap import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from ppaas.cost_values import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
 
 P = PurePursuitParameters(max_vel_x=0.5, max_vel_theta=9.0, acc_lim_x=9.0, robot_radius=0.2)
 FAR = 10.0

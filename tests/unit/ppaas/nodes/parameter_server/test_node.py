@@ -8,9 +8,10 @@ import pytest
 from ppaas.errors import InvalidParameter, NotFound, PPaaSError
 from ppaas.messages import decode
 from ppaas.messages.message import Empty, Message
-from ppaas.nodes.base import Checkpoint, Parameters
+from ppaas.nodes.base import Checkpoint
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.parameter_server.node import ParameterServerNode
+from ppaas.parameters import Parameters
 from ppaas.plugins import parameters_in_use
 
 OWN = {"move_base": {"controller_frequency": 10.0}}

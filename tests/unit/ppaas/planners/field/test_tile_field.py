@@ -453,7 +453,7 @@ def test_a_map_that_nobody_can_write_to_is_laid_out_once(writeable):
 
 
 FIELDS_AT_THE_END = """
-from tests.support import grids
+from tests.support.world import grids
 from ppaas.planners.field.tile_field import TileField
 import numpy as np
 fields = [TileField(grids.of(np.zeros((500, 500), np.uint8)), np.array([(9, 9)]), threads=2) for _ in range(3)]
@@ -535,12 +535,12 @@ def test_the_formula_of_the_weights_is_their_table():
 PRINT_FIELD = """
 import sys, zlib
 import numpy as np
-from engine.runtimes import threading_layer
+from engine.runtimes.compilation import threading_layer
 threading_layer.choose()
-from engine.runtimes import compiled
-compiled.load_without_compiler()
+from engine.runtimes.memory_tuning import cached_kernels
+cached_kernels.load_without_compiler()
 from ppaas.planners.field.tile_field import TileField
-from tests.support import grids
+from tests.support.world import grids
 rng = np.random.default_rng(4)
 costs = rng.integers(0, 256, (150, 140)).astype(np.uint8)
 costs[:64, :64] = 9

@@ -14,7 +14,7 @@ from ppaas.planners.hub_labels.building import assembly
 from ppaas.planners.hub_labels.planner import HubLabels
 from tests.reference.planners import hub_labels as twin
 from tests.support.world import grids
-from tests.unit.ppaas.planners.hub_labels.test_scan import maps
+from tests.unit.ppaas.planners.hub_labels.kernels.test_scan import maps
 
 
 def costmap(free):

@@ -14,7 +14,7 @@ from ppaas.planners.hub_labels.building.kernels.contraction import LEFT, LENGTH,
 from ppaas.planners.hub_labels.kernels.scan import STRAIGHT
 from ppaas.planners.watch import proceed
 from tests.reference.planners import hub_labels as twin
-from tests.unit.ppaas.planners.hub_labels.test_scan import maps
+from tests.unit.ppaas.planners.hub_labels.kernels.test_scan import maps
 
 
 def graph_of(free):

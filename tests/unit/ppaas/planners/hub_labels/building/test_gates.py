@@ -11,12 +11,12 @@ from ppaas.planners.hub_labels.building.contraction import Contraction
 from ppaas.planners.hub_labels.building.gates import open_fringe
 from ppaas.planners.hub_labels.building.graph import lay_ground, link_corners
 from ppaas.planners.hub_labels.building.importance import edges_of
-from ppaas.planners.hub_labels.building.kernels.gates import BOTTOM, HUB_BITS, LEFTMOST, RIGHTMOST, TOP
 from ppaas.planners.hub_labels.building.labels import label
+from ppaas.planners.hub_labels.kernels.layout import BOTTOM, HUB_BITS, LEFTMOST, RIGHTMOST, TOP
 from ppaas.planners.hub_labels.kernels.scan import STRAIGHT, moves_in
 from ppaas.planners.watch import proceed
 from tests.reference.planners import hub_labels as twin
-from tests.unit.ppaas.planners.hub_labels.test_scan import in_whole_numbers, maps
+from tests.unit.ppaas.planners.hub_labels.kernels.test_scan import in_whole_numbers, maps
 
 
 def fringe_of(free, room: int, threads: int = 1):

@@ -12,7 +12,7 @@ from ppaas.planners.hub_labels.building.kernels.coverage import GROUPS, cover
 from ppaas.planners.hub_labels.kernels.scan import STRAIGHT
 from ppaas.planners.watch import proceed
 from tests.reference.planners import hub_labels as twin
-from tests.unit.ppaas.planners.hub_labels.test_scan import maps
+from tests.unit.ppaas.planners.hub_labels.kernels.test_scan import maps
 
 PILLARS = np.ones((6, 6), bool)
 PILLARS[np.ix_((1, 4), (1, 4))] = False

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 
 from ppaas.planners.hub_labels.building.kernels.pool_distances import tell_lengths
-from ppaas.planners.hub_labels.building.kernels.trees import FAR
+from ppaas.planners.hub_labels.kernels.layout import FAR
 from ppaas.planners.hub_labels.kernels.scan import STRAIGHT
 from tests.reference.planners import hub_labels as twin
 from tests.unit.ppaas.planners.hub_labels.building.test_gates import fringe_of
-from tests.unit.ppaas.planners.hub_labels.test_scan import maps
+from tests.unit.ppaas.planners.hub_labels.kernels.test_scan import maps
 
 
 @given(free=maps(14))

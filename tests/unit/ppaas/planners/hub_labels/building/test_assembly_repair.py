@@ -14,7 +14,7 @@ from ppaas.planners.hub_labels.planner import HubLabels, are_free, differing
 from ppaas.planners.watch import proceed
 from tests.reference.planners import hub_labels as twin
 from tests.support.world import grids
-from tests.unit.ppaas.planners.hub_labels.test_scan import maps
+from tests.unit.ppaas.planners.hub_labels.kernels.test_scan import maps
 
 
 def index_of(free) -> HubIndex:

@@ -1,0 +1,24 @@
+import math
+
+import pytest
+
+from ppaas.geometry import Pose2D
+from ppaas.recoveries import RecoveryFailed, create
+from tests.support.world.recovering import Run
+
+
+def test_the_robot_turns_once_round_on_the_spot_as_often_as_it_is_asked_to():
+    rotate = create("rotate_recovery")
+    for _ in range(2):
+        run = Run(rotate, pose=Pose2D(2.0, 2.0, 3.0))
+        run.to_the_end()
+        turned = sum(velocity.angular for velocity in run.velocities) * 0.1
+        assert 2 * math.pi <= turned < 2 * math.pi + 0.2
+        assert all(velocity.linear == 0.0 and 0.4 <= velocity.angular <= 1.0 for velocity in run.velocities)
+
+
+def test_a_robot_that_does_not_turn_is_given_up():
+    run = Run(create("rotate_recovery", rotation_patience=2.0))
+    with pytest.raises(RecoveryFailed, match=r"6\.3 rad of the turn were left after 2 s"):
+        run.to_the_end(moves=False)
+    assert 20 <= len(run.velocities) <= 22
