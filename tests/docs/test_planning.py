@@ -18,7 +18,7 @@ PAGE = "docs/planning.md"
 
 
 def test_the_planners_are_those_there_are() -> None:
-    rows = table(PAGE, "planner", "ROS alias", "what it is for")
+    rows = table(PAGE, "planner", "ROS alias", "use it for")
     rows = rows[: [name for name, _, _ in rows].index("")]  # where the table of the rules begins
     assert sorted(name for name, _, _ in rows) == list(planner_names())
     for name, alias, purpose in rows:
