@@ -21,8 +21,8 @@ def says(words: str) -> bool:
     return words in re.sub(r"\s+", " ", text_of(REST))
 
 
-def test_the_nouns_are_those_of_the_service_and_their_commands_are_there() -> None:
-    rows = table(REST, "noun", "operations", "commands")
+def test_the_resources_are_those_of_the_service_and_their_commands_are_there() -> None:
+    rows = table(REST, "resource", "operations", "commands")
     named = {path for row in rows for path in re.findall(r"/v1/[\w/]+", row[0])}
     assert {path.split("/")[2] for path in named} == {path.split("/")[2] for path in description()["paths"]} - {
         "models"
@@ -32,9 +32,11 @@ def test_the_nouns_are_those_of_the_service_and_their_commands_are_there() -> No
 
 def test_the_numbers_are_those_of_the_code() -> None:
     settings = Settings()
-    assert says(f"{DEFAULT_LIMIT} unless told, {MAX_LIMIT} at most")
-    assert says(f"did not come in {settings.max_body_seconds:g} s, a map's in {settings.max_upload_seconds:g} s")
-    assert says(f"more than {settings.max_body // MIB} MiB, a map's more than {settings.max_upload // MIB} MiB")
+    assert says(f"{DEFAULT_LIMIT} by default, {MAX_LIMIT} at most")
+    assert says(
+        f"did not arrive within {settings.max_body_seconds:g} s, or {settings.max_upload_seconds:g} s for a map"
+    )
+    assert says(f"larger than {settings.max_body // MIB} MiB, or {settings.max_upload // MIB} MiB for a map")
 
 
 def test_every_status_is_one_that_the_service_declares() -> None:

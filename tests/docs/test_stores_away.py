@@ -21,7 +21,7 @@ def test_the_url_says_all_that_can_be_said() -> None:
     assert (address.user, address.password, address.hosts) == ("user", "password", ("host1", "host2"))
     assert all(f"{name}=" in url for name in SETTINGS)
     assert all(f"`{name}`" in PAGE for name in CONSISTENCIES)
-    assert f"{PORT} unless told" in PAGE
+    assert f"{PORT} by default" in PAGE
 
 
 def test_the_numbers_are_those_of_the_code() -> None:
