@@ -46,7 +46,12 @@ async def ray_hosts() -> AsyncIterator[RayHosts]:
     Unavailable
         It does not start.
     """
-    cluster = await asyncio.to_thread(RayCluster, RayNode)
+    starting = asyncio.create_task(asyncio.to_thread(RayCluster, RayNode))
+    try:
+        cluster = await asyncio.shield(starting)
+    except asyncio.CancelledError:
+        await asyncio.to_thread((await starting).stop)  # the thread starts it all the same
+        raise
     try:
         await asyncio.to_thread(cluster.join)
         yield RayHosts(cluster)

@@ -25,11 +25,17 @@ def run_all(run: Callable[[J], R], jobs: Sequence[J], processes: int, done: Call
     """
     if processes == 1:
         return [_told(run(job), done) for job in jobs]
+    others = multiprocessing.active_children()
     # A fork after kernels have had threads may hang: each process begins anew.
     with ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool:
         futures = [pool.submit(run, job) for job in jobs]
-        for future in as_completed(futures):
-            _told(future.result(), done)
+        try:
+            for future in as_completed(futures):
+                _told(future.result(), done)
+        except BaseException:  # Ctrl-C or SIGTERM, or a job that failed: the pool would run all that are left
+            for process in set(multiprocessing.active_children()).difference(others):
+                process.kill()
+            raise
         return [future.result() for future in futures]
 
 

@@ -1,11 +1,10 @@
 """Figures, as a table and as JSON."""
 
 import json
-from io import StringIO
 
-from rich.console import Console
+import pytest
 
-from benchmarks.harness.figures import Figure, median_of, show, to_json
+from benchmarks.harness.figures import Figure, measured, median_of
 
 FIGURES = [
     median_of("plans", "REST", [0.003, 0.001, 0.002], limit=1.0),
@@ -23,11 +22,11 @@ def test_a_limit_is_kept_from_its_own_side() -> None:
 
 
 def test_the_json_has_every_figure() -> None:
-    told = json.loads(to_json(FIGURES))["figures"]
+    told = json.loads(json.dumps(measured(FIGURES).told))["figures"]
     assert [(figure["name"], figure["value"]) for figure in told] == [("REST", 2.0), ("echo", 0.5), ("robots", 12.0)]
 
 
-def test_the_table_shows_values_limits_and_what_they_are_made_of() -> None:
-    out = StringIO()
-    show(FIGURES, Console(file=out, width=200))
-    assert all(text in out.getvalue() for text in ("2 ms", "1–3", "≤ 1", "≥ 10", "in time"))
+def test_the_table_shows_values_limits_and_what_they_are_made_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    text = measured(FIGURES).text
+    assert all(part in text for part in ("2 ms", "1–3", "≤ 1", "≥ 10", "in time"))

@@ -1,35 +1,95 @@
-"""``ppaas bench``, its parts that need no cloud."""
+"""``ppaas bench``: which benches there are, and how what they return is printed."""
 
 import json
+import subprocess
+import sys
+from importlib.metadata import EntryPoint
+from types import ModuleType
 
 import pytest
 
-from benchmarks.service import suite
+from robots.cli.benches import GROUP, Measured
 from robots.cli.commands import bench
 from robots.cli.main import main
+from tests.support.sources import ROOT
 
 
-def test_planning_is_measured_without_a_cloud(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["bench", "planning", "--quick", "--json"]) == 0
-    figures = json.loads(capsys.readouterr().out)["figures"]
-    assert {figure["name"] for figure in figures} >= {
-        "empty 256², layers", "empty 256², dijkstra",
-        "pillars 256², exact inflation 0.55 m, threads 1", "depth image 640×480 uint16 → scan, 10 rows",
-    }  # fmt: skip
-    assert all(figure["value"] > 0.0 for figure in figures)
+@pytest.fixture
+def install(monkeypatch: pytest.MonkeyPatch):
+    """Return a call that makes these the benches there are: what they return, or a module that is not there."""
+
+    def put(**benches: Measured | str) -> None:
+        entries = []
+        for name, found in benches.items():
+            path = found if isinstance(found, str) else f"bench_{name}_of_a_test"
+            if isinstance(found, Measured):
+                module = ModuleType(path)
+                vars(module).update(HELP=f"measures {name}", configure=lambda parser: parser.add_argument("--quick"))
+                vars(module).update(measure=lambda _arguments, _progress, found=found: found)
+                monkeypatch.setitem(sys.modules, path, module)
+            entries.append(EntryPoint(name, path, GROUP))
+        monkeypatch.setattr(bench, "entry_points", lambda group: entries)
+
+    return put
 
 
-def test_a_running_cloud_wants_a_token(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.delenv("PPAAS_TOKEN", raising=False)
-    assert main(["bench", "service", "--url", "http://127.0.0.1:1"]) == 1
-    assert "not-authenticated" in capsys.readouterr().err
+def test_people_get_a_table_and_programs_all_of_it(install, capsys) -> None:
+    install(speed=Measured({"speed": 1.5, "note": "fast"}, [{"robot": "tb1", "speed": "1.5"}]))
+    assert main(["bench", "speed"]) == 0
+    assert [line.split() for line in capsys.readouterr().out.splitlines()] == [["robot", "speed"], ["tb1", "1.5"]]
+    assert main(["bench", "speed", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"speed": 1.5, "note": "fast"}
 
 
-def test_a_part_that_there_is_not_is_refused_with_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_text_stands_in_place_of_the_table_and_the_status_is_that_of_the_bench(install, capsys) -> None:
+    install(faults=Measured({}, text="WRONG: a zombie", status=1), nothing=Measured({}))
+    assert main(["bench", "faults"]) == 1
+    assert capsys.readouterr().out == "WRONG: a zombie\n"
+    assert main(["bench", "nothing"]) == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_only_the_bench_that_is_asked_for_is_loaded(install, capsys) -> None:
+    install(speed=Measured({}), broken="package_of_nobody.bench")
+    assert main(["bench", "speed"]) == 0
     with pytest.raises(SystemExit):
-        main(["bench", "service", "--only", "weather"])
-    assert "fleet" in capsys.readouterr().err
+        main(["bench", "--help"])
+    listed = capsys.readouterr().out
+    assert "measures speed" in listed
+    assert "needs package_of_nobody, which is not installed" in listed
 
 
-def test_every_part_that_can_be_named_is_measured() -> None:
-    assert set(bench.PARTS) == {*suite.PARTS, suite.startup.PART}
+def test_a_bench_that_there_is_not_is_refused_with_those_there_are(install, capsys) -> None:
+    install(speed=Measured({}), noise=Measured({}))
+    with pytest.raises(SystemExit) as end:
+        main(["bench", "weather"])
+    assert end.value.code == 2
+    told = capsys.readouterr().err
+    assert "speed" in told and "noise" in told
+
+
+@pytest.mark.parametrize("words", [[], ["service", "--only", "fleet"], ["--json"]])
+def test_a_wheel_says_in_one_line_where_benches_come_from(install, capsys, words: list[str]) -> None:
+    install()
+    assert main(["bench", *words]) == 1
+    assert capsys.readouterr() == ("", f"ppaas: unavailable: {bench.WHERE}\n")
+
+
+def test_the_help_of_a_wheel_says_so_too(install, capsys) -> None:
+    install()
+    with pytest.raises(SystemExit) as end:
+        main(["bench", "--help"])
+    assert end.value.code == 0
+    assert "pip install -e . -e benchmarks" in " ".join(capsys.readouterr().out.split())
+
+
+def test_the_help_of_all_commands_loads_no_bench() -> None:
+    code = """
+import sys
+from robots.cli.main import main
+try:
+    main(["--help"])
+except SystemExit:
+    sys.exit(any(name.startswith("benchmarks") for name in sys.modules))
+"""
+    assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.DEVNULL, check=False).returncode == 0

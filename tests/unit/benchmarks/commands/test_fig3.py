@@ -1,0 +1,18 @@
+"""``ppaas bench fig3``: what programs and people read of it, and what is refused."""
+
+import pytest
+
+from robots.cli.main import main
+
+
+@pytest.mark.parametrize(
+    ("arguments", "slug"),
+    [
+        (["fig3", "--map", "none.yaml"], "invalid-map"),
+    ],
+)
+def test_what_cannot_be_measured_is_refused(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], slug: str
+) -> None:
+    assert main(["bench", *arguments]) == 1
+    assert capsys.readouterr().err.strip().startswith(f"ppaas: {slug}: ")

@@ -1,0 +1,30 @@
+"""``ppaas bench index``: what programs and people read of it, and what is refused."""
+
+from pathlib import Path
+
+import pytest
+
+from robots.cli.main import main
+from tests.unit.benchmarks.commands.conftest import Told
+
+
+def test_the_json_of_an_index_has_seconds_by_threads(map_: Path, told: Told) -> None:
+    answer = told("index", "--map", str(map_), "--tiles", "3", "--threads", "1,2")
+    assert set(answer) == {
+        "grid", "planner", "seconds", "bytes", "queries", "wrong", "mean_us", "p50_us", "p99_us", "cpus",
+    }  # fmt: skip
+    assert (answer["grid"], answer["planner"], answer["wrong"]) == ("3 by 3 times a", "hub_labels", 0)
+    assert set(answer["seconds"]) == {"1", "2"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "slug"),
+    [
+        (["index", "--empty", "9", "--planner", "dijkstra"], "invalid-parameter"),
+    ],
+)
+def test_what_cannot_be_measured_is_refused(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], slug: str
+) -> None:
+    assert main(["bench", *arguments]) == 1
+    assert capsys.readouterr().err.strip().startswith(f"ppaas: {slug}: ")

@@ -1,0 +1,74 @@
+"""SIGTERM to a bench or a demo ends all that it started."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import psutil
+import pytest
+
+from benchmarks.chaos.cloud_processes import members
+from robots import cli
+from robots.cli.event_loop import TERMINATED
+from tests.support.world import barn
+
+pytestmark = pytest.mark.journey
+
+PATIENCE = 90.0
+
+
+@contextmanager
+def running(folder: Path, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a command with a folder for all temporary files."""
+    command = [sys.executable, "-m", cli.__name__, *arguments]
+    process = subprocess.Popen(command, env=os.environ | {"TMPDIR": str(folder)}, stdout=subprocess.DEVNULL)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def wait_for(process: subprocess.Popen[bytes], holds: Callable[[], object]) -> None:
+    """Wait until something holds; the process must still run."""
+    deadline = time.monotonic() + PATIENCE
+    while not holds():
+        assert process.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+@pytest.mark.parametrize(
+    "arguments", [("bench", "service", "--only", "fleet"), ("demo", "--headless", "--robots", "1")]
+)
+def test_its_cloud_ends_with_it(short_path: Path, arguments: tuple[str, ...]) -> None:
+    with running(short_path, *arguments) as process:
+        wait_for(process, lambda: any(short_path.glob("ppaas-*/ready.json")))
+        assert {"web", "agent"} <= {member.kind for member in members(short_path)}
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(PATIENCE) == TERMINATED
+    assert members(short_path) == []
+    assert list(short_path.glob("ppaas-*")) == []
+
+
+def test_its_pool_of_processes_ends_with_it(short_path: Path) -> None:
+    worlds = barn.write(short_path / "worlds.json", barn.world(3), barn.world(9))
+    with running(short_path, "bench", "barn", str(worlds), "--runs", "1000", "--jobs", "2") as process:
+        workers = psutil.Process(process.pid).children
+        wait_for(process, lambda: sum(worker.cpu_times().user > 1.0 for worker in workers()) == 2)
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(PATIENCE) == TERMINATED
+    wait_for_none(short_path)
+
+
+def wait_for_none(folder: Path) -> None:
+    """Wait until no process is left; Python's resource tracker ends a moment after the process that it serves."""
+    deadline = time.monotonic() + 5.0
+    while left := members(folder):
+        assert time.monotonic() < deadline, left
+        time.sleep(0.02)

@@ -1,0 +1,66 @@
+"""SIGTERM ends what a command runs, in order, and Ctrl-C does as it always did."""
+
+import asyncio
+import signal
+import threading
+
+import pytest
+import uvloop
+
+from robots.cli import event_loop
+from robots.cli.event_loop import Terminated
+
+FACTORIES = [None, uvloop.new_event_loop]
+
+
+@pytest.mark.parametrize("factory", FACTORIES)
+def test_it_returns_what_the_coroutine_returns(factory) -> None:
+    assert event_loop.run(asyncio.sleep(0.0, "done"), factory) == "done"
+
+
+@pytest.mark.parametrize("factory", FACTORIES)
+def test_sigterm_ends_the_coroutine_in_order(factory) -> None:
+    ended = []
+
+    async def work() -> None:
+        asyncio.get_running_loop().call_later(0.01, signal.raise_signal, signal.SIGTERM)
+        try:
+            await asyncio.sleep(30.0)
+        finally:
+            await asyncio.sleep(0.01)
+            ended.append(True)
+
+    before = signal.getsignal(signal.SIGTERM)
+    with pytest.raises(Terminated):
+        event_loop.run(work(), factory)
+    assert ended == [True]
+    assert signal.getsignal(signal.SIGTERM) == before
+
+
+def test_what_is_cancelled_without_a_signal_is_not_called_terminated() -> None:
+    async def work() -> None:
+        raise asyncio.CancelledError
+
+    with pytest.raises(asyncio.CancelledError):
+        event_loop.run(work())
+
+
+def test_a_thread_runs_coroutines_too() -> None:
+    done = []
+    thread = threading.Thread(target=lambda: done.append(event_loop.run(asyncio.sleep(0.0, "done"))))
+    thread.start()
+    thread.join()
+    assert done == ["done"]
+
+
+def test_sigterm_ends_what_runs_without_a_loop() -> None:
+    before = signal.getsignal(signal.SIGTERM)
+    with pytest.raises(Terminated), event_loop.terminable():
+        signal.raise_signal(signal.SIGTERM)
+    assert signal.getsignal(signal.SIGTERM) == before
+
+
+def test_a_loop_inside_leaves_the_rest_terminable() -> None:
+    with pytest.raises(Terminated), event_loop.terminable():
+        event_loop.run(asyncio.sleep(0.0))
+        signal.raise_signal(signal.SIGTERM)
