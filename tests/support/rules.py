@@ -25,8 +25,8 @@ ARRAY_FILES = frozenset({
 ALLOWED = {
     "ppaas/clock.py": {"time"},
     "ppaas/planners/field/tile_helpers.py": {"threading"},
-    "ppaas/planners/helper_threads.py": {"threading"},
-    "ppaas/planners/workers.py": {"concurrent"},
+    "ppaas/planners/helper_threads.py": {"concurrent", "threading"},
+    "ppaas/planners/batch/workers.py": {"concurrent"},
 }
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef

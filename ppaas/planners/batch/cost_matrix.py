@@ -10,13 +10,13 @@ from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.planners.base import PlanRequest
 from ppaas.planners.batch.plan_many import Progress, unseen
+from ppaas.planners.batch.workers import Check, work_off
 from ppaas.planners.ends import Ends, place_ends
 from ppaas.planners.field.cost_field import CostField
 from ppaas.planners.field.start_field import StartField
 from ppaas.planners.path import path_cost
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import exact_weights, passable
-from ppaas.planners.workers import Check, work_off
 
 Cells = NDArray[np.int64]
 Values = NDArray[np.float64]

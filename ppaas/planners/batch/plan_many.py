@@ -9,13 +9,13 @@ import numpy as np
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput, PlanningError
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
+from ppaas.planners.batch.workers import Check, Worker, work_off
 from ppaas.planners.ends import Cell, Ends
 from ppaas.planners.field.base import GridField
 from ppaas.planners.field.cost_field import CostField
 from ppaas.planners.grid.dijkstra import Dijkstra
 from ppaas.planners.prepared import PreparedPlanner
 from ppaas.planners.watch import Watch, proceed
-from ppaas.planners.workers import Check, Worker, work_off
 from ppaas.plugins import parameters_in_use
 
 Answer = PlanResult | PlanningError

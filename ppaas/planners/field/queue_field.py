@@ -13,10 +13,10 @@ from ppaas.planners.field.kernels.descent import descend
 from ppaas.planners.field.kernels.layout import AT_GOAL, BLOCKED, BUCKET_SHIFT, RING, UNREACHED, UNREACHED_WIDE
 from ppaas.planners.field.kernels.propagation import TOO_NARROW, propagate, seed
 from ppaas.planners.field.kernels.setup import lay
+from ppaas.planners.helper_threads import share
 from ppaas.planners.kernels.moves import PAUSED, POOL_EMPTY, SETTLED
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights
-from ppaas.planners.workers import share
 
 SLICE_CELLS = 50_000
 """Cells settled between two checks: about 3 ms."""

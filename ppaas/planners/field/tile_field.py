@@ -16,10 +16,10 @@ from ppaas.planners.field.kernels.tile_layout import CELLS, SIDE, TOUCHED, UNREA
 from ppaas.planners.field.kernels.tile_setup import lay_sample
 from ppaas.planners.field.kernels.tile_walk import count_up_to, descend_tiles, read_rows
 from ppaas.planners.field.tile_helpers import boxes_for
+from ppaas.planners.helper_threads import share
 from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights
-from ppaas.planners.workers import share
 
 SLICE_LINES = 150_000
 """Lines of tiles worked on between two checks: 2 to 3 ms on one thread."""

@@ -9,14 +9,22 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.planners.ends import Ends
 from ppaas.planners.field.base import GridField
 from ppaas.planners.field.cost_field import CostField
-from ppaas.planners.grid.field_planner import FieldPlanner
+from ppaas.planners.grid_planner import Found, GridPlanner
+from ppaas.planners.traits import Optimal, Traits
 
 
-class Dijkstra(FieldPlanner):
-    """Grows the field in all directions alike, until the start has its value."""
+class Dijkstra(GridPlanner):
+    """Grows a field of costs from the goal in all directions alike, until the start has its value; walks down it."""
 
     name: ClassVar[str] = "dijkstra"
     purpose: ClassVar[str] = "Cheapest path on any grid, without preparation; the yardstick of the others."
+    traits: ClassVar[Traits] = Traits(optimal=Optimal.ALWAYS)
+
+    def search(self, costmap: Costmap, ends: Ends, *, threads: int, check: Callable[[], None]) -> Found:
+        """Find the cells of a cheapest path."""
+        field, reached = self.grow(costmap, ends, threads=threads, check=check)
+        cells = field.path_from(ends.start) if reached else np.empty((0, 2), np.int32)
+        return Found(cells, field.settled)
 
     def grow(self, costmap: Costmap, ends: Ends, *, threads: int, check: Callable[[], None]) -> tuple[GridField, bool]:
         """Return a field, and whether it reaches the start, whose value is then final."""

@@ -7,11 +7,11 @@ from hypothesis import given, settings
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.filter_masks import barred, raise_costs
 from ppaas.costmap.map_layers import MapLayers
-from ppaas.costmap.static_layer import static_costmap
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.maps.distance import distance_to_occupied
 from ppaas.maps.grid import GridInfo, GridMap
+from tests.reference.maps.static_costmap import static_costmap
 from tests.support.world.maps import grid_maps, real_map
 
 

@@ -4,8 +4,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
+from ppaas.errors import PlanCancelled
 from ppaas.planners import helper_threads
-from ppaas.planners.helper_threads import HelperThreads
+from ppaas.planners.helper_threads import HelperThreads, share
+from ppaas.planners.watch import proceed
 
 CPUS = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set()
 with_two_cpus = pytest.mark.skipif(len(CPUS) < 2, reason="one CPU: no other to run on")
@@ -75,3 +77,66 @@ def test_nor_are_cpus_needed_that_can_be_told_apart(asleep, monkeypatch):
     monkeypatch.delattr(os, "sched_setaffinity", raising=False)
     threads.keep_off()
     assert executor.submit(lambda: 7).result() == 7
+
+
+@pytest.mark.parametrize("helpers", [-1, 0, 2])
+def test_each_slice_is_done_once_by_whoever_comes_first(helpers):
+    done = []
+    share(range(200), done.append, helpers=helpers, check=proceed)
+    assert sorted(done) == list(range(200))
+
+
+def test_a_helper_works_beside_the_caller():
+    both = threading.Barrier(2, timeout=30)
+    share(range(2), lambda one: both.wait(), helpers=1, check=proceed)
+
+
+def test_the_check_ends_the_work_on_slices():
+    done = []
+
+    def check():
+        if done:
+            raise PlanCancelled("enough")
+
+    with pytest.raises(PlanCancelled):
+        share(range(200), done.append, helpers=0, check=check)
+    assert done == [0]
+
+
+def test_what_goes_wrong_with_a_helper_is_told():
+    begun, failed = threading.Event(), threading.Event()
+
+    def work(one):
+        if threading.current_thread() is threading.main_thread():
+            begun.set()
+            assert failed.wait(30)
+        else:
+            assert begun.wait(30)
+            failed.set()
+            raise OSError("broken")
+
+    with pytest.raises(OSError, match="broken"):
+        share(range(2), work, helpers=1, check=proceed)
+
+
+def test_who_has_not_begun_when_all_is_done_is_not_waited_for():
+    gate, others = threading.Event(), ThreadPoolExecutor(1)
+    busy = others.submit(
+        share, range(os.cpu_count() + 1), lambda one: gate.wait(), helpers=os.cpu_count(), check=proceed
+    )
+    done = []
+    share(range(3), done.append, helpers=2, check=proceed)
+    gate.set()
+    busy.result()
+    assert sorted(done) == [0, 1, 2]
+
+
+def test_a_process_that_is_forked_gets_threads_of_its_own():
+    both = threading.Barrier(2, timeout=30)
+    share(range(2), lambda one: both.wait(), helpers=1, check=proceed)
+    child = os.fork()
+    if not child:
+        together = threading.Barrier(2, timeout=10)
+        share(range(2), lambda one: together.wait(), helpers=1, check=proceed)
+        os._exit(7)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7

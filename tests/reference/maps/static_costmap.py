@@ -1,4 +1,4 @@
-"""The static layer of costmap_2d: what the map itself says."""
+"""Reference of the layers of a map: the static layer of costmap_2d, before inflation."""
 
 import numpy as np
 
