@@ -109,7 +109,11 @@ def test_what_is_in_the_way_is_what_the_page_says() -> None:
     found = [in_the_way(table, over, lowest=heights[0], highest=heights[1]).data.max() for heights in (low, mast)]
     assert found == [0, 100]
     listed = {names(row[0])[0]: row[1] for row in rows("parameter of `voxel_layer`")}
-    assert listed == {"enabled": "true", "min_obstacle_height": "a voxel", "max_obstacle_height": "the robot"}
+    assert listed == {
+        "enabled": "true",
+        "min_obstacle_height": "one voxel",
+        "max_obstacle_height": "height of the robot",
+    }
     assert set(listed) == set(parameters_in_use(VoxelLayerParameters()))
 
 
@@ -136,29 +140,29 @@ def test_the_answer_is_told_in_full() -> None:
     from benchmarks.navigation.barn.run import Result
 
     told = summary([Result(1, 0, "success", 5.0, 5.0, 0.2)])
-    paragraph = PAGE[PAGE.index("It answers") :].split("\n\n")[0]
+    paragraph = PAGE[PAGE.index("The result contains") :].split("\n\n")[0]
     assert set(told) == set(names(paragraph))
 
 
 def test_what_is_told_of_moving_things_and_shut_places_is_what_the_code_has() -> None:
     text = re.sub(r"\s+", " ", PAGE)
-    assert f"no longer than {LARGEST:g} m and no nearer than {WALL_MARGIN:g} m to a wall" in text
-    assert f"has come {MOVED:g} m from" in text and f"goes at {SLOWEST:g} to {FASTEST:g} m/s" in text
-    assert f"waits for the first: {WAIT:g} s, or less where the other is less than {WAIT:g} m longer" in text
+    assert f"no longer than {LARGEST:g} m and no closer than {WALL_MARGIN:g} m to a wall" in text
+    assert f"has moved {MOVED:g} m from" in text and f"travels at {SLOWEST:g} to {FASTEST:g} m/s" in text
+    assert f"first waits: for {WAIT:g} s, or, if the detour is less than {WAIT:g} m longer" in text
     assert f"{REACTION:g} s to react, its acceleration to brake, and {MARGIN:g} m between them" in text
-    assert f"stays shut for {FIRST:g} s, and twice as long" in text and f"up to {LONGEST:g} s" in text
-    assert CLOSING == 4.0 and "five times as much where it drives up to it" in text
+    assert f"stays blocked for {FIRST:g} s, and twice as long" in text and f"up to {LONGEST:g} s" in text
+    assert CLOSING == 4.0 and "five times as much when driving towards it" in text
 
 
 def test_the_people_of_the_bench_of_goals_are_as_told(capsys) -> None:
     text, people = re.sub(r"\s+", " ", PAGE), WalkerModel()
     assert f"{2 * people.radius:g} m wide and walk at {people.slowest:g} to {people.fastest:g} m/s" in text
-    assert f"stand for up to {people.longest_stay:g} s" in text and f"arm reaches ({people.reach:g} m)" in text
-    assert f"go elsewhere after {people.patience:g} s" in text
+    assert f"stand for up to {people.longest_stay:g} s" in text and f"an arm's length ({people.reach:g} m)" in text
+    assert f"after {people.patience:g} s without progress they go elsewhere" in text
     assert f"within {run.THERE:g} m and {math.degrees(run.TURNED):.0f}° of the goal" in text
-    assert f"given up after {run.PATIENCE:g} s and its way at {run.SLOWEST:g} m/s" in text
-    assert f"at more than {MOVES:g} m/s, whatever" in text and f"a plan takes it {PLANNING:g} s" in text
-    section = PAGE[PAGE.index("## Among people who walk") :]
+    assert f"times out after {run.PATIENCE:g} s plus the time for its path at {run.SLOWEST:g} m/s" in text
+    assert f"at more than {MOVES:g} m/s, whatever" in text and f"a plan takes {PLANNING:g} s" in text
+    section = PAGE[PAGE.index("## Benchmark: goals among pedestrians") :]
     with pytest.raises(SystemExit):
         main(["bench", "goals", "--help"])
     assert set(re.findall(r"--\w+", section)) <= set(re.findall(r"--\w+", capsys.readouterr().out))
