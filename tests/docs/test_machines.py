@@ -22,7 +22,7 @@ def test_what_is_typed_works(cloud: RunningCloud, tmp_path: Path) -> None:
 
 
 def test_the_settings_listed_are_those_there_are() -> None:
-    rows = table(PAGE, "setting", "default", "what it says")
+    rows = table(PAGE, "setting", "default", "what it is")
     assert {name for name, _, _ in rows} == set(MachineChange.model_fields) == set(MachineSettings.__struct_fields__)
     defaults = {name: default for name, default, _ in rows if default}
     assert defaults == {name: str(getattr(MachineSettings(), name)).lower() for name in defaults}

@@ -2,13 +2,14 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from endpoints.rest.schemas import CostFile
+from endpoints.rest.plans.schemas import CostFile
 from ppaas.clone.assembly import build_clone
 from ppaas.costmap.build_layers import build_layers
 from ppaas.nodes.graph import Graph
@@ -51,7 +52,8 @@ def test_a_robots_file_tunes_its_planner_as_planning_says() -> None:
 
 
 def test_the_limits_are_those_of_the_code() -> None:
-    assert f"at most {MAX_COSTS} at a\ntime, of up to {MAX_ENDS} starts and {MAX_ENDS} goals" in text_of(PAGE)
+    text = re.sub(r"\s+", " ", text_of(PAGE))
+    assert f"at most {MAX_COSTS} costs, from up to {MAX_ENDS} starts to up to {MAX_ENDS} goals" in text
     assert CostFile.model_fields["starts"].metadata[0].max_length == MAX_ENDS
 
 
