@@ -5,11 +5,12 @@ from typing import Annotated
 from fastapi import APIRouter, Body
 from pydantic import BaseModel, ConfigDict
 
+from endpoints.rest.cluster.schemas import ContainerAnswer
 from endpoints.rest.dependencies import Caller, Paged, Provided
 from endpoints.rest.names import ContainerId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
-from endpoints.rest.schemas import ContainerAnswer, Cores
+from endpoints.rest.schemas import Cores
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
 from engine.service.views import ContainerView

@@ -3,8 +3,8 @@
 from fastapi import APIRouter, Request
 
 from endpoints.accounts.authentication import authenticate
+from endpoints.rest.cluster.schemas import HealthAnswer
 from endpoints.rest.dependencies import Provided
-from endpoints.rest.schemas import HealthAnswer
 from endpoints.services.services import Services
 from endpoints.services.store_health import StoreState
 from ppaas.errors import PPaaSError

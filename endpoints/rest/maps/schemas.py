@@ -2,10 +2,10 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
 from endpoints.rest.names import Version
-from endpoints.rest.schemas import MAX_READERS, Description, Reader, Triple
+from endpoints.rest.schemas import MAX_READERS, Description, Reader, RequestBody, Triple
 from storage.records import MapRecord
 
 
@@ -42,19 +42,15 @@ class MapSummary(BaseModel):
         return cls(**said, **more)
 
 
-class RollBack(BaseModel):
+class RollBack(RequestBody):
     """Which version of a map shall be the present one again, and why."""
-
-    model_config = ConfigDict(extra="forbid")
 
     version: Version
     message: Description = ""
 
 
-class MapChange(BaseModel):
+class MapChange(RequestBody):
     """What is to be said of a map; what is left out stays, and null stands for none."""
-
-    model_config = ConfigDict(extra="forbid")
 
     readers: Annotated[list[Reader], Field(max_length=MAX_READERS)] | None = None
     description: Description | None = None

@@ -9,7 +9,8 @@ from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.plans.planning import allowed_timeout
 from endpoints.rest.plans.plans import json_response
-from endpoints.rest.schemas import CostFile, CostMatrixAnswer, triple
+from endpoints.rest.plans.schemas import CostFile, CostMatrixAnswer
+from endpoints.rest.schemas import triple
 from endpoints.rest.strict_json import StrictRoute
 from engine.service.views import CostRequest
 from engine.specs.containers import MapVersion

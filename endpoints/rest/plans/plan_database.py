@@ -19,11 +19,11 @@ from endpoints.rest.plans.schemas import (
     PlanChange,
     PlanPut,
     PlanSearch,
+    PlanSummary,
     StatisticsAnswer,
     place_of,
 )
 from endpoints.rest.plans.stored_plans import check_may_change, summary_of, visible_plan
-from endpoints.rest.schemas import PlanSummary
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
 from ppaas.clock import epoch

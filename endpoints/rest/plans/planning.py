@@ -16,7 +16,8 @@ from starlette.types import Receive, Scope, Send
 from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
-from endpoints.rest.schemas import NewPlanAnswer, PlanFile, triple
+from endpoints.rest.plans.schemas import NewPlanAnswer, PlanFile
+from endpoints.rest.schemas import triple
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.request_limits import Settings
 from endpoints.services.services import Services

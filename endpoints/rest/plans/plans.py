@@ -9,8 +9,8 @@ from starlette.responses import Response
 from endpoints.rest.dependencies import Caller, Provided
 from endpoints.rest.names import PlanId
 from endpoints.rest.openapi import KNOWN, problems
+from endpoints.rest.plans.schemas import PlanAnswer
 from endpoints.rest.plans.stored_plans import visible_plan
-from endpoints.rest.schemas import PlanAnswer
 from endpoints.rest.strict_json import StrictRoute
 from storage.plan_checks import array_of
 from storage.records import PlanRecord

@@ -7,7 +7,7 @@ from endpoints.rest.dependencies import Caller, Paged, Provided, readable_head
 from endpoints.rest.names import MapId, PlanId
 from endpoints.rest.openapi import KNOWN, problems
 from endpoints.rest.paging import Page
-from endpoints.rest.schemas import PlanSummary
+from endpoints.rest.plans.schemas import PlanSummary
 from endpoints.services.services import Services
 from ppaas.errors import NotFound, NotPermitted
 from storage.records import PlanRecord, User

@@ -9,7 +9,7 @@ from starlette.responses import Response
 from endpoints.rest.dependencies import Caller, Provided
 from endpoints.rest.names import RobotId
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
-from endpoints.rest.schemas import UrdfAnswer
+from endpoints.rest.robots.schemas import UrdfAnswer
 from ppaas.robot_model.describe import describe
 from ppaas.robot_model.description import RobotDescription
 

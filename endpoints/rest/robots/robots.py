@@ -13,7 +13,8 @@ from endpoints.rest.merge_patch import merge
 from endpoints.rest.names import RobotId
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.paging import Page
-from endpoints.rest.schemas import RobotAnswer, RobotChange, RobotDetail, RobotFile, UrdfAnswer, triple
+from endpoints.rest.robots.schemas import RobotAnswer, RobotChange, RobotDetail, RobotFile, UrdfAnswer
+from endpoints.rest.schemas import triple
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
 from engine.specs.filter_masks import mask_versions

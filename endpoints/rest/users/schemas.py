@@ -1,11 +1,11 @@
-"""The JSON of users, and of what they may have."""
+"""The JSON of users, of what they may have, and of tokens."""
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from endpoints.rest.names import Name
-from endpoints.rest.schemas import Number
+from endpoints.rest.schemas import Number, RequestBody, ResponseBody
 from storage.records import Role
 
 MOST = 1_000_000_000
@@ -16,20 +16,40 @@ _Count = Annotated[int, Field(strict=True, ge=0, le=MOST)]
 _Cores = Annotated[Number, Field(ge=0.0, le=MOST)]
 
 
-class NewUser(BaseModel):
-    """A user to be made."""
+class Credentials(RequestBody):
+    """What to log in with."""
 
-    model_config = ConfigDict(extra="forbid")
+    user: str = Field(max_length=64, examples=["ann"])
+    password: str = Field(max_length=1024, examples=["correct horse"])
+
+
+class TokenAnswer(ResponseBody):
+    """A login."""
+
+    id: str = Field(description="With which it is revoked")
+    token: str
+    expires: float = Field(description="Seconds since the epoch")
+
+
+class TokenSummary(ResponseBody):
+    """A login, without the token itself: that is not kept."""
+
+    id: str
+    created: float = Field(description="Seconds since the epoch; 0 where it was not noted")
+    expires: float = Field(description="Seconds since the epoch")
+    current: bool = Field(description="Whether it is the one that is used now")
+
+
+class NewUser(RequestBody):
+    """A user to be made."""
 
     id: Name
     password: Password
     role: Role = "user"
 
 
-class LimitsChange(BaseModel):
+class LimitsChange(RequestBody):
     """What a user may have, where that is not what every user may; null is what every user may."""
-
-    model_config = ConfigDict(extra="forbid")
 
     containers: _Count | None = None
     cores: _Cores | None = None
@@ -38,10 +58,8 @@ class LimitsChange(BaseModel):
     plans_per_minute: _Count | None = None
 
 
-class UserChange(BaseModel):
+class UserChange(RequestBody):
     """What is to change of a user (JSON merge patch); what is left out stays."""
-
-    model_config = ConfigDict(extra="forbid")
 
     role: Role | None = None
     password: Password | None = None
@@ -53,19 +71,15 @@ class UserChange(BaseModel):
     )
 
 
-class UserAnswer(BaseModel):
+class UserAnswer(ResponseBody):
     """A user."""
-
-    model_config = ConfigDict(from_attributes=True)
 
     id: str
     role: Role
 
 
-class LimitsAnswer(BaseModel):
+class LimitsAnswer(ResponseBody):
     """Limits of a user's own; null where the user may have what every user may."""
-
-    model_config = ConfigDict(from_attributes=True)
 
     containers: int | None
     cores: float | None
@@ -74,10 +88,8 @@ class LimitsAnswer(BaseModel):
     plans_per_minute: int | None
 
 
-class QuotaAnswer(BaseModel):
+class QuotaAnswer(ResponseBody):
     """A number of each thing that is limited."""
-
-    model_config = ConfigDict(from_attributes=True)
 
     containers: int = Field(description="Clones that run, and planning on a map")
     cores: float = Field(description="Of these containers, together")

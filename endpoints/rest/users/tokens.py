@@ -9,8 +9,8 @@ from endpoints.rest.dependencies import Caller, Paged, Provided
 from endpoints.rest.names import TokenId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
-from endpoints.rest.schemas import Credentials, TokenAnswer, TokenSummary
 from endpoints.rest.strict_json import StrictRoute
+from endpoints.rest.users.schemas import Credentials, TokenAnswer, TokenSummary
 from storage.records import Token
 
 router = APIRouter(prefix="/tokens", tags=["tokens"], route_class=StrictRoute)

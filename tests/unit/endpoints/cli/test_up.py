@@ -1,6 +1,5 @@
 """``ppaas up`` with what it cannot start from; that it starts is in ``tests/e2e``."""
 
-import argparse
 import socket
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import pytest
 from endpoints.cli import up
 from endpoints.server import cloud_config
 from engine.master.quotas import QUOTAS, Quota
+from robots.cli.command_parser import CommandParser
 from robots.cli.main import main
 
 
@@ -30,7 +30,7 @@ def test_an_argument_that_cannot_be_is_named(wrong: list[str], capsys: pytest.Ca
 
 
 def test_every_quota_may_be_given_to_all_users() -> None:
-    parser = argparse.ArgumentParser()
+    parser = CommandParser()
     up.configure(parser)
     given = [f"--quota={name}={number}" for number, name in enumerate(QUOTAS, 1)]
     arguments = parser.parse_args([*given, "--quota=cores=0.5"])

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from starlette.types import Message
 
 from endpoints.rest.plans import fast_path
-from endpoints.rest.schemas import PlanFile
+from endpoints.rest.plans.schemas import PlanFile
 from endpoints.rest.strict_json import parse
 from tests.unit.endpoints.conftest import LogIn, Publish
 

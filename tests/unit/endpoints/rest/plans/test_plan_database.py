@@ -6,8 +6,7 @@ import httpx
 import numpy as np
 import pytest
 
-from endpoints.rest.plans.schemas import FoundPlans, Parts, StatisticsAnswer
-from endpoints.rest.schemas import PlanSummary
+from endpoints.rest.plans.schemas import FoundPlans, Parts, PlanSummary, StatisticsAnswer
 from endpoints.services.services import Services
 from ppaas.geometry import poses_along
 from tests.support.endpoints.problems import problem_of

@@ -7,7 +7,7 @@ from typing import Any
 import httpx
 import pytest
 
-from endpoints.rest.schemas import NewPlanAnswer, PlanAnswer
+from endpoints.rest.plans.schemas import NewPlanAnswer, PlanAnswer
 from endpoints.services.services import Services
 from engine.service.views import PathRequest
 from engine.specs.containers import MapVersion
