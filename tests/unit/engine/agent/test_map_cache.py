@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine.agent.layer_builder import GridFiles, LayerBuilder, build_here
+from engine.agent.layer_builder import LayerBuilder
+from engine.agent.layer_jobs import GridFiles, build_here
 from engine.agent.map_cache import Builder, MapCache
 from engine.container.shared_indexes import SharedIndexes
 from engine.specs.containers import LayerSpec, MapVersion

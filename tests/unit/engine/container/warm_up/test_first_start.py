@@ -67,6 +67,6 @@ def test_what_containers_use_is_compiled_and_noted(tmp_path: Path, told: Path, m
     (note,) = (tmp_path / ".cache" / "ppaas").glob("*.json")
     files = [Path(file) for file in msgspec.json.decode(note.read_bytes(), type=list[str])]
     assert all(file.exists() for file in files)
-    assert {"rollout", "likelihood_field", "tile_growth"} <= {file.name.partition(".")[0] for file in files}
+    assert {"dwa", "likelihood_field", "tile_growth"} <= {file.name.partition(".")[0] for file in files}
     first_start.compile_missing(LAYER)
     assert not told.exists()

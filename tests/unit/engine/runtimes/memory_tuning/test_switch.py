@@ -1,0 +1,54 @@
+"""A fork server and its containers do the same with memory tuning and without."""
+
+import subprocess
+import sys
+from collections.abc import AsyncIterator
+from multiprocessing import forkserver
+from pathlib import Path
+
+import pytest
+
+from engine.agent.entries import WARM_UP, loaded_before
+from engine.runtimes.memory_tuning.switch import NAME, OFF
+from engine.runtimes.process.runtime import ProcessRuntime
+from tests.support.engine.launches import Reports
+
+BOTH = [("1", True), (OFF, False)]
+
+
+@pytest.fixture
+async def runtime(value: str, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[ProcessRuntime]:
+    """Return a runtime whose fork server is started with the switch at a value."""
+    forkserver._forkserver._stop()  # type: ignore[attr-defined]
+    monkeypatch.setenv(NAME, value)
+    started = ProcessRuntime(loaded_before("tests.support.engine.container_entries:tell_tuning", WARM_UP))
+    await started.start()
+    yield started
+    await started.close()
+    forkserver._forkserver._stop()  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(("value", "tuned"), BOTH)
+async def test_a_container_drives_its_robot_with_tuned_memory_and_without(
+    value: str, tuned: bool, runtime: ProcessRuntime, tmp_path: Path
+) -> None:
+    async with Reports(tmp_path) as reports:
+        container = await runtime.launch(reports.launch())
+        facts = dict(fact.split("=") for fact in (await reports.next()).text.split())
+        assert facts == {"drove": "True", "spared": str(tuned), "without_compiler": str(tuned)}
+        assert await container.wait() == 0
+
+
+@pytest.mark.parametrize(("value", "options"), [("1", "('-OO',)"), (OFF, "()")])
+def test_python_is_started_as_it_is_told_or_as_it_is_anywhere(value: str, options: str) -> None:
+    code = "from engine.runtimes.memory_tuning.lean_python import *; print(PYTHON[1:], environment({}).keys() or '')"
+    command = [sys.executable, "-c", code]
+    told = subprocess.run(command, env={NAME: value}, check=True, capture_output=True, text=True).stdout
+    assert told.startswith(options)
+    assert ("PYTHONPYCACHEPREFIX" in told) == (value != OFF)
+
+
+def test_memory_is_tuned_where_nothing_is_said() -> None:
+    code = "from engine.runtimes.memory_tuning.switch import LEAN; print(LEAN)"
+    told = subprocess.run([sys.executable, "-c", code], env={}, check=True, capture_output=True, text=True).stdout
+    assert told == "True\n"
