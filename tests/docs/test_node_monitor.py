@@ -20,14 +20,14 @@ PAGE = "docs/node-monitor.md"
 
 
 def test_the_services_and_the_topic_are_those_of_the_node_monitor() -> None:
-    listed = table(PAGE, "service of the node monitor", "type", "who calls it, and when")
+    listed = table(PAGE, "service of the node monitor", "type", "caller and purpose")
     assert {name: kind for name, kind, _ in listed} == {s.name: s.type.name for s in NodeMonitorNode.services}
     assert f"`{HOMES.name}`" in text_of(PAGE)
     assert f"every {HOLD_PERIOD:g} s" in text_of(PAGE)
 
 
 def test_the_parameters_and_their_defaults_are_those_of_the_code() -> None:
-    rows = itertools.takewhile(lambda row: row[1] != "type", table(PAGE, "parameter", "default", "what it is"))
+    rows = itertools.takewhile(lambda row: row[1] != "type", table(PAGE, "parameter", "default", "meaning"))
     listed = {name: default for name, default, _ in rows}
     defaults = msgspec.structs.asdict(NodeMonitorParameters())
     assert tuple(re.findall(r"\w+", listed.pop("priorities"))) == defaults.pop("priorities") == CRITERIA
@@ -42,7 +42,7 @@ def test_what_a_robots_file_may_say_can_be_read() -> None:
 
 
 def test_the_criteria_and_the_nodes_are_those_of_the_code() -> None:
-    assert [row[0] for row in table(PAGE, "criterion", "what it says")] == list(CRITERIA)
+    assert [row[0] for row in table(PAGE, "criterion", "vote")] == list(CRITERIA)
     graph = Graph()
     layers = build_layers(office(seed=1, width=12.0, height=10.0))
     build_clone(graph, layers, model="turtlebot2", initial_pose=(2.0, 2.0, 0.0), parameters={DEPTH_CAMERA: {}})
