@@ -1,6 +1,6 @@
-"""A whole robot: tells the cloud what it senses, and drives as the cloud says.
+"""A complete robot: sends odometry and scans to the cloud, and executes its velocity commands.
 
-python robot.py ROBOT     the cloud is that of PPAAS_URL, the token that of PPAAS_TOKEN; hardware.py is yours
+python robot.py ROBOT     reads PPAAS_URL and PPAAS_TOKEN from the environment; you write hardware.py
 """
 
 import asyncio
@@ -20,7 +20,7 @@ from robots.onboard import BaseController
 
 
 async def main(robot):
-    base = BaseController()  # stops by itself where the cloud is silent for half a second
+    base = BaseController()  # stops the base if no command arrives for half a second
     url = os.environ.get("PPAAS_URL", "http://127.0.0.1:8500")
     async with RobotClient(url, robot=robot, token=os.environ["PPAAS_TOKEN"]) as cloud:
         await cloud.subscribe("cmd_vel", Twist, base.command, queue_size=1)

@@ -1,4 +1,4 @@
-"""An operator in plain roslibpy: see what the robot sees, send it somewhere, wait until it has arrived.
+"""An operator in plain roslibpy: receives map, tf, scans and commands, sends a goal, and waits for the result.
 
 python roslibpy_operator.py 'ws://127.0.0.1:8500/?robot=tb1&role=operator&token=TOKEN' X Y
 """

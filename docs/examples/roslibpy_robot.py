@@ -1,6 +1,6 @@
-"""A whole robot in plain roslibpy: nothing of PPaaS is installed on it.
+"""A complete robot in plain roslibpy; it does not need PPaaS installed.
 
-python roslibpy_robot.py 'ws://127.0.0.1:8500/?robot=tb1&token=TOKEN'     hardware.py is yours
+python roslibpy_robot.py 'ws://127.0.0.1:8500/?robot=tb1&token=TOKEN'     you write hardware.py
 """
 
 import math
@@ -12,11 +12,11 @@ import roslibpy
 
 ros = roslibpy.Ros(sys.argv[1])
 ros.run(timeout=10)
-command = {"v": 0.0, "w": 0.0, "came": 0.0}
+command = {"v": 0.0, "w": 0.0, "received": 0.0}
 
 
 def on_cmd_vel(twist):
-    command.update(v=twist["linear"]["x"], w=twist["angular"]["z"], came=time.monotonic())
+    command.update(v=twist["linear"]["x"], w=twist["angular"]["z"], received=time.monotonic())
 
 
 roslibpy.Topic(ros, "/cmd_vel", "geometry_msgs/Twist").subscribe(on_cmd_vel)
@@ -47,6 +47,6 @@ while ros.is_connected:
             "ranges": hardware.scan(),
         }
     )
-    fresh = time.monotonic() - command["came"] < 0.5  # a robot that the cloud lost must not drive on
+    fresh = time.monotonic() - command["received"] < 0.5  # without the cloud, the robot must stop
     hardware.drive(command["v"] if fresh else 0.0, command["w"] if fresh else 0.0)
     time.sleep(0.1)

@@ -1,6 +1,6 @@
-"""Send a robot somewhere and wait until it is there, as its operator.
+"""An operator: sends a goal to a robot and waits for the result.
 
-python send_goal.py ROBOT X Y [YAW]     the cloud is that of PPAAS_URL, the token that of PPAAS_TOKEN
+python send_goal.py ROBOT X Y [YAW]     metres and radians; reads PPAAS_URL and PPAAS_TOKEN from the environment
 """
 
 import asyncio

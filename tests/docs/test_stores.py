@@ -18,9 +18,7 @@ PAGE = "docs/stores.md"
 def test_the_stores_listed_are_those_there_are() -> None:
     rows = table(PAGE, "ppaas up", "URL", "backend")
     for option, backends in (("--store", STORES), ("--map-store", MAP_STORES)):
-        found = {
-            url.partition(":")[0]: re.search(r"\.\[(\w+)\]", told) for said, url, told in rows if said == option
-        }
+        found = {url.partition(":")[0]: re.search(r"\.\[(\w+)\]", told) for said, url, told in rows if said == option}
         assert {name: extra and extra[1] for name, extra in found.items()} == {
             name: backend.extra for name, backend in backends.items()
         }

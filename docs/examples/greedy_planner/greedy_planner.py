@@ -1,4 +1,4 @@
-"""A planner of one's own: greedy best-first search (Pearl, 1984), which always goes on where the goal looks nearest."""
+"""A custom planner: greedy best-first search (Pearl, 1984), which expands the cell that looks nearest to the goal."""
 
 import heapq
 import math
@@ -18,48 +18,48 @@ MOVES = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
 
 
 class Greedy(GridPlanner):
-    """Looks at few cells in the open; what it finds may be a long way round.
+    """Greedy best-first search: expands few cells in open space, but the path may be far from the shortest.
 
     Parameters
     ----------
     allow_unknown : bool
         Whether paths may lead through unknown cells.
     caution : float
-        How many cells nearer to the goal a cell must be to make up for a cost of 100.
+        Penalty of a cell of cost 100: it ranks like a free cell that is so much farther from the goal [cells].
     """
 
     name: ClassVar[str] = "greedy"
-    purpose: ClassVar[str] = "Some path, soon, in the open."
+    purpose: ClassVar[str] = "Any path, quickly, in open space."
     traits: ClassVar[Traits] = Traits()
 
     def __init__(self, *, allow_unknown: bool = True, caution: float = 1.0) -> None:
         super().__init__(allow_unknown=allow_unknown)
         self._open = passable(allow_unknown)
         if not 0.0 <= caution < math.inf:
-            raise InvalidParameter(f"caution must be a number of cells from 0 up, not {caution}")
+            raise InvalidParameter(f"caution must be a finite number of cells, 0 or more, not {caution}")
         self.caution = caution
 
-    # GridPlanner has found the cells of start and goal, and makes poses and costs of the cells that are returned here.
+    # GridPlanner determines the start and goal cells, and computes poses and cost from the cells returned here.
     def search(self, costmap: Costmap, ends: Ends, *, threads: int, check: Callable[[], None]) -> Found:
-        """Find the cells between two ends; none if there is no way."""
-        came: dict[Cell, Cell] = {ends.start: ends.start}
+        """Return the cells of a path from start to goal; an empty array if there is none."""
+        came_from: dict[Cell, Cell] = {ends.start: ends.start}
         queue = [(0.0, ends.start)]
         while queue:
-            check()  # raises when the request is cancelled or its time is up
+            check()  # raises if the request was cancelled or timed out
             _, cell = heapq.heappop(queue)
             if cell == ends.goal:
-                return Found(np.array(_way(came, cell), np.int32), len(came))
+                return Found(np.array(_path_to(came_from, cell), np.int32), len(came_from))
             for neighbour in self._neighbours(costmap, cell):
-                if neighbour not in came:
-                    came[neighbour] = cell
-                    left = math.dist(neighbour, ends.goal)
-                    heapq.heappush(queue, (left + self.caution * int(costmap.data[neighbour]) / 100.0, neighbour))
-        return Found(np.empty((0, 2), np.int32), len(came))
+                if neighbour not in came_from:
+                    came_from[neighbour] = cell
+                    distance = math.dist(neighbour, ends.goal)
+                    heapq.heappush(queue, (distance + self.caution * int(costmap.data[neighbour]) / 100.0, neighbour))
+        return Found(np.empty((0, 2), np.int32), len(came_from))
 
     def _neighbours(self, costmap: Costmap, cell: Cell) -> Iterator[Cell]:
         row, column = cell
         for down, right in MOVES:
-            # A diagonal cuts no corner: the cells on both its sides must be free as well.
+            # A diagonal move must not cut corners: both adjacent cells must be free too.
             touched = (row + down, column), (row, column + right), (row + down, column + right)
             if all(self._free(costmap, each) for each in touched):
                 yield touched[-1]
@@ -69,9 +69,9 @@ class Greedy(GridPlanner):
         return inside and bool(self._open[costmap.data[cell]])
 
 
-def _way(came: dict[Cell, Cell], cell: Cell) -> list[Cell]:
-    way = [cell]
-    while came[cell] != cell:
-        cell = came[cell]
-        way.append(cell)
-    return way[::-1]
+def _path_to(came_from: dict[Cell, Cell], cell: Cell) -> list[Cell]:
+    path = [cell]
+    while came_from[cell] != cell:
+        cell = came_from[cell]
+        path.append(cell)
+    return path[::-1]
