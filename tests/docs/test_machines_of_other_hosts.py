@@ -1,6 +1,5 @@
 """What machines.md says of machines of other hosts; that it works is seen in tests/e2e/test_two_machines.py."""
 
-import argparse
 import re
 import shlex
 from types import ModuleType
@@ -10,6 +9,7 @@ import pytest
 from endpoints.cli import machine_join, machine_ticket, up
 from engine.agent.master_lease import LEASE
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED
+from robots.cli.command_parser import CommandParser
 from tests.support.documents import blocks, text_of
 
 PAGE = "docs/machines.md"
@@ -24,7 +24,7 @@ COMMANDS: dict[tuple[str, ...], ModuleType] = {
 @pytest.mark.parametrize("words", LINES, ids=" ".join)
 def test_what_is_typed_is_understood(words: list[str]) -> None:
     (begin,) = [begin for begin in COMMANDS if tuple(words[: len(begin)]) == begin]
-    parser = argparse.ArgumentParser(exit_on_error=False)
+    parser = CommandParser(exit_on_error=False)
     COMMANDS[begin].configure(parser)
     parser.parse_args(words[len(begin) :])
 
@@ -34,7 +34,7 @@ def test_each_command_is_shown() -> None:
 
 
 def test_the_numbers_are_those_of_the_code() -> None:
-    parser = argparse.ArgumentParser()
+    parser = CommandParser()
     machine_ticket.configure(parser)
     minutes = parser.parse_args([]).valid / 60
     assert f"good for {minutes:.0f} minutes" in re.sub(r"\s+", " ", text_of(PAGE))

@@ -1,6 +1,5 @@
 """What protocol.md says of topics, services, refusals and limits is what the code does, and its frames are taken."""
 
-import argparse
 import asyncio
 import json
 import re
@@ -51,6 +50,7 @@ from ppaas.wire.resumption import ID_HEADER, STATE_HEADER, TAKEN_HEADER
 from ppaas.wire.rosapi import SERVICES
 from ppaas.wire.rosbridge import MAX_SUBSCRIPTIONS, RosbridgeSession
 from ppaas.wire.rosbridge_client import RosbridgeClientSession
+from robots.cli.command_parser import CommandParser
 from robots.client.robot_file import load_robot_file
 from robots.onboard.base_controller import BaseLimits
 from robots.sim.driver import Rates
@@ -192,7 +192,7 @@ def test_the_times_and_rates_are_those_of_the_code() -> None:
 
 
 def test_how_long_sessions_and_robots_are_kept_is_what_the_code_does() -> None:
-    parser = argparse.ArgumentParser()
+    parser = CommandParser()
     up.configure(parser)
     options = parser.parse_args([])
     assert options.linger == LINGER

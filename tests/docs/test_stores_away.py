@@ -1,11 +1,11 @@
 """What stores.md says of a Cassandra, and of a cloud whose store is away, is what the code does."""
 
-import argparse
 import re
 
 from endpoints.accounts.token_cache import TokenCache
 from endpoints.cli import store as command
 from endpoints.services.map_cache import MapHeads
+from robots.cli.command_parser import CommandParser
 from storage.cassandra.connection.address import CONSISTENCIES, PORT, SETTINGS, parse_address
 from storage.cassandra.plans.entries import GRACE
 from storage.cassandra.plans.passage_index import PLANS_OF_SQUARE
@@ -35,7 +35,7 @@ def test_the_numbers_are_those_of_the_code() -> None:
 
 
 def test_a_store_is_swept_as_it_says() -> None:
-    parser = argparse.ArgumentParser()
+    parser = CommandParser()
     command.configure(parser)
     assert "`ppaas store sweep URL`" in PAGE
     assert parser.parse_args(["sweep", "cassandra://db/ppaas"]).store == "cassandra://db/ppaas"

@@ -1,5 +1,6 @@
 import pytest
 
+from ppaas.bounded_numbers import whole
 from robots.cli.command_parser import CommandParser
 
 
@@ -45,3 +46,18 @@ def test_help_and_nothing_are_about_the_command_itself(capsys):
     told = capsys.readouterr()
     assert told.out.count("what it does") == 2
     assert "required: verb" in told.err
+
+
+@pytest.mark.parametrize("words", [["--count", "0", "box"], ["--of", "0", "box"]])
+def test_a_parameter_that_a_type_refuses_is_an_error_of_usage(words, capsys):
+    root = CommandParser("root")
+    command = root.add_subparsers(required=True).add_parser("do")
+    command.add_argument("thing")
+    command.add_argument("--count", type=whole())
+    command.add_mutually_exclusive_group().add_argument("--of", type=whole())
+    with pytest.raises(SystemExit) as end:
+        root.parse_args(["do", *words])
+    assert end.value.code == 2
+    assert capsys.readouterr().err.endswith(
+        f"root do: error: argument {words[0]}: give a whole number from 1 up, not '0'\n"
+    )

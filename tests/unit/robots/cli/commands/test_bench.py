@@ -92,4 +92,5 @@ try:
 except SystemExit:
     sys.exit(any(name.startswith("benchmarks") for name in sys.modules))
 """
-    assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.DEVNULL, check=False).returncode == 0
+    ended = subprocess.run([sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.DEVNULL, check=False)
+    assert ended.returncode == 0

@@ -9,6 +9,7 @@ import psutil
 import pytest
 
 from ppaas.errors import InvalidInput, InvalidMap, InvalidParameter, Unavailable
+from robots.cli.command_parser import CommandParser
 from robots.cli.commands import demo
 from robots.demo.cloud_process import CloudProcess
 
@@ -19,7 +20,7 @@ def children() -> set[psutil.Process]:
 
 
 def parse(*arguments: str) -> argparse.Namespace:
-    parser = argparse.ArgumentParser()
+    parser = CommandParser()
     demo.configure(parser)
     return parser.parse_args(list(arguments))
 

@@ -10,6 +10,7 @@ import pytest
 from ppaas.errors import NotAuthenticated, NotFound
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import save_map
+from robots.cli.command_parser import CommandParser
 from robots.cli.commands import simulate
 from robots.client.move_base import MoveBaseClient
 from robots.client.rest import RestClient
@@ -28,7 +29,7 @@ def parse(folder: Path, *more: str) -> argparse.Namespace:
     (folder / "room.pgm").write_bytes(image)
     robot = RobotFile(map="room", initial_pose=(2.0, 2.0, 0.5), cores=0.5)
     (folder / "rover.json").write_bytes(robot.encode())
-    parser = argparse.ArgumentParser()
+    parser = CommandParser()
     simulate.configure(parser)
     return parser.parse_args([str(folder / "rover.json"), "--map", str(folder / "room.yaml"), *more])
 
