@@ -69,7 +69,7 @@ def _jobs(arguments: argparse.Namespace) -> "list[Job]":
     """
     from benchmarks.harness.maps import read_map  # noqa: PLC0415
     from benchmarks.navigation.goals.run import Job, Trip  # noqa: PLC0415
-    from ppaas.clone.assembly import DEFAULT_CONTROLLER  # noqa: PLC0415
+    from ppaas.clone.plugins import DEFAULT_CONTROLLER  # noqa: PLC0415
     from ppaas.errors import InvalidInput  # noqa: PLC0415
 
     parameters: dict[str, dict[str, Any]] = {}

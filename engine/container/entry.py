@@ -29,7 +29,8 @@ from engine.runtimes.compilation.threads import KernelThreads, use_threads
 from engine.specs.containers import LINK_STATE, Launch
 from engine.specs.layer_files import open_layers
 from engine.specs.robot_layers import filters_of, layers_of
-from ppaas.clone.assembly import build_clone, build_planning
+from ppaas.clone.assembly import build_clone
+from ppaas.clone.planning_container import build_planning
 from ppaas.costmap.costmap import Indexes
 from ppaas.errors import PPaaSError
 from ppaas.messages import decode, encode, type_name
@@ -37,7 +38,7 @@ from ppaas.messages.message import Message
 from ppaas.nodes.base import Checkpoint, Node, Payload, Topic
 from ppaas.nodes.graph import Graph
 from ppaas.plans.reuse.measured_times import Times
-from ppaas.plans.reuse.processor import Keeping
+from ppaas.plans.reuse.processor import ReuseSetup
 from ppaas.plugins import permit_only
 from ppaas.thread_budget import Threads
 
@@ -58,18 +59,18 @@ def payload_bytes(payload: Payload) -> bytes:
 
 
 def build_graph(
-    graph: Graph, launch: Launch, threads: Threads, indexes: Indexes | None = None, keeping: Keeping | None = None
+    graph: Graph, launch: Launch, threads: Threads, indexes: Indexes | None = None, reuse: ReuseSetup | None = None
 ) -> Monitoring | None:
     """Put the nodes in that this container is for; return what monitors those of a clone.
 
-    ``threads`` tells how many kernels may use, ``indexes`` gives what is prepared of its map, ``keeping`` the plans
+    ``threads`` tells how many kernels may use, ``indexes`` gives what is prepared of its map, ``reuse`` the plans
     that were made there before.
     """
     layers = open_layers(Path(launch.layers))
     layers = replace(layers, costmap=replace(layers.costmap, indexes=indexes))
     robot = launch.spec.robot
     if robot is None:
-        build_planning(graph, layers, threads=threads, keeping=keeping)
+        build_planning(graph, layers, threads=threads, reuse=reuse)
         return None
     bare = of_clone(robot)
 
@@ -84,7 +85,7 @@ def build_graph(
             base_local_planner=bare.base_local_planner,
             parameters=bare.parameters,
             threads=threads,
-            keeping=keeping,
+            reuse=reuse,
             only=only,
         )
 
@@ -327,8 +328,8 @@ async def run(launch: Launch) -> None:
     plans, notes = SharedPlans(times, home.elsewhere), PlanningNotes(times)
     try:
         filters = filters_of(layers_of(launch.spec))
-        keeping = Keeping(launch.spec.map.id, launch.spec.map.version, plans, times, notes, filters)
-        monitoring = build_graph(home.graph, launch, threads, indexes, keeping)
+        reuse = ReuseSetup(launch.spec.map.id, launch.spec.map.version, plans, times, notes, filters)
+        monitoring = build_graph(home.graph, launch, threads, indexes, reuse)
         home.graph.restore([Checkpoint(name, state) for name, state in launch.spec.checkpoint.items()])
     except PPaaSError as error:
         refusal = robot_link.Refusal(error.slug, str(error))

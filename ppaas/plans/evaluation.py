@@ -70,7 +70,7 @@ def evaluate(rows: Iterable[PlannerHistory]) -> list[PlannerEvaluation]:
     return [_evaluation(planner, list(own)) for planner, own in groupby(ordered, key=lambda row: row.planner)]
 
 
-def told(evaluation: PlannerEvaluation) -> dict[str, Any]:
+def as_json(evaluation: PlannerEvaluation) -> dict[str, Any]:
     """Return an evaluation as JSON has it."""
     complexities = [{"cells": list(each.cells), **asdict(each.performance)} for each in evaluation.complexities]
     return {"planner": evaluation.planner, **asdict(evaluation.performance), "complexities": complexities}

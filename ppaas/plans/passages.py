@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
-from ppaas.plans.encoding.index_cells import Place
+from ppaas.plans.encoding.index_cells import Position
 from ppaas.plans.stored import LARGEST_TOLERANCE
 
 
-def check_search(start: Place, goal: Place, tolerance: float) -> None:
+def check_search(start: Position, goal: Position, tolerance: float) -> None:
     """Raise ``InvalidInput`` unless plans can be looked for between these places [m]."""
     if not all(map(math.isfinite, (*start, *goal))):
         raise InvalidInput(f"plans are looked for between two finite places, not from {start} to {goal}")
@@ -18,17 +18,17 @@ def check_search(start: Place, goal: Place, tolerance: float) -> None:
         raise InvalidInput(f"tolerance: {tolerance!r} is not between 0 and {LARGEST_TOLERANCE} m")
 
 
-def joins(first: Place, last: Place, start: Place, goal: Place, tolerance: float) -> bool:
+def joins(first: Position, last: Position, start: Position, goal: Position, tolerance: float) -> bool:
     """Tell whether a plan from ``first`` to ``last`` has both ends within ``tolerance`` of two places [m]."""
     return math.dist(first, start) <= tolerance and math.dist(last, goal) <= tolerance
 
 
-def comes_near(points: NDArray[np.float64], place: Place, tolerance: float) -> bool:
+def comes_near(points: NDArray[np.float64], place: Position, tolerance: float) -> bool:
     """Tell whether one of (n, 2) points lies within a tolerance of a place [m]."""
     return bool((np.hypot(*(points - place).T) <= tolerance).any())
 
 
-def passage(points: NDArray[np.float64], start: Place, goal: Place, tolerance: float) -> tuple[int, int] | None:
+def passage(points: NDArray[np.float64], start: Position, goal: Position, tolerance: float) -> tuple[int, int] | None:
     """Return where a plan passes near one place and later near another.
 
     Parameters

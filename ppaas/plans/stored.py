@@ -65,7 +65,7 @@ class StoredPlan:
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class PlanQuery:
     """Which plan is looked for.
 
     Parameters
@@ -103,7 +103,7 @@ class PlanLibrary(Protocol):
         """Tell whether the thread that asks may wait for an answer."""
         ...
 
-    def find(self, question: Question, within: float) -> Sequence[StoredPlan] | None:
+    def find(self, question: PlanQuery, within: float) -> Sequence[StoredPlan] | None:
         """Return plans worth a look, the best first; None if there is no answer within so many seconds."""
         ...
 
@@ -115,7 +115,7 @@ class EmptyLibrary:
         """Let anybody wait: the answer is here."""
         return True
 
-    def find(self, question: Question, within: float) -> Sequence[StoredPlan]:
+    def find(self, question: PlanQuery, within: float) -> Sequence[StoredPlan]:
         """Return none."""
         return ()
 
@@ -125,13 +125,13 @@ def own_parameters(conditions: Conditions) -> dict[str, Any]:
     return {name: value for name, value in conditions.items() if name not in (BARE_MAP, ROBOT_RADIUS)}
 
 
-def same_planner(stored: StoredPlan, question: Question) -> bool:
+def same_planner(stored: StoredPlan, question: PlanQuery) -> bool:
     """Tell whether a plan was made by the planner that is asked, with the same parameters, and not just given."""
     same = stored.planner == question.planner and own_parameters(stored.conditions) == question.parameters
     return same and not stored.given
 
 
-def same_robot(stored: StoredPlan, question: Question) -> bool:
+def same_robot(stored: StoredPlan, question: PlanQuery) -> bool:
     """Tell whether a plan was made for a robot of the same radius, so that its costs were the same."""
     radius = stored.conditions.get(ROBOT_RADIUS)
     return isinstance(radius, int | float) and math.isclose(radius, question.robot_radius, abs_tol=1e-9)

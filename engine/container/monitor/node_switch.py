@@ -10,7 +10,8 @@ from ppaas.messages import decode
 from ppaas.messages.ppaas_msgs import TopicMessage
 from ppaas.nodes.base import Checkpoint, Demands
 from ppaas.nodes.delivery_qos import must_arrive
-from ppaas.nodes.graph import Graph, Tap
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.topic_bus import Tap
 
 
 class Hands(Protocol):

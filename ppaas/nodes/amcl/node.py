@@ -25,14 +25,11 @@ from ppaas.nodes.amcl.messages import ParticleCloud, pose_message, read_initial_
 from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.frames import BASE_LINK, MAP, ODOM, TF, TF_STATIC, FrameListener
 from ppaas.nodes.message_checks import expect
+from ppaas.nodes.topics import SCAN_RATE, SCAN_TOPIC
 from ppaas.thread_budget import Threads, one_thread
 from ppaas.transforms.planar import tf_time, transform_message
 
 logger = logging.getLogger(__name__)
-
-SCAN_TOPIC = Topic("scan", LaserScan)
-SCAN_RATE = 80e3
-"""What a laser of 360 beams and 10 Hz says, as JSON [bytes/s]."""
 
 GLOBAL_LOCALIZATION = Service("global_localization", EmptyService)
 NOMOTION_UPDATE = Service("request_nomotion_update", EmptyService)

@@ -8,9 +8,9 @@ import numpy as np
 from ppaas.errors import InvalidInput
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan
 from ppaas.messages.std_msgs import Header
-from ppaas.nodes.amcl.node import SCAN_TOPIC
 from ppaas.nodes.base import Context, Demands, Node, Payload, Topic
 from ppaas.nodes.message_checks import expect
+from ppaas.nodes.topics import SCAN_TOPIC
 from ppaas.perception.compressed_depth import decompress
 from ppaas.perception.depth_scan import DepthScanner, DepthScanParameters, PinholeCamera
 from ppaas.perception.kernels.depth import Depths

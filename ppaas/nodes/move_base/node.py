@@ -1,22 +1,20 @@
-"""Move Base as a node: tells the state machine what happens, and carries out its orders."""
+"""Move Base as a node: tells the state machine what happens, and has its orders carried out."""
 
 import contextlib
 import logging
 from collections import deque
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import ClassVar
 
 import msgspec
 
-from ppaas.controllers.base import Controller, ControlRequest, Velocity
+from ppaas.controllers.base import Controller, Velocity
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import InvalidInput, PPaaSError, TransformError
-from ppaas.geometry import Pose2D
 from ppaas.messages import nav2_msgs
 from ppaas.messages.actionlib_msgs import GoalID
-from ppaas.messages.geometry_msgs import PoseStamped, Twist, Vector3
+from ppaas.messages.geometry_msgs import PoseStamped, Twist
 from ppaas.messages.message import Empty, Message
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal
 from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, Odometry, Path
@@ -25,25 +23,25 @@ from ppaas.messages.ppaas_msgs import ComputePath, ComputePathRequest, RobotStat
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
-from ppaas.navigation import events, orders
+from ppaas.navigation import events
 from ppaas.navigation.move_base import MoveBase
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.passive_safety import GivingWay
 from ppaas.navigation.progress_checker import Obedience
-from ppaas.nodes.amcl.node import SCAN_RATE, SCAN_TOPIC
 from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Timer, Topic
 from ppaas.nodes.frames import BASE_LINK, MAP, ODOM, TF, TF_STATIC
 from ppaas.nodes.message_checks import expect, pose_in
 from ppaas.nodes.move_base import action_topics
 from ppaas.nodes.move_base.action_topics import ActionTopics
-from ppaas.nodes.move_base.robot_planner import Detour, NoPlan, Planned, RobotPlanner
+from ppaas.nodes.move_base.order_executor import OrderExecutor
+from ppaas.nodes.move_base.robot_planner import RobotPlanner
 from ppaas.nodes.move_base.speed_limits import SpeedFilter, SpeedLimits
 from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.nodes.planner_server.path_services import PathServices, get_plan_response
-from ppaas.nodes.tf.state_publisher import ODOM_RATE, ODOM_TOPIC
-from ppaas.planners.base import Planner, PlanResult
+from ppaas.nodes.topics import ODOM_RATE, ODOM_TOPIC, SCAN_RATE, SCAN_TOPIC
+from ppaas.planners.base import Planner
 from ppaas.plans.reuse.processor import PlanProcessor
-from ppaas.recoveries.base import Recovery, RecoveryRequest
+from ppaas.recoveries.base import Recovery
 from ppaas.thread_budget import Threads
 
 logger = logging.getLogger(__name__)
@@ -130,18 +128,21 @@ class MoveBaseNode(Node):
         speed_filter: SpeedFilter | None = None,
     ) -> None:
         super().__init__(context)
-        self._limits, self._giving_way = SpeedLimits(speed_filter), giving_way
-        self._obedience, self._sent = Obedience(), Velocity()
+        self._limits = SpeedLimits(speed_filter)
+        self._obedience = Obedience()
         self._layers = layers
         self._surroundings = surroundings
         self._planner = RobotPlanner(context, planner, layers.costmap, parameters, threads=threads, processor=processor)
-        self._controller = controller
         surroundings.mark_ahead(not controller.predicts)
-        self._parameters = parameters
-        self._threads = threads
+        self._period = 1.0 / parameters.controller_frequency
         self._machine = MoveBase(parameters, [name for name, _ in recoveries])
-        self._recoveries = [recovery for _, recovery in recoveries]
         self._topics = ActionTopics(context)
+        self._executor = OrderExecutor(
+            context, self._feed, self._machine.goals,
+            costmap=layers.costmap, surroundings=surroundings, planner=self._planner, controller=controller,
+            recoveries=[recovery for _, recovery in recoveries], topics=self._topics, limits=self._limits,
+            giving_way=giving_way, period=self._period, threads=threads,
+        )  # fmt: skip
         self._paths = PathServices(
             context, layers.costmap, parameters.base_global_planner, threads, processor=processor, tuned=path_planners
         )
@@ -249,7 +250,7 @@ class MoveBaseNode(Node):
     def _keep_cycle(self) -> None:
         """Run the control cycle while there is a goal: a robot that waits costs nothing."""
         if self._cycle is None and self.busy:
-            self._cycle = self.context.every(1.0 / self._parameters.controller_frequency, self._tick)
+            self._cycle = self.context.every(self._period, self._tick)
         elif self._cycle is not None and not self.busy:
             self._cycle.stop()
             self._cycle = None
@@ -265,9 +266,9 @@ class MoveBaseNode(Node):
             self._feed(events.ControlTick(now, None, str(error)))
             return
         odom = self._surroundings.frames.tree.lookup(ODOM, BASE_LINK)
-        self._feed(events.ControlTick(now, pose, disobedience=self._obedience.look(now, self._sent, odom)))
+        self._feed(events.ControlTick(now, pose, disobedience=self._obedience.look(now, self._executor.sent, odom)))
 
-    # -- events and orders ---------------------------------------------------------------------------------------------
+    # -- events ------------------------------------------------------------------------------------------------------
 
     def _feed(self, event: events.Event) -> None:
         """Let the machine handle an event, and then those that carrying out its orders led to."""
@@ -278,103 +279,10 @@ class MoveBaseNode(Node):
         try:
             while self._events:
                 for order in self._machine.handle(self._events.popleft()):
-                    self._carry_out(order)
+                    self._executor.carry_out(order)
         finally:
             self._handling = False
         self._keep_cycle()
-
-    def _carry_out(self, order: orders.Order) -> None:
-        match order:
-            case orders.RequestPlan():
-                self._request_plan(order)
-            case orders.CancelPlan():
-                self._planner.cancel()
-            case orders.FollowPlan():
-                self._follow(order)
-            case orders.ComputeVelocity():
-                self._feed(self._compute_velocity(order.pose))
-            case orders.SendVelocity():
-                self._send(order.velocity)
-            case orders.Stop():
-                self._send(Velocity())
-            case orders.Recover():
-                self._feed(self._recover(order))
-            case _:
-                self._tell(order)
-
-    def _tell(self, order: orders.Order) -> None:
-        active = self._machine.goals.active
-        match order:
-            case orders.PublishGoal():
-                self._topics.current_goal(order.goal)
-            case orders.PublishStatus():
-                self._topics.status(self._machine.goals)
-            case orders.PublishFeedback():
-                self._topics.feedback(order.goal, order.pose, active.text if active else "")
-            case orders.PublishResult():
-                self._topics.result(order.goal, order.status, order.text)
-
-    def _send(self, velocity: Velocity) -> None:
-        self._sent = velocity
-        self.context.publish("cmd_vel", Twist(Vector3(x=velocity.linear), Vector3(z=velocity.angular)))
-
-    def _follow(self, order: orders.FollowPlan) -> None:
-        try:
-            self._controller.set_plan(order.poses)
-        except PPaaSError as error:
-            self._feed(events.ControlFailed(self.context.now(), str(error)))
-
-    def _compute_velocity(self, pose: Pose2D) -> events.Event:
-        around, costs = self._surroundings, self._surroundings.costs
-        assert costs is not None, "a control tick brings the costs up to date"
-        period = 1.0 / self._parameters.controller_frequency
-        movers = around.movers(pose, self.context.now())
-        limit = self._limits.at(pose)
-        request = ControlRequest(pose, around.velocity, costs, period, self._threads(), movers, limit)
-        try:
-            reached = self._controller.is_goal_reached(pose, around.velocity)
-            velocity = Velocity() if reached else self._controller.compute_velocity(request)
-        except PPaaSError as error:
-            return events.ControlFailed(self.context.now(), str(error))
-        velocity = self._giving_way.slowed(velocity, pose, around.walkers(self.context.now()))
-        return events.VelocityComputed(self.context.now(), velocity, reached)
-
-    def _recover(self, order: orders.Recover) -> events.Event:
-        around, now = self._surroundings, self.context.now()
-        assert around.costs is not None, "a control tick brings the costs up to date"
-        recovery = self._recoveries[order.index]
-        request = RecoveryRequest(now, order.pose, around.costs, around.clear)
-        try:
-            if order.begin:
-                recovery.start(request)
-            velocity = recovery.step(request)
-        except PPaaSError as error:
-            return events.RecoveryEnded(now, str(error))
-        return events.RecoveryEnded(now) if velocity is None else events.RecoveryStepped(now, velocity)
-
-    # -- plans ---------------------------------------------------------------------------------------------------------
-
-    def _request_plan(self, order: orders.RequestPlan) -> None:
-        try:
-            start = self._surroundings.pose(self.context.now())
-        except TransformError as error:
-            self._feed(events.PlanFailed(self.context.now(), order.number, error))
-            return
-        current = self._surroundings.overlay(self._layers.costmap)
-        self._planner.request(start, order.goal, current, partial(self._on_planned, order.number))
-
-    def _on_planned(self, number: int, result: Planned) -> None:
-        now = self.context.now()
-        match result:
-            case Detour():
-                self._feed(events.PlanDeferred(now, number, result.reason))
-            case PlanResult():
-                self._feed(events.PlanSucceeded(now, number, result.poses, result.origin))
-                self.context.publish("plan", result)
-            case NoPlan():
-                self._feed(events.PlanFailed(now, number, result.error, result.final))
-            case _:
-                self._feed(events.PlanFailed(now, number, result))
 
     # -- going on elsewhere --------------------------------------------------------------------------------------------
 

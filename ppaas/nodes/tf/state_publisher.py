@@ -9,13 +9,10 @@ from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.base import Context, Node, Payload, Topic
 from ppaas.nodes.frames import BASE_LINK, TF, TF_STATIC
 from ppaas.nodes.message_checks import expect, finite_pose
+from ppaas.nodes.topics import ODOM_TOPIC
 from ppaas.parameters import Parameters
 from ppaas.robot_model.known_models import RobotModel
 from ppaas.transforms.planar import transform_message
-
-ODOM_TOPIC = Topic("odom", Odometry)
-ODOM_RATE = 20e3
-"""What odometry of 20 Hz says, as JSON with its covariances [bytes/s]."""
 
 
 class StatePublisherParameters(Parameters, frozen=True):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ppaas.errors import Unavailable
 from ppaas.geometry import Poses
 from ppaas.plans.encoding.codes import pack, poses_in
-from ppaas.plans.encoding.index_cells import Place
+from ppaas.plans.encoding.index_cells import Position
 from ppaas.plans.encoding.kernels.body import FORMAT, HEX, ends_near, read_bodies_numbers
 from ppaas.plans.encoding.kernels.numbers import COUNT, MOST, NUMBERS, write_numbers
 
@@ -66,7 +66,7 @@ def write_bodies(
     return bodies, values.take(_ENDS, axis=1)
 
 
-class Body(msgspec.Struct, frozen=True):
+class PlanBody(msgspec.Struct, frozen=True):
     """What is read of a body. No dataclass: a search makes dozens, and such takes them eight times as long.
 
     Parameters
@@ -113,13 +113,13 @@ class Body(msgspec.Struct, frozen=True):
         return poses
 
 
-def read_body(data: bytes) -> Body:
+def read_body(data: bytes) -> PlanBody:
     """Return what a body tells; as `read_bodies`."""
     [body] = read_bodies([data])
     return body
 
 
-def read_bodies(bodies: Sequence[bytes]) -> list[Body]:
+def read_bodies(bodies: Sequence[bytes]) -> list[PlanBody]:
     """Return what bodies tell.
 
     Raises
@@ -130,7 +130,9 @@ def read_bodies(bodies: Sequence[bytes]) -> list[Body]:
     return list(_Numbers(bodies).bodies(range(len(bodies))))
 
 
-def bodies_near(bodies: Sequence[bytes], start: Place, goal: Place, tolerance: float) -> Iterator[tuple[int, Body]]:
+def bodies_near(
+    bodies: Sequence[bytes], start: Position, goal: Position, tolerance: float
+) -> Iterator[tuple[int, PlanBody]]:
     """Yield which bodies have ends that may lie within a tolerance of two places [m], and what these tell.
 
     Those of the shortest plans come first. What is rounded away hides none: one may lie a micrometre further off.
@@ -171,14 +173,14 @@ class _Numbers:
             raise Unavailable("a stored plan is damaged: restore it from a backup")
         self._rests = rests
 
-    def bodies(self, which: Iterable[int]) -> Iterator[Body]:
+    def bodies(self, which: Iterable[int]) -> Iterator[PlanBody]:
         """Yield what some of the bodies tell."""
         return (self._body(at, self._data[at], self.values[at].tolist()) for at in which)
 
-    def _body(self, at: int, data: bytes, numbers: list[float]) -> Body:
+    def _body(self, at: int, data: bytes, numbers: list[float]) -> PlanBody:
         count, flags = self._counts[at], data[0]
         shared = not flags & _INLINE and count > 3
-        return Body(id_in(data), count, shared, numbers, data[self._rests[at] :], bool(flags & _IN_SPACE))
+        return PlanBody(id_in(data), count, shared, numbers, data[self._rests[at] :], bool(flags & _IN_SPACE))
 
 
 def _write_id(plan_id: str) -> tuple[bytes, bool]:

@@ -67,7 +67,7 @@ def waypoint_hashes(words: NDArray[np.uint64]) -> NDArray[np.uint64]:
 
 
 @dataclass(frozen=True, slots=True)
-class Stretches:
+class Segments:
     """Where the stretches of many plans lie.
 
     Parameters
@@ -87,7 +87,7 @@ class Stretches:
     shared: NDArray[np.bool_]
 
 
-def cut_plans(words: NDArray[np.uint64], stops: NDArray[np.int64], granularity: int) -> Stretches:
+def cut_plans(words: NDArray[np.uint64], stops: NDArray[np.int64], granularity: int) -> Segments:
     """Cut many plans at once.
 
     Parameters
@@ -110,7 +110,7 @@ def cut_plans(words: NDArray[np.uint64], stops: NDArray[np.int64], granularity: 
     between = stops.copy()
     between[1:] -= stops[:-1]
     shared = between >= granularity + ENDS_BEFORE + ENDS_AFTER
-    return Stretches(begins[: parts[-1]], ends[: parts[-1]], parts, shared)
+    return Segments(begins[: parts[-1]], ends[: parts[-1]], parts, shared)
 
 
 def _check_finite(infinite: int) -> None:

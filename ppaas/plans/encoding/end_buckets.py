@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.plans.encoding.index_cells import Place
+from ppaas.plans.encoding.index_cells import Position
 from ppaas.plans.encoding.kernels import end_buckets
 
 EDGE = end_buckets.EDGE
@@ -24,7 +24,9 @@ IN_BUCKET = (1 << end_buckets.LENGTH_BITS + end_buckets.END_BITS) - 1
 _PART = end_buckets.PARTS - 1
 
 
-def spots_of(scopes: Sequence[bytes], ends: NDArray[np.float64], lengths: NDArray[np.float64]) -> NDArray[np.int64]:
+def index_keys_of(
+    scopes: Sequence[bytes], ends: NDArray[np.float64], lengths: NDArray[np.float64]
+) -> NDArray[np.int64]:
     """Return the spots of plans, from 0 to 2⁶³ − 1.
 
     Parameters
@@ -42,17 +44,17 @@ def spots_of(scopes: Sequence[bytes], ends: NDArray[np.float64], lengths: NDArra
     return found
 
 
-def length_in(spot: int) -> int:
+def length_of_key(spot: int) -> int:
     """Return the length of the plan at a spot in 16ths of a metre; the longest are all the same."""
     return spot >> end_buckets.END_BITS & (1 << end_buckets.LENGTH_BITS) - 1
 
 
-def bucket_in(spot: int) -> int:
+def bucket_of_key(spot: int) -> int:
     """Return the bucket of a spot."""
     return spot >> end_buckets.LENGTH_BITS + end_buckets.END_BITS
 
 
-def spots_near(scope: bytes, start: Place, goal: Place, tolerance: float) -> NDArray[np.int64]:
+def buckets_near(scope: bytes, start: Position, goal: Position, tolerance: float) -> NDArray[np.int64]:
     """Return the buckets in which plans lie whose ends are within a tolerance of two places [m].
 
     Returns
@@ -64,7 +66,7 @@ def spots_near(scope: bytes, start: Place, goal: Place, tolerance: float) -> NDA
     return end_buckets.buckets_near(_word(scope), np.array((*start, *goal), np.float64), tolerance)
 
 
-def may_join(spots: NDArray[np.int64], start: Place, goal: Place, tolerance: float) -> NDArray[np.bool_]:
+def may_join(spots: NDArray[np.int64], start: Position, goal: Position, tolerance: float) -> NDArray[np.bool_]:
     """Tell of (n,) spots in such buckets whether the plans may begin and end within a tolerance of two places [m]."""
     return end_buckets.may_join(spots, np.array((*start, *goal), np.float64), tolerance)
 
@@ -81,8 +83,8 @@ def holds(bucket: Sequence[int], spot: int) -> bool:
     )
 
 
-def place_of(scope: bytes, square: tuple[int, int]) -> int:
-    """Return a number of 31 bits for a square of ``PLACE_EDGE``."""
+def cell_number(scope: bytes, square: tuple[int, int]) -> int:
+    """Return a number of 31 bits for a square of ``CELL_EDGE``."""
     return int(end_buckets.mixed(_word(scope), np.array(square, np.int64))) >> 33
 
 

@@ -8,12 +8,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-PLACE_EDGE = 2.0
+CELL_EDGE = 2.0
 """Edge of the squares by which it is found which entries pass a place [m]."""
 
 _FARTHEST = 2**40
 
-Place = tuple[float, float]
+Position = tuple[float, float]
 
 
 @lru_cache(256)
@@ -22,17 +22,17 @@ def scope_of(map_id: str, version: str) -> bytes:
     return hashlib.blake2b(f"{map_id}\0{version}".encode(), digest_size=16).digest()
 
 
-def squares_near(place: Place, tolerance: float) -> list[tuple[int, int]]:
-    """Return the squares of ``PLACE_EDGE`` that reach within a tolerance of a place [m]."""
+def cells_near(place: Position, tolerance: float) -> list[tuple[int, int]]:
+    """Return the squares of ``CELL_EDGE`` that reach within a tolerance of a place [m]."""
     rows, columns = (
-        [math.floor(_limited((value + side * tolerance) / PLACE_EDGE)) for side in (-1, 1)] for value in place
+        [math.floor(_limited((value + side * tolerance) / CELL_EDGE)) for side in (-1, 1)] for value in place
     )
     return list(itertools.product(range(rows[0], rows[1] + 1), range(columns[0], columns[1] + 1)))
 
 
-def squares_touched(points: NDArray[np.float64]) -> set[tuple[int, int]]:
-    """Return the squares of ``PLACE_EDGE`` in which some of (n, 2) points lie [m]."""
-    squares = np.floor(np.clip(points / PLACE_EDGE, -_FARTHEST, _FARTHEST)).astype(np.int64)
+def cells_touched(points: NDArray[np.float64]) -> set[tuple[int, int]]:
+    """Return the squares of ``CELL_EDGE`` in which some of (n, 2) points lie [m]."""
+    squares = np.floor(np.clip(points / CELL_EDGE, -_FARTHEST, _FARTHEST)).astype(np.int64)
     return set(zip(*squares.T.tolist(), strict=True))
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 from ppaas.geometry import Pose2D
 from ppaas.plans.reuse.time_estimates import Estimate
-from ppaas.plans.stored import Question, StoredPlan, same_planner
+from ppaas.plans.stored import PlanQuery, StoredPlan, same_planner
 
 MARGIN = 10.0
 """How many times faster than computing a plan it must be to get one that is kept."""
@@ -24,7 +24,7 @@ SAME_END = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class ReuseVerdict:
     """Whether a kept plan is to be taken, and which criterion decided.
 
     Parameters
@@ -53,11 +53,11 @@ class Verdict:
         return f"{'taken' if self.taken else 'refused'} by {self.criterion}" + (f" ({numbers})" if numbers else "")
 
 
-UNMEASURED = Verdict(False, "transmission", {"samples": 0.0})
+UNMEASURED = ReuseVerdict(False, "transmission", {"samples": 0.0})
 """Nobody knows how long computing takes: it is measured by doing it."""
 
 
-def by_time(transmission: Estimate, computation: Estimate | None, margin: float = MARGIN) -> Verdict:
+def by_time(transmission: Estimate, computation: Estimate | None, margin: float = MARGIN) -> ReuseVerdict:
     """Apply criterion (a), on the safe side of both estimates."""
     if computation is None:
         return UNMEASURED
@@ -65,32 +65,32 @@ def by_time(transmission: Estimate, computation: Estimate | None, margin: float 
         "transmission": transmission.upper, "computation": computation.lower, "margin": margin,
         "samples": computation.samples,
     }  # fmt: skip
-    return Verdict(transmission.upper * margin <= computation.lower, "transmission", numbers)
+    return ReuseVerdict(transmission.upper * margin <= computation.lower, "transmission", numbers)
 
 
-def by_version(stored: StoredPlan, question: Question) -> Verdict:
+def by_version(stored: StoredPlan, question: PlanQuery) -> ReuseVerdict:
     """Apply criterion (b)."""
-    return Verdict(stored.version == question.version, "version")
+    return ReuseVerdict(stored.version == question.version, "version")
 
 
-def by_algorithm(stored: StoredPlan, question: Question, others: Sequence[StoredPlan]) -> Verdict:
+def by_algorithm(stored: StoredPlan, question: PlanQuery, others: Sequence[StoredPlan]) -> ReuseVerdict:
     """Apply criterion (c); where the planner asked heeds how a robot can turn, none of another planner will do.
 
     Parameters
     ----------
     stored : StoredPlan
         The plan.
-    question : Question
+    question : PlanQuery
         What is asked for.
     others : sequence of StoredPlan
         What else is kept near both ends: it may prove that the planner asked has done worse.
     """
     if same_planner(stored, question):
-        return Verdict(True, "algorithm")
+        return ReuseVerdict(True, "algorithm")
     worse = [each.length for each in others if same_planner(each, question) and _same_ends(each, stored)]
     own = min(worse, default=math.nan)
     better = not question.kinematic and stored.length < own
-    return Verdict(better, "algorithm", {"length": stored.length, "own_length": own})
+    return ReuseVerdict(better, "algorithm", {"length": stored.length, "own_length": own})
 
 
 def _same_ends(one: StoredPlan, other: StoredPlan) -> bool:
@@ -98,12 +98,12 @@ def _same_ends(one: StoredPlan, other: StoredPlan) -> bool:
     return all(Pose2D(*a).distance_to(Pose2D(*b)) <= SAME_END for a, b in pairs)
 
 
-def worth_a_look(question: Question, found: Sequence[StoredPlan], most: int = 2) -> list[StoredPlan]:
+def worth_a_look(question: PlanQuery, found: Sequence[StoredPlan], most: int = 2) -> list[StoredPlan]:
     """Return the plans that meet (b) and (c), the shortest way for who asks first: each has to be reached, too."""
     fit = [each for each in found if by_version(each, question).taken and by_algorithm(each, question, found).taken]
     return sorted(fit, key=lambda each: each.length + _way_to(each, question))[:most]
 
 
-def _way_to(stored: StoredPlan, question: Question) -> float:
+def _way_to(stored: StoredPlan, question: PlanQuery) -> float:
     to_start, to_goal = Pose2D(*stored.start), Pose2D(*stored.goal)
     return to_start.distance_to(question.start) + to_goal.distance_to(question.goal)

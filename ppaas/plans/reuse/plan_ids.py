@@ -8,7 +8,7 @@ from ppaas.planners.base import PlanResult
 from ppaas.plans.stored import Conditions, Origin
 
 
-class Identity:
+class PlanIds:
     """Gives ids to the plans that are made on one map version, by one planner, under the same conditions.
 
     Parameters

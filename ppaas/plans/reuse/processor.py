@@ -20,35 +20,35 @@ from ppaas.plans.history import (
     failed_row,
     found_row,
 )
-from ppaas.plans.reuse.criteria import MARGIN, Verdict, by_time
+from ppaas.plans.reuse.criteria import MARGIN, ReuseVerdict, by_time
 from ppaas.plans.reuse.measured_times import LEAST, Times
-from ppaas.plans.reuse.plan_ids import Identity
-from ppaas.plans.reuse.stitching import BOUND, Ground, Offer, offer
+from ppaas.plans.reuse.plan_ids import PlanIds
+from ppaas.plans.reuse.stitching import BOUND, LiveAndBareCostmaps, Offer, offer
 from ppaas.plans.stored import (
     BARE_MAP,
     ROBOT_RADIUS,
     Conditions,
     EmptyLibrary,
     PlanLibrary,
-    Question,
+    PlanQuery,
     own_parameters,
 )
 from ppaas.plugins import parameters_in_use
 
 Note = Callable[[PlannerHistory], None]
 
-_Made = tuple[Conditions, Identity]
+_Made = tuple[Conditions, PlanIds]
 
 REFUSED_FOR = 1.0
 """Seconds for which it stays refused to look for plans as complex as one that is computed sooner."""
 
 
-def unnoted(row: PlannerHistory) -> None:
+def discard_note(row: PlannerHistory) -> None:
     """Be the note of a home that keeps no history."""
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class ReuseScope:
     """On what a container plans.
 
     Parameters
@@ -90,7 +90,7 @@ class ReuseParameters:
 
 
 @dataclass(frozen=True, slots=True)
-class Keeping:
+class ReuseSetup:
     """What a home has of the plans that were made before, and whom it tells what became of requests.
 
     Parameters
@@ -111,14 +111,14 @@ class Keeping:
     version: str = ""
     library: PlanLibrary = field(default_factory=EmptyLibrary)
     times: Times = field(default_factory=Times)
-    note: Note = unnoted
+    note: Note = discard_note
     filters: Mapping[str, Any] = field(default_factory=dict)
 
     def processor(
         self, bare: Costmap, robot_radius: float, parameters: ReuseParameters = ReuseParameters()
     ) -> "PlanProcessor":
         """Return a processor on the costmap of the map alone, for a robot of this radius [m]."""
-        standing = Standing(self.map, self.version, bare, robot_radius, self.filters)
+        standing = ReuseScope(self.map, self.version, bare, robot_radius, self.filters)
         return PlanProcessor(standing, self.library, self.times, self.note, parameters=parameters)
 
 
@@ -129,7 +129,7 @@ class PlanProcessor:
 
     Parameters
     ----------
-    standing : Standing
+    standing : ReuseScope
         The map.
     library : PlanLibrary
         Where plans are kept.
@@ -145,7 +145,7 @@ class PlanProcessor:
 
     def __init__(
         self,
-        standing: Standing,
+        standing: ReuseScope,
         library: PlanLibrary,
         times: Times,
         note: Note,
@@ -159,7 +159,7 @@ class PlanProcessor:
         self._note = note
         self._parameters = parameters
         self._clock = clock
-        self.verdict = Verdict(False, "kept")
+        self.verdict = ReuseVerdict(False, "kept")
         self._made: dict[Planner, tuple[_Made, _Made]] = {}
         self._refused: dict[tuple[str, str, str, int], float] = {}
 
@@ -221,7 +221,7 @@ class PlanProcessor:
             own[ROBOT_RADIUS] = standing.robot_radius
             seen, bare = own | {BARE_MAP: False}, own | {BARE_MAP: True}
             place = standing.map, standing.version, planner.name
-            known = (seen, Identity(*place, seen)), (bare, Identity(*place, bare))
+            known = (seen, PlanIds(*place, seen)), (bare, PlanIds(*place, bare))
             self._made[planner] = known
         return known
 
@@ -248,24 +248,24 @@ class PlanProcessor:
         own = made.source if made.as_kept else self._identity_of(made, planner).of(result)
         return msgspec.structs.replace(result, id=own)
 
-    def _identity_of(self, made: Offer, planner: Planner) -> Identity:
+    def _identity_of(self, made: Offer, planner: Planner) -> PlanIds:
         conditions, standing = self._made_under(planner)[False][0], self._standing
-        return Identity(
-            standing.map, standing.version, planner.name, conditions, origin=made.origin, reused=made.source
-        )
+        return PlanIds(standing.map, standing.version, planner.name, conditions, origin=made.origin, reused=made.source)
 
     def _look(self, planner: Planner, costmap: Costmap, request: PlanRequest, within: float) -> Offer | None:
         standing, p = self._standing, self._parameters
-        question = Question(
+        question = PlanQuery(
             request.start, request.goal, standing.version, planner.name,
             own_parameters(self._made_under(planner)[False][0]),
             standing.robot_radius, p.tolerance, kinematic=planner.traits.kinematic,
         )  # fmt: skip
         found = self._library.find(question, within)
         if not found:
-            self.verdict = Verdict(False, "late" if found is None else "kept", {"within": within})
+            self.verdict = ReuseVerdict(False, "late" if found is None else "kept", {"within": within})
             return None
-        ground = Ground(costmap, standing.bare, allow_unknown=question.parameters.get("allow_unknown", True))
+        ground = LiveAndBareCostmaps(
+            costmap, standing.bare, allow_unknown=question.parameters.get("allow_unknown", True)
+        )
         for stored in found:
             began = self._clock()
             made, self.verdict = offer(stored, question, ground, planner.traits, p.bound)

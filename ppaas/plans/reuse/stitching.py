@@ -11,16 +11,16 @@ from ppaas.geometry import Pose2D, Poses, poses_along, quaternion_of
 from ppaas.planners.path import path_cost, path_length
 from ppaas.planners.traits import Optimal, Traits
 from ppaas.planners.weights import NEUTRAL, RELATIVE_ERROR, SQRT2, passable
-from ppaas.plans.reuse.criteria import SAME_END, Verdict
+from ppaas.plans.reuse.criteria import SAME_END, ReuseVerdict
 from ppaas.plans.reuse.crossed_cells import crossed_by, first_blocked
-from ppaas.plans.stored import BARE_MAP, Origin, Question, StoredPlan, same_planner, same_robot
+from ppaas.plans.stored import BARE_MAP, Origin, PlanQuery, StoredPlan, same_planner, same_robot
 
 BOUND = 0.05
 """How much dearer than the cheapest plan one may be that is put together, as a part of it."""
 
 
 @dataclass(frozen=True, slots=True)
-class Ground:
+class LiveAndBareCostmaps:
     """Where a plan is to be driven.
 
     Parameters
@@ -95,8 +95,8 @@ class Offer:
 
 
 def offer(
-    stored: StoredPlan, question: Question, ground: Ground, traits: Traits, bound: float = BOUND
-) -> tuple[Offer | None, Verdict]:
+    stored: StoredPlan, question: PlanQuery, ground: LiveAndBareCostmaps, traits: Traits, bound: float = BOUND
+) -> tuple[Offer | None, ReuseVerdict]:
     """Lead a kept plan to the ends that are asked for, if it can be driven now and is not too dear.
 
     One that is stitched must be proved to be within the bound. One that is reused must be, too, or else have been made
@@ -106,9 +106,9 @@ def offer(
     ----------
     stored : StoredPlan
         Of the right map version and planner.
-    question : Question
+    question : PlanQuery
         What is asked for.
-    ground : Ground
+    ground : LiveAndBareCostmaps
         Where it is to be driven.
     traits : Traits
         Of the planner asked.
@@ -117,17 +117,17 @@ def offer(
 
     Returns
     -------
-    (Offer or None, Verdict)
+    (Offer or None, ReuseVerdict)
         None where it is refused; the verdict says why.
     """
     joined = _joined(stored, question)
     if joined is None:
-        return None, Verdict(False, "ends", {"tolerance": question.tolerance})
+        return None, ReuseVerdict(False, "ends", {"tolerance": question.tolerance})
     poses, kept = joined
     crossed = crossed_by(ground.live.info, poses[:, :2])
     blocked = first_blocked(ground.live, crossed, passable(ground.allow_unknown))
     if blocked is not None:
-        return None, Verdict(False, "costmap", {"row": blocked[0], "column": blocked[1]})
+        return None, ReuseVerdict(False, "costmap", {"row": blocked[0], "column": blocked[1]})
     proves = _was_cheapest(stored, question, traits)
     cells, origin = crossed.cells.astype(np.int32), _origin(stored, question)
     cost, length = path_cost(ground.live, cells), path_length(poses)
@@ -137,17 +137,17 @@ def offer(
     return _judged(made, bare_cost, bound, as_made=_is_as_made(stored, question, traits))
 
 
-def _judged(made: Offer, bare_cost: float, bound: float, *, as_made: bool) -> tuple[Offer | None, Verdict]:
+def _judged(made: Offer, bare_cost: float, bound: float, *, as_made: bool) -> tuple[Offer | None, ReuseVerdict]:
     over_bare = made.cost / bare_cost - 1.0 if bare_cost else 0.0
     numbers = {"over_cheapest": made.over_cheapest, "over_bare": over_bare, "bound": bound}
     if made.over_cheapest <= bound:
-        return made, Verdict(True, "bound", numbers)
+        return made, ReuseVerdict(True, "bound", numbers)
     if made.origin == "reused" and as_made and over_bare <= bound:
-        return made, Verdict(True, "algorithm", numbers)
-    return None, Verdict(False, "bound", numbers)
+        return made, ReuseVerdict(True, "algorithm", numbers)
+    return None, ReuseVerdict(False, "bound", numbers)
 
 
-def _is_as_made(stored: StoredPlan, question: Question, traits: Traits) -> bool:
+def _is_as_made(stored: StoredPlan, question: PlanQuery, traits: Traits) -> bool:
     """Tell whether a plan is what the planner asked makes of the bare map, and nobody could prove more of it.
 
     A planner of cheapest paths does not get off like that: its plans can be proved, or have become detours.
@@ -156,7 +156,7 @@ def _is_as_made(stored: StoredPlan, question: Question, traits: Traits) -> bool:
     return stored.conditions.get(BARE_MAP) is True and same_planner(stored, question) and not provable
 
 
-def _origin(stored: StoredPlan, question: Question) -> Origin:
+def _origin(stored: StoredPlan, question: PlanQuery) -> Origin:
     near_start = Pose2D(*stored.start).distance_to(question.start) <= question.tolerance + SAME_END
     near_goal = Pose2D(*stored.goal).distance_to(question.goal) <= question.tolerance + SAME_END
     return "reused" if stored.whole and near_start and near_goal else "stitched"
@@ -165,7 +165,7 @@ def _origin(stored: StoredPlan, question: Question) -> Origin:
 # -- joining -----------------------------------------------------------------------------------------------------------
 
 
-def _joined(stored: StoredPlan, question: Question) -> tuple[Poses, slice] | None:
+def _joined(stored: StoredPlan, question: PlanQuery) -> tuple[Poses, slice] | None:
     """Return the poses from start to goal, and which of them are the kept ones; None if the ends cannot be joined."""
     poses, start, goal = stored.poses, question.start, question.goal
     if not len(poses):
@@ -245,7 +245,7 @@ def _cost(costmap: Costmap, points: NDArray[np.float64]) -> float:
     return path_cost(costmap, crossed_by(costmap.info, points).cells.astype(np.int32))
 
 
-def _was_cheapest(stored: StoredPlan, question: Question, traits: Traits) -> bool:
+def _was_cheapest(stored: StoredPlan, question: PlanQuery, traits: Traits) -> bool:
     """Tell whether the kept plan was a cheapest one on the bare map as this robot has it."""
     on_same_costs = stored.conditions.get(BARE_MAP) is True and same_robot(stored, question)
     own_cells = traits.optimal is Optimal.ALWAYS and not stored.conditions.get("smooth", False)

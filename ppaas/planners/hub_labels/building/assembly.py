@@ -7,32 +7,32 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ppaas.errors import InvalidPlanner
-from ppaas.planners.hub_labels.building.contraction import ANY_PRICE, Contraction
+from ppaas.planners.hub_labels.building.contraction import ANY_COST, Contraction
 from ppaas.planners.hub_labels.building.gates import Fringe, open_fringe
 from ppaas.planners.hub_labels.building.graph import (
     CORNERS_A_SLICE,
-    Contracted,
-    Graph,
-    Ground,
+    ContractedGraph,
+    CornerGraph,
+    CornerMap,
     Rectangle,
-    lay_ground,
-    link_corners,
-    mend_ground,
+    build_corner_graph,
+    build_corner_map,
+    repair_corner_map,
 )
 from ppaas.planners.hub_labels.building.header import fingerprint, seal
 from ppaas.planners.hub_labels.building.importance import edges_of, inherit
 from ppaas.planners.hub_labels.building.kernels.packing import lay_fringe, lay_labels, lay_table, lay_ways
 from ppaas.planners.hub_labels.building.kernels.pool_distances import tell_lengths
-from ppaas.planners.hub_labels.building.label_pool import Pool
+from ppaas.planners.hub_labels.building.label_pool import LabelPool
 from ppaas.planners.hub_labels.building.labels import label
 from ppaas.planners.hub_labels.building.size_limits import (
     BYTES_AN_ENTRY,
     LEAST_ENTRIES,
     is_crowded,
-    label_room,
     most_bytes,
     most_edges,
-    most_looks,
+    most_label_entries,
+    most_scans,
     too_crowded,
 )
 from ppaas.planners.hub_labels.kernels import layout
@@ -76,8 +76,8 @@ def build_index(free: NDArray[np.bool_], *, threads: int, check: Callable[[], No
     InvalidPlanner
         The map is too large or too cluttered for an index.
     """
-    ground = lay_ground(free, threads=threads, check=check)
-    return seal(_index(ground, ANY_PRICE, None, threads, check), fingerprint(free))
+    ground = build_corner_map(free, threads=threads, check=check)
+    return seal(_index(ground, ANY_COST, None, threads, check), fingerprint(free))
 
 
 def repair_index(
@@ -105,26 +105,26 @@ def repair_index(
         The map is too large or too cluttered for an index.
     """
     terrain = index[index[layout.TERRAIN] : index[layout.TERRAIN + 1]]
-    ground = mend_ground(terrain, free, changed, check=check)
+    ground = repair_corner_map(terrain, free, changed, check=check)
     ranks, prices = inherit(index, ground.places)
     return seal(_index(ground, prices, ranks, threads, check), fingerprint(free))
 
 
 def _index(
-    ground: Ground, prices: Integers, inherited: Integers | None, threads: int, check: Callable[[], None]
+    ground: CornerMap, prices: Integers, inherited: Integers | None, threads: int, check: Callable[[], None]
 ) -> Words:
-    graph = link_corners(ground, threads=threads, check=check)
+    graph = build_corner_graph(ground, threads=threads, check=check)
     crowded = is_crowded(ground, graph)
     contraction = Contraction(
         graph, prices,
-        thorough=crowded, most_edges=most_edges(ground, graph), most_looks=most_looks(ground), threads=threads,
+        thorough=crowded, most_edges=most_edges(ground, graph), most_scans=most_scans(ground), threads=threads,
     )  # fmt: skip
     contracted = _contracted(contraction, ground, crowded, check)
     # A hub and an end of a path are so far apart at most, or the length of the path to the corner before would not fit.
     longest = int(FAR - DIAGONAL * (ground.terrain[ROWS] + ground.terrain[COLUMNS]))
     excess = 0
     while not contraction.is_given_up:
-        room = label_room(ground, contracted) - excess
+        room = most_label_entries(ground, contracted) - excess
         if room < LEAST_ENTRIES * len(ground.places):
             break
         pool = label(contracted, inherited, room=room, longest=longest, threads=threads, check=check)
@@ -140,17 +140,19 @@ def _index(
     raise too_crowded(ground)
 
 
-def _contracted(contraction: Contraction, ground: Ground, crowded: bool, check: Callable[[], None]) -> Contracted:
+def _contracted(
+    contraction: Contraction, ground: CornerMap, crowded: bool, check: Callable[[], None]
+) -> ContractedGraph:
     """Contract a graph until all of its core may have labels, and there is room for them; or until it is given up."""
     contracted, most = contraction.run(check=check), layout.MOST_HUBS
     if contraction.is_given_up:
         return contracted
     if crowded:
-        most = min(most, _core_in_a_crowd(ground, label_room(ground, contracted), contraction.core))
+        most = min(most, _core_in_a_crowd(ground, most_label_entries(ground, contracted), contraction.core))
     return contraction.run(most, check=check) if contraction.core > most else contracted
 
 
-def _core_in_a_crowd(ground: Ground, room: int, before: int) -> int:
+def _core_in_a_crowd(ground: CornerMap, room: int, before: int) -> int:
     """Return how many corners of a core are left, of so many, for those to have room for their labels then."""
     least, most = CORE_IN_A_CROWD
     core = (room - ENTRIES_FOR_SHORTCUTS * before) // (ENTRIES_A_CORNER - ENTRIES_FOR_SHORTCUTS)
@@ -159,14 +161,18 @@ def _core_in_a_crowd(ground: Ground, room: int, before: int) -> int:
     return min(most, max(least, core))
 
 
-def _fringe_of(ground: Ground, contracted: Contracted, pool: Pool, threads: int, check: Callable[[], None]) -> Fringe:
+def _fringe_of(
+    ground: CornerMap, contracted: ContractedGraph, pool: LabelPool, threads: int, check: Callable[[], None]
+) -> Fringe:
     nodes = np.argsort(pool.ranks).astype(np.int32)
     edges = edges_of(contracted, nodes, pool.ranks)
     return open_fringe(pool, edges, contracted.levels[nodes], ground.places[nodes], threads=threads, check=check)
 
 
 class _Assembly:
-    def __init__(self, ground: Ground, graph: Graph, contracted: Contracted, pool: Pool, fringe: Fringe) -> None:
+    def __init__(
+        self, ground: CornerMap, graph: CornerGraph, contracted: ContractedGraph, pool: LabelPool, fringe: Fringe
+    ) -> None:
         self._ground = ground
         self._graph = graph
         self._contracted = contracted

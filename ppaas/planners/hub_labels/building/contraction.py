@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ppaas.planners.hub_labels.building.graph import WORK_A_SLICE, Contracted, Graph
+from ppaas.planners.hub_labels.building.graph import WORK_A_SLICE, ContractedGraph, CornerGraph
 from ppaas.planners.hub_labels.building.kernels.bucket_queue import ENTRY
 from ppaas.planners.hub_labels.building.kernels.contraction import (
     CONTRACTED,
@@ -16,7 +16,7 @@ from ppaas.planners.hub_labels.building.kernels.contraction import (
     list_edges,
 )
 from ppaas.planners.hub_labels.building.kernels.contraction_order import admit, choose
-from ppaas.planners.hub_labels.building.kernels.shortcuts import AT_A_TIME, LOOKS, Targets, find_shortcuts
+from ppaas.planners.hub_labels.building.kernels.shortcuts import AT_A_TIME, SCANS, Targets, find_shortcuts
 from ppaas.planners.hub_labels.building.kernels.shortcuts import NEXT as NEXT_OF_SLOT
 from ppaas.planners.hub_labels.building.kernels.shortcuts import USED as USED_OF_SLOT
 from ppaas.planners.hub_labels.building.kernels.trees import Rows
@@ -48,7 +48,7 @@ PAIRS = 1 << 16
 FEW = 64
 """Nodes of a round, below which it takes longer to wake threads than to look at them."""
 
-ANY_PRICE = np.empty(0, np.int32)
+ANY_COST = np.empty(0, np.int32)
 ANY_NUMBER = 1 << 60
 
 
@@ -57,23 +57,23 @@ class Contraction:
 
     Parameters
     ----------
-    graph : Graph
+    graph : CornerGraph
     prices : int32 array
         The nodes are contracted in the order of these, where they are given.
     thorough : bool
         Whether to look for all other ways before a shortcut is made.
-    most_edges, most_looks : int
+    most_edges, most_scans : int
         It ends before its time once there are more edges, or it has looked at more to find shortcuts.
     threads : int
         Most threads that kernels may use.
     """
 
     def __init__(
-        self, graph: Graph, prices: Integers = ANY_PRICE, *,
-        thorough: bool = False, most_edges: int = ANY_NUMBER, most_looks: int = ANY_NUMBER, threads: int = 1,
+        self, graph: CornerGraph, prices: Integers = ANY_COST, *,
+        thorough: bool = False, most_edges: int = ANY_NUMBER, most_scans: int = ANY_NUMBER, threads: int = 1,
     ) -> None:  # fmt: skip
         nodes, edges, self._slots = len(graph.starts) - 1, len(graph.to), max(1, threads)
-        self._told, self._most_edges, self._most_looks = len(prices) > 0, most_edges, most_looks
+        self._told, self._most_edges, self._most_looks = len(prices) > 0, most_edges, most_scans
         self._settle = ALL if thorough else SETTLED
         self._prices = prices.copy() if self._told else np.zeros(nodes, np.int32)
         self._begins = np.empty(nodes, np.int64)
@@ -102,10 +102,10 @@ class Contraction:
     @property
     def is_given_up(self) -> bool:
         """Tell whether there are more edges than there may be, or it took more than it may."""
-        looks = int(self._slot_states[:, LOOKS].sum())
+        looks = int(self._slot_states[:, SCANS].sum())
         return int(self._state[EDGES]) > 2 * self._most_edges or looks > self._most_looks
 
-    def run(self, core: int | None = None, *, check: Callable[[], None]) -> Contracted:
+    def run(self, core: int | None = None, *, check: Callable[[], None]) -> ContractedGraph:
         """Contract nodes with few neighbours, and return what there is then.
 
         If ``core`` is given, nodes with more and more neighbours are contracted until no more than so many are left.
@@ -119,7 +119,7 @@ class Contraction:
         head, after = np.empty(len(self._begins), np.int32), np.empty(used, np.int32)
         list_edges(self._begins, self._degrees, self._rows, head, after)
         order = self._order[: self._state[CONTRACTED]]
-        return Contracted(head, after, self._edges[:used], self._levels, order)
+        return ContractedGraph(head, after, self._edges[:used], self._levels, order)
 
     def _contract(self, core: int, check: Callable[[], None]) -> None:
         targets = np.zeros((self._slots, 4, -(-self._most // AT_A_TIME) * AT_A_TIME), np.int32)

@@ -5,10 +5,10 @@ from collections.abc import Callable
 import numpy as np
 
 from ppaas.planners.hub_labels.building.graph import WORK_A_SLICE
-from ppaas.planners.hub_labels.building.importance import Edges
+from ppaas.planners.hub_labels.building.importance import RankedEdges
 from ppaas.planners.hub_labels.building.kernels.core_labels import LIVE, POOL, ROOT, keep
 from ppaas.planners.hub_labels.building.kernels.core_searches import NEXT, QUEUED, SCRATCH, TOO_LONG, search
-from ppaas.planners.hub_labels.building.label_pool import FEW, Pool, too_long
+from ppaas.planners.hub_labels.building.label_pool import FEW, LabelPool, too_long
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import FAR
 
@@ -17,14 +17,14 @@ LEAST_BATCH, MOST_BATCH, NODES_A_SEARCH = 4, 64, 16
 The more, the longer threads go without waiting for each other; but they do not know each other as hubs."""
 
 
-class Core:
+class CoreLabels:
     """Labels the core, a batch of nodes after the other, the most important first.
 
     Parameters
     ----------
-    pool : Pool
+    pool : LabelPool
         Takes the labels.
-    edges : Edges
+    edges : RankedEdges
         Of nodes numbered by their importance, those of the core first.
     size : int
         Nodes of the core.
@@ -34,7 +34,7 @@ class Core:
         Most threads that kernels may use.
     """
 
-    def __init__(self, pool: Pool, edges: Edges, size: int, *, longest: int, threads: int) -> None:
+    def __init__(self, pool: LabelPool, edges: RankedEdges, size: int, *, longest: int, threads: int) -> None:
         self._pool, self._edges, self._size, self._longest = pool, edges, size, longest
         self._threads = slots = max(1, threads) if size >= FEW else 1
         self._scratch = np.full((slots, SCRATCH, size), FAR, np.int32)

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ppaas.planners.hub_labels.building.importance import Edges
+from ppaas.planners.hub_labels.building.importance import RankedEdges
 from ppaas.planners.hub_labels.building.kernels.gates import BEGIN, END, NEXT, open_gates
-from ppaas.planners.hub_labels.building.label_pool import FEW, Pool
+from ppaas.planners.hub_labels.building.label_pool import FEW, LabelPool
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import FAR
 from ppaas.planners.hub_labels.kernels.scan import Integers
@@ -42,14 +42,14 @@ class Fringe:
 
 
 def open_fringe(
-    pool: Pool, edges: Edges, levels: Integers, places: Integers, *, threads: int, check: Callable[[], None]
+    pool: LabelPool, edges: RankedEdges, levels: Integers, places: Integers, *, threads: int, check: Callable[[], None]
 ) -> Fringe:
     """Find the gates of all corners without labels.
 
     Parameters
     ----------
-    pool : Pool
-    edges : Edges
+    pool : LabelPool
+    edges : RankedEdges
         Of the contracted graph, by rank.
     levels : (n,) int32 array
         On which level each rank was contracted; there are no edges within a level.
@@ -98,7 +98,7 @@ class _Growing:
         self._used = end
         return begin, end
 
-    def done(self, edges: Edges) -> Fringe:
+    def done(self, edges: RankedEdges) -> Fringe:
         local = np.zeros(int(edges.ids.max(initial=-1)) + 1, np.int64)
         local[edges.ids] = self.local
         return Fringe(self.gates, self.lengths, self.begins, self.ends, local, self.boxes)

@@ -21,7 +21,7 @@ FEW_SEEN = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Ground:
+class CornerMap:
     """A map as lines of bits, and the places of its corners.
 
     Parameters
@@ -41,7 +41,7 @@ Rectangle = tuple[slice, slice]
 
 
 @dataclass(frozen=True, slots=True)
-class Graph:
+class CornerGraph:
     """Which corners see each other: those that corner i sees are ``to[starts[i]:starts[i + 1]]``, so far away."""
 
     places: Integers
@@ -56,7 +56,7 @@ class Graph:
 
 
 @dataclass(frozen=True, slots=True)
-class Contracted:
+class ContractedGraph:
     """A contracted graph: linked lists of edges, as `kernels.contraction` has them, and the nodes in their order.
 
     An edge is in the list of the node from which it leads, unless that was contracted after the other one.
@@ -78,7 +78,7 @@ class Contracted:
         return (to >= origin).ravel(), (to > origin).ravel()
 
 
-def lay_ground(free: NDArray[np.bool_], *, threads: int, check: Callable[[], None]) -> Ground:
+def build_corner_map(free: NDArray[np.bool_], *, threads: int, check: Callable[[], None]) -> CornerMap:
     """Lay out the free cells of a map, (height, width)."""
     padded = np.pad(free, 1).view(np.uint8)
     rows, columns = padded.shape
@@ -90,7 +90,9 @@ def lay_ground(free: NDArray[np.bool_], *, threads: int, check: Callable[[], Non
     return _with_places(terrain, check)
 
 
-def mend_ground(terrain: Words, free: NDArray[np.bool_], changed: Rectangle, *, check: Callable[[], None]) -> Ground:
+def repair_corner_map(
+    terrain: Words, free: NDArray[np.bool_], changed: Rectangle, *, check: Callable[[], None]
+) -> CornerMap:
     """Lay out a map anew of which only a rectangle differs from one that is laid out."""
     rows, columns = changed
     check()
@@ -103,15 +105,15 @@ def mend_ground(terrain: Words, free: NDArray[np.bool_], changed: Rectangle, *, 
     return _with_places(mended, check)
 
 
-def _with_places(terrain: Words, check: Callable[[], None]) -> Ground:
+def _with_places(terrain: Words, check: Callable[[], None]) -> CornerMap:
     check()
     places = np.empty((number_corners(terrain, np.empty((0, 2), np.int32)), 2), np.int32)
     number_corners(terrain, places)
     terrain.flags.writeable = False
-    return Ground(terrain, places)
+    return CornerMap(terrain, places)
 
 
-def link_corners(ground: Ground, *, threads: int, check: Callable[[], None]) -> Graph:
+def build_corner_graph(ground: CornerMap, *, threads: int, check: Callable[[], None]) -> CornerGraph:
     """Find which corners see each other."""
     corners = len(ground.places)
     starts, nothing = np.zeros(corners + 1, np.int64), np.empty(0, np.int32)
@@ -127,4 +129,4 @@ def link_corners(ground: Ground, *, threads: int, check: Callable[[], None]) -> 
     to, lengths = np.empty(starts[-1], np.int32), np.empty(starts[-1], np.int32)
     if len(to):
         scan_all(to, lengths)
-    return Graph(ground.places, starts, to, lengths)
+    return CornerGraph(ground.places, starts, to, lengths)

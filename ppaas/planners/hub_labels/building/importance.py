@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.planners.hub_labels.building.graph import WORK_A_SLICE, Contracted
+from ppaas.planners.hub_labels.building.graph import WORK_A_SLICE, ContractedGraph
 from ppaas.planners.hub_labels.building.kernels.bucket_queue import ENTRY, buckets_for
 from ppaas.planners.hub_labels.building.kernels.coverage import GROUPS, cover
 from ppaas.planners.hub_labels.building.kernels.graphs import rank_edges
@@ -16,7 +16,7 @@ from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.scan import Integers
 
 EDGES_A_SLICE = 3 << 16
-"""Edges that a slot looks at between two calls of ``check``: some five milliseconds, since all threads meet then."""
+"""RankedEdges that a slot looks at between two calls of ``check``: some five milliseconds, since all threads meet then."""
 
 MOST_TREES = 600
 MOST_TREE_NODES = 1 << 22
@@ -24,7 +24,7 @@ MOST_TREE_NODES = 1 << 22
 
 
 @dataclass(frozen=True, slots=True)
-class Edges:
+class RankedEdges:
     """Edges in rows: those of node i are from ``starts[i]`` on; where each leads, how long it is, and its number."""
 
     starts: Words
@@ -43,7 +43,7 @@ class Trees:
     nexts: Integers
 
 
-def edges_of(contracted: Contracted, nodes: Integers, ranks: Integers) -> Edges:
+def edges_of(contracted: ContractedGraph, nodes: Integers, ranks: Integers) -> RankedEdges:
     """Return the edges of some nodes in rows, nodes numbered by ``ranks``."""
     starts, nothing = np.zeros(len(nodes) + 1, np.int64), np.empty(0, np.int32)
     graph = contracted.head, contracted.after, contracted.edges
@@ -51,10 +51,10 @@ def edges_of(contracted: Contracted, nodes: Integers, ranks: Integers) -> Edges:
     to, lengths, ids = np.empty((3, starts[-1]), np.int32)
     if len(to):
         rank_edges(nodes, ranks, *graph, starts, to, lengths, ids)
-    return Edges(starts, to, lengths, ids)
+    return RankedEdges(starts, to, lengths, ids)
 
 
-def grow_trees(edges: Edges, roots: Integers, *, threads: int, check: Callable[[], None]) -> Trees:
+def grow_trees(edges: RankedEdges, roots: Integers, *, threads: int, check: Callable[[], None]) -> Trees:
     """Grow a tree of shortest ways from each root."""
     nodes, rows, slots = len(edges.starts) - 1, len(roots), max(1, threads)
     states = np.zeros((slots, STATE), np.int64)
@@ -72,7 +72,7 @@ def grow_trees(edges: Edges, roots: Integers, *, threads: int, check: Callable[[
     return trees
 
 
-def order_core(edges: Edges, *, threads: int, check: Callable[[], None]) -> NDArray[np.int32]:
+def order_core(edges: RankedEdges, *, threads: int, check: Callable[[], None]) -> NDArray[np.int32]:
     """Return the nodes of the core, the most important first."""
     nodes = len(edges.starts) - 1
     if nodes < 2:

@@ -18,7 +18,7 @@ USUAL = 128
 COPIED_A_SLICE = 1 << 20
 
 
-class Pool:
+class LabelPool:
     """Labels, by the rank of their node.
 
     Attributes

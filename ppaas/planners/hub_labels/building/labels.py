@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ppaas.planners.hub_labels.building.core_labels import Core
-from ppaas.planners.hub_labels.building.graph import WORK_A_SLICE, Contracted
-from ppaas.planners.hub_labels.building.importance import Edges, edges_of, order_core
+from ppaas.planners.hub_labels.building.core_labels import CoreLabels
+from ppaas.planners.hub_labels.building.graph import WORK_A_SLICE, ContractedGraph
+from ppaas.planners.hub_labels.building.importance import RankedEdges, edges_of, order_core
 from ppaas.planners.hub_labels.building.kernels.label_merging import merge
-from ppaas.planners.hub_labels.building.label_pool import FEW, Pool, too_long
+from ppaas.planners.hub_labels.building.label_pool import FEW, LabelPool, too_long
 from ppaas.planners.hub_labels.kernels import layout
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import FAR
@@ -27,9 +27,9 @@ class _Ranked:
 
 
 def label(
-    contracted: Contracted, inherited: Integers | None, *, room: int, longest: int, threads: int,
+    contracted: ContractedGraph, inherited: Integers | None, *, room: int, longest: int, threads: int,
     check: Callable[[], None],
-) -> Pool | None:  # fmt: skip
+) -> LabelPool | None:  # fmt: skip
     """Order the nodes of a contracted graph, those of the core by inherited ranks if there are any, and label them.
 
     The most important ones are labelled, as many as there is room for; there is no pool if that is less than the core.
@@ -41,15 +41,17 @@ def label(
     """
     ranked = _rank(contracted, inherited, threads=threads, check=check)
     edges = edges_of(contracted, ranked.nodes, ranked.ranks)
-    pool = Pool(ranked.ranks)
-    if not Core(pool, edges, ranked.core, longest=longest, threads=threads).label(room, check):
+    pool = LabelPool(ranked.ranks)
+    if not CoreLabels(pool, edges, ranked.core, longest=longest, threads=threads).label(room, check):
         return None
     levels = contracted.levels[ranked.nodes]
     _label_rest(pool, edges, levels, ranked.core, room=room, longest=longest, threads=threads, check=check)
     return pool
 
 
-def _rank(contracted: Contracted, inherited: Integers | None, *, threads: int, check: Callable[[], None]) -> _Ranked:
+def _rank(
+    contracted: ContractedGraph, inherited: Integers | None, *, threads: int, check: Callable[[], None]
+) -> _Ranked:
     ranks = np.full(len(contracted.head), -1, np.int32)
     # By levels, so that the most important ones are those on which all others' labels depend.
     last = contracted.order[::-1]
@@ -68,7 +70,7 @@ def _rank(contracted: Contracted, inherited: Integers | None, *, threads: int, c
 
 
 def _label_rest(
-    pool: Pool, edges: Edges, levels: Integers, core: int, *, room: int, longest: int, threads: int,
+    pool: LabelPool, edges: RankedEdges, levels: Integers, core: int, *, room: int, longest: int, threads: int,
     check: Callable[[], None],
 ) -> None:  # fmt: skip
     nodes, slots = len(pool.ranks), max(1, threads)
@@ -97,7 +99,7 @@ def _label_rest(
         pool.labelled += len(level)
 
 
-def _most_labels(pool: Pool, room: int) -> int:
+def _most_labels(pool: LabelPool, room: int) -> int:
     """Return how many more labels there is room for, if they are as long as those before in the mean."""
     labelled = pool.labelled
     if labelled == len(pool.ranks):
@@ -107,12 +109,12 @@ def _most_labels(pool: Pool, room: int) -> int:
     return max(0, min(layout.MOST_HUBS - labelled, (room - used) // mean))
 
 
-def _most_entries(pool: Pool, edges: Edges, node: int) -> int:
+def _most_entries(pool: LabelPool, edges: RankedEdges, node: int) -> int:
     above = edges.to[edges.starts[node] : edges.starts[node + 1]]
     return int((pool.ends[above] - pool.begins[above]).sum()) + 1
 
 
-def _open_window(pool: Pool, window: Words, least: int, check: Callable[[], None]) -> None:
+def _open_window(pool: LabelPool, window: Words, least: int, check: Callable[[], None]) -> None:
     size = max(WINDOW, 2 * least, pool.used // 8)
     if pool.used + size > pool.room:
         pool.extend(max(size, pool.room // 2), check)

@@ -9,7 +9,8 @@ import pytest
 
 import ppaas.nodes
 from engine.container.executor import CloudHome
-from ppaas.clone.assembly import DEPTH_CAMERA, build_clone, build_planning
+from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
+from ppaas.clone.planning_container import build_planning
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import PPaaSError

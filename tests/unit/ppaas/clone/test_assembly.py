@@ -4,7 +4,8 @@ import json
 
 import pytest
 
-from ppaas.clone.assembly import build_clone, build_planning
+from ppaas.clone.assembly import build_clone
+from ppaas.clone.planning_container import build_planning
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidParameter, NotFound
 from ppaas.messages.rosapi import GetParamRequest

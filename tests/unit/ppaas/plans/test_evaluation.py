@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.plans.evaluation import evaluate, told
+from ppaas.plans.evaluation import as_json, evaluate
 from ppaas.plans.history import MOST_BUCKETS, bucket_of, bucket_range, compared_row, computed_row, failed_row, found_row
 
 FAR, NEAR = ("house", "v1", "astar", 14), ("house", "v1", "astar", 4)
@@ -27,7 +27,7 @@ def test_a_planner_is_told_in_all_and_by_distance() -> None:
     assert far.performance.typical_seconds == pytest.approx(0.2, rel=1e-3)
     assert far.performance.spread == pytest.approx(2.0, rel=1e-2)
     assert near.performance.over_cheapest is None
-    assert told(astar)["complexities"][1]["cells"] == [64.0 * 2.0**0.5, 128.0]
+    assert as_json(astar)["complexities"][1]["cells"] == [64.0 * 2.0**0.5, 128.0]
 
 
 def test_planners_come_by_name_and_versions_together() -> None:

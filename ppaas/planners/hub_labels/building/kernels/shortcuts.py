@@ -23,7 +23,7 @@ from ppaas.planners.kernels.jit_decorators import bare, joined
 
 Targets = NDArray[np.int32]
 
-NEXT, USED, SEARCHES, LOOKS = range(4)
+NEXT, USED, SEARCHES, SCANS = range(4)
 """What a slot knows of its work: its next node, how many pairs it has told, and how often it has searched so far and at
 how many edges it has looked."""
 
@@ -161,7 +161,7 @@ def _find_slot(
                 source, settle, wanted, era, begins, degrees, rows, held, places, reached, limits, targets,
                 buckets, entries,
             )  # fmt: skip
-            state[LOOKS] += looks
+            state[SCANS] += looks
             work += looks
             for second in range(first + 1, degree):
                 if limits[rows[begins[node] + second, NODE]] != SATISFIED:

@@ -28,7 +28,8 @@ from ppaas.messages.ppaas_msgs import (
 )
 from ppaas.nodes.base import Demands, Payload
 from ppaas.nodes.delivery_qos import fingerprint
-from ppaas.nodes.graph import Graph, Tap
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.topic_bus import Tap
 
 STRONG = TellRobotRequest(8, 3.0, 5.0, 0.3, 100e3, ["driver", "locator"])
 WEAK = TellRobotRequest(4, 1.5, 1.0, 0.3, 100e3, ["driver", "locator"])

@@ -10,7 +10,7 @@ from ppaas.errors import GoalOccupied, GoalOutsideMap, NoValidPath, PlanTimeout,
 from ppaas.geometry import Pose2D
 from ppaas.nodes.move_base.robot_planner import NoPlan, plan_for_robot
 from ppaas.planners.base import PlanRequest, PlanResult
-from ppaas.plans.reuse.processor import Keeping
+from ppaas.plans.reuse.processor import ReuseSetup
 from tests.support.world.planar_world import walled_map
 
 STATIC = build_layers(walled_map(4, 3, [(1.9, 0.0, 2.1, 1.0)])).costmap
@@ -19,7 +19,7 @@ LEFT, RIGHT, IN_WALL = Pose2D(1.0, 1.5, 0.0), Pose2D(3.0, 1.5, 0.0), Pose2D(2.0,
 
 
 def plan(start, goal, current=STATIC, static=STATIC, **fields):
-    processor, request = Keeping().processor(static, 0.18), PlanRequest(start, goal, **fields)
+    processor, request = ReuseSetup().processor(static, 0.18), PlanRequest(start, goal, **fields)
     return plan_for_robot(processor, planners.create("dijkstra"), static, current, request, reuse=True)
 
 

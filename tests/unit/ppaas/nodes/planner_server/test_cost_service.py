@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from ppaas.clone.assembly import build_planning
+from ppaas.clone.planning_container import build_planning
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import GoalOutsideMap, InvalidInput, PlanTimeout
 from ppaas.geometry import Pose2D

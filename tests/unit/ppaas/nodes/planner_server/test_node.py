@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from ppaas.clone.assembly import build_planning
+from ppaas.clone.planning_container import build_planning
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import (
     GoalOccupied,

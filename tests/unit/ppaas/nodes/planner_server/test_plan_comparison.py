@@ -5,7 +5,7 @@ from ppaas.nodes.graph import Graph
 from ppaas.nodes.planner_server.plan_comparison import ONE_OF, Comparison
 from ppaas.planners.base import PlanRequest
 from ppaas.plans.history import PlannerHistory
-from ppaas.plans.reuse.processor import Keeping
+from ppaas.plans.reuse.processor import ReuseSetup
 from tests.support.world.grids import centre, costmap
 
 MAP = costmap("\n".join(["." * 40] * 30))
@@ -17,7 +17,7 @@ class Home:
 
     def __init__(self) -> None:
         self.noted = list[PlannerHistory]()
-        self.comparison = Comparison(Graph(), Keeping("house", "v1", note=self.noted.append).processor(MAP, 0.2))
+        self.comparison = Comparison(Graph(), ReuseSetup("house", "v1", note=self.noted.append).processor(MAP, 0.2))
 
     def see(self, planner: str, times: int = 1) -> None:
         chosen = planners.create(planner)

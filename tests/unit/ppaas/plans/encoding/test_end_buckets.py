@@ -4,7 +4,15 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ppaas.plans.encoding.end_buckets import bucket_in, holds, length_in, may_join, place_of, spots_near, spots_of
+from ppaas.plans.encoding.end_buckets import (
+    bucket_of_key,
+    buckets_near,
+    cell_number,
+    holds,
+    index_keys_of,
+    length_of_key,
+    may_join,
+)
 from ppaas.plans.encoding.index_cells import scope_of
 from tests.reference.plans import plan_bytes, plan_chunks
 
@@ -17,7 +25,7 @@ tolerances = st.sampled_from([0.0, 0.1, 0.25, 0.5])
 
 
 def spot_of(scope: bytes, first, last, length: float) -> int:
-    [spot] = spots_of([scope], np.array([(*first, *last)], float), np.array([length], float)).tolist()
+    [spot] = index_keys_of([scope], np.array([(*first, *last)], float), np.array([length], float)).tolist()
     return spot
 
 
@@ -28,18 +36,18 @@ def test_what_is_near_is_found(start, goal, off, tolerance, length) -> None:
     spot = spot_of(SCOPE, first, last, length)
     assert spot == plan_bytes.spot(SCOPE, (*first, *last), length)
     assert 0 <= spot < 2**63
-    assert length_in(spot) == min(int(length * 16), 2**18 - 1)
-    near = spots_near(SCOPE, start, goal, tolerance).tolist()
+    assert length_of_key(spot) == min(int(length * 16), 2**18 - 1)
+    near = buckets_near(SCOPE, start, goal, tolerance).tolist()
     assert len(near) <= (81 if tolerance <= 0.25 else 256)
     buckets = [bucket for bucket in near if bucket[0] <= spot <= bucket[1]]
     if plan_chunks.near(first, last, start, goal, tolerance):
         assert any(holds(bucket, spot) for bucket in buckets)
         assert may_join(np.array([spot]), start, goal, tolerance).all()
-        assert bucket_in(spot) in {bucket_in(bucket[0]) for bucket in buckets}
+        assert bucket_of_key(spot) in {bucket_of_key(bucket[0]) for bucket in buckets}
 
 
 def test_most_of_what_is_too_far_off_is_passed_over() -> None:
-    near = spots_near(SCOPE, (0.25, 0.25), (3.25, 0.25), 0.1).tolist()
+    near = buckets_near(SCOPE, (0.25, 0.25), (3.25, 0.25), 0.1).tolist()
     spots = [
         spot_of(SCOPE, (0.25 + dx / 40, 0.25), (3.25, 0.25 + dy / 40), 3.0) for dx in range(10) for dy in range(10)
     ]
@@ -58,11 +66,11 @@ def test_what_may_join_is_hardly_further_off_than_the_tolerance(off, places) -> 
 
 def test_versions_of_maps_share_nothing() -> None:
     others = [scope_of("house", "v2"), scope_of("housev", "1"), scope_of("depot", "v1")]
-    spots = {bucket_in(spot_of(scope, (0, 0), (1, 1), 2.0)) for scope in (SCOPE, *others)}
+    spots = {bucket_of_key(spot_of(scope, (0, 0), (1, 1), 2.0)) for scope in (SCOPE, *others)}
     assert len(spots) == 4
 
 
 @settings(max_examples=40, deadline=None)
 @given(st.tuples(*[st.integers(-(2**40), 2**40)] * 2))
 def test_the_number_of_a_square_is_a_part_of_its_hash(square) -> None:
-    assert place_of(SCOPE, square) == plan_bytes.mixed(SCOPE, square) >> 33
+    assert cell_number(SCOPE, square) == plan_bytes.mixed(SCOPE, square) >> 33

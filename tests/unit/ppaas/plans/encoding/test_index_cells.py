@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ppaas.plans.encoding.index_cells import PLACE_EDGE, scope_of, squares_near, squares_touched
+from ppaas.plans.encoding.index_cells import CELL_EDGE, cells_near, cells_touched, scope_of
 
 places = st.tuples(*[st.floats(-1e6, 1e6) | st.integers(-40, 40).map(lambda eighth: eighth / 8)] * 2)
 
@@ -15,10 +15,10 @@ places = st.tuples(*[st.floats(-1e6, 1e6) | st.integers(-40, 40).map(lambda eigh
 @given(places, st.floats(0, 2 * math.pi), st.floats(0, 0.5))
 def test_squares_near_a_place_are_those_that_points_there_touch(place, angle, reach) -> None:
     point = place[0] + reach * math.cos(angle), place[1] + reach * math.sin(angle)
-    [square] = squares_touched(np.array([point]))
-    near = squares_near(place, 0.5 + 1e-9)
+    [square] = cells_touched(np.array([point]))
+    near = cells_near(place, 0.5 + 1e-9)
     assert square in near
-    assert len(near) <= math.ceil(1 / PLACE_EDGE + 1) ** 2
+    assert len(near) <= math.ceil(1 / CELL_EDGE + 1) ** 2
 
 
 def test_a_version_of_a_map_is_told_from_all_others() -> None:

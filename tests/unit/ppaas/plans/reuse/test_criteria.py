@@ -7,9 +7,9 @@ import numpy as np
 from ppaas.geometry import Pose2D
 from ppaas.plans.reuse.criteria import by_algorithm, by_time, by_version, worth_a_look
 from ppaas.plans.reuse.time_estimates import Estimate
-from ppaas.plans.stored import Question, StoredPlan
+from ppaas.plans.stored import PlanQuery, StoredPlan
 
-QUESTION = Question(Pose2D(0, 0), Pose2D(10, 0), "v1", "dijkstra", {"smooth": False}, 0.18, 0.25)
+QUESTION = PlanQuery(Pose2D(0, 0), Pose2D(10, 0), "v1", "dijkstra", {"smooth": False}, 0.18, 0.25)
 HEAD = StoredPlan(
     "p1", "v1", "dijkstra", (0, 0, 0), (10, 0, 0), 12.0, np.empty((0, 7)),
     conditions={"smooth": False, "bare_map": True, "robot_radius": 0.18},

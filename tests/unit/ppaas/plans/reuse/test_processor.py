@@ -11,8 +11,8 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.errors import GoalOccupied, PlanCancelled
 from ppaas.planners.base import PlanRequest, PlanResult
 from ppaas.plans.history import PlannerHistory
-from ppaas.plans.reuse.processor import REFUSED_FOR, Keeping, PlanProcessor, Standing
-from ppaas.plans.stored import Question, StoredPlan
+from ppaas.plans.reuse.processor import REFUSED_FOR, PlanProcessor, ReuseScope, ReuseSetup
+from ppaas.plans.stored import PlanQuery, StoredPlan
 from tests.support.world.grids import centre, costmap, of
 
 OPEN = costmap("\n".join(["." * 200] * 3))
@@ -24,13 +24,13 @@ class Library:
 
     def __init__(self) -> None:
         self.plans: Sequence[StoredPlan] | None = ()
-        self.asked: list[tuple[Question, float]] = []
+        self.asked: list[tuple[PlanQuery, float]] = []
         self.waits = True
 
     def may_wait(self) -> bool:
         return self.waits
 
-    def find(self, question: Question, within: float) -> Sequence[StoredPlan] | None:
+    def find(self, question: PlanQuery, within: float) -> Sequence[StoredPlan] | None:
         self.asked.append((question, within))
         return self.plans
 
@@ -40,9 +40,9 @@ class Home:
 
     def __init__(self, seconds: float = 1.0, bare: Costmap = OPEN, keepout: str = "") -> None:
         self.library, self.noted = Library(), list[PlannerHistory]()
-        self.keeping = keeping = Keeping("house", "v1", self.library, note=self.noted.append)
+        self.keeping = keeping = ReuseSetup("house", "v1", self.library, note=self.noted.append)
         self.now, self.bare = 0.0, bare
-        standing = Standing("house", "v1", bare, 0.2, {"keepout_filter": keepout} if keepout else {})
+        standing = ReuseScope("house", "v1", bare, 0.2, {"keepout_filter": keepout} if keepout else {})
         times, note = keeping.times, keeping.note
         self.processor = PlanProcessor(standing, self.library, times, note, clock=lambda: self.now)
         self.planner = planners.create("dijkstra")

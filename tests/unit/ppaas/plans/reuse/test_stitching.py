@@ -15,8 +15,8 @@ from ppaas.geometry import Pose2D, yaw_of
 from ppaas.planners.base import PlanRequest, PlanResult
 from ppaas.planners.path import path_cost
 from ppaas.planners.traits import Optimal, Traits
-from ppaas.plans.reuse.stitching import Ground, Offer, offer
-from ppaas.plans.stored import Question, StoredPlan
+from ppaas.plans.reuse.stitching import LiveAndBareCostmaps, Offer, offer
+from ppaas.plans.stored import PlanQuery, StoredPlan
 from tests.reference.planners.dijkstra import cost_field, weight
 from tests.reference.plans.crossing import cells_on
 from tests.support.world.grids import centre, costmap, of
@@ -38,8 +38,8 @@ def stored(bare: Costmap, result: PlanResult, first: int = 0, last: int | None =
     )  # fmt: skip
 
 
-def question(start: Pose2D, goal: Pose2D, tolerance: float = 2.5) -> Question:
-    return Question(start, goal, "v1", "dijkstra", PARAMETERS, 0.2, tolerance)
+def question(start: Pose2D, goal: Pose2D, tolerance: float = 2.5) -> PlanQuery:
+    return PlanQuery(start, goal, "v1", "dijkstra", PARAMETERS, 0.2, tolerance)
 
 
 def near(costs: NDArray[np.uint8], place: Pose2D, down: float, right: float) -> Pose2D:
@@ -86,7 +86,9 @@ def test_what_is_offered_crosses_nothing_that_blocks_and_what_is_proved_of_it_ho
     case: tuple[Costmap, Costmap, PlanResult, Pose2D, Pose2D],
 ) -> None:
     bare, live, result, start, goal = case
-    made, verdict = offer(stored(bare, result), question(start, goal), Ground(live, bare, False), CHEAPEST, bound=10.0)
+    made, verdict = offer(
+        stored(bare, result), question(start, goal), LiveAndBareCostmaps(live, bare, False), CHEAPEST, bound=10.0
+    )
     assert (made is not None) is verdict.taken
     if made is None:
         return
@@ -105,7 +107,7 @@ def test_a_stretch_that_is_stitched_is_within_the_bound_of_the_cheapest(
     last = data.draw(st.integers(0, len(result.poses) - 1))
     part = stored(bare, result, data.draw(st.integers(0, last)), last)
     start, goal = (near(bare.data, Pose2D(*place[:2]), 0.2, 0.2) for place in part.poses[[0, -1]].tolist())
-    made, _ = offer(part, question(start, goal), Ground(live, bare, False), CHEAPEST, bound=0.5)
+    made, _ = offer(part, question(start, goal), LiveAndBareCostmaps(live, bare, False), CHEAPEST, bound=0.5)
     if made is not None:
         _assert_drivable(live, made, start, goal)
         field = cost_field(live.data, [live.info.cell_of(goal.x, goal.y)], allow_unknown=False)
@@ -120,7 +122,7 @@ def _corridor(length: int = 60) -> tuple[Costmap, PlanResult]:
 def test_a_plan_between_the_very_ends_comes_back_as_it_was_kept() -> None:
     bare, result = _corridor()
     ends = centre(bare, 2, 0), centre(bare, 2, 59)
-    made, verdict = offer(stored(bare, result), question(*ends), Ground(bare, bare, False), CHEAPEST)
+    made, verdict = offer(stored(bare, result), question(*ends), LiveAndBareCostmaps(bare, bare, False), CHEAPEST)
     assert made is not None
     assert verdict.criterion == "bound"
     assert made.poses.tobytes() == result.poses.tobytes()
@@ -133,7 +135,7 @@ def test_another_heading_at_an_end_turns_only_that() -> None:
     made, _ = offer(
         stored(bare, result),
         question(centre(bare, 2, 0, 1.0), centre(bare, 2, 59, 2.0)),
-        Ground(bare, bare, False),
+        LiveAndBareCostmaps(bare, bare, False),
         SOME,
     )
     assert made is not None
@@ -145,7 +147,9 @@ def test_another_heading_at_an_end_turns_only_that() -> None:
 def test_a_robot_that_stands_along_the_way_is_given_the_rest_of_it() -> None:
     bare, result = _corridor()
     part = stored(bare, result, 20, 50)
-    made, _ = offer(part, question(centre(bare, 3, 20), centre(bare, 1, 50)), Ground(bare, bare, False), CHEAPEST, 0.1)
+    made, _ = offer(
+        part, question(centre(bare, 3, 20), centre(bare, 1, 50)), LiveAndBareCostmaps(bare, bare, False), CHEAPEST, 0.1
+    )
     assert made is not None
     assert made.origin == "stitched"
     assert made.over_cheapest <= 0.1
@@ -156,7 +160,10 @@ def test_what_was_seen_on_the_way_since_refuses_it() -> None:
     data = bare.data.copy()
     data[2, 30] = 254
     made, verdict = offer(
-        stored(bare, result), question(centre(bare, 2, 0), centre(bare, 2, 59)), Ground(of(data), bare, False), CHEAPEST
+        stored(bare, result),
+        question(centre(bare, 2, 0), centre(bare, 2, 59)),
+        LiveAndBareCostmaps(of(data), bare, False),
+        CHEAPEST,
     )
     assert made is None
     assert verdict.criterion == "costmap"
@@ -169,7 +176,7 @@ def test_a_way_that_has_become_dear_is_refused() -> None:
     data[2, 10:50] = 252
     ends = centre(bare, 2, 0), centre(bare, 2, 59)
     for traits in (CHEAPEST, SOME):
-        made, verdict = offer(stored(bare, result), question(*ends), Ground(of(data), bare, False), traits)
+        made, verdict = offer(stored(bare, result), question(*ends), LiveAndBareCostmaps(of(data), bare, False), traits)
         assert made is None
         assert verdict.criterion == "bound"
 
@@ -182,7 +189,7 @@ def test_a_plan_around_what_another_robot_saw_is_no_plan_for_who_does_not_see_it
     seen = replace(stored(bare, detour), conditions={**PARAMETERS, "bare_map": False, "robot_radius": 0.2})
     ends = question(centre(bare, 2, 0), centre(bare, 2, 29))
     for traits in (CHEAPEST, SOME):
-        assert offer(seen, ends, Ground(bare, bare, False), traits)[0] is None
+        assert offer(seen, ends, LiveAndBareCostmaps(bare, bare, False), traits)[0] is None
 
 
 def test_a_detour_that_a_program_says_is_the_planners_own_is_not_believed() -> None:
@@ -192,7 +199,7 @@ def test_a_detour_that_a_program_says_is_the_planners_own_is_not_believed() -> N
     ends = centre(bare, 2, 0), centre(bare, 2, 29)
     detour = DIJKSTRA.plan(of(walled), PlanRequest(*ends))
     forged, straight = stored(bare, detour), stored(bare, DIJKSTRA.plan(bare, PlanRequest(*ends)))
-    ground = Ground(bare, bare, False)
+    ground = LiveAndBareCostmaps(bare, bare, False)
     for traits in (CHEAPEST, SOME):
         assert offer(forged, question(*ends), ground, traits)[0] is not None, "who says so of the own plans is believed"
         assert offer(replace(forged, given=True), question(*ends), ground, traits)[0] is None
@@ -206,8 +213,8 @@ def test_what_another_radius_makes_cheapest_proves_nothing() -> None:
     result = DIJKSTRA.plan(bare, PlanRequest(centre(bare, 1, 0), centre(bare, 1, 29)))
     ends = question(centre(bare, 1, 0), centre(bare, 1, 29))
     kept = stored(bare, result)
-    assert offer(kept, ends, Ground(bare, bare, False), CHEAPEST)[0] is not None
-    assert offer(kept, replace(ends, robot_radius=0.3), Ground(bare, bare, False), CHEAPEST)[0] is None
+    assert offer(kept, ends, LiveAndBareCostmaps(bare, bare, False), CHEAPEST)[0] is not None
+    assert offer(kept, replace(ends, robot_radius=0.3), LiveAndBareCostmaps(bare, bare, False), CHEAPEST)[0] is None
 
 
 def test_a_robot_that_cannot_turn_on_the_spot_is_given_only_what_fits_to_the_heading() -> None:
@@ -216,8 +223,10 @@ def test_a_robot_that_cannot_turn_on_the_spot_is_given_only_what_fits_to_the_hea
     turns = Traits(kinematic=True)
     for asked, taken in ((question(start, goal), True), (question(start, centre(bare, 2, 59, 1.0)), False)):
         kinematic = replace(asked, kinematic=True)
-        assert (offer(stored(bare, result), kinematic, Ground(bare, bare, False), turns)[0] is not None) is taken
+        assert (
+            offer(stored(bare, result), kinematic, LiveAndBareCostmaps(bare, bare, False), turns)[0] is not None
+        ) is taken
     aside = replace(question(centre(bare, 1, 0), goal), kinematic=True)
-    made, verdict = offer(stored(bare, result), aside, Ground(bare, bare, False), turns)
+    made, verdict = offer(stored(bare, result), aside, LiveAndBareCostmaps(bare, bare, False), turns)
     assert made is None
     assert verdict.criterion == "ends"

@@ -19,7 +19,7 @@ def room(monkeypatch):
     """Return what sets how many entries labels may have, however few that are for a corner."""
 
     def allow(entries: int) -> None:
-        monkeypatch.setattr(assembly, "label_room", lambda *_: entries)
+        monkeypatch.setattr(assembly, "most_label_entries", lambda *_: entries)
         monkeypatch.setattr(assembly, "LEAST_ENTRIES", 0)
 
     return allow
@@ -38,7 +38,7 @@ def some(free, count: int) -> list[tuple[int, int]]:
 @settings(deadline=None, max_examples=30)
 def test_paths_are_shortest_however_few_labels_there_are_with_landmarks_and_without(free, entries, gates):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(assembly, "label_room", lambda *_: entries)
+        patch.setattr(assembly, "most_label_entries", lambda *_: entries)
         patch.setattr(assembly, "LEAST_ENTRIES", 0)
         patch.setattr(assembly, "MANY_GATES", gates)
         index = index_of(free)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from ppaas.geometry import Pose2D
 from ppaas.planners.base import PlanRequest
 from ppaas.planners.hub_labels.building.assembly import build_index
-from ppaas.planners.hub_labels.building.graph import lay_ground, mend_ground
+from ppaas.planners.hub_labels.building.graph import build_corner_map, repair_corner_map
 from ppaas.planners.hub_labels.index import HubIndex
 from ppaas.planners.hub_labels.planner import HubLabels, are_free, differing
 from ppaas.planners.watch import proceed
@@ -39,8 +39,10 @@ def changes(draw):
 @settings(deadline=None, max_examples=60)
 def test_mended_ground_is_the_ground_of_the_map_now(change):
     before, after, rectangle = change
-    mended = mend_ground(lay_ground(before, threads=1, check=proceed).terrain, after, rectangle, check=proceed)
-    fresh = lay_ground(after, threads=1, check=proceed)
+    mended = repair_corner_map(
+        build_corner_map(before, threads=1, check=proceed).terrain, after, rectangle, check=proceed
+    )
+    fresh = build_corner_map(after, threads=1, check=proceed)
     np.testing.assert_array_equal(mended.terrain, fresh.terrain)
     np.testing.assert_array_equal(mended.places, fresh.places)
 

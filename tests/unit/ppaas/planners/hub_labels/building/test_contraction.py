@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ppaas.planners.hub_labels.building import contraction as contractions
-from ppaas.planners.hub_labels.building.contraction import ANY_PRICE, Contraction
-from ppaas.planners.hub_labels.building.graph import lay_ground, link_corners
+from ppaas.planners.hub_labels.building.contraction import ANY_COST, Contraction
+from ppaas.planners.hub_labels.building.graph import build_corner_graph, build_corner_map
 from ppaas.planners.hub_labels.building.kernels.contraction import LEFT, LENGTH, RIGHT, TO
 from ppaas.planners.hub_labels.kernels.scan import STRAIGHT
 from ppaas.planners.watch import proceed
@@ -18,10 +18,10 @@ from tests.unit.ppaas.planners.hub_labels.kernels.test_scan import maps
 
 
 def graph_of(free):
-    return link_corners(lay_ground(free, threads=1, check=proceed), threads=1, check=proceed)
+    return build_corner_graph(build_corner_map(free, threads=1, check=proceed), threads=1, check=proceed)
 
 
-def contracted(free, core, prices=ANY_PRICE, threads=1):
+def contracted(free, core, prices=ANY_COST, threads=1):
     """Return a contracted graph, and the cells of its nodes."""
     graph = graph_of(free)
     result = Contraction(graph, prices, threads=threads).run(core, check=proceed)

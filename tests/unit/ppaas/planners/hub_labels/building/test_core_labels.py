@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from ppaas.errors import InvalidPlanner
 from ppaas.planners.hub_labels.building import core_labels
-from ppaas.planners.hub_labels.building.core_labels import Core
-from ppaas.planners.hub_labels.building.importance import Edges
-from ppaas.planners.hub_labels.building.label_pool import Pool
+from ppaas.planners.hub_labels.building.core_labels import CoreLabels
+from ppaas.planners.hub_labels.building.importance import RankedEdges
+from ppaas.planners.hub_labels.building.label_pool import LabelPool
 from ppaas.planners.watch import proceed
 from tests.reference.planners.hub_labels import hubs_of
 
@@ -24,24 +24,24 @@ def graphs(draw: st.DrawFn) -> tuple[int, Lengths]:
     return nodes, draw(st.dictionaries(pairs, st.integers(1, 6), max_size=60)) if nodes > 1 else {}
 
 
-def edges_in(nodes: int, lengths: Lengths) -> Edges:
+def edges_in(nodes: int, lengths: Lengths) -> RankedEdges:
     """Return the edges of a graph in rows; those of a pair have the numbers e and e ^ 1."""
     pairs = enumerate(lengths.items())
     both = sorted((*end, length, 2 * i + j) for i, ((a, b), length) in pairs for j, end in enumerate([(a, b), (b, a)]))
     starts = np.searchsorted([row[0] for row in both], np.arange(nodes + 1)).astype(np.int64)
     to, far, ids = np.array([row[1:] for row in both], np.int32).reshape(-1, 3).T.copy()
-    return Edges(starts, to, far, ids)
+    return RankedEdges(starts, to, far, ids)
 
 
 def labels_of(nodes: int, lengths: Lengths, *, batches: tuple[int, int, int], threads: int, room: int = 1):
     """Return the label of each node, (hub, length, edge towards it), found in a pool that is as small at first."""
-    pool = Pool(np.arange(nodes, dtype=np.int32))
+    pool = LabelPool(np.arange(nodes, dtype=np.int32))
     pool.hubs, pool.lengths, pool.towards = np.empty((3, room), np.int32)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(core_labels, "FEW", 0)
         for name, value in zip(("LEAST_BATCH", "MOST_BATCH", "NODES_A_SEARCH"), batches, strict=True):
             patch.setattr(core_labels, name, value)
-        assert Core(pool, edges_in(nodes, lengths), nodes, longest=1000, threads=threads).label(10**6, proceed)
+        assert CoreLabels(pool, edges_in(nodes, lengths), nodes, longest=1000, threads=threads).label(10**6, proceed)
     assert pool.labelled == nodes
     entries = np.column_stack((pool.hubs, pool.lengths, pool.towards)).tolist()
     return [entries[begin:end] for begin, end in zip(pool.begins, pool.ends, strict=True)]
@@ -82,12 +82,12 @@ def test_two_threads_find_what_one_finds():
 
 def test_where_there_is_no_room_it_ends():
     lengths = {(node, node + 1): 1 for node in range(99)}
-    pool = Pool(np.arange(100, dtype=np.int32))
-    assert not Core(pool, edges_in(100, lengths), 100, longest=1000, threads=1).label(150, proceed)
+    pool = LabelPool(np.arange(100, dtype=np.int32))
+    assert not CoreLabels(pool, edges_in(100, lengths), 100, longest=1000, threads=1).label(150, proceed)
 
 
 def test_a_way_that_is_too_long_is_told():
-    pool = Pool(np.arange(3, dtype=np.int32))
-    labelling = Core(pool, edges_in(3, {(0, 1): 60_000, (1, 2): 60_000}), 3, longest=100_000, threads=1)
+    pool = LabelPool(np.arange(3, dtype=np.int32))
+    labelling = CoreLabels(pool, edges_in(3, {(0, 1): 60_000, (1, 2): 60_000}), 3, longest=100_000, threads=1)
     with pytest.raises(InvalidPlanner, match="too long"):
         labelling.label(100, proceed)

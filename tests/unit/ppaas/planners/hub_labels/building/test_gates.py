@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from ppaas.planners.hub_labels.building.contraction import Contraction
 from ppaas.planners.hub_labels.building.gates import open_fringe
-from ppaas.planners.hub_labels.building.graph import lay_ground, link_corners
+from ppaas.planners.hub_labels.building.graph import build_corner_graph, build_corner_map
 from ppaas.planners.hub_labels.building.importance import edges_of
 from ppaas.planners.hub_labels.building.labels import label
 from ppaas.planners.hub_labels.kernels.layout import BOTTOM, HUB_BITS, LEFTMOST, RIGHTMOST, TOP
@@ -21,8 +21,8 @@ from tests.unit.ppaas.planners.hub_labels.kernels.test_scan import in_whole_numb
 
 def fringe_of(free, room: int, threads: int = 1):
     """Return the labels of a map, its fringe, the cells of its corners by rank, and its edges."""
-    ground = lay_ground(free, threads=1, check=proceed)
-    contraction = Contraction(link_corners(ground, threads=1, check=proceed))
+    ground = build_corner_map(free, threads=1, check=proceed)
+    contraction = Contraction(build_corner_graph(ground, threads=1, check=proceed))
     contracted = contraction.run(check=proceed)
     while (pool := label(contracted, None, room=room, longest=2**29, threads=1, check=proceed)) is None:
         contracted = contraction.run(contraction.core * 3 // 4, check=proceed)

@@ -6,8 +6,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from ppaas.planners.hub_labels.building.contraction import Contraction
-from ppaas.planners.hub_labels.building.graph import lay_ground, link_corners
-from ppaas.planners.hub_labels.building.importance import Edges, edges_of, grow_trees, order_core
+from ppaas.planners.hub_labels.building.graph import build_corner_graph, build_corner_map
+from ppaas.planners.hub_labels.building.importance import RankedEdges, edges_of, grow_trees, order_core
 from ppaas.planners.hub_labels.building.kernels.coverage import GROUPS, cover
 from ppaas.planners.hub_labels.kernels.scan import STRAIGHT
 from ppaas.planners.watch import proceed
@@ -18,10 +18,10 @@ PILLARS = np.ones((6, 6), bool)
 PILLARS[np.ix_((1, 4), (1, 4))] = False
 
 
-def edges_in(free) -> Edges:
-    graph = link_corners(lay_ground(free, threads=1, check=proceed), threads=1, check=proceed)
+def edges_in(free) -> RankedEdges:
+    graph = build_corner_graph(build_corner_map(free, threads=1, check=proceed), threads=1, check=proceed)
     nodes = np.arange(len(graph.starts) - 1, dtype=np.int32)
-    return edges_of(Contraction(graph, most_looks=-1).run(check=proceed), nodes, nodes)
+    return edges_of(Contraction(graph, most_scans=-1).run(check=proceed), nodes, nodes)
 
 
 @given(maps(6), st.integers(1, 40))
@@ -55,6 +55,6 @@ def test_of_ways_as_short_as_each_other_a_tree_has_the_one_whose_last_edge_is_sh
     both = sorted(pairs + [(b, a, length) for a, b, length in pairs])
     starts = np.searchsorted([a for a, _, _ in both], np.arange(5))
     to, lengths = np.array([(b, length) for _, b, length in both], np.int32).T.copy()
-    edges = Edges(starts, to, STRAIGHT * lengths, np.arange(len(to), dtype=np.int32))
+    edges = RankedEdges(starts, to, STRAIGHT * lengths, np.arange(len(to), dtype=np.int32))
     trees = grow_trees(edges, np.zeros(1, np.int32), threads=1, check=proceed)
     assert trees.parents.tolist() == [[-1, 0, 0, 2]]

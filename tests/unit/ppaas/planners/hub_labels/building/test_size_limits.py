@@ -7,7 +7,7 @@ from ppaas.errors import InvalidPlanner
 from ppaas.planners.hub_labels.building import assembly, size_limits
 from ppaas.planners.hub_labels.building.assembly import build_index
 from ppaas.planners.hub_labels.building.contraction import Contraction
-from ppaas.planners.hub_labels.building.graph import lay_ground, link_corners
+from ppaas.planners.hub_labels.building.graph import build_corner_graph, build_corner_map
 from ppaas.planners.hub_labels.index import HubIndex
 from ppaas.planners.hub_labels.kernels import layout
 from ppaas.planners.watch import proceed
@@ -19,7 +19,7 @@ def strewn(blocked: float, size: int = 100):
 
 
 def ground_of(free):
-    return lay_ground(free, threads=1, check=proceed)
+    return build_corner_map(free, threads=1, check=proceed)
 
 
 def refuse(*_, **__):
@@ -70,9 +70,9 @@ def test_a_map_with_far_too_many_corners_is_refused_before_it_is_contracted(monk
 
 def test_one_that_gets_too_many_edges_is_refused_before_it_is_contracted_to_the_end(monkeypatch):
     free = strewn(0.1)
-    graph = link_corners(ground_of(free), threads=1, check=proceed)
+    graph = build_corner_graph(ground_of(free), threads=1, check=proceed)
     monkeypatch.setattr(assembly, "most_edges", lambda *_: len(graph.to) * 3 // 4)
-    monkeypatch.setattr(assembly, "label_room", refuse)
+    monkeypatch.setattr(assembly, "most_label_entries", refuse)
     contractions = []
     monkeypatch.setattr(
         assembly, "Contraction", lambda *a, **k: (contractions.append(Contraction(*a, **k)), contractions[-1])[1]
@@ -83,7 +83,7 @@ def test_one_that_gets_too_many_edges_is_refused_before_it_is_contracted_to_the_
 
 
 def test_one_that_would_take_minutes_to_contract_is_refused(monkeypatch):
-    monkeypatch.setattr(size_limits, "MOST_LOOKS", 1000)
+    monkeypatch.setattr(size_limits, "MOST_SCANS", 1000)
     monkeypatch.setattr(assembly, "label", refuse)
     with pytest.raises(InvalidPlanner, match="too many"):
         build_index(strewn(0.1), threads=2, check=proceed)
@@ -91,7 +91,7 @@ def test_one_that_would_take_minutes_to_contract_is_refused(monkeypatch):
 
 def test_one_whose_shortcuts_will_leave_no_room_for_any_core_is_refused_before_they_are_made(monkeypatch):
     monkeypatch.setattr(assembly, "CORE_IN_A_CROWD", (0, 100))
-    monkeypatch.setattr(assembly, "label_room", lambda *_: 0)
+    monkeypatch.setattr(assembly, "most_label_entries", lambda *_: 0)
     cores = []
     usual = Contraction.run
     monkeypatch.setattr(Contraction, "run", lambda *a, **k: (cores.append(a[1:]), usual(*a, **k))[1])
@@ -102,7 +102,7 @@ def test_one_whose_shortcuts_will_leave_no_room_for_any_core_is_refused_before_t
 
 def test_one_without_room_for_labels_is_refused_before_it_is_labelled(monkeypatch):
     free = strewn(0.2)
-    monkeypatch.setattr(assembly, "label_room", lambda ground, _: len(ground.places) // 3)
+    monkeypatch.setattr(assembly, "most_label_entries", lambda ground, _: len(ground.places) // 3)
     monkeypatch.setattr(assembly, "label", refuse)
     with pytest.raises(InvalidPlanner, match="too many"):
         build_index(free, threads=1, check=proceed)
@@ -110,11 +110,13 @@ def test_one_without_room_for_labels_is_refused_before_it_is_labelled(monkeypatc
 
 def test_a_map_is_crowded_where_corners_see_few_others_or_are_many(monkeypatch):
     ground, maze = ground_of(strewn(0.02)), ground_of(strewn(0.35))
-    graph = link_corners(ground, threads=1, check=proceed)
+    graph = build_corner_graph(ground, threads=1, check=proceed)
     assert not size_limits.is_crowded(ground, graph)
-    assert size_limits.is_crowded(maze, link_corners(maze, threads=1, check=proceed))
+    assert size_limits.is_crowded(maze, build_corner_graph(maze, threads=1, check=proceed))
     monkeypatch.setattr(
-        size_limits, "MOST_BYTES", 0.99 * size_limits.ROOMY * size_limits.BYTES_AN_ENTRY * len(ground.places)
+        size_limits,
+        "MOST_BYTES",
+        0.99 * size_limits.USUAL_ENTRIES_A_CORNER * size_limits.BYTES_AN_ENTRY * len(ground.places),
     )
     assert size_limits.is_crowded(ground, graph)
 
@@ -122,4 +124,4 @@ def test_a_map_is_crowded_where_corners_see_few_others_or_are_many(monkeypatch):
 def test_a_larger_map_may_have_a_larger_index_and_take_longer():
     small, large = (ground_of(np.ones((size, size), np.bool_)) for size in (500, 2046))
     assert (size_limits.most_bytes(small), size_limits.most_bytes(large)) == (39.5e6, 4 * 39.5e6)
-    assert size_limits.most_looks(large) == 4 * size_limits.most_looks(small) == 4 * size_limits.MOST_LOOKS
+    assert size_limits.most_scans(large) == 4 * size_limits.most_scans(small) == 4 * size_limits.MOST_SCANS

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from ppaas.planners.hub_labels.building.graph import lay_ground, link_corners
+from ppaas.planners.hub_labels.building.graph import build_corner_graph, build_corner_map
 from ppaas.planners.hub_labels.kernels.bits import down, up
 from ppaas.planners.hub_labels.kernels.scan import DIAGONAL, STRAIGHT, most_seen, scan
 from ppaas.planners.watch import proceed
@@ -44,7 +44,7 @@ def test_bits_are_counted_up_and_down_a_line(words, bit, most):
 @given(maps())
 @settings(deadline=None, max_examples=50)
 def test_every_free_cell_sees_the_corners_that_it_should(free):
-    ground = lay_ground(free, threads=1, check=proceed)
+    ground = build_corner_map(free, threads=1, check=proceed)
     corners = [(int(r) - 1, int(c) - 1) for r, c in ground.places]
     assert corners == twin.corners(free)
     most = most_seen(free.shape[0] + 2, free.shape[1] + 2, len(corners))
@@ -59,9 +59,9 @@ def test_every_free_cell_sees_the_corners_that_it_should(free):
 @pytest.mark.parametrize("blocked", [0.02, 0.3])
 def test_corners_see_each_other_on_any_number_of_threads(blocked):
     free = np.random.default_rng(3).random((150, 333)) >= blocked
-    grounds = [lay_ground(free, threads=threads, check=proceed) for threads in (1, 2)]
+    grounds = [build_corner_map(free, threads=threads, check=proceed) for threads in (1, 2)]
     np.testing.assert_array_equal(grounds[0].terrain, grounds[1].terrain)
-    one, two = (link_corners(grounds[0], threads=threads, check=proceed) for threads in (1, 2))
+    one, two = (build_corner_graph(grounds[0], threads=threads, check=proceed) for threads in (1, 2))
     for name in ("starts", "to", "lengths"):
         np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
     source = np.repeat(np.arange(len(one.starts) - 1), np.diff(one.starts))

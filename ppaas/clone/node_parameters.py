@@ -1,0 +1,60 @@
+"""Parameters of a clone's nodes and plug-ins, as its user gave them, and as they are in use."""
+
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from ppaas.errors import InvalidParameter
+from ppaas.parameters import Parameters, read_parameters
+from ppaas.plugins import parameters_in_use
+
+P = TypeVar("P", bound=Parameters)
+
+
+class NodeParameters:
+    """Parameters by the name of whom they are for; what nobody takes is refused.
+
+    Attributes
+    ----------
+    in_use : dict of dict
+        What came of it, defaults included, by the same names.
+    """
+
+    def __init__(self, parameters: Mapping[str, Any]) -> None:
+        self.in_use: dict[str, dict[str, Any]] = {}
+        self._rest = dict(parameters)
+        self._asked: list[str] = []
+
+    def read(self, cls: type[P], node: str, defaults: Mapping[str, Any] | None = None) -> P:
+        """Return the parameters of a node."""
+        parameters = read_parameters(cls, node, {**(defaults or {}), **self.take(node)})
+        self.note(node, parameters)
+        return parameters
+
+    def note(self, name: str, of: object) -> None:
+        """Take note of the parameters that a node or plug-in uses."""
+        self.in_use[name] = parameters_in_use(of)
+
+    def has(self, *names: str) -> bool:
+        """Tell whether there are parameters of one that is known by these names."""
+        return not self._rest.keys().isdisjoint(names)
+
+    def take(self, *names: str) -> dict[str, Any]:
+        """Return the parameters of one that is known by these names."""
+        self._asked.append(names[0])
+        merged: dict[str, Any] = {}
+        for name in names:
+            merged |= self._table(name)
+        return merged
+
+    def _table(self, name: str) -> dict[str, Any]:
+        table = self._rest.pop(name, {})
+        if not isinstance(table, dict):
+            raise InvalidParameter(f"parameters of {name!r} must be an object of names and values, not {table!r}")
+        return table
+
+    def refuse_rest(self) -> None:
+        """Refuse what nobody took."""
+        if self._rest:
+            raise InvalidParameter(
+                f"parameters for unknown node {sorted(self._rest)[0]!r}; known: {', '.join(sorted(self._asked))}"
+            )

@@ -1,0 +1,51 @@
+"""Plug-ins of a clone: its planners, its controller and its recovery behaviours, for its body."""
+
+from ppaas import recoveries
+from ppaas.clone.body_controllers import controller_of
+from ppaas.clone.body_planners import planner_of
+from ppaas.clone.node_parameters import NodeParameters
+from ppaas.controllers.base import Controller
+from ppaas.controllers.registry import CONTROLLERS
+from ppaas.navigation.parameters import MoveBaseParameters
+from ppaas.navigation.recovery_sequence import recovery_behaviors, recovery_defaults
+from ppaas.planners.base import Planner
+from ppaas.planners.registry import PLANNERS
+from ppaas.recoveries.base import Recovery
+from ppaas.robot_model.known_models import RobotModel
+
+DEFAULT_PLANNER = "dijkstra"
+DEFAULT_CONTROLLER = "dwa"
+
+
+def planners_of(
+    driving: MoveBaseParameters, given: NodeParameters, body: RobotModel
+) -> tuple[Planner, dict[str, Planner]]:
+    """Return one to drive by, and by name those for who asks for plans: two of one name may be at work at a time."""
+    base = PLANNERS.own_name(driving.base_global_planner)
+    own = given.take(*PLANNERS.spellings(base))
+    drives, asked = planner_of(body, driving.base_global_planner, own), {base: planner_of(body, base, own)}
+    given.note(base, drives)
+    for name in PLANNERS.names():
+        spellings = PLANNERS.spellings(name)
+        if given.has(*spellings):
+            asked[name] = planner_of(body, name, given.take(*spellings))
+            given.note(name, asked[name])
+    return drives, asked
+
+
+def controller_for(driving: MoveBaseParameters, given: NodeParameters, body: RobotModel) -> Controller:
+    """Return the controller to drive with."""
+    names = CONTROLLERS.spellings(driving.base_local_planner)
+    controller = controller_of(body, driving.base_local_planner, given.take(*names))
+    given.note(names[0], controller)
+    return controller
+
+
+def recoveries_of(driving: MoveBaseParameters, given: NodeParameters) -> list[tuple[str, Recovery]]:
+    """Return the recovery behaviours in the order in which they are tried, each with its name."""
+    behaviors, own = recovery_behaviors(driving), recovery_defaults(driving)
+    types = {each.name: each.type for each in behaviors}
+    made = {name: recoveries.create(kind, **(own.get(name, {}) | given.take(name))) for name, kind in types.items()}
+    for name, recovery in made.items():
+        given.note(name, recovery)
+    return [(each.name, made[each.name]) for each in behaviors]

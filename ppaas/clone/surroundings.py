@@ -1,0 +1,61 @@
+"""What a clone keeps of its robot's surroundings: the local costmap and the memory of obstacles, for its body."""
+
+from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR, INFLATION_RADIUS
+from ppaas.costmap.local_costmap import LocalCostmap
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.costmap.obstacle_layer import RAYTRACE_RANGE
+from ppaas.costmap.obstacle_memory import ObstacleMemory
+from ppaas.nodes.move_base.people import SeenPeople, SocialLayerParameters
+from ppaas.nodes.move_base.surroundings import Surroundings
+from ppaas.parameters import Parameters
+from ppaas.perception.tracking import MovingThings
+from ppaas.robot_model.known_models import RobotModel
+
+
+class LocalCostmapParameters(Parameters, frozen=True):
+    """Parameters of the local costmap, with the names of costmap_2d [m, 1/m].
+
+    ``footprint_padding`` is added to the robot's radius around what the laser sees: a cell is marked by its middle,
+    so what is seen may be half a cell nearer than it is marked. ``obstacle_range`` is 2.5 m in costmap_2d, less than
+    ``raytrace_range``; here it is more, because a beam that clears but may not mark wears an obstacle away.
+    """
+
+    width: float = 6.0
+    height: float = 6.0
+    footprint_padding: float = 0.03
+    inflation_radius: float = INFLATION_RADIUS
+    cost_scaling_factor: float = COST_SCALING_FACTOR
+    obstacle_range: float = 3.2
+    raytrace_range: float = RAYTRACE_RANGE
+
+
+def surroundings_of(
+    layers: MapLayers,
+    body: RobotModel,
+    parameters: LocalCostmapParameters,
+    social: SocialLayerParameters,
+    tolerance: float,
+) -> Surroundings:
+    """Return the surroundings of a robot with this body on the map of these layers."""
+    radius = body.robot_radius + parameters.footprint_padding
+    window = LocalCostmap(
+        layers,
+        width=parameters.width,
+        height=parameters.height,
+        robot_radius=radius,
+        inflation_radius=parameters.inflation_radius,
+        cost_scaling_factor=parameters.cost_scaling_factor,
+        obstacle_range=parameters.obstacle_range,
+        raytrace_range=parameters.raytrace_range,
+        social=social.proxemics(),
+    )
+    memory = ObstacleMemory(
+        layers,
+        robot_radius=radius,
+        inflation_radius=parameters.inflation_radius,
+        cost_scaling_factor=parameters.cost_scaling_factor,
+    )
+    return Surroundings(
+        window, memory, body.robot_radius,
+        people=SeenPeople(social), moving=MovingThings(layers), tolerance=tolerance,
+    )  # fmt: skip

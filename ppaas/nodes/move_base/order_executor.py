@@ -1,0 +1,180 @@
+"""Carries out the orders of Move Base's state machine, and tells it what came of them."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from ppaas.controllers.base import Controller, ControlRequest, Velocity
+from ppaas.costmap.costmap import Costmap
+from ppaas.errors import PPaaSError, TransformError
+from ppaas.geometry import Pose2D
+from ppaas.messages.geometry_msgs import Twist, Vector3
+from ppaas.navigation import events, orders
+from ppaas.navigation.action_goals import GoalList
+from ppaas.navigation.passive_safety import GivingWay
+from ppaas.nodes.base import Context
+from ppaas.nodes.move_base.action_topics import ActionTopics
+from ppaas.nodes.move_base.robot_planner import Detour, NoPlan, Planned, RobotPlanner
+from ppaas.nodes.move_base.speed_limits import SpeedLimits
+from ppaas.nodes.move_base.surroundings import Surroundings
+from ppaas.planners.base import PlanResult
+from ppaas.recoveries.base import Recovery, RecoveryRequest
+from ppaas.thread_budget import Threads
+
+
+class OrderExecutor:
+    """Plans, drives and recovers as it is ordered, and publishes how goals stand.
+
+    Parameters
+    ----------
+    context : Context
+        Of the node.
+    feed : callable
+        Takes an event for the state machine.
+    goals : GoalList
+        Of the state machine.
+    costmap : Costmap
+        Of the map.
+    surroundings : Surroundings
+        What is known around the robot.
+    planner, controller
+        To plan and to drive with.
+    recoveries : sequence of Recovery
+        In the order of the state machine.
+    topics : ActionTopics
+    limits : SpeedLimits
+        How fast the robot may drive.
+    giving_way : GivingWay
+        How fast it may drive towards whom it sees coming.
+    period : float
+        Of the control cycle [s].
+    threads : callable
+        Returns the most threads that kernels may use now.
+
+    Attributes
+    ----------
+    sent : Velocity
+        The last one that was published.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        feed: Callable[[events.Event], None],
+        goals: GoalList[events.Goal],
+        *,
+        costmap: Costmap,
+        surroundings: Surroundings,
+        planner: RobotPlanner,
+        controller: Controller,
+        recoveries: Sequence[Recovery],
+        topics: ActionTopics,
+        limits: SpeedLimits,
+        giving_way: GivingWay,
+        period: float,
+        threads: Threads,
+    ) -> None:
+        self.sent = Velocity()
+        self._context = context
+        self._feed = feed
+        self._goals = goals
+        self._costmap = costmap
+        self._surroundings = surroundings
+        self._planner = planner
+        self._controller = controller
+        self._recoveries = recoveries
+        self._topics = topics
+        self._limits = limits
+        self._giving_way = giving_way
+        self._period = period
+        self._threads = threads
+
+    def carry_out(self, order: orders.Order) -> None:
+        """Carry out one order."""
+        match order:
+            case orders.RequestPlan():
+                self._request_plan(order)
+            case orders.CancelPlan():
+                self._planner.cancel()
+            case orders.FollowPlan():
+                self._follow(order)
+            case orders.ComputeVelocity():
+                self._feed(self._compute_velocity(order.pose))
+            case orders.SendVelocity():
+                self._send(order.velocity)
+            case orders.Stop():
+                self._send(Velocity())
+            case orders.Recover():
+                self._feed(self._recover(order))
+            case _:
+                self._tell(order)
+
+    def _tell(self, order: orders.Order) -> None:
+        active = self._goals.active
+        match order:
+            case orders.PublishGoal():
+                self._topics.current_goal(order.goal)
+            case orders.PublishStatus():
+                self._topics.status(self._goals)
+            case orders.PublishFeedback():
+                self._topics.feedback(order.goal, order.pose, active.text if active else "")
+            case orders.PublishResult():
+                self._topics.result(order.goal, order.status, order.text)
+
+    def _send(self, velocity: Velocity) -> None:
+        self.sent = velocity
+        self._context.publish("cmd_vel", Twist(Vector3(x=velocity.linear), Vector3(z=velocity.angular)))
+
+    def _follow(self, order: orders.FollowPlan) -> None:
+        try:
+            self._controller.set_plan(order.poses)
+        except PPaaSError as error:
+            self._feed(events.ControlFailed(self._context.now(), str(error)))
+
+    def _compute_velocity(self, pose: Pose2D) -> events.Event:
+        around, costs = self._surroundings, self._surroundings.costs
+        assert costs is not None, "a control tick brings the costs up to date"
+        movers = around.movers(pose, self._context.now())
+        limit = self._limits.at(pose)
+        request = ControlRequest(pose, around.velocity, costs, self._period, self._threads(), movers, limit)
+        try:
+            reached = self._controller.is_goal_reached(pose, around.velocity)
+            velocity = Velocity() if reached else self._controller.compute_velocity(request)
+        except PPaaSError as error:
+            return events.ControlFailed(self._context.now(), str(error))
+        velocity = self._giving_way.slowed(velocity, pose, around.walkers(self._context.now()))
+        return events.VelocityComputed(self._context.now(), velocity, reached)
+
+    def _recover(self, order: orders.Recover) -> events.Event:
+        around, now = self._surroundings, self._context.now()
+        assert around.costs is not None, "a control tick brings the costs up to date"
+        recovery = self._recoveries[order.index]
+        request = RecoveryRequest(now, order.pose, around.costs, around.clear)
+        try:
+            if order.begin:
+                recovery.start(request)
+            velocity = recovery.step(request)
+        except PPaaSError as error:
+            return events.RecoveryEnded(now, str(error))
+        return events.RecoveryEnded(now) if velocity is None else events.RecoveryStepped(now, velocity)
+
+    def _request_plan(self, order: orders.RequestPlan) -> None:
+        try:
+            start = self._surroundings.pose(self._context.now())
+        except TransformError as error:
+            self._feed(events.PlanFailed(self._context.now(), order.number, error))
+            return
+        current = self._surroundings.overlay(self._costmap)
+        self._planner.request(start, order.goal, current, partial(self._on_planned, order.number))
+
+    def _on_planned(self, number: int, result: Planned) -> None:
+        now = self._context.now()
+        match result:
+            case Detour():
+                self._feed(events.PlanDeferred(now, number, result.reason))
+            case PlanResult():
+                self._feed(events.PlanSucceeded(now, number, result.poses, result.origin))
+                self._context.publish("plan", result)
+            case NoPlan():
+                self._feed(events.PlanFailed(now, number, result.error, result.final))
+            case _:
+                self._feed(events.PlanFailed(now, number, result))
