@@ -16,7 +16,7 @@ from engine.master.balancers.registry import DEFAULT as BALANCER
 from engine.master.crashes import CRASH_LIMIT, CRASH_WINDOW
 from engine.master.quotas import Quota
 from engine.protocols.control_link import StopContainer
-from engine.service.links import place_link, unacknowledged
+from engine.service.links import container_link, unacknowledged
 from engine.service.planning import IDLE
 from engine.service.robot_sessions import LINGER
 from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
@@ -74,16 +74,16 @@ def test_what_may_drop_and_what_must_arrive_is_as_described() -> None:
     assert says(DATA_FLOW, f"checkpoint every {CHECKPOINT_PERIOD:g} s")
     assert says(DATA_FLOW, f"position every {fleet_bridge.SHARE_PERIOD:g} s")
     assert says(DATA_FLOW, f"the next comes {fleet_bridge.SHARE_PERIOD:g} s later")
-    assert says(DATA_FLOW, f"after {fleet_bridge.FRESH:g} s without any a position is no longer believed")
-    assert says(DATA_FLOW, f"at most {unacknowledged.MAX_UNACKNOWLEDGED} wait")
-    assert says(DATA_FLOW, f"and {unacknowledged.MAX_UNACKNOWLEDGED_BYTES >> 20} MiB, then the client")
-    assert place_link.MAX_WAITING == 1 << 20 and says(DATA_FLOW, "1 MiB waits for one that is too slow")
+    assert says(DATA_FLOW, f"a position expires after {fleet_bridge.FRESH:g} s without a new one")
+    assert says(DATA_FLOW, f"at most {unacknowledged.MAX_UNACKNOWLEDGED} and")
+    assert says(DATA_FLOW, f"and {unacknowledged.MAX_UNACKNOWLEDGED_BYTES >> 20} MiB wait, then the client")
+    assert container_link.MAX_WAITING == 1 << 20 and says(DATA_FLOW, "1 MiB waits for a slow one")
     assert says(DATA_FLOW, f"waited {EXPIRY['cmd_vel']:g} s at the endpoint")
     assert says(DATA_FLOW, f"none has come for {BaseLimits().timeout:g} s")
 
 
 def test_the_end_of_a_container_is_as_described() -> None:
-    assert says(DATA_FLOW, f"not gone after {StopContainer('c1').grace:g} s")
+    assert says(DATA_FLOW, f"not exited after {StopContainer('c1').grace:g} s")
     assert says(DATA_FLOW, f"{LINGER:g} s for it to come back")
     assert SPARE == 4 and says(DATA_FLOW, "four others were used since its last container ended")
 
