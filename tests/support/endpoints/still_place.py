@@ -14,6 +14,7 @@ from engine.service.links.place_link import PlaceLink
 from ppaas.wire.rosbridge import RosbridgeSession
 from tests.support.engine.engine_links import HELLO_NODES, HELLO_SERVICES, HELLO_TOPICS
 from tests.support.network.still_socket import sent
+from tests.support.waiting import until
 
 TOPICS = [
     *HELLO_TOPICS,
@@ -23,6 +24,11 @@ TOPICS = [
     robot_link.TopicInfo("move_base/feedback", "move_base_msgs/MoveBaseActionFeedback", False),
     robot_link.TopicInfo("move_base/result", "move_base_msgs/MoveBaseActionResult", False),
 ]
+
+POSE = {
+    "header": {"frame_id": "map"},
+    "pose": {"position": {"x": 1.0, "y": 2.0}, "orientation": {"z": 0.0, "w": 1.0}},
+}
 
 
 class StillStream:
@@ -82,3 +88,9 @@ class StillClient:
     def told(self) -> list[dict[str, Any]]:
         """Return what the client was sent since the last time."""
         return [json.loads(frame) for frame in sent(self.session.outbox)]
+
+
+async def answers(client: StillClient, count: int = 1) -> list[dict[str, Any]]:
+    """Wait until so many frames are there."""
+    await until(lambda: len(client.session.outbox) >= count)
+    return client.told()

@@ -8,10 +8,9 @@ import httpx
 import pytest
 
 from endpoints.app import PREFIX, create_app
-from endpoints.rest.strict_json import parse
 from endpoints.services.request_limits import Settings
 from endpoints.services.services import Services
-from ppaas.errors import MalformedMessage, Unavailable
+from ppaas.errors import Unavailable
 from storage import staged_uploads
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
@@ -114,12 +113,6 @@ async def test_a_name_that_is_none_finds_nothing_and_breaks_nothing(
 async def test_a_path_that_is_none_is_a_problem_with_a_slash_or_without(client: httpx.AsyncClient) -> None:
     for path in ("/v1/robots/", "/v1", "/v2/robots", "/v1/robots/tb1/wheels"):
         problem_of(await client.get(path), 404, "not-found")
-
-
-def test_one_word_of_json_may_not_be_said_twice_however_deep() -> None:
-    assert parse(b'{"a": {"b": 1}, "c": {"b": 1}}') == {"a": {"b": 1}, "c": {"b": 1}}
-    with pytest.raises(MalformedMessage, match="'b' twice"):
-        parse(b'{"a": [{"b": 1, "c": 2, "b": 1}]}')
 
 
 async def test_a_body_that_comes_in_drops_is_waited_for_only_so_long(services: Services, log_in: LogIn) -> None:

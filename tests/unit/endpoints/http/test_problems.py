@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import httpx
 import pytest
 
+import ppaas.recoveries  # noqa: F401 - it has an error of its own
 from endpoints.app import create_app
 from endpoints.http.problems import QUEUE_RETRY, STATUS, problem_response
 from endpoints.rest.schemas import Problem

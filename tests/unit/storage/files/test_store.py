@@ -200,37 +200,6 @@ def test_one_of_the_processes_that_take_an_id_at_once_gets_it(tmp_path: Path) ->
     assert FileMapStore(tmp_path).map_head("house").owner == owners[statuses.index(0)]
 
 
-def test_damaged_files_are_told_and_mended_by_publishing_again(tmp_path: Path) -> None:
-    store = FileMapStore(tmp_path)
-    put_map(store, OLD)
-    image = tmp_path / "house" / "files-1" / hashlib.sha256(OLD.image or b"").hexdigest()
-    for damage in (lambda: image.write_bytes(b"P5"), image.unlink):
-        damage()
-        with pytest.raises(Unavailable, match="publish it again"):
-            found_map(store)
-        put_map(store, OLD)
-        assert found_map(store) == OLD
-
-
-@pytest.mark.parametrize("head", [b"{", b"", b'{"era": "one"}'])
-def test_a_damaged_head_is_told(tmp_path: Path, head: bytes) -> None:
-    store = FileMapStore(tmp_path)
-    put_map(store, OLD)
-    (tmp_path / "house" / "log" / "00000001").write_bytes(head)
-    with pytest.raises(Unavailable, match=r"house/log/00000001.*backup"):
-        found_map(store)
-
-
-def test_a_stray_file_in_the_folder_is_no_map(tmp_path: Path) -> None:
-    store = FileMapStore(tmp_path)
-    (tmp_path / "README").write_text("maps of the building")
-    assert store.maps() == []
-    with pytest.raises(NotFound):
-        store.map_head("README")
-    with pytest.raises(Unavailable, match="file is where a folder should be"):
-        put_map(store, house("README"))
-
-
 def test_a_file_in_place_of_the_folder_is_unavailable(tmp_path: Path) -> None:
     (tmp_path / "maps").write_text("")
     with pytest.raises(Unavailable, match="file is where a folder should be"):

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ppaas.plans.encoding.end_buckets import spots_near
+from ppaas.plans.encoding.end_buckets import buckets_near
 from storage.plan_query import PlanSearch
 from storage.records import PlanRecord
 from storage.sqlite.store import SqliteStore
@@ -54,7 +54,7 @@ def test_buckets_that_are_the_same_by_their_hash_tell_of_a_plan_once(
     store: SqliteStore, kept: list[PlanRecord], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "storage.sqlite.plan_search.spots_near", lambda *sought: np.repeat(spots_near(*sought), 2, axis=0)
+        "storage.sqlite.plan_search.buckets_near", lambda *sought: np.repeat(buckets_near(*sought), 2, axis=0)
     )
     search = PlanSearch("house", "v", (0.0, 0.0), (5.0, 0.0), 0.12)
     found = [head.id for head in store.find_plans(search, limit=1000)]

@@ -48,14 +48,6 @@ def test_the_known_kinds_of_map_stores_are_their_own() -> None:
         open_map_store("sqlite:///maps.db")
 
 
-@pytest.mark.parametrize(
-    "url", ["sqlite:", "sqlite:///", "sqlite://store.db", "sqlite://[x", "sqlite:///a?b", "sqlite:///a#b"]
-)
-def test_a_url_that_names_no_path_is_refused(url: str) -> None:
-    with pytest.raises(InvalidInput):
-        open_store(url)
-
-
 def test_a_store_for_a_fleet_names_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     for driver in ("cassandra", "hdfs"):
         for module in [name for name in sys.modules if name.startswith((driver, f"storage.{driver}"))]:
@@ -76,12 +68,3 @@ def test_what_is_not_asked_for_is_not_imported() -> None:
 def test_a_store_on_this_machine_needs_no_outbox(tmp_path: Path) -> None:
     assert type(open_store("memory:", outbox=tmp_path / "outbox.sqlite")) is MemoryStore
     assert not list(tmp_path.iterdir())
-
-
-def test_the_granularity_of_plans_is_said_in_the_url(tmp_path: Path) -> None:
-    store = open_store(f"sqlite://{tmp_path}/store.db?granularity=64")
-    assert store._granularity == 32  # type: ignore[attr-defined]
-    store.close()
-    for wrong in ("granularity=1", "granularity=-8", "granularity=", "size=3", "granularity=8&x=1"):
-        with pytest.raises(InvalidInput, match="granularity"):
-            open_store(f"sqlite://{tmp_path}/other.db?{wrong}")

@@ -148,68 +148,6 @@ async def test_an_id_that_is_no_name_is_refused(log_in: LogIn, publish: Publish,
     problem_of(await publish(await log_in("ann"), map_id), 400, "invalid-input")
 
 
-@pytest.mark.parametrize("readers", ["bob;carl", "../x", ",".join(f"u{n}" for n in range(257))])
-async def test_readers_that_are_no_users_are_refused(log_in: LogIn, publish: Publish, readers: str) -> None:
-    answer = await publish(await log_in("ann"), readers=readers)
-    assert answer.status_code in (400, 422)
-    problem_of(answer, answer.status_code, answer.json()["type"].rpartition(":")[2])
-
-
-@pytest.mark.parametrize(
-    ("data", "files", "missing"),
-    [
-        ({}, {"yaml": b"", "image": b""}, "'id'"),
-        ({"id": "house"}, {"yaml": b""}, "'image'"),
-        ({"id": "house", "yaml": "image: x"}, {"image": b""}, "'yaml'"),
-        ({}, {"id": b"house", "yaml": b"", "image": b""}, "'id'"),
-    ],
-)
-async def test_a_form_that_lacks_a_part_is_told_which(
-    client: httpx.AsyncClient, log_in: LogIn, data: dict[str, str], files: dict[str, bytes], missing: str
-) -> None:
-    answer = await client.post("/v1/maps", headers=await log_in("ann"), data=data, files=files)
-    assert missing in problem_of(answer, 422, "invalid-parameter")["detail"]
-
-
-@pytest.mark.parametrize(
-    ("content_type", "content"),
-    [
-        ("multipart/form-data", b"x"),
-        ("multipart/form-data; boundary=b", b"\x00\xff" * 100),
-        ("multipart/form-data; boundary=b", b'--b\r\nContent-Disposition: form-data; name="id"\r\n\r\nhou'),
-    ],
-)
-async def test_a_body_that_is_no_form_is_a_problem(
-    client: httpx.AsyncClient, log_in: LogIn, content_type: str, content: bytes
-) -> None:
-    headers = await log_in("ann") | {"Content-Type": content_type}
-    answer = await client.post("/v1/maps", headers=headers, content=content)
-    assert answer.status_code in (400, 422)
-    assert answer.headers["content-type"] == "application/problem+json"
-
-
-async def test_what_is_no_form_is_not_even_read(client: httpx.AsyncClient, log_in: LogIn) -> None:
-    for headers in ({"Content-Type": "application/json"}, {}):
-        answer = await client.post("/v1/maps", headers=await log_in("ann") | headers, content=b"{}")
-        assert "multipart/form-data" in problem_of(answer, 415, "unsupported-media-type")["detail"]
-
-
-async def test_an_upload_over_its_limit_is_refused_whether_announced_or_not(
-    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services
-) -> None:
-    ann = await log_in("ann")
-    problem_of(await publish(ann, image=bytes(services.settings.max_upload)), 413, "message-too-large")
-
-    async def endless() -> object:
-        yield b'--b\r\nContent-Disposition: form-data; name="image"; filename="x"\r\n\r\n'
-        for _ in range(100):
-            yield bytes(64 << 10)
-
-    headers = ann | {"Content-Type": "multipart/form-data; boundary=b"}
-    problem_of(await client.post("/v1/maps", headers=headers, content=endless()), 413, "message-too-large")
-    assert services.map_store.maps() == []
-
-
 async def test_a_store_that_fails_is_to_be_tried_again(
     client: httpx.AsyncClient, log_in: LogIn, services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:

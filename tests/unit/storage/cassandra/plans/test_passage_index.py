@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import poses_along
-from ppaas.plans.encoding.index_cells import squares_touched
+from ppaas.plans.encoding.index_cells import cells_touched
 from storage.cassandra.connection.session import CassandraSession
 from storage.cassandra.plans.passage_index import PLANS_OF_SQUARE, WINDOW, Squares
 from storage.cassandra.plans.rows import PlanRow, plan_rows
@@ -57,7 +57,7 @@ def test_a_plan_is_named_wherever_it_passes_until_so_many_are(squares: Squares, 
     rows = rows_of(seed, 60)
     for row in rows:
         points = array_of(row.record.poses)[:, :2]
-        passed.update(squares_touched(points[BETWEEN] if row.stretches else points))
+        passed.update(cells_touched(points[BETWEEN] if row.stretches else points))
     found = named([write for row in rows for write in squares.naming([row])])
     assert found == {square: min(count, PLANS_OF_SQUARE) for square, count in passed.items()}
 
