@@ -17,7 +17,7 @@ class Dijkstra(GridPlanner):
     """Grows a field of costs from the goal in all directions alike, until the start has its value; walks down it."""
 
     name: ClassVar[str] = "dijkstra"
-    purpose: ClassVar[str] = "Cheapest path on any grid, without preparation; the yardstick of the others."
+    purpose: ClassVar[str] = "Cheapest path on any grid, without preparation; the baseline for the others."
     traits: ClassVar[Traits] = Traits(optimal=Optimal.ALWAYS)
 
     def search(self, costmap: Costmap, ends: Ends, *, threads: int, check: Callable[[], None]) -> Found:

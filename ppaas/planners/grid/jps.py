@@ -19,7 +19,7 @@ class JumpPointSearch(PreparedPlanner):
     """
 
     name: ClassVar[str] = "jps"
-    purpose: ClassVar[str] = "Cheapest path where wide areas cost the same; prepares a map in milliseconds."
+    purpose: ClassVar[str] = "Cheapest path where large areas have one cost; prepares a map in milliseconds."
     traits: ClassVar[Traits] = Traits(optimal=Optimal.ALWAYS, indexed=True)
 
     def prepare(self, costmap: Costmap, *, threads: int = 1, check: Callable[[], None] = proceed) -> JumpSearch:
