@@ -20,7 +20,7 @@ def test_every_part_is_told_and_no_other() -> None:
 
 
 def test_the_limits_are_those_that_are_kept() -> None:
-    text = text_of(PAGE)
+    text = " ".join(text_of(PAGE).split())
     assert ", ".join(f"{name} {limit:g} ms" for name, limit in READY_LIMIT_MS.items()) in text
     assert ", ".join(f"{name} {limit:g} ms" for name, limit in container_crash.LIMITS_MS.items()) in text
     assert f"| {machine_loss.LIMIT_MS:g} ms |" in text
