@@ -1,29 +1,31 @@
-"""The true pose is for the physics, the sensors and the scorer: all else must do with what the cloud tells."""
+"""The true pose is for the physics, the sensors and the scorers: all else must do with what the cloud tells."""
 
 import ast
 
-from tests.support.sources import ROOT
+from tests.support.sources import sources
 
-ROBOTS = ROOT / "robots"
 KNOW_THE_TRUTH = {
-    "sim/turtlebot.py", "sim/robot.py", "sim/world.py", "sim/scorer.py", "sim/contacts.py", "sim/walker.py",
-    "bench/localize/scene.py",  # scores localization, and drives where that is lost too
-    "bench/localize/jam.py",  # has people crowd around the robot, wherever it is
-    "bench/goals/referee.py", "bench/goals/run.py", "bench/goals/picture.py",  # score goals, and draw how they went
+    "robots/sim/turtlebot.py", "robots/sim/robot.py", "robots/sim/world.py", "robots/sim/contacts.py",
+    "robots/sim/pedestrian.py", "robots/demo/scorer.py",
+    "benchmarks/localization/scene.py",  # scores localization, and drives where that is lost too
+    "benchmarks/localization/crowd.py",  # has people crowd around the robot, wherever it is
+    # score goals, and draw how they went
+    "benchmarks/navigation/goals/contact_referee.py", "benchmarks/navigation/goals/run.py",
+    "benchmarks/navigation/goals/picture.py",
 }  # fmt: skip
 
 
-def reads_the_truth(source: str) -> bool:
-    """Tell whether a source looks into a robot's body."""
+def reads_the_truth(tree: ast.Module) -> bool:
+    """Tell whether a module looks into a robot's body."""
     return any(
         isinstance(node, ast.Attribute)
         and isinstance(node.value, ast.Attribute)
         and node.value.attr in ("base", "body")
-        for node in ast.walk(ast.parse(source))
+        for node in ast.walk(tree)
     )
 
 
-def test_no_module_but_those_of_the_world_and_the_scorer_looks_into_a_body() -> None:
-    found = {path.relative_to(ROBOTS).as_posix() for path in ROBOTS.rglob("*.py") if reads_the_truth(path.read_text())}
+def test_no_module_but_those_of_the_world_and_the_scorers_looks_into_a_body() -> None:
+    found = {source.path for source in sources("robots", "benchmarks") if reads_the_truth(source.tree)}
     assert found <= KNOW_THE_TRUTH
-    assert "sim/scorer.py" in found
+    assert "robots/demo/scorer.py" in found
