@@ -17,14 +17,14 @@ from ppaas.navigation.waypoints import Waypoints, check
 from ppaas.nodes.base import Context, Demands, Node, Payload, Timer, Topic
 from ppaas.nodes.frames import MAP, TF, TF_STATIC, FrameListener
 from ppaas.nodes.message_checks import pose_in
-from ppaas.nodes.move_base import action_topics
-from ppaas.nodes.waypoint_follower import action_topics as waypoint_topics
+from ppaas.nodes.move_base import action_topics as move_base_topics
+from ppaas.nodes.waypoint_follower import action_topics
 from ppaas.nodes.waypoint_follower.action_topics import WaypointTopics
 from ppaas.parameters import Parameters
 
 STATUS_PERIOD = 1.0
 
-MOVE_BASE_GOALS = (action_topics.GOAL, action_topics.SIMPLE_GOAL)
+MOVE_BASE_GOALS = (move_base_topics.GOAL, move_base_topics.SIMPLE_GOAL)
 
 
 class WaypointFollowerParameters(Parameters, frozen=True):
@@ -69,12 +69,12 @@ class WaypointFollowerNode(Node):
     name: ClassVar[str] = "waypoint_follower"
     demands: ClassVar[Demands] = Demands(0.02)
     subscribes: ClassVar[tuple[Topic, ...]] = (
-        waypoint_topics.GOAL, waypoint_topics.CANCEL,
-        *MOVE_BASE_GOALS, action_topics.CANCEL, action_topics.RESULT, TF, TF_STATIC,
+        action_topics.GOAL, action_topics.CANCEL,
+        *MOVE_BASE_GOALS, move_base_topics.CANCEL, move_base_topics.RESULT, TF, TF_STATIC,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
-        waypoint_topics.STATUS, waypoint_topics.FEEDBACK, waypoint_topics.RESULT,
-        action_topics.GOAL, action_topics.CANCEL,
+        action_topics.STATUS, action_topics.FEEDBACK, action_topics.RESULT,
+        move_base_topics.GOAL, move_base_topics.CANCEL,
     )  # fmt: skip
 
     def __init__(self, context: Context, parameters: WaypointFollowerParameters) -> None:
@@ -117,7 +117,7 @@ class WaypointFollowerNode(Node):
                 self._on_other_goal(message.goal.target_pose, message.goal_id.id)
             case PoseStamped():
                 self._on_other_goal(message, "")
-            case GoalID() if topic == waypoint_topics.CANCEL.name:
+            case GoalID() if topic == action_topics.CANCEL.name:
                 self._on_cancel(CancelReceived(now, message.id, message.stamp.seconds()))
             case GoalID():
                 self._on_other_cancel(CancelReceived(now, message.id, message.stamp.seconds()))
@@ -146,7 +146,7 @@ class WaypointFollowerNode(Node):
             return
         # First, or Move Base's word that the goal is cancelled would seem to come of others.
         self._end(Status.PREEMPTED, "The list was cancelled.")
-        self.context.publish(action_topics.CANCEL.name, GoalID(id=active.goal.goal.id))
+        self.context.publish(move_base_topics.CANCEL.name, GoalID(id=active.goal.goal.id))
 
     def _on_result(self, status: GoalStatus) -> None:
         active = self._lists.active
@@ -205,7 +205,7 @@ class WaypointFollowerNode(Node):
         goal = waypoints.goal
         target = PoseStamped(Header(stamp=Time.of(self.context.now()), frame_id=MAP), Pose.of(goal.pose))
         goal_id = GoalID(Time.of(goal.stamp), goal.id)
-        self.context.publish(action_topics.GOAL.name, MoveBaseActionGoal(MoveBaseGoal(target), goal_id))
+        self.context.publish(move_base_topics.GOAL.name, MoveBaseActionGoal(MoveBaseGoal(target), goal_id))
 
     def _pause(self, waypoints: Waypoints) -> None:
         seconds = self._parameters.waypoint_pause_duration / 1000.0

@@ -21,7 +21,7 @@ class Installed:
 
 
 def entry(name: str, of: str) -> EntryPoint:
-    made = EntryPoint(name, "ppaas.planners.grid.astar:AStar", GROUP)
+    made = EntryPoint(name, f"{AStar.__module__}:{AStar.__name__}", GROUP)
     vars(made).update(dist=Installed(of))
     return made
 

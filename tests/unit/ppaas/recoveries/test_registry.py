@@ -93,7 +93,7 @@ def test_a_behaviour_of_another_distribution_is_found_by_its_entry_point(monkeyp
         initial_pose=(1.0, 1.0, 0.0),
         parameters={"move_base": {"recovery_behaviors": behaviors}, "polite": {"tune": "C major"}},
     )
-    whistle, wait = graph.nodes["move_base"]._recoveries
+    whistle, wait = graph.nodes["move_base"]._executor._recoveries
     assert (type(whistle), whistle.tune) == (Whistle, "C major")
     assert isinstance(wait, WaitRecovery)
 

@@ -5,8 +5,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from ppaas.controllers.footprints import body_of
-from ppaas.controllers.kernels import clearance as outline
-from ppaas.controllers.kernels.clearance import clearance, clearance_along
+from ppaas.controllers.kernels.clearance import REACH, clearance, clearance_along, warm
 from ppaas.maps.kernels.distance import distance_serial
 from tests.reference.driving import outline as twin
 from tests.reference.driving import pursuit
@@ -35,7 +34,7 @@ def test_the_clearance_of_an_outline_is_what_it_is_when_measured(seed, pose):
     centre = twin.between(distance, x, y, EDGE)
     if centre <= body.inscribed:
         assert got <= 0.0
-    elif centre > body.circumscribed + outline.REACH:
+    elif centre > body.circumscribed + REACH:
         assert measured - 0.15 < got < measured + 0.05
     else:
         # Distances between the middles of cells are interpolated, and steps along an edge skip what is hardly nearer.
@@ -66,4 +65,4 @@ def test_the_least_clearance_on_an_arc_is_that_of_the_poses_on_it(seed, pose, mo
 
 
 def test_the_kernels_can_be_warmed():
-    outline.warm()
+    warm()

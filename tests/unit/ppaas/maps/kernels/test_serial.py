@@ -6,6 +6,9 @@ import sys
 
 import pytest
 
+from ppaas.costmap.kernels import inflation
+from ppaas.maps.kernels import distance
+
 PRINT_HITS = """
 import {module} as kernels
 for name in ({names}):
@@ -17,12 +20,12 @@ for name in ({names}):
 @pytest.mark.parametrize(
     ("module", "serial", "parallel"),
     [
-        ("ppaas.maps.kernels.distance", "distance_serial", "distance_parallel"),
-        ("ppaas.costmap.kernels.inflation", "inflate_serial", "inflate_parallel"),
+        (distance, "distance_serial", "distance_parallel"),
+        (inflation, "inflate_serial", "inflate_parallel"),
     ],
 )
 def test_neither_is_ever_loaded_in_place_of_the_other(tmp_path, module, serial, parallel):
-    script = PRINT_HITS.format(module=module, names=f"{serial!r}, {parallel!r}")
+    script = PRINT_HITS.format(module=module.__name__, names=f"{serial!r}, {parallel!r}")
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     ran = subprocess.run(
         [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True, timeout=150

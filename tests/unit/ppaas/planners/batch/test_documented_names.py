@@ -1,0 +1,11 @@
+"""The paths by which programs already import these keep working."""
+
+from ppaas.planners import cost_matrix as documented_cost_matrix
+from ppaas.planners import many
+from ppaas.planners.batch.cost_matrix import cost_matrix
+from ppaas.planners.batch.plan_many import plan_many
+
+
+def test_batches_are_found_by_their_documented_names() -> None:
+    assert many.plan_many is plan_many
+    assert documented_cost_matrix.cost_matrix is cost_matrix
