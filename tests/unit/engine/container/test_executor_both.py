@@ -47,7 +47,7 @@ def layers() -> MapLayers:
 
 def node_classes() -> set[type[Node]]:
     """All classes of nodes that there are."""
-    for module in pkgutil.iter_modules(ppaas.nodes.__path__, "ppaas.nodes."):
+    for module in pkgutil.walk_packages(ppaas.nodes.__path__, "ppaas.nodes."):
         importlib.import_module(module.name)
     return {cls for cls in Node.__subclasses__() if cls.__module__.startswith("ppaas.nodes.")}
 
