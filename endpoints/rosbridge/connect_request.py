@@ -1,16 +1,16 @@
-"""What a client says in the address of its WebSocket."""
+"""Connect request of a client: the query in the address of its WebSocket."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from endpoints.rosbridge.roles import Role, role_of
 from ppaas.errors import InvalidParameter
-from ppaas.wire.resumption import RESUME, SESSION, Point, parse_name, parse_point
+from ppaas.wire.resumption import RESUME, SESSION, ResumptionPoint, parse_name, parse_point
 
 
 @dataclass(frozen=True, slots=True)
-class Visit:
-    """Who wants in, and how.
+class ConnectRequest:
+    """The robot whose place a client connects to, and how.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ class Visit:
         As whom.
     session : str, optional
         Name of the client's session; without one, nothing is kept of the client when its socket is gone.
-    resume : Point, optional
+    resume : ResumptionPoint, optional
         How far the client got in that session.
     counts : bool
         The client counts frames: it resumes at that point or begins anew. One that does not takes what there is.
@@ -35,15 +35,15 @@ class Visit:
     robot: str
     role: Role = "robot"
     session: str | None = None
-    resume: Point | None = None
+    resume: ResumptionPoint | None = None
     counts: bool = False
     hold: bool = True
     status: bool = False
     queue: bool = False
 
 
-def visit_of(query: Mapping[str, str]) -> Visit:
-    """Return what the query of an address says.
+def parse_connect_request(query: Mapping[str, str]) -> ConnectRequest:
+    """Return the request that the query of an address spells.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def visit_of(query: Mapping[str, str]) -> Visit:
         raise InvalidParameter(f"hold is 0 or 1, not {hold!r}")
     if hold == "0" and role == "robot":
         raise InvalidParameter("hold=0 is for operators: a robot always has a place")
-    return Visit(
+    return ConnectRequest(
         robot=robot,
         role=role,
         session=parse_name(session) if session is not None else None,

@@ -72,13 +72,13 @@ def build_here(spec: LayerSpec, files: GridFiles, masks: Mapping[str, GridFiles]
 def _overhead(files: GridFiles, info: "GridInfo", heights: Heights | None) -> "GridMap | None":
     if heights is None or not files.octomap:
         return None
-    from ppaas.costmap.height_mask import in_the_way  # noqa: PLC0415  # as above
+    from ppaas.costmap.height_mask import height_mask  # noqa: PLC0415  # as above
     from ppaas.maps.octomap import parse_octomap  # noqa: PLC0415
 
     octomap = Path(files.octomap)
     with disk_errors(octomap):
         tree = parse_octomap(mapped(octomap))
-    return in_the_way(tree, info, lowest=heights[0], highest=heights[1])
+    return height_mask(tree, info, lowest=heights[0], highest=heights[1])
 
 
 def _grid_of(files: GridFiles) -> "GridMap":

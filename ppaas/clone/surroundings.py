@@ -8,7 +8,7 @@ from ppaas.costmap.obstacle_memory import ObstacleMemory
 from ppaas.nodes.move_base.people import SeenPeople, SocialLayerParameters
 from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.parameters import Parameters
-from ppaas.perception.tracking import MovingThings
+from ppaas.perception.tracking import MovingObjects
 from ppaas.robot_model.known_models import RobotModel
 
 
@@ -57,5 +57,5 @@ def surroundings_of(
     )
     return Surroundings(
         window, memory, body.robot_radius,
-        people=SeenPeople(social), moving=MovingThings(layers), tolerance=tolerance,
+        people=SeenPeople(social), moving=MovingObjects(layers), tolerance=tolerance,
     )  # fmt: skip

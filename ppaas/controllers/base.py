@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from ppaas.costmap.costmap import Costmap
-from ppaas.costmap.moving_obstacles import Mover
+from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.geometry import Pose2D, Poses
 
@@ -68,7 +68,7 @@ class ControlRequest:
         Seconds until the next cycle.
     threads : int
         Most threads that kernels may use.
-    movers : tuple of Mover
+    movers : tuple of MovingObstacle
         Who moves there now, in the frame of the plan. They are in the costmap, too, where they are.
     speed_limit : SpeedLimit
         What it is to keep to here and now, beside the limits of its base.
@@ -79,7 +79,7 @@ class ControlRequest:
     costmap: Costmap
     period: float = 0.1
     threads: int = 1
-    movers: tuple[Mover, ...] = ()
+    movers: tuple[MovingObstacle, ...] = ()
     speed_limit: SpeedLimit = NO_LIMIT
 
     def check(self) -> None:

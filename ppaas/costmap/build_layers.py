@@ -36,7 +36,7 @@ def build_layers(
         Masks of Nav2's costmap filters, of any resolution and origin, in the frame of the map. What is to be kept out
         of altogether is inflated as obstacles are.
     overhead : GridMap, optional
-        Likewise, of what is ``in_the_way`` of the robot.
+        Likewise, of what is ``height_mask`` of the robot.
 
     Raises
     ------

@@ -13,7 +13,7 @@ _SLACK = 1e-6
 """What only touches is not hit, though its height was rounded; in voxels."""
 
 
-def in_the_way(tree: OcTree, info: GridInfo, *, lowest: float | None, highest: float) -> GridMap:
+def height_mask(tree: OcTree, info: GridInfo, *, lowest: float | None, highest: float) -> GridMap:
     """Return where something occupied reaches into the heights of a robot: 100 there, else 0.
 
     Parameters

@@ -15,7 +15,7 @@ from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR, INFLATION_RADIUS,
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.costmap.moving_obstacles import Disc
 from ppaas.costmap.obstacle_layer import OBSTACLE_RANGE, RAYTRACE_RANGE, LaserReading, ObstacleLayer
-from ppaas.costmap.social_layer import Person, Proxemics
+from ppaas.costmap.social_layer import PersonNearby, Proxemics
 from ppaas.errors import InvalidInput, InvalidMap, InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.maps.discs import stamp_disc
@@ -110,7 +110,7 @@ class LocalCostmap:
         pose: Pose2D,
         reading: LaserReading | None = None,
         obstacles: Iterable[Disc] = (),
-        people: Iterable[Person] = (),
+        people: Iterable[PersonNearby] = (),
     ) -> Costmap:
         """Centre the window on the robot, take in a scan, and return the costs.
 
@@ -122,7 +122,7 @@ class LocalCostmap:
             The latest scan.
         obstacles : iterable of (x, y, radius)
             Who else is there now, in the frame of the map [m]; forgotten with the next update.
-        people : iterable of Person
+        people : iterable of PersonNearby
             Who is not to be come close to; forgotten likewise.
 
         Returns

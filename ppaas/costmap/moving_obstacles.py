@@ -8,7 +8,7 @@ Disc = tuple[float, float, float]
 """x, y and radius of something round in the frame of the map [m]."""
 
 
-class Mover(NamedTuple):
+class MovingObstacle(NamedTuple):
     """Where something round is, in the frame of the map, and how fast it goes there.
 
     Parameters
@@ -27,12 +27,12 @@ class Mover(NamedTuple):
     vy: float
     radius: float
 
-    def after(self, seconds: float) -> "Mover":
+    def after(self, seconds: float) -> "MovingObstacle":
         """Return where it will be if it goes on so."""
         return self._replace(x=self.x + seconds * self.vx, y=self.y + seconds * self.vy)
 
 
-def swept(movers: Iterable[Mover], seconds: float, robot: Disc) -> Iterator[Disc]:
+def swept_discs(movers: Iterable[MovingObstacle], seconds: float, robot: Disc) -> Iterator[Disc]:
     """Yield what movers take up from now on, as discs a radius apart from each other.
 
     Where one would touch the robot, as that stands now, it is not told of: a robot must be able to leave, and the other
@@ -40,7 +40,7 @@ def swept(movers: Iterable[Mover], seconds: float, robot: Disc) -> Iterator[Disc
 
     Parameters
     ----------
-    movers : iterable of Mover
+    movers : iterable of MovingObstacle
     seconds : float
         How far ahead; 0 for where they are now.
     robot : (x, y, radius)

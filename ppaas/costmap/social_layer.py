@@ -17,7 +17,7 @@ from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D
 
 
-class Person(NamedTuple):
+class PersonNearby(NamedTuple):
     """Where somebody is, in the frame of the map [m], and how fast they walk [m/s]."""
 
     x: float
@@ -61,14 +61,14 @@ class Proxemics:
             most = INSCRIBED_INFLATED_OBSTACLE - 1
             raise InvalidParameter(f"amplitude must be at most {most}, not {self.amplitude}: more is an obstacle")
 
-    def add(self, costmap: Costmap, people: Iterable[Person]) -> bool:
+    def add(self, costmap: Costmap, people: Iterable[PersonNearby]) -> bool:
         """Raise the costs of a costmap around people, in place.
 
         Parameters
         ----------
         costmap : Costmap
             Its own copy, in the frame of the map; written to.
-        people : iterable of Person
+        people : iterable of PersonNearby
             Finite.
 
         Returns

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from ppaas.controllers.base import Velocity
-from ppaas.costmap.moving_obstacles import Mover
+from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.geometry import Pose2D, wrap_angle
 
 REACTION = 0.25
@@ -34,7 +34,7 @@ class GivingWay:
     robot_radius: float
     acc_lim_x: float
 
-    def slowed(self, velocity: Velocity, pose: Pose2D, movers: Iterable[Mover]) -> Velocity:
+    def slowed(self, velocity: Velocity, pose: Pose2D, movers: Iterable[MovingObstacle]) -> Velocity:
         """Return the velocity, or a slower one along the same arc."""
         heading = pose.theta if velocity.linear > 0.0 else pose.theta + math.pi
         most = min((self._fastest(pose, heading, mover) for mover in movers), default=math.inf)
@@ -43,7 +43,7 @@ class GivingWay:
         part = most / abs(velocity.linear)
         return Velocity(part * velocity.linear, part * velocity.angular)
 
-    def _fastest(self, pose: Pose2D, heading: float, mover: Mover) -> float:
+    def _fastest(self, pose: Pose2D, heading: float, mover: MovingObstacle) -> float:
         """Return from which speed it can stop before a mover is there [m/s]; infinite for who does not come near."""
         right, up = pose.x - mover.x, pose.y - mover.y
         apart = math.hypot(right, up)

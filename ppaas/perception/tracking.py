@@ -5,9 +5,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from ppaas.costmap.map_layers import MapLayers
-from ppaas.costmap.moving_obstacles import Disc, Mover
+from ppaas.costmap.moving_obstacles import Disc, MovingObstacle
 from ppaas.costmap.obstacle_layer import LaserReading
-from ppaas.perception.unmapped_objects import Thing, things_in
+from ppaas.perception.unmapped_objects import UnmappedObject, unmapped_objects_in
 
 NEAR = 0.5
 """A thing is not the one that was expected farther away than this [m]."""
@@ -72,7 +72,7 @@ class Track:
         self.mixed += dt * self.variance_v + 0.5 * push * dt**3
         self.variance_v += push * dt**2
 
-    def correct(self, thing: Thing, now: float) -> None:
+    def correct(self, thing: UnmappedObject, now: float) -> None:
         """Take where it is seen."""
         total = self.variance + SIGMA_SEEN**2
         gain, gain_v = self.variance / total, self.mixed / total
@@ -113,7 +113,7 @@ class Tracker:
         self.at = -math.inf
         self._tracks: list[Track] = []
 
-    def see(self, things: Sequence[Thing], now: float) -> None:
+    def see(self, things: Sequence[UnmappedObject], now: float) -> None:
         """Take what stands out in the scan of a time [s]; an older one than the last is of no use."""
         dt = now - self.at
         if dt <= 0.0:
@@ -127,15 +127,17 @@ class Tracker:
         self._tracks = [track for track in self._tracks if now - track.seen <= FORGET]
         self._tracks += [Track(thing.x, thing.y, thing.radius, (thing.x, thing.y), now) for thing in rest]
 
-    def movers(self) -> Iterable[Mover]:
+    def movers(self) -> Iterable[MovingObstacle]:
         """Return what moved as the last scan was taken."""
-        return [Mover(track.x, track.y, track.vx, track.vy, track.radius) for track in self._tracks if track.moves]
+        return [
+            MovingObstacle(track.x, track.y, track.vx, track.vy, track.radius) for track in self._tracks if track.moves
+        ]
 
     def left(self) -> list[Disc]:
         """Return where what moves was and is no more, each place once."""
         return [disc for track in self._tracks if track.moves for disc in track.leave()]
 
-    def _match(self, things: Sequence[Thing], now: float) -> list[Thing]:
+    def _match(self, things: Sequence[UnmappedObject], now: float) -> list[UnmappedObject]:
         """Give each track the thing that is nearest to it, the nearest pairs first; return what nobody takes."""
         pairs = sorted(
             (math.hypot(thing.x - track.x, thing.y - track.y), i, k)
@@ -153,7 +155,7 @@ class Tracker:
         return [thing for k, thing in enumerate(things) if k not in taken]
 
 
-class MovingThings:
+class MovingObjects:
     """What moves around a robot, as its laser sees it.
 
     Parameters
@@ -174,13 +176,13 @@ class MovingThings:
 
     def see(self, reading: LaserReading, stamp: float, now: float) -> None:
         """Take a scan that was taken in the frame of the map at ``stamp`` by the robot's clock, and came by ``now``."""
-        self._tracker.see(things_in(reading, self._layers), stamp)
+        self._tracker.see(unmapped_objects_in(reading, self._layers), stamp)
         self.at = now
 
     def left(self) -> list[Disc]:
         """Return where what moves was and is no more, each place once: what was marked there is not there."""
         return self._tracker.left()
 
-    def now(self, now: float) -> tuple[Mover, ...]:
+    def now(self, now: float) -> tuple[MovingObstacle, ...]:
         """Return where what moves is, and nothing if the last scan is older than `FORGET`."""
         return tuple(self._tracker.movers()) if now - self.at <= FORGET else ()

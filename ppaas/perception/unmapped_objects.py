@@ -21,7 +21,7 @@ LARGEST = 1.0
 SMALLEST_RADIUS = 0.1
 
 
-class Thing(NamedTuple):
+class UnmappedObject(NamedTuple):
     """Where something round is taken to be, in the frame of the map [m]."""
 
     x: float
@@ -29,7 +29,7 @@ class Thing(NamedTuple):
     radius: float
 
 
-def things_in(reading: LaserReading, layers: MapLayers) -> list[Thing]:
+def unmapped_objects_in(reading: LaserReading, layers: MapLayers) -> list[UnmappedObject]:
     """Return what stands out.
 
     Parameters
@@ -68,7 +68,7 @@ def _spacing(reading: LaserReading) -> float:
     return abs(float(reading.angles[-1] - reading.angles[0])) / max(len(reading.angles) - 1, 1)
 
 
-def _thing(points: NDArray[np.float64], reading: LaserReading) -> Thing | None:
+def _thing(points: NDArray[np.float64], reading: LaserReading) -> UnmappedObject | None:
     """Return what was hit at some points: the near half of something round."""
     length = float(np.hypot(*(points[-1] - points[0])))
     if length > LARGEST:
@@ -78,4 +78,4 @@ def _thing(points: NDArray[np.float64], reading: LaserReading) -> Thing | None:
     away = math.atan2(y - reading.origin.y, x - reading.origin.x)
     # The mean of a half circle lies so far before its middle.
     behind = 2.0 / math.pi * radius
-    return Thing(x + behind * math.cos(away), y + behind * math.sin(away), radius)
+    return UnmappedObject(x + behind * math.cos(away), y + behind * math.sin(away), radius)

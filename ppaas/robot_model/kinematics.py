@@ -2,7 +2,7 @@
 
 from ppaas.errors import InvalidUrdf
 from ppaas.robot_model.shapes import turned
-from ppaas.robot_model.urdf import TURNING, Joint, Urdf
+from ppaas.robot_model.urdf import TURNING, Urdf, UrdfJoint
 from ppaas.robot_model.xml_document import MAX_NUMBER
 from ppaas.transforms.spatial import Rigid
 
@@ -10,7 +10,7 @@ BASE_FRAMES = ("base_footprint", "base_link")
 """The frame that drives (REP 105 and 120): the first of these that there is, else the root."""
 
 
-def joint_above(urdf: Urdf) -> dict[str, Joint]:
+def joint_above(urdf: Urdf) -> dict[str, UrdfJoint]:
     """Return the joint that holds each link, by link.
 
     Raises
@@ -18,7 +18,7 @@ def joint_above(urdf: Urdf) -> dict[str, Joint]:
     InvalidUrdf
         A joint names a link that there is not, or one link hangs on two joints.
     """
-    above: dict[str, Joint] = {}
+    above: dict[str, UrdfJoint] = {}
     for joint in urdf.joints.values():
         for end in (joint.parent, joint.child):
             if end not in urdf.links:
@@ -53,7 +53,7 @@ def link_poses(urdf: Urdf) -> tuple[str, dict[str, Rigid]]:
 
 def _poses_under(urdf: Urdf, root: str) -> dict[str, Rigid]:
     """Return where the links that hang on a root are in its frame."""
-    below: dict[str, list[Joint]] = {}
+    below: dict[str, list[UrdfJoint]] = {}
     for joint in urdf.joints.values():
         below.setdefault(joint.parent, []).append(joint)
     poses, waiting = {root: Rigid()}, [root]
@@ -65,7 +65,7 @@ def _poses_under(urdf: Urdf, root: str) -> dict[str, Rigid]:
     return poses
 
 
-def _motion(urdf: Urdf, joint: Joint) -> Rigid:
+def _motion(urdf: Urdf, joint: UrdfJoint) -> Rigid:
     """Return how far a joint is from its origin where all that do not follow another are at zero."""
     position = _position(urdf, joint)
     if position and joint.type in TURNING:
@@ -76,9 +76,9 @@ def _motion(urdf: Urdf, joint: Joint) -> Rigid:
     return Rigid()
 
 
-def _position(urdf: Urdf, joint: Joint) -> float:
+def _position(urdf: Urdf, joint: UrdfJoint) -> float:
     """Follow mimics to who does not: ((0·m₁ + o₁)·m₂ + o₂)…"""
-    chain: list[Joint] = []
+    chain: list[UrdfJoint] = []
     while joint.mimic is not None:
         if joint in chain:
             raise InvalidUrdf(f"joint {joint.name!a} follows itself by <mimic>")

@@ -22,14 +22,14 @@ _ANGLES = (np.arange(CORNERS) + 0.5) * (2.0 * math.pi / CORNERS)
 _UNIT_RING = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)]) / math.cos(math.pi / CORNERS)
 
 
-class Box(NamedTuple):
+class BoxShape(NamedTuple):
     """A box from its least to its greatest corner [m]."""
 
     least: tuple[float, float, float]
     greatest: tuple[float, float, float]
 
 
-class Cylinder(NamedTuple):
+class CylinderShape(NamedTuple):
     """A cylinder along z, centred [m]."""
 
     radius: float
@@ -48,18 +48,18 @@ class Mesh(NamedTuple):
     filename: str
 
 
-Shape = Box | Cylinder | Sphere | Mesh
+Shape = BoxShape | CylinderShape | Sphere | Mesh
 
 
 @dataclass(frozen=True, slots=True)
-class Placed:
+class PlacedShape:
     """A shape of a link, and where it is in the link's frame."""
 
     shape: Shape
     origin: Rigid
 
 
-def read_shapes(link: Element, kind: str, where: str) -> tuple[Placed, ...]:
+def read_shapes(link: Element, kind: str, where: str) -> tuple[PlacedShape, ...]:
     """Return the shapes of a link.
 
     Parameters
@@ -76,7 +76,7 @@ def read_shapes(link: Element, kind: str, where: str) -> tuple[Placed, ...]:
         One is of no known kind, or its numbers are none.
     """
     found = [(required(each, "geometry", where), read_origin(each, where)) for each in link.findall(kind)]
-    return tuple(Placed(_shape(geometry, where), origin) for geometry, origin in found)
+    return tuple(PlacedShape(_shape(geometry, where), origin) for geometry, origin in found)
 
 
 def read_origin(element: Element, where: str) -> Rigid:
@@ -114,9 +114,9 @@ def _shape(geometry: Element, where: str) -> Shape:
     match found.tag:
         case "box":
             x, y, z = (edge / 2.0 for edge in sizes(found, "size", 3, where))
-            return Box((-x, -y, -z), (x, y, z))
+            return BoxShape((-x, -y, -z), (x, y, z))
         case "cylinder":
-            return Cylinder(*sizes(found, "radius", 1, where), *sizes(found, "length", 1, where))
+            return CylinderShape(*sizes(found, "radius", 1, where), *sizes(found, "length", 1, where))
         case "sphere":
             return Sphere(*sizes(found, "radius", 1, where))
         case "mesh":
@@ -137,7 +137,7 @@ def _mesh(mesh: Element, where: str) -> Shape:
     if any(box[axis] > box[axis + 3] for axis in range(3)):
         raise InvalidUrdf(f"{where}: bounding_box= is the least x, y, z of a mesh and then the greatest")
     (x0, x1), (y0, y1), (z0, z1) = ends
-    return Box((x0, y0, z0), (x1, y1, z1))
+    return BoxShape((x0, y0, z0), (x1, y1, z1))
 
 
 def outline_points(shape: Shape, pose: Rigid) -> Points:
@@ -146,9 +146,9 @@ def outline_points(shape: Shape, pose: Rigid) -> Points:
     Of what is round the hull is a polygon around it, of ``CORNERS`` corners to a circle.
     """
     match shape:
-        case Box(least, greatest):
+        case BoxShape(least, greatest):
             return _moved(_corners(least, greatest), pose)[:, :2]
-        case Cylinder(radius, length):
+        case CylinderShape(radius, length):
             ring = _ring(radius)
             ends = [np.column_stack([ring, np.full(CORNERS, z)]) for z in (-length / 2.0, length / 2.0)]
             return _moved(np.concatenate(ends), pose)[:, :2]
@@ -161,10 +161,10 @@ def outline_points(shape: Shape, pose: Rigid) -> Points:
 def heights(shape: Shape, pose: Rigid) -> tuple[float, float]:
     """Return the lowest and the highest z of a shape that is no mesh."""
     match shape:
-        case Box(least, greatest):
+        case BoxShape(least, greatest):
             z = _moved(_corners(least, greatest), pose)[:, 2]
             return float(z.min()), float(z.max())
-        case Cylinder(radius, length):
+        case CylinderShape(radius, length):
             up = 1.0 - 2.0 * (pose.qx * pose.qx + pose.qy * pose.qy)
             reach = abs(up) * length / 2.0 + radius * math.sqrt(max(0.0, 1.0 - up * up))
             return pose.z - reach, pose.z + reach

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
 from ppaas.errors import InvalidUrdf
-from ppaas.robot_model.shapes import Placed, read_origin, read_shapes
+from ppaas.robot_model.shapes import PlacedShape, read_origin, read_shapes
 from ppaas.robot_model.xml_document import name_of, number, numbers, required, unit
 from ppaas.transforms.spatial import Rigid
 
@@ -18,11 +18,11 @@ MAX_SHAPES = 2000
 
 
 @dataclass(frozen=True, slots=True)
-class Link:
+class UrdfLink:
     """A link: what it collides with, or where nothing is told of that, what it looks like."""
 
     name: str
-    shapes: tuple[Placed, ...]
+    shapes: tuple[PlacedShape, ...]
     collides: bool
 
 
@@ -36,7 +36,7 @@ class Mimic:
 
 
 @dataclass(frozen=True, slots=True)
-class Joint:
+class UrdfJoint:
     """A joint; ``velocity`` is its greatest [rad/s or m/s], if it is told and more than zero."""
 
     name: str
@@ -54,8 +54,8 @@ class Urdf:
     """A robot: links and joints by name, in the order of the file."""
 
     name: str
-    links: dict[str, Link]
-    joints: dict[str, Joint]
+    links: dict[str, UrdfLink]
+    joints: dict[str, UrdfJoint]
 
 
 def read_urdf(root: Element) -> Urdf:
@@ -78,7 +78,7 @@ def read_urdf(root: Element) -> Urdf:
         raise InvalidUrdf("the robot has no <link>")
     if len(links) > MAX_LINKS or len(joints) > MAX_LINKS:
         raise InvalidUrdf(f"a robot may have {MAX_LINKS} links and joints, not {max(len(links), len(joints))}")
-    found: dict[str, Link] = {}
+    found: dict[str, UrdfLink] = {}
     for each in links:
         link = _link(each)
         if found.setdefault(link.name, link) is not link:
@@ -88,8 +88,8 @@ def read_urdf(root: Element) -> Urdf:
     return Urdf(root.get("name", "")[:256], found, _joints(joints))
 
 
-def _joints(elements: list[Element]) -> dict[str, Joint]:
-    found: dict[str, Joint] = {}
+def _joints(elements: list[Element]) -> dict[str, UrdfJoint]:
+    found: dict[str, UrdfJoint] = {}
     for each in elements:
         joint = _joint(each)
         if found.setdefault(joint.name, joint) is not joint:
@@ -97,14 +97,14 @@ def _joints(elements: list[Element]) -> dict[str, Joint]:
     return found
 
 
-def _link(element: Element) -> Link:
+def _link(element: Element) -> UrdfLink:
     name = name_of(element)
     where = f"link {name!a}"
     collisions = read_shapes(element, "collision", where)
-    return Link(name, collisions or read_shapes(element, "visual", where), bool(collisions))
+    return UrdfLink(name, collisions or read_shapes(element, "visual", where), bool(collisions))
 
 
-def _joint(element: Element) -> Joint:
+def _joint(element: Element) -> UrdfJoint:
     name = name_of(element)
     where = f"joint {name!a}"
     kind = element.get("type", "")
@@ -112,7 +112,7 @@ def _joint(element: Element) -> Joint:
         raise InvalidUrdf(f"{where} is {', '.join(JOINT_TYPES)}, not {kind[:64]!a}")
     axis = element.find("axis")
     turns = (1.0, 0.0, 0.0) if axis is None else numbers(axis, "xyz", 3, where, "1 0 0")
-    return Joint(
+    return UrdfJoint(
         name=name,
         type=kind,
         parent=name_of(required(element, "parent", where), "link"),

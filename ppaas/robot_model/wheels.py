@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ppaas.robot_model.kinematics import joint_above
-from ppaas.robot_model.shapes import Cylinder, Sphere
-from ppaas.robot_model.urdf import TURNING, Joint, Urdf
+from ppaas.robot_model.shapes import CylinderShape, Sphere
+from ppaas.robot_model.urdf import TURNING, Urdf, UrdfJoint
 from ppaas.transforms.spatial import Rigid
 
 _ALONG = 0.9
@@ -41,7 +41,7 @@ def speed_limits(urdf: Urdf, poses: Mapping[str, Rigid]) -> tuple[float | None, 
     return min(wheel.speed for wheel in wheels), turning
 
 
-def _wheel(urdf: Urdf, poses: Mapping[str, Rigid], above: Mapping[str, Joint], joint: Joint) -> _Wheel | None:
+def _wheel(urdf: Urdf, poses: Mapping[str, Rigid], above: Mapping[str, UrdfJoint], joint: UrdfJoint) -> _Wheel | None:
     if joint.type not in TURNING or joint.velocity is None:
         return None
     pose = poses[joint.child]
@@ -52,18 +52,18 @@ def _wheel(urdf: Urdf, poses: Mapping[str, Rigid], above: Mapping[str, Joint], j
     return _Wheel(radius * joint.velocity, pose.y, _is_held(above, joint.parent))
 
 
-def _radius(urdf: Urdf, joint: Joint) -> float | None:
+def _radius(urdf: Urdf, joint: UrdfJoint) -> float | None:
     """Return the radius of the largest shape that turns about the axis of a joint as a wheel does."""
     found = []
     for shape, origin in ((placed.shape, placed.origin) for placed in urdf.links[joint.child].shapes):
         along = abs(_dot(_direction(origin, (0.0, 0.0, 1.0)), joint.axis))
         off = math.dist(origin[:3], [_dot(origin[:3], joint.axis) * each for each in joint.axis])
-        if isinstance(shape, Sphere) or (isinstance(shape, Cylinder) and along > _ALONG):
+        if isinstance(shape, Sphere) or (isinstance(shape, CylinderShape) and along > _ALONG):
             found.append((off < shape.radius, shape.radius))
     return max((radius for is_round_it, radius in found if is_round_it), default=None)
 
 
-def _is_held(above: Mapping[str, Joint], link: str) -> bool:
+def _is_held(above: Mapping[str, UrdfJoint], link: str) -> bool:
     """Tell whether nothing moves between a link and the root."""
     while link in above:
         if above[link].type != "fixed":

@@ -52,7 +52,7 @@ def ros2_status(status: Status) -> int:
 
 
 @dataclass(frozen=True, slots=True)
-class Sent:
+class SentGoal:
     """What was asked of an action, and when [s]."""
 
     goal: bytes
@@ -85,7 +85,7 @@ class Action(ABC):
         """
 
     @abstractmethod
-    def feedback(self, sent: Sent, feedback: bytes, now: float) -> bytes:
+    def feedback(self, sent: SentGoal, feedback: bytes, now: float) -> bytes:
         """Return the values of an ``action_feedback``."""
 
     @abstractmethod
@@ -104,7 +104,7 @@ class PlainAction(Action):
         """Return the arguments; a list is in the order of the goal's fields."""
         return as_object(arguments, self._kind)
 
-    def feedback(self, sent: Sent, feedback: bytes, now: float) -> bytes:
+    def feedback(self, sent: SentGoal, feedback: bytes, now: float) -> bytes:
         """Return the feedback as it is."""
         return feedback
 
@@ -150,7 +150,7 @@ class NavigateToPose(Action):
             raise InvalidInput("Move Base has no behaviour trees: leave behavior_tree empty")
         return _encoder.encode({"target_pose": asked.pose})
 
-    def feedback(self, sent: Sent, feedback: bytes, now: float) -> bytes:
+    def feedback(self, sent: SentGoal, feedback: bytes, now: float) -> bytes:
         """Return where the robot is, for how long it has been under way, and how far from the goal."""
         here = decode(MoveBaseFeedback, feedback).base_position
         target = decode(_MoveBaseGoal, sent.goal).target_pose

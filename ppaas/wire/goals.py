@@ -15,7 +15,7 @@ from ppaas.messages.actionlib_msgs import GoalStatus, GoalStatusArray, Status
 from ppaas.messages.codec import decode
 from ppaas.messages.message import Message
 from ppaas.messages.time_spelling import to_ros2
-from ppaas.wire.actions import UNKNOWN, Action, Sent, ros2_status
+from ppaas.wire.actions import UNKNOWN, Action, SentGoal, ros2_status
 from ppaas.wire.operations import CancelActionGoal, SendActionGoal
 
 MAX_GOALS = 32
@@ -66,7 +66,7 @@ class _Goal:
     id: str
     operation: SendActionGoal
     action: Action
-    sent: Sent
+    sent: SentGoal
     sequence: int = 0
     missed_since: float | None = None
     status: Status = Status.LOST
@@ -74,14 +74,14 @@ class _Goal:
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class GoalFrame:
     """A frame for the client; one that is ``final`` is a result and must arrive."""
 
     frame: bytes
     final: bool
 
 
-class Goals:
+class ClientGoals:
     """The goals of one client that are under way.
 
     Parameters
@@ -128,7 +128,7 @@ class Goals:
         message = action.goal(bytes(operation.args))
         self._count += 1
         goal_id = f"{self._name}-{self._count}"
-        self._goals[goal_id] = _Goal(goal_id, operation, action, Sent(message, now))
+        self._goals[goal_id] = _Goal(goal_id, operation, action, SentGoal(message, now))
         return goal_id, _encoder.encode(_ActionGoal(_GoalId(goal_id), msgspec.Raw(message)))
 
     def cancel(self, operation: CancelActionGoal) -> tuple[str, bytes]:
@@ -150,18 +150,18 @@ class Goals:
         """Note under which number, 0 for none, a goal is on its way."""
         self._goals[goal_id].sequence = sequence
 
-    def refused(self, sequence: int, error: PPaaSError) -> Told | None:
+    def refused(self, sequence: int, error: PPaaSError) -> GoalFrame | None:
         """End the goal that was on its way under a number and was not taken, if there is one."""
         for goal in self._goals.values():
             if sequence and goal.sequence == sequence:
                 return self.give_up(goal.id, error)
         return None
 
-    def give_up(self, goal_id: str, error: PPaaSError) -> Told:
+    def give_up(self, goal_id: str, error: PPaaSError) -> GoalFrame:
         """End a goal that did not reach its action."""
-        return Told(refusal(self._goals.pop(goal_id).operation, error), final=True)
+        return GoalFrame(refusal(self._goals.pop(goal_id).operation, error), final=True)
 
-    def hear(self, topic: str, payload: bytes, now: float) -> Iterator[Told]:
+    def hear(self, topic: str, payload: bytes, now: float) -> Iterator[GoalFrame]:
         """Yield what a message of one of ``topics`` means for the client.
 
         Parameters
@@ -190,9 +190,9 @@ class Goals:
             feedback = decode(_Feedback, payload)
             goal = self._goals.get(feedback.status.goal_id.id)
             if goal is not None and goal.action.topics == name and goal.operation.feedback:
-                yield Told(_feedback(goal, bytes(feedback.feedback), now), final=False)
+                yield GoalFrame(_feedback(goal, bytes(feedback.feedback), now), final=False)
 
-    def _look_for_lost(self, name: str, statuses: GoalStatusArray, now: float) -> Iterator[Told]:
+    def _look_for_lost(self, name: str, statuses: GoalStatusArray, now: float) -> Iterator[GoalFrame]:
         by_id = {status.goal_id.id: status for status in statuses.status_list}
         for goal in [goal for goal in self._goals.values() if goal.action.topics == name]:
             known = by_id.get(goal.id)
@@ -206,16 +206,16 @@ class Goals:
                 ended = goal.status.terminal
                 yield self._end(goal, goal.status if ended else Status.LOST, goal.text if ended else "", b"{}")
 
-    def _end(self, goal: _Goal, status: Status, text: str, result: bytes) -> Told:
+    def _end(self, goal: _Goal, status: Status, text: str, result: bytes) -> GoalFrame:
         del self._goals[goal.id]
         operation, number = goal.operation, ros2_status(status)
         if number == UNKNOWN:
             reason = text or "the goal was lost: nobody knows how it ended"
             frame = _ActionResult(operation.action, reason, UNKNOWN, False, operation.id)
-            return Told(_encoder.encode(frame), final=True)
+            return GoalFrame(_encoder.encode(frame), final=True)
         values = _spelled(goal.action, goal.action.result(result, status, text))
         frame = _ActionResult(operation.action, msgspec.Raw(values), number, True, operation.id)
-        return Told(_encoder.encode(frame), final=True)
+        return GoalFrame(_encoder.encode(frame), final=True)
 
 
 def _status(status: GoalStatus) -> Status:

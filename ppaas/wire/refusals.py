@@ -42,7 +42,7 @@ _BY_CLOSE_CODE: dict[int, type[PPaaSError]] = {
 _SLUGGED = re.compile(r"(?P<slug>[a-z]+(?:-[a-z]+)*): (?P<text>.*)", re.DOTALL)
 
 
-class Problem(msgspec.Struct):
+class ReceivedProblem(msgspec.Struct):
     """The members of a problem (RFC 9457) that are read here."""
 
     type: str = "about:blank"
@@ -72,9 +72,9 @@ def error_of_status(status: int, body: bytes = b"") -> PPaaSError:
         A problem as JSON, or anything.
     """
     try:
-        problem = msgspec.json.decode(body, type=Problem)
+        problem = msgspec.json.decode(body, type=ReceivedProblem)
     except (msgspec.DecodeError, UnicodeDecodeError):
-        problem = Problem()
+        problem = ReceivedProblem()
     text = problem.detail or problem.title or f"HTTP status {status}"
     error = rebuild(re.split(r"[/:#]", problem.type)[-1], text)
     return error if type(error) is not PPaaSError else rebuild(_class_of_status(status).slug, text)

@@ -31,7 +31,7 @@ _POINT = re.compile(r"(?P<id>[A-Za-z0-9_-]{1,64})\.(?P<received>[0-9]{1,15})")
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class ResumptionPoint:
     """How far a client got.
 
     Parameters
@@ -63,7 +63,7 @@ def parse_name(text: str) -> str:
     return text
 
 
-def parse_point(text: str) -> Point | None:
+def parse_point(text: str) -> ResumptionPoint | None:
     """Return how far a client got, or None if it begins anew.
 
     Raises
@@ -76,4 +76,4 @@ def parse_point(text: str) -> Point | None:
     match = _POINT.fullmatch(text)
     if match is None:
         raise InvalidParameter(f"'resume' is {ANEW!r}, or the id of a session, a dot and a count of frames")
-    return Point(match["id"], int(match["received"]))
+    return ResumptionPoint(match["id"], int(match["received"]))

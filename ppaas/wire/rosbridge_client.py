@@ -27,14 +27,14 @@ from ppaas.wire.refusals import error_of_text
 _encoder = msgspec.json.Encoder()
 
 
-class Heard(Operation, tag="publish"):
+class ReceivedMessage(Operation, tag="publish"):
     """A message of a topic that the client subscribed to; ``msg`` is its JSON."""
 
     topic: str
     msg: msgspec.Raw
 
 
-class ServiceResponse(Operation, tag="service_response"):
+class ServiceResult(Operation, tag="service_response"):
     """What a service answered; where ``result`` is false, ``values`` is the reason as text."""
 
     service: str
@@ -55,7 +55,7 @@ class StatusReport(Operation, tag="status"):
         return error_of_text(self.msg)
 
 
-ServerOperation = Heard | ServiceResponse | StatusReport | CallService
+ServerOperation = ReceivedMessage | ServiceResult | StatusReport | CallService
 
 _decoder: msgspec.json.Decoder[ServerOperation] = msgspec.json.Decoder(ServerOperation)
 
@@ -193,12 +193,12 @@ class RosbridgeClientSession:
             operation = _decoder.decode(frame)
         except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
             raise MalformedMessage(f"not an operation of a rosbridge server: {error}") from error
-        if isinstance(operation, ServiceResponse) and self._calls.pop(operation.id or "", None) is None:
+        if isinstance(operation, ServiceResult) and self._calls.pop(operation.id or "", None) is None:
             return None
         return operation
 
 
-def failure_of(response: ServiceResponse) -> PPaaSError | None:
+def failure_of(response: ServiceResult) -> PPaaSError | None:
     """Return why a call failed, or None if it did not."""
     if response.result:
         return None

@@ -11,7 +11,7 @@ from websockets.exceptions import InvalidHandshake, InvalidStatus, InvalidURI
 
 from ppaas.errors import InvalidInput, Unavailable
 from ppaas.wire.refusals import error_of_status
-from ppaas.wire.resumption import ANEW, ID_HEADER, RESUME, RESUMED, SESSION, STATE_HEADER, TAKEN_HEADER, Point
+from ppaas.wire.resumption import ANEW, ID_HEADER, RESUME, RESUMED, SESSION, STATE_HEADER, TAKEN_HEADER, ResumptionPoint
 
 Role = Literal["robot", "operator"]
 
@@ -72,7 +72,7 @@ class Address:
             self._query["hold"] = 0
         self.hold = hold
 
-    def at(self, point: Point | None) -> str:
+    def at(self, point: ResumptionPoint | None) -> str:
         """Return the URL with which to go on where a session was left; without one, to begin anew."""
         return urlunsplit((*self._base, urlencode(self._query | {RESUME: point or ANEW}), ""))
 

@@ -11,7 +11,7 @@ from websockets.exceptions import ConnectionClosed
 from ppaas.clock import monotonic
 from ppaas.errors import Conflict, Idle, Unavailable
 from ppaas.wire.refusals import error_of_close
-from ppaas.wire.resumption import LEFT, Point
+from ppaas.wire.resumption import LEFT, ResumptionPoint
 from robots.client.connection import Address, Link, open_socket, session_of
 from robots.client.send_queue import Outbox
 
@@ -90,7 +90,7 @@ class ConnectionKeeper:
 
     async def _open(self) -> ClientConnection:
         try:
-            point = Point(self._session, self._count) if self._session else None
+            point = ResumptionPoint(self._session, self._count) if self._session else None
             return await open_socket(self._address.at(point), self._link)
         except Conflict as error:
             if not self.connections:

@@ -24,7 +24,7 @@ from ppaas.errors import PPaaSError, Unavailable
 from ppaas.messages import Message, ServiceType
 from ppaas.wire.names import normalise
 from ppaas.wire.operations import CallService
-from ppaas.wire.rosbridge_client import Heard, RosbridgeClientSession, ServiceResponse, StatusReport
+from ppaas.wire.rosbridge_client import ReceivedMessage, RosbridgeClientSession, ServiceResult, StatusReport
 from robots.client.advertised_services import Handler, Offers
 from robots.client.connection import Address, Link, Role, backoff
 from robots.client.connection_keeper import ConnectionKeeper
@@ -366,10 +366,10 @@ class RobotClient:
     def _take(self, frame: str | bytes) -> None:
         try:
             operation = self._session.receive(frame)
-            if isinstance(operation, Heard):
+            if isinstance(operation, ReceivedMessage):
                 if self._nearby is None or not self._nearby.owns(normalise(operation.topic)):
                     self.hear(operation.topic, operation.msg)
-            elif isinstance(operation, ServiceResponse):
+            elif isinstance(operation, ServiceResult):
                 self._calls.answered(operation)
             elif isinstance(operation, CallService):
                 self._offers.called(operation)

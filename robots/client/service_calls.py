@@ -4,7 +4,7 @@ import asyncio
 
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.messages import Message, ServiceType, decode
-from ppaas.wire.rosbridge_client import RosbridgeClientSession, ServiceResponse, failure_of
+from ppaas.wire.rosbridge_client import RosbridgeClientSession, ServiceResult, failure_of
 from robots.client.send_queue import Outbox
 
 
@@ -22,7 +22,7 @@ class Calls:
     def __init__(self, session: RosbridgeClientSession, outbox: Outbox) -> None:
         self._session = session
         self._outbox = outbox
-        self._waiting: dict[str, asyncio.Future[ServiceResponse]] = {}
+        self._waiting: dict[str, asyncio.Future[ServiceResult]] = {}
 
     async def call(self, service: str, kind: ServiceType, request: Message, timeout: float) -> Message:
         """Call a service, and return its response.
@@ -51,7 +51,7 @@ class Calls:
             raise failure
         return decode(kind.response, response.values)
 
-    def answered(self, response: ServiceResponse) -> None:
+    def answered(self, response: ServiceResult) -> None:
         """Take an answer."""
         future = self._waiting.get(response.id or "")
         if future is not None and not future.done():

@@ -18,7 +18,7 @@ from ppaas.controllers.mppi.parameters import MppiParameters
 from ppaas.controllers.pure_pursuit.parameters import PurePursuitParameters
 from ppaas.controllers.registry import CONTROLLERS, controller_names
 from ppaas.costmap.filter_masks import raise_costs
-from ppaas.costmap.height_mask import in_the_way
+from ppaas.costmap.height_mask import height_mask
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.maps.octomap import parse_octomap
@@ -106,7 +106,7 @@ def test_what_is_in_the_way_is_what_the_page_says() -> None:
     table = parse_octomap((ROOT / "docs" / "examples" / "table.bt").read_bytes())
     over = GridInfo(0.05, 2, 2, Pose2D(1.95, 1.45))
     assert mast and low and low[1] == robot_model("turtlebot2").height
-    found = [in_the_way(table, over, lowest=heights[0], highest=heights[1]).data.max() for heights in (low, mast)]
+    found = [height_mask(table, over, lowest=heights[0], highest=heights[1]).data.max() for heights in (low, mast)]
     assert found == [0, 100]
     listed = {names(row[0])[0]: row[1] for row in rows("parameter of `voxel_layer`")}
     assert listed == {

@@ -14,7 +14,7 @@ from ppaas.maps.formats.png import PngRows, open_png
 
 
 @dataclass(frozen=True, slots=True)
-class Image:
+class MapImage:
     """An image of a map.
 
     Parameters
@@ -44,10 +44,10 @@ class ImageRows:
         self._source = source
         self.shape = source.shape
 
-    def rows(self, first: int, last: int) -> Image:
+    def rows(self, first: int, last: int) -> MapImage:
         """Return rows from the top, ``last`` excluded; ``InvalidMap`` if a pixel of them cannot be."""
         pixels = self._source.rows(first, last)
-        return Image(pixels if pixels.ndim == 3 else pixels[..., np.newaxis])
+        return MapImage(pixels if pixels.ndim == 3 else pixels[..., np.newaxis])
 
     def check(self) -> None:
         """Raise ``InvalidMap`` if any pixel cannot be."""

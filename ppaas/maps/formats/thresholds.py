@@ -9,7 +9,7 @@ occupancy grid cannot hold (Nav2's rule is taken: they are unknown).
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.maps.formats.image import Image
+from ppaas.maps.formats.image import MapImage
 from ppaas.maps.formats.map_yaml import MapYaml, Mode, Rules
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN
 
@@ -19,12 +19,12 @@ _LUMA = np.array([299, 587, 114], np.uint32)
 """Thousandths of red, green and blue in a grey (ITU-R BT.601), as GraphicsMagick weighs them for Nav2."""
 
 
-def occupancy(image: Image, keys: MapYaml) -> Cells:
+def occupancy(image: MapImage, keys: MapYaml) -> Cells:
     """Return the occupancy of each pixel.
 
     Parameters
     ----------
-    image : Image
+    image : MapImage
         Row 0 on top.
     keys : MapYaml
         Thresholds, mode, and whose rules.
@@ -40,7 +40,7 @@ def occupancy(image: Image, keys: MapYaml) -> Cells:
 # -- map_server --------------------------------------------------------------------------------------------------------
 
 
-def _by_map_server(image: Image, keys: MapYaml) -> Cells:
+def _by_map_server(image: MapImage, keys: MapYaml) -> Cells:
     """Compare the mean of the channels, of which alpha is one in trinary mode.
 
     Occupied above the one threshold, free below the other; between them a scaled pixel without any opacity is unknown.
@@ -67,7 +67,7 @@ def _by_map_server(image: Image, keys: MapYaml) -> Cells:
 # -- Nav2 --------------------------------------------------------------------------------------------------------------
 
 
-def _by_nav2(image: Image, keys: MapYaml) -> Cells:
+def _by_nav2(image: MapImage, keys: MapYaml) -> Cells:
     """Compare the luma, in float32: occupied at the one threshold and above, free at the other and below.
 
     A pixel that is not fully opaque is unknown. Raw mode heeds neither that nor negate.
@@ -88,7 +88,7 @@ def _by_nav2(image: Image, keys: MapYaml) -> Cells:
     return cells
 
 
-def _luma(image: Image) -> NDArray[np.uint8]:
+def _luma(image: MapImage) -> NDArray[np.uint8]:
     if image.channels.shape[2] == 1:
         return image.channels[..., 0]
     return ((image.channels[..., :3] @ _LUMA + 500) // 1000).astype(np.uint8)

@@ -2,7 +2,7 @@
 
 import math
 
-from ppaas.costmap.moving_obstacles import Mover
+from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.errors import InvalidInput, TransformError
 from ppaas.messages.geometry_msgs import Pose, Twist
 from ppaas.messages.ppaas_msgs import RobotState, RobotStates
@@ -28,7 +28,7 @@ def checked_state(state: RobotState) -> RobotState:
     return state
 
 
-def others_of(message: RobotStates, own_radius: float) -> tuple[Mover, ...]:
+def others_of(message: RobotStates, own_radius: float) -> tuple[MovingObstacle, ...]:
     """Return the other robots of a map, with a margin around each.
 
     Parameters
@@ -54,7 +54,7 @@ def others_of(message: RobotStates, own_radius: float) -> tuple[Mover, ...]:
     return tuple(mover._replace(radius=(mover.radius or own_radius) + OTHERS_MARGIN) for mover in movers)
 
 
-def mover_of(pose: Pose, twist: Twist, radius: float) -> Mover:
+def mover_of(pose: Pose, twist: Twist, radius: float) -> MovingObstacle:
     """Return a robot by its pose, its velocity in its own frame, and its radius [m].
 
     Raises
@@ -67,4 +67,4 @@ def mover_of(pose: Pose, twist: Twist, radius: float) -> Mover:
     if not (math.isfinite(speed) and math.isfinite(radius) and radius >= 0.0):
         raise InvalidInput("the speed and the radius of a robot must be finite, and the radius not negative")
     speed = min(max(speed, -FASTEST), FASTEST)
-    return Mover(x, y, speed * math.cos(theta), speed * math.sin(theta), min(radius, LARGEST))
+    return MovingObstacle(x, y, speed * math.cos(theta), speed * math.sin(theta), min(radius, LARGEST))

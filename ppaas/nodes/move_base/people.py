@@ -2,7 +2,7 @@
 
 import math
 
-from ppaas.costmap.social_layer import Person, Proxemics
+from ppaas.costmap.social_layer import PersonNearby, Proxemics
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.messages.people_msgs import People
@@ -56,7 +56,7 @@ class SeenPeople:
 
     def __init__(self, parameters: SocialLayerParameters) -> None:
         self._parameters = parameters
-        self._people: tuple[Person, ...] = ()
+        self._people: tuple[PersonNearby, ...] = ()
         self._at = float("-inf")
 
     def take(self, message: People, tree: TransformTree, now: float) -> None:
@@ -82,10 +82,10 @@ class SeenPeople:
             x, y, vx, vy = numbers
             slower = min(1.0, FASTEST / max(math.hypot(vx, vy), FASTEST))
             there, way = frame @ Pose2D(x, y), turn @ Pose2D(slower * vx, slower * vy)
-            seen.append(Person(there.x, there.y, way.x, way.y))
+            seen.append(PersonNearby(there.x, there.y, way.x, way.y))
         self._people, self._at = tuple(seen), now
 
-    def now(self, now: float) -> tuple[Person, ...]:
+    def now(self, now: float) -> tuple[PersonNearby, ...]:
         """Return who is there."""
         believed = self._parameters.enabled and now - self._at <= self._parameters.keep_time
         return self._people if believed else ()

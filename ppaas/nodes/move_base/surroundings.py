@@ -6,10 +6,10 @@ from dataclasses import replace
 from ppaas.controllers.base import Velocity
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.local_costmap import LocalCostmap
-from ppaas.costmap.moving_obstacles import Disc, Mover, swept
+from ppaas.costmap.moving_obstacles import Disc, MovingObstacle, swept_discs
 from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.costmap.obstacle_memory import ObstacleMemory
-from ppaas.costmap.social_layer import Person
+from ppaas.costmap.social_layer import PersonNearby
 from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.people_msgs import People
@@ -18,7 +18,7 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.nodes.frames import BASE_LINK, MAP, ODOM, FrameListener
 from ppaas.nodes.move_base.other_robots import OTHERS_MARGIN, others_of
 from ppaas.nodes.move_base.people import SeenPeople
-from ppaas.perception.tracking import MovingThings
+from ppaas.perception.tracking import MovingObjects
 from ppaas.recoveries.base import AffectedMaps
 from ppaas.transforms.planar import tf_time
 
@@ -45,7 +45,7 @@ class Surroundings:
         Of this robot, and of others of which nothing else is known [m].
     people : SeenPeople
         Who walks around the robot.
-    moving : MovingThings
+    moving : MovingObjects
         What the laser sees moving.
     tolerance : float
         How old localization and odometry may be [s].
@@ -58,7 +58,7 @@ class Surroundings:
         robot_radius: float,
         *,
         people: SeenPeople,
-        moving: MovingThings,
+        moving: MovingObjects,
         tolerance: float,
     ) -> None:
         self.frames = FrameListener()
@@ -71,8 +71,8 @@ class Surroundings:
         self._scan: tuple[LaserScan, LaserReading] | None = None
         self._people = people
         self._moving = moving
-        self._looked: tuple[Pose2D, tuple[Disc, ...], tuple[Person, ...]] | None = None
-        self._others: tuple[Mover, ...] = ()
+        self._looked: tuple[Pose2D, tuple[Disc, ...], tuple[PersonNearby, ...]] | None = None
+        self._others: tuple[MovingObstacle, ...] = ()
         self._others_at = float("-inf")
         self._ahead = AHEAD
 
@@ -118,12 +118,12 @@ class Surroundings:
         """Say whether the local costmap is to tell of where the other robots will be, too."""
         self._ahead = AHEAD if wanted else 0.0
 
-    def movers(self, pose: Pose2D, now: float) -> tuple[Mover, ...]:
+    def movers(self, pose: Pose2D, now: float) -> tuple[MovingObstacle, ...]:
         """Return the other robots that are near and all else that moves, where they are by now."""
         robots = tuple(mover.after(now - self._others_at) for mover in self._near(pose, now))
         return robots + self.walkers(now)
 
-    def walkers(self, now: float) -> tuple[Mover, ...]:
+    def walkers(self, now: float) -> tuple[MovingObstacle, ...]:
         """Return what the laser sees moving but for the other robots, where it is by now."""
         return tuple(mover.after(now - self._moving.at) for mover in self._seen_moving(now))
 
@@ -146,7 +146,7 @@ class Surroundings:
         """Bring the local costmap up to date and return it; the last one, where there is nothing new to see."""
         own = pose.x, pose.y, self._robot_radius
         reading = self._reading(now)
-        others = tuple(swept((*self._near(pose, now), *self._seen_moving(now)), self._ahead, own))
+        others = tuple(swept_discs((*self._near(pose, now), *self._seen_moving(now)), self._ahead, own))
         people = self._people.now(now)
         if self.costs is None or reading is not None or self._is_elsewhere(pose, others, people):
             self._looked = pose, others, people
@@ -154,7 +154,7 @@ class Surroundings:
             self._memory.update(self._local.obstacles, others)
         return self.costs
 
-    def _is_elsewhere(self, pose: Pose2D, others: tuple[Disc, ...], people: tuple[Person, ...]) -> bool:
+    def _is_elsewhere(self, pose: Pose2D, others: tuple[Disc, ...], people: tuple[PersonNearby, ...]) -> bool:
         """Tell whether this robot or another, or anybody, is not where they were when the local costmap was made."""
         return (
             self._looked is None or self._looked[1:] != (others, people) or self._looked[0].distance_to(pose) >= SHIFT
@@ -192,7 +192,7 @@ class Surroundings:
         self._local.free(self._moving.left())
         return reading
 
-    def _seen_moving(self, now: float) -> list[Mover]:
+    def _seen_moving(self, now: float) -> list[MovingObstacle]:
         """Return what the laser saw moving, but for the other robots, of which more is known."""
         seen = self._moving.now(now)
         robots = self._others if now - self._others_at <= OTHERS_FRESH else ()
@@ -202,7 +202,7 @@ class Surroundings:
             if all(math.hypot(mover.x - robot.x, mover.y - robot.y) > mover.radius + robot.radius for robot in robots)
         ]
 
-    def _near(self, pose: Pose2D, now: float) -> list[Mover]:
+    def _near(self, pose: Pose2D, now: float) -> list[MovingObstacle]:
         """Return the other robots within the window, as they were told of last, unless that is too long ago."""
         if now - self._others_at > OTHERS_FRESH:
             return []

@@ -32,7 +32,7 @@ def cost(value: int) -> int:
     return int(254 * value / 100 + 0.5)
 
 
-def in_the_way(voxels: VoxelGrid, info: GridInfo, lowest: float, highest: float) -> NDArray[np.int8]:
+def height_mask(voxels: VoxelGrid, info: GridInfo, lowest: float, highest: float) -> NDArray[np.int8]:
     """Return where a voxel that is occupied overlaps a cell and reaches between two heights; both along the axes."""
     found = np.zeros(info.shape, np.int8)
     edge = voxels.info.resolution

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from ppaas.costmap.height_mask import in_the_way
+from ppaas.costmap.height_mask import height_mask
 from ppaas.geometry import Pose2D
 from ppaas.maps.octree import OcTree, octree_of
 from ppaas.maps.voxels import Point3D, VoxelGrid, VoxelInfo
@@ -34,7 +34,7 @@ def octree(board: Box) -> OcTree:
 def driven(board: Box, height: float, **options) -> tuple[ClosedLoop, float]:
     """Return the loop at the end of its goal, and how near the robot's middle came to the board [m]."""
     room = walled_map(6, 4, [])
-    overhead = in_the_way(octree(board), room.info, lowest=None, highest=height)
+    overhead = height_mask(octree(board), room.info, lowest=None, highest=height)
     driving = ClosedLoop(World(room, START), masks={"overhead": overhead}, **options)
     for _ in range(6):
         driving.step()
@@ -64,6 +64,6 @@ def test_with_a_mast_it_drives_around_a_table_and_without_one_under_it(planner):
 def test_where_a_mast_leaves_no_way_the_goal_is_given_up_at_once():
     refused, nearest = driven(SHELF, MAST)
     assert refused.last_status() is Status.ABORTED
-    assert "no free way" in refused.results[-1].status.text
+    assert "no free path" in refused.results[-1].status.text
     assert nearest > 1.5
     assert driven(SHELF, LOW)[0].last_status() is Status.SUCCEEDED

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ppaas.costmap.build_layers import build_layers
-from ppaas.costmap.height_mask import in_the_way
+from ppaas.costmap.height_mask import height_mask
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.maps.octomap import parse_octomap
@@ -46,15 +46,15 @@ def test_it_is_what_the_twin_finds_by_looking_at_each_voxel(drawn, resolution, o
     edge = tree.resolution
     lowest = heights[0] * edge / 2
     highest = lowest + heights[1] * edge / 2
-    found = in_the_way(tree, info, lowest=lowest, highest=highest)
-    assert np.array_equal(found.data, twin.in_the_way(voxels, found.info, lowest, highest))
+    found = height_mask(tree, info, lowest=lowest, highest=highest)
+    assert np.array_equal(found.data, twin.height_mask(voxels, found.info, lowest, highest))
     corners = info.origin @ Pose2D(12 * resolution, 0.0), info.origin @ Pose2D(0.0, 9 * resolution)
     assert all(found.info.cell_of(x, y) for x, y in (0.999 * np.array(corners)[:, :2] + 0.001 * np.array(origin[:2])))
     assert found.info.resolution == edge or edge < found.info.resolution <= resolution * (1.0 + 1e-6)
 
 
 def test_a_table_is_in_the_way_of_a_mast_and_its_legs_of_everybody():
-    low, tall = (in_the_way(TABLE, ROOM, lowest=None, highest=height) for height in (0.42, 1.2))
+    low, tall = (height_mask(TABLE, ROOM, lowest=None, highest=height) for height in (0.42, 1.2))
     under = low.info.cell_of(2.0, 1.5)
     assert (low.data[under], tall.data[under]) == (0, 100)
     middle = (slice(2, -2), slice(2, -2))  # without the walls of the room
@@ -67,7 +67,7 @@ def test_a_table_is_in_the_way_of_a_mast_and_its_legs_of_everybody():
     [(None, 0.7, False), (None, 0.71, True), (0.8, 2.0, False), (0.79, 2.0, True), (0.75, 0.76, True)],
 )
 def test_what_only_touches_a_robot_is_not_in_its_way(lowest, highest, hit):
-    found = in_the_way(TABLE, ROOM, lowest=lowest, highest=highest)
+    found = height_mask(TABLE, ROOM, lowest=lowest, highest=highest)
     assert (found.data[found.info.cell_of(2.0, 1.5)] == 100) == hit
 
 
@@ -77,23 +77,23 @@ def test_the_floor_and_what_is_as_rough_as_a_voxel_is_in_nobodys_way_unless_that
     data[1, :, 5] = 100
     tree = octree_of(VoxelGrid(data, VoxelInfo(0.1, 10, 10, 3, Point3D(0.0, 0.0, -0.1))))
     info = GridInfo(0.1, 10, 10)
-    assert not in_the_way(tree, info, lowest=None, highest=1.0).data.any()
-    step = in_the_way(tree, info, lowest=0.0, highest=1.0).data
+    assert not height_mask(tree, info, lowest=None, highest=1.0).data.any()
+    step = height_mask(tree, info, lowest=0.0, highest=1.0).data
     assert (step[:, 5] == 100).all()
     assert (np.delete(step, 5, axis=1) == 0).all()
 
 
 def test_an_empty_octree_and_a_map_far_from_it_are_in_nobodys_way():
     empty = OcTree(0.1, np.empty((0, 3), np.uint16), np.empty(0, np.uint8), np.empty(0, np.bool_))
-    assert not in_the_way(empty, ROOM, lowest=None, highest=1.0).data.any()
+    assert not height_mask(empty, ROOM, lowest=None, highest=1.0).data.any()
     away = GridInfo(0.05, 20, 20, Pose2D(-5000.0, 9000.0))
-    assert not in_the_way(TABLE, away, lowest=None, highest=1.0).data.any()
+    assert not height_mask(TABLE, away, lowest=None, highest=1.0).data.any()
 
 
 @pytest.mark.parametrize("resolution", [1e-300, 1e-6, 1e6, 1e300])
 def test_an_octree_that_nobody_could_have_made_does_no_harm(resolution):
     tree = replace(TABLE, resolution=resolution)
-    found = in_the_way(tree, ROOM, lowest=None, highest=1.0)
+    found = height_mask(tree, ROOM, lowest=None, highest=1.0)
     assert found.data.size <= 4 * ROOM.width * ROOM.height
     grid = GridMap(np.zeros(ROOM.shape, np.int8), ROOM)
     assert build_layers(grid, overhead=found).keepout.info == ROOM
@@ -102,7 +102,7 @@ def test_an_octree_that_nobody_could_have_made_does_no_harm(resolution):
 def test_layers_keep_clear_of_it_and_of_what_a_mask_says_as_well():
     grid = GridMap(np.zeros(ROOM.shape, np.int8), ROOM)
     zones = GridMap(np.array([[0, 0], [0, 60]], np.int8), GridInfo(2.0, 2, 2))
-    overhead = in_the_way(TABLE, ROOM, lowest=None, highest=1.2)
+    overhead = height_mask(TABLE, ROOM, lowest=None, highest=1.2)
     layers = build_layers(grid, keepout=zones, overhead=overhead)
     table, beside, mask = (ROOM.cell_of(*point) for point in ((2.0, 1.5), (2.0, 0.6), (3.5, 2.5)))
     assert [layers.keepout.data[cell] for cell in (table, beside, mask)] == [100, 0, 60]

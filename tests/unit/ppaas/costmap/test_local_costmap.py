@@ -13,7 +13,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.local_costmap import LocalCostmap
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.costmap.obstacle_layer import LaserReading
-from ppaas.costmap.social_layer import Person
+from ppaas.costmap.social_layer import PersonNearby
 from ppaas.errors import InvalidInput, InvalidMap, InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import warehouse
@@ -339,7 +339,7 @@ def test_a_perfect_laser_in_a_real_map_marks_nothing_more_than_a_cell_from_its_w
 def test_people_make_what_is_around_them_dearer_for_this_update_and_for_planning_across_the_map():
     layers = empty()
     local = LocalCostmap(layers, width=4.0, height=4.0)
-    robot, somebody = Pose2D(5.0, 5.0), Person(6.0, 5.0, 0.0, 1.0)
+    robot, somebody = Pose2D(5.0, 5.0), PersonNearby(6.0, 5.0, 0.0, 1.0)
     costmap = local.update(robot, people=[somebody])
     assert cost_at(costmap, 6.0, 5.0) > 70
     assert cost_at(costmap, 6.0, 5.8) > cost_at(costmap, 6.0, 4.2)
@@ -351,5 +351,5 @@ def test_people_make_what_is_around_them_dearer_for_this_update_and_for_planning
 
 def test_in_a_turned_map_people_walk_where_they_walk():
     turned = LocalCostmap(empty(origin=Pose2D(10.0, 0.0, math.pi / 2)), width=4.0, height=4.0)
-    costmap = turned.update(Pose2D(5.0, 5.0), people=[Person(5.0, 5.0, 1.0, 0.0)])
+    costmap = turned.update(Pose2D(5.0, 5.0), people=[PersonNearby(5.0, 5.0, 1.0, 0.0)])
     assert cost_at(costmap, 5.9, 5.05) > 2 * cost_at(costmap, 5.05, 5.7)

@@ -4,17 +4,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.costmap.moving_obstacles import Mover, swept
+from ppaas.costmap.moving_obstacles import MovingObstacle, swept_discs
 
 FAR = (50.0, 50.0, 0.2)
 movers = st.builds(
-    Mover, st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.floats(0.1, 0.5)
+    MovingObstacle,
+    st.floats(-3.0, 3.0),
+    st.floats(-3.0, 3.0),
+    st.floats(-2.0, 2.0),
+    st.floats(-2.0, 2.0),
+    st.floats(0.1, 0.5),
 )
 
 
 @given(mover=movers, seconds=st.floats(0.0, 2.0), at=st.floats(0.0, 1.0))
 def test_all_that_it_takes_up_on_its_way_lies_within_the_discs(mover, seconds, at):
-    discs = list(swept([mover], seconds, FAR))
+    discs = list(swept_discs([mover], seconds, FAR))
     there = mover.after(at * seconds)
     assert min(math.hypot(there.x - x, there.y - y) for x, y, _ in discs) <= 0.5 * mover.radius + 1e-9
     assert discs[0] == (mover.x, mover.y, mover.radius)
@@ -24,10 +29,10 @@ def test_all_that_it_takes_up_on_its_way_lies_within_the_discs(mover, seconds, a
 @given(mover=movers, seconds=st.floats(0.0, 2.0))
 def test_it_walls_no_robot_in_but_for_where_it_is(mover, seconds):
     robot = (0.0, 0.0, 0.2)
-    for x, y, radius in list(swept([mover], seconds, robot))[1:]:
+    for x, y, radius in list(swept_discs([mover], seconds, robot))[1:]:
         assert math.hypot(x, y) > radius + 0.2
 
 
-@pytest.mark.parametrize("still", [Mover(1.0, 2.0, 0.0, 0.0, 0.3), Mover(1.0, 2.0, 1.0, 0.0, 0.0)])
+@pytest.mark.parametrize("still", [MovingObstacle(1.0, 2.0, 0.0, 0.0, 0.3), MovingObstacle(1.0, 2.0, 1.0, 0.0, 0.0)])
 def test_what_stands_or_is_but_a_point_is_one_disc(still):
-    assert list(swept([still], 1.0, FAR)) == [(1.0, 2.0, still.radius)]
+    assert list(swept_discs([still], 1.0, FAR)) == [(1.0, 2.0, still.radius)]

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from ppaas.costmap.social_layer import Person, Proxemics
+from ppaas.costmap.social_layer import PersonNearby, Proxemics
 from ppaas.errors import InvalidParameter
 from tests.support.world import grids
 
@@ -24,9 +24,9 @@ def test_what_cannot_be_is_refused_by_name(wrong):
 def test_it_tells_whether_it_raised_anything():
     costmap = grids.of(np.zeros((40, 40), np.uint8), 0.1)
     assert not Proxemics().add(costmap, [])
-    assert not Proxemics().add(costmap, [Person(20.0, 20.0)])
-    assert not Proxemics(amplitude=5.0).add(costmap, [Person(2.05, 2.05)])
-    assert Proxemics().add(costmap, [Person(2.05, 2.05)])
+    assert not Proxemics().add(costmap, [PersonNearby(20.0, 20.0)])
+    assert not Proxemics(amplitude=5.0).add(costmap, [PersonNearby(2.05, 2.05)])
+    assert Proxemics().add(costmap, [PersonNearby(2.05, 2.05)])
     assert costmap.data[20, 20] == 77
     # The radius at which it falls to the cutoff.
     reach = math.sqrt(2.0 * 0.25 * math.log(77.0 / 10.0))

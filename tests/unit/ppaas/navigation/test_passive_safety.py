@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.controllers.base import Velocity
-from ppaas.costmap.moving_obstacles import Mover
+from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.geometry import Pose2D
 from ppaas.navigation.passive_safety import MARGIN, REACTION, GivingWay
 
@@ -16,8 +16,8 @@ HERE, AHEAD = Pose2D(2.0, 1.0, math.pi / 2), Velocity(0.6, 0.3)
 GIVING_WAY = GivingWay(RADIUS, ACCELERATION)
 
 
-def person(x: float, y: float, vx: float, vy: float) -> Mover:
-    return Mover(x, y, vx, vy, PERSON)
+def person(x: float, y: float, vx: float, vy: float) -> MovingObstacle:
+    return MovingObstacle(x, y, vx, vy, PERSON)
 
 
 def nearest(gap: float, walks: float, speed: float) -> float:
@@ -63,7 +63,7 @@ def test_it_stands_before_who_is_there() -> None:
         (AHEAD, person(2.0, 9.0, 0.0, -1.0)),  # far off
     ],
 )
-def test_nobody_else_slows_it(velocity: Velocity, mover: Mover) -> None:
+def test_nobody_else_slows_it(velocity: Velocity, mover: MovingObstacle) -> None:
     assert GIVING_WAY.slowed(velocity, HERE, [mover]) == velocity
     assert GIVING_WAY.slowed(velocity, HERE, []) == velocity
 

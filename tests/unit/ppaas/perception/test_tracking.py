@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.geometry import Pose2D
-from ppaas.perception.tracking import FORGET, HITS, MovingThings, Tracker
-from ppaas.perception.unmapped_objects import LARGEST, Thing, things_in
+from ppaas.perception.tracking import FORGET, HITS, MovingObjects, Tracker
+from ppaas.perception.unmapped_objects import LARGEST, UnmappedObject, unmapped_objects_in
 from robots.sim.laser import Laser, LaserModel
 from tests.support.world.rooms import room
 
@@ -30,7 +30,7 @@ def reading(*people: tuple[float, float], pose: Pose2D = HERE, seed: int = 1) ->
     return LaserReading(pose, MODEL.angles, ranges)
 
 
-def walked(moving: MovingThings, start: tuple[float, float], velocity: tuple[float, float], scans: int) -> None:
+def walked(moving: MovingObjects, start: tuple[float, float], velocity: tuple[float, float], scans: int) -> None:
     """Show somebody who walks, a scan every 0.1 s."""
     for scan in range(scans):
         seconds = scan * PERIOD
@@ -39,32 +39,32 @@ def walked(moving: MovingThings, start: tuple[float, float], velocity: tuple[flo
 
 
 def test_a_room_as_the_map_has_it_has_nothing_that_stands_out() -> None:
-    assert things_in(reading(), LAYERS) == []
+    assert unmapped_objects_in(reading(), LAYERS) == []
 
 
 @settings(max_examples=30, deadline=None)
 @given(st.floats(-math.pi, math.pi), st.floats(0.6, 2.8), st.floats(-math.pi, math.pi))
 def test_somebody_is_found_where_they_stand_from_any_side(bearing: float, away: float, heading: float) -> None:
     x, y = HERE.x + away * math.cos(bearing), HERE.y + away * math.sin(bearing)
-    [thing] = things_in(reading((x, y), pose=Pose2D(HERE.x, HERE.y, heading)), LAYERS)
+    [thing] = unmapped_objects_in(reading((x, y), pose=Pose2D(HERE.x, HERE.y, heading)), LAYERS)
     assert math.hypot(thing.x - x, thing.y - y) < 0.12
     assert 0.1 < thing.radius < 0.35
 
 
 def test_two_side_by_side_are_two_and_a_long_thing_is_nobody() -> None:
-    assert len(things_in(reading((6.5, 3.6), (6.5, 4.6)), LAYERS)) == 2
+    assert len(unmapped_objects_in(reading((6.5, 3.6), (6.5, 4.6)), LAYERS)) == 2
     wall = [(6.5, 3.0 + 0.1 * step) for step in range(round((LARGEST + 1.0) / 0.1))]
-    assert things_in(reading(*wall), LAYERS) == []
+    assert unmapped_objects_in(reading(*wall), LAYERS) == []
 
 
 def test_no_reading_is_nothing_that_stands_out() -> None:
     blind = LaserReading(HERE, MODEL.angles, np.full(MODEL.beams, math.nan))
-    assert things_in(blind, LAYERS) == []
+    assert unmapped_objects_in(blind, LAYERS) == []
 
 
 @pytest.mark.parametrize("velocity", [(1.0, 0.0), (-0.6, 0.4), (0.0, 1.4)])
 def test_who_walks_is_told_of_with_where_to_and_how_fast(velocity: tuple[float, float]) -> None:
-    moving, start = MovingThings(LAYERS), (5.5, 2.5)
+    moving, start = MovingObjects(LAYERS), (5.5, 2.5)
     walked(moving, start, velocity, 15)
     last = 14 * PERIOD
     [mover] = moving.now(last)
@@ -74,13 +74,13 @@ def test_who_walks_is_told_of_with_where_to_and_how_fast(velocity: tuple[float, 
 
 
 def test_who_stands_does_not_move_though_the_laser_is_noisy() -> None:
-    moving = MovingThings(LAYERS)
+    moving = MovingObjects(LAYERS)
     walked(moving, (6.0, 3.0), (0.0, 0.0), 40)
     assert moving.now(4.0) == ()
 
 
 def test_who_is_seen_no_more_is_forgotten() -> None:
-    moving = MovingThings(LAYERS)
+    moving = MovingObjects(LAYERS)
     walked(moving, (4.0, 2.5), (1.0, 0.0), 12)
     assert len(moving.now(1.1)) == 1
     assert moving.now(1.2 + FORGET) == (), "no scan came"
@@ -92,9 +92,9 @@ def test_who_is_seen_no_more_is_forgotten() -> None:
 def test_a_scan_that_is_older_than_the_last_changes_nothing() -> None:
     tracker = Tracker()
     for scan in range(2 * HITS):
-        tracker.see([Thing(0.1 * scan, 0.0, 0.2)], scan * PERIOD)
+        tracker.see([UnmappedObject(0.1 * scan, 0.0, 0.2)], scan * PERIOD)
     before = list(tracker.movers())
-    tracker.see([Thing(5.0, 5.0, 0.2)], 0.0)
+    tracker.see([UnmappedObject(5.0, 5.0, 0.2)], 0.0)
     assert list(tracker.movers()) == before
     assert len(before) == 1
 
@@ -102,15 +102,15 @@ def test_a_scan_that_is_older_than_the_last_changes_nothing() -> None:
 def test_after_a_long_silence_all_begins_anew() -> None:
     tracker = Tracker()
     for scan in range(2 * HITS):
-        tracker.see([Thing(0.1 * scan, 0.0, 0.2)], scan * PERIOD)
-    tracker.see([Thing(1.0, 0.0, 0.2)], 60.0)
+        tracker.see([UnmappedObject(0.1 * scan, 0.0, 0.2)], scan * PERIOD)
+    tracker.see([UnmappedObject(1.0, 0.0, 0.2)], 60.0)
     assert list(tracker.movers()) == []
 
 
 def test_two_who_pass_each_other_keep_their_ways() -> None:
     tracker = Tracker()
     for scan in range(20):
-        tracker.see([Thing(0.1 * scan, 0.0, 0.2), Thing(2.0 - 0.1 * scan, 0.7, 0.2)], scan * PERIOD)
+        tracker.see([UnmappedObject(0.1 * scan, 0.0, 0.2), UnmappedObject(2.0 - 0.1 * scan, 0.7, 0.2)], scan * PERIOD)
     ways = sorted(round(mover.vx, 1) for mover in tracker.movers())
     assert ways == [-1.0, 1.0]
 
@@ -118,7 +118,7 @@ def test_two_who_pass_each_other_keep_their_ways() -> None:
 def test_where_somebody_walked_is_left_behind_them_each_place_once() -> None:
     tracker, left = Tracker(), []
     for scan in range(30):
-        tracker.see([Thing(0.1 * scan, 0.0, 0.2)], scan * PERIOD)
+        tracker.see([UnmappedObject(0.1 * scan, 0.0, 0.2)], scan * PERIOD)
         left += tracker.left()
     places = [x for x, _, _ in left]
     assert places == sorted(set(places))
@@ -130,5 +130,5 @@ def test_where_somebody_walked_is_left_behind_them_each_place_once() -> None:
 def test_who_stands_leaves_nothing() -> None:
     tracker = Tracker()
     for scan in range(20):
-        tracker.see([Thing(1.0, 0.0, 0.2)], scan * PERIOD)
+        tracker.see([UnmappedObject(1.0, 0.0, 0.2)], scan * PERIOD)
     assert tracker.left() == []

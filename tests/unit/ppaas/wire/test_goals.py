@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from ppaas.errors import Conflict, InvalidInput, MalformedMessage, NotFound, QuotaExceeded, TransformError
 from ppaas.wire.actions import PARTS, actions, find_action
-from ppaas.wire.goals import GRACE, MAX_GOALS, Goals, Told
+from ppaas.wire.goals import GRACE, MAX_GOALS, ClientGoals, GoalFrame
 from ppaas.wire.operations import CancelActionGoal, SendActionGoal
 from ppaas.wire.rosbridge import RosbridgeSession
 
@@ -40,7 +40,7 @@ class Client:
     """The goals of one client, and what it was told."""
 
     def __init__(self) -> None:
-        self.goals = Goals("c")
+        self.goals = ClientGoals("c")
         self.told: list[dict[str, Any]] = []
 
     def send(self, now: float = 0.0, **fields: Any) -> dict[str, Any]:
@@ -55,7 +55,7 @@ class Client:
         """Hear a message of the action."""
         self._note(*self.goals.hear(topic, json.dumps(message).encode(), now))
 
-    def _note(self, *told: Told) -> None:
+    def _note(self, *told: GoalFrame) -> None:
         self.told += [json.loads(one.frame) for one in told]
 
     def listed(self, now: float, *statuses: tuple[str, int]) -> None:

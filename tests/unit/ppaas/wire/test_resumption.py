@@ -5,12 +5,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidParameter
-from ppaas.wire.resumption import ANEW, Point, parse_name, parse_point
+from ppaas.wire.resumption import ANEW, ResumptionPoint, parse_name, parse_point
 
 
 @given(st.text("0123456789abcdef_-", min_size=1, max_size=64), st.integers(0, 10**15 - 1))
 def test_a_point_is_read_as_it_was_written(session: str, received: int) -> None:
-    assert parse_point(str(Point(session, received))) == Point(session, received)
+    assert parse_point(str(ResumptionPoint(session, received))) == ResumptionPoint(session, received)
 
 
 def test_to_begin_anew_is_to_have_no_point() -> None:

@@ -11,7 +11,7 @@ from ppaas.messages.message import Empty
 from ppaas.messages.std_msgs import Float64, String
 from ppaas.messages.std_srvs import Trigger, TriggerResponse
 from ppaas.wire import operations, rosbridge
-from ppaas.wire.rosbridge_client import Heard, RosbridgeClientSession, ServiceResponse, StatusReport, failure_of
+from ppaas.wire.rosbridge_client import ReceivedMessage, RosbridgeClientSession, ServiceResult, StatusReport, failure_of
 
 
 def test_the_server_side_understands_all_that_the_client_says() -> None:
@@ -36,13 +36,13 @@ def test_the_client_understands_all_that_the_server_says() -> None:
     server.receive(client.subscribe("cmd_vel", Twist))
     [frame] = server.publish("cmd_vel", b'{"linear":{"x":0.5},"angular":{}}', 0.0)
     heard = client.receive(frame)
-    assert isinstance(heard, Heard)
+    assert isinstance(heard, ReceivedMessage)
     assert decode(Twist, heard.msg) == Twist(Vector3(x=0.5))
     _, frame = client.call("stop", Empty())
     call = server.receive(frame)
     assert isinstance(call, operations.CallService)
     answer = client.receive(server.answer(call, b'{"success":true}'))
-    assert isinstance(answer, ServiceResponse)
+    assert isinstance(answer, ServiceResult)
     assert failure_of(answer) is None
     status = server.status(NotPermitted("not yours"))
     assert status is not None
@@ -56,7 +56,7 @@ def test_a_refused_call_gives_its_reason() -> None:
     call = server.receive(client.call("stop", Empty())[1])
     assert isinstance(call, operations.CallService)
     answer = client.receive(server.refuse_call(call, NotFound("service", "stop")))
-    assert isinstance(answer, ServiceResponse)
+    assert isinstance(answer, ServiceResult)
     failure = failure_of(answer)
     assert isinstance(failure, PPaaSError)
     assert "unknown service 'stop'" in str(failure)
@@ -80,7 +80,7 @@ def test_a_service_that_the_client_offers_is_asked_and_answered() -> None:
 
 
 def test_a_failure_without_a_reason_names_the_service() -> None:
-    failure = failure_of(ServiceResponse("stop", False))
+    failure = failure_of(ServiceResult("stop", False))
     assert failure is not None
     assert "'stop' failed without a reason" in str(failure)
 

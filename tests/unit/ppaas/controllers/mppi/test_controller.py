@@ -5,7 +5,7 @@ import pytest
 
 from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
 from ppaas.controllers.mppi.controller import PathIntegral
-from ppaas.costmap.moving_obstacles import Mover
+from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.geometry import Pose2D
 from ppaas.planners.base import PlanRequest
 from ppaas.planners.grid.dijkstra import Dijkstra
@@ -153,7 +153,7 @@ def test_who_cannot_avoid_to_be_run_into_does_not_drive_towards_it(offset):
     world, robot = World(cells), Unicycle(Pose2D(1.0, 1.5))
     controller = PathIntegral(robot_radius=RADIUS)
     controller.set_plan(along_x(1.0, 7.0, y=1.5))
-    mover, period, fastest = Mover(5.0, 1.5 + offset, -1.2, 0.0, 0.25), 0.05, 0.0
+    mover, period, fastest = MovingObstacle(5.0, 1.5 + offset, -1.2, 0.0, 0.25), 0.05, 0.0
     while mover.x - robot.pose.x > mover.radius + RADIUS:
         request = ControlRequest(robot.pose, robot.velocity, world.window(robot.pose), period, movers=(mover,))
         try:

@@ -8,7 +8,7 @@ from ppaas.controllers.followed_path import FollowedPath
 from ppaas.controllers.mppi.parameters import MppiParameters
 from ppaas.controllers.mppi.terrain import FAR, terrain_of
 from ppaas.costmap.costmap import Costmap
-from ppaas.costmap.moving_obstacles import Mover
+from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.geometry import Pose2D, poses_along
 from ppaas.maps.grid import GridInfo
 from tests.support.world import grids
@@ -66,7 +66,7 @@ def test_a_robot_in_an_inscribed_cell_has_a_way_out_and_one_among_nothing_else_h
 def test_who_moves_is_told_in_the_frame_of_the_grid_and_of_the_next_command():
     costmap = grids.of(np.zeros((40, 60), np.uint8), 0.05)
     turned = Costmap(costmap.data, GridInfo(0.05, 60, 40, Pose2D(1.0, 2.0, math.pi / 2)))
-    moving = (Mover(0.0, 3.0, 0.0, 0.5, 0.3),)
+    moving = (MovingObstacle(0.0, 3.0, 0.0, 0.5, 0.3),)
     asked = ControlRequest(turned.info.origin @ Pose2D(0.3, 1.0), Velocity(), turned, movers=moving)
     line = np.array([turned.info.origin @ Pose2D(x, 1.0) for x in np.linspace(0.2, 2.5, 60)])
     terrain = terrain_of(asked, FollowedPath(poses_along(line[:, :2])), MppiParameters(command_delay=0.4))

@@ -6,7 +6,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from ppaas.maps.formats.image import Image
+from ppaas.maps.formats.image import MapImage
 from ppaas.maps.formats.map_yaml import MapYaml, Mode, Rules
 from ppaas.maps.formats.thresholds import occupancy
 from tests.reference.maps import map_image as twin
@@ -32,7 +32,7 @@ def test_every_pixel_is_read_as_the_twin_reads_it(channels, mode, negate, low, h
     assume(np.float32(low) < np.float32(high))
     keys = record(mode=mode, negate=negate, free_thresh=low, occupied_thresh=high, rules=rules)
     expected = getattr(twin, rules.value)(channels, mode.value, negate, high, low)
-    assert np.array_equal(occupancy(Image(channels), keys), expected)
+    assert np.array_equal(occupancy(MapImage(channels), keys), expected)
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_every_pixel_is_read_as_the_twin_reads_it(channels, mode, negate, low, h
     ],
 )
 def test_known_values(keys, grey, by_map_server, by_nav2):
-    image = Image(np.array([grey], np.uint8)[..., np.newaxis])
+    image = MapImage(np.array([grey], np.uint8)[..., np.newaxis])
     assert occupancy(image, record(**keys)).tolist() == [by_map_server]
     assert occupancy(image, record(**keys, rules=Rules.NAV2)).tolist() == [by_nav2]
 
@@ -69,20 +69,20 @@ def test_known_values(keys, grey, by_map_server, by_nav2):
 def test_alpha_is_averaged_in_by_map_server_and_makes_unknown_by_nav2(mode, by_map_server, by_nav2):
     greys = np.array([255, 127, 0] * 2, np.uint8)
     channels = np.stack((greys, greys, greys, np.array([255] * 3 + [0] * 3, np.uint8)), axis=-1)[np.newaxis]
-    assert occupancy(Image(channels), record(mode=mode)).tolist() == [by_map_server]
-    assert occupancy(Image(channels), record(mode=mode, rules=Rules.NAV2)).tolist() == [by_nav2]
+    assert occupancy(MapImage(channels), record(mode=mode)).tolist() == [by_map_server]
+    assert occupancy(MapImage(channels), record(mode=mode, rules=Rules.NAV2)).tolist() == [by_nav2]
 
 
 def test_a_grey_image_and_the_same_in_colours_are_one_map():
     for rules in Rules:
         for mode in Mode:
             keys = record(mode=mode, rules=rules)
-            grey = occupancy(Image(GREYS), keys)
-            assert np.array_equal(occupancy(Image(np.repeat(GREYS, 3, axis=2)), keys), grey)
+            grey = occupancy(MapImage(GREYS), keys)
+            assert np.array_equal(occupancy(MapImage(np.repeat(GREYS, 3, axis=2)), keys), grey)
 
 
 def test_scaled_values_only_grow_with_the_grey():
     for rules in Rules:
-        cells = occupancy(Image(GREYS), record(mode=Mode.SCALE, rules=rules))[0].astype(int)
+        cells = occupancy(MapImage(GREYS), record(mode=Mode.SCALE, rules=rules))[0].astype(int)
         assert (np.diff(cells) <= 0).all()
         assert {0, 100} < set(cells.tolist())
