@@ -7,7 +7,7 @@ from engine.service.links.place_link import PlaceLink
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
 from ppaas.wire.actions import find_action
-from ppaas.wire.goals import ClientGoals, GoalFrame, refusal
+from ppaas.wire.goals import GoalFrame, GoalTracker, refusal
 from ppaas.wire.names import normalise
 from ppaas.wire.operations import CancelActionGoal, SendActionGoal
 from ppaas.wire.rosbridge import RosbridgeSession
@@ -41,7 +41,7 @@ class ClientGoals:
         self._wire = wire
         self._outbox = outbox
         self._send = send
-        self._goals = ClientGoals(f"goal-{client}")
+        self._goals = GoalTracker(f"goal-{client}")
         self._topics: set[str] = set()
 
     def hears(self, topic: str) -> bool:

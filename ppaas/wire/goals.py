@@ -81,7 +81,7 @@ class GoalFrame:
     final: bool
 
 
-class ClientGoals:
+class GoalTracker:
     """The goals of one client that are under way.
 
     Parameters

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from ppaas.errors import Conflict, InvalidInput, MalformedMessage, NotFound, QuotaExceeded, TransformError
 from ppaas.wire.actions import PARTS, actions, find_action
-from ppaas.wire.goals import GRACE, MAX_GOALS, ClientGoals, GoalFrame
+from ppaas.wire.goals import GRACE, MAX_GOALS, GoalFrame, GoalTracker
 from ppaas.wire.operations import CancelActionGoal, SendActionGoal
 from ppaas.wire.rosbridge import RosbridgeSession
 
@@ -40,7 +40,7 @@ class Client:
     """The goals of one client, and what it was told."""
 
     def __init__(self) -> None:
-        self.goals = ClientGoals("c")
+        self.goals = GoalTracker("c")
         self.told: list[dict[str, Any]] = []
 
     def send(self, now: float = 0.0, **fields: Any) -> dict[str, Any]:
