@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import msgspec
 import uvloop
 
-from engine.bootstrap import Cloud, CloudConfig
+from engine.bootstrap import CloudConfig, Engine
 from engine.master.quotas import Quota
 from engine.runtimes.compilation import store_kernels
 from ppaas.errors import InvalidInput, Unavailable
@@ -137,9 +137,9 @@ async def _serve(arguments: argparse.Namespace) -> None:
     stop = _stop_on_signals()
     async with contextlib.AsyncExitStack() as last_first:
         listener = last_first.enter_context(listen(arguments.host, arguments.port))
-        cloud = Cloud(cloud_config(arguments))
-        last_first.push_async_callback(cloud.close)
-        web = await _unless(stop, _start(cloud, arguments, last_first))
+        engine = Engine(cloud_config(arguments))
+        last_first.push_async_callback(engine.close)
+        web = await _unless(stop, _start(engine, arguments, last_first))
         if web is not None:
             await _run(web, listener, stop, arguments.ready_file)
 
@@ -163,14 +163,14 @@ async def _unless(stop: asyncio.Event, work: Coroutine[Any, Any, T]) -> T | None
         await asyncio.gather(*tasks, return_exceptions=True)
 
 
-async def _start(cloud: Cloud, arguments: argparse.Namespace, last_first: contextlib.AsyncExitStack) -> "Web":
+async def _start(engine: Engine, arguments: argparse.Namespace, last_first: contextlib.AsyncExitStack) -> "Web":
     """Start the machine, and beside it get ready what serves the web."""
-    machine = asyncio.create_task(cloud.start())
+    machine = asyncio.create_task(engine.start())
     try:
         serving = await asyncio.to_thread(_import_web)
         await asyncio.to_thread(store_kernels.prepare)
         web = serving(
-            cloud, linger=arguments.linger, idle=arguments.idle, dead=arguments.dead, log_level=arguments.log_level
+            engine, linger=arguments.linger, idle=arguments.idle, dead=arguments.dead, log_level=arguments.log_level
         )
         last_first.push_async_callback(web.close)
         password_file = arguments.admin_password_file or arguments.data / "admin-password"

@@ -16,9 +16,9 @@ from endpoints.http.http_protocol import DirectHttp
 from endpoints.http.websocket_protocol import DirectWebSocket
 from endpoints.rosbridge.idle_watch import IdleWatch
 from endpoints.rosbridge.robot_socket import serve_robot_socket
-from endpoints.rosbridge.session_registry import ClientSessions
+from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
-from engine.bootstrap import Cloud
+from engine.bootstrap import Engine
 from engine.processes.background import Background
 
 MAX_FRAME = 16 * 1024 * 1024
@@ -39,7 +39,7 @@ class Web:
 
     Parameters
     ----------
-    cloud : Cloud
+    engine : Engine
         Which is closed after this, by whoever made it.
     linger : float
         Seconds that a session is kept without a socket.
@@ -51,12 +51,12 @@ class Web:
         ``error`` for errors alone.
     """
 
-    def __init__(self, cloud: Cloud, *, linger: float, idle: float, dead: float, log_level: str) -> None:
-        self.accounts = Accounts(cloud.store)
-        self._sessions = ClientSessions(cloud.sessions, cloud.plan_rate, linger)
-        self._idle = IdleWatch(self._sessions, cloud.sessions, idle)
+    def __init__(self, engine: Engine, *, linger: float, idle: float, dead: float, log_level: str) -> None:
+        self.accounts = Accounts(engine.store)
+        self._sessions = SessionRegistry(engine.sessions, engine.cloud.plan_rate, linger)
+        self._idle = IdleWatch(self._sessions, engine.sessions, idle)
         self._watching = Background()
-        services = Services(cloud.store, cloud.map_store, self.accounts, cloud)
+        services = Services(engine.store, engine.map_store, self.accounts, engine.cloud)
         self._server = Server(_uvicorn_config(build_app(services, self._sessions), log_level, dead))
 
     async def serve(self, listener: socket.socket) -> None:
@@ -78,7 +78,7 @@ class Web:
         self._sessions.close()
 
 
-def build_app(services: Services, sessions: ClientSessions) -> FastAPI:
+def build_app(services: Services, sessions: SessionRegistry) -> FastAPI:
     """Return the web application."""
     app = create_app(services)
 

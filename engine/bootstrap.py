@@ -28,21 +28,14 @@ from engine.remote.ray.config import WatchConfig
 from engine.remote.ray.machines import RayMachines
 from engine.remote.ray.watcher_process import WatcherProcess
 from engine.runtimes import registry as runtimes
+from engine.service.cloud import Cloud
 from engine.service.machine_events import RETURN_TIMEOUT
 from engine.service.machine_registry import Roll
 from engine.service.master_driver import CloudService
-from engine.service.plan_rate import PlanRate
-from engine.service.planning import Planning
-from engine.service.robot_nodes import RobotNodes
 from engine.service.robot_sessions import LINGER, RobotSessions
-from engine.service.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
 from engine.specs.checkpoints import Checkpoints
-from engine.specs.containers import MapVersion
-from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import InvalidInput, Unavailable
-from ppaas.messages.ppaas_msgs import NodeHome
 from storage.ports import MapStore, Store
-from storage.records import User
 from storage.urls.opening import open_map_store, open_store
 
 logger = logging.getLogger(__name__)
@@ -167,7 +160,7 @@ def _new_ids() -> Callable[[], str]:
     return lambda: f"c{next(numbers)}-{ours}"
 
 
-class Cloud:
+class Engine:
     """The engine of one cloud, with this machine in it.
 
     Parameters
@@ -194,10 +187,9 @@ class Cloud:
         own = settled(_agent_config(config, instance, self._far), left)
         self._run_dir = Path(own.run_dir)
         self._agents: Agents = self._on_ray(watcher) if watcher is not None else OwnMachine(own, file, left)
-        self.quotas = Quotas(config.quota)
-        self.plan_rate = PlanRate(self.quotas)
+        quotas = Quotas(config.quota)
         self.service = CloudService(
-            Master(balancer, self.quotas, new_id=_new_ids()),
+            Master(balancer, quotas, new_id=_new_ids()),
             Checkpoints(self.store, instance, config.linger),
             self._run_dir,
             own.secret,
@@ -213,8 +205,7 @@ class Cloud:
             self.service, self.store, self.map_store, config.linger, node_priorities=config.node_priorities
         )
         self.service.place_adopted = self.sessions.await_back
-        self._planning = Planning(self.service)
-        self._nodes = RobotNodes(self.service)
+        self.cloud = Cloud(self.service, quotas)
 
     def _on_ray(self, watcher: WatcherProcess) -> RayMachines:
         """Return what keeps the agents of the nodes of a Ray cluster."""
@@ -273,58 +264,4 @@ class Cloud:
             if self._far is not None:
                 last_first.push_async_callback(self._far.close)
             last_first.push_async_callback(self.sessions.close)
-            last_first.callback(self._planning.close)
-
-    # What the endpoints ask; see ``endpoints.services.services.Cloud``.
-
-    def machines(self) -> list[MachineView]:
-        """Return all machines."""
-        return self.service.machines()
-
-    def machine_settings(self, machine: str) -> MachineSettings:
-        """Return what an administrator says of a machine."""
-        return self.service.administration.settings(machine)
-
-    def configure_machine(self, machine: str, settings: MachineSettings) -> None:
-        """Take over what an administrator says of a machine."""
-        self.service.administration.configure(machine, settings)
-
-    def remove_machine(self, machine: str, *, force: bool = False) -> None:
-        """Cut a machine off, and let it in no more until it is admitted."""
-        self.service.administration.remove(machine, force=force)
-
-    def admit_machine(self, machine: str) -> None:
-        """Let a machine in again that was removed."""
-        self.service.administration.admit(machine)
-
-    def containers(self, user: str | None) -> list[ContainerView]:
-        """Return the containers of a user, or all."""
-        return self.service.containers(user)
-
-    def give_up_container(self, container: str) -> None:
-        """Have a container ended; its place gets another."""
-        self.service.give_up_container(container)
-
-    def quotas_changed(self) -> None:
-        """Serve whoever waits for what users may have now."""
-        self.service.quotas_changed()
-
-    def resize_container(self, container: str, cores: float) -> None:
-        """Give a container another size while it runs."""
-        self.service.resize_container(container, cores)
-
-    async def node_homes(self, user: str, robot: str) -> list[NodeHome]:
-        """Return where each node of a robot runs, and why."""
-        return await self._nodes.homes(user, robot)
-
-    async def run_node(self, user: str, robot: str, node: str, home: str) -> NodeHome:
-        """Have a node of a robot run in a home, or where it does best."""
-        return await self._nodes.run(user, robot, node, home)
-
-    async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
-        """Have a container plan a path."""
-        return await self._planning.compute_path(user.id, map, request)
-
-    async def compute_costs(self, user: User, map: MapVersion, request: CostRequest) -> CostAnswer:  # noqa: A002
-        """Have a container tell what it costs from each start to each goal."""
-        return await self._planning.compute_costs(user.id, map, request)
+            last_first.callback(self.cloud.close)

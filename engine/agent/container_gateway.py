@@ -8,12 +8,12 @@ import asyncio
 import logging
 from collections.abc import Awaitable, Callable
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import msgspec
 
+from engine.agent.fleet_topics import Fabric, FleetTopics, scope_of
 from engine.agent.plan_service import PlanDesk
-from engine.fabric.keys import Scope, parse_shared
 from engine.processes.background import Background
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
@@ -22,47 +22,17 @@ from engine.protocols.robot_link import Refusal
 from engine.specs.checkpoints import marks
 from engine.specs.containers import ContainerSpec
 from ppaas.clock import epoch
-from ppaas.errors import MessageTooLarge, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
+from ppaas.errors import NotPermitted, PPaaSError, QuotaExceeded, Unavailable
 from storage.ports import Store
 from storage.records import CloneCheckpoint
 
 logger = logging.getLogger(__name__)
 
 ATTACH_TIMEOUT = 5.0
-DEFAULT_GROUP = "default"
-SHARED_TOPIC = "amcl_pose"
-"""What a robot hears of the others on its map."""
-
-MAX_WAITING = 1 << 18
-"""Bytes that may wait for a slow container before positions of others are dropped."""
-
-MAX_SHARED = 1 << 16
-"""Bytes of one message that is shared; it goes to every robot of the map."""
-
 MAX_REQUESTS = 16
 """Requests of one container to the stores that may be under way."""
 
 Stream = FrameStream[machine_link.FromContainer]
-
-
-class Subscribed(Protocol):
-    """A subscription."""
-
-    def close(self) -> None:
-        """End it."""
-        ...
-
-
-class Shares(Protocol):
-    """What the gate asks of the fabric."""
-
-    def publish(self, key: str, payload: bytes) -> None:
-        """Publish; it may be lost."""
-        ...
-
-    def subscribe(self, key: str, callback: Callable[[str, bytes], None]) -> Subscribed:
-        """Call back with key and payload of what is published under a key expression."""
-        ...
 
 
 Prepare = Callable[[str], Awaitable[None]]
@@ -101,7 +71,7 @@ class Gate:
         Of the socket; only this user may connect to it.
     store : Store
         Where checkpoints and plans are kept.
-    fabric : Shares
+    fabric : Fabric
         Where positions are shared.
     cloud : str
         Name of the cloud process whose machine this is.
@@ -118,7 +88,7 @@ class Gate:
         self,
         path: Path,
         store: Store,
-        fabric: Shares,
+        fabric: Fabric,
         cloud: str = "",
         *,
         link: str = "machine",
@@ -128,7 +98,7 @@ class Gate:
         self.path = path
         self._store = store
         self._plans = PlanDesk(store, link)
-        self._fabric = fabric
+        self._topics = FleetTopics(fabric)
         self.cloud = cloud
         self._acts = acts
         self._attach_timeout = attach_timeout
@@ -204,7 +174,7 @@ class Gate:
         return _Guest(self._awaited.admit(attach.container, attach.secret), stream)
 
     async def _serve(self, guest: _Guest) -> None:
-        subscription = self._hear_others(guest)
+        subscription = self._topics.hear_others(guest.scope, guest.stream)
         self._guests[guest.spec.id] = guest
         try:
             while (frame := await guest.stream.receive()) is not None:
@@ -289,25 +259,12 @@ class Gate:
         if guest.is_shut or not self._acts():
             return
         try:
-            self._fabric.publish(_shared_key(frame, guest.scope), frame.payload)
+            self._topics.share(guest.scope, frame)
         except PPaaSError as error:
             # Nobody waits for an answer to a share, and the container has more to do: it is served on.
             level = logging.DEBUG if guest.was_refused else logging.WARNING
             logger.log(level, "container %s may not share this: %s", guest.spec.id, error)
             guest.was_refused = True
-
-    def _hear_others(self, guest: _Guest) -> Subscribed | None:
-        scope, stream = guest.scope, guest.stream
-        if scope is None:
-            return None
-
-        def heard(key: str, payload: bytes) -> None:
-            other = parse_shared(key)
-            itself = (other.user, other.robot) == (scope.user, scope.robot)
-            if not itself and stream.waiting <= MAX_WAITING:
-                stream.write(machine_link.Shared(other.user, other.robot, other.topic, payload))
-
-        return self._fabric.subscribe(scope.seen(SHARED_TOPIC), heard)
 
 
 def _in_turn(guest: _Guest, work: Callable[[], None]) -> Callable[[], Awaitable[None]]:
@@ -318,18 +275,3 @@ def _in_turn(guest: _Guest, work: Callable[[], None]) -> Callable[[], Awaitable[
             await asyncio.to_thread(work)
 
     return run
-
-
-def _shared_key(frame: machine_link.Share, scope: Scope | None) -> str:
-    if scope is None:
-        raise NotPermitted("a container that only plans has nothing to share")
-    if len(frame.payload) > MAX_SHARED:
-        raise MessageTooLarge(f"{len(frame.payload)} bytes are over the limit of {MAX_SHARED}")
-    return scope.shown(frame.topic)
-
-
-def scope_of(spec: ContainerSpec) -> Scope | None:
-    """Return what a container may read and write on the fabric; nothing, if it only plans."""
-    if spec.robot is None:
-        return None
-    return Scope(spec.user, DEFAULT_GROUP, spec.robot.id, spec.map.id)

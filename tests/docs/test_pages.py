@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from endpoints.rosbridge.outbox import EXPIRY
-from engine.agent.container_gateway import SHARED_TOPIC, scope_of
+from engine.agent.fleet_topics import SHARED_TOPIC, scope_of
 from engine.agent.map_cache import SPARE
 from engine.bootstrap import CloudConfig
 from engine.container import fleet_bridge

@@ -1,32 +1,21 @@
-"""The endpoint's end of the robot link: one a place, whatever container fills it.
+"""A place, as its clients see it: a robot's socket, operators' sockets, a REST call.
 
-Clients (a robot's socket, operators' sockets, a REST call) talk to the place. When its container is lost they notice
-nothing but a pause: subscriptions are made again with the next one, and what must arrive is sent again until it has
-been acknowledged. Only a call under way fails, and says so.
+Clients talk to the place. When its container is lost they notice nothing but a pause: subscriptions are made again with
+the next one, and what must arrive is sent again.
 """
 
 import asyncio
 import itertools
-import logging
 from collections import defaultdict
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Collection, Iterable
 from typing import Protocol
 
-import msgspec
-
 from engine.protocols import robot_link
-from engine.protocols.framing import FrameStream
 from engine.service.links.client_services import ClientServices, Provider
 from engine.service.links.client_topics import ClientTopics, check_type
-from engine.service.links.open_calls import Done, OpenCalls, Outcome
-from engine.service.links.unacknowledged import Unacknowledged
-from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable, rebuild
-
-logger = logging.getLogger(__name__)
-
-MAX_WAITING = 1 << 20
-"""Bytes that may wait for a slow container before messages that may be lost are."""
+from engine.service.links.container_link import ContainerLink
+from engine.service.links.open_calls import Done, Outcome
+from ppaas.errors import Conflict, NotFound, PPaaSError
 
 
 class Listener(Provider, Protocol):
@@ -45,119 +34,42 @@ class Listener(Provider, Protocol):
         ...
 
 
-class PlaceLink:
+class PlaceLink(ContainerLink):
     """What the clients of one place share."""
 
     def __init__(self, key: str) -> None:
+        super().__init__()
         self.key = key
-        self.pid: int | None = None
-        self.container: str | None = None
-        self.beats = 0
-        self.busy = False
         self.round_trip: float | None = None
-        self.topics: dict[str, robot_link.TopicInfo] = {}
-        self.services: dict[str, robot_link.ServiceInfo] = {}
-        self.nodes: dict[str, robot_link.NodeInfo] = {}
-        self._stream: FrameStream[robot_link.FromContainer] | None = None
-        self._ready = asyncio.Event()
-        self._closed: PPaaSError | None = None
         self._clients: dict[int, Listener] = {}
         self._client_numbers = itertools.count(1)
         self._hearers: defaultdict[str, set[int]] = defaultdict(set)
         self.client_topics = ClientTopics()
         self.client_services = ClientServices()
-        self._unacknowledged = Unacknowledged()
-        self._calls = OpenCalls()
 
-    # -- the container -------------------------------------------------------------------------------------------------
-
-    async def serve(self, hello: robot_link.Hello, stream: FrameStream[robot_link.FromContainer]) -> None:
-        """Be linked to a container until it hangs up, or another takes its place."""
-        if self._stream is not None:
-            self._lost()
-        self._stream, self.pid, self.container = stream, hello.pid, hello.container
-        self.topics = {topic.name: topic for topic in hello.topics}
-        self._offered(hello)
-        for topic in self.topics:
-            self.client_topics.drop(topic)
-        self._unacknowledged.follow(hello.applied)
-        self._unacknowledged.acknowledge(hello.applied)
-        for topic in self._hearers:
-            stream.write(robot_link.Subscribe(topic, 0))
-        for deliver in self._unacknowledged:
-            stream.write(self._unacknowledged.sent(deliver))
-        self._ready.set()
-
-        def take(frame: robot_link.FromContainer) -> bool:
-            current = self._stream is stream
-            if current:
-                self._take(frame)
-            return current
-
-        try:
-            await stream.each(take)
-        finally:
-            if self._stream is stream:
-                self._lost()
-
-    def _take(self, frame: robot_link.FromContainer) -> None:
-        match frame:
-            case robot_link.Published():
-                self._published(frame.topic, frame.payload, frame.client)
-            case robot_link.Declared():
-                self.client_topics.drop(frame.topic.name)
-                self.topics[frame.topic.name] = frame.topic
-                self._publishes(frame.node, lambda topics: (*topics, frame.topic.name))
-            case robot_link.Undeclared():
-                self.topics.pop(frame.name, None)
-                for node in self.nodes:
-                    self._publishes(node, lambda topics: tuple(topic for topic in topics if topic != frame.name))
-            case robot_link.Offers():
-                self._offered(frame)
-            case robot_link.Answer():
-                refused = frame.refusal
-                self._calls.end(frame.call, rebuild(refused.slug, refused.text) if refused else frame.payload)
-            case robot_link.Ack():
-                self._unacknowledged.acknowledge(frame.sequence)
-            case robot_link.Beat():
-                self.beats += 1
-                self.busy = frame.busy
-            case robot_link.Refused() if frame.client in self._clients:
-                error = rebuild(frame.refusal.slug, frame.refusal.text)
-                self._clients[frame.client].refused(frame.topic, error, self._unacknowledged.own(frame.sequence))
-
-    def _offered(self, offers: robot_link.Hello | robot_link.Offers) -> None:
-        self.services = {service.name: service for service in offers.services}
-        self.client_services.overtaken(self.services)
-        self.nodes = {node.name: node for node in offers.nodes}
+    # -- what the container says ---------------------------------------------------------------------------------------
 
     def _published(self, topic: str, payload: bytes, client: int | None = None) -> None:
         hearers = self._hearers.get(topic, set()) if client is None else {client}
         for listener in [self._clients[n] for n in hearers if n in self._clients]:
             listener.published(topic, payload)
 
-    def _publishes(self, node: str, change: Callable[[tuple[str, ...]], tuple[str, ...]]) -> None:
-        info = self.nodes[node]
-        self.nodes[node] = msgspec.structs.replace(info, publishes=change(info.publishes))
+    def _wanted(self) -> Iterable[str]:
+        return self._hearers
 
-    def _lost(self) -> None:
-        self._stream = self.pid = self.container = None
-        if self._closed is None:
-            self._ready.clear()
-        self._calls.fail(Unavailable("the container was lost while it worked on this; ask again"))
+    def _refused(self, client: int, topic: str, error: PPaaSError, sequence: int) -> None:
+        if client in self._clients:
+            self._clients[client].refused(topic, error, sequence)
 
-    def release(self) -> None:
-        """Let the container keep its state and end; the place goes on with the next."""
-        if self._stream is not None:
-            self._stream.write(robot_link.Stop())
+    def _declared(self, topic: str) -> None:
+        self.client_topics.drop(topic)
+
+    def _served(self, services: Collection[str]) -> None:
+        self.client_services.overtaken(services)
 
     def close(self, reason: PPaaSError) -> None:
         """Tell all clients that the place is no more."""
-        self._closed = reason
-        self._ready.set()
-        if self._stream is not None:
-            self._stream.write(robot_link.Stop())
-        self._calls.fail(reason)
+        super().close(reason)
         for client in tuple(self._clients.values()):
             client.closed(reason)
         self._clients.clear()
@@ -167,25 +79,6 @@ class PlaceLink:
         self.round_trip = seconds
 
     # -- the clients ---------------------------------------------------------------------------------------------------
-
-    async def ready(self, timeout: float) -> None:
-        """Wait for a container.
-
-        Raises
-        ------
-        Unavailable
-            None came in time.
-        PPaaSError
-            The place was closed, with its reason.
-        """
-        if not self._ready.is_set():
-            try:
-                async with asyncio.timeout(timeout):
-                    await self._ready.wait()
-            except TimeoutError as error:
-                raise Unavailable(f"no container was ready within {timeout:g} s; try again") from error
-        if self._closed is not None:
-            raise self._closed
 
     def join(self, listener: Listener) -> int:
         """Add a client; return its number. Where the place is no more, the client is told at once."""
@@ -221,8 +114,7 @@ class PlaceLink:
         if kind is not None and has is not None:
             check_type(topic, has, kind)
         self._hearers[topic].add(client)
-        if self._stream is not None:
-            self._stream.write(robot_link.Subscribe(topic, client))
+        self._write(robot_link.Subscribe(topic, client))
         if (last := self.client_topics.latched(topic)) is not None:
             self._published(topic, last, client)
 
@@ -243,8 +135,8 @@ class PlaceLink:
         """Let a client hear a topic no more."""
         hearers = self._hearers.get(topic, set())
         hearers.discard(client)
-        if not hearers and self._hearers.pop(topic, None) is not None and self._stream is not None:
-            self._stream.write(robot_link.Unsubscribe(topic))
+        if not hearers and self._hearers.pop(topic, None) is not None:
+            self._write(robot_link.Unsubscribe(topic))
 
     def advertise(self, topic: str, kind: str, client: int, identity: str | None, *, latch: bool) -> None:
         """Let a client publish a topic; one that the clone does not know is there from now on.
@@ -290,25 +182,6 @@ class PlaceLink:
             raise NotFound("topic", topic, list(self.topic_types()))
         return self.deliver(topic, payload, client, must_arrive=must_arrive)
 
-    def deliver(self, topic: str, payload: bytes, client: int, *, must_arrive: bool) -> int:
-        """Bring a message to the clone; return its sequence number, or 0.
-
-        What must not arrive is dropped while there is no container, or a slow one.
-
-        Raises
-        ------
-        QuotaExceeded
-            Too much waits to be acknowledged: the client must slow down.
-        """
-        if not must_arrive:
-            if self._stream is not None and self._stream.waiting <= MAX_WAITING:
-                self._stream.write(robot_link.Deliver(topic, payload, client))
-            return 0
-        deliver = self._unacknowledged.add(topic, payload, client)
-        if self._stream is not None:
-            self._stream.write(self._unacknowledged.sent(deliver))
-        return deliver.sequence
-
     def advertise_service(self, service: str, kind: str, client: int) -> None:
         """Let a client answer the calls of a service.
 
@@ -347,11 +220,7 @@ class PlaceLink:
         """
         if service not in self.services and service in self.client_services:
             return self.client_services.begin(service, payload, timeout, done)
-        if self._stream is None:
-            raise Unavailable("the robot has no container at this moment; try again")
-        number = self._calls.open(service, timeout, done)
-        self._stream.write(robot_link.Call(number, service, payload))
-        return partial(self._calls.give_up, number)
+        return self._ask(service, payload, timeout, done)
 
     async def call(self, service: str, payload: bytes, timeout: float) -> bytes:
         """Call a service, as ``begin_call``, and return the response as JSON.

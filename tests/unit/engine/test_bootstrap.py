@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from engine import bootstrap
-from engine.bootstrap import Cloud, CloudConfig
+from engine.bootstrap import CloudConfig, Engine
 from engine.local.agent_process import AgentProcess
 from engine.processes.instances import folder_of
 from ppaas.errors import InvalidParameter, Unavailable
@@ -16,12 +16,12 @@ from ppaas.errors import InvalidParameter, Unavailable
 async def test_a_start_that_takes_longer_than_usual_says_why(tmp_path, short_path, monkeypatch, caplog, usual, told):
     monkeypatch.setattr(bootstrap, "USUAL_START", usual)
     caplog.set_level(logging.INFO)
-    cloud = Cloud(CloudConfig(f"sqlite:///{tmp_path / 'store.sqlite'}", f"file:///{tmp_path / 'maps'}"))
+    engine = Engine(CloudConfig(f"sqlite:///{tmp_path / 'store.sqlite'}", f"file:///{tmp_path / 'maps'}"))
     try:
-        await cloud.start()
-        assert [machine.id for machine in cloud.machines()] == ["local"]
+        await engine.start()
+        assert [machine.id for machine in engine.cloud.machines()] == ["local"]
     finally:
-        await cloud.close()
+        await engine.close()
     assert (bootstrap.STILL_STARTING in caplog.text) is told
     assert list(short_path.iterdir()) == []
 
@@ -30,17 +30,17 @@ async def test_an_agent_that_only_dies_is_not_waited_for(short_path, monkeypatch
     dies = functools.partial(AgentProcess, command=(sys.executable, "-c", "raise SystemExit(3)"))
     monkeypatch.setattr("engine.local.machine.AgentProcess", dies)
     monkeypatch.setattr(bootstrap, "LOOK", 0.05)
-    cloud = Cloud(CloudConfig("memory:", "memory:"))
+    engine = Engine(CloudConfig("memory:", "memory:"))
     try:
         with pytest.raises(Unavailable, match=f"its agent ended {bootstrap.HOPELESS} times"):
-            await cloud.start()
+            await engine.start()
     finally:
-        await cloud.close()
+        await engine.close()
 
 
 async def test_priorities_that_are_none_are_refused_before_anything_is_made(short_path):
     with pytest.raises(InvalidParameter, match="node_monitor"):
-        Cloud(CloudConfig("memory:", "memory:", node_priorities=("luck",)))
+        Engine(CloudConfig("memory:", "memory:", node_priorities=("luck",)))
     assert list(short_path.iterdir()) == []
 
 
@@ -53,7 +53,7 @@ def dead_instance():
 async def test_what_a_machine_that_had_to_be_killed_left_in_shared_memory_goes_with_the_cloud(
     short_path, dead_instance
 ):
-    cloud, left = Cloud(CloudConfig("memory:", "memory:")), folder_of(dead_instance)
+    engine, left = Engine(CloudConfig("memory:", "memory:")), folder_of(dead_instance)
     left.mkdir()
-    await cloud.close()
+    await engine.close()
     assert not left.exists()

@@ -8,16 +8,14 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from engine.agent.container_gateway import MAX_REQUESTS, MAX_SHARED, MAX_WAITING, Gate, scope_of
-from engine.fabric.keys import parse_shared
+from engine.agent.container_gateway import MAX_REQUESTS, Gate
+from engine.agent.fleet_topics import MAX_SHARED, MAX_WAITING
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from engine.specs.checkpoints import marks
 from engine.specs.containers import ContainerSpec, MapVersion
-from ppaas.errors import NotFound, PPaaSError, Unavailable
+from ppaas.errors import NotFound, Unavailable
 from storage.memory.store import MemoryStore
 from storage.records import CloneCheckpoint
 from tests.support.engine.engine_links import dial_gate, receive
@@ -361,21 +359,6 @@ async def test_a_hostile_topic_is_refused_and_all_containers_are_served_on(
     assert await receive(bob) == machine_link.Shared("ann", "tb1", "amcl_pose", b"good")
     assert fabric.published == [("ppaas/map/house/ann/tb1/amcl_pose", b"good")]
     assert len([record for record in caplog.records if record.levelname == "WARNING"]) == 1
-
-
-@settings(max_examples=300)
-@given(topic=st.text() | st.from_regex(r"[a-z~_/.*$%#?]{0,12}", fullmatch=True))
-def test_whatever_a_topic_is_called_it_stays_below_its_robot_or_is_refused(topic: str) -> None:
-    fabric = FakeFabric()
-    scope = scope_of(robot_spec("c1", "ann", "tb1"))
-    assert scope is not None
-    try:
-        key = scope.shown(topic)
-    except PPaaSError:
-        return
-    fabric.publish(key, b"")  # Zenoh takes it
-    assert key.startswith("ppaas/map/house/ann/tb1/")
-    assert parse_shared(key)[:3] == ("house", "ann", "tb1")
 
 
 async def test_a_giant_message_is_not_shared(attach: Attach, fabric: FakeFabric) -> None:

@@ -1,0 +1,37 @@
+"""Topics that robots on one map share, without a container gateway around them; with one: test_container_gateway."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from engine.agent.fleet_topics import MAX_SHARED, FleetTopics, scope_of
+from engine.fabric.keys import parse_shared
+from engine.protocols import machine_link
+from ppaas.errors import MessageTooLarge, NotPermitted, PPaaSError
+from tests.support.engine.fake_fabric import FakeFabric
+from tests.support.engine.specs import planning_spec, robot_spec
+
+
+def test_what_is_too_large_or_of_nobody_is_refused_and_not_published() -> None:
+    fabric = FakeFabric()
+    topics = FleetTopics(fabric)
+    with pytest.raises(MessageTooLarge):
+        topics.share(scope_of(robot_spec("c1", "ann", "tb1")), machine_link.Share("amcl_pose", bytes(MAX_SHARED + 1)))
+    with pytest.raises(NotPermitted):
+        topics.share(scope_of(planning_spec()), machine_link.Share("amcl_pose", b"here"))
+    assert fabric.published == []
+
+
+@settings(max_examples=300)
+@given(topic=st.text() | st.from_regex(r"[a-z~_/.*$%#?]{0,12}", fullmatch=True))
+def test_whatever_a_topic_is_called_it_stays_below_its_robot_or_is_refused(topic: str) -> None:
+    fabric = FakeFabric()
+    scope = scope_of(robot_spec("c1", "ann", "tb1"))
+    assert scope is not None
+    try:
+        key = scope.shown(topic)
+    except PPaaSError:
+        return
+    fabric.publish(key, b"")  # Zenoh takes it
+    assert key.startswith("ppaas/map/house/ann/tb1/")
+    assert parse_shared(key)[:3] == ("house", "ann", "tb1")
