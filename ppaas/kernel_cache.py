@@ -66,7 +66,21 @@ class _InHome(_OfAllKernels, caching.UserWideCacheLocator):
     """In the folder that the user has for what is cached."""
 
 
+class _Index(caching.IndexDataCacheFile):
+    """Index of what is compiled of one kernel, unpickled only if no kernel has changed.
+
+    It names the types of arguments, so that of a kernel before a change may name a type that is no more. numba looks at
+    the version first, then unpickles, and looks at the stamp last.
+    """
+
+    def __init__(self, cache_path: str, filename_base: str, source_stamp: Any) -> None:
+        super().__init__(cache_path, filename_base, source_stamp)  # type: ignore[no-untyped-call]
+        if isinstance(source_stamp, str):  # numba's own are tuples
+            self._version = f"{self._version} {source_stamp}"
+
+
 def watch_all_kernels() -> None:
     """Have kernels of this project that are imported from now on compiled again after any of them has changed."""
     locators: list[Any] = caching.CacheImpl._locator_classes
     locators[:0] = [own for own in (_InGivenFolder, _BesideSource, _InHome) if own not in locators]
+    caching.IndexDataCacheFile = _Index  # type: ignore[misc]

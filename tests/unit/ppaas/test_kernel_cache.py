@@ -75,6 +75,37 @@ def test_it_is_taken_from_the_cache_where_files_were_only_touched(folder):
     assert ask(folder) == "2 1\n"
 
 
+PAIR = """
+from typing import NamedTuple
+
+from numba import njit
+
+class {name}(NamedTuple):
+    left: int
+    right: int
+
+@njit(cache=True)
+def upper(pair):
+    return pair.left + pair.right
+"""
+
+ASK_OF_A_PAIR = """
+import ppaas
+ppaas.__path__.insert(0, {folder!r})
+from ppaas.room.kernels import upper as module
+print(module.upper(module.{name}(1, 2)), sum(module.upper.stats.cache_hits.values()))
+"""
+
+
+def test_it_is_compiled_again_where_a_type_of_its_arguments_has_another_name(folder):
+    told = []
+    for name in ("Pair", "Pair", "Couple"):
+        (folder / "room" / "kernels" / "upper.py").write_text(PAIR.format(name=name))
+        program = ASK_OF_A_PAIR.format(folder=str(folder), name=name)
+        told.append(subprocess.check_output([sys.executable, "-c", program], text=True))
+    assert told == ["3 0\n", "3 1\n", "3 0\n"]
+
+
 def test_all_packages_of_kernels_do_so():
     packages = [found.name for found in pkgutil.walk_packages(ppaas.__path__, "ppaas.") if found.ispkg]
     kernels = [name for name in packages if name.endswith(".kernels")]
