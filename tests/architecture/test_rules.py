@@ -50,8 +50,8 @@ def test_only_the_clock_imports_time():
 
 def test_only_those_who_plan_many_paths_at_a_time_begin_threads():
     text = "from concurrent.futures import ThreadPoolExecutor"
-    assert rules.io_imports(Source.of("ppaas/planners/workers.py", text)) == []
-    assert rules.io_imports(Source.of("ppaas/planners/workers.py", "import threading"))
+    assert rules.io_imports(Source.of("ppaas/planners/batch/workers.py", text)) == []
+    assert rules.io_imports(Source.of("ppaas/planners/batch/workers.py", "import threading"))
 
 
 def test_a_kernel_may_be_twice_as_long():
