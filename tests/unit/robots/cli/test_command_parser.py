@@ -59,5 +59,5 @@ def test_a_parameter_that_a_type_refuses_is_an_error_of_usage(words, capsys):
         root.parse_args(["do", *words])
     assert end.value.code == 2
     assert capsys.readouterr().err.endswith(
-        f"root do: error: argument {words[0]}: give a whole number from 1 up, not '0'\n"
+        f"root do: error: argument {words[0]}: expected a whole number of at least 1, not '0'\n"
     )

@@ -46,7 +46,7 @@ def test_where_no_way_leads_there_is_no_cost() -> None:
         ([], "must be a JSON object of starts and goals"),
         ({"starts": [[2, 2]]}, "must be a JSON object of starts and goals"),
         ({"starts": [[2, 2]], "goals": [["here", 2]]}, "must be a JSON object of starts and goals"),
-        ({"starts": [[2, 2]], "goals": [[2, 2, 0.5], [2, 2]]}, "goals are rows of x, y"),
+        ({"starts": [[2, 2]], "goals": [[2, 2, 0.5], [2, 2]]}, "goals must be rows of x, y"),
         ({"starts": [[2, 2]], "goals": [[200, 2]]}, "goal-outside-map"),
     ],
 )

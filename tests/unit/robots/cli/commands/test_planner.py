@@ -4,7 +4,7 @@ from pathlib import Path
 from PIL import Image
 
 from ppaas.planners import planner_names
-from ppaas.planners.catalogue import entry, told
+from ppaas.planners.catalogue import as_json, entry
 from ppaas.plans.history import computed_row, found_row
 from tests.support.cloud.command_line import CommandLine
 from tests.support.storage.records import house, put_map
@@ -22,7 +22,7 @@ async def test_those_installed_here_are_told_of_without_a_cloud(ppaas: CommandLi
     listed = await ppaas("planner", "list", "--here", "--json", user=None)
     assert [planner["name"] for planner in json.loads(listed.out)] == list(planner_names())
     shown = await ppaas("planner", "show", "navfn/NavfnROS", "--here", "--json", user=None)
-    assert json.loads(shown.out) == told(entry("navfn"))
+    assert json.loads(shown.out) == as_json(entry("navfn"))
 
 
 async def test_one_is_shown_with_its_traits_and_as_json_with_its_parameters(ppaas: CommandLine) -> None:

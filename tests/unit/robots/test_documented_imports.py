@@ -1,0 +1,80 @@
+"""Imports that documents show work, and those of earlier releases are the same objects."""
+
+import ast
+import importlib
+import re
+import subprocess
+import sys
+
+import pytest
+
+from tests.support.sources import ROOT
+
+PACKAGES = ("ppaas", "robots")
+
+ALIASES = {
+    "robots.client:RobotClient": "robots.client.robot_client:RobotClient",
+    "robots.client:MoveBaseClient": "robots.client.move_base:MoveBaseClient",
+    "robots.client:RestClient": "robots.client.rest:RestClient",
+    "robots.client:Login": "robots.client.rest:Login",
+    "robots.client:RobotFile": "robots.client.robot_file:RobotFile",
+    "robots.client:load_robot_file": "robots.client.robot_file:load_robot_file",
+    "robots.onboard:BaseController": "robots.onboard.base_controller:BaseController",
+    "robots.onboard:BaseLimits": "robots.onboard.base_controller:BaseLimits",
+    "robots.onboard:LocalNodes": "robots.onboard.node_manager:LocalNodes",
+    "robots.onboard:run_local_nodes": "robots.onboard.local_nodes:run_local_nodes",
+    "robots.onboard:this_computer": "robots.onboard.computer:this_computer",
+    "robots.move_base_client:MoveBaseClient": "robots.client:MoveBaseClient",
+    "robots.move_base_client:GoalOutcome": "robots.client.move_base:GoalOutcome",
+    "robots.base_controller:BaseController": "robots.onboard:BaseController",
+    "robots.base_controller:BaseLimits": "robots.onboard:BaseLimits",
+    "robots.base_controller:STOP": "robots.onboard.base_controller:STOP",
+    "robots.rest:RestClient": "robots.client:RestClient",
+    "robots.rest:Login": "robots.client:Login",
+}
+"""What the documents of this release and of those before it name, and where it is."""
+
+
+def documented() -> list[str]:
+    """Return what the documents and the examples import of our packages, each as ``module:name``."""
+    pages = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    blocks = [block for page in pages for block in re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)]
+    blocks += [file.read_text() for file in sorted((ROOT / "docs" / "examples").rglob("*.py"))]
+    found = {
+        f"{node.module}:{alias.name}"
+        for block in blocks
+        for node in ast.walk(ast.parse(block))
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.partition(".")[0] in PACKAGES
+        for alias in node.names
+    }
+    return sorted(found)
+
+
+def load(path: str) -> object:
+    module, _, name = path.partition(":")
+    return getattr(importlib.import_module(module), name)
+
+
+@pytest.mark.parametrize("path", documented())
+def test_what_a_document_imports_is_there(path: str) -> None:
+    load(path)
+
+
+@pytest.mark.parametrize(("alias", "path"), ALIASES.items())
+def test_an_alias_is_the_same_object(alias: str, path: str) -> None:
+    assert load(alias) is load(path)
+
+
+@pytest.mark.parametrize("package", ["robots.client", "robots.onboard"])
+def test_a_package_tells_what_it_lacks(package: str) -> None:
+    assert {path.partition(":")[2] for path in ALIASES if path.startswith(f"{package}:")} == set(
+        importlib.import_module(package).__all__
+    )
+    with pytest.raises(AttributeError, match="nothing"):
+        load(f"{package}:nothing")
+
+
+@pytest.mark.parametrize("package", ["robots.client", "robots.onboard"])
+def test_a_package_loads_nothing_before_it_is_asked(package: str) -> None:
+    code = f"import sys, {package}; sys.exit(any(m in sys.modules for m in ('asyncio', 'websockets', 'msgspec')))"
+    assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=False).returncode == 0
