@@ -1,4 +1,4 @@
-"""Numbers read from text, within bounds: for arguments of a command line."""
+"""Parsers of bounded numbers, for command line arguments."""
 
 import math
 from collections.abc import Callable
@@ -7,20 +7,20 @@ from ppaas.errors import InvalidParameter
 
 
 def whole(least: int = 1, most: int | None = None) -> Callable[[str], int]:
-    """Return a function that reads a whole number within bounds; ``InvalidParameter`` for any other text."""
-    bounds = f"from {least} up" if most is None else f"from {least} to {most}"
+    """Return a parser of integers from ``least`` to ``most``, which raises ``InvalidParameter`` for any other text."""
+    bounds = f"of at least {least}" if most is None else f"from {least} to {most}"
 
     def read(text: str) -> int:
         number = int(text) if text.isdecimal() else least - 1
         if number < least or (most is not None and number > most):
-            raise InvalidParameter(f"give a whole number {bounds}, not {text!r}")
+            raise InvalidParameter(f"expected a whole number {bounds}, not {text!r}")
         return number
 
     return read
 
 
 def above_zero(most: float) -> Callable[[str], float]:
-    """Return a function that reads a number above 0 and up to a bound; ``InvalidParameter`` for any other text."""
+    """Return a parser of numbers above 0 and up to ``most``, which raises ``InvalidParameter`` for any other text."""
 
     def read(text: str) -> float:
         try:
@@ -28,7 +28,7 @@ def above_zero(most: float) -> Callable[[str], float]:
         except ValueError:
             number = math.nan
         if not 0.0 < number <= most:
-            raise InvalidParameter(f"give a number above 0 and up to {most:g}, not {text!r}")
+            raise InvalidParameter(f"expected a number above 0 and up to {most:g}, not {text!r}")
         return number
 
     return read

@@ -1,7 +1,7 @@
-"""The one place from which the domain takes time, so that a test can put its own in.
+"""Clocks of the domain, and a clock that tests set by hand.
 
-Two kinds of time, never mixed: *stamps* are seconds since the epoch and travel in messages; *monotonic* seconds
-measure how long something took and decide when a timer fires.
+The domain takes time from here only. It never mixes two kinds of time: *stamps* are seconds since the epoch, for
+messages; *monotonic* seconds measure durations and decide when a timer fires.
 """
 
 import time
@@ -15,23 +15,29 @@ epoch: Clock = time.time
 
 
 class ManualClock:
-    """A clock that stands still until it is told to go on.
+    """Clock that moves only when ``advance`` is called.
 
     Parameters
     ----------
     start : float
-        First reading [s].
+        Initial time [s].
     """
 
     def __init__(self, start: float = 0.0) -> None:
         self.now = start
 
     def __call__(self) -> float:
-        """Return the seconds it shows."""
+        """Return the current time [s]."""
         return self.now
 
     def advance(self, seconds: float) -> None:
-        """Move on by ``seconds``; time never goes back."""
+        """Move the clock forward.
+
+        Raises
+        ------
+        ValueError
+            ``seconds`` is negative.
+        """
         if seconds < 0:
-            raise ValueError(f"a clock cannot go back by {-seconds} s")
+            raise ValueError(f"a clock cannot be set back by {-seconds} s")
         self.now += seconds

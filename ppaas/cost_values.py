@@ -1,4 +1,4 @@
-"""Cost values of cells that have a meaning of their own, as in costmap_2d; all between them are graded costs."""
+"""Special cost values of costmap cells, as in costmap_2d. Values from 1 to 252 are graded costs."""
 
 FREE_SPACE = 0
 INSCRIBED_INFLATED_OBSTACLE = 253

@@ -1,25 +1,25 @@
-"""Every error a user can meet, as one tree.
+"""All errors that are reported to users, as one tree.
 
 ::
 
     PPaaSError
-    ├── InvalidInput                what was sent cannot be taken
-    │   ├── MalformedMessage        not JSON, not of the message's type, not finite
-    │   ├── MessageTooLarge
-    │   ├── UnknownType             no such ROS message or service type
-    │   ├── InvalidMap              a map file or an occupancy grid that cannot be one
-    │   ├── InvalidUrdf             a robot's URDF that cannot be one
-    │   └── InvalidParameter
-    ├── NotFound                    what was named does not exist: a map, a robot, a planner, a topic …
-    ├── Conflict                    it exists already, or is in use
-    ├── NotAuthenticated            who are you?
-    ├── NotPermitted                we know who you are, and no
-    ├── QuotaExceeded               a limit of this user or machine, named
-    ├── Unavailable                 try again: no capacity, a dead store, a container that was lost
-    │   ├── Queued                  it waits for its turn, as was asked for
-    │   └── Idle                    let go, since nothing was said: try again when there is something to say
-    ├── TransformError              no path between two frames, or not at that time
-    └── PlanningError               the failure codes of Nav2's ComputePathToPose, 201–208
+    ├── InvalidInput                the request or its data is invalid
+    │   ├── MalformedMessage        not JSON, not of the expected type, or not finite
+    │   ├── MessageTooLarge         larger than the limit for frames or uploads
+    │   ├── UnknownType             unknown ROS message or service type
+    │   ├── InvalidMap              invalid map file, occupancy grid or voxel grid
+    │   ├── InvalidUrdf             invalid robot description (URDF)
+    │   └── InvalidParameter        unknown, of the wrong type, or out of range
+    ├── NotFound                    unknown map, robot, planner, topic …
+    ├── Conflict                    the resource exists already, or is in use
+    ├── NotAuthenticated            no valid password or token
+    ├── NotPermitted                authenticated, but not allowed to do this
+    ├── QuotaExceeded               a limit of the user or the machine is reached
+    ├── Unavailable                 temporary: no capacity, a store or a container failed; try again
+    │   ├── Queued                  waiting for capacity, as requested
+    │   └── Idle                    released after a time without messages and goals
+    ├── TransformError              two frames are not connected, or not at that time
+    └── PlanningError               no path was planned; codes of Nav2's ComputePathToPose
         ├── InvalidPlanner          201
         ├── PlanTransformError      202
         ├── StartOutsideMap         203
@@ -28,53 +28,53 @@
         ├── GoalOccupied            206
         ├── PlanTimeout             207
         ├── NoValidPath             208
-        └── PlanCancelled           the caller said so; no code of Nav2's
+        └── PlanCancelled           no code in Nav2
 
-Each has a ``slug``, stable and machine-readable: the problem type in HTTP answers, and the prefix of
-the text in a rosbridge ``status``.
+Each class has a stable, machine-readable ``slug``. It is the problem type in HTTP answers (RFC 9457) and the prefix of
+the text of a rosbridge ``status``.
 """
 
 from typing import ClassVar
 
 
 class PPaaSError(Exception):
-    """Base of all errors that are told to users."""
+    """Base of all errors that are reported to users."""
 
     slug: ClassVar[str] = "error"
 
 
 class InvalidInput(PPaaSError):
-    """What was sent cannot be taken."""
+    """The request or its data is invalid."""
 
     slug = "invalid-input"
 
 
 class MalformedMessage(InvalidInput):
-    """Not JSON, not of the message's type, or not finite where it must be."""
+    """The data is not JSON, not of the expected message type, or has a number that is not finite."""
 
     slug = "malformed-message"
 
 
 class MessageTooLarge(InvalidInput):
-    """A frame or an upload is over its limit."""
+    """A frame or an upload is larger than its limit."""
 
     slug = "message-too-large"
 
 
 class UnknownType(InvalidInput):
-    """No message or service type of that name is known."""
+    """No ROS message or service type of that name is known."""
 
     slug = "unknown-type"
 
 
 class InvalidMap(InvalidInput):
-    """A map file or an occupancy grid that cannot be one."""
+    """A map file, an occupancy grid or a voxel grid is invalid."""
 
     slug = "invalid-map"
 
 
 class InvalidUrdf(InvalidInput):
-    """A robot's URDF that cannot be one."""
+    """The URDF of a robot is invalid."""
 
     slug = "invalid-urdf"
 
@@ -86,16 +86,16 @@ class InvalidParameter(InvalidInput):
 
 
 class NotFound(PPaaSError):
-    """What was named does not exist.
+    """No resource of that kind and name exists.
 
     Parameters
     ----------
     kind : str
-        The noun: ``"map"``, ``"robot"``, ``"planner"`` …
+        Noun for the resource: ``"map"``, ``"robot"``, ``"planner"`` …
     name : str
-        What was asked for.
+        The requested name.
     known : iterable of str, optional
-        The valid names, if they are few and may be told.
+        The existing names, if they are few and not secret.
     """
 
     slug = "not-found"
@@ -108,32 +108,32 @@ class NotFound(PPaaSError):
 
 
 class Conflict(PPaaSError):
-    """It exists already, or is in use."""
+    """The resource exists already, or is in use."""
 
     slug = "conflict"
 
 
 class NotAuthenticated(PPaaSError):
-    """No valid password or token was given."""
+    """The request has no valid password or token."""
 
     slug = "not-authenticated"
 
 
 class NotPermitted(PPaaSError):
-    """The user is known and may not do this."""
+    """The user is authenticated, but not allowed to do this."""
 
     slug = "not-permitted"
 
 
 class QuotaExceeded(PPaaSError):
-    """A limit of this user or machine was reached; the text names it.
+    """A limit of the user or the machine is reached.
 
     Parameters
     ----------
     text : str
-        Which limit, and what to do.
+        Names the limit, and what to do.
     retry_after : float, optional
-        Time after which the same may be asked again [s], where time alone helps.
+        Time until the same request can succeed [s]; None if waiting alone does not help.
     """
 
     slug = "quota-exceeded"
@@ -145,24 +145,24 @@ class QuotaExceeded(PPaaSError):
 
 
 class Unavailable(PPaaSError):
-    """Nothing is wrong with the request; it can be tried again."""
+    """The request is valid but cannot be served now; try again later."""
 
     slug = "unavailable"
 
 
 class Idle(Unavailable):
-    """Nobody said anything for long, and there was no goal: come again when there is something to say."""
+    """The session was released because it had no goal and its clients sent nothing for a long time; connect again."""
 
     slug = "idle"
 
 
 class Queued(Unavailable):
-    """It waits for its turn, as was asked for.
+    """The request waits in the queue for capacity, as its sender asked.
 
     Parameters
     ----------
     position : int
-        In the queue, the first being 1.
+        Position in the queue, counted from 1.
     """
 
     slug = "queued"
@@ -170,45 +170,45 @@ class Queued(Unavailable):
 
     def __init__(self, position: int) -> None:
         self.position = position
-        super().__init__(f"it has position {position} in the queue: ask the same again to stay there")
+        super().__init__(f"waiting at position {position} in the queue: repeat the request to keep this position")
 
 
 class TransformError(PPaaSError):
-    """Two frames are not connected, or not at the time asked for."""
+    """Two frames are not connected, or not at the requested time."""
 
     slug = "transform"
 
 
 class PlanningError(PPaaSError):
-    """No plan. ``code`` is that of Nav2's ``ComputePathToPose`` result."""
+    """No path was planned. ``code`` is the ``error_code`` of Nav2's ``ComputePathToPose``; 0 where it has none."""
 
     slug = "planning-failed"
     code: ClassVar[int] = 0
 
 
 class InvalidPlanner(PlanningError):
-    """The planner is not known, or cannot plan on this kind of map."""
+    """The planner is unknown, or cannot plan on this kind of map."""
 
     slug = "invalid-planner"
     code = 201
 
 
 class PlanTransformError(PlanningError):
-    """Start or goal could not be transformed into the frame of the map."""
+    """The start or the goal cannot be transformed into the frame of the map."""
 
     slug = "plan-transform"
     code = 202
 
 
 class StartOutsideMap(PlanningError):
-    """The start lies outside the map."""
+    """The start is outside the map."""
 
     slug = "start-outside-map"
     code = 203
 
 
 class GoalOutsideMap(PlanningError):
-    """The goal lies outside the map."""
+    """The goal is outside the map."""
 
     slug = "goal-outside-map"
     code = 204
@@ -222,42 +222,43 @@ class StartOccupied(PlanningError):
 
 
 class GoalOccupied(PlanningError):
-    """The robot would be in collision at the goal, and within the tolerance around it."""
+    """The robot would be in collision at the goal and everywhere within the tolerance around it."""
 
     slug = "goal-occupied"
     code = 206
 
 
 class PlanTimeout(PlanningError):
-    """The deadline passed."""
+    """The planner did not finish within its time limit."""
 
     slug = "plan-timeout"
     code = 207
 
 
 class NoValidPath(PlanningError):
-    """Start and goal are not connected."""
+    """No free path connects the start and the goal."""
 
     slug = "no-valid-path"
     code = 208
 
 
 class PlanCancelled(PlanningError):
-    """The cancel checker said so."""
+    """The caller cancelled planning."""
 
     slug = "plan-cancelled"
 
 
-def _tree(root: type[PPaaSError]) -> dict[str, type[PPaaSError]]:
+def _classes_by_slug(root: type[PPaaSError]) -> dict[str, type[PPaaSError]]:
+    """Return a class and all its subclasses, by slug."""
     found = {root.slug: root}
     for child in root.__subclasses__():
-        found |= _tree(child)
+        found |= _classes_by_slug(child)
     return found
 
 
 def rebuild(slug: str, text: str) -> PPaaSError:
-    """Return the error that another process told of by its slug and text."""
-    cls = _tree(PPaaSError).get(slug, PPaaSError)
+    """Return the error that another process reported, from its slug and text; a `PPaaSError` for an unknown slug."""
+    cls = _classes_by_slug(PPaaSError).get(slug, PPaaSError)
     error = cls.__new__(cls)
     Exception.__init__(error, text)
     return error

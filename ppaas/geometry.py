@@ -1,4 +1,4 @@
-"""Poses in the plane and in space. Metres and radians; yaw is counter-clockwise from x (REP-103)."""
+"""Poses in the plane and in space, in metres and radians; yaw is counter-clockwise from x (REP-103)."""
 
 import math
 from collections.abc import Sequence
@@ -8,18 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 Poses = NDArray[np.float64]
-"""(n, 7): x, y, z, qx, qy, qz, qw a row, the layout of ``geometry_msgs/Pose``."""
+"""(n, 7) array with rows x, y, z [m], qx, qy, qz, qw, the layout of ``geometry_msgs/Pose``."""
 
 
 class Pose2D(NamedTuple):
-    """A pose in the plane: x, y [m], theta [rad]."""
+    """Pose in the plane: x, y [m], theta [rad]."""
 
     x: float
     y: float
     theta: float = 0.0
 
     def __matmul__(self, other: "Pose2D") -> "Pose2D":
-        """Compose: ``other``, given in this pose's frame, in the frame of this pose."""
+        """Compose two poses: transform ``other`` from the frame at this pose into the frame that this pose is in."""
         c, s = math.cos(self.theta), math.sin(self.theta)
         return Pose2D(
             self.x + c * other.x - s * other.y,
@@ -28,43 +28,43 @@ class Pose2D(NamedTuple):
         )
 
     def inverse(self) -> "Pose2D":
-        """Return the pose that undoes this one: ``p @ p.inverse()`` is the identity."""
+        """Return the inverse pose: ``p @ p.inverse()`` is the identity."""
         c, s = math.cos(self.theta), math.sin(self.theta)
         return Pose2D(-c * self.x - s * self.y, s * self.x - c * self.y, wrap_angle(-self.theta))
 
     def distance_to(self, other: "Pose2D") -> float:
-        """Return the straight distance [m]; headings do not count."""
+        """Return the Euclidean distance between the positions [m]; headings are ignored."""
         return math.hypot(other.x - self.x, other.y - self.y)
 
     def is_finite(self) -> bool:
-        """Tell whether no part is NaN or infinite."""
+        """Return whether no component is NaN or infinite."""
         return all(map(math.isfinite, self))
 
 
 def wrap_angle(angle: float) -> float:
-    """Bring an angle into [−π, π)."""
+    """Wrap an angle to [−π, π)."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
 def yaw_of(qx: float, qy: float, qz: float, qw: float) -> float:
-    """Return the yaw [rad] of a quaternion that need not be normalised."""
+    """Return the yaw [rad] of a quaternion, which need not be normalised."""
     return math.atan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)
 
 
 def quaternion_of(yaw: float) -> tuple[float, float, float, float]:
-    """Return (qx, qy, qz, qw) of a rotation about z."""
+    """Return the quaternion (qx, qy, qz, qw) of a rotation about z by ``yaw`` [rad]."""
     return 0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)
 
 
 def poses_along(points: NDArray[np.float64], goal_theta: float | None = None) -> Poses:
-    """Make poses of points: each heads for the next one.
+    """Return poses at points, each heading for the next point.
 
     Parameters
     ----------
     points : (n, 2) array
         x, y [m].
     goal_theta : float, optional
-        Heading of the last pose [rad]; without it the last heads as the one before.
+        Heading of the last pose [rad]; by default that of the pose before it.
 
     Returns
     -------
@@ -86,10 +86,7 @@ def poses_along(points: NDArray[np.float64], goal_theta: float | None = None) ->
 
 
 def convex_outline(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the (m, 2) corners of the smallest convex polygon around (n, 2) points, counter-clockwise.
-
-    By Andrew's monotone chain (1979).
-    """
+    """Return the convex hull of (n, 2) points as (m, 2) corners, counter-clockwise (Andrew's monotone chain, 1979)."""
     ordered = sorted(set(map(tuple, points.tolist())))
     halves = []
     for line in (ordered, ordered[::-1]):

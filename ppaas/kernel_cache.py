@@ -1,8 +1,8 @@
-"""Has numba's cache take a compiled kernel only as long as no kernel at all has changed.
+"""Invalidation of numba's cache: a change of any kernel file makes all kernels compile anew.
 
-A kernel is compiled together with those that it calls, and with their constants, but numba asks only whether its own
-file is the same. So after an update a kernel would go on with what it calls as that was before: at best it is wrong.
-Packages of kernels call `watch_all_kernels` before any of their modules is imported.
+A kernel is compiled together with the kernels it calls and with their constants, but numba only checks whether the
+kernel's own file has changed. After an update, a cached kernel would still contain the old code of the kernels it
+calls. So every package of kernels calls `watch_all_kernels` before it imports a module with kernels.
 """
 
 import functools
@@ -16,19 +16,19 @@ from numba.core import caching
 import ppaas
 
 KERNELS = "kernels"
-"""Name of the packages in which kernels lie."""
+"""Name of the packages that contain kernels."""
 
 
 class _File(caching._SourceFileBackedLocatorMixin):
-    """Has numba tell whether one file is the same."""
+    """Locator that gives numba's stamp (time of modification and size) of one file."""
 
     def __init__(self, file: Path) -> None:
         self._py_file = str(file)
 
 
 @functools.cache
-def _made_from() -> str:
-    """Return what tells whether all kernels are the same as before; they are looked at once in a process."""
+def _stamp_of_all_kernels() -> str:
+    """Return a hash of the stamps of all kernel files, which are read once per process."""
     root = _root()
     files = sorted(root.rglob(f"{KERNELS}/*.py"))
     stamps = [(str(file.relative_to(root)), _File(file).get_source_stamp()) for file in files]  # type: ignore[no-untyped-call]
@@ -41,10 +41,10 @@ def _root() -> Path:
 
 
 class _OfAllKernels(caching._SourceFileBackedLocatorMixin):
-    """Says where a kernel of this project is kept, as numba does, and that it is made from all of them."""
+    """Locator of this project's kernels: numba's folder, but a stamp that depends on all kernel files."""
 
     def get_source_stamp(self) -> str:
-        return _made_from()
+        return _stamp_of_all_kernels()
 
     @classmethod
     def from_function(cls, function: Callable[..., Any], file: str) -> Self | None:
@@ -55,15 +55,15 @@ class _OfAllKernels(caching._SourceFileBackedLocatorMixin):
 
 
 class _InGivenFolder(_OfAllKernels, caching.UserProvidedCacheLocator):
-    """In the folder that ``NUMBA_CACHE_DIR`` tells."""
+    """Cache in the folder given by ``NUMBA_CACHE_DIR``."""
 
 
 class _BesideSource(_OfAllKernels, caching.InTreeCacheLocator):
-    """Beside the source, where that can be written to."""
+    """Cache beside the source, where that folder is writable."""
 
 
 class _InHome(_OfAllKernels, caching.UserWideCacheLocator):
-    """In the folder that the user has for what is cached."""
+    """Cache in the user's cache folder."""
 
 
 class _Index(caching.IndexDataCacheFile):
@@ -80,7 +80,7 @@ class _Index(caching.IndexDataCacheFile):
 
 
 def watch_all_kernels() -> None:
-    """Have kernels of this project that are imported from now on compiled again after any of them has changed."""
+    """Make the kernels imported from now on compile again after any kernel of this project has changed."""
     locators: list[Any] = caching.CacheImpl._locator_classes
     locators[:0] = [own for own in (_InGivenFolder, _BesideSource, _InHome) if own not in locators]
     caching.IndexDataCacheFile = _Index  # type: ignore[misc]

@@ -1,4 +1,4 @@
-"""Whether and with how many threads a parallel kernel may be called."""
+"""Number of threads of parallel kernels."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,10 +9,10 @@ from numba import config
 
 @contextmanager
 def at_most(threads: int) -> Iterator[int]:
-    """Let parallel kernels called inside use at most ``threads`` threads, and give how many they will.
+    """Limit the threads of the parallel kernels called in this context, and yield the number they will use.
 
-    One means: call the serial kernel. So it is where numba finds no threading layer, and where it has only
-    ``workqueue``, which ends the process when two threads of Python call parallel kernels at once.
+    If it yields 1, call the serial kernel. It does so where numba finds no threading layer, and where the only layer
+    is ``workqueue``, which aborts the process when two Python threads call parallel kernels at once.
     """
     allowed = min(threads, int(config.NUMBA_NUM_THREADS))  # type: ignore[attr-defined]
     if allowed < 2:
@@ -29,10 +29,10 @@ def at_most(threads: int) -> Iterator[int]:
 
 
 def _set_threads(threads: int) -> int:
-    """Set this thread's number of threads and return the number before; 0 if kernels must stay serial."""
+    """Set numba's number of threads for this thread and return the previous one; 0 if kernels must stay serial."""
     try:
         before = int(numba.get_num_threads())
-    except ValueError:  # numba's way to say that no threading layer could be loaded
+    except ValueError:  # no threading layer could be loaded
         return 0
     if numba.threading_layer() == "workqueue":  # type: ignore[attr-defined]
         return 0

@@ -1,4 +1,4 @@
-"""Parameters of nodes and plug-ins: their base, how they are read, and checks that dataclasses of them share."""
+"""Base class and checks of the parameters of nodes and plug-ins."""
 
 import math
 from typing import TypeVar
@@ -9,19 +9,19 @@ from ppaas.errors import InvalidParameter
 
 
 class Parameters(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """Base of a node's parameters: names, types and defaults, as ROS has them."""
+    """Base of a node's parameters: a struct of names, types and defaults, as in ROS."""
 
 
 P = TypeVar("P", bound=Parameters)
 
 
 def read_parameters(cls: type[P], node: str, given: object) -> P:
-    """Return a node's parameters from JSON's dict.
+    """Return a node's parameters from a dict decoded from JSON.
 
     Raises
     ------
     InvalidParameter
-        One is unknown, of the wrong type or out of range; the text names the valid ones.
+        A parameter is unknown, of the wrong type or out of range; the text lists the valid names.
     """
     try:
         return msgspec.convert(given, cls)
@@ -31,21 +31,21 @@ def read_parameters(cls: type[P], node: str, given: object) -> P:
 
 
 def check_scalar(name: str, value: object, kind: object) -> None:
-    """Let a boolean or a finite number pass.
+    """Check that a value is a boolean or a finite number.
 
     Parameters
     ----------
     name : str
-        For the error.
+        Name of the parameter, for the error.
     value : object
-        What was given; a whole number is a float as well.
+        Its value; an int is valid where a float is expected.
     kind : type
         ``bool``, ``int`` or ``float``.
 
     Raises
     ------
     InvalidParameter
-        It is none of that type, or not finite.
+        The value has another type, or is not finite.
     """
     if kind is bool:
         if not isinstance(value, bool):
@@ -58,12 +58,12 @@ def check_scalar(name: str, value: object, kind: object) -> None:
 
 
 def check_not_negative(name: str, value: float, *, zero: bool) -> None:
-    """Let a number pass that is above 0, or where ``zero`` is true 0 as well.
+    """Check that a number is above 0, or at least 0 if ``zero`` is true.
 
     Raises
     ------
     InvalidParameter
-        It is less.
+        The number is smaller.
     """
     if value < 0 or (value == 0 and not zero):
         raise InvalidParameter(f"{name} must be {'at least' if zero else 'above'} 0, not {value}")

@@ -1,7 +1,7 @@
-"""Plug-ins by entry point: planners and controllers, ours and other people's, found the same way.
+"""Plug-ins by entry point: planners, controllers and recoveries of this and of other distributions.
 
-What is installed runs with all that its process may do. So a process of a cloud loads of other people's only what an
-administrator has allowed (``permit_only``); on one's own computer nobody is asked.
+A plug-in runs with all rights of its process. A process of the cloud therefore loads only those plug-ins of other
+distributions that an administrator has allowed (``permit_only``); without that call, all installed plug-ins load.
 """
 
 from collections.abc import Iterable
@@ -17,35 +17,35 @@ from ppaas.errors import InvalidParameter, NotFound, NotPermitted
 P = TypeVar("P")
 
 OWN = "ppaas"
-"""The distribution whose plug-ins come with us."""
+"""Name of this distribution, whose own plug-ins are always allowed."""
 
 _permitted: frozenset[str] | None = None
 
 
 def permit_only(allowed: Iterable[str]) -> None:
-    """Let this process, from now on, load no plug-ins but our own and those that are named.
+    """Restrict this process, from now on, to the project's own plug-ins and the given ones.
 
     Parameters
     ----------
     allowed : iterable of str
-        Each as ``group:name`` of its entry point, such as ``ppaas.planners:mine``.
+        Plug-ins as ``group:name`` of their entry points, such as ``ppaas.planners:mine``.
 
     Raises
     ------
     InvalidParameter
-        One is not spelled so.
+        A name has another form.
     """
     global _permitted  # noqa: PLW0603 - it is a property of the process
     names = frozenset(allowed)
     for name in names:
         group, _, plugin = name.partition(":")
         if not (group.startswith(f"{OWN}.") and plugin):
-            raise InvalidParameter(f"a plug-in is named as group:name, such as ppaas.planners:mine, not {name!r}")
+            raise InvalidParameter(f"name a plug-in as group:name, for example ppaas.planners:mine, not {name!r}")
     _permitted = names
 
 
 def permitted() -> tuple[str, ...] | None:
-    """Return what other people's plug-ins this process may load, by name; None if it may load all."""
+    """Return the names of the plug-ins of other distributions that this process may load; None if it may load all."""
     return None if _permitted is None else tuple(sorted(_permitted))
 
 
@@ -58,39 +58,39 @@ def _may_load(entry: EntryPoint) -> bool:
 
 
 def parameters_in_use(of: object) -> dict[str, Any]:
-    """Return the parameters of a node or a plug-in by name, defaults included.
+    """Return the parameters of a node or a plug-in by name, including defaults.
 
     Parameters
     ----------
     of : object
-        A struct or a dataclass of parameters; or a plug-in that has such ``parameters``, or that keeps what its class
-        takes as attributes of the same names.
+        A struct or a dataclass of parameters; or a plug-in that has one as ``parameters``, or that stores its
+        constructor's arguments as attributes of the same names.
     """
     parameters = getattr(of, "parameters", of)
     if isinstance(parameters, msgspec.Struct) or hasattr(parameters, "__dataclass_fields__"):
-        told: dict[str, Any] = msgspec.to_builtins(parameters)
-        return told
+        values: dict[str, Any] = msgspec.to_builtins(parameters)
+        return values
     return {name: getattr(of, name) for name in signature(type(of)).parameters if hasattr(of, name)}
 
 
 def read_keywords(what: str, plugin: type, given: dict[str, Any]) -> dict[str, Any]:
-    """Return what a plug-in's constructor is to be called with, checked by name and type.
+    """Return the arguments of a plug-in's constructor, checked by name and type.
 
-    A constructor that takes a record of parameters (``**parameters``) checks them itself.
+    A constructor with ``**parameters`` gets them unchecked, and checks them itself.
 
     Parameters
     ----------
     what : str
-        Who is meant, for the error.
+        Description of the plug-in, for the error, such as ``planner 'mine'``.
     plugin : type
-        Its class.
+        Class of the plug-in.
     given : dict
-        Parameters by name, as JSON has them: 1 will do as a float, a list as a tuple.
+        Parameters by name, decoded from JSON: 1 is accepted as a float, a list as a tuple.
 
     Raises
     ------
     InvalidParameter
-        One is unknown or of another type; the text names those there are.
+        A parameter is unknown or of another type; the text lists the known names.
     """
     taken = signature(plugin, eval_str=True).parameters
     if any(each.kind is Parameter.VAR_KEYWORD for each in taken.values()):
@@ -98,7 +98,7 @@ def read_keywords(what: str, plugin: type, given: dict[str, Any]) -> dict[str, A
     read = {}
     for name, value in given.items():
         if name not in taken:
-            raise InvalidParameter(f"{what} takes no parameter {name!r}; known: {', '.join(sorted(taken)) or 'none'}")
+            raise InvalidParameter(f"{what} has no parameter {name!r}; known: {', '.join(sorted(taken)) or 'none'}")
         kind = taken[name].annotation
         try:
             read[name] = value if kind is Parameter.empty else msgspec.convert(value, kind)
@@ -108,18 +108,18 @@ def read_keywords(what: str, plugin: type, given: dict[str, Any]) -> dict[str, A
 
 
 class PluginRegistry(Generic[P]):
-    """The plug-ins of one entry point group; nothing is imported before it is asked for.
+    """Plug-ins of one entry point group; a plug-in is imported when it is first loaded.
 
     Parameters
     ----------
     group : str
         Entry point group, such as ``ppaas.planners``.
     kind : str
-        What one is called in an error.
+        Noun for a plug-in in errors, such as ``planner``.
     base : type
-        What each must subclass.
+        Base class of all plug-ins of the group.
     aliases : dict of str to str
-        Other names, such as those of ROS, of plug-ins that come with us.
+        Alias to own name, for plug-ins of this distribution: the names that they have in ROS.
     """
 
     def __init__(self, group: str, kind: str, base: type[P], aliases: dict[str, str]) -> None:
@@ -130,15 +130,15 @@ class PluginRegistry(Generic[P]):
 
     @cached_property
     def _entries(self) -> dict[str, EntryPoint]:
-        # Nobody takes the place of one of ours by its name.
+        # Own entry points come last, so that no other distribution replaces one of them by using its name.
         return {entry.name: entry for entry in sorted(entry_points(group=self._group), key=_is_own)}
 
     def names(self) -> tuple[str, ...]:
-        """Return the names of all plug-ins that are installed and allowed, sorted."""
+        """Return the sorted names of all plug-ins that are installed and allowed."""
         return tuple(sorted(name for name, entry in self._entries.items() if _may_load(entry)))
 
     def own_name(self, name: str) -> str:
-        """Return the own name of a plug-in that is given by its name or an alias, in either spelling of ROS 2."""
+        """Return the own name of a plug-in given by its name or an alias, with ``/`` or ``::`` after the package."""
         return self._aliases.get(name, self._aliases.get(name.replace("::", "/"), name))
 
     def aliases(self, name: str) -> tuple[str, ...]:
@@ -147,7 +147,7 @@ class PluginRegistry(Generic[P]):
         return tuple(alias for alias, target in self._aliases.items() if target == own)
 
     def spellings(self, name: str) -> tuple[str, ...]:
-        """Return every name of one plug-in: its own, and its aliases whole and without their package."""
+        """Return all names of one plug-in: its own name, and its aliases with and without their package."""
         aliases = self.aliases(name)
         return self.own_name(name), *aliases, *(alias.rpartition("/")[2] for alias in aliases)
 
@@ -157,32 +157,34 @@ class PluginRegistry(Generic[P]):
         Raises
         ------
         NotFound
-            None of that name; the text lists those there are.
+            No plug-in has that name; the text lists the names.
         NotPermitted
-            It is installed, and no administrator has allowed it.
+            The plug-in is installed, but no administrator has allowed it.
+        InvalidParameter
+            Its entry point does not refer to a subclass of the group's base class.
         """
         entry = self._entries.get(self.own_name(name))
         if entry is None:
             raise NotFound(self._kind, name, self.names())
         if not _may_load(entry):
-            how = f"ppaas up --allow {self._group}:{entry.name}"
-            raise NotPermitted(f"{self._kind} {name!r} is installed, but no administrator has allowed it; {how}")
+            command = f"ppaas up --allow {self._group}:{entry.name}"
+            raise NotPermitted(f"{self._kind} {name!r} is installed, but not allowed; allow it with: {command}")
         loaded = entry.load()
         if not (isinstance(loaded, type) and issubclass(loaded, self._base)):
-            raise InvalidParameter(f"{entry.value} is no {self._base.__name__}, as entry point {name!r} says it is")
+            raise InvalidParameter(f"entry point {name!r}: {entry.value} is not a subclass of {self._base.__name__}")
         return loaded
 
     def create(self, name: str, parameters: dict[str, Any]) -> P:
-        """Make a plug-in.
+        """Create a plug-in.
 
         Raises
         ------
         NotFound
-            None of that name.
+            No plug-in has that name.
         NotPermitted
             No administrator has allowed it.
         InvalidParameter
-            It takes no such parameter, or none of that type.
+            A parameter is unknown or of the wrong type, or the entry point is wrong.
         """
         plugin = self.load(name)
         keywords = read_keywords(f"{self._kind} {name!r}", plugin, parameters)

@@ -1,11 +1,11 @@
-"""How many threads kernels may use: asked anew for each job, since a home may be given more cores, or fewer."""
+"""Thread budget of kernels. It is queried before each job, since the cores of a container or robot may change."""
 
 from collections.abc import Callable
 
 Threads = Callable[[], int]
-"""Returns the most threads that kernels may use now."""
+"""Returns the number of threads that kernels may use now."""
 
 
 def one_thread() -> int:
-    """Return one."""
+    """Return 1, the budget of serial kernels."""
     return 1

@@ -134,9 +134,7 @@ async def test_a_plugin_that_nobody_allowed_does_not_run(contained: RunningCloud
     await publish_map(carl, "carls", office_map)
     start = free_pose(office_map, seed=1)
     goal = reachable_pose(office_map, start, seed=2, at_least=4.0)
-    with pytest.raises(
-        NotPermitted, match=r"no administrator has allowed it; ppaas up --allow ppaas\.planners:curious"
-    ):
+    with pytest.raises(NotPermitted, match=r"not allowed; allow it with: ppaas up --allow ppaas\.planners:curious"):
         await carl.plan("carls", (start.x, start.y), (goal.x, goal.y), planner="curious")
 
 

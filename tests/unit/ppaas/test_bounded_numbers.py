@@ -1,4 +1,4 @@
-"""Numbers on command lines are read, or it is said what to give."""
+"""Parsers of bounded numbers: they return the number, or an error that states the bounds."""
 
 import pytest
 
@@ -14,7 +14,7 @@ def test_whole_numbers_within_bounds_are_read() -> None:
 def test_what_is_no_whole_number_within_bounds_is_refused(text: str) -> None:
     with pytest.raises(InvalidParameter, match=r"whole number from 1 to 9, not"):
         whole(most=9)(text)
-    with pytest.raises(InvalidParameter, match=r"whole number from 100 up, not"):
+    with pytest.raises(InvalidParameter, match=r"whole number of at least 100, not"):
         whole(100)(text)
 
 

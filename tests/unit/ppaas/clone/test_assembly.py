@@ -132,7 +132,7 @@ def test_a_planner_has_its_parameters_also_for_requests_that_name_it_otherwise()
         ({"move_base": {"recovery_behaviors": {"rest": "wait"}}}, "recovery_behaviors"),
         ({"waypoint_follower": {"loop_rate": 0}}, "loop_rate"),
         ({"waypoint_follower": {"waypoint_pause_duration": -1}}, "waypoint_pause_duration"),
-        ({"dijkstra": {"heuristic": 1}}, "'dijkstra' takes no parameter 'heuristic'; known: allow_unknown"),
+        ({"dijkstra": {"heuristic": 1}}, "'dijkstra' has no parameter 'heuristic'; known: allow_unknown"),
         ({"dijkstra": {"allow_unknown": "no"}}, "'allow_unknown' of planner 'dijkstra': Expected `bool`, got `str`"),
         ({"navfn": {"use_astar": 1}}, "'use_astar' of planner 'navfn': Expected `bool`, got `int`"),
     ],

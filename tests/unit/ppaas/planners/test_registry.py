@@ -24,7 +24,7 @@ def test_an_unknown_name_is_told_with_the_names_there_are():
 
 
 def test_a_parameter_that_is_none_is_refused_with_those_there_are():
-    with pytest.raises(InvalidParameter, match="'navfn' takes no parameter 'colour'; known: allow_unknown, use_astar"):
+    with pytest.raises(InvalidParameter, match="'navfn' has no parameter 'colour'; known: allow_unknown, use_astar"):
         create("navfn", colour="red")
 
 
