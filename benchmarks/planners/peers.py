@@ -18,6 +18,7 @@ from benchmarks.planners.timing import timed
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import NotFound
 from ppaas.planners.ends import Cell
+from ppaas.planners.grid import navigation_function
 from ppaas.planners.weights import exact_weights, passable
 
 Field = NDArray[np.float64]
@@ -193,7 +194,7 @@ def _navfn_field(navfn: Any, problem: Problem) -> Callable[[], Any]:
     return call
 
 
-NAVFN = Peer("navfn", "ppaas", "ppaas.planners.grid.navigation_function",
+NAVFN = Peer("navfn", "ppaas", navigation_function.__name__,
              "ROS's planner, compiled by numba like ours; interpolates potentials between cells, on one thread",
              _navfn_field, lambda function, problem: _as_field(function.potentials(), problem))  # fmt: skip
 """ROS's own planner as ``ppaas`` has it, the yardstick of the paper; what it sets up is timed, as it is of ours."""

@@ -14,20 +14,19 @@ without the cloud; what else they hear, and all that they say, goes over the cli
 import asyncio
 import logging
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 
 import msgspec
 
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.messages import encode, ppaas_msgs
-from ppaas.messages.message import Empty, Message, ServiceType
+from ppaas.messages.message import Empty
 from ppaas.messages.nav_msgs import GetMap, GetMapResponse, OccupancyGrid
 from ppaas.nodes.map_server.node import KEEPOUT_MASK, MAP_SERVICE, SPEED_MASK
 from robots.client.robot_client import RobotClient
 from robots.onboard.computer import Computer
 from robots.onboard.executor import protocol
-from robots.onboard.link_probe import measure_link
+from robots.onboard.node_monitor_client import Known, NodeMonitorClient
 from robots.onboard.node_process import NodeProcess
 from robots.onboard.node_services import NodeServices
 from robots.onboard.topic_bridge import Crossing
@@ -41,14 +40,6 @@ LEAVE_TIMEOUT = 3.0
 
 HOLD_PERIOD = 0.5
 """Seconds between two words to the cloud about what runs here."""
-
-
-@dataclass(frozen=True)
-class Known:
-    """A state of a node, and the fingerprints of what must arrive and had reached the node before."""
-
-    state: str
-    heard: list[str]
 
 
 class LocalNodes:
@@ -79,9 +70,7 @@ class LocalNodes:
         clock: Clock = monotonic,
     ) -> None:
         self._client = client
-        self._computer = computer
-        self._nodes = list(nodes)
-        self._clock = clock
+        self._monitor = NodeMonitorClient(client, computer, nodes, clock)
         self._changed = asyncio.Event()
         self._process: NodeProcess | None = None
         self._crossing = Crossing(client, sensors)
@@ -92,8 +81,6 @@ class LocalNodes:
         self._states: dict[str, Known] = {}
         self._lost: dict[str, tuple[int, str]] = {}
         self._settled = set[str]()
-        self._rtt = 0.0
-        self._told: ppaas_msgs.TellRobotRequest | None = None
         self._session = 0
         self.ready = asyncio.Event()
 
@@ -119,9 +106,7 @@ class LocalNodes:
         InvalidParameter
             No such home.
         """
-        answer = await self._call("run_node", ppaas_msgs.RunNode, ppaas_msgs.RunNodeRequest(node, home))
-        assert isinstance(answer, ppaas_msgs.NodeHome)
-        return answer
+        return await self._monitor.run_node(node, home)
 
     async def run(self) -> None:
         """Run what is wanted here, until cancelled; then all goes on in the cloud.
@@ -132,7 +117,7 @@ class LocalNodes:
             The cloud has no node monitor for this robot, or the client has given up.
         """
         self._session = self._session_now()
-        await self._tell_robot()
+        self._config = await self._monitor.tell_robot()
         await self._client.subscribe("node_monitor/homes", ppaas_msgs.NodeHomes, self._homes_told)
         self._client.attach(self._crossing)
         pumping = asyncio.create_task(self._crossing.run())
@@ -165,21 +150,6 @@ class LocalNodes:
         except TimeoutError:
             return
 
-    async def _tell_robot(self) -> None:
-        """Say what this robot is; the link is measured once, and how far the cloud is each time that it is told."""
-        if self._told is None:
-            link, computer = await measure_link(self._client, self._clock), self._computer
-            self._told, self._rtt = (
-                ppaas_msgs.TellRobotRequest(
-                    computer.cores, computer.clock, computer.benchmark, link.rtt, link.bandwidth, self._nodes
-                ),
-                link.rtt,
-            )
-        told = msgspec.structs.replace(self._told, rtt=self._rtt)
-        answer = await self._call("tell_robot", ppaas_msgs.TellRobot, told)
-        assert isinstance(answer, ppaas_msgs.TellRobotResponse)
-        self._config = msgspec.json.decode(answer.config, type=protocol.CloneConfig)
-
     async def _see_to_session(self) -> None:
         """Tell a session that is new what the one before was told, and go on with what runs here.
 
@@ -188,19 +158,14 @@ class LocalNodes:
         session = self._session_now()
         if session == self._session:
             return
-        await self._tell_robot()
-        answer = await self._call("list_nodes", ppaas_msgs.ListNodes, Empty())
-        assert isinstance(answer, ppaas_msgs.NodeHomes)
-        for there in answer.nodes:
+        self._config = await self._monitor.tell_robot()
+        for there in await self._monitor.list_nodes():
             if there.home == "cloud" and there.node in self._leases:
                 self._wanted[there.node] = (await self.ask(there.node, "robot")).wanted
         self._session = session
 
     def _session_now(self) -> int:
         return self._client.connections - self._client.resumptions
-
-    async def _call(self, service: str, kind: ServiceType, request: Message) -> Message:
-        return await self._client.call(f"node_monitor/{service}", kind, request)
 
     def _homes_told(self, homes: ppaas_msgs.NodeHomes) -> None:
         self._wanted = {node.node: node.wanted for node in homes.nodes}
@@ -230,11 +195,10 @@ class LocalNodes:
         try:
             process = await self._started()
         except PPaaSError as error:
-            await self._give(node, 0, failure=str(error))
+            await self._monitor.give_node(node, 0, failure=str(error))
             self._wanted[node] = "cloud"
             return
-        taken = await self._call("hold_node", ppaas_msgs.HoldNode, ppaas_msgs.HoldNodeRequest(node))
-        assert isinstance(taken, ppaas_msgs.HoldNodeResponse)
+        taken = await self._monitor.take_node(node)
         self._leases[node], self._states[node] = taken.lease, Known(taken.state, [])
         self._settled.discard(node)
         self._crossing.expect(node)
@@ -283,7 +247,7 @@ class LocalNodes:
                 return
             self._states[node] = Known(state, heard)
         await self._forget(node)
-        await self._give(node, lease, self._states.pop(node))
+        await self._monitor.give_node(node, lease, self._states.pop(node))
 
     async def _forget(self, node: str) -> None:
         self._leases.pop(node, None)
@@ -291,11 +255,6 @@ class LocalNodes:
         await self._services.close(node)
         if not self._leases:
             await self._end_process()
-
-    async def _give(self, node: str, lease: int, known: Known | None = None, failure: str = "") -> None:
-        last = known or Known("", [])
-        told = ppaas_msgs.GiveNodeRequest(node, lease, last.state, failure, last.heard)
-        await self._call("give_node", ppaas_msgs.GiveNode, told)
 
     async def _hold(self) -> None:
         """Say what still runs here, and how it is; what the cloud has given up meanwhile ends."""
@@ -310,8 +269,7 @@ class LocalNodes:
         for node, lease in tuple(self._leases.items()):
             told = states.get(node, protocol.NodeState(self._states[node].state))
             self._states[node] = Known(told.state, heard[node])
-            request = ppaas_msgs.HoldNodeRequest(node, lease, told.state, told.seconds, self._rtt, heard[node])
-            answer = await self._tell_held(request)
+            answer = await self._monitor.hold_node(node, lease, told, heard[node])
             if answer.lease == lease:
                 self._crossing.tell_unheard(node, answer.unheard, process)
                 self._settled.add(node)
@@ -321,13 +279,6 @@ class LocalNodes:
                 logger.warning("%s goes on in the cloud, which heard nothing of it for too long", node)
                 await process.ask(protocol.Remove(node), protocol.Removed)
                 await self._forget(node)
-
-    async def _tell_held(self, told: ppaas_msgs.HoldNodeRequest) -> ppaas_msgs.HoldNodeResponse:
-        began = self._clock()
-        answer = await self._call("hold_node", ppaas_msgs.HoldNode, told)
-        self._rtt = self._clock() - began
-        assert isinstance(answer, ppaas_msgs.HoldNodeResponse)
-        return answer
 
     async def _lose(self, failure: str) -> None:
         """Let the cloud go on with all that ran here, from what was last known of it."""
@@ -344,7 +295,7 @@ class LocalNodes:
     async def _give_up(self) -> None:
         """Tell the cloud what is lost here, until it has heard it."""
         for node, (lease, failure) in tuple(self._lost.items()):
-            await self._give(node, lease, self._states.get(node), failure)
+            await self._monitor.give_node(node, lease, self._states.get(node), failure)
             del self._lost[node]
 
     async def _end_process(self) -> None:

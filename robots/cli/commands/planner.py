@@ -78,9 +78,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _show_here(arguments: argparse.Namespace) -> None:
-    from ppaas.planners.catalogue import catalogue, entry, told  # noqa: PLC0415 - ``ppaas --help`` loads this module
+    from ppaas.planners.catalogue import as_json, catalogue, entry  # noqa: PLC0415 - ``ppaas --help`` loads this module
 
-    found: Any = told(entry(arguments.id)) if arguments.verb == "show" else catalogue()[: arguments.limit]
+    found: Any = as_json(entry(arguments.id)) if arguments.verb == "show" else catalogue()[: arguments.limit]
     show(found, PLANNERS.columns if arguments.verb == "show" else PLANNERS.list_columns, as_json=arguments.json)
 
 
