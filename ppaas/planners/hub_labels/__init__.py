@@ -1,1 +1,1 @@
-"""Hub labels: an index of a map, made once, from which shortest paths are read off in microseconds."""
+"""Hub labels: an index of a map, built once, that answers path queries in microseconds (Abraham et al., 2011)."""

@@ -1,4 +1,4 @@
-"""The index of a map: one array, from which shortest paths are read."""
+"""The index of a map, and queries on it."""
 
 from collections.abc import Callable
 
@@ -17,12 +17,12 @@ from ppaas.planners.watch import proceed
 
 
 class HubIndex(Prepared):
-    """An index, and what its queries write to.
+    """An index, together with the scratch memory of its queries.
 
     Parameters
     ----------
     words : int64 array
-        The index, as `kernels.layout` has it; nobody can write to it.
+        The index, laid out as `kernels.layout` describes; read-only.
     """
 
     def __init__(self, words: Words) -> None:
@@ -32,18 +32,18 @@ class HubIndex(Prepared):
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the index, which all who use it share."""
+        """Size of the index [bytes]. All users share it."""
         return self.words.nbytes
 
     @property
-    def expanded(self) -> int:  # type: ignore[override]  # counted by the kernel, read only when asked for
-        """Entries of labels that the last query looked at."""
+    def expanded(self) -> int:  # type: ignore[override]  # counted by the kernel, read on demand
+        """Number of label entries that the last query examined."""
         return int(self._scratch[EXPANDED])
 
     def path(
         self, start_row: int, start_column: int, goal_row: int, goal_column: int, check: Callable[[], None] = proceed
     ) -> NDArray[np.int32]:
-        """Return the (n, 2) cells of a shortest path; none without a way, or with an end that is not free."""
+        """Return the (n, 2) cells of a shortest path; empty if there is none, or an end is not free."""
         return self._find(self.words, self._scratch, start_row, start_column, goal_row, goal_column)
 
     def free(self) -> NDArray[np.bool_]:
@@ -53,25 +53,25 @@ class HubIndex(Prepared):
         free_cells(terrain, free)
         return free.view(np.bool_)
 
-    def is_of(self, mark: Words) -> bool:
-        """Tell whether it is the index of the map with this fingerprint."""
-        return bool((self.words[FINGERPRINT : FINGERPRINT + len(mark)] == mark).all())
+    def is_of(self, expected: Words) -> bool:
+        """Return whether it is the index of the map with this fingerprint."""
+        return bool((self.words[FINGERPRINT : FINGERPRINT + len(expected)] == expected).all())
 
     def repaired(
         self, free: NDArray[np.bool_], changed: Rectangle, *, threads: int = 1, check: Callable[[], None] = proceed
     ) -> "HubIndex":
-        """Return the index of a map that differs only in a rectangle, made in less time than a new one.
+        """Return the index of a map that differs only in a rectangle; faster than building a new one.
 
         Parameters
         ----------
         free : (height, width) bool array
-            The map now.
+            Free cells of the current map.
         changed : (slice, slice)
-            Rows and columns outside of which nothing has changed.
+            Rows and columns that contain all changes.
         threads : int
-            Most threads that kernels may use.
+            Maximum number of threads for kernels.
         check : callable
-            Called at least every 10 ms of work.
+            Called at least every 10 ms of work; may raise to cancel it.
 
         Raises
         ------
@@ -81,5 +81,5 @@ class HubIndex(Prepared):
         return HubIndex(repair_index(self.words, free, changed, threads=threads, check=check))
 
     def twin(self) -> "HubIndex":
-        """Return one for another thread."""
+        """Return an index for another thread: the same words with its own scratch memory."""
         return HubIndex(self.words)

@@ -1,4 +1,4 @@
-"""Slow, obvious twins of the kernels of hub labels: corners, which a cell sees, and lengths of shortest ways."""
+"""Slow, obvious twins of the hub-label kernels: corners, visibility, path lengths, coverage order and hubs."""
 
 import heapq
 
@@ -9,12 +9,12 @@ Cell = tuple[int, int]
 
 
 def is_free(free: NDArray[np.bool_], row: int, column: int) -> bool:
-    """Tell whether a cell is on the map and free."""
+    """Return whether a cell is on the map and free."""
     return 0 <= row < free.shape[0] and 0 <= column < free.shape[1] and bool(free[row, column])
 
 
 def corners(free: NDArray[np.bool_]) -> list[Cell]:
-    """Return the free cells that are diagonal to a blocked one, with the two cells between free, row by row."""
+    """Return the free cells diagonal to a blocked one with the two cells between free, row by row."""
     return [
         (int(r), int(c))
         for r, c in zip(*np.nonzero(free), strict=True)
@@ -27,7 +27,7 @@ def corners(free: NDArray[np.bool_]) -> list[Cell]:
 
 
 def cells_between(a: Cell, b: Cell) -> set[Cell]:
-    """Return all cells on the ways from a to b that are shortest on an empty map."""
+    """Return all cells on the shortest paths from a to b on an empty map."""
     rows, columns = b[0] - a[0], b[1] - a[1]
     down, right = int(np.sign(rows)), int(np.sign(columns))
     diagonal, straight = min(abs(rows), abs(columns)), abs(abs(rows) - abs(columns))
@@ -40,7 +40,7 @@ def cells_between(a: Cell, b: Cell) -> set[Cell]:
 
 
 def cuts_a_corner(free: NDArray[np.bool_], a: Cell, b: Cell) -> bool:
-    """Tell whether the way from a to b along the diagonal and then straight cuts a corner."""
+    """Return whether the path from a to b along the diagonal and then straight cuts a corner."""
     rows, columns = b[0] - a[0], b[1] - a[1]
     down, right = int(np.sign(rows)), int(np.sign(columns))
     return any(
@@ -51,13 +51,13 @@ def cuts_a_corner(free: NDArray[np.bool_], a: Cell, b: Cell) -> bool:
 
 
 def octile(a: Cell, b: Cell) -> float:
-    """Return how long a way is on an empty map."""
+    """Return the length of a path on an empty map [cells]."""
     rows, columns = abs(a[0] - b[0]), abs(a[1] - b[1])
     return max(rows, columns) + (2**0.5 - 1) * min(rows, columns)
 
 
 def seen(free: NDArray[np.bool_], cell: Cell) -> set[Cell]:
-    """Return the corners to which all ways that an empty map would have are free and lead over no other corner."""
+    """Return the corners that a cell sees: all shortest paths on an empty map are free and pass no other corner."""
     every = corners(free)
     return {
         corner
@@ -70,7 +70,7 @@ def seen(free: NDArray[np.bool_], cell: Cell) -> set[Cell]:
 
 
 def lengths_from(free: NDArray[np.bool_], start: Cell) -> NDArray[np.float64]:
-    """Return how far all cells are from a free one, by moves to eight neighbours that cut no corner."""
+    """Return the distances of all cells from a free one [cells], by moves to eight neighbours that cut no corner."""
     lengths = np.full(free.shape, np.inf)
     lengths[start] = 0.0
     queue = [(0.0, start)]
@@ -87,7 +87,7 @@ def lengths_from(free: NDArray[np.bool_], start: Cell) -> NDArray[np.float64]:
 
 
 def length_of(free: NDArray[np.bool_], cells: NDArray[np.int32]) -> float:
-    """Return how long a path is; infinite if it leads through a wall, cuts a corner, jumps or stands."""
+    """Return the length of a path [cells]; infinite if it crosses a wall, cuts a corner, jumps or stops."""
     total = 0.0
     for (r, c), (row, column) in zip(cells[:-1].tolist(), cells[1:].tolist(), strict=True):
         free_all = is_free(free, row, column) and is_free(free, r, column) and is_free(free, row, c)
@@ -98,40 +98,43 @@ def length_of(free: NDArray[np.bool_], cells: NDArray[np.int32]) -> float:
 
 
 def most_covering(parents: list[list[int]], groups: int) -> list[int]:
-    """Return the nodes that cover most ways from the root of each tree, best first, until all are on fewer than trees.
+    """Return the nodes that cover the most root paths of trees, until one covers fewer than there are trees.
 
-    ``parents`` has a row for each tree, the node before each; −1 for the root and for what is not in the tree. Ways
-    through a node before do not count, and neither do those of the group of trees, i mod ``groups``, with the most.
+    The best node comes first. ``parents`` has a row per tree: the parent of each node; −1 for the root and for nodes
+    outside the tree. Paths through chosen nodes do not count, and neither do those of the group (tree i is in group i
+    mod ``groups``) with the most.
     """
     nodes = range(len(parents[0]))
     roots = {(tree, row[node]) for tree, row in enumerate(parents) for node in nodes if row[node] >= 0}
-    ways = []
+    paths = []
     for tree, row in enumerate(parents):
         for node in nodes:
-            way = [node]
-            while row[way[-1]] >= 0:
-                way.append(row[way[-1]])
-            if len(way) > 1 or (tree, node) in roots:
-                ways.append((tree % groups, set(way)))
+            path = [node]
+            while row[path[-1]] >= 0:
+                path.append(row[path[-1]])
+            if len(path) > 1 or (tree, node) in roots:
+                paths.append((tree % groups, set(path)))
     chosen: list[int] = []
     while len(chosen) < len(nodes):
-        left = [(group, way) for group, way in ways if not way & set(chosen)]
+        left = [(group, path) for group, path in paths if not path & set(chosen)]
         counts = [[0] * groups for _ in nodes]
-        for group, way in left:
-            for node in way:
+        for group, path in left:
+            for node in path:
                 counts[node][group] += 1
-        worth = [-1 if node in chosen else sum(count) - max(count) for node, count in zip(nodes, counts, strict=True)]
-        best = worth.index(max(worth))
-        if worth[best] < len(parents):
+        coverage = [
+            -1 if node in chosen else sum(count) - max(count) for node, count in zip(nodes, counts, strict=True)
+        ]
+        best = coverage.index(max(coverage))
+        if coverage[best] < len(parents):
             break
         chosen.append(best)
     return chosen
 
 
 def hubs_of(nodes: int, lengths: dict[tuple[int, int], int]) -> list[dict[int, float]]:
-    """Return the hubs of each node and how far they are, given the lengths of edges; node 0 is the most important.
+    """Return the hubs of each node with their distances, given the lengths of edges; node 0 is the most important.
 
-    A node is a hub of another if, of all nodes on shortest ways between both, it is the most important.
+    A node is a hub of another if it is the most important of all nodes on shortest paths between both.
     """
     far = [[0 if a == b else float("inf") for b in range(nodes)] for a in range(nodes)]
     for (a, b), length in lengths.items():

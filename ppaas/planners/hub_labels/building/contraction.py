@@ -1,4 +1,4 @@
-"""The contraction of the graph of corners."""
+"""Contraction of the visibility graph of corners."""
 
 from collections.abc import Callable
 
@@ -9,107 +9,113 @@ from ppaas.planners.hub_labels.building.kernels.bucket_queue import ENTRY
 from ppaas.planners.hub_labels.building.kernels.contraction import (
     CONTRACTED,
     EDGES,
-    FIRST_ROOM,
+    FIRST_CAPACITY,
     NEXT,
+    build_rows,
     contract,
-    lay_rows,
     list_edges,
 )
-from ppaas.planners.hub_labels.building.kernels.contraction_order import admit, choose
-from ppaas.planners.hub_labels.building.kernels.shortcuts import AT_A_TIME, SCANS, Targets, find_shortcuts
+from ppaas.planners.hub_labels.building.kernels.contraction_order import confirm_nodes, select_nodes
+from ppaas.planners.hub_labels.building.kernels.shortcuts import EDGE_VISITS, TARGETS_A_VECTOR, Targets, find_shortcuts
 from ppaas.planners.hub_labels.building.kernels.shortcuts import NEXT as NEXT_OF_SLOT
 from ppaas.planners.hub_labels.building.kernels.shortcuts import USED as USED_OF_SLOT
 from ppaas.planners.hub_labels.building.kernels.trees import Rows
 from ppaas.planners.hub_labels.kernels.scan import Integers
 
 NODES_A_SLICE = 1 << 16
+"""Nodes examined between two calls of ``check``."""
 
 SETTLED, ALL = 12, 1 << 40
-"""Nodes that a search for another way settles before a shortcut is made. To look further leaves a smaller core: that is
-ordered better than what is contracted, so it is worth it only where the core would be too large. There all are settled
-over which a way may lead: shortcuts that are not needed would take longer to look at than they take to be found so."""
+"""Nodes that a witness search settles before a shortcut is added: in general, and for a dense map (all). Longer
+searches leave a smaller core. But the core is ordered better than contracted nodes, so they pay off only if the core
+would be too large. On dense maps, examining unnecessary shortcuts later would take longer than finding the
+witnesses."""
 
-SETTLED_FOR_A_PRICE = 2
-"""The same to tell a price again, four times in the mean until a node goes, where nodes may have more neighbours than
-at first: whoever goes is looked at thoroughly after that."""
+SETTLED_FOR_A_COST = 2
+"""The same when the cost of a node is updated, on average four times before it is contracted, once nodes may have more
+neighbours than at first. A full search follows before the node is contracted."""
 
 MOST_NEIGHBOURS = 16
-"""Neighbours that a node may have to be contracted, unless the core has to be smaller."""
+"""Largest number of neighbours of a contracted node, unless the core must be smaller."""
 
-PUTS = 1 << 14
-"""How often a node may be put into the queue of such a search; further ones are not looked at."""
+QUEUE_PUTS = 1 << 14
+"""Capacity of the queue of a witness search; further nodes are not examined."""
 
 BUCKETS = 1 << 12
-"""Buckets of that queue: as many as an edge of 2,900 cells is long."""
+"""Buckets of that queue; they cover an edge of 2,900 cells."""
 
 PAIRS = 1 << 16
-"""Pairs of neighbours that a slot has room for, at least."""
+"""Initial capacity of a slot for pairs of neighbours."""
 
 FEW = 64
-"""Nodes of a round, below which it takes longer to wake threads than to look at them."""
+"""Nodes of a round below which waking threads takes longer than the work."""
 
 ANY_COST = np.empty(0, np.int32)
+"""No given costs: the contraction computes them."""
+
 ANY_NUMBER = 1 << 60
+"""No limit."""
 
 
 class Contraction:
-    """A graph that is contracted further and further.
+    """A graph under contraction.
 
     Parameters
     ----------
     graph : CornerGraph
-    prices : int32 array
-        The nodes are contracted in the order of these, where they are given.
+        The graph.
+    costs : int32 array
+        Given costs of the nodes, which are contracted from low to high cost; empty to compute them.
     thorough : bool
-        Whether to look for all other ways before a shortcut is made.
-    most_edges, most_scans : int
-        It ends before its time once there are more edges, or it has looked at more to find shortcuts.
+        Whether witness searches are exhaustive.
+    most_edges, most_edge_visits : int
+        Limits on edges, and on edge visits of witness searches; beyond them the contraction is given up.
     threads : int
-        Most threads that kernels may use.
+        Maximum number of threads for kernels.
     """
 
     def __init__(
-        self, graph: CornerGraph, prices: Integers = ANY_COST, *,
-        thorough: bool = False, most_edges: int = ANY_NUMBER, most_scans: int = ANY_NUMBER, threads: int = 1,
+        self, graph: CornerGraph, costs: Integers = ANY_COST, *,
+        thorough: bool = False, most_edges: int = ANY_NUMBER, most_edge_visits: int = ANY_NUMBER, threads: int = 1,
     ) -> None:  # fmt: skip
         nodes, edges, self._slots = len(graph.starts) - 1, len(graph.to), max(1, threads)
-        self._told, self._most_edges, self._most_looks = len(prices) > 0, most_edges, most_scans
+        self._costs_given, self._most_edges, self._most_looks = len(costs) > 0, most_edges, most_edge_visits
         self._settle = ALL if thorough else SETTLED
-        self._prices = prices.copy() if self._told else np.zeros(nodes, np.int32)
+        self._costs = costs.copy() if self._costs_given else np.zeros(nodes, np.int32)
         self._begins = np.empty(nodes, np.int64)
-        self._degrees, self._rooms, self._levels, self._order = np.zeros((4, nodes), np.int32)
-        self._rows = np.empty((edges + FIRST_ROOM * nodes, 3), np.int32)
+        self._degrees, self._capacities, self._levels, self._order = np.zeros((4, nodes), np.int32)
+        self._rows = np.empty((edges + FIRST_CAPACITY * nodes, 3), np.int32)
         self._edges = np.empty((edges, 5), np.int32)
-        self._gone, self._held = np.zeros((2, nodes), np.bool_)
+        self._contracted_nodes, self._in_round = np.zeros((2, nodes), np.bool_)
         self._state = np.zeros(4, np.int64)
-        lay_rows(
-            graph.places, graph.starts, graph.to, graph.lengths,
-            self._begins, self._degrees, self._rooms, self._rows, self._edges, self._state,
+        build_rows(
+            graph.positions, graph.starts, graph.to, graph.lengths,
+            self._begins, self._degrees, self._capacities, self._rows, self._edges, self._state,
         )  # fmt: skip
-        self._places = graph.places
+        self._positions = graph.positions
         self._reached, self._limits = np.zeros((2, self._slots, nodes), np.int64)
         self._buckets = np.empty((self._slots, BUCKETS), np.int32)
-        self._entries = np.empty((self._slots, PUTS, ENTRY), np.int64)
+        self._entries = np.empty((self._slots, QUEUE_PUTS, ENTRY), np.int64)
         self._pairs = np.empty((self._slots, PAIRS), np.int32)
         self._slot_states = np.zeros((self._slots, 4), np.int64)
         self._most = MOST_NEIGHBOURS
 
     @property
     def core(self) -> int:
-        """Return how many nodes are not contracted."""
+        """Number of nodes that are not contracted."""
         return len(self._order) - int(self._state[CONTRACTED])
 
     @property
     def is_given_up(self) -> bool:
-        """Tell whether there are more edges than there may be, or it took more than it may."""
-        looks = int(self._slot_states[:, SCANS].sum())
+        """Whether a limit on edges or edge visits was exceeded."""
+        looks = int(self._slot_states[:, EDGE_VISITS].sum())
         return int(self._state[EDGES]) > 2 * self._most_edges or looks > self._most_looks
 
     def run(self, core: int | None = None, *, check: Callable[[], None]) -> ContractedGraph:
-        """Contract nodes with few neighbours, and return what there is then.
+        """Contract nodes with few neighbours, and return the contracted graph.
 
-        If ``core`` is given, nodes with more and more neighbours are contracted until no more than so many are left.
-        Where it is given up before, what it returns is of no use.
+        If ``core`` is given, the limit on neighbours is raised until at most that many nodes are left. If the
+        contraction is given up, the result is not usable.
         """
         self._contract(core or 0, check)
         while core is not None and self.core > core and not self.is_given_up:
@@ -122,37 +128,39 @@ class Contraction:
         return ContractedGraph(head, after, self._edges[:used], self._levels, order)
 
     def _contract(self, core: int, check: Callable[[], None]) -> None:
-        targets = np.zeros((self._slots, 4, -(-self._most // AT_A_TIME) * AT_A_TIME), np.int32)
+        targets = np.zeros((self._slots, 4, -(-self._most // TARGETS_A_VECTOR) * TARGETS_A_VECTOR), np.int32)
         batch = np.empty(len(self._begins), np.int32)
-        while self.core > core and not self.is_given_up and (count := self._choose(batch, check)):
-            at_once = self._told or self._most == MOST_NEIGHBOURS
+        while self.core > core and not self.is_given_up and (count := self._select(batch, check)):
+            thorough_at_once = self._costs_given or self._most == MOST_NEIGHBOURS
             settle = self._settle * self._most // MOST_NEIGHBOURS
-            counts = self._find_shortcuts(batch[:count], targets, settle if at_once else SETTLED_FOR_A_PRICE, check)
-            if not self._told:
-                count = self._admit(batch[:count], counts, check)
-            if not at_once:
+            counts = self._find_shortcuts(
+                batch[:count], targets, settle if thorough_at_once else SETTLED_FOR_A_COST, check
+            )
+            if not self._costs_given:
+                count = self._confirm(batch[:count], counts, check)
+            if not thorough_at_once:
                 counts = self._find_shortcuts(batch[:count], targets, settle, check)
-            self._take_out(batch[:count], counts, core, check)
+            self._contract_round(batch[:count], counts, core, check)
 
-    def _choose(self, batch: Integers, check: Callable[[], None]) -> int:
+    def _select(self, batch: Integers, check: Callable[[], None]) -> int:
         count = 0
         for first in range(0, len(batch), NODES_A_SLICE):
             check()
             last = min(first + NODES_A_SLICE, len(batch))
-            count = choose(
-                first, last, self._begins, self._degrees, self._rows, self._prices, self._gone,
-                self._most, batch, count, self._held,
+            count = select_nodes(
+                first, last, self._begins, self._degrees, self._rows, self._costs, self._contracted_nodes,
+                self._most, batch, count, self._in_round,
             )  # fmt: skip
         return count
 
-    def _admit(self, batch: Integers, counts: Rows, check: Callable[[], None]) -> int:
+    def _confirm(self, batch: Integers, counts: Rows, check: Callable[[], None]) -> int:
         kept = 0
         for first in range(0, len(batch), NODES_A_SLICE):
             check()
             last = min(first + NODES_A_SLICE, len(batch))
-            kept = admit(
+            kept = confirm_nodes(
                 batch, counts, first, last, kept, self._begins, self._degrees, self._rows, self._levels,
-                self._prices, self._most, self._held,
+                self._costs, self._most, self._in_round,
             )  # fmt: skip
         return kept
 
@@ -163,7 +171,7 @@ class Contraction:
             check()
             before = states[:, NEXT_OF_SLOT].copy()
             find_shortcuts(
-                batch, self._begins, self._degrees, self._rows, self._held, self._places, self._reached,
+                batch, self._begins, self._degrees, self._rows, self._in_round, self._positions, self._reached,
                 self._limits, targets, self._buckets, self._entries, self._pairs, counts, states,
                 settle, WORK_A_SLICE,
                 self._slots if len(batch) >= FEW else 1,
@@ -172,19 +180,19 @@ class Contraction:
                 self._pairs = np.pad(self._pairs, ((0, 0), (0, self._pairs.shape[1])))
         return counts
 
-    def _take_out(self, batch: Integers, counts: Rows, core: int, check: Callable[[], None]) -> None:
+    def _contract_round(self, batch: Integers, counts: Rows, core: int, check: Callable[[], None]) -> None:
         self._state[NEXT] = 0
         done = False
         while not done:
             check()
             before = int(self._state[NEXT])
             done = contract(
-                batch, self._pairs, counts, self._begins, self._degrees, self._rooms, self._rows, self._edges,
-                self._levels, self._gone, self._held, self._order, self._state, core, WORK_A_SLICE,
+                batch, self._pairs, counts, self._begins, self._degrees, self._capacities, self._rows, self._edges,
+                self._levels, self._contracted_nodes, self._in_round, self._order, self._state, core, WORK_A_SLICE,
             )  # fmt: skip
             if not done and self._state[NEXT] == before:
-                self._make_room()
+                self._enlarge()
 
-    def _make_room(self) -> None:
+    def _enlarge(self) -> None:
         self._edges = np.resize(self._edges, (len(self._edges) * 3 // 2 + PAIRS, 5))
         self._rows = np.resize(self._rows, (len(self._rows) * 3 // 2 + PAIRS, 3))

@@ -1,4 +1,4 @@
-"""The fringe of an index: corners without labels, and over which corners with labels ways leave it."""
+"""Fringe of an index: corners without labels, and the labelled corners (gates) through which paths leave it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,31 +6,36 @@ from dataclasses import dataclass
 import numpy as np
 
 from ppaas.planners.hub_labels.building.importance import RankedEdges
-from ppaas.planners.hub_labels.building.kernels.gates import BEGIN, END, NEXT, open_gates
+from ppaas.planners.hub_labels.building.kernels.gates import BEGIN, END, NEXT, find_gates
 from ppaas.planners.hub_labels.building.label_pool import FEW, LabelPool
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import FAR
 from ppaas.planners.hub_labels.kernels.scan import Integers
 
-USUAL = 24
-"""Gates of a corner for which there is room from the first; memory is taken only as it is used."""
+USUAL_GATES = 24
+"""Initial capacity for gates per corner. Memory is committed only as it is used."""
 
 WORK_A_SLICE = 1 << 16
+"""Work between two calls of ``check``, about one millisecond."""
+
 WINDOW = 1 << 14
+"""Gates that a slot gets space for at once."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fringe:
-    """The gates of all corners, by rank; those with labels have none.
+    """Gates of all corners, by rank; labelled corners have none.
 
     Parameters
     ----------
     gates, lengths : (m,) int32 arrays
-        As `kernels.gates` has them.
+        Gates and their distances, as in `kernels.gates`.
     begins, ends : (n,) int64 arrays
+        Range of the gates of each corner.
     local : (edges,) int64 array
-        One for each edge of the contracted graph that is local.
+        1 for each local edge of the contracted graph, else 0.
     boxes : (n, 4) int32 array
+        Bounding rectangle of the corners that each corner reaches over local edges.
     """
 
     gates: Integers
@@ -41,64 +46,72 @@ class Fringe:
     boxes: Integers
 
 
-def open_fringe(
-    pool: LabelPool, edges: RankedEdges, levels: Integers, places: Integers, *, threads: int, check: Callable[[], None]
+def find_fringe(
+    pool: LabelPool,
+    edges: RankedEdges,
+    levels: Integers,
+    positions: Integers,
+    *,
+    threads: int,
+    check: Callable[[], None],
 ) -> Fringe:
     """Find the gates of all corners without labels.
 
     Parameters
     ----------
     pool : LabelPool
+        The labels.
     edges : RankedEdges
-        Of the contracted graph, by rank.
+        Edges of the contracted graph, by rank.
     levels : (n,) int32 array
-        On which level each rank was contracted; there are no edges within a level.
-    places : (n, 2) int32 array
+        Contraction level of each rank. There are no edges within a level.
+    positions : (n, 2) int32 array
         Row and column of each rank.
     threads, check
         As for `assembly.build_index`.
     """
     nodes, slots = len(pool.ranks), max(1, threads)
-    rest = np.arange(pool.labelled, nodes, dtype=np.int32)
-    fringe = _Growing(nodes, len(rest), len(edges.to))
+    unlabelled = np.arange(pool.labelled, nodes, dtype=np.int32)
+    fringe = _FringeBuilder(nodes, len(unlabelled), len(edges.to))
     scratch = np.full((4 * slots, pool.labelled), FAR, np.int32)
-    spots, heaps = np.full((2 * slots, nodes), FAR, np.int32), np.empty((slots, nodes), np.int64)
+    records, heaps = np.full((2 * slots, nodes), FAR, np.int32), np.empty((slots, nodes), np.int64)
     windows = np.zeros((slots, 3), np.int64)
-    for level in np.split(rest, np.flatnonzero(np.diff(levels[rest])) + 1):
+    for level in np.split(unlabelled, np.flatnonzero(np.diff(levels[unlabelled])) + 1):
         usable = threads if len(level) >= FEW else 1
         windows[:, NEXT] = np.arange(slots)
         while (windows[:, NEXT] < len(level)).any():
             check()
             before = windows[:, NEXT].copy()
-            open_gates(
-                level, pool.labelled, edges.starts, edges.to, edges.lengths, places,
+            find_gates(
+                level, pool.labelled, edges.starts, edges.to, edges.lengths, positions,
                 pool.hubs, pool.lengths, pool.begins, pool.ends,
                 fringe.gates, fringe.lengths, fringe.begins, fringe.ends, fringe.local, fringe.boxes,
-                scratch, spots, heaps, windows, WORK_A_SLICE, usable,
+                scratch, records, heaps, windows, WORK_A_SLICE, usable,
             )  # fmt: skip
             for slot in np.flatnonzero((windows[:, NEXT] == before) & (before < len(level))):
                 windows[slot, BEGIN], windows[slot, END] = fringe.window(pool.labelled)
     return fringe.done(edges)
 
 
-class _Growing:
+class _FringeBuilder:
     def __init__(self, nodes: int, fringe: int, edges: int) -> None:
-        self.gates, self.lengths = np.empty((2, USUAL * fringe + WINDOW), np.int32)
+        self.gates, self.lengths = np.empty((2, USUAL_GATES * fringe + WINDOW), np.int32)
         self.begins, self.ends = np.zeros((2, nodes), np.int64)
         self.local = np.zeros(edges, np.int64)
         self.boxes = np.zeros((nodes, 4), np.int32)
         self._used = 0
 
-    def window(self, least: int) -> tuple[int, int]:
-        """Return where there is room for some gates more."""
-        begin, end = self._used, self._used + WINDOW + least
+    def window(self, needed: int) -> tuple[int, int]:
+        """Return the range of free space for more gates."""
+        begin, end = self._used, self._used + WINDOW + needed
         if end > len(self.gates):
-            more = np.empty(max(WINDOW + least, len(self.gates) // 2), np.int32)
+            more = np.empty(max(WINDOW + needed, len(self.gates) // 2), np.int32)
             self.gates, self.lengths = np.concatenate((self.gates, more)), np.concatenate((self.lengths, more))
         self._used = end
         return begin, end
 
     def done(self, edges: RankedEdges) -> Fringe:
+        """Return the fringe, with local edges by edge number."""
         local = np.zeros(int(edges.ids.max(initial=-1)) + 1, np.int64)
         local[edges.ids] = self.local
         return Fringe(self.gates, self.lengths, self.begins, self.ends, local, self.boxes)

@@ -1,4 +1,4 @@
-"""How important each corner is: those that were contracted as they were, the core by the ways that it covers."""
+"""Importance of corners: contracted ones by contraction order, core ones by how many shortest paths they cover."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,16 +16,27 @@ from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.scan import Integers
 
 EDGES_A_SLICE = 3 << 16
-"""RankedEdges that a slot looks at between two calls of ``check``: some five milliseconds, since all threads meet then."""
+"""Edges that a slot examines between two calls of ``check``: about five milliseconds, since all threads then wait for
+each other."""
 
 MOST_TREES = 600
+"""Largest number of shortest-path trees in the sample."""
+
 MOST_TREE_NODES = 1 << 22
-"""Trees that are grown to learn which ways are shortest, and how many nodes all of them may have."""
+"""Largest total number of their nodes."""
 
 
 @dataclass(frozen=True, slots=True)
 class RankedEdges:
-    """Edges in rows: those of node i are from ``starts[i]`` on; where each leads, how long it is, and its number."""
+    """Edges by node: those of node i are at ``starts[i]:starts[i + 1]``.
+
+    Parameters
+    ----------
+    starts : (n + 1,) int64 array
+        First edge of each node.
+    to, lengths, ids : (m,) int32 arrays
+        End of each edge, its length, and its number in the contracted graph.
+    """
 
     starts: Words
     to: Integers
@@ -35,7 +46,7 @@ class RankedEdges:
 
 @dataclass(frozen=True, slots=True)
 class Trees:
-    """Trees of shortest ways, a row each: the parent of each node, its size, its first child and its next sibling."""
+    """Shortest-path trees, one per row: parent, subtree size, first child, and next sibling of each node."""
 
     parents: Integers
     sizes: Integers
@@ -44,7 +55,7 @@ class Trees:
 
 
 def edges_of(contracted: ContractedGraph, nodes: Integers, ranks: Integers) -> RankedEdges:
-    """Return the edges of some nodes in rows, nodes numbered by ``ranks``."""
+    """Return the edges of some nodes, with nodes numbered by ``ranks``."""
     starts, nothing = np.zeros(len(nodes) + 1, np.int64), np.empty(0, np.int32)
     graph = contracted.head, contracted.after, contracted.edges
     rank_edges(nodes, ranks, *graph, starts, nothing, nothing, nothing)
@@ -55,7 +66,7 @@ def edges_of(contracted: ContractedGraph, nodes: Integers, ranks: Integers) -> R
 
 
 def grow_trees(edges: RankedEdges, roots: Integers, *, threads: int, check: Callable[[], None]) -> Trees:
-    """Grow a tree of shortest ways from each root."""
+    """Return the shortest-path tree of each root."""
     nodes, rows, slots = len(edges.starts) - 1, len(roots), max(1, threads)
     states = np.zeros((slots, STATE), np.int64)
     states[:, TREE], states[:, SETTLED] = np.arange(slots), -1
@@ -73,7 +84,7 @@ def grow_trees(edges: RankedEdges, roots: Integers, *, threads: int, check: Call
 
 
 def order_core(edges: RankedEdges, *, threads: int, check: Callable[[], None]) -> NDArray[np.int32]:
-    """Return the nodes of the core, the most important first."""
+    """Return the core nodes, the most important first."""
     nodes = len(edges.starts) - 1
     if nodes < 2:
         return np.arange(nodes, dtype=np.int32)
@@ -89,39 +100,41 @@ def order_core(edges: RankedEdges, *, threads: int, check: Callable[[], None]) -
             trees.parents, trees.sizes, trees.firsts, trees.nexts, totals, order, state, WORK_A_SLICE
         )  # fmt: skip
     chosen = int(state[0])
-    worth = totals.sum(axis=1) - totals.max(axis=1)
-    order[chosen:] = np.argsort(-worth, kind="stable")[: nodes - chosen]  # those that were chosen come last
+    coverage = totals.sum(axis=1) - totals.max(axis=1)
+    # Chosen nodes have totals of −1 and come last.
+    order[chosen:] = np.argsort(-coverage, kind="stable")[: nodes - chosen]
     return order
 
 
-def inherit(index: Words, places: Integers) -> tuple[Integers, Integers]:
-    """Take over from an index of nearly the same map how important its corners were.
+def inherit(index: Words, positions: Integers) -> tuple[Integers, Integers]:
+    """Return the importance of corners, taken from the index of nearly the same map.
 
     Parameters
     ----------
     index : int64 array
-    places : (n, 2) int32 array
-        Row and column of each corner now, row by row.
+        Index of the earlier map.
+    positions : (n, 2) int32 array
+        Row and column of each current corner, row by row.
 
     Returns
     -------
     ranks : (n,) int32 array
-        How important each corner was; −1 for new ones.
-    prices : (n,) int32 array
-        When each was contracted, new ones first, and those of the core last.
+        Earlier rank of each corner; −1 for new ones.
+    costs : (n,) int32 array
+        Costs that reproduce the contraction order: new corners first, core corners last.
     """
     before = int(index[layout.CORNERS])
     numbers = index.view(np.int32)
     table = numbers[2 * index[layout.TABLE] :][: before * layout.CORNER_SIZE].reshape(before, layout.CORNER_SIZE)
-    told = numbers[2 * index[layout.RANKS] :][: before + 1]
-    table = table[told[:before]]
-    columns = max(int(side[:, 1].max(initial=0)) for side in (places, table)) + 1
-    keys, old_keys = (side[:, 0].astype(np.int64) * columns + side[:, 1] for side in (places, table))
+    ranks_before = numbers[2 * index[layout.RANKS] :][: before + 1]
+    table = table[ranks_before[:before]]
+    columns = max(int(side[:, 1].max(initial=0)) for side in (positions, table)) + 1
+    keys, old_keys = (side[:, 0].astype(np.int64) * columns + side[:, 1] for side in (positions, table))
     found = np.minimum(np.searchsorted(old_keys, keys), max(before - 1, 0))
-    ranks = np.full(len(places), -1, np.int32)
+    ranks = np.full(len(positions), -1, np.int32)
     if before:
         same = old_keys[found] == keys
-        ranks[same] = told[:before][found[same]]
-    contracted = int(told[before])
-    prices = np.where(ranks < 0, 0, np.minimum(before - ranks, contracted + 1)).astype(np.int32)
-    return ranks, prices
+        ranks[same] = ranks_before[:before][found[same]]
+    contracted = int(ranks_before[before])
+    costs = np.where(ranks < 0, 0, np.minimum(before - ranks, contracted + 1)).astype(np.int32)
+    return ranks, costs

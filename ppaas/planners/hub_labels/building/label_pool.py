@@ -1,4 +1,4 @@
-"""Labels while an index is built."""
+"""Memory for the labels of an index under construction."""
 
 from collections.abc import Callable
 
@@ -8,53 +8,57 @@ from ppaas.errors import InvalidPlanner
 from ppaas.planners.hub_labels.kernels.scan import STRAIGHT, Integers
 
 FEW = 256
-"""Nodes that may be labelled side by side, below which it takes longer to wake threads than to do so."""
+"""Nodes below which waking threads takes longer than labelling them."""
 
-FIRST_ROOM = 1 << 16
+FIRST_CAPACITY = 1 << 16
+"""Initial capacity in addition to `USUAL_LABEL_ENTRIES` [entries]."""
 
-USUAL = 128
-"""Entries of a label for which there is room from the first; memory is taken only as it is used."""
+USUAL_LABEL_ENTRIES = 128
+"""Initial capacity per label [entries]. Memory is committed only as it is used."""
 
 COPIED_A_SLICE = 1 << 20
+"""Entries copied between two calls of ``check``."""
 
 
 class LabelPool:
-    """Labels, by the rank of their node.
+    """Labels by the rank of their corner.
 
     Attributes
     ----------
     ranks : (n,) int32 array
-        How important each corner is; 0 the most.
+        Rank of each corner; 0 is the most important.
     hubs, lengths, towards : (m,) int32 arrays
-        The entries: hub, how far it is, and the edge towards it.
-    begins, ends : (n,) int64 array
-        Where the label of a rank lies.
+        The entries: hub, distance, and the edge towards the hub.
+    begins, ends : (n,) int64 arrays
+        Range of the label of each rank.
+    used : int
+        Number of entries in use or given to slots.
     labelled : int
-        How many of the most important corners have labels.
+        Number of labelled corners; they are the most important ones.
     """
 
     def __init__(self, ranks: Integers) -> None:
         nodes = len(ranks)
-        room = USUAL * nodes + FIRST_ROOM
+        capacity = USUAL_LABEL_ENTRIES * nodes + FIRST_CAPACITY
         self.ranks = ranks
-        self.hubs, self.lengths, self.towards = (np.empty(room, np.int32) for _ in range(3))
+        self.hubs, self.lengths, self.towards = (np.empty(capacity, np.int32) for _ in range(3))
         self.begins, self.ends = np.zeros((2, nodes), np.int64)
         self.used = self.labelled = 0
 
     @property
-    def room(self) -> int:
-        """Return for how many entries there is room."""
+    def capacity(self) -> int:
+        """Capacity [entries]."""
         return len(self.hubs)
 
-    def extend(self, room: int, check: Callable[[], None]) -> None:
-        """Make room for so many more entries at the end."""
+    def extend(self, capacity: int, check: Callable[[], None]) -> None:
+        """Add capacity at the end."""
         self.hubs, self.lengths, self.towards = (
-            _extended(each, room, check) for each in (self.hubs, self.lengths, self.towards)
+            _extended(each, capacity, check) for each in (self.hubs, self.lengths, self.towards)
         )
 
 
-def _extended(entries: Integers, room: int, check: Callable[[], None]) -> Integers:
-    longer = np.empty(len(entries) + room, np.int32)
+def _extended(entries: Integers, capacity: int, check: Callable[[], None]) -> Integers:
+    longer = np.empty(len(entries) + capacity, np.int32)
     for first in range(0, len(entries), COPIED_A_SLICE):
         check()
         longer[first : min(first + COPIED_A_SLICE, len(entries))] = entries[first : first + COPIED_A_SLICE]
@@ -62,8 +66,8 @@ def _extended(entries: Integers, room: int, check: Callable[[], None]) -> Intege
 
 
 def too_long(longest: int) -> InvalidPlanner:
-    """Return the error for a way that is longer than a label may tell."""
+    """Return the error for a path that is longer than labels can represent."""
     return InvalidPlanner(
-        f"a way on the map is longer than {longest // STRAIGHT} cells, too long for an index of hub labels; "
-        "choose another planner"
+        f"the map has a path of more than {longest // STRAIGHT} cells, too long for an index of hub labels; "
+        "choose another planner, such as jps or dijkstra"
     )

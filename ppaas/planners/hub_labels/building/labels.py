@@ -1,4 +1,4 @@
-"""The labels of all corners, in the order of their importance."""
+"""Labels of all corners, in the order of their importance."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from ppaas.planners.hub_labels.kernels.layout import FAR
 from ppaas.planners.hub_labels.kernels.scan import Integers
 
 WINDOW = 1 << 16
-"""Entries of the pool that a slot is given at a time, at least."""
+"""Minimum number of entries that a slot gets space for at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,25 +27,28 @@ class _Ranked:
 
 
 def label(
-    contracted: ContractedGraph, inherited: Integers | None, *, room: int, longest: int, threads: int,
+    contracted: ContractedGraph, inherited: Integers | None, *, most_entries: int, longest: int, threads: int,
     check: Callable[[], None],
 ) -> LabelPool | None:  # fmt: skip
-    """Order the nodes of a contracted graph, those of the core by inherited ranks if there are any, and label them.
+    """Order the nodes of a contracted graph by importance and label them; return None if the core does not fit.
 
-    The most important ones are labelled, as many as there is room for; there is no pool if that is less than the core.
+    Core nodes are ordered by inherited ranks, if given. The most important nodes are labelled, as many as
+    ``most_entries`` allows.
 
     Raises
     ------
     InvalidPlanner
-        A way between two corners is longer than ``longest``.
+        A path between two corners is longer than ``longest``.
     """
     ranked = _rank(contracted, inherited, threads=threads, check=check)
     edges = edges_of(contracted, ranked.nodes, ranked.ranks)
     pool = LabelPool(ranked.ranks)
-    if not CoreLabels(pool, edges, ranked.core, longest=longest, threads=threads).label(room, check):
+    if not CoreLabels(pool, edges, ranked.core, longest=longest, threads=threads).label(most_entries, check):
         return None
     levels = contracted.levels[ranked.nodes]
-    _label_rest(pool, edges, levels, ranked.core, room=room, longest=longest, threads=threads, check=check)
+    _label_rest(
+        pool, edges, levels, ranked.core, most_entries=most_entries, longest=longest, threads=threads, check=check
+    )
     return pool
 
 
@@ -53,7 +56,7 @@ def _rank(
     contracted: ContractedGraph, inherited: Integers | None, *, threads: int, check: Callable[[], None]
 ) -> _Ranked:
     ranks = np.full(len(contracted.head), -1, np.int32)
-    # By levels, so that the most important ones are those on which all others' labels depend.
+    # By level: labels depend only on those of higher levels.
     last = contracted.order[::-1]
     last = last[np.argsort(-contracted.levels[last], kind="stable")]
     ranks[last] = np.arange(len(ranks) - len(last), len(ranks))
@@ -62,7 +65,7 @@ def _rank(
     if inherited is None:
         order = order_core(edges_of(contracted, core, ranks), threads=threads, check=check)
     else:
-        # Those without a rank, −1, come last.
+        # As unsigned numbers, missing ranks (−1) come last.
         order = np.argsort(inherited[core].view(np.uint32), kind="stable").astype(np.int32)
     nodes = np.concatenate((core[order], last))
     ranks[nodes] = np.arange(len(nodes))
@@ -70,16 +73,16 @@ def _rank(
 
 
 def _label_rest(
-    pool: LabelPool, edges: RankedEdges, levels: Integers, core: int, *, room: int, longest: int, threads: int,
+    pool: LabelPool, edges: RankedEdges, levels: Integers, core: int, *, most_entries: int, longest: int, threads: int,
     check: Callable[[], None],
 ) -> None:  # fmt: skip
     nodes, slots = len(pool.ranks), max(1, threads)
-    reach, came = np.full((2, slots, nodes), FAR, np.int32)
+    reach, by_edge = np.full((2, slots, nodes), FAR, np.int32)
     marks = np.zeros((slots, (nodes + 63) // 64), np.int64)
-    rest = np.arange(core, nodes, dtype=np.int32)
+    others = np.arange(core, nodes, dtype=np.int32)
     windows = np.zeros((slots, 4), np.int64)
-    for whole in np.split(rest, np.flatnonzero(np.diff(levels[rest])) + 1):
-        level = whole[: _most_labels(pool, room)]
+    for whole in np.split(others, np.flatnonzero(np.diff(levels[others])) + 1):
+        level = whole[: _most_labels(pool, most_entries)]
         if not len(level):
             break
         usable = threads if len(level) >= FEW else 1
@@ -90,7 +93,7 @@ def _label_rest(
             merge(
                 level, edges.starts, edges.to, edges.lengths, edges.ids,
                 pool.hubs, pool.lengths, pool.towards, pool.begins, pool.ends,
-                reach, came, marks, windows, longest, WORK_A_SLICE, usable,
+                reach, by_edge, marks, windows, longest, WORK_A_SLICE, usable,
             )  # fmt: skip
             if windows[:, 3].any():
                 raise too_long(longest)
@@ -99,14 +102,14 @@ def _label_rest(
         pool.labelled += len(level)
 
 
-def _most_labels(pool: LabelPool, room: int) -> int:
-    """Return how many more labels there is room for, if they are as long as those before in the mean."""
+def _most_labels(pool: LabelPool, most_entries: int) -> int:
+    """Return the number of labels that still fit, assuming the mean size of those before."""
     labelled = pool.labelled
     if labelled == len(pool.ranks):
         return 0
     used = int((pool.ends[:labelled] - pool.begins[:labelled]).sum())
     mean = max(1, used // max(1, labelled))
-    return max(0, min(layout.MOST_HUBS - labelled, (room - used) // mean))
+    return max(0, min(layout.MOST_HUBS - labelled, (most_entries - used) // mean))
 
 
 def _most_entries(pool: LabelPool, edges: RankedEdges, node: int) -> int:
@@ -116,7 +119,7 @@ def _most_entries(pool: LabelPool, edges: RankedEdges, node: int) -> int:
 
 def _open_window(pool: LabelPool, window: Words, least: int, check: Callable[[], None]) -> None:
     size = max(WINDOW, 2 * least, pool.used // 8)
-    if pool.used + size > pool.room:
-        pool.extend(max(size, pool.room // 2), check)
+    if pool.used + size > pool.capacity:
+        pool.extend(max(size, pool.capacity // 2), check)
     window[1:3] = pool.used, pool.used + size
     pool.used += size

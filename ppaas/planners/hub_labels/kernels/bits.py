@@ -1,6 +1,6 @@
-"""Kernel: lines of bits, 64 to a word, and how far it is along one to the next bit that is set.
+"""Kernel: lines of bits, 64 to a word, and the distance to the next set bit of a line.
 
-A line is a stretch of an int64 array; ``stride`` words lie from one word of it to the next, so that lines which are
+A line is a range of an int64 array. Consecutive words of a line are ``stride`` words apart, so that lines which are
 read together can be interleaved. Bit ``p`` of a line is bit p mod 64 of its word p div 64.
 """
 
@@ -26,18 +26,18 @@ def _count(_typing: Any, _word: Any) -> Any:
 
 
 count = cast("Callable[[Any], int]", intrinsic(_count))
-"""How many bits are set in a uint64."""
+"""Number of set bits of a uint64."""
 
 
 @joined
 def is_set(words: Words, line: int, stride: int, bit: int) -> bool:
-    """Tell whether a bit of a line is set."""
+    """Return whether a bit of a line is set."""
     return bool((words[np.uint64(line + (bit >> 6) * stride)] >> (bit & 63)) & 1)
 
 
 @joined
 def up(words: Words, line: int, stride: int, bit: int, most: int) -> int:
-    """Return how many bits from ``bit`` on upwards are not set; ``most`` if none of so many is."""
+    """Return the number of clear bits from ``bit`` on upwards, limited to ``most``."""
     word = line + (bit >> 6) * stride
     rest = np.uint64(words[np.uint64(word)]) >> np.uint64(bit & 63)
     if rest != 0:
@@ -54,7 +54,7 @@ def up(words: Words, line: int, stride: int, bit: int, most: int) -> int:
 
 @joined
 def down(words: Words, line: int, stride: int, bit: int, most: int) -> int:
-    """Return how many bits from ``bit`` on downwards are not set; ``most`` if none of so many is."""
+    """Return the number of clear bits from ``bit`` on downwards, limited to ``most``."""
     word = line + (bit >> 6) * stride
     rest = np.uint64(words[np.uint64(word)]) << np.uint64(63 - (bit & 63))
     if rest != 0:

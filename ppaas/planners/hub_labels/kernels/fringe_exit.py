@@ -1,4 +1,4 @@
-"""Kernel: leave the fringe from the corners that an end sees, over their gates."""
+"""Kernel: leave the fringe through the gates of the corners that an end sees."""
 
 import numpy as np
 
@@ -15,8 +15,8 @@ from ppaas.planners.hub_labels.kernels.layout import (
     LABELS,
     LANDMARK_COUNT,
     LANDMARKS,
+    PATHS,
     TABLE,
-    WAYS,
     edges_after,
     integers_of,
     shorts_of,
@@ -24,9 +24,9 @@ from ppaas.planners.hub_labels.kernels.layout import (
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.hub_labels.kernels.scratch import (
     CORNER,
-    JOINED,
-    JOINED_LENGTHS,
     LENGTHS,
+    NEAR,
+    NEAR_LENGTHS,
     SEEN,
     end_of,
     reach_of,
@@ -37,12 +37,13 @@ from ppaas.planners.kernels.jit_decorators import bare, joined
 from ppaas.planners.kernels.prefetch import LINE, fetch
 
 HUB = (1 << HUB_BITS) - 1
+"""Mask of the hub in a gate."""
 
 
 @joined
-def _reach(hub: int, length: int, reach: Integers, seen: Integers, count: int) -> int:
-    # Which hubs are new nobody can foretell, so there is no branch. Where all are known, what is written behind the
-    # list is the first of the lengths, which come when the list is whole.
+def _offer(hub: int, length: int, reach: Integers, seen: Integers, count: int) -> int:
+    # New hubs are unpredictable, so there is no branch. If all hubs are in the list, the write past its end hits the
+    # first of the lengths, which are written later.
     before = reach[np.uint64(hub)]
     reach[np.uint64(hub)] = min(before, np.int32(length))
     seen[np.uint64(count)] = hub
@@ -50,11 +51,11 @@ def _reach(hub: int, length: int, reach: Integers, seen: Integers, count: int) -
 
 
 @bare
-def keep(index: Words, scratch: Integers, end: int, found: int) -> None:
-    """Keep the corners aside that an end sees, and begin to bring what is told of them."""
+def save_visible(index: Words, scratch: Integers, end: int, found: int) -> None:
+    """Save the corners that an end sees, and prefetch their labels."""
     table, labels = integers_of(index, TABLE), integers_of(index, LABELS)
     seen, lengths = end_of(index, scratch, end, SEEN), end_of(index, scratch, end, LENGTHS)
-    near, far = end_of(index, scratch, end, JOINED), end_of(index, scratch, end, JOINED_LENGTHS)
+    near, far = end_of(index, scratch, end, NEAR), end_of(index, scratch, end, NEAR_LENGTHS)
     for i in range(found):
         near[i], far[i] = seen[i], lengths[i]
         for line in range(3):
@@ -62,23 +63,25 @@ def keep(index: Words, scratch: Integers, end: int, found: int) -> None:
 
 
 @bare
-def leave(index: Words, scratch: Integers, end: int, found: int) -> int:
-    """Find the corners with labels over which ways leave the fringe from what an end sees, and return how many."""
+def exit_fringe(index: Words, scratch: Integers, end: int, found: int) -> int:
+    """Find the labelled corners through which paths from an end leave the fringe, and return their number."""
     table, labels, labelled = integers_of(index, TABLE), integers_of(index, LABELS), index[LABELLED]
     seen, lengths = end_of(index, scratch, end, SEEN), end_of(index, scratch, end, LENGTHS)
-    near, far = end_of(index, scratch, end, JOINED), end_of(index, scratch, end, JOINED_LENGTHS)
+    near, far = end_of(index, scratch, end, NEAR), end_of(index, scratch, end, NEAR_LENGTHS)
     reach, count = reach_of(index, scratch), np.int64(0)
     landmarks, marks = integers_of(index, LANDMARKS), np.int64(index[LANDMARK_COUNT])
+    # Distance of each labelled corner over gates.
     for i in range(found):
-        corner, beyond = np.int64(near[i]), np.int64(far[i])
+        corner, far_off = np.int64(near[i]), np.int64(far[i])
         if corner < labelled:
-            count = np.int64(_reach(corner, beyond, reach, seen, count))
+            count = np.int64(_offer(corner, far_off, reach, seen, count))
             continue
         begin = np.int64(table[corner * CORNER_SIZE + LABEL])
         gates = np.int64(labels[begin + GATE_COUNT])
         for at in range(begin + FRINGE_HEAD, begin + FRINGE_HEAD + gates):
-            hub, length = np.int64(labels[np.uint64(at)]) & HUB, beyond + labels[np.uint64(at + gates)]
-            count = np.int64(_reach(hub, length, reach, seen, count))
+            hub, length = np.int64(labels[np.uint64(at)]) & HUB, far_off + labels[np.uint64(at + gates)]
+            count = np.int64(_offer(hub, length, reach, seen, count))
+    # Collect the distances, and reset the array.
     for i in range(count):
         hub = np.int64(seen[i])
         lengths[i] = reach[np.uint64(hub)]
@@ -91,7 +94,7 @@ def leave(index: Words, scratch: Integers, end: int, found: int) -> int:
 
 @bare
 def _gate_of(labels: Integers, begin: int, hub: int) -> int:
-    """Return which of the gates of a corner of the fringe a hub is, or −1."""
+    """Return the index of a hub among the gates of a fringe corner, or −1."""
     for gate in range(labels[begin + GATE_COUNT]):
         if np.int64(labels[begin + FRINGE_HEAD + gate]) & HUB == hub:
             return int(gate)
@@ -99,10 +102,10 @@ def _gate_of(labels: Integers, begin: int, hub: int) -> int:
 
 
 @bare
-def _first(index: Words, scratch: Integers, end: int, hub: int, length: int) -> int:
-    """Return the corner next to an end over which a hub is so far from it."""
+def _first_corner(index: Words, scratch: Integers, end: int, hub: int, length: int) -> int:
+    """Return the corner that an end sees through which a hub has this distance."""
     table, labels, labelled = integers_of(index, TABLE), integers_of(index, LABELS), index[LABELLED]
-    near, far = end_of(index, scratch, end, JOINED), end_of(index, scratch, end, JOINED_LENGTHS)
+    near, far = end_of(index, scratch, end, NEAR), end_of(index, scratch, end, NEAR_LENGTHS)
     i = 0
     while True:
         corner, rest = np.int64(near[i]), length - far[i]
@@ -118,15 +121,15 @@ def _first(index: Words, scratch: Integers, end: int, hub: int, length: int) -> 
 
 
 @bare
-def pass_gates(index: Words, scratch: Integers, end: int, hub: int, length: int) -> int:
-    """Write the ways from an end to a hub that is so far from it to the route, and return how many they are.
+def write_exit_path(index: Words, scratch: Integers, end: int, hub: int, length: int) -> int:
+    """Write the paths from an end to a hub at this distance to the route, and return their number.
 
-    The corner next to the end is told in the scratch.
+    The first corner after the end is stored in the scratch memory.
     """
     table, labels, labelled = integers_of(index, TABLE), integers_of(index, LABELS), index[LABELLED]
-    ways, route = shorts_of(index, WAYS), route_of(index, scratch)
+    paths, route = shorts_of(index, PATHS), route_of(index, scratch)
     first, step = side_of(route, end)
-    corner, count = np.int64(_first(index, scratch, end, hub, length)), np.int64(0)
+    corner, count = np.int64(_first_corner(index, scratch, end, hub, length)), np.int64(0)
     scratch[CORNER + end] = corner
     while corner >= labelled:
         begin, edges = np.int64(table[corner * CORNER_SIZE + LABEL]), -1 - table[corner * CORNER_SIZE + ENTRIES]
@@ -134,9 +137,9 @@ def pass_gates(index: Words, scratch: Integers, end: int, hub: int, length: int)
             fetch(labels, begin + LINE * line)
         edge = begin + edges_after(labels[begin + GATE_COUNT])
         edge += labels[begin + FRINGE_HEAD + _gate_of(labels, begin, hub)] >> HUB_BITS
-        way = np.int64(labels[edge + 2 * edges])
-        fetch(ways, way)
-        route[first + step * count] = way
+        path = np.int64(labels[edge + 2 * edges])
+        fetch(paths, path)
+        route[first + step * count] = path
         count += 1
         corner = np.int64(labels[edge])
     return int(count)

@@ -1,15 +1,15 @@
-"""Kernel: a binary heap of (length, node) in an array of int64, length in the upper half and node in the lower."""
+"""Kernel: binary heap of keys (length, node) in an int64 array: length in the upper 32 bits, node in the lower."""
 
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.kernels.jit_decorators import joined
 
 NODE = 0xFFFFFFFF
-"""The lower half of a key."""
+"""Mask of the node in a key."""
 
 
 @joined
 def push(heap: Words, size: int, length: int, node: int) -> int:
-    """Put a key into a heap of that size, which has room for it, and return the size then."""
+    """Insert a key into a heap with ``size`` keys and free capacity; return the new size."""
     key = (length << 32) | node
     at = size
     while at > 0:
@@ -24,7 +24,7 @@ def push(heap: Words, size: int, length: int, node: int) -> int:
 
 @joined
 def pop(heap: Words, size: int) -> int:
-    """Take the least key, ``heap[0]``, out of a heap of that size and return the size then."""
+    """Remove the smallest key, ``heap[0]``; return the new size."""
     size -= 1
     key = heap[size]
     at = 0

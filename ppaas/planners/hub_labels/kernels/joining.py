@@ -1,7 +1,7 @@
-"""Kernel: join an end of a path to the corners that it sees, and tell how long ways over each of them are at least.
+"""Kernel: connect an end to the corners that it sees, and bound the lengths of paths through each of them.
 
-Few of the corners that an end sees lead to the other end. How long a way over a corner is at least, its distances to
-landmarks tell (Goldberg and Harrelson, "Computing the Shortest Path: A* Search Meets Graph Theory", SODA 2005).
+Few of the corners that an end sees lead to the other end. Distances to landmarks give lower bounds (Goldberg and
+Harrelson, "Computing the Shortest Path: A* Search Meets Graph Theory", SODA 2005).
 """
 
 from typing import Any
@@ -15,8 +15,8 @@ from ppaas.planners.hub_labels.kernels.layout import (
     FAR,
     LABELLED,
     LANDMARK_COUNT,
+    LANDMARK_LANES,
     LANDMARKS,
-    MARKS,
     RANKS,
     ROW,
     TABLE,
@@ -25,7 +25,7 @@ from ppaas.planners.hub_labels.kernels.layout import (
     words_of,
 )
 from ppaas.planners.hub_labels.kernels.scan import Integers, diagonal_steps, is_free, octile, scan
-from ppaas.planners.hub_labels.kernels.scratch import BOUNDS, LENGTHS, SEEN, end_of, marks_of
+from ppaas.planners.hub_labels.kernels.scratch import BOUNDS, LENGTHS, SEEN, end_of, landmark_lengths_of
 from ppaas.planners.hub_labels.kernels.terrain import (
     column_line,
     column_stride,
@@ -39,12 +39,12 @@ from ppaas.planners.kernels import simd
 from ppaas.planners.kernels.jit_decorators import bare, joined
 from ppaas.planners.kernels.prefetch import LINE, WORDS_A_LINE, fetch
 
-lanes: Any = simd  # numba's annotations take what makes an operation for the operation
+lanes: Any = simd  # `operation` returns intrinsics, which mypy takes for their generators
 
 
 @bare
 def sees(terrain: Words, row: int, column: int, to_row: int, to_column: int) -> bool:
-    """Tell whether the way that goes along the diagonal first and then straight is free."""
+    """Return whether the path along the diagonal and then straight is free."""
     rows, columns = to_row - row, to_column - column
     below, right = 1 if rows > 0 else -1, 1 if columns > 0 else -1
     steps = min(abs(rows), abs(columns))
@@ -59,8 +59,8 @@ def sees(terrain: Words, row: int, column: int, to_row: int, to_column: int) -> 
 
 
 @joined
-def approach(terrain: Words, row: int, column: int) -> None:
-    """Begin to bring the lines of the map around an end."""
+def prefetch_end(terrain: Words, row: int, column: int) -> None:
+    """Prefetch the lines of the map around an end."""
     across = row_line(terrain, row) + (column >> 6) * row_stride(terrain)
     along = column_line(terrain, column) + (row >> 6) * column_stride(terrain)
     for line in range(-WORDS_A_LINE, 2 * WORDS_A_LINE, WORDS_A_LINE):
@@ -71,8 +71,8 @@ def approach(terrain: Words, row: int, column: int) -> None:
 
 
 @bare
-def join(index: Words, scratch: Integers, end: int, row: int, column: int) -> int:
-    """Find the numbers of the corners that an end sees, itself if it is one, and return how many."""
+def find_visible(index: Words, scratch: Integers, end: int, row: int, column: int) -> int:
+    """Find the numbers of the corners that an end sees (itself, if it is a corner), and return how many there are."""
     terrain, ranks = words_of(index, TERRAIN), integers_of(index, RANKS)
     seen, lengths = end_of(index, scratch, end, SEEN), end_of(index, scratch, end, LENGTHS)
     found = 1
@@ -87,8 +87,8 @@ def join(index: Words, scratch: Integers, end: int, row: int, column: int) -> in
 
 
 @bare
-def rank(index: Words, scratch: Integers, end: int, found: int) -> None:
-    """Tell corners by their ranks instead of their numbers."""
+def to_ranks(index: Words, scratch: Integers, end: int, found: int) -> None:
+    """Replace the numbers of corners by their ranks."""
     ranks, seen = integers_of(index, RANKS), end_of(index, scratch, end, SEEN)
     table, landmarks, marks = integers_of(index, TABLE), integers_of(index, LANDMARKS), np.int64(index[LANDMARK_COUNT])
     for i in range(found):
@@ -101,26 +101,26 @@ def rank(index: Words, scratch: Integers, end: int, found: int) -> None:
 
 
 @bare
-def measure(index: Words, scratch: Integers, end: int, found: int) -> None:
-    """Tell how far the landmarks are from an end."""
+def measure_landmarks(index: Words, scratch: Integers, end: int, found: int) -> None:
+    """Compute the distances of an end to the landmarks."""
     landmarks = integers_of(index, LANDMARKS)
     seen, lengths = end_of(index, scratch, end, SEEN), end_of(index, scratch, end, LENGTHS)
     nearest = lanes.splat(FAR)
     for i in range(found):
-        far = lanes.load(landmarks, seen[i] * MARKS)
+        far = lanes.load(landmarks, seen[i] * LANDMARK_LANES)
         nearest = lanes.least(nearest, lanes.add(far, lanes.splat(lengths[i])))
-    lanes.store(marks_of(scratch, end), 0, nearest)
+    lanes.store(landmark_lengths_of(scratch, end), 0, nearest)
 
 
 @bare
-def least_between(scratch: Integers) -> int:
-    """Return how far the ends are from each other at least, by the landmarks."""
-    return int(_apart(marks_of(scratch, 0), 0, marks_of(scratch, 1)))
+def lower_bound_between(scratch: Integers) -> int:
+    """Return a lower bound of the distance between the ends from the landmarks."""
+    return int(_landmark_bound(landmark_lengths_of(scratch, 0), 0, landmark_lengths_of(scratch, 1)))
 
 
 @joined
-def _apart(landmarks: Integers, at: int, marks: Integers) -> int:
-    """Return by how much the distances of two places to some landmark differ at most."""
+def _landmark_bound(landmarks: Integers, at: int, marks: Integers) -> int:
+    """Return the largest difference of the distances of two points to a landmark."""
     own, other = lanes.load(landmarks, at), lanes.load(marks, 0)
     low = lanes.least(own, other)
     apart = lanes.add(lanes.subtract(own, low), lanes.subtract(other, low))
@@ -128,18 +128,18 @@ def _apart(landmarks: Integers, at: int, marks: Integers) -> int:
 
 
 @bare
-def bound_all(index: Words, scratch: Integers, end: int, found: int, to_row: int, to_column: int) -> None:
-    """Tell how long ways from one end over each of its corners to the other end are at least, the best one first."""
+def bound_paths(index: Words, scratch: Integers, end: int, found: int, to_row: int, to_column: int) -> None:
+    """Compute lower bounds of paths from an end through each of its corners to the other; put the best first."""
     table = integers_of(index, TABLE)
     landmarks, has_some = integers_of(index, LANDMARKS), index[LANDMARK_COUNT] > 0
     seen, lengths = end_of(index, scratch, end, SEEN), end_of(index, scratch, end, LENGTHS)
-    bounds, marks = end_of(index, scratch, end, BOUNDS), marks_of(scratch, 1 - end)
+    bounds, marks = end_of(index, scratch, end, BOUNDS), landmark_lengths_of(scratch, 1 - end)
     best, least = np.int64(0), np.int64(FAR)
     for i in range(found):
         at = seen[i] * CORNER_SIZE
         bound = octile(table[at + ROW] - to_row, table[at + COLUMN] - to_column)
         if has_some:
-            bound = max(bound, _apart(landmarks, np.int64(seen[i]) * MARKS, marks))
+            bound = max(bound, _landmark_bound(landmarks, np.int64(seen[i]) * LANDMARK_LANES, marks))
         bound += lengths[i]
         bounds[i] = bound
         if bound < least:
@@ -150,7 +150,7 @@ def bound_all(index: Words, scratch: Integers, end: int, found: int, to_row: int
 
 @joined
 def swap(i: int, j: int, seen: Integers, lengths: Integers, bounds: Integers) -> None:
-    """Let two corners of an end change places."""
+    """Swap two corners of an end."""
     seen[i], seen[j] = seen[j], seen[i]
     lengths[i], lengths[j] = lengths[j], lengths[i]
     bounds[i], bounds[j] = bounds[j], bounds[i]

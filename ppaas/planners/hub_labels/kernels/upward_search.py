@@ -1,17 +1,16 @@
-"""Kernel: look for a way between two ends that touches no corner with a label: go up from both until they meet.
+"""Kernel: path between two ends that uses no labelled corner: upward searches from both until they meet.
 
-Each corner of the fringe has edges to more important corners only, and the shortest way between any two corners goes
-up from both of them to where they meet (Geisberger, Sanders, Schultes and Delling, "Contraction Hierarchies", WEA
-2008). Only local edges need be looked at, nothing that is too long beside the best way over labels, and nothing at all
-where the rectangles are apart that hold what both reach. The least important corners are left first, so each is left
-once.
+Fringe corners have edges to more important corners only. The shortest path between two corners goes up from both to a
+common corner (Geisberger, Sanders, Schultes and Delling, "Contraction Hierarchies", WEA 2008). The search is limited to
+local edges and to paths shorter than the best one over labels. It is skipped if the rectangles that both ends reach do
+not intersect. Corners are expanded from the least important up, so each is expanded once.
 """
 
 import numpy as np
 
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
-from ppaas.planners.hub_labels.kernels.joining import least_between
+from ppaas.planners.hub_labels.kernels.joining import lower_bound_between
 from ppaas.planners.hub_labels.kernels.layout import (
     BOTTOM,
     COLUMN,
@@ -34,17 +33,17 @@ from ppaas.planners.hub_labels.kernels.layout import (
 )
 from ppaas.planners.hub_labels.kernels.scan import Integers, octile
 from ppaas.planners.hub_labels.kernels.scratch import (
-    BELOW,
     CORNER,
-    FAR_OFF,
     GOAL,
-    JOINED,
-    JOINED_LENGTHS,
+    LENGTH_SO_FAR,
+    NEAR,
+    NEAR_LENGTHS,
+    PARENT,
+    PATH_TO,
     REACHED,
-    SPOT,
+    RECORD,
     START,
     TOUCHED,
-    WAY,
     end_of,
     fringe_of,
     heap_of,
@@ -57,10 +56,10 @@ from ppaas.planners.kernels.prefetch import LINE, fetch
 
 @bare
 def _box_of(index: Words, scratch: Integers, end: int, found: int) -> tuple[int, int, int, int]:
-    """Return the rectangle that holds all corners which an end reaches over local edges."""
+    """Return the bounding rectangle of all corners that an end reaches over local edges: top, bottom, left, right."""
     table, labels, labelled = integers_of(index, TABLE), integers_of(index, LABELS), index[LABELLED]
     top, left, bottom, right = np.int64(FAR), np.int64(FAR), np.int64(-1), np.int64(-1)
-    for corner in end_of(index, scratch, end, JOINED)[:found]:
+    for corner in end_of(index, scratch, end, NEAR)[:found]:
         if corner >= labelled:
             begin = table[corner * CORNER_SIZE + LABEL]
             top, bottom = min(top, labels[begin + TOP]), max(bottom, labels[begin + BOTTOM])
@@ -70,8 +69,18 @@ def _box_of(index: Words, scratch: Integers, end: int, found: int) -> tuple[int,
 
 @bare
 def may_meet(index: Words, scratch: Integers, found: int, to_found: int, most: int) -> bool:
-    """Tell whether two ends that see so many corners may reach the same over local edges, on a way below ``most``."""
-    if index[LANDMARK_COUNT] and least_between(scratch) >= most:
+    """Return whether both ends may reach a common corner over local edges, on a path shorter than ``most``.
+
+    Parameters
+    ----------
+    index, scratch
+        As for `query.find_path`.
+    found, to_found : int
+        Number of corners that start and goal see.
+    most : int
+        Length of the best path so far.
+    """
+    if index[LANDMARK_COUNT] and lower_bound_between(scratch) >= most:
         return False
     top, bottom, left, right = _box_of(index, scratch, START, found)
     to_top, to_bottom, to_left, to_right = _box_of(index, scratch, GOAL, to_found)
@@ -79,10 +88,24 @@ def may_meet(index: Words, scratch: Integers, found: int, to_found: int, most: i
 
 
 @bare
-def _may_lead(index: Words, scratch: Integers, end: int, found: int, corner: int, length: int, most: int) -> bool:
-    """Tell whether a way below ``most`` over a corner, so far from one end, may meet one that the other end sees."""
+def _may_reach_other(
+    index: Words, scratch: Integers, end: int, found: int, corner: int, length: int, most: int
+) -> bool:
+    """Return whether a path shorter than ``most`` through a corner may meet the upward search of the end ``end``.
+
+    Parameters
+    ----------
+    index, scratch
+        As for `query.find_path`.
+    end, found : int
+        The other end, and the number of corners that it sees.
+    corner, length : int
+        The corner, and its distance from its own end.
+    most : int
+        Length of the best path so far.
+    """
     table, labels, labelled = integers_of(index, TABLE), integers_of(index, LABELS), index[LABELLED]
-    seen, lengths = end_of(index, scratch, end, JOINED), end_of(index, scratch, end, JOINED_LENGTHS)
+    seen, lengths = end_of(index, scratch, end, NEAR), end_of(index, scratch, end, NEAR_LENGTHS)
     at = corner * CORNER_SIZE
     own = np.int64(table[at + LABEL])
     for i in range(found):
@@ -99,43 +122,57 @@ def _may_lead(index: Words, scratch: Integers, end: int, found: int, corner: int
 
 
 @joined
-def _reach(
-    corner: int, length: int, way: int, below: int,
-    spots: Integers, count: int,
+def _record(
+    corner: int, length: int, path: int, parent: int,
+    records: Integers, count: int,
 ) -> int:  # fmt: skip
-    at = SPOT * corner
-    if spots[at + FAR_OFF] == FAR:
-        spots[SPOT * count + REACHED] = corner
+    """Record a corner as reached; return the number of reached corners."""
+    at = RECORD * corner
+    if records[at + LENGTH_SO_FAR] == FAR:
+        records[RECORD * count + REACHED] = corner
         count += 1
-    spots[at + FAR_OFF] = length
-    spots[at + WAY] = way
-    spots[at + BELOW] = below
+    records[at + LENGTH_SO_FAR] = length
+    records[at + PATH_TO] = path
+    records[at + PARENT] = parent
     return count
 
 
 @bare
-def climb(
+def search_upwards(
     index: Words, scratch: Integers, end: int, found: int, to_found: int, to_row: int, to_column: int, most: int
 ) -> None:
-    """Reach corners over local edges from those which an end sees; the other end sees ``to_found`` of them.
+    """Search upwards over local edges from the corners that an end sees.
 
-    Corners are left out over which any way to the other end is as long as ``most``, and those from which nothing is
-    reached that the other end reaches.
+    Corners are pruned if every path through them is at least ``most`` long, or if they reach nothing that the other end
+    reaches.
+
+    Parameters
+    ----------
+    index, scratch
+        As for `query.find_path`.
+    end, found, to_found : int
+        The end, and the numbers of corners that it and the other end see.
+    to_row, to_column : int
+        Cell of the other end, including the margin.
+    most : int
+        Length of the best path so far.
     """
     table, labels, labelled = integers_of(index, TABLE), integers_of(index, LABELS), index[LABELLED]
-    seen, lengths = end_of(index, scratch, end, JOINED), end_of(index, scratch, end, JOINED_LENGTHS)
-    spots, corners = fringe_of(index, scratch, end), index[CORNERS]
+    seen, lengths = end_of(index, scratch, end, NEAR), end_of(index, scratch, end, NEAR_LENGTHS)
+    records, corners = fringe_of(index, scratch, end), index[CORNERS]
     heap, queued, count = heap_of(index, scratch), np.int64(0), np.int64(0)
     top, bottom, left, right = _box_of(index, scratch, 1 - end, to_found)
+    # Sources: fringe corners that the end sees.
     for i in range(found):
-        if seen[i] >= labelled and _may_lead(
+        if seen[i] >= labelled and _may_reach_other(
             index, scratch, 1 - end, to_found, np.int64(seen[i]), np.int64(lengths[i]), most
         ):
             at = seen[i] * CORNER_SIZE
-            count = _reach(np.int64(seen[i]), lengths[i], np.int32(-1), np.int32(-1), spots, count)
+            count = _record(np.int64(seen[i]), lengths[i], np.int32(-1), np.int32(-1), records, count)
             queued = push(heap, queued, corners - seen[i], seen[i])
             for line in range(2, 5):
                 fetch(labels, np.int64(table[at + LABEL]) + LINE * line)
+    # Expand corners from the least important up; pruned by their bounding rectangles.
     while queued > 0:
         corner = heap[0] & NODE
         queued = pop(heap, queued)
@@ -147,60 +184,60 @@ def climb(
         edge = begin + edges_after(labels[begin + GATE_COUNT])
         for i in range(edge, edge + edges):
             if labels[i + edges] >= 0:
-                fetch(spots, np.int64(labels[i]) * SPOT)
+                fetch(records, np.int64(labels[i]) * RECORD)
                 fetch(table, np.int64(labels[i]) * CORNER_SIZE)
-        reached = spots[SPOT * corner + FAR_OFF]
+        reached = records[RECORD * corner + LENGTH_SO_FAR]
         for i in range(edge, edge + edges):
             to, length = np.int64(labels[i]), reached + labels[i + edges]
-            if labels[i + edges] < 0 or length >= spots[SPOT * to + FAR_OFF]:
+            if labels[i + edges] < 0 or length >= records[RECORD * to + LENGTH_SO_FAR]:
                 continue
             at = to * CORNER_SIZE
             if length + octile(table[at + ROW] - to_row, table[at + COLUMN] - to_column) < most:
-                if spots[SPOT * to + FAR_OFF] == FAR:
+                if records[RECORD * to + LENGTH_SO_FAR] == FAR:
                     queued = push(heap, queued, corners - to, to)
                     for line in range(5):
                         fetch(labels, np.int64(table[at + LABEL]) + LINE * line)
-                count = _reach(to, length, labels[i + 2 * edges], np.int32(corner), spots, count)
+                count = _record(to, length, labels[i + 2 * edges], np.int32(corner), records, count)
     scratch[TOUCHED + end] = count
 
 
 @bare
-def meet(index: Words, scratch: Integers) -> tuple[int, int]:
-    """Return the corner that both ends reached over which the way is shortest, or −1, and how long that is."""
-    spots, to_spots = fringe_of(index, scratch, 0), fringe_of(index, scratch, 1)
+def best_meeting(index: Words, scratch: Integers) -> tuple[int, int]:
+    """Return the length of the shortest path through a corner that both ends reached, and that corner, or −1."""
+    records, to_spots = fringe_of(index, scratch, 0), fringe_of(index, scratch, 1)
     best, meeting = int(FAR), -1
     for i in range(scratch[TOUCHED + 1]):
-        corner = to_spots[SPOT * i + REACHED]
-        length = spots[SPOT * corner + FAR_OFF] + to_spots[SPOT * corner + FAR_OFF]
+        corner = to_spots[RECORD * i + REACHED]
+        length = records[RECORD * corner + LENGTH_SO_FAR] + to_spots[RECORD * corner + LENGTH_SO_FAR]
         if length < best:
             best, meeting = length, corner
     return best, meeting
 
 
 @bare
-def lead(index: Words, scratch: Integers, end: int, corner: int) -> int:
-    """Write the ways that lead from an end to a corner to the route, and return how many they are.
+def write_upward_path(index: Words, scratch: Integers, end: int, corner: int) -> int:
+    """Write the paths from an end to a corner to the route, and return their number.
 
-    The corner next to the end is told in the scratch.
+    The first corner after the end is stored in the scratch memory.
     """
     route = route_of(index, scratch)
-    spots = fringe_of(index, scratch, end)
+    records = fringe_of(index, scratch, end)
     first, step = side_of(route, end)
-    count, below = 0, corner
-    while spots[SPOT * below + BELOW] >= 0:
-        below = spots[SPOT * below + BELOW]
+    count, parent = 0, corner
+    while records[RECORD * parent + PARENT] >= 0:
+        parent = records[RECORD * parent + PARENT]
         count += 1
-    scratch[CORNER + end] = below
+    scratch[CORNER + end] = parent
     for i in range(count - 1, -1, -1):
-        route[first + step * i] = spots[SPOT * corner + WAY]
-        corner = spots[SPOT * corner + BELOW]
+        route[first + step * i] = records[RECORD * corner + PATH_TO]
+        corner = records[RECORD * corner + PARENT]
     return count
 
 
 @bare
-def descend(index: Words, scratch: Integers) -> None:
-    """Forget what was reached."""
+def reset_upward_search(index: Words, scratch: Integers) -> None:
+    """Reset the records of all reached corners."""
     for end in range(2):
-        spots = fringe_of(index, scratch, end)
+        records = fringe_of(index, scratch, end)
         for i in range(scratch[TOUCHED + end]):
-            spots[SPOT * spots[SPOT * i + REACHED] + FAR_OFF] = FAR
+            records[RECORD * records[RECORD * i + REACHED] + LENGTH_SO_FAR] = FAR

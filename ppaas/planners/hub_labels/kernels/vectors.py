@@ -1,4 +1,4 @@
-"""Eight cells as one value of a kernel: LLVM does not find that eight stores side by side are one."""
+"""SIMD intrinsic that writes eight cells at once: LLVM does not merge eight adjacent stores into one."""
 
 from llvmlite import ir
 from numba import types
@@ -6,6 +6,7 @@ from numba import types
 from ppaas.planners.kernels.intrinsics import ARRAY, operation
 
 AT_ONCE = 8
+"""Cells per store."""
 
 _WORD, _PLACE = ir.IntType(64), ir.IntType(32)
 _CELLS = ir.VectorType(_WORD, AT_ONCE)
@@ -15,7 +16,7 @@ _CELLS = ir.VectorType(_WORD, AT_ONCE)
 def write_next(
     builder: ir.IRBuilder, flat: ir.Value, at: ir.Value, cell: ir.Value, steps: ir.Value, first: ir.Value
 ) -> None:
-    """Write a cell plus each of eight steps, from ``at`` and ``first`` on; int64 arrays, no look at their ends."""
+    """Store ``cell`` plus eight steps, read from ``first``, at index ``at``; int64 arrays, without bounds checks."""
     nothing = ir.Constant(_CELLS, ir.Undefined)
     lowest = builder.insert_element(nothing, cell, ir.Constant(_PLACE, 0))
     begin = builder.shuffle_vector(lowest, nothing, ir.Constant(ir.VectorType(_PLACE, AT_ONCE), [0] * AT_ONCE))

@@ -1,13 +1,14 @@
-"""Kernel: contract the graph of corners from its least important nodes on, as long as few ways lead through a node.
+"""Kernel: contraction of the graph of corners, from its least important nodes on.
 
-To contract a node is to take it out and to put a shortcut in for each pair of its neighbours that have no other way as
-short (Geisberger, Sanders, Schultes and Delling, "Contraction Hierarchies", WEA 2008). The nodes with the fewest
-shortcuts go first, as `contraction_order` has it. What is left, nodes with many neighbours each, is called the core.
+Contracting a node removes it and adds a shortcut for each pair of its neighbours without another path as short, a
+*witness* (Geisberger, Sanders, Schultes and Delling, "Contraction Hierarchies", WEA 2008). Nodes with the fewest
+shortcuts are contracted first (`contraction_order`). The nodes that are left, which have many neighbours, form the
+core.
 
-Edges come in pairs: e leads from a to b, e ^ 1 from b to a. A shortcut knows the two edges that it stands for, both
-from the node that was contracted: ``left`` to its own beginning, ``right`` to its end; −1 and −1 in an edge of the
-graph itself. ``runs`` is of how many runs it is when it is spelt out. The neighbours of a node lie side by side in
-rows; one that is full is moved to the end, with room for twice as many.
+Edges come in pairs: e leads from a to b, e ^ 1 from b to a. A shortcut stores the two edges that it replaces, both seen
+from the contracted node: ``left`` to its own begin, ``right`` to its end. Both are −1 in an edge of the original graph.
+``runs`` is the number of runs of its path. The neighbours of a node are a contiguous range of rows. A full range moves
+to the end, with twice the capacity.
 """
 
 import numpy as np
@@ -23,56 +24,64 @@ from ppaas.planners.kernels.jit_decorators import bare, joined
 Flags = NDArray[np.bool_]
 
 TO, LENGTH, LEFT, RIGHT, RUNS = range(5)
+"""Columns of an edge."""
 
-NODE, FAR_OFF, EDGE = range(3)
-"""What a row tells of a neighbour: which node, how far, and the edge there."""
+NODE, LENGTH_TO, EDGE = range(3)
+"""Columns of a row: the neighbour, its distance, and the edge to it."""
 
-FIRST_ROOM = 8
+FIRST_CAPACITY = 8
+"""Initial spare capacity of a node for neighbours."""
 
 PAIR_BITS = 16
-"""A pair of neighbours is a number: the place of the second in the row, and above it that of the first."""
+"""A pair of neighbours is a number: the index of the second in the lower bits, and that of the first above."""
 
 FOUND, FIRST, SLOT = range(3)
-"""What is told of a node of a round: how many pairs of neighbours need a shortcut, where they begin, and which slot has
-them."""
+"""Columns of the counts of a node of a round: number of pairs that need a shortcut, index of the first, and the slot
+that has them."""
 
 EDGES, CONTRACTED, USED, NEXT = range(4)
-"""What is counted in ``state``: edges, nodes contracted, room that rows take, and nodes of this round that are done."""
+"""Counters in ``state``: edges, contracted nodes, used rows, and finished nodes of this round."""
 
 
 @bare
-def lay_rows(
-    places: Rows, starts: Words, to: Integers, lengths: Integers,
-    begins: Words, degrees: Integers, rooms: Integers, rows: Rows, edges: Rows, state: Words,
+def build_rows(
+    positions: Rows, starts: Words, to: Integers, lengths: Integers,
+    begins: Words, degrees: Integers, capacities: Integers, rows: Rows, edges: Rows, state: Words,
 ) -> None:  # fmt: skip
-    """Lay the neighbours of each node side by side.
+    """Store the neighbours of each node as contiguous rows.
 
     Parameters
     ----------
-    places : (n, 2) int32 array
+    positions : (n, 2) int32 array
         Row and column of each node.
-    starts, to, lengths
-        For each node where its edges begin, and for each edge where it leads and how long it is: both directions.
+    starts : (n + 1,) int64 array
+        First edge of each node.
+    to, lengths : int32 arrays
+        End and length of each edge, in both directions.
     begins : (n,) int64 array
-    degrees, rooms : (n,) int32 arrays
-        Out: where the row of a node begins, how many neighbours it has, and how many may have.
+        Out: first row of each node.
+    degrees, capacities : (n,) int32 arrays
+        Out: number of neighbours of each node, and capacity for them; degrees are zero at first.
     rows : (k, 3) int32 array
-        Out: of each neighbour `NODE`, `FAR_OFF` and `EDGE`.
+        Out: `NODE`, `LENGTH_TO` and `EDGE` of each neighbour.
     edges : (m, 5) int32 array
-        Out: of each edge `TO` which node it leads, its `LENGTH`, `LEFT`, `RIGHT` and `RUNS`.
+        Out: `TO`, `LENGTH`, `LEFT`, `RIGHT` and `RUNS` of each edge.
     state : (4,) int64 array
-        Zeros at first.
+        Counters, zero at first.
     """
     for node in range(len(begins)):
         begins[node] = state[USED]
-        rooms[node] = FIRST_ROOM + starts[node + 1] - starts[node]
-        state[USED] += rooms[node]
+        capacities[node] = FIRST_CAPACITY + starts[node + 1] - starts[node]
+        state[USED] += capacities[node]
     for node in range(len(begins)):
         for i in range(starts[node], starts[node + 1]):
             if to[i] > node:
-                down, right = abs(places[node, 0] - places[to[i], 0]), abs(places[node, 1] - places[to[i], 1])
+                down, right = (
+                    abs(positions[node, 0] - positions[to[i], 0]),
+                    abs(positions[node, 1] - positions[to[i], 1]),
+                )
                 runs = _runs_of(min(down, right)) + _runs_of(abs(down - right))
-                _link(node, to[i], lengths[i], -1, -1, runs, begins, degrees, rows, edges, state)
+                _add_edge_pair(node, to[i], lengths[i], -1, -1, runs, begins, degrees, rows, edges, state)
 
 
 @joined
@@ -81,7 +90,7 @@ def _runs_of(moves: int) -> int:
 
 
 @bare
-def _link(
+def _add_edge_pair(
     a: int, b: int, length: int, left: int, right: int, runs: int,
     begins: Words, degrees: Integers, rows: Rows, edges: Rows, state: Words,
 ) -> None:  # fmt: skip
@@ -92,7 +101,7 @@ def _link(
         node, other = (b, a) if end else (a, b)
         at = begins[node] + degrees[node]
         rows[at, NODE] = other
-        rows[at, FAR_OFF] = length
+        rows[at, LENGTH_TO] = length
         rows[at, EDGE] = edge + end
         degrees[node] += 1
     state[EDGES] += 2
@@ -108,8 +117,8 @@ def _set_edge(edges: Rows, edge: int, to: int, length: int, left: int, right: in
 
 
 @bare
-def _place_of(node: int, other: int, begins: Words, degrees: Integers, rows: Rows) -> int:
-    """Return where a neighbour stands in the row of a node, or −1."""
+def _index_of(node: int, other: int, begins: Words, degrees: Integers, rows: Rows) -> int:
+    """Return the row of a neighbour of a node, or −1."""
     for at in range(begins[node], begins[node] + degrees[node]):
         if rows[at, NODE] == other:
             return at
@@ -117,107 +126,113 @@ def _place_of(node: int, other: int, begins: Words, degrees: Integers, rows: Row
 
 
 @bare
-def _leave(node: int, other: int, begins: Words, degrees: Integers, rows: Rows) -> None:
-    """Take a neighbour out of the row of a node."""
-    at = _place_of(node, other, begins, degrees, rows)
+def _remove_neighbour(node: int, other: int, begins: Words, degrees: Integers, rows: Rows) -> None:
+    """Remove a neighbour from the rows of a node."""
+    at = _index_of(node, other, begins, degrees, rows)
     degrees[node] -= 1
     last = begins[node] + degrees[node]
-    for what in range(3):
-        rows[at, what] = rows[last, what]
+    for column in range(3):
+        rows[at, column] = rows[last, column]
 
 
 @bare
-def _widen(node: int, begins: Words, degrees: Integers, rooms: Integers, rows: Rows, state: Words) -> None:
-    if degrees[node] < rooms[node]:
+def _enlarge_row(node: int, begins: Words, degrees: Integers, capacities: Integers, rows: Rows, state: Words) -> None:
+    if degrees[node] < capacities[node]:
         return
     begin = state[USED]
-    rooms[node] *= 2
-    state[USED] += rooms[node]
+    capacities[node] *= 2
+    state[USED] += capacities[node]
     for i in range(degrees[node]):
-        for what in range(3):
-            rows[begin + i, what] = rows[begins[node] + i, what]
+        for column in range(3):
+            rows[begin + i, column] = rows[begins[node] + i, column]
     begins[node] = begin
 
 
 @bare
-def _most_room(node: int, begins: Words, degrees: Integers, rooms: Integers, rows: Rows) -> int:
-    """Return how much room the rows of a node's neighbours may take more, if each has all others as neighbours then."""
-    room = np.int64(0)
+def _row_growth(node: int, begins: Words, degrees: Integers, capacities: Integers, rows: Rows) -> int:
+    """Return an upper bound of the rows needed if all neighbours of a node become neighbours of each other."""
+    growth = np.int64(0)
     for at in range(begins[node], begins[node] + degrees[node]):
         other = rows[at, NODE]
-        if degrees[other] + degrees[node] > rooms[other]:
-            room += 4 * (rooms[other] + degrees[node])  # it is doubled until it is wide enough
-    return int(room)
+        if degrees[other] + degrees[node] > capacities[other]:
+            growth += 4 * (capacities[other] + degrees[node])  # doubled until large enough
+    return int(growth)
 
 
 @bare
-def _shorten(
-    left: int, right: int, begins: Words, degrees: Integers, rooms: Integers, rows: Rows, edges: Rows, state: Words
+def _add_shortcut(
+    left: int, right: int, begins: Words, degrees: Integers, capacities: Integers, rows: Rows, edges: Rows, state: Words
 ) -> None:
-    """Put the shortcut in that stands for two neighbours of one node, given where they stand in its row."""
-    a, b, length = rows[left, NODE], rows[right, NODE], rows[left, FAR_OFF] + rows[right, FAR_OFF]
+    """Add the shortcut between two neighbours of a node, given by their rows, or shorten their existing edge."""
+    a, b, length = rows[left, NODE], rows[right, NODE], rows[left, LENGTH_TO] + rows[right, LENGTH_TO]
     first, second = rows[left, EDGE], rows[right, EDGE]
     runs = edges[first, RUNS] + edges[second, RUNS]
-    at = _place_of(a, b, begins, degrees, rows)
+    at = _index_of(a, b, begins, degrees, rows)
     if at < 0:
-        _widen(a, begins, degrees, rooms, rows, state)
-        _widen(b, begins, degrees, rooms, rows, state)
-        _link(a, b, length, first, second, runs, begins, degrees, rows, edges, state)
-    elif length < rows[at, FAR_OFF]:
+        _enlarge_row(a, begins, degrees, capacities, rows, state)
+        _enlarge_row(b, begins, degrees, capacities, rows, state)
+        _add_edge_pair(a, b, length, first, second, runs, begins, degrees, rows, edges, state)
+    elif length < rows[at, LENGTH_TO]:
         edge = rows[at, EDGE]
         _set_edge(edges, edge, b, length, first, second, runs)
         _set_edge(edges, edge ^ 1, a, length, second, first, runs)
-        rows[at, FAR_OFF] = rows[_place_of(b, a, begins, degrees, rows), FAR_OFF] = length
+        rows[at, LENGTH_TO] = rows[_index_of(b, a, begins, degrees, rows), LENGTH_TO] = length
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def contract(
     batch: Integers, pairs: Rows, counts: Rows,
-    begins: Words, degrees: Integers, rooms: Integers, rows: Rows, edges: Rows,
-    levels: Integers, gone: Flags, held: Flags, order: Integers, state: Words, core: int, budget: int,
+    begins: Words, degrees: Integers, capacities: Integers, rows: Rows, edges: Rows,
+    levels: Integers, contracted_nodes: Flags, in_round: Flags, order: Integers, state: Words, core: int, budget: int,
 ) -> bool:  # fmt: skip
-    """Contract the nodes of a round until so much was done, or there is no room for more; return whether all are done.
+    """Contract the nodes of a round, until the budget is used or memory is short; return whether all are done.
 
     Parameters
     ----------
     batch : (b,) int32 array
+        Nodes of the round, not adjacent to each other.
     pairs, counts
-        What shortcuts they leave, as `shortcuts.find_shortcuts` tells.
-    begins, degrees, rooms, rows, edges
-        The graph.
+        Necessary shortcuts of each node, from `shortcuts.find_shortcuts`.
+    begins, degrees, capacities, rows, edges
+        The graph, from `build_rows`.
     levels : (n,) int32 array
-        How deep a node lies under those contracted before it; zero at first.
-    gone, held : (n,) bool arrays
-        Which nodes were contracted, and which belong to the round.
+        Level of each node: above those of the neighbours contracted before it; zero at first.
+    contracted_nodes, in_round : (n,) bool arrays
+        Which nodes are contracted, and which belong to the round.
     order : (n,) int32 array
-        Out: the nodes as they were contracted.
+        Out: contracted nodes, in their order.
     state : (4,) int64 array
+        Counters; `NEXT` is zero at the begin of a round.
     core : int
-        How many nodes are left at least.
+        Minimum number of nodes left.
     budget : int
+        Limit of the work in this call.
     """
     work = 0
     while state[NEXT] < len(batch) and work < budget:
         node, found = batch[state[NEXT]], counts[state[NEXT], FOUND]
         slot, first, degree = counts[state[NEXT], SLOT], counts[state[NEXT], FIRST], degrees[node]
+        # Stop if memory may be short.
         if state[EDGES] + 2 * found > len(edges):
             return False
-        if state[USED] + _most_room(node, begins, degrees, rooms, rows) > len(rows):
+        if state[USED] + _row_growth(node, begins, degrees, capacities, rows) > len(rows):
             return False
-        held[node] = False
+        in_round[node] = False
         state[NEXT] += 1
         work += 1
-        if len(gone) - state[CONTRACTED] <= core:
+        if len(contracted_nodes) - state[CONTRACTED] <= core:
             continue
         begin = begins[node]
+        # Remove the node from its neighbours.
         for at in range(begin, begin + degree):
             other = rows[at, NODE]
-            _leave(other, node, begins, degrees, rows)
+            _remove_neighbour(other, node, begins, degrees, rows)
             levels[other] = max(levels[other], levels[node] + 1)
+        # Add shortcuts between its neighbours.
         for i in range(first, first + found):
             left, right = pairs[slot, i] >> PAIR_BITS, pairs[slot, i] & ((1 << PAIR_BITS) - 1)
-            _shorten(begin + left, begin + right, begins, degrees, rooms, rows, edges, state)
-        gone[node] = True
+            _add_shortcut(begin + left, begin + right, begins, degrees, capacities, rows, edges, state)
+        contracted_nodes[node] = True
         order[state[CONTRACTED]] = node
         state[CONTRACTED] += 1
         work += degree * degree + found * degree
@@ -226,7 +241,7 @@ def contract(
 
 @bare
 def list_edges(begins: Words, degrees: Integers, rows: Rows, head: Integers, after: Integers) -> None:
-    """Make linked lists of rows: the edges of a node are from ``head`` on by ``after``."""
+    """Write linked lists of edges: the edges of a node from ``head`` on, linked by ``after``."""
     for node in range(len(begins)):
         head[node] = -1
         for at in range(begins[node], begins[node] + degrees[node]):
@@ -239,7 +254,7 @@ def warm() -> None:
     starts, to, lengths = np.array([0, 1, 2]), np.array([1, 0], np.int32), np.ones(2, np.int32)
     begins, numbers, state = np.zeros(2, np.int64), np.zeros((5, 2), np.int32), np.zeros(4, np.int64)
     rows, edges, flags = np.zeros((20, 3), np.int32), np.zeros((2, 5), np.int32), np.zeros((2, 2), np.bool_)
-    lay_rows(np.zeros((2, 2), np.int32), starts, to, lengths, begins, numbers[0], numbers[1], rows, edges, state)
+    build_rows(np.zeros((2, 2), np.int32), starts, to, lengths, begins, numbers[0], numbers[1], rows, edges, state)
     contract(
         numbers[3, :1], np.zeros((1, 1), np.int32), np.zeros((2, 3), np.int32),
         begins, numbers[0], numbers[1], rows, edges, numbers[4], flags[0], flags[1], lengths, state, 0, 1,

@@ -1,10 +1,10 @@
-"""Kernel: the order in which nodes are contracted: round by round, those with the fewest shortcuts first.
+"""Kernel: order of the contraction, in rounds of independent nodes with the lowest costs.
 
-Nodes go in rounds. In each, those go whose price is less than that of all their neighbours; `shortcuts` tells what
-shortcuts they leave (Vetter, "Parallel Time-Dependent Contraction Hierarchies", 2009). Ways that lead over another
-node of the same round do not count, so whatever is left out is a way over what is left. Prices are told again before
-nodes go. Where that takes long, it is done by short searches, and only for nodes that still may go are ways looked for
-as far as it is worth it.
+The cost of a node is twice its edge difference (shortcuts minus neighbours) plus its level. A round contracts the nodes
+whose cost is below that of all their neighbours (Vetter, "Parallel Time-Dependent Contraction Hierarchies", 2009).
+Witness paths must not use other nodes of the round, so omitted shortcuts stay unnecessary after it. Costs are updated
+before a node is contracted. If that is expensive, short searches update the costs first, and only nodes that stay in
+the round are searched fully.
 """
 
 import numpy as np
@@ -16,105 +16,106 @@ from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.kernels.jit_decorators import bare, joined
 
 BIAS = 1 << 20
-"""Added to prices, so that none is negative."""
+"""Offset of costs, which keeps them positive."""
 
-_MIXED = 0x9E3779B1
-"""What a node's number is multiplied with to choose among those of the same price: in their own order they would wait
-for each other."""
+_HASH = 0x9E3779B1
+"""Multiplier that hashes node numbers to break ties. In their own order, nodes would wait for each other."""
 
 
 @joined
-def _turn(node: int, price: int) -> int:
-    """Return what tells which of two nodes comes first."""
-    return int((np.int64(price) << 32) | ((np.int64(node) * _MIXED) & 0xFFFFFFFF))
+def _sort_key(node: int, cost: int) -> int:
+    """Return the sort key of a node: its cost, then its hash."""
+    return int((np.int64(cost) << 32) | ((np.int64(node) * _HASH) & 0xFFFFFFFF))
 
 
 @bare
-def _comes_first(node: int, begins: Words, degrees: Integers, rows: Rows, prices: Integers, most: int) -> bool:
-    """Tell whether a node comes before all its neighbours."""
-    turn = _turn(node, prices[node])
+def _comes_first(node: int, begins: Words, degrees: Integers, rows: Rows, costs: Integers, most: int) -> bool:
+    """Return whether the cost of a node is below that of all its neighbours."""
+    key = _sort_key(node, costs[node])
     for at in range(begins[node], begins[node] + degrees[node]):
         other = rows[at, NODE]
-        if degrees[other] <= most and _turn(other, prices[other]) < turn:
+        if degrees[other] <= most and _sort_key(other, costs[other]) < key:
             return False
     return True
 
 
 @bare
-def choose(
-    first: int, last: int, begins: Words, degrees: Integers, rows: Rows, prices: Integers, gone: Flags,
-    most: int, batch: Integers, count: int, held: Flags,
+def select_nodes(
+    first: int, last: int, begins: Words, degrees: Integers, rows: Rows, costs: Integers, contracted_nodes: Flags,
+    most: int, batch: Integers, count: int, in_round: Flags,
 ) -> int:  # fmt: skip
-    """Choose nodes for a round among those from ``first`` to ``last``; return how many there are then.
+    """Select nodes for a round among those from ``first`` to ``last``; return the new number of nodes.
 
     Parameters
     ----------
     first, last : int
+        Range of the nodes.
     begins, degrees, rows
-        The graph.
-    prices : (n,) int32 array
-    gone : (n,) bool array
-        Which nodes were contracted.
+        The graph, as in `contraction`.
+    costs : (n,) int32 array
+        Cost of each node.
+    contracted_nodes : (n,) bool array
+        Which nodes are contracted.
     most : int
-        Neighbours that a node may have to be contracted.
+        Largest number of neighbours of a contracted node.
     batch : (n,) int32 array
         Out: the nodes.
     count : int
-        How many there were before.
-    held : (n,) bool array
-        Out: true for each of them.
+        Number of nodes selected so far.
+    in_round : (n,) bool array
+        Out: True for selected nodes.
     """
     for node in range(first, last):
-        if gone[node] or degrees[node] > most:
+        if contracted_nodes[node] or degrees[node] > most:
             continue
-        if _comes_first(node, begins, degrees, rows, prices, most):
+        if _comes_first(node, begins, degrees, rows, costs, most):
             batch[count] = node
-            held[node] = True
+            in_round[node] = True
             count += 1
     return count
 
 
 @bare
-def admit(
+def confirm_nodes(
     batch: Integers, counts: Rows, first: int, last: int, kept: int,
-    begins: Words, degrees: Integers, rows: Rows, levels: Integers, prices: Integers, most: int, held: Flags,
+    begins: Words, degrees: Integers, rows: Rows, levels: Integers, costs: Integers, most: int, in_round: Flags,
 ) -> int:  # fmt: skip
-    """Tell anew what nodes of a round cost, and leave out those before which a neighbour comes then.
+    """Update the costs of nodes of a round, and drop those that no longer come before all neighbours.
 
     Parameters
     ----------
     batch : (b,) int32 array
-        The nodes; out: first those that are not left out.
+        The nodes. Out: confirmed nodes first.
     counts : (b, 3) int32 array
-        What shortcuts each leaves, as `shortcuts.find_shortcuts` tells; out: likewise.
+        Necessary shortcuts of each, from `shortcuts.find_shortcuts`. Out: those of confirmed nodes first.
     first, last : int
-        Which are to be looked at.
+        Range of the batch to examine.
     kept : int
-        How many of those before were not left out.
+        Number of nodes confirmed so far.
     begins, degrees, rows
-        The graph.
+        The graph, as in `contraction`.
     levels : (n,) int32 array
-        How deep a node lies under those contracted before it.
-    prices : (n,) int32 array
-        Out: what it costs to contract them.
+        Level of each node.
+    costs : (n,) int32 array
+        Out: updated costs.
     most : int
-        Neighbours that a node may have to be contracted.
-    held : (n,) bool array
-        Out: false for those that are left out.
+        Largest number of neighbours of a contracted node.
+    in_round : (n,) bool array
+        Out: False for dropped nodes.
 
     Returns
     -------
     int
-        How many are not left out so far.
+        New number of confirmed nodes.
     """
     for i in range(first, last):
         node = batch[i]
-        prices[node] = 2 * (counts[i, FOUND] - degrees[node]) + levels[node] + BIAS
-        held[node] = _comes_first(node, begins, degrees, rows, prices, most)
-        if held[node]:
+        costs[node] = 2 * (counts[i, FOUND] - degrees[node]) + levels[node] + BIAS
+        in_round[node] = _comes_first(node, begins, degrees, rows, costs, most)
+        if in_round[node]:
             batch[kept] = node
-            for what in range(3):
-                counts[kept, what] = counts[i, what]
+            for column in range(3):
+                counts[kept, column] = counts[i, column]
             kept += 1
     return kept
 
@@ -125,5 +126,5 @@ def warm() -> None:
     rows[:, NODE] = 1, 0
     numbers[0] = 1
     flags, counts = np.zeros((2, 2), np.bool_), np.zeros((2, 3), np.int32)
-    chosen = choose(0, 2, begins, numbers[0], rows, numbers[1], flags[0], 1, numbers[2], 0, flags[1])
-    admit(numbers[2], counts, 0, chosen, 0, begins, numbers[0], rows, numbers[3], numbers[1], 1, flags[1])
+    chosen = select_nodes(0, 2, begins, numbers[0], rows, numbers[1], flags[0], 1, numbers[2], 0, flags[1])
+    confirm_nodes(numbers[2], counts, 0, chosen, 0, begins, numbers[0], rows, numbers[3], numbers[1], 1, flags[1])

@@ -1,14 +1,14 @@
-"""Kernel: search from nodes of the core for those of which they are hubs, a batch of nodes at a time, on all cores.
+"""Kernel: pruned searches from core nodes for the nodes of which they are hubs, in batches, on all cores.
 
-The label of a node is a list of *hubs*, with how far each is: on a shortest way between any two nodes lies a hub that
-both have. A search from a node gives itself as a hub to all that it reaches, but does not go on where hubs given before
-tell a way as short (Akiba, Iwata and Yoshida, "Fast Exact Shortest-Path Distance Queries on Large Networks by Pruned
-Landmark Labeling", SIGMOD 2013). That is asked of a node when it is seen, before it is put into the heap: of five that
-are seen, four have such a hub.
+The label of a node is a list of *hubs* with their distances. On a shortest path between any two nodes is a hub of both.
+A search from a node adds it as a hub to all nodes that it reaches, but is pruned where earlier hubs already give a path
+as short (pruned landmark labelling; Akiba, Iwata and Yoshida, "Fast Exact Shortest-Path Distance Queries on Large
+Networks by Pruned Landmark Labeling", SIGMOD 2013). The test runs when a node is reached, before it enters the heap:
+four of five reached nodes are pruned.
 
-Nodes are numbered by their importance here, 0 the most important. Those of a batch do not know each other as hubs, so
-what a search finds is kept only by `core_labels.keep`. Each *slot* searches from nodes of its own: slot s of S from the
-nodes s, s + S, s + 2 S … of the batch.
+Nodes are numbered by importance, 0 the most important. Nodes of a batch do not know each other as hubs, so
+`core_labels.add_entries` filters the results. Each *slot* searches from its own nodes: slot s of S from nodes s, s + S,
+s + 2 S … of the batch.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from ppaas.kernel_threads import at_most
-from ppaas.planners.hub_labels.building.kernels.pool_distances import announce, lay_out, take_back, told
+from ppaas.planners.hub_labels.building.kernels.pool_distances import clear, length_up_to, prefetch, scatter
 from ppaas.planners.hub_labels.building.kernels.trees import Heaps, Rows
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
@@ -27,45 +27,47 @@ from ppaas.planners.kernels.jit_decorators import bare, joined
 Entries = NDArray[np.int32]
 
 NEXT, QUEUED, TOUCHED, USED, TOO_LONG = range(5)
-"""What a slot knows of its work: its next node in the batch, the size of its heap or −1, nodes that it has touched,
-entries that it has found, and whether a way was longer than a label may tell."""
+"""State of a slot: its next node in the batch, size of its heap (−1: search not begun), reached nodes, entries found,
+and whether a path was too long."""
 
-REACH, CAME, OF_ROOT, SEEN, TO_ASK, SCRATCH = range(6)
-"""Scratch of a slot: how far each node is, the edge back from it, how far hubs are from the root, which nodes were
-touched, and edges to nodes whose labels are asked."""
+REACH, EDGE_BACK, FROM_ROOT, TOUCHED_NODES, CANDIDATES, SCRATCH = range(6)
+"""Scratch arrays of a slot: distance of each node, edge back from it, distances of hubs from the root, reached nodes,
+and edges to nodes whose labels are tested."""
 
-HUB_OF, FAR_OFF, TOWARDS = range(3)
-"""Of what is found: which node has the root as a hub, how far it is, and the edge towards the root."""
+HUB_OF, LENGTH, TOWARDS = range(3)
+"""Columns of a result: node that has the root as a hub, its distance, and its edge towards the root."""
 
 
 @joined
-def _begin(root: int, hubs: Integers, lengths: Integers, begins: Words, ends: Words, own: Rows, heap: Words) -> None:
+def _begin_search(
+    root: int, hubs: Integers, lengths: Integers, begins: Words, ends: Words, own: Rows, heap: Words
+) -> None:
     own[REACH, root] = 0
-    own[CAME, root] = -1
-    own[SEEN, 0] = root
+    own[EDGE_BACK, root] = -1
+    own[TOUCHED_NODES, 0] = root
     push(heap, 0, 0, root)
-    lay_out(own[OF_ROOT], hubs, lengths, begins[root], ends[root])
+    scatter(own[FROM_ROOT], hubs, lengths, begins[root], ends[root])
 
 
 @joined
-def _end(root: int, hubs: Integers, begins: Words, ends: Words, own: Rows, touched: int) -> None:
-    take_back(own[OF_ROOT], hubs, begins[root], ends[root])
+def _end_search(root: int, hubs: Integers, begins: Words, ends: Words, own: Rows, touched: int) -> None:
+    clear(own[FROM_ROOT], hubs, begins[root], ends[root])
     for i in range(touched):
-        own[REACH, own[SEEN, i]] = FAR
+        own[REACH, own[TOUCHED_NODES, i]] = FAR
 
 
 @joined
-def _look_around(
+def _collect_edges(
     root: int, length: int, first: int, last: int, to: Integers, far: Integers,
     hubs: Integers, lengths: Integers, begins: Words, own: Rows, longest: int, state: Words,
 ) -> int:  # fmt: skip
-    """Write over which edges a node is reached sooner than before, begin to bring its label; return how many."""
+    """Collect the edges that shorten paths to nodes, prefetch the labels of these nodes, and return their number."""
     count = 0
     for edge in range(first, last):
         further, beyond = length + far[edge], to[edge]
-        own[TO_ASK, count] = edge - first
+        own[CANDIDATES, count] = edge - first
         if beyond > root and further < own[REACH, beyond]:
-            announce(hubs, lengths, begins[beyond])
+            prefetch(hubs, lengths, begins[beyond])
             count += 1
             if further > longest:
                 state[TOO_LONG] = 1
@@ -79,41 +81,43 @@ def _search_slot(
     own: Rows, heap: Words, found: Rows, bounds: Words, state: Words, slots: int, longest: int, budget: int,
 ) -> None:  # fmt: skip
     work = np.int64(0)
-    reach, came, of_root = own[REACH], own[CAME], own[OF_ROOT]
+    reach, edge_back, from_root = own[REACH], own[EDGE_BACK], own[FROM_ROOT]
     while state[NEXT] < batch and work < budget:
         root = first + state[NEXT]
         if state[QUEUED] < 0:
             if state[USED] + len(reach) - root > len(found):
                 return
-            _begin(root, hubs, lengths, begins, ends, own, heap)
+            _begin_search(root, hubs, lengths, begins, ends, own, heap)
             state[QUEUED] = state[TOUCHED] = 1
         while state[QUEUED] > 0 and work < budget:
             node, length = heap[0] & NODE, heap[0] >> 32
             state[QUEUED] = pop(heap, state[QUEUED])
             if length != reach[node]:
                 continue
+            # Settle the node: the root is one of its hubs.
             found[state[USED], HUB_OF] = node
-            found[state[USED], FAR_OFF] = length
-            found[state[USED], TOWARDS] = came[node]
+            found[state[USED], LENGTH] = length
+            found[state[USED], TOWARDS] = edge_back[node]
             state[USED] += 1
             begin, end = starts[node], starts[node + 1]
-            asked = _look_around(root, length, begin, end, to, far, hubs, lengths, begins, own, longest, state)
-            work += end - begin + 8 * asked
-            for i in range(asked):
-                edge = begin + own[TO_ASK, i]
+            # Relax edges to less important nodes, unless labels already cover them (pruning).
+            candidates = _collect_edges(root, length, begin, end, to, far, hubs, lengths, begins, own, longest, state)
+            work += end - begin + 8 * candidates
+            for i in range(candidates):
+                edge = begin + own[CANDIDATES, i]
                 further, beyond = length + far[edge], to[edge]
                 if reach[beyond] == FAR:
-                    own[SEEN, state[TOUCHED]] = beyond
+                    own[TOUCHED_NODES, state[TOUCHED]] = beyond
                     state[TOUCHED] += 1
-                known = told(of_root, hubs, lengths, begins[beyond], ends[beyond], further)
-                if known <= further:
-                    reach[beyond] = known
+                shortest = length_up_to(from_root, hubs, lengths, begins[beyond], ends[beyond], further)
+                if shortest <= further:
+                    reach[beyond] = shortest
                 else:
                     reach[beyond] = further
-                    came[beyond] = ids[edge] ^ 1
+                    edge_back[beyond] = ids[edge] ^ 1
                     state[QUEUED] = push(heap, state[QUEUED], further, beyond)
         if state[QUEUED] == 0:
-            _end(root, hubs, begins, ends, own, state[TOUCHED])
+            _end_search(root, hubs, begins, ends, own, state[TOUCHED])
             bounds[state[NEXT] + slots] = state[USED]
             state[NEXT] += slots
             state[QUEUED] = -1
@@ -150,30 +154,34 @@ def search(
     hubs: Integers, lengths: Integers, begins: Words, ends: Words,
     own: Entries, heaps: Heaps, found: Entries, bounds: Words, states: Heaps, longest: int, budget: int, threads: int,
 ) -> None:  # fmt: skip
-    """Search until each slot has looked at so much, or has no room, or all of the batch is done.
+    """Search until the budget of each slot is used, its result memory is full, or the batch is done.
 
     Parameters
     ----------
     first, batch : int
-        The first node of the batch, and how many they are. All before have been hubs; there are n nodes.
-    starts, to, far, ids
-        The graph: where the edges of a node begin, where each leads, how long it is and its number; that of the edge
-        back is its number ^ 1.
+        First node of the batch, and number of its nodes. Earlier nodes are hubs already. The core has n nodes.
+    starts : (n + 1,) int64 array
+        First edge of each node.
+    to, far, ids : int32 arrays
+        End, length and number of each edge. The reverse of edge e is e ^ 1.
     hubs, lengths, begins, ends
-        The pool of labels.
+        Pool of labels, as in `core_labels.add_entries`.
     own : (S, `SCRATCH`, n) int32 array
-        `FAR` everywhere at first.
+        Scratch of each slot; `FAR` at first.
     heaps : (S, edges + 1) int64 array
-        Scratch.
+        Scratch: heap of each slot.
     found : (S, m, 3) int32 array
-        Out: entries that a slot finds, root by root; the least of m is n.
+        Out: results of each slot, root by root; m is at least n.
     bounds : (S + ``batch``,) int64 array
-        Out: the entries of the root i of the batch lie from i to i + S, among those of its slot; zeros at first.
+        Out: results of root i of the batch are at ``bounds[i]:bounds[i + S]`` of its slot; zero at first.
     states : (S, 5) int64 array
-        Slot i has the next node i, −1 for `QUEUED`, and no entries at first.
+        State of each slot; at first the next node is i for slot i, `QUEUED` is −1, and the rest is zero.
     longest : int
-        How long a way may be; `TOO_LONG` tells if one is longer.
-    budget, threads : int
+        Largest length of a path; `TOO_LONG` becomes 1 if one is longer.
+    budget : int
+        Limit of the work of a slot in this call.
+    threads : int
+        Maximum number of threads.
     """
     with at_most(threads) as usable:
         kernel = _search_parallel if usable > 1 else _search_serial

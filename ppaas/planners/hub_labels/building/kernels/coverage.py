@@ -1,8 +1,8 @@
-"""Kernel: order nodes by how many shortest ways of a sample lead through them, ways through nodes before not counted.
+"""Kernel: order nodes by how many shortest paths of a sample they cover, not counting paths through earlier nodes.
 
-A node near the root of a tree is on most ways of that tree, however unimportant it is. So ways are counted by groups of
-trees, and the group with the most of a node's does not count. What is left of the trees soon tells nothing more: once
-the best node is on fewer ways than there are trees, all others follow by the ways on which they are then.
+A node near the root of a tree is on most of its paths, however unimportant it is. So paths are counted by groups of
+trees, and the group with the highest count of a node is ignored. Once the best node covers fewer paths than there are
+trees, the sample gives no more information, and all other nodes are ordered by their current counts.
 
 Source: Delling, Goldberg, Pajor and Werneck, "Robust Distance Queries on Massive Networks", ESA 2014.
 """
@@ -16,22 +16,24 @@ from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.kernels.jit_decorators import bare, joined
 
 GROUPS = 16
-"""Tree i belongs to the group i mod `GROUPS`."""
+"""Number of groups; tree i belongs to group i mod `GROUPS`."""
 
 
 @bare
-def _uncover(
+def _remove_subtree(
     node: int, tree: int, parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows, totals: Rows, stack: Integers
 ) -> int:
-    """Take out of a tree all ways that lead through a node, and return how many nodes were touched."""
+    """Remove all paths through a node from a tree, and return the number of nodes touched."""
     size, group = sizes[tree, node], tree % GROUPS
     touched = 0
     above = parents[tree, node]
+    # Ancestors lose the paths of the subtree.
     while above >= 0 and sizes[tree, above] > 0:
         sizes[tree, above] -= size
         totals[above, group] -= size
         above = parents[tree, above]
         touched += 1
+    # Descendants are not covered any more.
     stack[0] = node
     depth = 1
     while depth > 0:
@@ -50,22 +52,22 @@ def _uncover(
 
 
 @joined
-def _worth(node: int, totals: Rows) -> int:
-    """Return on how many ways a node is, without the group where it is on the most."""
-    ways, most = np.int32(0), np.int32(0)
+def _coverage(node: int, totals: Rows) -> int:
+    """Return the number of paths through a node, without its highest group."""
+    paths, most = np.int32(0), np.int32(0)
     for group in range(GROUPS):
-        ways += totals[node, group]
+        paths += totals[node, group]
         most = max(most, totals[node, group])
-    return int(ways - most)
+    return int(paths - most)
 
 
 @bare
 def _best(totals: Rows) -> int:
     best, most = 0, -1
     for node in range(len(totals)):
-        worth = _worth(node, totals)
-        if worth > most:
-            best, most = node, worth
+        coverage = _coverage(node, totals)
+        if coverage > most:
+            best, most = node, coverage
     return best
 
 
@@ -73,39 +75,41 @@ def _best(totals: Rows) -> int:
 def cover(
     parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows, totals: Rows, order: Integers, state: Words, budget: int
 ) -> bool:
-    """Choose nodes until so many were touched, or there is no good one; return whether there is none.
+    """Choose nodes until the budget is used or no good node is left; return whether the choice is complete.
 
     Parameters
     ----------
     parents, sizes, firsts, nexts : (k, n) int32 arrays
-        Trees of shortest ways. Of ``sizes`` only the ways that are left.
+        Shortest-path trees, as in `trees.grow`. ``sizes`` is updated to count the remaining paths.
     totals : (n, `GROUPS`) int32 array
-        The sums of ``sizes`` over the trees of each group; −1 for a node that was chosen.
+        Sum of ``sizes`` over the trees of each group; −1 for chosen nodes.
     order : (n,) int32 array
-        Out: the nodes that were chosen, the one on the most ways first.
+        Out: chosen nodes, the one with the most paths first.
     state : (2,) int64 array
-        How many are chosen, and of how many trees the ways of the next one were taken out; zeros at first.
+        Number of chosen nodes, and number of trees from which the paths of the next one are removed; zero at first.
     budget : int
+        Limit of the work in this call.
     """
     stack = np.empty(len(totals), np.int32)
     work = 0
     while state[0] < len(totals) and work < budget:
         if state[1] == 0:
             best = _best(totals)
-            if _worth(best, totals) < len(parents):
+            if _coverage(best, totals) < len(parents):
                 return True
             order[state[0]] = best
         best = order[state[0]]
         while state[1] < len(parents) and work < budget:
             if sizes[state[1], best] > 0:
-                work += _uncover(best, state[1], parents, sizes, firsts, nexts, totals, stack)
+                work += _remove_subtree(best, state[1], parents, sizes, firsts, nexts, totals, stack)
             work += 1
             state[1] += 1
         if state[1] == len(parents):
             totals[best] = -1
             state[0] += 1
             state[1] = 0
-            work += len(totals)  # for the look at all of them; not before, or a small budget never came to a tree
+            # Counts the scan in `_best`, afterwards: else a small budget would never reach a tree.
+            work += len(totals)
     return bool(state[0] == len(totals))
 
 

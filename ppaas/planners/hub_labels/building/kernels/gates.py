@@ -1,20 +1,21 @@
-"""Kernel: tell each corner of the fringe its gates, the labelled corners over which shortest ways leave the fringe.
+"""Kernel: find the gates of fringe corners: the labelled corners through which shortest paths leave the fringe.
 
-Each corner of the fringe has edges to more important corners only. Those with labels that it reaches upwards are its
-gates, but for those on the shortest way to which another gate lies. So on a shortest way between any two corners that
-touches a corner with a label lies a gate of each of them (access nodes; Bast, Funke, Sanders and Schultes, "Fast
-Routing in Road Networks with Transit Nodes", Science 2007).
+Gates are called access nodes in the literature (Bast, Funke, Sanders and Schultes, "Fast Routing in Road Networks with
+Transit Nodes", Science 2007). Each fringe corner has edges to more important corners only. The labelled corners that it
+reaches upwards are its gates, except for those with another gate on the shortest path to them. So a shortest path
+between two corners that touches a labelled corner contains a gate of each of them.
 
-Ways that touch no corner with a label are looked for by climbing. For that, an edge between two corners of the fringe
-is *local* unless a gate of both lies on a way as short. Each corner has a rectangle that holds what it reaches over
-local edges sooner than over any gate: two ends meet below all labels only where such rectangles do.
+Paths that touch no labelled corner are found by upward searches. For these, an edge between two fringe corners is
+*local* unless a path through a gate of both is as short. Each corner has the bounding rectangle of the corners that it
+reaches over local edges faster than over any gate. Two ends can meet below all labels only if their rectangles
+intersect.
 """
 
 import numpy as np
 from numba import njit, prange
 
 from ppaas.kernel_threads import at_most
-from ppaas.planners.hub_labels.building.kernels.pool_distances import lay_out, take_back, told
+from ppaas.planners.hub_labels.building.kernels.pool_distances import clear, length_up_to, scatter
 from ppaas.planners.hub_labels.building.kernels.trees import Heaps, Rows
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
@@ -23,74 +24,80 @@ from ppaas.planners.hub_labels.kernels.scan import Integers, octile
 from ppaas.planners.kernels.jit_decorators import bare
 
 NEXT, BEGIN, END = range(3)
+"""State of a slot: its next node, and begin and end of its free space among the gates."""
 
 
 @bare
-def _offer(hub: int, length: int, edge: int, best: Integers, came: Integers, offered: Integers, count: int) -> int:
+def _offer(
+    hub: int, length: int, edge: int, best: Integers, by_edge: Integers, candidates: Integers, count: int
+) -> int:
+    """Offer a path to a hub; return the new number of candidates."""
     if best[hub] == FAR:
-        offered[count] = hub
+        candidates[count] = hub
         count += 1
     if length < best[hub]:
         best[hub] = length
-        came[hub] = edge
+        by_edge[hub] = edge
     return count
 
 
 @bare
-def _gather(
+def _gather_candidates(
     node: int, labelled: int, starts: Words, to: Integers, far: Integers,
-    gates: Integers, lengths: Integers, begins: Words, ends: Words, best: Integers, came: Integers, offered: Integers,
+    gates: Integers, lengths: Integers, begins: Words, ends: Words,
+    best: Integers, by_edge: Integers, candidates: Integers,
 ) -> int:  # fmt: skip
+    """Collect candidate gates from the edges of a node and the gates of the nodes above, sorted by distance."""
     count = np.int64(0)
     for edge in range(starts[node], starts[node + 1]):
         above, own = to[edge], edge - starts[node]
         if above < labelled:
-            count = _offer(np.int64(above), np.int64(far[edge]), own, best, came, offered, count)
+            count = _offer(np.int64(above), np.int64(far[edge]), own, best, by_edge, candidates, count)
             continue
         for i in range(begins[above], ends[above]):
             hub = np.int64(gates[i] & ((1 << HUB_BITS) - 1))
-            count = _offer(hub, np.int64(lengths[i]) + far[edge], own, best, came, offered, count)
+            count = _offer(hub, np.int64(lengths[i]) + far[edge], own, best, by_edge, candidates, count)
     for i in range(1, count):
-        hub, place = offered[i], i
-        while place > 0 and best[offered[place - 1]] > best[hub]:
-            offered[place] = offered[place - 1]
+        hub, place = candidates[i], i
+        while place > 0 and best[candidates[place - 1]] > best[hub]:
+            candidates[place] = candidates[place - 1]
             place -= 1
-        offered[place] = hub
+        candidates[place] = hub
     return int(count)
 
 
 @bare
-def _keep(
-    hub: int, came: int, first: int, last: int, gates: Integers, lengths: Integers, places: Rows,
+def _is_gate(
+    hub: int, by_edge: int, first: int, last: int, gates: Integers, lengths: Integers, positions: Rows,
     hubs: Integers, far: Integers, label_begins: Words, label_ends: Words, best: Integers, reach: Integers,
 ) -> bool:  # fmt: skip
-    """Tell whether no gate before lies on a shortest way to a hub."""
+    """Return whether no earlier gate is on a shortest path to a hub."""
     begin, end = label_begins[hub], label_ends[hub]
-    laid_out, kept = False, True
+    is_scattered, is_gate = False, True
     for i in range(first, last):
-        if gates[i] >> HUB_BITS == came:
-            continue  # both are gates of the corner where that edge leads
+        if gates[i] >> HUB_BITS == by_edge:
+            continue  # both are gates of the corner at the end of that edge
         gate = gates[i] & ((1 << HUB_BITS) - 1)
-        apart = octile(places[hub, 0] - places[gate, 0], places[hub, 1] - places[gate, 1])
-        if lengths[i] + apart > best[hub]:
+        distance = octile(positions[hub, 0] - positions[gate, 0], positions[hub, 1] - positions[gate, 1])
+        if lengths[i] + distance > best[hub]:
             continue
-        if not laid_out:
-            laid_out = True
-            lay_out(reach, hubs, far, begin, end)
+        if not is_scattered:
+            is_scattered = True
+            scatter(reach, hubs, far, begin, end)
         most = best[hub] - lengths[i]
-        if told(reach, hubs, far, label_begins[gate], label_ends[gate], most) <= most:
-            kept = False
+        if length_up_to(reach, hubs, far, label_begins[gate], label_ends[gate], most) <= most:
+            is_gate = False
             break
-    if laid_out:
-        take_back(reach, hubs, begin, end)
-    return kept
+    if is_scattered:
+        clear(reach, hubs, begin, end)
+    return is_gate
 
 
 @bare
-def _is_sooner(
+def _beats_gates(
     node: int, length: int, gates: Integers, lengths: Integers, begins: Words, ends: Words, best: Integers
 ) -> bool:
-    """Tell whether a way to a node is shorter than over any of its gates."""
+    """Return whether a path to a node is shorter than through any of its gates."""
     for i in range(begins[node], ends[node]):
         if np.int64(best[gates[i] & ((1 << HUB_BITS) - 1)]) + lengths[i] <= length:
             return False
@@ -102,9 +109,9 @@ def _find_local(
     node: int, labelled: int, starts: Words, to: Integers, far: Integers,
     gates: Integers, lengths: Integers, begins: Words, ends: Words, best: Integers, local: Words,
 ) -> None:  # fmt: skip
-    """Tell which edges of a node are local."""
+    """Mark the local edges of a node."""
     for edge in range(starts[node], starts[node + 1]):
-        if to[edge] >= labelled and _is_sooner(
+        if to[edge] >= labelled and _beats_gates(
             np.int64(to[edge]), np.int64(far[edge]), gates, lengths, begins, ends, best
         ):
             local[edge] = 1
@@ -112,7 +119,7 @@ def _find_local(
 
 @bare
 def _holds(boxes: Rows, node: int, other: int) -> bool:
-    """Tell whether the rectangle of a node holds that of another one."""
+    """Return whether the rectangle of a node contains that of another one."""
     return bool(
         boxes[node, TOP] <= boxes[other, TOP] and boxes[node, LEFTMOST] <= boxes[other, LEFTMOST]
         and boxes[node, BOTTOM] >= boxes[other, BOTTOM] and boxes[node, RIGHTMOST] >= boxes[other, RIGHTMOST]
@@ -120,14 +127,14 @@ def _holds(boxes: Rows, node: int, other: int) -> bool:
 
 
 @bare
-def _enclose(
+def _set_box(
     node: int, starts: Words, to: Integers, far: Integers,
-    gates: Integers, lengths: Integers, begins: Words, ends: Words, places: Rows,
+    gates: Integers, lengths: Integers, begins: Words, ends: Words, positions: Rows,
     best: Integers, local: Words, boxes: Rows, near: Integers, touched: Integers, heap: Words,
 ) -> None:  # fmt: skip
-    """Tell which rectangle holds what a node reaches over local edges sooner than over a gate."""
-    boxes[node, TOP] = boxes[node, BOTTOM] = places[node, 0]
-    boxes[node, LEFTMOST] = boxes[node, RIGHTMOST] = places[node, 1]
+    """Compute the bounding rectangle of the corners that a node reaches over local edges faster than over any gate."""
+    boxes[node, TOP] = boxes[node, BOTTOM] = positions[node, 0]
+    boxes[node, LEFTMOST] = boxes[node, RIGHTMOST] = positions[node, 1]
     near[node] = 0
     touched[0] = node
     count, queued = 1, push(heap, 0, len(near) - node, node)
@@ -135,15 +142,15 @@ def _enclose(
         corner = heap[0] & NODE
         queued = pop(heap, queued)
         if corner != node:
-            # What lies behind it lies in its own rectangle, which holds no less than that.
+            # Corners behind it are inside its own rectangle, which is already contained.
             if _holds(boxes, node, corner):
                 continue
-            if not _is_sooner(corner, np.int64(near[corner]), gates, lengths, begins, ends, best):
+            if not _beats_gates(corner, np.int64(near[corner]), gates, lengths, begins, ends, best):
                 continue
-            boxes[node, TOP] = min(boxes[node, TOP], places[corner, 0])
-            boxes[node, BOTTOM] = max(boxes[node, BOTTOM], places[corner, 0])
-            boxes[node, LEFTMOST] = min(boxes[node, LEFTMOST], places[corner, 1])
-            boxes[node, RIGHTMOST] = max(boxes[node, RIGHTMOST], places[corner, 1])
+            boxes[node, TOP] = min(boxes[node, TOP], positions[corner, 0])
+            boxes[node, BOTTOM] = max(boxes[node, BOTTOM], positions[corner, 0])
+            boxes[node, LEFTMOST] = min(boxes[node, LEFTMOST], positions[corner, 1])
+            boxes[node, RIGHTMOST] = max(boxes[node, RIGHTMOST], positions[corner, 1])
         for edge in range(starts[corner], starts[corner + 1]):
             above, length = np.int64(to[edge]), near[corner] + far[edge]
             if local[edge] and length < near[above]:
@@ -157,119 +164,129 @@ def _enclose(
 
 
 @bare
-def _open_slot(
-    nodes: Integers, labelled: int, starts: Words, to: Integers, far: Integers, places: Rows,
+def _find_slot(
+    nodes: Integers, labelled: int, starts: Words, to: Integers, far: Integers, positions: Rows,
     hubs: Integers, label_lengths: Integers, label_begins: Words, label_ends: Words,
     gates: Integers, lengths: Integers, begins: Words, ends: Words, local: Words, boxes: Rows,
-    best: Integers, came: Integers, reach: Integers, offered: Integers,
+    best: Integers, by_edge: Integers, reach: Integers, candidates: Integers,
     near: Integers, touched: Integers, heap: Words, window: Words, slots: int, budget: int,
 ) -> None:  # fmt: skip
     work = 0
     while window[NEXT] < len(nodes) and work < budget:
         node = nodes[window[NEXT]]
-        count = _gather(node, labelled, starts, to, far, gates, lengths, begins, ends, best, came, offered)
+        count = _gather_candidates(
+            node, labelled, starts, to, far, gates, lengths, begins, ends, best, by_edge, candidates
+        )
         if window[BEGIN] + count > window[END]:
             for i in range(count):
-                best[offered[i]] = FAR
+                best[candidates[i]] = FAR
             return
+        # Keep candidates that no nearer gate covers.
         first = last = window[BEGIN]
         for i in range(count):
-            hub = np.int64(offered[i])
-            if _keep(
-                hub, np.int64(came[hub]), first, last, gates, lengths, places,
+            hub = np.int64(candidates[i])
+            if _is_gate(
+                hub, np.int64(by_edge[hub]), first, last, gates, lengths, positions,
                 hubs, label_lengths, label_begins, label_ends, best, reach,
             ):  # fmt: skip
-                gates[last] = hub | (came[hub] << HUB_BITS)
+                gates[last] = hub | (by_edge[hub] << HUB_BITS)
                 lengths[last] = best[hub]
                 last += 1
         begins[node], ends[node] = first, last
         _find_local(node, labelled, starts, to, far, gates, lengths, begins, ends, best, local)
-        _enclose(
-            np.int64(node), starts, to, far, gates, lengths, begins, ends, places,
+        _set_box(
+            np.int64(node), starts, to, far, gates, lengths, begins, ends, positions,
             best, local, boxes, near, touched, heap,
         )  # fmt: skip
         for i in range(count):
-            best[offered[i]] = FAR
+            best[candidates[i]] = FAR
         window[BEGIN] = last
         window[NEXT] += slots
         work += 256 + 8 * count
 
 
 @bare
-def _open_serial(
-    nodes: Integers, labelled: int, starts: Words, to: Integers, far: Integers, places: Rows,
+def _find_serial(
+    nodes: Integers, labelled: int, starts: Words, to: Integers, far: Integers, positions: Rows,
     hubs: Integers, label_lengths: Integers, label_begins: Words, label_ends: Words,
     gates: Integers, lengths: Integers, begins: Words, ends: Words, local: Words, boxes: Rows,
-    scratch: Rows, spots: Rows, heaps: Heaps, windows: Heaps, budget: int,
+    scratch: Rows, records: Rows, heaps: Heaps, windows: Heaps, budget: int,
 ) -> None:  # fmt: skip
     for slot in range(len(windows)):
-        _open_slot(
-            nodes, labelled, starts, to, far, places, hubs, label_lengths, label_begins, label_ends,
+        _find_slot(
+            nodes, labelled, starts, to, far, positions, hubs, label_lengths, label_begins, label_ends,
             gates, lengths, begins, ends, local, boxes,
             scratch[4 * slot], scratch[4 * slot + 1], scratch[4 * slot + 2], scratch[4 * slot + 3],
-            spots[2 * slot], spots[2 * slot + 1], heaps[slot], windows[slot], len(windows), budget,
+            records[2 * slot], records[2 * slot + 1], heaps[slot], windows[slot], len(windows), budget,
         )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def _open_parallel(
-    nodes: Integers, labelled: int, starts: Words, to: Integers, far: Integers, places: Rows,
+def _find_parallel(
+    nodes: Integers, labelled: int, starts: Words, to: Integers, far: Integers, positions: Rows,
     hubs: Integers, label_lengths: Integers, label_begins: Words, label_ends: Words,
     gates: Integers, lengths: Integers, begins: Words, ends: Words, local: Words, boxes: Rows,
-    scratch: Rows, spots: Rows, heaps: Heaps, windows: Heaps, budget: int,
+    scratch: Rows, records: Rows, heaps: Heaps, windows: Heaps, budget: int,
 ) -> None:  # fmt: skip
     for slot in prange(len(windows)):
-        _open_slot(
-            nodes, labelled, starts, to, far, places, hubs, label_lengths, label_begins, label_ends,
+        _find_slot(
+            nodes, labelled, starts, to, far, positions, hubs, label_lengths, label_begins, label_ends,
             gates, lengths, begins, ends, local, boxes,
             scratch[4 * slot], scratch[4 * slot + 1], scratch[4 * slot + 2], scratch[4 * slot + 3],
-            spots[2 * slot], spots[2 * slot + 1], heaps[slot], windows[slot], len(windows), budget,
+            records[2 * slot], records[2 * slot + 1], heaps[slot], windows[slot], len(windows), budget,
         )  # fmt: skip
 
 
-def open_gates(
-    nodes: Integers, labelled: int, starts: Words, to: Integers, far: Integers, places: Rows,
+def find_gates(
+    nodes: Integers, labelled: int, starts: Words, to: Integers, far: Integers, positions: Rows,
     hubs: Integers, label_lengths: Integers, label_begins: Words, label_ends: Words,
     gates: Integers, lengths: Integers, begins: Words, ends: Words, local: Words, boxes: Rows,
-    scratch: Rows, spots: Rows, heaps: Heaps, windows: Heaps, budget: int, threads: int,
+    scratch: Rows, records: Rows, heaps: Heaps, windows: Heaps, budget: int, threads: int,
 ) -> None:  # fmt: skip
-    """Find gates of nodes of one level until each slot has looked at so many, or its window is short, or all is done.
+    """Find the gates of the nodes of a level until the budget of each slot is used, its space is full, or all are done.
 
     Parameters
     ----------
     nodes : (k,) int32 array
-        Numbered by importance; slot s of S takes the nodes s, s + S, s + 2 S …
+        Nodes of the level, numbered by importance; slot s of S takes nodes s, s + S, s + 2 S …
     labelled : int
-        How many nodes have labels; they are the first.
-    starts, to, far
-        The graph: edges to more important nodes.
-    places : (n, 2) int32 array
-        Row and column of each.
+        Number of labelled nodes; they are the first.
+    starts : (n + 1,) int64 array
+        First edge of each node.
+    to, far : int32 arrays
+        End and length of each edge to a more important node.
+    positions : (n, 2) int32 array
+        Row and column of each node.
     hubs, label_lengths, label_begins, label_ends
-        The labels.
+        The pool of labels: hub and distance of each entry, and the range of each label.
     gates, lengths : (m,) int32 arrays
-        Out: gates as `HUB_BITS` tells, and how far each is.
+        Out: gates, encoded as `HUB_BITS` describes, and their distances.
     begins, ends : (n,) int64 arrays
-        Out: where the gates of each node lie.
+        Out: range of the gates of each node.
     local : (edges,) int64 array
-        Out: one for each local edge; zero at first.
+        Out: 1 for each local edge; zero at first.
     boxes : (n, 4) int32 array
-        Out: the rectangle that holds all corners which are reached over local edges, and not as soon over a gate;
-        last row and column included.
+        Out: bounding rectangle of the corners that each node reaches over local edges faster than over any gate; last
+        row and column included.
     scratch : (4 S, ``labelled``) int32 array
-    spots : (2 S, n) int32 array
-        Both `FAR` everywhere at first.
+        Four arrays per slot, `FAR` at first: distance and first edge of each candidate, distances of a scattered label,
+        and the list of candidates.
+    records : (2 S, n) int32 array
+        Two arrays per slot, `FAR` at first: distances, and the list of reached nodes.
     heaps : (S, n) int64 array
-        Scratch.
+        Scratch: heap of each slot.
     windows : (S, 3) int64 array
-        The slot's next node, the begin of its free room among the gates, and its end.
-    budget, threads : int
+        State of each slot.
+    budget : int
+        Limit of the work of a slot in this call.
+    threads : int
+        Maximum number of threads.
     """
     with at_most(threads) as usable:
-        kernel = _open_parallel if usable > 1 else _open_serial
+        kernel = _find_parallel if usable > 1 else _find_serial
         kernel(
-            nodes, labelled, starts, to, far, places, hubs, label_lengths, label_begins, label_ends,
-            gates, lengths, begins, ends, local, boxes, scratch, spots, heaps, windows, budget,
+            nodes, labelled, starts, to, far, positions, hubs, label_lengths, label_begins, label_ends,
+            gates, lengths, begins, ends, local, boxes, scratch, records, heaps, windows, budget,
         )  # fmt: skip
 
 
@@ -278,7 +295,7 @@ def warm() -> None:
     nothing = np.empty(0, np.int32)
     for threads in (1, 2):
         far, rows, windows = np.zeros(1, np.int64), np.zeros((4, 1), np.int32), np.zeros((1, 3), np.int64)
-        open_gates(
+        find_gates(
             nothing, 0, far, nothing, nothing, rows, nothing, nothing, far, far,
             nothing, nothing, far, far, far, rows, rows, rows, windows, windows, 1, threads,
         )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Kernel: turn the linked lists of a contracted graph into rows, with the nodes numbered by their importance."""
+"""Kernel: convert the linked lists of a contracted graph into contiguous edges, with nodes numbered by importance."""
 
 import numpy as np
 
@@ -14,20 +14,20 @@ def rank_edges(
     nodes: Integers, ranks: Integers, head: Integers, after: Integers, edges: Rows, starts: Words, to: Integers,
     far: Integers, ids: Integers,
 ) -> None:  # fmt: skip
-    """Lay the edges of some nodes one after the other.
+    """Store the edges of nodes one after the other.
 
     Parameters
     ----------
     nodes : (k,) int32 array
-        Which nodes, the most important first.
+        The nodes, the most important first.
     ranks : (n,) int32 array
-        The number that each gets.
+        New number of each node.
     head, after, edges
-        The graph.
+        The contracted graph: first edge of each node, next edge of the same node, and edges as in `contraction`.
     starts : (k + 1,) int64 array
-        Where the edges of a node begin; out.
+        Out: first edge of each node.
     to, far, ids : (m,) int32 arrays
-        Out: where an edge leads, how long it is, and its number in ``edges``. Or empty: edges are only counted.
+        Out: end, length, and number in ``edges`` of each edge. If empty, edges are only counted.
     """
     at = 0
     starts[0] = 0

@@ -1,17 +1,17 @@
-"""Kernel: label the nodes outside the core, each from the labels of the neighbours that were contracted after it.
+"""Kernel: label the nodes outside the core from the labels of the neighbours that were contracted later.
 
-A hub of a neighbour is a hub of the node, one edge further off; those are left out to which other hubs tell a way as
-short. Nodes of one level have no edges between them, so they are labelled on all cores (Abraham, Delling, Goldberg and
-Werneck, "Hierarchical Hub Labelings for Shortest Paths", ESA 2012).
+A hub of a neighbour is a hub of the node, one edge farther away, unless another hub gives a path as short. Nodes of one
+level have no edges between them, so they are labelled in parallel (Abraham, Delling, Goldberg and Werneck,
+"Hierarchical Hub Labelings for Shortest Paths", ESA 2012).
 
-Each slot has a window of the pool of labels of its own: ``windows`` tells where its free room begins and ends.
+Each slot has its own range of free space in the pool of labels.
 """
 
 import numpy as np
 from numba import njit, prange
 
 from ppaas.kernel_threads import at_most
-from ppaas.planners.hub_labels.building.kernels.pool_distances import take_back, told
+from ppaas.planners.hub_labels.building.kernels.pool_distances import clear, length_up_to
 from ppaas.planners.hub_labels.building.kernels.trees import Heaps, Rows
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.scan import Integers
@@ -20,31 +20,32 @@ from ppaas.planners.kernels.jit_decorators import bare
 
 
 @bare
-def _gather(
+def _gather_candidates(
     node: int, starts: Words, to: Integers, far: Integers, ids: Integers,
     hubs: Integers, lengths: Integers, begins: Words, ends: Words,
-    reach: Integers, came: Integers, marks: Words, longest: int,
+    reach: Integers, by_edge: Integers, marks: Words, longest: int,
 ) -> bool:  # fmt: skip
-    short = True
+    """Collect the hubs of all neighbours with their distances; return whether no path is too long."""
+    all_short = True
     for edge in range(starts[node], starts[node + 1]):
         above = to[edge]
         for i in range(begins[above], ends[above]):
             hub, length = hubs[i], lengths[i] + far[edge]
             if length > longest:
-                short = False
+                all_short = False
             elif length < reach[hub]:
                 reach[hub] = length
-                came[hub] = ids[edge]
+                by_edge[hub] = ids[edge]
                 marks[hub >> 6] |= np.int64(1) << (hub & 63)
-    return short
+    return all_short
 
 
 @bare
-def _keep(
+def _write_label(
     node: int, hubs: Integers, lengths: Integers, edges: Integers, begins: Words, ends: Words,
-    reach: Integers, came: Integers, marks: Words, at: int,
+    reach: Integers, by_edge: Integers, marks: Words, at: int,
 ) -> int:  # fmt: skip
-    """Write the label of a node at a place of the pool and return how many hubs were looked at."""
+    """Write the label of a node at an index of the pool, and return the work done."""
     work = len(marks) >> 3
     begins[node] = at
     for word in range(len(marks)):
@@ -52,11 +53,13 @@ def _keep(
             hub = (word << 6) + trailing_zeros(np.uint64(marks[word]))
             marks[word] &= marks[word] - 1
             work += 4 + ((ends[hub] - begins[hub]) >> 3)
-            if told(reach, hubs, lengths, begins[hub], ends[hub] - 1, reach[hub]) > reach[hub]:
+            # Keep the hub unless an earlier one gives a path as short (label pruning).
+            if length_up_to(reach, hubs, lengths, begins[hub], ends[hub] - 1, reach[hub]) > reach[hub]:
                 hubs[at] = hub
                 lengths[at] = reach[hub]
-                edges[at] = came[hub]
+                edges[at] = by_edge[hub]
                 at += 1
+    # A node is its own last hub.
     hubs[at] = node
     lengths[at] = 0
     edges[at] = -1
@@ -68,7 +71,7 @@ def _keep(
 def _merge_slot(
     nodes: Integers, starts: Words, to: Integers, far: Integers, ids: Integers,
     hubs: Integers, lengths: Integers, edges: Integers, begins: Words, ends: Words,
-    reach: Integers, came: Integers, marks: Words, window: Words, slots: int, longest: int, budget: int,
+    reach: Integers, by_edge: Integers, marks: Words, window: Words, slots: int, longest: int, budget: int,
 ) -> None:  # fmt: skip
     work = 0
     while window[0] < len(nodes) and work < budget:
@@ -78,11 +81,13 @@ def _merge_slot(
             most += int(ends[to[edge]] - begins[to[edge]])
         if window[1] + most > window[2]:
             return
-        if not _gather(node, starts, to, far, ids, hubs, lengths, begins, ends, reach, came, marks, longest):
+        if not _gather_candidates(
+            node, starts, to, far, ids, hubs, lengths, begins, ends, reach, by_edge, marks, longest
+        ):
             window[3] = 1
-        work += most + _keep(node, hubs, lengths, edges, begins, ends, reach, came, marks, window[1])
+        work += most + _write_label(node, hubs, lengths, edges, begins, ends, reach, by_edge, marks, window[1])
         for edge in range(starts[node], starts[node + 1]):
-            take_back(reach, hubs, begins[to[edge]], ends[to[edge]])
+            clear(reach, hubs, begins[to[edge]], ends[to[edge]])
         window[1] = ends[node]
         window[0] += slots
 
@@ -91,12 +96,12 @@ def _merge_slot(
 def _merge_serial(
     nodes: Integers, starts: Words, to: Integers, far: Integers, ids: Integers,
     hubs: Integers, lengths: Integers, edges: Integers, begins: Words, ends: Words,
-    reach: Rows, came: Rows, marks: Heaps, windows: Heaps, longest: int, budget: int,
+    reach: Rows, by_edge: Rows, marks: Heaps, windows: Heaps, longest: int, budget: int,
 ) -> None:  # fmt: skip
     for slot in range(len(windows)):
         _merge_slot(
             nodes, starts, to, far, ids, hubs, lengths, edges, begins, ends,
-            reach[slot], came[slot], marks[slot], windows[slot], len(windows), longest, budget,
+            reach[slot], by_edge[slot], marks[slot], windows[slot], len(windows), longest, budget,
         )  # fmt: skip
 
 
@@ -104,39 +109,44 @@ def _merge_serial(
 def _merge_parallel(
     nodes: Integers, starts: Words, to: Integers, far: Integers, ids: Integers,
     hubs: Integers, lengths: Integers, edges: Integers, begins: Words, ends: Words,
-    reach: Rows, came: Rows, marks: Heaps, windows: Heaps, longest: int, budget: int,
+    reach: Rows, by_edge: Rows, marks: Heaps, windows: Heaps, longest: int, budget: int,
 ) -> None:  # fmt: skip
     for slot in prange(len(windows)):
         _merge_slot(
             nodes, starts, to, far, ids, hubs, lengths, edges, begins, ends,
-            reach[slot], came[slot], marks[slot], windows[slot], len(windows), longest, budget,
+            reach[slot], by_edge[slot], marks[slot], windows[slot], len(windows), longest, budget,
         )  # fmt: skip
 
 
 def merge(
     nodes: Integers, starts: Words, to: Integers, far: Integers, ids: Integers,
     hubs: Integers, lengths: Integers, edges: Integers, begins: Words, ends: Words,
-    reach: Rows, came: Rows, marks: Heaps, windows: Heaps, longest: int, budget: int, threads: int,
+    reach: Rows, by_edge: Rows, marks: Heaps, windows: Heaps, longest: int, budget: int, threads: int,
 ) -> None:  # fmt: skip
-    """Label nodes of one level until each slot has looked at so many hubs, or its window is short, or all is done.
+    """Label the nodes of a level until the budget of each slot is used, its space is full, or all are done.
 
     Parameters
     ----------
     nodes : (k,) int32 array
-        Numbered by importance; slot s of S takes the nodes s, s + S, s + 2 S …
-    starts, to, far, ids
-        The graph: edges to more important nodes, which are labelled.
+        Nodes of the level, numbered by importance; slot s of S takes nodes s, s + S, s + 2 S …
+    starts : (n + 1,) int64 array
+        First edge of each node.
+    to, far, ids : int32 arrays
+        End, length and number of each edge to a more important node, which is labelled.
     hubs, lengths, edges, begins, ends
-        The pool of labels.
-    reach, came : (S, n) int32 arrays
-        `FAR` everywhere at first; scratch.
+        Pool of labels, as in `core_labels.add_entries`.
+    reach, by_edge : (S, n) int32 arrays
+        Scratch: distance of each hub, and the edge towards it; `FAR` at first.
     marks : (S, n / 64) int64 array
-        Zero at first.
+        Scratch: bit set of candidate hubs; zero at first.
     windows : (S, 4) int64 array
-        The slot's next node, the begin of its free room in the pool, its end, and whether a way was too long.
+        State of each slot: its next node, begin and end of its free space in the pool, and whether a path was too long.
     longest : int
-        How long a way may be.
-    budget, threads : int
+        Largest length of a path.
+    budget : int
+        Limit of the work of a slot in this call.
+    threads : int
+        Maximum number of threads.
     """
     with at_most(threads) as usable:
         kernel = _merge_parallel if usable > 1 else _merge_serial
@@ -152,7 +162,7 @@ def merge(
             begins,
             ends,
             reach,
-            came,
+            by_edge,
             marks,
             windows,
             longest,

@@ -1,4 +1,4 @@
-"""Kernel: lay labels and ways as `layout` has them: by the numbers of the corners, and shortcuts spelt out."""
+"""Kernel: pack labels and paths as `layout` describes: by rank of the corners, and with shortcuts expanded."""
 
 import numpy as np
 from numba import njit
@@ -16,8 +16,8 @@ from ppaas.planners.hub_labels.kernels.layout import (
     LABEL,
     LAST,
     LINK_NEXT,
+    LINK_PATH,
     LINK_SIZE,
-    LINK_WAY,
     MOST_MOVES,
     ROW,
     Shorts,
@@ -33,53 +33,56 @@ from ppaas.planners.kernels.jit_decorators import bare, joined
 
 
 @bare
-def lay_table(
-    places: Rows, ranks: Integers, begins: Words, ends: Words, labelled: int, gates: Words,
+def pack_table(
+    positions: Rows, ranks: Integers, begins: Words, ends: Words, labelled: int, gates: Words,
     head: Integers, after: Integers, edges: Rows, table: Rows, offsets: Integers, sizes: Words,
 ) -> None:  # fmt: skip
-    """Lay the table of the corners, and tell how much room labels and ways take.
+    """Write the table of corners, and compute the sizes of labels and paths.
 
     Parameters
     ----------
-    places : (n, 2) int32 array
+    positions : (n, 2) int32 array
+        Row and column of each corner.
     ranks : (n,) int32 array
-        How important a corner is: its number among the labels.
+        Rank of each corner.
     begins, ends : (n,) int64 arrays
-        Where the label of each rank lies.
+        Range of the label of each rank in the pool.
     labelled : int
-        How many have labels; the rest is the fringe.
+        Number of labelled corners; the rest is the fringe.
     gates : (n,) int64 array
-        How many gates each rank has.
+        Number of gates of each rank.
     head, after, edges
-        The contracted graph.
+        The contracted graph: first edge of each node, next edge of the same node, and edges as in `contraction`.
     table : (n, 4) int32 array
-        Out, by ranks.
+        Out: the table, by rank.
     offsets : (m,) int32 array
-        Out: where each edge lies among the ways.
+        Out: offset of the path of each edge.
     sizes : (2,) int64 array
-        Out: numbers of all labels, and of all ways; what is laid is of no use where one is more than an int32 tells.
+        Out: total size of labels [int32] and of paths [uint16]. If one exceeds the range of int32, the other results
+        are not usable.
     """
-    label, way = np.int64(0), np.int64(0)
+    label, path = np.int64(0), np.int64(0)
     for corner in range(len(ranks)):
         rank = ranks[corner]
-        table[rank, ROW] = places[corner, 0]
-        table[rank, COLUMN] = places[corner, 1]
+        table[rank, ROW] = positions[corner, 0]
+        table[rank, COLUMN] = positions[corner, 1]
         table[rank, LABEL] = label
         edge, count = head[corner], 0
         while edge >= 0:
-            offsets[edge] = way
-            way += edges[edge, RUNS]
+            offsets[edge] = path
+            path += edges[edge, RUNS]
             edge = after[edge]
             count += 1
         entries = ends[rank] - begins[rank] if rank < labelled else -1 - count
         table[rank, ENTRIES] = entries
         label += label_size(entries) if entries >= 0 else fringe_size(count, gates[rank])
     sizes[0] = label
-    sizes[1] = way
+    sizes[1] = path
 
 
 @bare
-def _place_of(hub: int, hubs: Integers, begin: int, end: int) -> int:
+def _index_of(hub: int, hubs: Integers, begin: int, end: int) -> int:
+    """Return the index of a hub in a label by binary search."""
     low, high = begin, end - 1
     while low < high:
         middle = (low + high) >> 1
@@ -91,22 +94,23 @@ def _place_of(hub: int, hubs: Integers, begin: int, end: int) -> int:
 
 
 @bare
-def lay_fringe(
+def pack_fringe(
     table: Rows, first: int, last: int, ranks: Integers,
     head: Integers, after: Integers, edges: Rows, offsets: Integers,
     gates: Integers, lengths: Integers, begins: Words, ends: Words, local: Words, boxes: Rows, labels: Integers,
 ) -> None:  # fmt: skip
-    """Lay what is told of the corners ``first`` to ``last`` of the fringe.
+    """Write the numbers of those corners from ``first`` to ``last`` that belong to the fringe.
 
     Parameters
     ----------
     table, ranks, head, after, edges, offsets
-        As for `lay_table`.
+        As for `pack_table`.
     first, last : int
+        Range of the corners.
     gates, lengths, begins, ends, local, boxes
-        As `gates` has them; ``local`` by the numbers of edges.
+        As in `gates.find_gates`, but with ``local`` by edge number.
     labels : int32 array
-        Out.
+        Out: the section of labels.
     """
     for corner in range(first, last):
         rank = ranks[corner]
@@ -129,23 +133,24 @@ def lay_fringe(
 
 
 @bare
-def lay_labels(
+def pack_labels(
     table: Rows, first: int, last: int, ranks: Integers, edges: Rows, offsets: Integers,
     hubs: Integers, lengths: Integers, towards: Integers, begins: Words, ends: Words, labels: Integers, short: Shorts,
 ) -> None:  # fmt: skip
-    """Lay the labels of the corners ``first`` to ``last``, where they have one.
+    """Write the labels of those corners from ``first`` to ``last`` that have one.
 
     Parameters
     ----------
     table, ranks, edges, offsets
-        As for `lay_table`.
+        As for `pack_table`.
     first, last : int
+        Range of the corners.
     hubs, lengths, towards, begins, ends
-        The labels by their ranks; ``towards`` is the edge towards the hub, −1 in the hub's own.
+        Pool of labels by rank; ``towards`` is the edge towards the hub, −1 in the hub's own label.
     labels : int32 array
-        Out.
+        Out: the section of labels.
     short : uint16 array
-        The same memory.
+        View of the same memory.
     """
     for corner in range(first, last):
         rank = ranks[corner]
@@ -160,29 +165,38 @@ def lay_labels(
             short[2 * at + i] = hub
             labels[at + lengths_after(size) + i] = lengths[own + i]
             labels[link + LINK_NEXT] = -1
-            labels[link + LINK_WAY] = -1 if edge < 0 else offsets[edge]
+            labels[link + LINK_PATH] = -1 if edge < 0 else offsets[edge]
             if edge >= 0 and ranks[edges[edge, TO]] != hub:
                 above = ranks[edges[edge, TO]]
-                place = _place_of(hub, hubs, begins[above], ends[above])
+                place = _index_of(hub, hubs, begins[above], ends[above])
                 labels[link + LINK_NEXT] = table[above, LABEL] + links_after(table[above, ENTRIES]) + LINK_SIZE * place
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lay_ways(
-    places: Rows, first: int, last: int, head: Integers, after: Integers, edges: Rows, offsets: Integers, ways: Shorts
+def pack_paths(
+    positions: Rows,
+    first: int,
+    last: int,
+    head: Integers,
+    after: Integers,
+    edges: Rows,
+    offsets: Integers,
+    paths: Shorts,
 ) -> None:
-    """Lay the ways of the corners ``first`` to ``last``.
+    """Write the paths of the edges of the corners from ``first`` to ``last``.
 
     Parameters
     ----------
-    places : (n, 2) int32 array
+    positions : (n, 2) int32 array
+        Row and column of each corner.
     first, last : int
+        Range of the corners.
     head, after, edges
-        The contracted graph.
+        The contracted graph, as for `pack_table`.
     offsets : (m,) int32 array
-        Where each edge lies among the ways.
-    ways : uint16 array
-        Out.
+        Offset of the path of each edge.
+    paths : uint16 array
+        Out: the section of paths.
     """
     longest = 1
     for corner in range(first, last):
@@ -194,12 +208,15 @@ def lay_ways(
     for corner in range(first, last):
         edge = head[corner]
         while edge >= 0:
-            _spell(edge, corner, edges, places, offsets[edge], ways, stack)
+            _write_edge(edge, corner, edges, positions, offsets[edge], paths, stack)
             edge = after[edge]
 
 
 @bare
-def _spell(edge: int, corner: int, edges: Rows, places: Rows, begin: int, ways: Shorts, stack: Integers) -> None:
+def _write_edge(
+    edge: int, corner: int, edges: Rows, positions: Rows, begin: int, paths: Shorts, stack: Integers
+) -> None:
+    """Write the runs of an edge, expanding shortcuts with an explicit stack."""
     at = begin
     stack[0] = edge
     depth = 1
@@ -212,24 +229,25 @@ def _spell(edge: int, corner: int, edges: Rows, places: Rows, begin: int, ways: 
             depth += 2
             continue
         to = edges[part, TO]
-        rows, columns = places[to, 0] - places[corner, 0], places[to, 1] - places[corner, 1]
+        rows, columns = positions[to, 0] - positions[corner, 0], positions[to, 1] - positions[corner, 1]
         down, right = (rows > 0) - (rows < 0), (columns > 0) - (columns < 0)
         rows, columns = abs(rows), abs(columns)
         diagonal = min(rows, columns)
-        at = _put(ways, at, direction_of(down, right), diagonal)
+        at = _write_runs(paths, at, direction_of(down, right), diagonal)
         if rows > columns:
-            at = _put(ways, at, direction_of(down, 0), rows - diagonal)
+            at = _write_runs(paths, at, direction_of(down, 0), rows - diagonal)
         else:
-            at = _put(ways, at, direction_of(0, right), columns - diagonal)
+            at = _write_runs(paths, at, direction_of(0, right), columns - diagonal)
         corner = to
-    ways[at - 1] |= LAST
+    paths[at - 1] |= LAST
 
 
 @joined
-def _put(ways: Shorts, at: int, direction: int, moves: int) -> int:
+def _write_runs(paths: Shorts, at: int, direction: int, moves: int) -> int:
+    """Write moves in one direction as runs; return the next index."""
     while moves > 0:
         run = min(moves, MOST_MOVES)
-        ways[at] = (run << DIRECTIONS) | direction
+        paths[at] = (run << DIRECTIONS) | direction
         moves -= run
         at += 1
     return at
@@ -238,12 +256,12 @@ def _put(ways: Shorts, at: int, direction: int, moves: int) -> int:
 def warm() -> None:
     """Compile and call each kernel once."""
     nothing, starts = np.empty(0, np.int32), np.zeros(2, np.int64)
-    places, edges = np.empty((0, 2), np.int32), np.empty((0, 5), np.int32)
-    table, ways = np.empty((0, CORNER_SIZE), np.int32), np.empty(0, np.uint16)
-    lay_table(places, nothing, starts, starts, 0, starts, nothing, nothing, edges, table, nothing, starts)
-    lay_labels(table, 0, 0, nothing, edges, nothing, nothing, nothing, nothing, starts, starts, nothing, ways)
-    lay_fringe(
+    positions, edges = np.empty((0, 2), np.int32), np.empty((0, 5), np.int32)
+    table, paths = np.empty((0, CORNER_SIZE), np.int32), np.empty(0, np.uint16)
+    pack_table(positions, nothing, starts, starts, 0, starts, nothing, nothing, edges, table, nothing, starts)
+    pack_labels(table, 0, 0, nothing, edges, nothing, nothing, nothing, nothing, starts, starts, nothing, paths)
+    pack_fringe(
         table, 0, 0, nothing, nothing, nothing, edges, nothing,
         nothing, nothing, starts, starts, starts, table, nothing,
     )  # fmt: skip
-    lay_ways(places, 0, 0, nothing, nothing, edges, nothing, ways)
+    pack_paths(positions, 0, 0, nothing, nothing, edges, nothing, paths)

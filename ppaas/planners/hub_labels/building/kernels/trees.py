@@ -1,10 +1,10 @@
-"""Kernel: trees of shortest ways from many roots, on all cores, in slices.
+"""Kernel: shortest-path trees from many roots, on all cores, in slices.
 
-Each *slot* grows trees of its own, one after the other: slot s of S those of the roots s, s + S, s + 2 S … So slots
-share nothing that is written, and a slice may end in the middle of a tree.
+Each *slot* grows its own trees, one after the other: slot s of S those of roots s, s + S, s + 2 S … Slots share no
+memory that is written, and a slice may end in the middle of a tree.
 
-Of ways as short as each other a tree has the one whose last edge is the shortest: such ways lead over many nodes. If
-those are as short too, it has that over the node with the larger number.
+Among paths of equal length, a tree contains the one with the shortest last edge: such paths pass through many nodes.
+Remaining ties go to the parent with the larger number.
 """
 
 import numpy as np
@@ -23,8 +23,8 @@ Rows = NDArray[np.int32]
 Heaps = NDArray[np.int64]
 
 TREE, QUEUED, SETTLED, BUCKET, PUTS, STATE = range(6)
-"""What a slot knows of its work: its tree, how many wait in its queue, how many nodes it has settled (−1: not begun),
-and of its queue the bucket from which it took last, and how often it put something in."""
+"""State of a slot: its tree, size of its queue, settled nodes (−1: not begun), current bucket of the queue, and number
+of insertions."""
 
 
 @bare
@@ -42,6 +42,7 @@ def _sum_up(tree: int, settled: Integers, count: int, parents: Rows, sizes: Rows
     sizes[tree] = 0
     firsts[tree] = -1
     nexts[tree] = -1
+    # Subtree sizes and child lists, from the farthest node back.
     for i in range(count - 1, -1, -1):
         node = settled[i]
         sizes[tree, node] += 1
@@ -54,7 +55,7 @@ def _sum_up(tree: int, settled: Integers, count: int, parents: Rows, sizes: Rows
 
 @joined
 def _is_after(node: int, other: int, reach: Integers) -> bool:
-    """Tell whether a node is farther off than another one, or as far and has the larger number."""
+    """Return whether a node is farther away than another one, or equally far with a larger number."""
     return bool(reach[node] > reach[other] or (reach[node] == reach[other] and node > other))
 
 
@@ -80,6 +81,7 @@ def _grow_slot(
             settled[state[SETTLED]] = node
             state[SETTLED] += 1
             work += starts[node + 1] - starts[node]
+            # Dijkstra's algorithm with a bucket queue; ties as described above.
             for edge in range(starts[node], starts[node + 1]):
                 further, beyond = length + far[edge], to[edge]
                 if further < reach[beyond]:
@@ -124,27 +126,34 @@ def grow(
     buckets: Rows, entries: Heaps, settled: Rows, parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows,
     budget: int, threads: int,
 ) -> None:  # fmt: skip
-    """Grow trees until each slot has looked at so many edges, or all is done.
+    """Grow trees until the budget of each slot is used, or all are done.
 
     Parameters
     ----------
     starts : (n + 1,) int64 array
+        First edge of each node.
     to, far : (m,) int32 arrays
-        The graph: where the edges of a node begin, where each leads and how long it is, no less than a straight move.
+        End and length of each edge. No edge is shorter than a straight move.
     roots : (k,) int32 array
+        Root of each tree.
     states : (s, `STATE`) int64 array
-        A slot is done when its tree is k or more; at first slot i has the tree i, and −1 nodes settled.
+        State of each slot; at first slot i has tree i and −1 settled nodes. A slot is done when its tree is k or more.
     lengths : (s, n) int32 array
+        Scratch: distances from the root.
     buckets : (s, b) int32 array
-        −1 everywhere at first; as many as `buckets_for` tells.
+        Scratch: bucket queue, −1 at first; b from `buckets_for`.
     entries : (s, m + 1, `ENTRY`) int64 array
+        Scratch: entries of the queue.
     settled : (s, n) int32 array
-        Scratch.
+        Scratch: settled nodes, in order.
     parents : (k, n) int32 array
-        Out: the node before each on the way from the root; −1 for the root and what cannot be reached.
+        Out: previous node on the path from the root; −1 for the root and unreachable nodes.
     sizes, firsts, nexts : (k, n) int32 arrays
-        Out: how many nodes hang at a node, itself included; its first child, and the next child of its parent, or −1.
-    budget, threads : int
+        Out: size of the subtree at each node, its first child, and the next child of its parent, or −1.
+    budget : int
+        Limit of the work of a slot in this call.
+    threads : int
+        Maximum number of threads.
     """
     with at_most(threads) as usable:
         kernel = _grow_parallel if usable > 1 else _grow_serial

@@ -1,4 +1,4 @@
-"""Hub labels find shortest paths, on any map and from any cell to any other."""
+"""Hub labels find shortest paths on any map between any cells."""
 
 import math
 

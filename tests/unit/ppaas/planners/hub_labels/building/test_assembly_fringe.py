@@ -1,4 +1,4 @@
-"""Where labels have not enough room, the least important corners get none, and paths are shortest as ever."""
+"""If memory for labels is short, the least important corners get none, and paths stay shortest."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from tests.unit.ppaas.planners.hub_labels.test_planner import assert_all_paths_a
 
 @pytest.fixture
 def room(monkeypatch):
-    """Return what sets how many entries labels may have, however few that are for a corner."""
+    """Return a function that limits the label entries, however few that leaves per corner."""
 
     def allow(entries: int) -> None:
         monkeypatch.setattr(assembly, "most_label_entries", lambda *_: entries)

@@ -1,4 +1,4 @@
-"""A repaired index answers as a fresh one does, and a planner repairs only where it must."""
+"""A repaired index answers like a new one, and a planner repairs only if necessary."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def test_mended_ground_is_the_ground_of_the_map_now(change):
     )
     fresh = build_corner_map(after, threads=1, check=proceed)
     np.testing.assert_array_equal(mended.terrain, fresh.terrain)
-    np.testing.assert_array_equal(mended.places, fresh.places)
+    np.testing.assert_array_equal(mended.positions, fresh.positions)
 
 
 @given(changes())
@@ -99,7 +99,7 @@ def test_a_path_is_free_if_its_cells_and_the_corners_it_passes_are():
 
 @pytest.fixture
 def made(monkeypatch):
-    """Return what was built and repaired, in order."""
+    """Return a list of what was built and repaired, in order."""
     made = []
     build, repair = HubLabels.__module__ + ".build_index", HubIndex.repaired
 

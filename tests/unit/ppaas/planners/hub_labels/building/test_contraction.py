@@ -1,4 +1,4 @@
-"""What is left of a graph as its nodes are contracted tells the same lengths: up from both ends to where they meet."""
+"""A contracted graph keeps all distances: upward paths from both ends meet."""
 
 import math
 
@@ -21,11 +21,11 @@ def graph_of(free):
     return build_corner_graph(build_corner_map(free, threads=1, check=proceed), threads=1, check=proceed)
 
 
-def contracted(free, core, prices=ANY_COST, threads=1):
+def contracted(free, core, costs=ANY_COST, threads=1):
     """Return a contracted graph, and the cells of its nodes."""
     graph = graph_of(free)
-    result = Contraction(graph, prices, threads=threads).run(core, check=proceed)
-    return result, [(int(row) - 1, int(column) - 1) for row, column in graph.places]
+    result = Contraction(graph, costs, threads=threads).run(core, check=proceed)
+    return result, [(int(row) - 1, int(column) - 1) for row, column in graph.positions]
 
 
 def edges_of(graph, node):
@@ -36,7 +36,7 @@ def edges_of(graph, node):
 
 
 def lengths_upwards(graph, source):
-    """Return how far all nodes are that are reached over the edges of each, in whole numbers."""
+    """Return the distances of all nodes that a node reaches upwards, as integers."""
     lengths, queue = {source: 0}, [source]
     while queue:
         node = queue.pop()
@@ -48,7 +48,7 @@ def lengths_upwards(graph, source):
     return lengths
 
 
-def assert_lengths_are_told(free, graph, cells):
+def assert_lengths_are_kept(free, graph, cells):
     reached = [lengths_upwards(graph, node) for node in range(len(cells))]
     for start, own in enumerate(reached[::3]):
         lengths = twin.lengths_from(free, cells[3 * start])
@@ -62,27 +62,27 @@ def assert_lengths_are_told(free, graph, cells):
 def test_no_way_gets_longer_however_few_nodes_are_left_and_however_short_searches_are(free, core, settle, neighbours):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(contractions, "SETTLED", settle)
-        patch.setattr(contractions, "SETTLED_FOR_A_PRICE", settle)
+        patch.setattr(contractions, "SETTLED_FOR_A_COST", settle)
         patch.setattr(contractions, "MOST_NEIGHBOURS", neighbours)
         graph, cells = contracted(free, core)
     assert len(graph.order) == len(set(graph.order.tolist())) == max(0, len(cells) - core)
-    assert_lengths_are_told(free, graph, cells)
+    assert_lengths_are_kept(free, graph, cells)
 
 
 @given(free=maps(12), seed=st.integers(0, 9))
 @settings(deadline=None, max_examples=20)
-def test_nodes_go_in_the_order_that_is_told(free, seed):
-    nodes = len(graph_of(free).places)
-    prices = np.random.default_rng(seed).permutation(nodes).astype(np.int32)
-    graph, cells = contracted(free, 0, prices)
+def test_nodes_are_contracted_by_given_costs(free, seed):
+    nodes = len(graph_of(free).positions)
+    costs = np.random.default_rng(seed).permutation(nodes).astype(np.int32)
+    graph, cells = contracted(free, 0, costs)
     turns = np.empty(nodes, np.int64)
     turns[graph.order] = np.arange(nodes)
     for node in range(nodes):
         for edge in edges_of(graph, node):
             to = graph.edges[edge, TO]
-            assert prices[to] > prices[node]
+            assert costs[to] > costs[node]
             assert turns[to] > turns[node]
-    assert_lengths_are_told(free, graph, cells)
+    assert_lengths_are_kept(free, graph, cells)
 
 
 def test_a_shortcut_is_as_long_as_what_it_stands_for_and_so_it_is_back():
@@ -99,7 +99,7 @@ def test_a_shortcut_is_as_long_as_what_it_stands_for_and_so_it_is_back():
 
 
 @pytest.mark.parametrize("neighbours", [4, 16])
-def test_it_takes_no_other_nodes_on_two_threads_and_with_little_room(neighbours, monkeypatch):
+def test_two_threads_and_little_memory_contract_the_same_nodes(neighbours, monkeypatch):
     free = np.random.default_rng(4).random((70, 70)) > 0.12
     monkeypatch.setattr(contractions, "MOST_NEIGHBOURS", neighbours)
     usual, _ = contracted(free, 10)

@@ -1,4 +1,4 @@
-"""The labels of the core have the hubs that they must have and no others, on any number of threads."""
+"""The labels of the core contain exactly the necessary hubs, on any number of threads."""
 
 import numpy as np
 import pytest
@@ -18,14 +18,14 @@ Lengths = dict[tuple[int, int], int]
 
 @st.composite
 def graphs(draw: st.DrawFn) -> tuple[int, Lengths]:
-    """Draw how many nodes there are, and how long the edge between each pair of some is."""
+    """Draw the number of nodes and the lengths of edges between some pairs."""
     nodes = draw(st.integers(1, 24))
     pairs = st.tuples(st.integers(0, nodes - 1), st.integers(0, nodes - 1)).filter(lambda pair: pair[0] < pair[1])
     return nodes, draw(st.dictionaries(pairs, st.integers(1, 6), max_size=60)) if nodes > 1 else {}
 
 
 def edges_in(nodes: int, lengths: Lengths) -> RankedEdges:
-    """Return the edges of a graph in rows; those of a pair have the numbers e and e ^ 1."""
+    """Return the edges of a graph; those of a pair have the numbers e and e ^ 1."""
     pairs = enumerate(lengths.items())
     both = sorted((*end, length, 2 * i + j) for i, ((a, b), length) in pairs for j, end in enumerate([(a, b), (b, a)]))
     starts = np.searchsorted([row[0] for row in both], np.arange(nodes + 1)).astype(np.int64)
@@ -34,7 +34,7 @@ def edges_in(nodes: int, lengths: Lengths) -> RankedEdges:
 
 
 def labels_of(nodes: int, lengths: Lengths, *, batches: tuple[int, int, int], threads: int, room: int = 1):
-    """Return the label of each node, (hub, length, edge towards it), found in a pool that is as small at first."""
+    """Return the label of each node as (hub, length, edge towards it), from a pool of capacity ``room`` at first."""
     pool = LabelPool(np.arange(nodes, dtype=np.int32))
     pool.hubs, pool.lengths, pool.towards = np.empty((3, room), np.int32)
     with pytest.MonkeyPatch.context() as patch:

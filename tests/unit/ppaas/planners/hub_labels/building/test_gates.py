@@ -1,4 +1,4 @@
-"""The gates of a corner without a label are the labelled corners over which its shortest ways leave the fringe."""
+"""The gates of a fringe corner are the labelled corners through which its shortest paths leave the fringe."""
 
 import math
 
@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ppaas.planners.hub_labels.building.contraction import Contraction
-from ppaas.planners.hub_labels.building.gates import open_fringe
+from ppaas.planners.hub_labels.building.gates import find_fringe
 from ppaas.planners.hub_labels.building.graph import build_corner_graph, build_corner_map
 from ppaas.planners.hub_labels.building.importance import edges_of
 from ppaas.planners.hub_labels.building.labels import label
@@ -21,19 +21,19 @@ from tests.unit.ppaas.planners.hub_labels.kernels.test_scan import in_whole_numb
 
 def fringe_of(free, room: int, threads: int = 1):
     """Return the labels of a map, its fringe, the cells of its corners by rank, and its edges."""
-    ground = build_corner_map(free, threads=1, check=proceed)
-    contraction = Contraction(build_corner_graph(ground, threads=1, check=proceed))
+    corner_map = build_corner_map(free, threads=1, check=proceed)
+    contraction = Contraction(build_corner_graph(corner_map, threads=1, check=proceed))
     contracted = contraction.run(check=proceed)
-    while (pool := label(contracted, None, room=room, longest=2**29, threads=1, check=proceed)) is None:
+    while (pool := label(contracted, None, most_entries=room, longest=2**29, threads=1, check=proceed)) is None:
         contracted = contraction.run(contraction.core * 3 // 4, check=proceed)
     nodes = np.argsort(pool.ranks).astype(np.int32)
-    edges, places = edges_of(contracted, nodes, pool.ranks), ground.places[nodes]
-    fringe = open_fringe(pool, edges, contracted.levels[nodes], places, threads=threads, check=proceed)
-    return pool, fringe, [(int(row) - 1, int(column) - 1) for row, column in places], edges
+    edges, positions = edges_of(contracted, nodes, pool.ranks), corner_map.positions[nodes]
+    fringe = find_fringe(pool, edges, contracted.levels[nodes], positions, threads=threads, check=proceed)
+    return pool, fringe, [(int(row) - 1, int(column) - 1) for row, column in positions], edges
 
 
 def gates_of(fringe, rank: int) -> dict[int, float]:
-    """Return how many cells each gate of a corner is away."""
+    """Return the distance of each gate of a corner [cells]."""
     own = slice(fringe.begins[rank], fringe.ends[rank])
     hubs = fringe.gates[own] & ((1 << HUB_BITS) - 1)
     return dict(zip(hubs.tolist(), (fringe.lengths[own] / STRAIGHT).tolist(), strict=True))
@@ -58,7 +58,7 @@ def test_each_gate_is_on_a_shortest_way_and_none_is_missing(free, room):
 
 
 def climbed_from(rank: int, fringe, edges) -> dict[int, float]:
-    """Return how many cells away each corner is that one reaches over local edges."""
+    """Return the distance of each corner that a corner reaches over local edges [cells]."""
     reached = {rank: 0.0}
     for corner in range(rank, -1, -1):  # edges lead to more important corners
         for edge in range(edges.starts[corner], edges.starts[corner + 1]) if corner in reached else ():

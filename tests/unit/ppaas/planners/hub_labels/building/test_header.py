@@ -1,4 +1,4 @@
-"""An index is taken only whole, of this version and of this map."""
+"""An index is accepted only if it is complete, of this version and of this map."""
 
 import numpy as np
 import pytest
@@ -73,6 +73,6 @@ def test_a_planner_takes_a_shared_index_if_it_is_of_its_map_and_else_builds(inde
     assert shared.words.base is not None
     unknown = grids.of(np.where(FREE, 0, 255).astype(np.uint8), indexes=indexes)
     np.testing.assert_array_equal(HubLabels(allow_unknown=False).prepare(unknown).words, index)
-    built = HubLabels().prepare(unknown)  # where unknown cells are free it is another map
+    built = HubLabels().prepare(unknown)  # with free unknown cells it is another map
     assert len(built.words) != len(index)
     assert asked == ["hub_labels"] * 3

@@ -1,4 +1,4 @@
-"""Corners come in the order of how many shortest ways lead through them."""
+"""Corners are ordered by how many shortest paths lead through them."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ PILLARS[np.ix_((1, 4), (1, 4))] = False
 def edges_in(free) -> RankedEdges:
     graph = build_corner_graph(build_corner_map(free, threads=1, check=proceed), threads=1, check=proceed)
     nodes = np.arange(len(graph.starts) - 1, dtype=np.int32)
-    return edges_of(Contraction(graph, most_scans=-1).run(check=proceed), nodes, nodes)
+    return edges_of(Contraction(graph, most_edge_visits=-1).run(check=proceed), nodes, nodes)
 
 
 @given(maps(6), st.integers(1, 40))

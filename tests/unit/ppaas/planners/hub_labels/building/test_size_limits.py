@@ -1,4 +1,4 @@
-"""No index is larger than it may be: a map that would have such a one is refused, before much is done for it."""
+"""No index exceeds its size limit: maps that would need more are refused early."""
 
 import numpy as np
 import pytest
@@ -14,11 +14,11 @@ from ppaas.planners.watch import proceed
 from tests.unit.ppaas.planners.hub_labels.test_planner import assert_all_paths_are_shortest
 
 
-def strewn(blocked: float, size: int = 100):
+def scattered(blocked: float, size: int = 100):
     return np.random.default_rng(5).random((size, size)) >= blocked
 
 
-def ground_of(free):
+def corner_map_of(free):
     return build_corner_map(free, threads=1, check=proceed)
 
 
@@ -30,7 +30,7 @@ def refuse(*_, **__):
 @pytest.mark.parametrize("most", [0.3e6, 0.5e6, 0.7e6, 1.0e6, 2.0e6, 4.0e6])
 def test_an_index_is_no_larger_than_it_may_be_or_there_is_none(monkeypatch, blocked, most):
     monkeypatch.setattr(size_limits, "MOST_BYTES", most)
-    free = strewn(blocked)
+    free = scattered(blocked)
     try:
         words = build_index(free, threads=1, check=proceed)
     except InvalidPlanner:
@@ -42,7 +42,7 @@ def test_an_index_is_no_larger_than_it_may_be_or_there_is_none(monkeypatch, bloc
 
 @pytest.mark.parametrize(("blocked", "most"), [(0.005, 30), (0.005, 120), (0.2, 200)])
 def test_no_more_corners_have_labels_than_there_are_numbers_of_hubs(monkeypatch, blocked, most):
-    free = strewn(blocked)
+    free = scattered(blocked)
     assert build_index(free, threads=1, check=proceed)[layout.LABELLED] > most
     monkeypatch.setattr(layout, "MOST_HUBS", most)
     words = build_index(free, threads=1, check=proceed)
@@ -56,8 +56,8 @@ def test_an_index_that_got_too_large_is_made_again_with_fewer_labels(monkeypatch
     monkeypatch.setattr(size_limits, "BYTES_A_CORNER", 0)
     rooms = []
     usual = assembly.label
-    monkeypatch.setattr(assembly, "label", lambda *a, **k: (rooms.append(k["room"]), usual(*a, **k))[1])
-    assert build_index(strewn(0.2), threads=1, check=proceed).nbytes <= 1.0e6
+    monkeypatch.setattr(assembly, "label", lambda *a, **k: (rooms.append(k["most_entries"]), usual(*a, **k))[1])
+    assert build_index(scattered(0.2), threads=1, check=proceed).nbytes <= 1.0e6
     assert rooms == sorted(rooms, reverse=True)
     assert len(rooms) > 1
 
@@ -69,8 +69,8 @@ def test_a_map_with_far_too_many_corners_is_refused_before_it_is_contracted(monk
 
 
 def test_one_that_gets_too_many_edges_is_refused_before_it_is_contracted_to_the_end(monkeypatch):
-    free = strewn(0.1)
-    graph = build_corner_graph(ground_of(free), threads=1, check=proceed)
+    free = scattered(0.1)
+    graph = build_corner_graph(corner_map_of(free), threads=1, check=proceed)
     monkeypatch.setattr(assembly, "most_edges", lambda *_: len(graph.to) * 3 // 4)
     monkeypatch.setattr(assembly, "most_label_entries", refuse)
     contractions = []
@@ -79,49 +79,53 @@ def test_one_that_gets_too_many_edges_is_refused_before_it_is_contracted_to_the_
     )
     with pytest.raises(InvalidPlanner, match="too many"):
         build_index(free, threads=1, check=proceed)
-    assert contractions[0].core > len(graph.places) // 4
+    assert contractions[0].core > len(graph.positions) // 4
 
 
 def test_one_that_would_take_minutes_to_contract_is_refused(monkeypatch):
-    monkeypatch.setattr(size_limits, "MOST_SCANS", 1000)
+    monkeypatch.setattr(size_limits, "MOST_EDGE_VISITS", 1000)
     monkeypatch.setattr(assembly, "label", refuse)
     with pytest.raises(InvalidPlanner, match="too many"):
-        build_index(strewn(0.1), threads=2, check=proceed)
+        build_index(scattered(0.1), threads=2, check=proceed)
 
 
 def test_one_whose_shortcuts_will_leave_no_room_for_any_core_is_refused_before_they_are_made(monkeypatch):
-    monkeypatch.setattr(assembly, "CORE_IN_A_CROWD", (0, 100))
+    monkeypatch.setattr(assembly, "DENSE_CORE_CORNERS", (0, 100))
     monkeypatch.setattr(assembly, "most_label_entries", lambda *_: 0)
     cores = []
     usual = Contraction.run
     monkeypatch.setattr(Contraction, "run", lambda *a, **k: (cores.append(a[1:]), usual(*a, **k))[1])
     with pytest.raises(InvalidPlanner, match="too many"):
-        build_index(strewn(0.1), threads=1, check=proceed)
+        build_index(scattered(0.1), threads=1, check=proceed)
     assert cores == [()]
 
 
 def test_one_without_room_for_labels_is_refused_before_it_is_labelled(monkeypatch):
-    free = strewn(0.2)
-    monkeypatch.setattr(assembly, "most_label_entries", lambda ground, _: len(ground.places) // 3)
+    free = scattered(0.2)
+    monkeypatch.setattr(assembly, "most_label_entries", lambda corner_map, _: len(corner_map.positions) // 3)
     monkeypatch.setattr(assembly, "label", refuse)
     with pytest.raises(InvalidPlanner, match="too many"):
         build_index(free, threads=1, check=proceed)
 
 
 def test_a_map_is_crowded_where_corners_see_few_others_or_are_many(monkeypatch):
-    ground, maze = ground_of(strewn(0.02)), ground_of(strewn(0.35))
-    graph = build_corner_graph(ground, threads=1, check=proceed)
-    assert not size_limits.is_crowded(ground, graph)
-    assert size_limits.is_crowded(maze, build_corner_graph(maze, threads=1, check=proceed))
+    corner_map, maze = corner_map_of(scattered(0.02)), corner_map_of(scattered(0.35))
+    graph = build_corner_graph(corner_map, threads=1, check=proceed)
+    assert not size_limits.is_dense(corner_map, graph)
+    assert size_limits.is_dense(maze, build_corner_graph(maze, threads=1, check=proceed))
     monkeypatch.setattr(
         size_limits,
         "MOST_BYTES",
-        0.99 * size_limits.USUAL_ENTRIES_A_CORNER * size_limits.BYTES_AN_ENTRY * len(ground.places),
+        0.99 * size_limits.USUAL_ENTRIES_A_CORNER * size_limits.BYTES_AN_ENTRY * len(corner_map.positions),
     )
-    assert size_limits.is_crowded(ground, graph)
+    assert size_limits.is_dense(corner_map, graph)
 
 
 def test_a_larger_map_may_have_a_larger_index_and_take_longer():
-    small, large = (ground_of(np.ones((size, size), np.bool_)) for size in (500, 2046))
+    small, large = (corner_map_of(np.ones((size, size), np.bool_)) for size in (500, 2046))
     assert (size_limits.most_bytes(small), size_limits.most_bytes(large)) == (39.5e6, 4 * 39.5e6)
-    assert size_limits.most_scans(large) == 4 * size_limits.most_scans(small) == 4 * size_limits.MOST_SCANS
+    assert (
+        size_limits.most_edge_visits(large)
+        == 4 * size_limits.most_edge_visits(small)
+        == 4 * size_limits.MOST_EDGE_VISITS
+    )

@@ -1,4 +1,4 @@
-"""Corners and what they see are what the plain definitions say."""
+"""Corners and visibility match the definitions."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from tests.reference.planners import hub_labels as twin
 
 
 def maps(most: int = 11) -> st.SearchStrategy:
-    """Draw small maps, open ones more often than cluttered ones."""
+    """Draw small maps, mostly open ones."""
     shapes = st.tuples(st.integers(1, most), st.integers(1, most))
     return shapes.flatmap(lambda shape: st.one_of(*(_filled(shape, free) for free in (0.5, 0.8, 0.95))))
 
@@ -44,13 +44,13 @@ def test_bits_are_counted_up_and_down_a_line(words, bit, most):
 @given(maps())
 @settings(deadline=None, max_examples=50)
 def test_every_free_cell_sees_the_corners_that_it_should(free):
-    ground = build_corner_map(free, threads=1, check=proceed)
-    corners = [(int(r) - 1, int(c) - 1) for r, c in ground.places]
+    corner_map = build_corner_map(free, threads=1, check=proceed)
+    corners = [(int(r) - 1, int(c) - 1) for r, c in corner_map.positions]
     assert corners == twin.corners(free)
     most = most_seen(free.shape[0] + 2, free.shape[1] + 2, len(corners))
     seen, lengths = np.empty((2, most), np.int32)
     for cell in zip(*np.nonzero(free), strict=True):
-        found = scan(ground.terrain, cell[0] + 1, cell[1] + 1, seen, lengths)
+        found = scan(corner_map.terrain, cell[0] + 1, cell[1] + 1, seen, lengths)
         assert {corners[i] for i in seen[:found]} == twin.seen(free, cell)
         assert len(set(seen[:found])) == found
         assert lengths[:found].tolist() == [in_whole_numbers(cell, corners[i]) for i in seen[:found]]
@@ -59,9 +59,9 @@ def test_every_free_cell_sees_the_corners_that_it_should(free):
 @pytest.mark.parametrize("blocked", [0.02, 0.3])
 def test_corners_see_each_other_on_any_number_of_threads(blocked):
     free = np.random.default_rng(3).random((150, 333)) >= blocked
-    grounds = [build_corner_map(free, threads=threads, check=proceed) for threads in (1, 2)]
-    np.testing.assert_array_equal(grounds[0].terrain, grounds[1].terrain)
-    one, two = (build_corner_graph(grounds[0], threads=threads, check=proceed) for threads in (1, 2))
+    corner_maps = [build_corner_map(free, threads=threads, check=proceed) for threads in (1, 2)]
+    np.testing.assert_array_equal(corner_maps[0].terrain, corner_maps[1].terrain)
+    one, two = (build_corner_graph(corner_maps[0], threads=threads, check=proceed) for threads in (1, 2))
     for name in ("starts", "to", "lengths"):
         np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
     source = np.repeat(np.arange(len(one.starts) - 1), np.diff(one.starts))

@@ -1,4 +1,4 @@
-"""Eight cells written as one are what eight cells written one by one are."""
+"""Eight cells written at once equal eight cells written one by one."""
 
 import numpy as np
 from hypothesis import given, settings

@@ -1,4 +1,4 @@
-"""Buckets give what was put into them by length, but for lengths that are in one of them."""
+"""A bucket queue returns nodes by length, in any order inside a bucket."""
 
 import numpy as np
 import pytest
@@ -15,16 +15,16 @@ LONGEST = 20 * STRAIGHT
 
 @njit
 def run(firsts, edges, buckets, entries, taken):
-    """Put the first nodes in, and for each that is taken out the next one, by an edge longer."""
-    puts = 0
+    """Insert the first nodes; then, for each removed node, insert another one, an edge farther away."""
+    inserted = 0
     for node in range(len(firsts)):
-        puts = put(buckets, entries, puts, firsts[node], node)
+        inserted = put(buckets, entries, inserted, firsts[node], node)
     bucket = 0
     for i in range(len(taken)):
         bucket = next_bucket(buckets, bucket)
         taken[i] = take(buckets, entries, bucket)
-        if puts < len(taken):
-            puts = put(buckets, entries, puts, (taken[i] >> 32) + edges[puts - len(firsts)], puts)
+        if inserted < len(taken):
+            inserted = put(buckets, entries, inserted, (taken[i] >> 32) + edges[inserted - len(firsts)], inserted)
 
 
 @given(

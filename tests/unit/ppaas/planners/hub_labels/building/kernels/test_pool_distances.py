@@ -1,4 +1,4 @@
-"""Labels tell how far all corners are from one."""
+"""Labels give the distances of all corners from a root."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from ppaas.planners.hub_labels.building.kernels.pool_distances import tell_lengths
+from ppaas.planners.hub_labels.building.kernels.pool_distances import lengths_from
 from ppaas.planners.hub_labels.kernels.layout import FAR
 from ppaas.planners.hub_labels.kernels.scan import STRAIGHT
 from tests.reference.planners import hub_labels as twin
@@ -20,9 +20,9 @@ def test_they_do_where_there_is_a_way_and_are_far_where_there_is_none(free):
     pool, _, cells, _ = fringe_of(free, 60)
     of_root, far = np.full((2, pool.labelled), FAR, np.int32)
     for root in range(pool.labelled):
-        tell_lengths(root, pool.labelled, pool.hubs, pool.lengths, pool.begins, pool.ends, of_root, far)
+        lengths_from(root, pool.labelled, pool.hubs, pool.lengths, pool.begins, pool.ends, of_root, far)
         assert (of_root == FAR).all()
         lengths = twin.lengths_from(free, cells[root])
         for node in range(pool.labelled):
-            told = far[node] / STRAIGHT if far[node] < FAR else math.inf
-            assert told == pytest.approx(lengths[cells[node]])
+            distance = far[node] / STRAIGHT if far[node] < FAR else math.inf
+            assert distance == pytest.approx(lengths[cells[node]])
