@@ -9,10 +9,10 @@ import msgspec
 import numpy as np
 
 from ppaas.geometry import Poses
-from ppaas.plans.encoding.body import Body, read_body, write_bodies
+from ppaas.plans.encoding.body import PlanBody, read_body, write_bodies
 from ppaas.plans.encoding.chunks import ENDS_AFTER, ENDS_BEFORE, cut_plans, words_of
 from ppaas.plans.encoding.codes import codes_of
-from ppaas.plans.encoding.end_buckets import spots_of
+from ppaas.plans.encoding.end_buckets import index_keys_of
 from ppaas.plans.encoding.index_cells import scope_of
 from storage.encoding import decode, encode
 from storage.plan_checks import POSE_BYTES, check_plans
@@ -35,7 +35,7 @@ class PlanContext(msgspec.Struct, frozen=True, array_like=True):
 
 
 class PlanEntry(msgspec.Struct, frozen=True):
-    """What is kept of a plan. No dataclass, as ``ppaas.plans.encoding.body.Body``.
+    """What is kept of a plan. No dataclass, as ``ppaas.plans.encoding.body.PlanBody``.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def context_of(data: bytes) -> PlanContext:
     return decode(data, PlanContext) if common.parameters else common
 
 
-def head_of(context: bytes, own: Body) -> PlanRecord:
+def head_of(context: bytes, own: PlanBody) -> PlanRecord:
     """Return the head of a plan."""
     return _record(context_of(context), own, b"")
 
@@ -123,7 +123,7 @@ def _entries(records: list[PlanRecord], granularity: int) -> Iterator[PlanEntry]
     between = [None if is_shared or not each else each[0] for each, is_shared in zip(mine, shared, strict=True)]
     bodies, ends = write_bodies([record.id for record in records], list(map(_numbers, records)), words, stops, between)
     scopes = [scope_of(record.map, record.version) for record in records]
-    spots = spots_of(scopes, ends, np.array([record.length for record in records], np.float64)).tolist()
+    spots = index_keys_of(scopes, ends, np.array([record.length for record in records], np.float64)).tolist()
     for record, context, scope, count, spot, body, own, is_shared in zip(
         records, contexts, scopes, counts, spots, bodies, mine, shared, strict=True
     ):
@@ -143,7 +143,7 @@ def _numbers(record: PlanRecord) -> tuple[float, ...]:
     return (record.created, record.length, record.cost, record.seconds, *record.start, *record.goal)
 
 
-def _record(common: PlanContext, own: Body, poses: bytes) -> PlanRecord:
+def _record(common: PlanContext, own: PlanBody, poses: bytes) -> PlanRecord:
     created, length, cost, seconds, *ends = own.numbers()
     return PlanRecord(
         id=own.plan_id, user=common.user, map=common.map, version=common.version, planner=common.planner,

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import msgspec
 
-from ppaas.plans.encoding.index_cells import Place, scope_of
+from ppaas.plans.encoding.index_cells import Position, scope_of
 from ppaas.plans.passages import check_search, joins, length_between, passage
 from storage.names import check_name
 from storage.plan_checks import array_of
@@ -32,8 +32,8 @@ class PlanSearch(msgspec.Struct, frozen=True):
 
     map: str
     version: str
-    start: Place
-    goal: Place
+    start: Position
+    goal: Position
     tolerance: float
     planner: str | None = None
 
@@ -50,7 +50,7 @@ class PlanSearch(msgspec.Struct, frozen=True):
         """Tell whether a plan is of this version of the map, and of this planner."""
         return (plan.map, plan.version) == (self.map, self.version) and self.planner in (None, plan.planner)
 
-    def joins(self, first: Place, last: Place) -> bool:
+    def joins(self, first: Position, last: Position) -> bool:
         """Tell whether a plan from ``first`` to ``last`` leads from the start to the goal."""
         return joins(first, last, self.start, self.goal, self.tolerance)
 

@@ -13,8 +13,8 @@ from engine.specs.containers import ContainerSpec
 from ppaas.errors import NotFound, NotPermitted
 from ppaas.geometry import Pose2D
 from ppaas.plans.history import LinkHistory, PlannerHistory
-from ppaas.plans.reuse.criteria import worth_a_look
-from ppaas.plans.stored import Question, StoredPlan
+from ppaas.plans.reuse.criteria import best_candidates
+from ppaas.plans.stored import PlanQuery, StoredPlan
 from storage.plan_query import PlanSearch
 from storage.ports import Store
 from storage.records import PlanPassage, PlanRecord
@@ -55,19 +55,19 @@ class PlanDesk:
     def find(self, spec: ContainerSpec, asked: machine_link.FindPlans) -> list[machine_link.Candidate]:
         """Return plans worth a look: between both ends, or else such as pass by them."""
         version, tolerance = spec.map.version, asked.tolerance
-        question = Question(
+        query = PlanQuery(
             Pose2D(*asked.start), Pose2D(*asked.goal), version, asked.planner, asked.parameters, asked.robot_radius,
             tolerance, asked.kinematic,
         )  # fmt: skip
         search = PlanSearch(spec.map.id, version, asked.start, asked.goal, tolerance)
         heads = {head.id: head for head in self._store.find_plans(search)}
-        fit = worth_a_look(question, [_seen(head) for head in heads.values()])
+        fit = best_candidates(query, [_seen(head) for head in heads.values()])
         found = [candidate for each in fit for candidate in self._whole(heads[each.id])]
         if found or asked.kinematic:
             return found
         passages = self._store.plans_through(msgspec.structs.replace(search, planner=asked.planner))
         by_id = {passage.head.id: passage for passage in passages}
-        fit = worth_a_look(question, [_seen(passage.head) for passage in passages], most=1)
+        fit = best_candidates(query, [_seen(passage.head) for passage in passages], most=1)
         return [candidate for each in fit for candidate in self._stretch(by_id[each.id])]
 
     def _whole(self, head: PlanRecord) -> list[machine_link.Candidate]:

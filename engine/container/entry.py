@@ -38,7 +38,7 @@ from ppaas.messages.message import Message
 from ppaas.nodes.base import Checkpoint, Node, Payload, Topic
 from ppaas.nodes.graph import Graph
 from ppaas.plans.reuse.measured_times import Times
-from ppaas.plans.reuse.processor import ReuseSetup
+from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.plugins import permit_only
 from ppaas.thread_budget import Threads
 

@@ -12,7 +12,7 @@ from engine.protocols.framing import FrameStream
 from engine.specs.containers import Launch
 from ppaas.errors import Unavailable, rebuild
 from ppaas.plans.history import LinkHistory, PlannerHistory
-from ppaas.plans.stored import Question
+from ppaas.plans.stored import PlanQuery
 from storage.records import PlanRecord
 
 logger = logging.getLogger(__name__)
@@ -113,7 +113,7 @@ class MachineClient:
         """
         await self._request(lambda number: machine_link.KeepPlan(number, plan))
 
-    async def find_plans(self, question: Question) -> list[machine_link.Candidate]:
+    async def find_plans(self, query: PlanQuery) -> list[machine_link.Candidate]:
         """Return plans on the container's map that are worth a look, the best first.
 
         Raises
@@ -122,8 +122,8 @@ class MachineClient:
             The machine or its store does not answer.
         """
         asked = machine_link.FindPlans(
-            0, question.start[:2], question.goal[:2], question.planner, question.parameters, question.robot_radius,
-            question.tolerance, question.kinematic,
+            0, query.start[:2], query.goal[:2], query.planner, query.parameters, query.robot_radius,
+            query.tolerance, query.kinematic,
         )  # fmt: skip
         answer = await self._request(lambda number: msgspec.structs.replace(asked, request=number))
         return answer.plans if isinstance(answer, machine_link.FoundPlans) else []

@@ -12,7 +12,7 @@ from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import PPaaSError
 from ppaas.plans.history import PlannerHistory
 from ppaas.plans.reuse.measured_times import Times
-from ppaas.plans.stored import Question, StoredPlan
+from ppaas.plans.stored import PlanQuery, StoredPlan
 
 logger = logging.getLogger(__name__)
 
@@ -48,22 +48,22 @@ class SharedPlans:
         self._elsewhere()
         return False
 
-    def find(self, question: Question, within: float) -> Sequence[StoredPlan] | None:
+    def find(self, query: PlanQuery, within: float) -> Sequence[StoredPlan] | None:
         """Return plans worth a look, the best first; None if there is no answer within so many seconds."""
         if self._machine is None:
             return ()
         machine, loop, _ = self._machine
         # An answer that comes too late is not waited for, but it is measured.
-        asked = asyncio.run_coroutine_threadsafe(self._find(machine, question), loop)
+        asked = asyncio.run_coroutine_threadsafe(self._find(machine, query), loop)
         try:
             return asked.result(within)
         except TimeoutError:
             return None
 
-    async def _find(self, machine: MachineClient, question: Question) -> list[StoredPlan]:
+    async def _find(self, machine: MachineClient, query: PlanQuery) -> list[StoredPlan]:
         began, size = self._clock(), 0
         try:
-            found = await machine.find_plans(question)
+            found = await machine.find_plans(query)
             size = sum(len(candidate.plan.poses) for candidate in found)
         except PPaaSError as error:
             # Told once: who plans on without them would say so with every plan.
@@ -105,7 +105,7 @@ class PlanningNotes:
         self._link = known.link
         self._times.computation.add(known.rows)
         if known.measured is not None:
-            self._times.link.believe(known.measured)
+            self._times.link.start_from(known.measured)
         self._told = self._times.link.answers
 
     def tell(self, machine: MachineClient) -> None:

@@ -34,7 +34,7 @@ class KeepPlan(msgspec.Struct, tag="keep_plan"):
 
 
 class FindPlans(msgspec.Struct, tag="find_plans"):
-    """Find plans on the container's map version, for who would compute with this planner (``Question``)."""
+    """Find plans on the container's map version, for who would compute with this planner (``PlanQuery``)."""
 
     request: int
     start: tuple[float, float]

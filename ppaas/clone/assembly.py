@@ -30,7 +30,8 @@ from ppaas.nodes.parameter_server.node import ParameterServerNode
 from ppaas.nodes.tf.republisher import TfRepublisherNode
 from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherParameters
 from ppaas.nodes.waypoint_follower.node import WaypointFollowerNode, WaypointFollowerParameters
-from ppaas.plans.reuse.processor import ReuseParameters, ReuseSetup
+from ppaas.plans.reuse.scope import ReuseParameters
+from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.robot_model.description import RobotDescription
 from ppaas.robot_model.known_models import RobotModel
 from ppaas.thread_budget import Threads, one_thread

@@ -6,7 +6,7 @@ from ppaas.nodes.base import Context
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.map_server.node import MapServerNode
 from ppaas.nodes.planner_server.node import PlannerServerNode
-from ppaas.plans.reuse.processor import ReuseSetup
+from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.robot_model.known_models import PLANNING_MODEL, robot_model
 from ppaas.thread_budget import Threads, one_thread
 

@@ -1,1 +1,1 @@
-"""Plans as stores keep them; below, how they are encoded and when they are used again."""
+"""Stored plans: their records, encoding and reuse."""

@@ -1,4 +1,4 @@
-"""How planners did on a map, from its history (the planner evaluation of the paper, section V)."""
+"""Evaluation of planners on a map from their history (planner evaluation of the paper, section V)."""
 
 import math
 from collections.abc import Iterable
@@ -12,26 +12,26 @@ from ppaas.plans.history import LOG_UNITS, PlannerHistory, bucket_range
 
 @dataclass(frozen=True, slots=True)
 class Performance:
-    """What became of requests.
+    """Summary of the requests to a planner.
 
     Parameters
     ----------
     queries : int
-        How many there were.
+        Number of requests.
     success : float or None
-        Part of them that got a plan; None where there were none.
+        Fraction of them that got a plan; None without requests.
     computed, reused, stitched : int
-        Where the plans came from.
+        Number of plans by origin.
     reuse_rate : float or None
-        Part of the plans that was not computed.
+        Fraction of the plans that were not computed.
     seconds, typical_seconds : float or None
-        Mean and geometric mean of the time it took to compute one [s].
+        Arithmetic and geometric mean of the computing time [s].
     spread : float or None
-        Factor by which times typically differ from the typical one.
+        Typical factor between a computing time and the typical one (geometric standard deviation).
     compared : int
-        How many of those computed were compared with the cheapest plan from cell to cell.
+        Number of computed plans that were compared with the cheapest plan from cell to cell.
     over_cheapest : float or None
-        By which part of its length they were longer; below 0 where a planner need not go from cell to cell.
+        Fraction by which they were longer than it; below 0 for a planner that does not move from cell to cell.
     """
 
     queries: int
@@ -49,7 +49,7 @@ class Performance:
 
 @dataclass(frozen=True, slots=True)
 class Complexity:
-    """What became of requests whose start and goal are so many cells apart, from the first up to the second."""
+    """Performance on requests whose start and goal are ``cells[0]`` up to ``cells[1]`` cells apart."""
 
     cells: tuple[float, float]
     performance: Performance
@@ -57,7 +57,7 @@ class Complexity:
 
 @dataclass(frozen=True, slots=True)
 class PlannerEvaluation:
-    """How one planner did: in all, and by the distance between start and goal."""
+    """Performance of one planner, in total and by the distance between start and goal."""
 
     planner: str
     performance: Performance
@@ -65,13 +65,13 @@ class PlannerEvaluation:
 
 
 def evaluate(rows: Iterable[PlannerHistory]) -> list[PlannerEvaluation]:
-    """Return how each planner did, by name; rows may be of several versions of a map."""
+    """Return the evaluation of each planner, ordered by name; rows may belong to several versions of a map."""
     ordered = sorted(rows, key=lambda row: (row.planner, row.bucket))
     return [_evaluation(planner, list(own)) for planner, own in groupby(ordered, key=lambda row: row.planner)]
 
 
 def as_json(evaluation: PlannerEvaluation) -> dict[str, Any]:
-    """Return an evaluation as JSON has it."""
+    """Return an evaluation as a JSON object."""
     complexities = [{"cells": list(each.cells), **asdict(each.performance)} for each in evaluation.complexities]
     return {"planner": evaluation.planner, **asdict(evaluation.performance), "complexities": complexities}
 
@@ -86,17 +86,17 @@ def _performance(rows: list[PlannerHistory]) -> Performance:
     sums = reduce(PlannerHistory.plus, rows)
     found = sums.reused + sums.stitched
     plans = sums.computed + found
-    mean_log = _part(sums.logs / LOG_UNITS, sums.computed)
+    mean_log = _ratio(sums.logs / LOG_UNITS, sums.computed)
     variance = None if mean_log is None else max(sums.squares / LOG_UNITS / sums.computed - mean_log**2, 0.0)
-    longer = _part(sums.millimetres, sums.cheapest_millimetres)
+    longer = _ratio(sums.millimetres, sums.cheapest_millimetres)
     return Performance(
         queries=sums.queries,
-        success=_part(sums.queries - sums.failed, sums.queries),
+        success=_ratio(sums.queries - sums.failed, sums.queries),
         computed=sums.computed,
         reused=sums.reused,
         stitched=sums.stitched,
-        reuse_rate=_part(found, plans),
-        seconds=_part(sums.micros / 1e6, sums.computed),
+        reuse_rate=_ratio(found, plans),
+        seconds=_ratio(sums.micros / 1e6, sums.computed),
         typical_seconds=None if mean_log is None else math.exp(mean_log) / 1e6,
         spread=None if variance is None else math.exp(math.sqrt(variance)),
         compared=sums.compared,
@@ -104,5 +104,5 @@ def _performance(rows: list[PlannerHistory]) -> Performance:
     )
 
 
-def _part(some: float, of: float) -> float | None:
+def _ratio(some: float, of: float) -> float | None:
     return some / of if of else None

@@ -1,6 +1,6 @@
-"""What became of requests for plans, in sums that take the same room however many there were.
+"""Statistics of planning requests, as sums whose size does not depend on the number of requests.
 
-All are whole numbers, so that rows can be added in any order, and by a store that only counts.
+All sums are integers: rows can be added in any order, also by a store that can only count.
 """
 
 import math
@@ -12,32 +12,33 @@ from ppaas.geometry import Pose2D
 from ppaas.plans.stored import Origin
 
 LOG_UNITS = 1000
-"""Parts of one in sums of logarithms."""
+"""Units of 1 in sums of logarithms."""
 
 MOST_BUCKETS = 64
+"""Number of complexity buckets."""
 
 
 class PlannerHistory(msgspec.Struct, frozen=True):
-    """What became of the requests to one planner on one map version, of one complexity.
+    """Statistics of the requests of one complexity to one planner on one map version.
 
     Parameters
     ----------
     map, version, planner : str
-        What it is about.
+        Key of the row.
     bucket : int
         Complexity: half octaves of the distance between start and goal in cells (`bucket_of`).
     queries, failed : int
-        Requests, and how many of them ended without a plan.
+        Number of requests, and of those that ended without a plan.
     computed, reused, stitched : int
-        Where the other plans came from.
+        Number of plans by origin.
     micros : int
-        Time of those computed, in all [µs].
+        Total time of computed plans [µs].
     logs, squares : int
         Sums of the natural logarithm of each of these times in microseconds, and of its square, in 1/1000.
     compared : int
-        How many of those computed were compared with the cheapest plan for the same request.
+        Number of computed plans that were compared with the cheapest plan for the same request.
     millimetres, cheapest_millimetres : int
-        Lengths of those, and of the cheapest ones [mm].
+        Total lengths of those plans, and of the cheapest ones [mm].
     """
 
     map: str
@@ -58,7 +59,7 @@ class PlannerHistory(msgspec.Struct, frozen=True):
 
     @property
     def key(self) -> tuple[str, str, str, int]:
-        """What a store keeps one row for."""
+        """Key of the row: map, version, planner, bucket. A store has one row per key."""
         return self.map, self.version, self.planner, self.bucket
 
     def counts(self) -> tuple[int, ...]:
@@ -66,29 +67,29 @@ class PlannerHistory(msgspec.Struct, frozen=True):
         return msgspec.structs.astuple(self)[len(KEY) :]
 
     def plus(self, other: "PlannerHistory") -> "PlannerHistory":
-        """Return the sums of both, under the key of this."""
+        """Return the sums of both rows, under the key of this one."""
         return PlannerHistory(*self.key, *map(add, self.counts(), other.counts()))
 
 
 KEY, COUNTS = PlannerHistory.__struct_fields__[:4], PlannerHistory.__struct_fields__[4:]
-"""Names of the fields that say what a row is of, and of those that are sums."""
+"""Names of the fields that form the key, and of the fields that are sums."""
 
 
 class LinkHistory(msgspec.Struct, frozen=True):
-    """How fast plans came over one link, of late; a newer row takes the place of the one before.
+    """Recent speed of one link to the plan store; a newer row replaces the older one.
 
     Parameters
     ----------
     link : str
-        From which machine to the store.
+        Machine and store that the link connects.
     round_trip : float
-        Until an answer without a plan is there [s].
+        Time of an answer without a plan [s].
     bandwidth : float
-        Of plans [bytes/s].
+        Rate at which plans arrive [bytes/s].
     answers : int
-        How many answers were measured, in all.
+        Number of answers measured so far.
     measured : float
-        When the last one was [s since the epoch].
+        Time of the last measurement [s since the epoch].
     """
 
     link: str
@@ -99,25 +100,25 @@ class LinkHistory(msgspec.Struct, frozen=True):
 
 
 def complexity(start: Pose2D, goal: Pose2D, resolution: float) -> float:
-    """Return the octile distance between two poses, in cells: the least that a path from cell to cell is long."""
+    """Return the octile distance between two poses [cells], a lower bound of the length of a path from cell to cell."""
     across, up = abs(goal.x - start.x), abs(goal.y - start.y)
     return (max(across, up) + (math.sqrt(2.0) - 1.0) * min(across, up)) / resolution
 
 
 def bucket_of(cells: float) -> int:
-    """Return the bucket of a complexity: 0 up to one cell, then one for each half octave."""
+    """Return the bucket of a complexity: 0 up to one cell, then one bucket for each half octave."""
     if not cells > 1.0:
         return 0
     return 1 + int(min(2.0 * math.log2(cells), MOST_BUCKETS - 2.0))
 
 
 def bucket_range(bucket: int) -> tuple[float, float]:
-    """Return the complexities of a bucket, in cells: from the first up to the second."""
+    """Return the range of complexities of a bucket [cells], upper end excluded."""
     return 0.0 if bucket == 0 else 2.0 ** ((bucket - 1) / 2.0), 2.0 ** (bucket / 2.0)
 
 
 def computed_row(key: tuple[str, str, str, int], seconds: float) -> PlannerHistory:
-    """Return the row of one plan that was computed."""
+    """Return the row of one computed plan."""
     log = math.log(max(seconds * 1e6, 1.0))
     return PlannerHistory(
         *key, queries=1, computed=1, micros=round(seconds * 1e6),
@@ -126,18 +127,18 @@ def computed_row(key: tuple[str, str, str, int], seconds: float) -> PlannerHisto
 
 
 def failed_row(key: tuple[str, str, str, int]) -> PlannerHistory:
-    """Return the row of one request without a plan."""
+    """Return the row of one request that ended without a plan."""
     return PlannerHistory(*key, queries=1, failed=1)
 
 
 def found_row(key: tuple[str, str, str, int], origin: Origin) -> PlannerHistory:
-    """Return the row of one plan that was not computed but found."""
+    """Return the row of one plan that was reused or stitched."""
     stitched = int(origin == "stitched")
     return PlannerHistory(*key, queries=1, reused=1 - stitched, stitched=stitched)
 
 
 def compared_row(key: tuple[str, str, str, int], length: float, cheapest: float) -> PlannerHistory:
-    """Return the row of a comparison of a plan's length with that of the cheapest one [m]."""
+    """Return the row of one comparison between the length of a plan and that of the cheapest one [m]."""
     return PlannerHistory(
         *key, compared=1, millimetres=round(length * 1000), cheapest_millimetres=round(cheapest * 1000)
     )

@@ -1,4 +1,4 @@
-"""Where plans lie: their ends, and where they pass near two places."""
+"""Geometry of plan searches: plans whose ends, or whose waypoints, pass near two positions."""
 
 import math
 
@@ -11,40 +11,41 @@ from ppaas.plans.stored import LARGEST_TOLERANCE
 
 
 def check_search(start: Position, goal: Position, tolerance: float) -> None:
-    """Raise ``InvalidInput`` unless plans can be looked for between these places [m]."""
+    """Raise ``InvalidInput`` unless start and goal are finite [m] and the tolerance is in range [m]."""
     if not all(map(math.isfinite, (*start, *goal))):
-        raise InvalidInput(f"plans are looked for between two finite places, not from {start} to {goal}")
+        raise InvalidInput(f"start {start} and goal {goal}: coordinates must be finite numbers")
     if not 0.0 <= tolerance <= LARGEST_TOLERANCE:
-        raise InvalidInput(f"tolerance: {tolerance!r} is not between 0 and {LARGEST_TOLERANCE} m")
+        raise InvalidInput(f"tolerance: {tolerance!r} is not from 0 to {LARGEST_TOLERANCE} m")
 
 
 def joins(first: Position, last: Position, start: Position, goal: Position, tolerance: float) -> bool:
-    """Tell whether a plan from ``first`` to ``last`` has both ends within ``tolerance`` of two places [m]."""
+    """Return whether a plan from ``first`` to ``last`` has both ends within ``tolerance`` of two positions [m]."""
     return math.dist(first, start) <= tolerance and math.dist(last, goal) <= tolerance
 
 
 def comes_near(points: NDArray[np.float64], place: Position, tolerance: float) -> bool:
-    """Tell whether one of (n, 2) points lies within a tolerance of a place [m]."""
+    """Return whether one of (n, 2) points lies within a tolerance of a position [m]."""
     return bool((np.hypot(*(points - place).T) <= tolerance).any())
 
 
 def passage(points: NDArray[np.float64], start: Position, goal: Position, tolerance: float) -> tuple[int, int] | None:
-    """Return where a plan passes near one place and later near another.
+    """Return the part of a plan that passes near one position and later near another.
 
     Parameters
     ----------
     points : (n, 2) array
         x, y of its waypoints [m].
     start, goal : tuple of float
-        The places [m].
+        x, y of the positions [m].
     tolerance : float
-        How near is near [m].
+        Largest distance that counts as near [m].
 
     Returns
     -------
     tuple of int or None
-        Of the waypoints near the start that have a later one near the goal, the one nearest to it, and of those later
-        ones the one nearest to the goal; the first where some are equally near.
+        Indices of the first and the last waypoint of the part. The first is the waypoint nearest to the start, among
+        those followed by a waypoint near the goal. The last is the waypoint after it that is nearest to the goal. Of
+        equally near waypoints the first one is taken.
     """
     to_start = np.hypot(*(points - start).T)
     to_goal = np.hypot(*(points - goal).T)
@@ -60,6 +61,6 @@ def passage(points: NDArray[np.float64], start: Position, goal: Position, tolera
 
 
 def length_between(points: NDArray[np.float64], first: int, last: int) -> float:
-    """Return the length of a plan from one of its waypoints to another [m]."""
+    """Return the length of a plan between two of its waypoints [m]."""
     steps = np.diff(points[first : last + 1], axis=0)
     return float(np.hypot(steps[:, 0], steps[:, 1]).sum())

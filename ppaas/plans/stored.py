@@ -1,4 +1,4 @@
-"""Plans that are kept, as those see them who may drive them again."""
+"""Stored plans, as the code that may reuse them sees them."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,48 +8,50 @@ from typing import Any, Literal, Protocol, get_args
 from ppaas.geometry import Pose2D, Poses
 
 Origin = Literal["computed", "reused", "stitched"]
+
 ORIGINS: Mapping[str, Origin] = {origin: origin for origin in get_args(Origin)}
+"""The valid origins, as text and as literals."""
 
 LARGEST_TOLERANCE = 0.5
-"""Farthest that the end of a plan may be from where it is sought [m]: 81 buckets of
+"""Largest distance between an end of a stored plan and the requested end [m]. A search then reads 81 buckets of
 ``ppaas.plans.encoding.end_buckets``, or up to 256."""
 
 Conditions = dict[str, Any]
-"""Under which a plan was made: the parameters of its planner, what its robot keeps out of, which counts as such, too,
-`BARE_MAP` and `ROBOT_RADIUS`."""
+"""Conditions under which a plan was made: the parameters of the planner, the masks that the robot obeys, `BARE_MAP` and
+`ROBOT_RADIUS`."""
 
 BARE_MAP = "bare_map"
-"""Whether a plan is what a planner made of the map alone, without anything that a robot saw."""
+"""Condition: whether the planner used the map alone, without anything that a robot had seen."""
 
 ROBOT_RADIUS = "robot_radius"
-"""Of the robot that a plan was made for [m]."""
+"""Condition: radius of the robot for which the plan was made [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class StoredPlan:
-    """A plan that was kept, or the stretch of it that is offered.
+    """A stored plan, or the part of it that a search returned.
 
     Parameters
     ----------
     id : str
-        Of the whole plan.
+        Id of the whole plan.
     version : str
-        Of the map that it was made on.
+        Version of the map on which it was made.
     planner : str
-        Who made it, by the own name.
+        Name of the planner that made it.
     start, goal : tuple of float
         x, y [m], yaw [rad] of the ends of the whole plan.
     length : float
-        Of the whole plan [m].
+        Length of the whole plan [m].
     poses : (n, 7) float64 array
-        Of the stretch; none where only the head is at hand.
+        Poses of the part; empty if only the head of the plan was read.
     whole : bool
-        Whether the stretch is all of it.
+        Whether the part is the whole plan.
     conditions : dict
-        Under which it was made.
+        Conditions under which it was made.
     given : bool
-        Whether a program gave it. Who made it under which conditions is then what that program says, and nothing
-        follows from it.
+        Whether a program supplied the plan. Its planner and conditions are then that program's claim, and nothing may
+        be concluded from them.
     """
 
     id: str
@@ -66,24 +68,24 @@ class StoredPlan:
 
 @dataclass(frozen=True, slots=True)
 class PlanQuery:
-    """Which plan is looked for.
+    """A search for a stored plan.
 
     Parameters
     ----------
     start, goal : Pose2D
-        In the frame of the map.
+        Requested ends, in the frame of the map.
     version : str
-        Of the map.
+        Version of the map.
     planner : str
-        Who would compute it.
+        Planner that would otherwise compute the plan.
     parameters : dict
-        Of that planner.
+        Parameters of that planner.
     robot_radius : float
-        [m].
+        Radius of the robot [m].
     tolerance : float
-        How far from the ends of a kept plan those asked for may lie [m].
+        Largest distance between the ends of a stored plan and the requested ones [m].
     kinematic : bool
-        Whether that planner heeds how the robot can turn.
+        Whether that planner respects how the robot can turn.
     """
 
     start: Pose2D
@@ -97,41 +99,44 @@ class PlanQuery:
 
 
 class PlanLibrary(Protocol):
-    """Where kept plans are looked for. It is asked by threads that plan."""
+    """Source of stored plans. Planning threads call it."""
 
     def may_wait(self) -> bool:
-        """Tell whether the thread that asks may wait for an answer."""
+        """Return whether the calling thread may wait for an answer."""
         ...
 
-    def find(self, question: PlanQuery, within: float) -> Sequence[StoredPlan] | None:
-        """Return plans worth a look, the best first; None if there is no answer within so many seconds."""
+    def find(self, query: PlanQuery, within: float) -> Sequence[StoredPlan] | None:
+        """Return candidate plans, the best first; None if there is no answer within ``within`` seconds."""
         ...
 
 
 class EmptyLibrary:
-    """A library of nothing, for homes that keep no plans."""
+    """A library without plans, for executors that do not store any."""
 
     def may_wait(self) -> bool:
-        """Let anybody wait: the answer is here."""
+        """Return True: the answer is always at hand."""
         return True
 
-    def find(self, question: PlanQuery, within: float) -> Sequence[StoredPlan]:
-        """Return none."""
+    def find(self, query: PlanQuery, within: float) -> Sequence[StoredPlan]:
+        """Return an empty sequence."""
         return ()
 
 
 def own_parameters(conditions: Conditions) -> dict[str, Any]:
-    """Return those conditions that are parameters of the planner."""
+    """Return the conditions that are parameters of the planner."""
     return {name: value for name, value in conditions.items() if name not in (BARE_MAP, ROBOT_RADIUS)}
 
 
-def same_planner(stored: StoredPlan, question: PlanQuery) -> bool:
-    """Tell whether a plan was made by the planner that is asked, with the same parameters, and not just given."""
-    same = stored.planner == question.planner and own_parameters(stored.conditions) == question.parameters
+def same_planner(stored: StoredPlan, query: PlanQuery) -> bool:
+    """Return whether the requested planner made a plan with the same parameters.
+
+    It is False for a plan that a program supplied.
+    """
+    same = stored.planner == query.planner and own_parameters(stored.conditions) == query.parameters
     return same and not stored.given
 
 
-def same_robot(stored: StoredPlan, question: PlanQuery) -> bool:
-    """Tell whether a plan was made for a robot of the same radius, so that its costs were the same."""
+def same_robot(stored: StoredPlan, query: PlanQuery) -> bool:
+    """Return whether a plan was made for a robot of the same radius, for which the map has the same costs."""
     radius = stored.conditions.get(ROBOT_RADIUS)
-    return isinstance(radius, int | float) and math.isclose(radius, question.robot_radius, abs_tol=1e-9)
+    return isinstance(radius, int | float) and math.isclose(radius, query.robot_radius, abs_tol=1e-9)

@@ -11,8 +11,8 @@ from ppaas.errors import NotFound
 from ppaas.plans.encoding.body import read_body
 from ppaas.plans.encoding.chunks import ENDS_BEFORE, GRANULARITY, inner_granularity
 from ppaas.plans.encoding.codes import entry_id, poses_of, waypoints_in
-from ppaas.plans.encoding.end_buckets import bucket_in, holds, length_in, place_of, spots_near
-from ppaas.plans.encoding.index_cells import Place, squares_near, squares_touched
+from ppaas.plans.encoding.end_buckets import bucket_of_key, buckets_near, cell_number, holds, length_of_key
+from ppaas.plans.encoding.index_cells import Position, cells_near, cells_touched
 from ppaas.plans.passages import comes_near
 from storage.names import check_name
 from storage.plan_checks import check_replacement
@@ -116,9 +116,9 @@ class MemoryPlans:
         """Return the heads of plans whose ends lie near two places, shortest first."""
         with self._plans_lock:
             near = [
-                (length_in(spot), self._plans[plan_id])
-                for bucket in spots_near(search.scope, search.start, search.goal, search.tolerance).tolist()
-                for plan_id, spot in self._by_bucket.get(bucket_in(bucket[0]), {}).items()
+                (length_of_key(spot), self._plans[plan_id])
+                for bucket in buckets_near(search.scope, search.start, search.goal, search.tolerance).tolist()
+                for plan_id, spot in self._by_bucket.get(bucket_of_key(bucket[0]), {}).items()
                 if holds(bucket, spot)
             ]
         found: list[PlanRecord] = []
@@ -183,29 +183,29 @@ class MemoryPlans:
         for key, code in zip(_keys(entry), entry.codes, strict=True):
             if key not in self._shared:
                 self._shared[key] = _Shared(code)
-                for square in squares_touched(poses_of(code)[:, :2]):
-                    self._by_place.setdefault(place_of(entry.scope, square), set()).add(key)
+                for square in cells_touched(poses_of(code)[:, :2]):
+                    self._by_place.setdefault(cell_number(entry.scope, square), set()).add(key)
             self._shared[key].plans[entry.id] += 1
         self._plans[entry.id] = entry
-        self._by_bucket.setdefault(bucket_in(entry.spot), {})[entry.id] = entry.spot
+        self._by_bucket.setdefault(bucket_of_key(entry.spot), {})[entry.id] = entry.spot
         return True
 
     def _remove(self, plan_id: str) -> None:
         entry = self._plans.pop(plan_id)
-        del self._by_bucket[bucket_in(entry.spot)][plan_id]
+        del self._by_bucket[bucket_of_key(entry.spot)][plan_id]
         for key in set(_keys(entry)):
             shared = self._shared[key]
             del shared.plans[plan_id]
             if not shared.plans:
                 del self._shared[key]
-                for square in squares_touched(poses_of(shared.code)[:, :2]):
-                    self._by_place[place_of(entry.scope, square)].discard(key)
+                for square in cells_touched(poses_of(shared.code)[:, :2]):
+                    self._by_place[cell_number(entry.scope, square)].discard(key)
 
-    def _passing(self, scope: bytes, place: Place, tolerance: float) -> set[str]:
+    def _passing(self, scope: bytes, place: Position, tolerance: float) -> set[str]:
         """Return the plans that share an entry near a place."""
         found: set[str] = set()
-        for square in squares_near(place, tolerance):
-            for key in self._by_place.get(place_of(scope, square), ()):
+        for square in cells_near(place, tolerance):
+            for key in self._by_place.get(cell_number(scope, square), ()):
                 if comes_near(poses_of(self._shared[key].code)[:, :2], place, tolerance):
                     found.update(self._shared[key].plans)
         return found

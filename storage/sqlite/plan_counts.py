@@ -29,7 +29,7 @@ SAMPLES = 8
 class Uncounted(msgspec.Struct, frozen=True):
     """A plan that is not counted yet: its number, context and scope, when it was made, and what it adds to sums.
 
-    No dataclass, as ``ppaas.plans.encoding.body.Body``.
+    No dataclass, as ``ppaas.plans.encoding.body.PlanBody``.
     """
 
     sequence: int

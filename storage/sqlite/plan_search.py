@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ppaas.plans.encoding.body import bodies_near
-from ppaas.plans.encoding.end_buckets import IN_BUCKET, holds, may_join, spots_near
+from ppaas.plans.encoding.end_buckets import IN_BUCKET, buckets_near, holds, may_join
 from storage.plan_entry import head_of
 from storage.plan_query import PlanSearch
 from storage.records import PlanRecord
@@ -71,7 +71,7 @@ class _Spots:
         self._connection = connection
         self._places = search.start, search.goal, search.tolerance
         self._waiting: list[tuple[int, int, Bucket, bool, bool]] = []
-        near = spots_near(search.scope, *self._places).tolist()
+        near = buckets_near(search.scope, *self._places).tolist()
         firsts = connection.execute(_FIRST, (IN_BUCKET, str([bucket[0] for bucket in near])))
         known = [(spot, bucket) for (spot,), bucket in zip(firsts, near, strict=True) if spot is not None]
         self._wait([spot for spot, _ in known], [bucket for _, bucket in known], [True] * len(known))

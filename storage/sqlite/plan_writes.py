@@ -16,8 +16,8 @@ from ppaas.errors import InvalidInput
 from ppaas.plans.encoding.body import id_in, read_body
 from ppaas.plans.encoding.chunks import GRANULARITY, inner_granularity
 from ppaas.plans.encoding.codes import entry_id, pack, poses_of, unpack, waypoints_in
-from ppaas.plans.encoding.end_buckets import place_of, spots_of
-from ppaas.plans.encoding.index_cells import scope_of, squares_touched
+from ppaas.plans.encoding.end_buckets import cell_number, index_keys_of
+from ppaas.plans.encoding.index_cells import cells_touched, scope_of
 from ppaas.plans.encoding.recipes import read_recipe, recipes_of
 from storage.encoding import decode
 from storage.plan_entry import PlanEntry, context_of, entries_of
@@ -131,7 +131,7 @@ class PlanTransaction:
         scope = scope_of(common.map, common.version)
         shared = sum(self._release(scope, chunk, refs) for chunk, refs in Counter(read_recipe(recipe)).items())
         length = np.array([own.numbers()[1]])
-        [spot] = spots_of([scope], np.array(own.ends()).reshape(1, 4), length).tolist()
+        [spot] = index_keys_of([scope], np.array(own.ends()).reshape(1, 4), length).tolist()
         execute = self._connection.execute
         execute("DELETE FROM plans WHERE sequence = ?", (sequence,))
         execute("DELETE FROM plan_ids WHERE hash = ? AND plan = ?", (_hash(own.plan_id), sequence))
@@ -219,7 +219,7 @@ class PlanTransaction:
         chunk = self._one(insert, scopes[scope], waypoints_in(code), pack(code))
         self._connection.execute("INSERT INTO chunk_ids VALUES (?, ?)", (entry, chunk))
         self._connection.execute("INSERT INTO chunk_refs VALUES (?, 0)", (chunk,))
-        places = [(place_of(scope, square), chunk) for square in squares_touched(poses_of(code)[:, :2])]
+        places = [(cell_number(scope, square), chunk) for square in cells_touched(poses_of(code)[:, :2])]
         self._connection.executemany("INSERT OR IGNORE INTO chunk_places VALUES (?, ?)", places)
         return chunk
 
@@ -232,7 +232,7 @@ class PlanTransaction:
             execute("DELETE FROM chunks WHERE id = ?", (chunk,))
             execute("DELETE FROM chunk_refs WHERE chunk = ?", (chunk,))
             execute("DELETE FROM chunk_ids WHERE entry = ?", (entry_id(scope, code),))
-            places = [(place_of(scope, square), chunk) for square in squares_touched(poses_of(code)[:, :2])]
+            places = [(cell_number(scope, square), chunk) for square in cells_touched(poses_of(code)[:, :2])]
             self._connection.executemany("DELETE FROM chunk_places WHERE place = ? AND chunk = ?", places)
             self._forget()
         return int(waypoints) * count

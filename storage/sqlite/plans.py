@@ -13,8 +13,8 @@ from ppaas.errors import NotFound
 from ppaas.plans.encoding.body import read_bodies
 from ppaas.plans.encoding.chunks import ENDS_BEFORE, GRANULARITY, inner_granularity
 from ppaas.plans.encoding.codes import entry_id, poses_in, unpack
-from ppaas.plans.encoding.end_buckets import place_of
-from ppaas.plans.encoding.index_cells import Place, scope_of, squares_near
+from ppaas.plans.encoding.end_buckets import cell_number
+from ppaas.plans.encoding.index_cells import Position, cells_near, scope_of
 from ppaas.plans.encoding.recipes import numbers_in, read_recipe
 from ppaas.plans.passages import comes_near
 from storage.names import check_name
@@ -277,12 +277,14 @@ def _passing(connection: sqlite3.Connection, search: PlanSearch) -> Iterator[int
     yield from [plan for plan, near in zip(plans, both_near.tolist(), strict=True) if near][:MOST_PLANS]
 
 
-def _near(connection: sqlite3.Connection, scope: bytes, place: Place, tolerance: float) -> dict[int, tuple[int, ...]]:
+def _near(
+    connection: sqlite3.Connection, scope: bytes, place: Position, tolerance: float
+) -> dict[int, tuple[int, ...]]:
     """Return entries with a waypoint near a place, and some plans that refer to each."""
     found: dict[int, tuple[int, ...]] = {}
     query = """SELECT id, data, plans FROM chunk_places JOIN chunks ON id = chunk WHERE place = ? ORDER BY id LIMIT ?"""
-    for square in squares_near(place, tolerance):
-        for chunk, data, plans in connection.execute(query, (place_of(scope, square), MOST_CHUNKS)):
+    for square in cells_near(place, tolerance):
+        for chunk, data, plans in connection.execute(query, (cell_number(scope, square), MOST_CHUNKS)):
             if comes_near(poses_in([data])[:, :2], place, tolerance):
                 found[chunk] = struct.unpack(f"<{len(plans) // 4}I", plans)
     return found

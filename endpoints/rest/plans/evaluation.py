@@ -9,7 +9,7 @@ from starlette.concurrency import run_in_threadpool
 from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId, Version
 from endpoints.rest.openapi import KNOWN, problems
-from ppaas.plans.evaluation import evaluate, told
+from ppaas.plans.evaluation import as_json, evaluate
 
 router = APIRouter(prefix="/maps/{map_id}", tags=["maps"])
 
@@ -76,6 +76,6 @@ async def evaluate_planners(
     return {
         "map": map_id,
         "version": version,
-        "planners": [told(each) for each in evaluate(rows)],
+        "planners": [as_json(each) for each in evaluate(rows)],
         "links": [{name: getattr(link, name) for name in link.__struct_fields__} for link in links],
     }

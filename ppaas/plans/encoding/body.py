@@ -1,4 +1,4 @@
-"""What of a plan is its own, as bytes: its id and numbers, its ends, and what of it is too short to be shared."""
+"""Plan bodies: the part of a plan that no other plan shares, as bytes: id, numbers, ends, and short waypoint lists."""
 
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
@@ -17,15 +17,15 @@ from ppaas.plans.encoding.kernels.numbers import COUNT, MOST, NUMBERS, write_num
 _IN_SPACE, _INLINE = 0x10, 0x40
 
 _MARGIN = 1e-6
-"""[m]"""
+"""Allowance for rounding of stored ends [m]."""
 
 NAMES = ("created", "length", "cost", "seconds", "start_x", "start_y", "start_yaw", "goal_x", "goal_y", "goal_yaw")
-"""The numbers of a plan, in the order in which they are told."""
+"""Numbers of a plan, in the order in which they are stored."""
 
 _LENGTH = NAMES.index("length")
-_IN_PLANE, _BEYOND = [0, 1, 5, 6], [2, 3, 4]
-_FIRST, _LAST = NUMBERS, NUMBERS + 4
-_ENDS = [_FIRST, _FIRST + 1, _LAST, _LAST + 1]
+_PLANAR_COLUMNS, _SPATIAL_COLUMNS = [0, 1, 5, 6], [2, 3, 4]
+_START, _GOAL = NUMBERS, NUMBERS + 4
+_ENDS = [_START, _START + 1, _GOAL, _GOAL + 1]
 
 
 def write_bodies(
@@ -35,97 +35,109 @@ def write_bodies(
     stops: NDArray[np.int64],
     between: Sequence[bytes | None],
 ) -> tuple[list[bytes], NDArray[np.float64]]:
-    """Return the bodies of plans, and (m, 4), x and y of their ends.
+    """Return the bodies of plans, and (m, 4), x and y of their ends [m].
 
     Parameters
     ----------
     plan_ids : sequence of str
+        Ids of the plans.
     numbers : sequence of 10 floats each
-        ``NAMES``.
-    words : (n, 7) array
-        The bits of the poses of all plans, one plan after the other.
-    stops : (m,) array
-        For each plan the row behind its last pose.
+        Values of ``NAMES``.
+    words : (n, 7) uint64 array
+        Bits of the poses of all plans, one plan after the other.
+    stops : (m,) int64 array
+        For each plan the row after its last pose.
     between : sequence of bytes or None
-        The codes of the waypoints between; None where they are entries, or there are none.
+        Codes of the waypoints between the ends; None if these are stored as shared entries, or there are none.
     """
-    values, beyond = np.empty((len(plan_ids), COUNT)), np.empty((len(plan_ids), 10), np.uint64)
+    values, spatial_bits = np.empty((len(plan_ids), COUNT)), np.empty((len(plan_ids), 10), np.uint64)
     values[:, :NUMBERS] = numbers
     out, ends = np.empty(MOST * len(plan_ids), np.uint8), np.empty(len(plan_ids), np.int64)
-    write_numbers(words, stops, values, beyond, out, ends)
-    in_space = (beyond[:, 9] != 0).tolist()
+    write_numbers(words, stops, values, spatial_bits, out, ends)
+    in_space = (spatial_bits[:, 9] != 0).tolist()
     data, begin, before, bodies = out[: ends[-1]].tobytes(), 0, 0, []
     for number, (end, stop) in enumerate(zip(ends.tolist(), stops.tolist(), strict=True)):
         name, is_hex = _write_id(plan_ids[number])
-        spatial = beyond[number, :9].tobytes() if in_space[number] else b""
+        z_bytes = spatial_bits[number, :9].tobytes() if in_space[number] else b""
         code = between[number]
         flags = FORMAT | in_space[number] * _IN_SPACE | is_hex * HEX | (code is not None) * _INLINE
-        own = data[begin:end] + spatial + (b"" if code is None else pack(code))
+        own = data[begin:end] + z_bytes + (b"" if code is None else pack(code))
         bodies.append(bytes((flags,)) + name + _write_count(stop - before) + own)
         begin, before = end, stop
     return bodies, values.take(_ENDS, axis=1)
 
 
 class PlanBody(msgspec.Struct, frozen=True):
-    """What is read of a body. No dataclass: a search makes dozens, and such takes them eight times as long.
+    """The decoded body of a plan.
+
+    It is not a dataclass: a search creates dozens, and that would take eight times as long.
 
     Parameters
     ----------
     plan_id : str
+        Id of the plan.
     count : int
-        Of all its waypoints.
+        Number of all its waypoints.
     shared : bool
-        Whether those between its ends are entries.
+        Whether the waypoints between its ends are stored as shared entries.
     """
 
     plan_id: str
     count: int
     shared: bool
     _values: list[float]
-    _rest: bytes
+    _remainder: bytes
     _in_space: bool
 
     def numbers(self) -> list[float]:
-        """Return ``NAMES``."""
+        """Return the values of ``NAMES``."""
         return self._values[:NUMBERS]
 
     def ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return x, y of the first and the last pose [m]."""
         at = self._values
-        return (at[_FIRST], at[_FIRST + 1]), (at[_LAST], at[_LAST + 1])
+        return (at[_START], at[_START + 1]), (at[_GOAL], at[_GOAL + 1])
 
     def poses(self, shared: Sequence[Poses]) -> Poses:
-        """Return the (n, 7) poses, made of the entries between the ends."""
+        """Return the (n, 7) poses, given the poses of the shared entries between the ends.
+
+        Raises
+        ------
+        Unavailable
+            The number of poses is wrong.
+        """
         ends = np.zeros((3, 7))
-        ends[:, _IN_PLANE] = np.array(self._values[NUMBERS:]).reshape(3, 4)
-        size = 3 * len(_BEYOND) * 8 if self._in_space else 0
+        ends[:, _PLANAR_COLUMNS] = np.array(self._values[NUMBERS:]).reshape(3, 4)
+        size = 3 * len(_SPATIAL_COLUMNS) * 8 if self._in_space else 0
         if self._in_space:
-            ends[:, _BEYOND] = np.frombuffer(self._rest, "<f8", 9).reshape(3, 3)
+            ends[:, _SPATIAL_COLUMNS] = np.frombuffer(self._remainder, "<f8", 9).reshape(3, 3)
         between = list(shared)
         if not self.shared and self.count > 3:
-            between.append(poses_in([self._rest[size:]]))
+            between.append(poses_in([self._remainder[size:]]))
         parts = [ends[:1], *between, ends[2:], ends[1:2]]
         if self.count < 3:
             parts = [ends[:1], ends[1:2]][: self.count]
         poses = np.concatenate(parts)
         if len(poses) != self.count:
-            raise Unavailable(f"plan {self.plan_id!r} has {len(poses)} waypoints of {self.count}: restore a backup")
+            raise Unavailable(
+                f"plan {self.plan_id!r} has {len(poses)} waypoints instead of {self.count}: restore it from a backup"
+            )
         return poses
 
 
 def read_body(data: bytes) -> PlanBody:
-    """Return what a body tells; as `read_bodies`."""
+    """Return a decoded body; raises as `read_bodies`."""
     [body] = read_bodies([data])
     return body
 
 
 def read_bodies(bodies: Sequence[bytes]) -> list[PlanBody]:
-    """Return what bodies tell.
+    """Return decoded bodies.
 
     Raises
     ------
     Unavailable
-        One is damaged, or of a release that wrote it otherwise.
+        A body is damaged, or another release wrote it in another format.
     """
     return list(_Numbers(bodies).bodies(range(len(bodies))))
 
@@ -133,14 +145,14 @@ def read_bodies(bodies: Sequence[bytes]) -> list[PlanBody]:
 def bodies_near(
     bodies: Sequence[bytes], start: Position, goal: Position, tolerance: float
 ) -> Iterator[tuple[int, PlanBody]]:
-    """Yield which bodies have ends that may lie within a tolerance of two places [m], and what these tell.
+    """Yield the index and the decoded body of each plan whose ends may lie within a tolerance of two positions [m].
 
-    Those of the shortest plans come first. What is rounded away hides none: one may lie a micrometre further off.
+    Shorter plans come first. An allowance for rounding admits ends that are up to a micrometre too far away.
 
     Raises
     ------
     Unavailable
-        As of `read_bodies`.
+        As `read_bodies`.
     """
     read = _Numbers(bodies)
     x, y, to_x, to_y = map(float, (*start, *goal))
@@ -150,41 +162,41 @@ def bodies_near(
 
 
 def id_in(data: bytes) -> str:
-    """Return the id of a plan by its body."""
+    """Return the id of the plan with this body."""
     flags = data[0] if data else 0
     if flags & 0x0F != FORMAT:
-        raise Unavailable(f"a stored plan is of format {flags & 0x0F}, which this release does not know: upgrade it")
+        raise Unavailable(f"a stored plan has format {flags & 0x0F}, which this release cannot read: upgrade PPaaS")
     return data[1:17].hex() if flags & HEX else data[2 : 2 + sum(data[1:2])].decode()
 
 
 class _Numbers:
-    """The numbers in some bodies, read all together."""
+    """Numbers of several bodies, decoded in one kernel call."""
 
     def __init__(self, bodies: Sequence[bytes]) -> None:
         self._data = bodies
         first = np.array([0, *itertools.accumulate(map(len, bodies))], np.int64)
         self.values = np.empty((len(bodies), COUNT))
-        places = np.empty((3, len(bodies)), np.int64)
-        read_bodies_numbers(np.frombuffer(b"".join(bodies), np.uint8), first, self.values, places)
-        self._counts, rests, states = places.tolist()
-        if any(states):
-            number = next(number for number, state in enumerate(states) if state)
-            id_in(bodies[number])  # tells if it is of another format
+        header = np.empty((3, len(bodies)), np.int64)
+        read_bodies_numbers(np.frombuffer(b"".join(bodies), np.uint8), first, self.values, header)
+        self._counts, remainders, damaged = header.tolist()
+        if any(damaged):
+            number = next(number for number, state in enumerate(damaged) if state)
+            id_in(bodies[number])  # raises if it has another format
             raise Unavailable("a stored plan is damaged: restore it from a backup")
-        self._rests = rests
+        self._remainders = remainders
 
     def bodies(self, which: Iterable[int]) -> Iterator[PlanBody]:
-        """Yield what some of the bodies tell."""
+        """Yield the decoded bodies with these indices."""
         return (self._body(at, self._data[at], self.values[at].tolist()) for at in which)
 
     def _body(self, at: int, data: bytes, numbers: list[float]) -> PlanBody:
         count, flags = self._counts[at], data[0]
         shared = not flags & _INLINE and count > 3
-        return PlanBody(id_in(data), count, shared, numbers, data[self._rests[at] :], bool(flags & _IN_SPACE))
+        return PlanBody(id_in(data), count, shared, numbers, data[self._remainders[at] :], bool(flags & _IN_SPACE))
 
 
 def _write_id(plan_id: str) -> tuple[bytes, bool]:
-    """Return an id as bytes, and whether it is of 16 bytes in hex."""
+    """Return an id as bytes, and whether these are 16 bytes written in hexadecimal."""
     if len(plan_id) == 32:
         try:
             data = bytes.fromhex(plan_id)

@@ -1,8 +1,11 @@
-"""Waypoints on a grid as a chain code: where the first lies, and for each which of eight ways it heads.
+"""Freeman chain code of waypoints on a grid: the position of the first, and one of eight directions for each.
 
-H. Freeman, *On the encoding of arbitrary geometric configurations*, IRE Trans. Electronic Computers EC-10 (1961).
-Coordinates are multiples of a nanometre, of which the nearest float64 is taken; those that were reckoned otherwise are
-a unit in the last place or two beside it, which is told with the way. What comes back is what was given, bit for bit.
+Source: H. Freeman, *On the encoding of arbitrary geometric configurations*, IRE Trans. Electronic Computers EC-10
+(1961).
+
+A coordinate is stored as a multiple of a nanometre, whose nearest float64 is taken. Coordinates that were computed
+differently lie one or two units in the last place beside it; that offset is stored with the direction. Decoding returns
+the original bits.
 """
 
 import struct
@@ -13,24 +16,25 @@ from numpy.typing import NDArray
 from ppaas.plans.encoding.kernels.chain_code import CHAIN, EXACT, HEAD, write_chains
 
 _COUNT = struct.Struct("<I")
-_SHORT, _WIDE, _LOOSE = b"\x01", b"\x00", b"\x02"
-"""How a code is packed: three bits a waypoint, four more where one lies beside its place, or not at all."""
+
+_THREE_BITS, _SEVEN_BITS, _UNPACKED = b"\x01", b"\x00", b"\x02"
+"""Packing of a code: three bits a waypoint; seven bits if some lie beside their grid position; or not packed."""
 
 
 def chain_codes(words: NDArray[np.uint64], begins: NDArray[np.int64], ends: NDArray[np.int64]) -> list[bytes]:
-    """Return the codes of many stretches.
+    """Return the codes of many segments.
 
     Parameters
     ----------
-    words : (n, 7) array
-        The bits of poses.
-    begins, ends : (m,) array
-        The rows of each stretch, from the first to behind the last.
+    words : (n, 7) uint64 array
+        Bits of poses.
+    begins, ends : (m,) int64 array
+        Rows of each segment, the end excluded.
 
     Returns
     -------
-    list
-        For each stretch its code, or nothing if it is none of waypoints on a grid that follow one another.
+    list of bytes
+        Code of each segment; empty if its waypoints are not consecutive cells of a grid.
     """
     stops = np.empty(len(begins), np.int64)
     out = np.empty(int((ends - begins).sum()) + (HEAD + 1) * len(begins), np.uint8)
@@ -43,36 +47,36 @@ def chain_codes(words: NDArray[np.uint64], begins: NDArray[np.int64], ends: NDAr
 
 
 def chain_length(code: bytes) -> int:
-    """Return how many waypoints a code has."""
+    """Return the number of waypoints of a code."""
     return len(code) - HEAD - 1
 
 
 def pack_chain(code: bytes) -> bytes:
-    """Return a code with three bits a waypoint, and four more where one lies beside its place."""
-    ways = np.frombuffer(code, np.uint8, offset=1 + HEAD)
-    bits = np.unpackbits(ways[:, None], axis=1, bitorder="little")
-    exact = bool((ways >> 3 == EXACT).all())
-    kept = bits[:, :3] if exact else bits[:, :7]
-    how = _SHORT if exact else _WIDE
-    return code[:1] + how + code[1 : 1 + HEAD] + np.packbits(kept, bitorder="little").tobytes()
+    """Return a code with three bits a waypoint, or seven if some lie beside their grid position."""
+    directions = np.frombuffer(code, np.uint8, offset=1 + HEAD)
+    bits = np.unpackbits(directions[:, None], axis=1, bitorder="little")
+    exact = bool((directions >> 3 == EXACT).all())
+    packed_bits = bits[:, :3] if exact else bits[:, :7]
+    width_tag = _THREE_BITS if exact else _SEVEN_BITS
+    return code[:1] + width_tag + code[1 : 1 + HEAD] + np.packbits(packed_bits, bitorder="little").tobytes()
 
 
 def loose_chain(code: bytes) -> bytes:
-    """Return a code as if it were packed."""
-    return code[:1] + _LOOSE + code[1:]
+    """Return a code in the packed format, without packing it."""
+    return code[:1] + _UNPACKED + code[1:]
 
 
 def packed_length(data: bytes) -> int:
-    """Return how many waypoints a packed code has.
+    """Return the number of waypoints of a packed code.
 
     Raises
     ------
     ValueError
-        It is none, or has another length than it says.
+        It is not a chain code, or its length does not match its header.
     """
-    if len(data) < 2 + HEAD or data[0] != CHAIN or data[1] > _LOOSE[0]:
-        raise ValueError("no chain code")
-    count, width = int(_COUNT.unpack_from(data, 2)[0]), {_SHORT: 3, _WIDE: 7, _LOOSE: 8}[data[1:2]]
+    if len(data) < 2 + HEAD or data[0] != CHAIN or data[1] > _UNPACKED[0]:
+        raise ValueError("not a chain code")
+    count, width = int(_COUNT.unpack_from(data, 2)[0]), {_THREE_BITS: 3, _SEVEN_BITS: 7, _UNPACKED: 8}[data[1:2]]
     if not count or len(data) != 2 + HEAD + (count * width + 7) // 8:
-        raise ValueError("a chain code is cut off")
+        raise ValueError("a chain code is truncated")
     return count

@@ -1,11 +1,11 @@
-"""Where plans are cut into stretches that other plans may share.
+"""Division of plans into segments that other plans may share.
 
-Content-defined chunks by local maximum: each waypoint has a hash, and a plan is cut before a waypoint whose hash is the
-largest of all within G waypoints on either side. Whether it is cut there depends on these alone, so equal stretches are
-cut equally wherever they lie, and nothing that is stored ever has to be cut again. Two cuts are more than G apart: no
-stretch is shorter than G, and no plan of n waypoints has more than n / G.
+Content-defined chunking by local maximum: each waypoint has a hash, and a plan is cut before a waypoint whose hash is
+the largest within G waypoints on either side. The cut depends on these waypoints alone. So equal parts are cut equally
+wherever they occur, and stored segments never have to be cut again. Two cuts are more than G apart: no segment is
+shorter than G, and a plan of n waypoints has at most n / G segments.
 
-N. Bjørner, A. Blass, Y. Gurevich, *Content-dependent chunking for differential compression, the local maximum
+Source: N. Bjørner, A. Blass, Y. Gurevich, *Content-dependent chunking for differential compression, the local maximum
 approach*, J. Computer and System Sciences 76 (2010).
 """
 
@@ -19,47 +19,48 @@ from ppaas.geometry import Poses
 from ppaas.plans.encoding.kernels import chunks
 
 GRANULARITY = 16
-"""The paper's: a length in waypoints. It divides a plan into stretches of which at most its length / G are shared, and
-a shared stretch longer than it becomes an entry."""
+"""Granularity G of the paper [waypoints]: at most length / G segments of a plan are shared, and a shared part longer
+than G becomes an entry."""
 
 MOST_GRANULARITY = 65536
+"""Largest granularity [waypoints]."""
 
 _ZERO = np.zeros(1, np.int64)
 
 
 ENDS_BEFORE, ENDS_AFTER = chunks.ENDS_BEFORE, chunks.ENDS_AFTER
-"""Waypoints that are a plan's own: they are never shared."""
+"""Number of waypoints at the start and at the goal that are never shared."""
 
 
 def inner_granularity(granularity: int) -> int:
-    """Return what to cut with for the paper's granularity: a half of it.
+    """Return the granularity to cut with, which is half of the paper's.
 
-    A shared stretch that is little longer than G may hold no whole chunk of G, and mostly holds one of a half.
+    A shared part slightly longer than G may contain no whole chunk of G waypoints, but usually contains one of G / 2.
 
     Raises
     ------
     InvalidInput
-        It is not a whole number from 2 to 65536.
+        The granularity is not from 2 to 65536.
     """
     if not 2 <= granularity <= MOST_GRANULARITY:
-        raise InvalidInput(f"granularity: {granularity} is no number of waypoints from 2 to {MOST_GRANULARITY}")
+        raise InvalidInput(f"granularity: {granularity} is not from 2 to {MOST_GRANULARITY} waypoints")
     return granularity // 2
 
 
 def words_of(poses: Poses) -> NDArray[np.uint64]:
-    """Return the bits of (n, 7) poses, to be read."""
+    """Return the bits of (n, 7) poses, read-only."""
     words = np.ascontiguousarray(poses, "<f8").view("<u8")
     words.flags.writeable = False
     return words
 
 
 def waypoint_hashes(words: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """Return a hash of each of (n, 7) poses, told by their bits: the same on every machine.
+    """Return a hash of each of (n, 7) poses, given by their bits. It is the same on every machine.
 
     Raises
     ------
     InvalidInput
-        One is not finite.
+        A pose is not finite.
     """
     hashes = np.empty(len(words), np.uint64)
     _check_finite(chunks.hash_waypoints(words, hashes))
@@ -68,17 +69,17 @@ def waypoint_hashes(words: NDArray[np.uint64]) -> NDArray[np.uint64]:
 
 @dataclass(frozen=True, slots=True)
 class Segments:
-    """Where the stretches of many plans lie.
+    """Segments of many plans.
 
     Parameters
     ----------
-    begins, ends : (k,) array
-        Their rows, from the first to behind the last, of one plan after the other. What is before the first of a plan
-        and behind its last is its own.
-    parts : (m,) array
-        For each plan where its stretches end.
-    shared : (m,) array
-        Whether its stretches may be shared. Otherwise it has one, which is too short for that, or none.
+    begins, ends : (k,) int64 array
+        Rows of each segment, the end excluded, one plan after the other. Rows before the first and after the last
+        segment of a plan are never shared.
+    parts : (m,) int64 array
+        For each plan the index after its last segment.
+    shared : (m,) bool array
+        Whether its segments may be shared. Otherwise it has at most one, which is too short for that.
     """
 
     begins: NDArray[np.int64]
@@ -88,16 +89,16 @@ class Segments:
 
 
 def cut_plans(words: NDArray[np.uint64], stops: NDArray[np.int64], granularity: int) -> Segments:
-    """Cut many plans at once.
+    """Divide many plans into segments at once.
 
     Parameters
     ----------
-    words : (n, 7) array
-        The bits of the poses of all plans, one plan after the other.
-    stops : (m,) array
-        For each plan the row behind its last pose.
+    words : (n, 7) uint64 array
+        Bits of the poses of all plans, one plan after the other.
+    stops : (m,) int64 array
+        For each plan the row after its last pose.
     granularity : int
-        G, one at least.
+        G, at least 1.
 
     Raises
     ------
@@ -113,6 +114,6 @@ def cut_plans(words: NDArray[np.uint64], stops: NDArray[np.int64], granularity: 
     return Segments(begins[: parts[-1]], ends[: parts[-1]], parts, shared)
 
 
-def _check_finite(infinite: int) -> None:
-    if infinite >= 0:
-        raise InvalidInput(f"pose {infinite} is not finite: give numbers")
+def _check_finite(bad_row: int) -> None:
+    if bad_row >= 0:
+        raise InvalidInput(f"pose {bad_row}: all numbers of a pose must be finite")

@@ -1,9 +1,9 @@
-"""Buckets of plans by where they begin and end: those between two places are found without looking at others.
+"""Index of plans by their ends: a search for plans between two positions reads only a few buckets.
 
-The plane is cut into squares, so a plan lies in one of a start square and a goal square. Its *spot* is one number: the
-bucket, by a hash; then the length, so that in a bucket the shortest come first; then where in its squares the ends lie,
-roughly, so that most of what lies too far off is passed over unread. A spot may match by chance: whoever finds one
-looks at the plan itself.
+The plane is divided into cells, and a plan belongs to one pair of a start cell and a goal cell. Its *index key* is one
+number: the bucket, a hash of that pair; then the length, so that the shortest plans of a bucket come first; then the
+subcells in which the ends lie, so that most plans that are too far away are skipped unread. A key may match by chance,
+so the reader checks the plan itself.
 """
 
 from collections.abc import Sequence
@@ -15,77 +15,77 @@ from ppaas.plans.encoding.index_cells import Position
 from ppaas.plans.encoding.kernels import end_buckets
 
 EDGE = end_buckets.EDGE
-"""Edge of a square [m]: at a tolerance of a half of it, which is common, what is sought lies in 16 buckets, but for
-places right on a corner."""
+"""Edge of a cell [m]. At the common tolerance of half an edge, a search reads 16 buckets (more if a position is exactly
+on a corner of a cell)."""
 
 IN_BUCKET = (1 << end_buckets.LENGTH_BITS + end_buckets.END_BITS) - 1
-"""The bits of a spot behind its bucket."""
+"""Mask of the bits of a key below its bucket."""
 
-_PART = end_buckets.PARTS - 1
+_SUBCELL = end_buckets.SUBCELLS - 1
 
 
 def index_keys_of(
     scopes: Sequence[bytes], ends: NDArray[np.float64], lengths: NDArray[np.float64]
 ) -> NDArray[np.int64]:
-    """Return the spots of plans, from 0 to 2⁶³ − 1.
+    """Return the index keys of plans, from 0 to 2⁶³ − 1.
 
     Parameters
     ----------
     scopes : sequence of bytes
-        Of the version of a map of each.
-    ends : (m, 4) array
+        Scope of the map version of each plan.
+    ends : (m, 4) float64 array
         x, y of their ends [m].
-    lengths : (m,) array
-        [m]
+    lengths : (m,) float64 array
+        Lengths of the plans [m].
     """
     found = np.empty(len(ends), np.int64)
     words = np.array([_word(scope) for scope in scopes], np.uint64)
-    end_buckets.spots(words, ends, lengths, found)
+    end_buckets.index_keys(words, ends, lengths, found)
     return found
 
 
-def length_of_key(spot: int) -> int:
-    """Return the length of the plan at a spot in 16ths of a metre; the longest are all the same."""
-    return spot >> end_buckets.END_BITS & (1 << end_buckets.LENGTH_BITS) - 1
+def length_of_key(key: int) -> int:
+    """Return the length of the plan with a key [1/16 m]; the longest plans all have the same value."""
+    return key >> end_buckets.END_BITS & (1 << end_buckets.LENGTH_BITS) - 1
 
 
-def bucket_of_key(spot: int) -> int:
-    """Return the bucket of a spot."""
-    return spot >> end_buckets.LENGTH_BITS + end_buckets.END_BITS
+def bucket_of_key(key: int) -> int:
+    """Return the bucket of a key."""
+    return key >> end_buckets.LENGTH_BITS + end_buckets.END_BITS
 
 
 def buckets_near(scope: bytes, start: Position, goal: Position, tolerance: float) -> NDArray[np.int64]:
-    """Return the buckets in which plans lie whose ends are within a tolerance of two places [m].
+    """Return the buckets of plans whose ends may lie within a tolerance of two positions [m].
 
     Returns
     -------
-    (k, 10) array
-        Of each bucket the first spot and the last, and of x and y of start and goal the first and the last part of
-        their squares in which they may lie.
+    (k, 10) int64 array
+        Of each bucket the first and the last key; then, for x and y of start and goal, the first and the last subcell
+        in which an end may lie.
     """
     return end_buckets.buckets_near(_word(scope), np.array((*start, *goal), np.float64), tolerance)
 
 
-def may_join(spots: NDArray[np.int64], start: Position, goal: Position, tolerance: float) -> NDArray[np.bool_]:
-    """Tell of (n,) spots in such buckets whether the plans may begin and end within a tolerance of two places [m]."""
-    return end_buckets.may_join(spots, np.array((*start, *goal), np.float64), tolerance)
+def may_join(keys: NDArray[np.int64], start: Position, goal: Position, tolerance: float) -> NDArray[np.bool_]:
+    """Return for (n,) keys of such buckets whether the ends may lie within a tolerance of two positions [m]."""
+    return end_buckets.may_join(keys, np.array((*start, *goal), np.float64), tolerance)
 
 
-def holds(bucket: Sequence[int], spot: int) -> bool:
-    """Tell whether a spot of a bucket may be that of a plan sought."""
-    # One by one: in a busy bucket this is asked of some hundred spots.
+def holds(bucket: Sequence[int], key: int) -> bool:
+    """Return whether the ends of the plan with a key of a bucket may match the search."""
+    # Plain comparisons: a busy bucket has some hundred keys.
     _, _, low_x, high_x, low_y, high_y, low_goal_x, high_goal_x, low_goal_y, high_goal_y = bucket
     return (
-        low_x <= spot >> 3 * end_buckets.PART_BITS & _PART <= high_x
-        and low_y <= spot >> 2 * end_buckets.PART_BITS & _PART <= high_y
-        and low_goal_x <= spot >> end_buckets.PART_BITS & _PART <= high_goal_x
-        and low_goal_y <= spot & _PART <= high_goal_y
+        low_x <= key >> 3 * end_buckets.SUBCELL_BITS & _SUBCELL <= high_x
+        and low_y <= key >> 2 * end_buckets.SUBCELL_BITS & _SUBCELL <= high_y
+        and low_goal_x <= key >> end_buckets.SUBCELL_BITS & _SUBCELL <= high_goal_x
+        and low_goal_y <= key & _SUBCELL <= high_goal_y
     )
 
 
-def cell_number(scope: bytes, square: tuple[int, int]) -> int:
-    """Return a number of 31 bits for a square of ``CELL_EDGE``."""
-    return int(end_buckets.mixed(_word(scope), np.array(square, np.int64))) >> 33
+def cell_number(scope: bytes, cell: tuple[int, int]) -> int:
+    """Return a 31-bit number for a cell with the edge ``CELL_EDGE``."""
+    return int(end_buckets.mixed(_word(scope), np.array(cell, np.int64))) >> 33
 
 
 def _word(scope: bytes) -> np.uint64:

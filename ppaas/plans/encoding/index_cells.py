@@ -1,4 +1,4 @@
-"""Places on a map as stores know them: pairs of coordinates, squares, and whose map it is."""
+"""Positions and cells of the spatial index of stored plans, and the scope of a map version."""
 
 import hashlib
 import itertools
@@ -9,21 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 CELL_EDGE = 2.0
-"""Edge of the squares by which it is found which entries pass a place [m]."""
+"""Edge of the cells of the index of entries by the positions that they pass [m]."""
 
 _FARTHEST = 2**40
+"""Largest cell coordinate; positions farther out count as there."""
 
 Position = tuple[float, float]
+"""x, y [m]."""
 
 
 @lru_cache(256)
 def scope_of(map_id: str, version: str) -> bytes:
-    """Return 16 bytes for a version of a map: plans and what they share never reach beyond one."""
+    """Return 16 bytes for a map version. Plans and shared segments never reach beyond one scope."""
     return hashlib.blake2b(f"{map_id}\0{version}".encode(), digest_size=16).digest()
 
 
 def cells_near(place: Position, tolerance: float) -> list[tuple[int, int]]:
-    """Return the squares of ``CELL_EDGE`` that reach within a tolerance of a place [m]."""
+    """Return the cells with the edge ``CELL_EDGE`` that reach within a tolerance of a position [m]."""
     rows, columns = (
         [math.floor(_limited((value + side * tolerance) / CELL_EDGE)) for side in (-1, 1)] for value in place
     )
@@ -31,9 +33,9 @@ def cells_near(place: Position, tolerance: float) -> list[tuple[int, int]]:
 
 
 def cells_touched(points: NDArray[np.float64]) -> set[tuple[int, int]]:
-    """Return the squares of ``CELL_EDGE`` in which some of (n, 2) points lie [m]."""
-    squares = np.floor(np.clip(points / CELL_EDGE, -_FARTHEST, _FARTHEST)).astype(np.int64)
-    return set(zip(*squares.T.tolist(), strict=True))
+    """Return the cells with the edge ``CELL_EDGE`` that contain any of (n, 2) points [m]."""
+    cells = np.floor(np.clip(points / CELL_EDGE, -_FARTHEST, _FARTHEST)).astype(np.int64)
+    return set(zip(*cells.T.tolist(), strict=True))
 
 
 def _limited(value: float) -> float:

@@ -1,4 +1,4 @@
-"""Lists of numbers as bytes, short where each is close to the one before."""
+"""Recipes: the lists of entry numbers that make up plans, as bytes that are short if the numbers are close together."""
 
 import itertools
 from collections.abc import Sequence
@@ -11,14 +11,14 @@ from ppaas.plans.encoding.kernels.recipes import MOST, read_recipes, write_recip
 
 
 def recipes_of(numbers: Sequence[int], stops: NDArray[np.int64]) -> list[bytes]:
-    """Return lists as bytes: each number by how it differs from the one before, seven bits a byte.
+    """Return lists as bytes: the difference of each number to the one before, in seven bits a byte.
 
     Parameters
     ----------
     numbers : sequence of int
-        Of all lists, one list after the other; up to 2⁶².
-    stops : (m,) array
-        For each list where it ends.
+        Numbers of all lists, one list after the other; up to 2⁶².
+    stops : (m,) int64 array
+        For each list the index after its last number.
     """
     out, ends = np.empty(MOST * len(numbers), np.uint8), np.empty(len(stops), np.int64)
     write_recipes(np.array(numbers, np.int64), stops, out, ends)
@@ -30,12 +30,12 @@ def recipes_of(numbers: Sequence[int], stops: NDArray[np.int64]) -> list[bytes]:
 
 
 def numbers_in(recipes: Sequence[bytes]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the numbers of lists, one list after the other, and where those of each end.
+    """Return the numbers of all lists, one list after the other, and for each list the index after its last number.
 
     Raises
     ------
     Unavailable
-        The bytes of one end within a number.
+        The bytes of a list end inside a number.
     """
     data = np.frombuffer(b"".join(recipes), np.uint8)
     numbers, stops = np.empty(len(data), np.int64), np.zeros(len(recipes), np.int64)

@@ -1,1 +1,1 @@
-"""Reuse of plans: when a stored plan answers a request, whole or in part."""
+"""Reuse of stored plans in place of new ones, and estimates of planning times."""

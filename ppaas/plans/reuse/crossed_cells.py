@@ -1,4 +1,4 @@
-"""Which cells a path crosses, however far apart its points lie, and whether a robot may cross them all now."""
+"""Cells that a path crosses, however far apart its points are, and whether all of them are free now."""
 
 from dataclasses import dataclass
 
@@ -13,14 +13,14 @@ Cells = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Crossed:
-    """What a path crosses.
+    """Cells that a path crosses.
 
     Parameters
     ----------
     cells : (n, 2) int64 array
-        Row, column from start to goal, each a neighbour of the one before.
+        Row, column from start to goal; consecutive cells are neighbours.
     corners : (m, 2) int64 array
-        Those beside its diagonal moves: they must be free as well.
+        Row, column of the two cells beside each diagonal move, which must be free as well.
     """
 
     cells: Cells
@@ -30,21 +30,21 @@ class Crossed:
 def crossed_by(info: GridInfo, points: NDArray[np.float64]) -> Crossed:
     """Return the cells that a path crosses.
 
-    Where it goes from one cell to another that touches it at a corner, it runs within both and the two beside them.
-    So these four hold all of it, and nothing that it crosses is left out.
+    Between two cells that touch at a corner, a path runs inside both and the two cells beside them. These four cells
+    cover it, so no crossed cell is missing.
 
     Parameters
     ----------
     info : GridInfo
-        Where the cells lie.
+        Geometry of the grid.
     points : (n, 2) array
         x, y [m], at least one.
     """
     cells = info.to_cells(points)
-    furthest = _furthest(cells)
-    if furthest.max(initial=0) > 1:
-        cells = info.to_cells(_closer(points, furthest))
-    moved = _furthest(cells) > 0
+    strides = _strides(cells)
+    if strides.max(initial=0) > 1:
+        cells = info.to_cells(_densified(points, strides))
+    moved = _strides(cells) > 0
     if not moved.all():
         cells = cells[np.concatenate(([True], moved))]
     rows, columns = cells[:, 0], cells[:, 1]
@@ -55,33 +55,33 @@ def crossed_by(info: GridInfo, points: NDArray[np.float64]) -> Crossed:
     return Crossed(cells, corners.reshape(-1, 2))
 
 
-def _furthest(cells: Cells) -> NDArray[np.int64]:
-    """Return how many rows or columns each step goes, whichever is more."""
+def _strides(cells: Cells) -> NDArray[np.int64]:
+    """Return the number of rows or columns of each step, whichever is larger."""
     rows, columns = cells[:, 0], cells[:, 1]
-    furthest: NDArray[np.int64] = np.maximum(np.abs(rows[1:] - rows[:-1]), np.abs(columns[1:] - columns[:-1]))
-    return furthest
+    strides: NDArray[np.int64] = np.maximum(np.abs(rows[1:] - rows[:-1]), np.abs(columns[1:] - columns[:-1]))
+    return strides
 
 
-def _closer(points: NDArray[np.float64], furthest: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return the points with others between them, so that two after one another are in cells that touch."""
-    # A line over so many cells is shorter than one more; by another, no piece is as long as an edge but for rounding.
-    pieces = furthest + 2
+def _densified(points: NDArray[np.float64], strides: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the points with more points between them; consecutive ones lie in the same cell or in neighbours."""
+    # A step of n cells is shorter than n + 1 edges. Each of n + 2 pieces is shorter than an edge, despite rounding.
+    pieces = strides + 2
     owner = np.repeat(np.arange(len(pieces)), pieces)
     first = np.cumsum(pieces) - pieces
-    part = (np.arange(len(owner)) - first[owner]) / pieces[owner]
+    fraction = (np.arange(len(owner)) - first[owner]) / pieces[owner]
     steps = np.diff(points, axis=0)
-    return np.concatenate((points[owner] + steps[owner] * part[:, None], points[-1:]))
+    return np.concatenate((points[owner] + steps[owner] * fraction[:, None], points[-1:]))
 
 
 def first_blocked(costmap: Costmap, crossed: Crossed, open_costs: NDArray[np.bool_]) -> tuple[int, int] | None:
-    """Return a cell that a path may not cross, row and column, or None if it may cross all.
+    """Return row and column of a cell that the path must not cross, or None if all cells are free.
 
     Parameters
     ----------
     costmap : Costmap
-        As it is now.
+        The current costmap.
     crossed : Crossed
-        By the path.
+        Cells of the path.
     open_costs : (256,) bool array
         Which costs may be crossed (``ppaas.planners.weights.passable``).
     """

@@ -1,4 +1,4 @@
-"""What a container has measured of planning and of finding kept plans: both sides of criterion (a)."""
+"""Times of planning and of finding stored plans, as measured by a container: both sides of criterion (a)."""
 
 from dataclasses import dataclass, field
 
@@ -6,34 +6,35 @@ from ppaas.clock import monotonic
 from ppaas.plans.reuse.time_estimates import ComputationTimes, Estimate, LinkTimes
 
 BYTES_PER_CELL = 64.0
-"""Of an answer, for each cell between start and goal: a pose has 56 bytes, and no path is straight."""
+"""Size of an answer per cell between start and goal [bytes]: a pose has 56 bytes, and no path is straight."""
 
-TOLD_PER_CELL = 1.4e-6
-"""Seconds, for each cell between start and goal, until a plan is told to whoever asked, as JSON: some 110 bytes a pose.
+JSON_SECONDS_PER_CELL = 1.4e-6
+"""Time to send a plan to the client as JSON, per cell between start and goal [s]. A pose has about 110 bytes.
 
-That way is not measured here. Computed plans go it as well, so what is saved is less than what planning takes.
-"""
+This time is not measured here. Computed plans need it too, so reuse saves less than the time of planning."""
 
-CHECKING = 2e-4
-CHECKED_PER_SECOND = 1e9
+CHECK_SECONDS = 2e-4
+"""Assumed time to check any plan [s], and rate at which poses are checked [bytes/s], before the first measurement."""
+
+CHECK_BYTES_PER_SECOND = 1e9
 """What is believed of checking a plan before it was measured: how long any takes [s], and bytes of poses [1/s]."""
 
-LEAST = Estimate(3e-4, 3e-4, 3e-4, 0.0)
-"""No kept plan is ever there sooner: a frame to the machine and back, a thread there, and a store."""
+FASTEST_RETRIEVAL = Estimate(3e-4, 3e-4, 3e-4, 0.0)
+"""Lower limit of the time to get a stored plan [s]: a frame to the machine and back, a thread there, and a store."""
 
 
 @dataclass(slots=True)
 class Times:
-    """What was measured, for the estimates of criterion (a)."""
+    """Measured times, for the estimates of criterion (a)."""
 
     computation: ComputationTimes = field(default_factory=ComputationTimes)
     link: LinkTimes = field(default_factory=LinkTimes)
-    checking: LinkTimes = field(default_factory=lambda: LinkTimes(monotonic, CHECKING, CHECKED_PER_SECOND))
+    checking: LinkTimes = field(default_factory=lambda: LinkTimes(monotonic, CHECK_SECONDS, CHECK_BYTES_PER_SECOND))
 
     def transmission(self, cells: float) -> Estimate:
-        """Return how long it will take until a kept plan of this complexity is there, was checked and is told."""
+        """Return the estimated time to find, check and send a stored plan of this complexity [cells]."""
         size = cells * BYTES_PER_CELL
         link, checking = self.link.expect(size), self.checking.expect(size)
-        told = cells * TOLD_PER_CELL
-        lower, upper = link.lower + checking.lower + told, link.upper + checking.upper + told
-        return Estimate(link.mean + checking.mean + told, lower, upper, link.samples)
+        serializing = cells * JSON_SECONDS_PER_CELL
+        lower, upper = link.lower + checking.lower + serializing, link.upper + checking.upper + serializing
+        return Estimate(link.mean + checking.mean + serializing, lower, upper, link.samples)

@@ -1,4 +1,4 @@
-"""Ids of plans: of the same plan the same, so that it is kept once however often it is made."""
+"""Ids of plans. Equal plans get equal ids, so a plan is stored once however often it is made."""
 
 import hashlib
 
@@ -9,16 +9,18 @@ from ppaas.plans.stored import Conditions, Origin
 
 
 class PlanIds:
-    """Gives ids to the plans that are made on one map version, by one planner, under the same conditions.
+    """Computes the ids of plans made on one map version, by one planner, under the same conditions.
 
     Parameters
     ----------
     map_id, version, planner : str
-        Where, and by whom.
+        Map, its version, and planner.
     conditions : dict
-        Under which they are made.
-    origin, reused
-        Where they come from.
+        Conditions under which the plans are made.
+    origin : Origin
+        Origin of the plans.
+    reused : str
+        Id of the stored plan that they were made from; empty for computed plans.
     """
 
     def __init__(
@@ -32,14 +34,14 @@ class PlanIds:
         reused: str = "",
     ) -> None:
         made_from = map_id, version, planner, origin, reused, sorted(conditions.items())
-        self._begun = hashlib.blake2b(msgspec.json.encode(made_from), digest_size=16)
+        self._prefix = hashlib.blake2b(msgspec.json.encode(made_from), digest_size=16)
 
     def of(self, result: PlanResult) -> str:
-        """Return the id of a plan: of what it was made from, its ends and the cells that it runs through.
+        """Return the id of a plan: a hash of its conditions, its end poses and the cells that it crosses.
 
-        Its poses follow from these, so that they need not all be read, which would take longer than many a plan.
+        The poses between follow from these. Hashing them too would take longer than making many a plan.
         """
-        digest = self._begun.copy()
+        digest = self._prefix.copy()
         digest.update(result.poses[:1].tobytes())
         digest.update(result.poses[-1:].tobytes())
         digest.update(result.cells.tobytes())

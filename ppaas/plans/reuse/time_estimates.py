@@ -1,9 +1,9 @@
-"""What will take how long: computing a plan, by planner and complexity, and getting a kept one, by link.
+"""Time estimates: computing a plan, by planner and complexity, and getting a stored one, by link.
 
-Both say how sure they are. Times of computing are taken to be log-normal; with few samples of a complexity, those of
-others help by a line through them all (time grows with a power of the distance). Times of a link are a round trip and
-so much a byte, by weighted least squares that forget: old answers count less, and after minutes without any the
-estimate is back at what a link is taken to be before it was measured.
+Both give a standard deviation. Computing times are assumed to be log-normal. If a complexity has few samples, those of
+the others contribute through a regression line (the time grows with a power of the distance). The time of a link is a
+round trip plus a time per byte, fitted by weighted least squares with exponential forgetting. After minutes without an
+answer, the estimate returns to the prior of an unmeasured link.
 """
 
 import math
@@ -16,37 +16,39 @@ from ppaas.clock import Clock, monotonic
 from ppaas.plans.history import LOG_UNITS, LinkHistory, PlannerHistory, bucket_of
 
 ROUND_TRIP = 0.002
+"""Prior round trip of a link that was not measured [s]."""
+
 BYTES_PER_SECOND = 2e8
-"""What is believed of a link that was not measured."""
+"""Prior bandwidth of a link that was not measured [bytes/s]."""
 
-LARGE = 1e5
-"""Bytes of an answer that takes what its bytes take."""
+LARGE_ANSWER = 1e5
+"""Size of an answer whose time is dominated by its bytes [bytes]."""
 
-FORGET = 0.9
-"""What an answer still counts for when one more has come."""
+DECAY = 0.9
+"""Factor on the weight of an answer for each later answer."""
 
 HALF_LIFE = 60.0
-"""Seconds in which an answer comes to count half."""
+"""Time in which the weight of an answer halves [s]."""
 
-MEMORY = 64.0
-"""Times of one planner and complexity that count; older ones fade."""
+MOST_SAMPLES = 64.0
+"""Largest weight of the samples of one planner and complexity; older ones fade."""
 
-SPREAD = 0.5
-"""Standard deviation of the logarithm of a time before anything was measured …"""
+PRIOR_SPREAD = 0.5
+"""Prior standard deviation of the logarithm of a time."""
 
-SPREAD_SAMPLES = 2.0
-"""… and how many measured ones that is worth."""
+PRIOR_SAMPLES = 2.0
+"""Weight of that prior [samples]."""
 
-ENOUGH = 8.0
-"""Samples of one complexity that need no help from others."""
+ENOUGH_SAMPLES = 8.0
+"""Number of samples from which on a complexity needs no regression."""
 
-STEEPEST = 2.0
-"""Time grows with the distance at most like this power of it: as the area does."""
+LARGEST_EXPONENT = 2.0
+"""Largest power of the distance with which the time may grow: that of the area."""
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A time in seconds, one standard deviation around it, and how many measured ones it rests on."""
+    """Estimated time [s], mean minus and plus one standard deviation [s], and the number of samples it rests on."""
 
     mean: float
     lower: float
@@ -54,18 +56,18 @@ class Estimate:
     samples: float
 
 
-class _Logs(NamedTuple):
-    """How many times of one planner and complexity there are, and sums of their logarithms and of the squares."""
+class _LogSums(NamedTuple):
+    """Number of times of one planner and complexity, and the sums of their logarithms and of the squares of these."""
 
     number: float = 0.0
     total: float = 0.0
     squares: float = 0.0
 
-    def plus(self, number: float, total: float, squares: float) -> "_Logs":
-        """Return these and others; of all that is more than `MEMORY` times, the older ones fade."""
-        keep = min(1.0, max(MEMORY - number, 0.0) / self.number) if self.number else 1.0
-        take = min(1.0, MEMORY / number)
-        return _Logs(
+    def plus(self, number: float, total: float, squares: float) -> "_LogSums":
+        """Return the sums of both; if that exceeds `MOST_SAMPLES`, the older samples fade."""
+        keep = min(1.0, max(MOST_SAMPLES - number, 0.0) / self.number) if self.number else 1.0
+        take = min(1.0, MOST_SAMPLES / number)
+        return _LogSums(
             keep * self.number + take * number, keep * self.total + take * total, keep * self.squares + take * squares
         )
 
@@ -79,21 +81,21 @@ class _Logs(NamedTuple):
 
 
 class ComputationTimes:
-    """How long planners take on one map.
+    """Computing times of planners on one map.
 
-    Several threads may use it: of what two of them note at the same moment, one may be lost.
+    Several threads may use it. Of two samples noted at the same moment, one may be lost.
     """
 
     def __init__(self) -> None:
-        self._logs: defaultdict[str, dict[int, _Logs]] = defaultdict(dict)
+        self._logs: defaultdict[str, dict[int, _LogSums]] = defaultdict(dict)
 
     def note(self, planner: str, cells: float, seconds: float) -> None:
-        """Take the time that a plan of this complexity took."""
+        """Add the computing time of a plan of this complexity [s]."""
         log = math.log(max(seconds * 1e6, 1.0))
         self._add(planner, bucket_of(cells), 1.0, log, log * log)
 
     def add(self, rows: Iterable[PlannerHistory]) -> None:
-        """Take what was kept before."""
+        """Add stored samples."""
         for row in rows:
             if row.computed > 0:
                 logs, squares = row.logs / LOG_UNITS, row.squares / LOG_UNITS
@@ -101,60 +103,62 @@ class ComputationTimes:
 
     def _add(self, planner: str, bucket: int, count: float, total: float, squares: float) -> None:
         known = self._logs[planner]
-        known[bucket] = known.get(bucket, _Logs()).plus(count, total, squares)
+        known[bucket] = known.get(bucket, _LogSums()).plus(count, total, squares)
 
     def expect(self, planner: str, cells: float) -> Estimate | None:
-        """Return how long a plan will take; None if none of this planner was measured."""
+        """Return the estimated computing time of a plan; None if this planner was never measured."""
         known = self._logs.get(planner)
         if not known:
             return None
         bucket = bucket_of(cells)
         own = known.get(bucket)
-        if own is not None and own.number >= ENOUGH:
+        if own is not None and own.number >= ENOUGH_SAMPLES:
             return _log_normal(own.mean, own.variance, own.number)
-        return _log_normal(*_with_help(dict(known), bucket))
+        return _log_normal(*_with_regression(dict(known), bucket))
 
 
-def _with_help(known: dict[int, _Logs], bucket: int) -> tuple[float, float, float]:
-    """Return mean, variance and weight for a bucket of few samples, or none, from the line through all buckets."""
+def _with_regression(known: dict[int, _LogSums], bucket: int) -> tuple[float, float, float]:
+    """Return mean, variance and weight for a bucket with few samples or none, from the line through all buckets."""
     weight = sum(logs.number for logs in known.values())
     middle = sum(logs.number * at for at, logs in known.items()) / weight
     mean = sum(logs.total for logs in known.values()) / weight
     across = sum(logs.number * (at - middle) ** 2 for at, logs in known.items())
     along = sum(logs.number * (at - middle) * (logs.mean - mean) for at, logs in known.items())
-    steepest = STEEPEST * math.log(2.0) / 2.0  # a bucket is half an octave
+    steepest = LARGEST_EXPONENT * math.log(2.0) / 2.0  # a bucket is half an octave
     slope = min(max(along / across, 0.0), steepest) if across else 0.0
-    rest = sum(logs.number * (logs.variance + _off(at, logs, middle, mean, slope) ** 2) for at, logs in known.items())
+    rest = sum(
+        logs.number * (logs.variance + _residual(at, logs, middle, mean, slope) ** 2) for at, logs in known.items()
+    )
     line = mean + slope * (bucket - middle)
     nearest = min(abs(at - bucket) for at in known)
-    # What the slope is off by counts for each bucket that lies between.
+    # The error of the slope counts once for each bucket between.
     variance = rest / weight + (nearest * steepest / 4.0) ** 2
     own = known.get(bucket)
     if own is None:
         return line, variance, 1.0
-    helped = (own.total + SPREAD_SAMPLES * line) / (own.number + SPREAD_SAMPLES)
-    return helped, variance, own.number + SPREAD_SAMPLES
+    blended = (own.total + PRIOR_SAMPLES * line) / (own.number + PRIOR_SAMPLES)
+    return blended, variance, own.number + PRIOR_SAMPLES
 
 
-def _off(at: int, logs: _Logs, middle: float, mean: float, slope: float) -> float:
+def _residual(at: int, logs: _LogSums, middle: float, mean: float, slope: float) -> float:
     return logs.mean - mean - slope * (at - middle)
 
 
 def _log_normal(mean: float, variance: float, count: float) -> Estimate:
-    spread = (variance * count + SPREAD**2 * SPREAD_SAMPLES) / (count + SPREAD_SAMPLES)
-    off = math.sqrt(spread * (1.0 + 1.0 / count))
-    return Estimate(math.exp(mean) / 1e6, math.exp(mean - off) / 1e6, math.exp(mean + off) / 1e6, count)
+    spread = (variance * count + PRIOR_SPREAD**2 * PRIOR_SAMPLES) / (count + PRIOR_SAMPLES)
+    deviation = math.sqrt(spread * (1.0 + 1.0 / count))
+    return Estimate(math.exp(mean) / 1e6, math.exp(mean - deviation) / 1e6, math.exp(mean + deviation) / 1e6, count)
 
 
 class LinkTimes:
-    """How long answers take that come over one link.
+    """Times of answers that arrive over one link.
 
     Parameters
     ----------
     clock : callable
-        Monotonic seconds.
+        Monotonic clock [s].
     round_trip, bandwidth : float
-        What is believed of it before it is measured [s, bytes/s].
+        Prior values, before the first measurement [s, bytes/s].
     """
 
     def __init__(
@@ -164,39 +168,41 @@ class LinkTimes:
         self._at = clock()
         self._sums: _Sums = (0.0,) * 6
         self._answers = 0
-        # Two answers that were never measured: an empty one, and one of some thousand poses.
-        self._prior = _plus(_sums(0.25, 0.0, round_trip), _sums(0.25, LARGE, round_trip + LARGE / bandwidth))
+        # The prior counts as two answers of weight 1/4: an empty one, and one with some thousand poses.
+        self._prior = _plus(
+            _sums(0.25, 0.0, round_trip), _sums(0.25, LARGE_ANSWER, round_trip + LARGE_ANSWER / bandwidth)
+        )
 
     def note(self, size: float, seconds: float) -> None:
-        """Take the time until an answer of so many bytes was here."""
-        self._sums = _plus(_times(self._sums, FORGET * self._age()), _sums(1.0, size, seconds))
+        """Add the time of an answer of ``size`` bytes [s]."""
+        self._sums = _plus(_scaled(self._sums, DECAY * self._age()), _sums(1.0, size, seconds))
         self._at = self._clock()
         self._answers += 1
 
-    def believe(self, history: LinkHistory) -> None:
-        """Take what was measured before this began, like two answers."""
+    def start_from(self, history: LinkHistory) -> None:
+        """Start from an earlier measurement, which counts as two answers."""
         empty = _sums(1.0, 0.0, history.round_trip)
-        full = _sums(1.0, LARGE, history.round_trip + LARGE / history.bandwidth)
+        full = _sums(1.0, LARGE_ANSWER, history.round_trip + LARGE_ANSWER / history.bandwidth)
         self._sums = _plus(self._sums, _plus(empty, full))
         self._answers += history.answers
 
     @property
     def answers(self) -> int:
-        """How many answers were measured, those before this began too."""
+        """Number of answers measured, including earlier processes."""
         return self._answers
 
     def _age(self) -> float:
         return float(0.5 ** (max(self._clock() - self._at, 0.0) / HALF_LIFE))
 
     def expect(self, size: float) -> Estimate:
-        """Return how long an answer of so many bytes will take."""
-        sums = _plus(_times(self._sums, self._age()), self._prior)
+        """Return the estimated time of an answer of ``size`` bytes."""
+        sums = _plus(_scaled(self._sums, self._age()), self._prior)
         each, base, variance = _line(sums)
-        mean, off = base + each * size, math.sqrt(variance * (1.0 + 1.0 / sums[0]))
-        return Estimate(mean, max(mean - off, 0.0), mean + off, sums[0] - self._prior[0])
+        mean, deviation = base + each * size, math.sqrt(variance * (1.0 + 1.0 / sums[0]))
+        return Estimate(mean, max(mean - deviation, 0.0), mean + deviation, sums[0] - self._prior[0])
 
     def history(self, link: str, now: float) -> LinkHistory:
-        """Return what to keep; ``now`` is seconds since the epoch."""
+        """Return the row to store; ``now`` is in seconds since the epoch."""
         each, base, _ = _line(_plus(self._sums, self._prior))
         return LinkHistory(link, base, 1.0 / max(each, 1e-12), self._answers, now)
 
@@ -212,12 +218,12 @@ def _plus(one: _Sums, other: _Sums) -> _Sums:
     return tuple(a + b for a, b in zip(one, other, strict=True))
 
 
-def _times(sums: _Sums, factor: float) -> _Sums:
+def _scaled(sums: _Sums, factor: float) -> _Sums:
     return tuple(each * factor for each in sums)
 
 
 def _line(sums: _Sums) -> tuple[float, float, float]:
-    """Return seconds a byte, seconds without any, and the variance around that line."""
+    """Return seconds per byte, seconds of an empty answer, and the residual variance of that line."""
     weight, sizes, seconds, sizes2, both, seconds2 = sums
     size, mean = sizes / weight, seconds / weight
     across, along = sizes2 / weight - size**2, both / weight - size * mean

@@ -15,7 +15,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from ppaas.plans.encoding.index_cells import Place, scope_of
+from ppaas.plans.encoding.index_cells import Position, scope_of
 from ppaas.plans.encoding.kernels.end_buckets import LENGTH_BITS, PER_METRE
 from storage.encoding import encode
 from storage.plan_query import PlanSearch
@@ -37,7 +37,7 @@ Spot = tuple[bytes, int]
 """A bucket and a spot in it."""
 
 
-def ends_of(record: PlanRecord) -> tuple[Place, Place]:
+def ends_of(record: PlanRecord) -> tuple[Position, Position]:
     """Return x, y of the first and the last pose [m]."""
     last = len(record.poses) - _POSE_BYTES
     return _PLACE.unpack_from(record.poses), _PLACE.unpack_from(record.poses, last)

@@ -8,7 +8,7 @@ from collections.abc import Container, Iterable, Sequence
 
 from ppaas.clock import Clock, monotonic
 from ppaas.plans.encoding.codes import poses_of
-from ppaas.plans.encoding.index_cells import Place, squares_near, squares_touched
+from ppaas.plans.encoding.index_cells import Position, cells_near, cells_touched
 from storage.cassandra.connection.session import CassandraSession, Write
 from storage.cassandra.plans.bounded_counts import Counted
 from storage.cassandra.plans.rows import PlanRow
@@ -79,9 +79,9 @@ class Squares:
             self._full.clear()
         self._session.write_each("DELETE FROM plans_by_square WHERE scope = ? AND x = ? AND y = ?", squares)
 
-    def named(self, scope: bytes, place: Place, tolerance: float, limit: int) -> Sequence[str]:
+    def named(self, scope: bytes, place: Position, tolerance: float, limit: int) -> Sequence[str]:
         """Return the ids of plans that may pass within a tolerance of a place [m], the newest first of each square."""
-        keys = [(scope, x, y, limit) for x, y in squares_near(place, tolerance)]
+        keys = [(scope, x, y, limit) for x, y in cells_near(place, tolerance)]
         return [row.id for rows in self._session.rows_each(_NAMED, keys) for row in rows]
 
     def _renew(self) -> None:
@@ -95,7 +95,7 @@ class Squares:
     def _squares(self, row: PlanRow, but: Container[bytes] = ()) -> set[tuple[int, int]]:
         """Return the squares that a plan touches; of one with shared stretches those that these touch, but for some."""
         if not row.stretches:
-            return squares_touched(array_of(row.record.poses)[:, :2])
+            return cells_touched(array_of(row.record.poses)[:, :2])
         some = (self._touched_by(row.entry.scope, *each) for each in row.stretches.items() if each[0] not in but)
         return set(itertools.chain.from_iterable(some))
 
@@ -103,7 +103,7 @@ class Squares:
         """Return the squares that a stretch touches, and note if nothing is named there any more."""
         touched = self._touched.get(number)
         if touched is None:
-            touched = self._touched[number] = list(squares_touched(poses_of(code)[:, :2]))
+            touched = self._touched[number] = list(cells_touched(poses_of(code)[:, :2]))
             if len(self._touched) > MOST_STRETCHES:
                 self._full.discard(self._touched.popitem(last=False)[0])
         if all(self._named.is_full((scope, x, y)) for x, y in touched):

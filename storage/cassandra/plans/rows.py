@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from ppaas.errors import Unavailable
-from ppaas.plans.encoding.body import Body
+from ppaas.plans.encoding.body import PlanBody
 from ppaas.plans.encoding.chunks import ENDS_AFTER, ENDS_BEFORE
 from ppaas.plans.encoding.codes import ID_BYTES, entry_id
 from storage.cassandra.plans.endpoint_cells import Spot, led
@@ -125,7 +125,7 @@ def lead_spot(lead: bytes) -> Spot:
     return bucket, spot
 
 
-def loose_in(body: Body) -> int:
+def loose_in(body: PlanBody) -> int:
     """Return how many waypoints are kept for a plan alone."""
     return ENDS_BEFORE + ENDS_AFTER if body.shared else body.count
 

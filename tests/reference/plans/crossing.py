@@ -1,4 +1,4 @@
-"""Slow, obvious twin of `ppaas.plans.reuse.crossed_cells`: the cells of very many points of a path."""
+"""Slow, obvious twin of `ppaas.plans.reuse.crossed_cells`: samples many points of a path."""
 
 import itertools
 
@@ -10,14 +10,14 @@ Cell = tuple[int, int]
 
 
 def cells_on(info: GridInfo, points: list[list[float]], pieces: int = 1000) -> set[Cell]:
-    """Return the cells in which a path lies: of so many points of each straight line.
+    """Return the cells of ``pieces`` points on each straight line of a path.
 
-    Points that lie on the border between cells but for rounding count for neither.
+    Points on a border between cells, within rounding, do not count.
     """
     found = set()
     for (x0, y0), (x1, y1) in itertools.pairwise(points):
-        part = np.linspace(0.0, 1.0, pieces + 1)
-        line = np.stack((x0 + (x1 - x0) * part, y0 + (y1 - y0) * part), axis=1)
+        fraction = np.linspace(0.0, 1.0, pieces + 1)
+        line = np.stack((x0 + (x1 - x0) * fraction, y0 + (y1 - y0) * fraction), axis=1)
         off = 1e-6 * info.resolution
         nearby = [info.to_cells(line + shift) for shift in ((off, off), (-off, off), (off, -off), (-off, -off))]
         inside = np.all([np.all(each == nearby[0], axis=1) for each in nearby], axis=0)

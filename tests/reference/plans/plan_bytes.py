@@ -1,4 +1,4 @@
-"""Plans as bytes and numbers, one after the other and plainly."""
+"""Slow, obvious twin of `ppaas.plans.encoding`: plans as bytes and index keys, one at a time."""
 
 import itertools
 import math
@@ -8,7 +8,7 @@ import numpy as np
 
 from ppaas.plans.encoding.kernels.grid_moves import MOVES, QUATERNIONS
 
-EDGE, PARTS = 0.5, 64
+EDGE, SUBCELLS = 0.5, 64
 _MASK = (1 << 64) - 1
 _FACTORS = (
     0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9, 0xD6E8FEB86659FD93,
@@ -17,12 +17,12 @@ _FACTORS = (
 
 
 def bits(value: float) -> int:
-    """Return the bits of a float64 as a signed number."""
+    """Return the bits of a float64 as a signed integer."""
     return struct.unpack("<q", struct.pack("<d", value))[0]
 
 
 def float_of(word: int) -> float:
-    """Return the float64 of bits."""
+    """Return the float64 with these bits."""
     return struct.unpack("<d", struct.pack("<Q", word & _MASK))[0]
 
 
@@ -34,27 +34,31 @@ def waypoint_hash(pose) -> int:
 
 
 def chain(poses) -> bytes | None:
-    """Return the chain code of poses, or None if they do not run from cell to cell."""
+    """Return the chain code of poses, or None if they do not move from cell to cell."""
     units = [[round(min(max(v, -1e6), 1e6) * 1e9) for v in pose[:2]] for pose in poses]
-    beside = [
+    ulps = [
         [bits(v) - bits(unit / 1e9) + 2 for v, unit in zip(pose, cell, strict=False)]
         for pose, cell in zip(poses, units, strict=True)
     ]
     headings = [bits(qz) for qz, _ in QUATERNIONS.tolist()]
-    ways = [headings.index(bits(pose[5])) if bits(pose[5]) in headings else -1 for pose in poses]
+    directions = [headings.index(bits(pose[5])) if bits(pose[5]) in headings else -1 for pose in poses]
     moved = [(b[0] - a[0], b[1] - a[1]) for a, b in itertools.pairwise(units)]
     step = max(map(abs, moved[0])) if moved else 0
-    fits = step < 1 << 32 and all(0 <= value < 4 for values in beside for value in values) and -1 not in ways
-    fits = fits and all(bits(pose[6]) == bits(QUATERNIONS[way, 1]) for pose, way in zip(poses, ways, strict=True))
+    fits = step < 1 << 32 and all(0 <= value < 4 for values in ulps for value in values) and -1 not in directions
+    fits = fits and all(
+        bits(pose[6]) == bits(QUATERNIONS[direction, 1]) for pose, direction in zip(poses, directions, strict=True)
+    )
     fits = fits and not any(bits(value) for pose in poses for value in pose[2:5])
-    if not fits or any(move != tuple((MOVES[way] * step).tolist()) for move, way in zip(moved, ways, strict=False)):
+    if not fits or any(
+        move != tuple((MOVES[direction] * step).tolist()) for move, direction in zip(moved, directions, strict=False)
+    ):
         return None
-    told = bytes(way | a << 3 | b << 5 for way, (a, b) in zip(ways, beside, strict=True))
-    return b"\x01" + struct.pack("<IIqq", len(poses), step, *units[0]) + told
+    encoded = bytes(direction | a << 3 | b << 5 for direction, (a, b) in zip(directions, ulps, strict=True))
+    return b"\x01" + struct.pack("<IIqq", len(poses), step, *units[0]) + encoded
 
 
 def number(data: bytes, expected: float) -> float:
-    """Return the number of a tag and its bytes."""
+    """Return the value of a tag and its bytes."""
     tag, code = data[0], int.from_bytes(data[1:], "little")
     unfolded = code >> 1 if not code & 1 else -(code + 1 >> 1)
     if tag < 7:
@@ -66,20 +70,20 @@ def number(data: bytes, expected: float) -> float:
 
 
 def tagged(data: bytes, count: int) -> dict[int, bytes]:
-    """Return of numbers that are told the tag and the bytes of each, by their place."""
+    """Return the tag and bytes of each number that differs from its prediction, by index."""
     mask = int.from_bytes(data[:3], "little")
     places = [place for place in range(count) if mask >> place & 1]
     tags = [data[3 + at // 2] >> 4 * (at & 1) & 15 for at in range(len(places))]
-    at, told = 3 + (len(places) + 1) // 2, {}
+    at, encoded = 3 + (len(places) + 1) // 2, {}
     for place, tag in zip(places, tags, strict=True):
         size = {13: 1, 14: 2, 15: 8}.get(tag, tag if tag < 7 else tag - 4)
-        told[place] = bytes((tag,)) + data[at : at + size]
+        encoded[place] = bytes((tag,)) + data[at : at + size]
         at += size
-    return told
+    return encoded
 
 
 def mixed(scope: bytes, numbers) -> int:
-    """Return a hash of 64 bits."""
+    """Return a 64-bit hash."""
     word = int.from_bytes(scope[:8], "little")
     for value in numbers:
         word = (word ^ value & _MASK) * 0x9E3779B97F4A7C15 & _MASK
@@ -87,26 +91,26 @@ def mixed(scope: bytes, numbers) -> int:
     return word * 0xBF58476D1CE4E5B9 & _MASK
 
 
-def spot(scope: bytes, ends, length: float) -> int:
-    """Return the spot of a plan from (x, y) to (x, y)."""
-    parts = [math.floor(min(max(value / EDGE, -(2.0**40)), 2.0**40) * PARTS) for value in ends]
+def index_key(scope: bytes, ends, length: float) -> int:
+    """Return the index key of a plan, given x, y of both ends."""
+    subcells = [math.floor(min(max(value / EDGE, -(2.0**40)), 2.0**40) * SUBCELLS) for value in ends]
     inside = 0
-    for part in parts:
-        inside = inside << 6 | part % PARTS
-    bucket = mixed(scope, [part // PARTS for part in parts]) >> 64 - 21
+    for subcell in subcells:
+        inside = inside << 6 | subcell % SUBCELLS
+    bucket = mixed(scope, [subcell // SUBCELLS for subcell in subcells]) >> 64 - 21
     return (bucket << 18 | min(int(length * 16), (1 << 18) - 1)) << 24 | inside
 
 
 def recipe(numbers) -> bytes:
-    """Return numbers as bytes, each by how it differs from the one before, seven bits a byte."""
+    """Return numbers as bytes: the difference of each to the one before, in seven bits a byte."""
     data, before = bytearray(), 0
     for value in numbers:
-        left = (value - before) << 1 if value >= before else ((before - value) << 1) - 1
+        remaining = (value - before) << 1 if value >= before else ((before - value) << 1) - 1
         before = value
-        while left >= 128:
-            data.append(left & 127 | 128)
-            left >>= 7
-        data.append(left)
+        while remaining >= 128:
+            data.append(remaining & 127 | 128)
+            remaining >>= 7
+        data.append(remaining)
     return bytes(data)
 
 
@@ -116,8 +120,8 @@ def headings(yaw: float) -> tuple[float, float]:
 
 
 def may_join(ends, places, tolerance: float) -> bool:
-    """Tell whether the parts of squares in which both ends lie come within a tolerance of two places."""
-    width = EDGE / PARTS
+    """Return whether the subcells of both ends come within a tolerance of two positions."""
+    width = EDGE / SUBCELLS
     apart = []
     for end, place in zip(ends, places, strict=True):
         begin = math.floor(end / width) * width

@@ -1,10 +1,10 @@
-"""Cutting plans into chunks and finding them, one after the other and plainly."""
+"""Slow, obvious twin of `ppaas.plans.encoding.chunks`, and of the search by ends."""
 
 import math
 
 
 def cuts(hashes: list[int], granularity: int) -> list[int]:
-    """Return before which waypoints a plan is cut: the largest hashes around, of equal ones the last."""
+    """Return the waypoints before which a plan is cut: local maxima of the hashes, the last of equal ones."""
     first, last = 1, len(hashes) - 2
     if last - first < granularity:
         return []
@@ -18,5 +18,5 @@ def cuts(hashes: list[int], granularity: int) -> list[int]:
 
 
 def near(first, last, start, goal, tolerance: float) -> bool:
-    """Tell whether both ends of a plan are near two places."""
+    """Return whether both ends of a plan are near two positions."""
     return math.dist(first, start) <= tolerance and math.dist(last, goal) <= tolerance

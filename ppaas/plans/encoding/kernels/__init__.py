@@ -1,4 +1,4 @@
-"""Kernels: plans cut, told as bytes and read again, many at a time."""
+"""Kernels that divide, encode and decode many plans at once, compiled by numba."""
 
 from ppaas.kernel_cache import watch_all_kernels
 

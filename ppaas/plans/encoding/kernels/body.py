@@ -1,4 +1,4 @@
-"""Kernel: what bodies of plans tell in numbers, of many at a time (``ppaas.plans.encoding.body``)."""
+"""Kernel: decode the numbers of many plan bodies at once (``ppaas.plans.encoding.body``)."""
 
 import numpy as np
 from numba import njit
@@ -9,61 +9,64 @@ from ppaas.plans.encoding.kernels.numbers import COUNT, MOST, NUMBERS, read_numb
 Bytes = NDArray[np.uint8]
 Rows = NDArray[np.int64]
 Numbers = NDArray[np.float64]
-Places = tuple[float, float, float, float]
+FourFloats = tuple[float, float, float, float]
 
 FORMAT, HEX = 2, 0x20
-"""In the first byte of a body: the lower four bits, and whether its id is of 16 bytes in hex."""
+"""Lower four bits of the first byte of a body, and its flag for an id of 16 bytes in hexadecimal."""
 
-_FIRST, _LAST = NUMBERS, NUMBERS + 4
+_START, _GOAL = NUMBERS, NUMBERS + 4
+
 _MOST_SHIFT = 56
+"""Largest shift of a count [bits]; more bytes mean damage."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def read_bodies_numbers(data: Bytes, first: Rows, values: Numbers, places: Rows) -> None:
-    """Read the numbers of bodies.
+def read_bodies_numbers(data: Bytes, first: Rows, values: Numbers, header: Rows) -> None:
+    """Decode the numbers of bodies.
 
     Parameters
     ----------
-    data : (k,) array
+    data : (k,) uint8 array
         The bodies, one after the other.
-    first : (m + 1,) array
-        Where each begins, and where the last ends.
-    values : (m, ``COUNT``) array
-        Gets them.
-    places : (3, m) array
-        Gets for each how many waypoints it has, how many bytes of it are read, and whether it is damaged or of another
+    first : (m + 1,) int64 array
+        Begin of each body, and the end of the last.
+    values : (m, ``COUNT``) float64 array
+        Out: the numbers.
+    header : (3, m) int64 array
+        Out: for each body its number of waypoints, the number of bytes decoded, and 1 if it is damaged or has another
         format.
     """
     for plan in range(len(values)):
         begin, end = first[plan], first[plan + 1]
-        places[0, plan], at = _count_behind_id(data, begin, end)
+        header[0, plan], at = _count_behind_id(data, begin, end)
         stop = read_numbers(data, at, end, values[plan]) if at < end else end + 1
-        places[1, plan], places[2, plan] = stop - begin, stop > end
+        header[1, plan], header[2, plan] = stop - begin, stop > end
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def ends_near(values: Numbers, places: Places, most: float) -> NDArray[np.bool_]:
-    """Tell of plans whether both ends lie within a distance of two places [m].
+def ends_near(values: Numbers, positions: FourFloats, most: float) -> NDArray[np.bool_]:
+    """Return for each plan whether both ends lie within a distance of two positions.
 
     Parameters
     ----------
-    values : (m, ``COUNT``) array
-    places : tuple of 4 floats
-        x, y of both [m].
+    values : (m, ``COUNT``) float64 array
+        Decoded numbers.
+    positions : tuple of 4 floats
+        x, y of start and goal [m].
     most : float
-        [m]
+        Largest distance [m].
     """
     near = np.empty(len(values), np.bool_)
     for plan in range(len(values)):
-        start_x, start_y = values[plan, _FIRST] - places[0], values[plan, _FIRST + 1] - places[1]
-        goal_x, goal_y = values[plan, _LAST] - places[2], values[plan, _LAST + 1] - places[3]
+        start_x, start_y = values[plan, _START] - positions[0], values[plan, _START + 1] - positions[1]
+        goal_x, goal_y = values[plan, _GOAL] - positions[2], values[plan, _GOAL + 1] - positions[3]
         near[plan] = max(start_x**2 + start_y**2, goal_x**2 + goal_y**2) <= most**2
     return near
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _count_behind_id(data: Bytes, begin: int, end: int) -> tuple[int, int]:
-    """Return how many waypoints a body has, and where it goes on behind; its end if it is of another format."""
+    """Return the number of waypoints of a body and the index after it; the body's end if it has another format."""
     if begin >= end or data[begin] & 15 != FORMAT:
         return 0, end
     at = begin + 17

@@ -1,4 +1,4 @@
-"""Kernel: the numbers by which plans are found where they begin and end (``ppaas.plans.encoding.end_buckets``)."""
+"""Kernel: index keys of plans by their ends (``ppaas.plans.encoding.end_buckets``)."""
 
 import numpy as np
 from numba import njit
@@ -8,14 +8,20 @@ Numbers = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 EDGE = 0.5
-PART_BITS, LENGTH_BITS, PER_METRE = 6, 18, 16
-PARTS, END_BITS = 1 << PART_BITS, 4 * PART_BITS
+"""Edge of a cell [m]."""
+
+SUBCELL_BITS, LENGTH_BITS, PER_METRE = 6, 18, 16
+"""Bits of a subcell along one axis, bits of the length, and units of the length per metre."""
+
+SUBCELLS, END_BITS = 1 << SUBCELL_BITS, 4 * SUBCELL_BITS
+"""Subcells along the edge of a cell, and bits of the four subcells of both ends."""
 
 COLUMNS = 10
-"""Of a bucket: its first spot and its last, and the first and last part in which x and y of start and goal may lie."""
+"""Columns of a bucket: its first and last key; then for x and y of start and goal, the first and last subcell of a
+match."""
 
 _FARTHEST = 2.0**40
-_ROUNDED = 2.0**-50
+_ROUNDING = 2.0**-50
 _BUCKET_BITS = 63 - LENGTH_BITS - END_BITS
 _ODD, _LAST = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9)
 _SHIFT = np.uint64(29)
@@ -23,7 +29,7 @@ _SHIFT = np.uint64(29)
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mixed(scope: np.uint64, numbers: Rows) -> np.uint64:
-    """Return a hash of 64 bits, quickly: what is found by it is looked at."""
+    """Return a fast 64-bit hash. Matches are checked, so collisions do no harm."""
     word = scope
     for number in numbers:
         word = (word ^ np.uint64(number)) * _ODD
@@ -32,97 +38,99 @@ def mixed(scope: np.uint64, numbers: Rows) -> np.uint64:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _part(value: float) -> int:
-    """Return in which part of a square a coordinate lies, counted from zero on."""
-    return int(np.floor(_in_parts(value)))
+def _subcell(value: float) -> int:
+    """Return the subcell of a coordinate, counted from zero."""
+    return int(np.floor(_in_subcells(value)))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _in_parts(value: float) -> float:
-    return min(max(value / EDGE, -_FARTHEST), _FARTHEST) * PARTS
+def _in_subcells(value: float) -> float:
+    return min(max(value / EDGE, -_FARTHEST), _FARTHEST) * SUBCELLS
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _bucket(scope: np.uint64, squares: Rows) -> int:
-    return int(np.int64(mixed(scope, squares) >> np.uint64(64 - _BUCKET_BITS)))
+def _bucket(scope: np.uint64, cells: Rows) -> int:
+    return int(np.int64(mixed(scope, cells) >> np.uint64(64 - _BUCKET_BITS)))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def spots(scopes: NDArray[np.uint64], ends: Numbers, lengths: Numbers, found: Rows) -> None:
-    """Write the spots of plans.
+def index_keys(scopes: NDArray[np.uint64], ends: Numbers, lengths: Numbers, found: Rows) -> None:
+    """Write the index keys of plans.
 
     Parameters
     ----------
-    scopes : (m,) array
-    ends : (m, 4) array
+    scopes : (m,) uint64 array
+        Scope of the map version of each plan.
+    ends : (m, 4) float64 array
         x, y of their ends [m].
-    lengths : (m,) array
-        [m]
-    found : (m,) array
-        Gets them.
+    lengths : (m,) float64 array
+        Lengths of the plans [m].
+    found : (m,) int64 array
+        Out: the keys.
     """
-    squares = np.empty(4, np.int64)
+    cells = np.empty(4, np.int64)
     for plan in range(len(ends)):
-        parts = 0
+        subcells = 0
         for side in range(4):
-            part = _part(ends[plan, side])
-            squares[side] = part // PARTS
-            parts = parts << PART_BITS | part % PARTS
+            subcell = _subcell(ends[plan, side])
+            cells[side] = subcell // SUBCELLS
+            subcells = subcells << SUBCELL_BITS | subcell % SUBCELLS
         length = min(int(min(lengths[plan], 1e9) * PER_METRE), (1 << LENGTH_BITS) - 1)
-        found[plan] = (_bucket(scopes[plan], squares) << LENGTH_BITS | length) << END_BITS | parts
+        found[plan] = (_bucket(scopes[plan], cells) << LENGTH_BITS | length) << END_BITS | subcells
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def buckets_near(scope: np.uint64, places: Numbers, tolerance: float) -> Rows:
-    """Return (k, ``COLUMNS``): the buckets in which plans lie whose ends are within a tolerance of two places.
+def buckets_near(scope: np.uint64, positions: Numbers, tolerance: float) -> Rows:
+    """Return (k, ``COLUMNS``): the buckets of plans whose ends may lie within a tolerance of two positions.
 
     Parameters
     ----------
     scope : uint64
-    places : (4,) array
-        x, y of both [m].
+        Scope of the map version.
+    positions : (4,) float64 array
+        x, y of start and goal [m].
     tolerance : float
-        [m]
+        Largest distance of an end [m].
     """
     lows, highs = np.empty(4, np.int64), np.empty(4, np.int64)
     count = 1
     for side in range(4):
-        # What is rounded away must not hide a plan, nor make thousands of buckets of a place far off.
-        margin = tolerance + _ROUNDED * max(1.0, min(abs(places[side]), _FARTHEST))
-        lows[side], highs[side] = _part(places[side] - margin), _part(places[side] + margin)
-        count *= highs[side] // PARTS - lows[side] // PARTS + 1
-    found, squares = np.empty((count, COLUMNS), np.int64), np.empty(4, np.int64)
+        # Allow for rounding, which must neither hide a plan nor yield thousands of buckets for a distant position.
+        margin = tolerance + _ROUNDING * max(1.0, min(abs(positions[side]), _FARTHEST))
+        lows[side], highs[side] = _subcell(positions[side] - margin), _subcell(positions[side] + margin)
+        count *= highs[side] // SUBCELLS - lows[side] // SUBCELLS + 1
+    found, cells = np.empty((count, COLUMNS), np.int64), np.empty(4, np.int64)
     for number in range(count):
         left = number
         for side in range(3, -1, -1):
-            first = lows[side] // PARTS
-            left, ahead = divmod(left, highs[side] // PARTS - first + 1)
-            squares[side] = first + ahead
-            begin = squares[side] * PARTS
+            first = lows[side] // SUBCELLS
+            left, offset = divmod(left, highs[side] // SUBCELLS - first + 1)
+            cells[side] = first + offset
+            begin = cells[side] * SUBCELLS
             found[number, 2 + 2 * side] = max(lows[side] - begin, 0)
-            found[number, 3 + 2 * side] = min(highs[side] - begin, PARTS - 1)
-        found[number, 0] = _bucket(scope, squares) << LENGTH_BITS + END_BITS
+            found[number, 3 + 2 * side] = min(highs[side] - begin, SUBCELLS - 1)
+        found[number, 0] = _bucket(scope, cells) << LENGTH_BITS + END_BITS
         found[number, 1] = found[number, 0] + (1 << LENGTH_BITS + END_BITS) - 1
     return found
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def may_join(spots: Rows, places: Numbers, tolerance: float) -> NDArray[np.bool_]:
-    """Tell of (n,) spots in `buckets_near` whether both ends may lie within a tolerance of their places.
+def may_join(keys: Rows, positions: Numbers, tolerance: float) -> NDArray[np.bool_]:
+    """Return for (n,) keys of `buckets_near` whether both ends may lie within a tolerance of their positions.
 
-    Of an end it is known in which part of a square it lies; of all such parts the nearest to its place counts.
+    A key gives the subcell of an end but not its cell: of all such subcells, the nearest to the position counts.
     """
-    found = np.empty(len(spots), np.bool_)
-    width = EDGE / PARTS
-    for number in range(len(spots)):
+    found = np.empty(len(keys), np.bool_)
+    width = EDGE / SUBCELLS
+    for number in range(len(keys)):
         squared = np.zeros(2)
         for side in range(4):
-            part = spots[number] >> PART_BITS * (3 - side) & PARTS - 1
-            # From the middle of the part to the place, in parts, to either side.
-            apart = (_in_parts(places[side]) - part - 0.5) % PARTS
-            apart = max(min(apart, PARTS - apart) - 0.5, 0.0) * width
+            subcell = keys[number] >> SUBCELL_BITS * (3 - side) & SUBCELLS - 1
+            # Distance from the middle of the subcell to the position, in subcells, in both directions.
+            apart = (_in_subcells(positions[side]) - subcell - 0.5) % SUBCELLS
+            apart = max(min(apart, SUBCELLS - apart) - 0.5, 0.0) * width
             squared[side // 2] += apart * apart
-        margin = tolerance + _ROUNDED * max(1.0, min(np.abs(places).max(), _FARTHEST))
+        margin = tolerance + _ROUNDING * max(1.0, min(np.abs(positions).max(), _FARTHEST))
         found[number] = squared.max() <= margin * margin
     return found
 
@@ -131,6 +139,6 @@ def warm() -> None:
     """Call the kernels once."""
     scope, rows = np.uint64(1), np.zeros(1, np.int64)
     mixed(scope, rows)
-    spots(np.ones(1, np.uint64), np.zeros((1, 4)), np.zeros(1), rows)
+    index_keys(np.ones(1, np.uint64), np.zeros((1, 4)), np.zeros(1), rows)
     buckets_near(scope, np.zeros(4), 0.25)
     may_join(rows, np.zeros(4), 0.25)

@@ -1,4 +1,4 @@
-"""Kernel: the bits of a float64 as a whole number, and back."""
+"""Kernel: the bits of a float64 as an int64, and back."""
 
 from collections.abc import Callable
 from typing import Any, cast
@@ -8,7 +8,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-# Its annotations tell what it is given as what it makes.
+# numba annotates `intrinsic` as if it returned its argument.
 _to_int = cast("Callable[[Callable[[Any, Any], Any]], Callable[[float | np.float64], int]]", intrinsic)
 _to_float = cast("Callable[[Callable[[Any, Any], Any]], Callable[[int | np.int64], float]]", intrinsic)
 

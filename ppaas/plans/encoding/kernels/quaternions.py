@@ -1,8 +1,8 @@
-"""Kernel: headings that follow from other numbers, as qz and qw.
+"""Kernel: predictions of headings as qz and qw.
 
-What is computed here is computed the same on every machine: of additions, multiplications, divisions and square roots
-alone, which IEEE 754 defines to the last bit. Sines of the C library are not. The series are those of fdlibm's
-``k_sin.c`` and ``k_cos.c`` (Sun Microsystems, 1993): nearly always the result is the float64 that is nearest.
+Results are identical on every machine: only additions, multiplications, divisions and square roots are used, which IEEE
+754 defines to the last bit. The sines of C libraries differ. The series are those of fdlibm's ``k_sin.c`` and
+``k_cos.c`` (Sun Microsystems, 1993); the result is nearly always the nearest float64.
 """
 
 import math
@@ -23,7 +23,7 @@ _C4, _C5, _C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.1359
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sine(x: float, rest: float) -> float:
-    """Return the sine of x + rest, from 0 to π/4."""
+    """Return the sine of x + rest, for angles from 0 to π/4 [rad]."""
     z = x * x
     v = z * x
     r = _S2 + z * (_S3 + z * (_S4 + z * (_S5 + z * _S6)))
@@ -32,7 +32,7 @@ def _sine(x: float, rest: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _cosine(x: float, rest: float) -> float:
-    """Return the cosine of x + rest, from 0 to π/4."""
+    """Return the cosine of x + rest, for angles from 0 to π/4 [rad]."""
     z = x * x
     r = z * (_C1 + z * (_C2 + z * (_C3 + z * (_C4 + z * (_C5 + z * _C6)))))
     half = 0.5 * z
@@ -42,7 +42,7 @@ def _cosine(x: float, rest: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def quaternion_near(yaw: float) -> tuple[float, float]:
-    """Return qz, qw of a yaw from −π to π [rad], mostly the nearest; of another yaw any numbers, always the same."""
+    """Return qz, qw of a yaw from −π to π [rad], nearly always correctly rounded; a fixed result for other yaws."""
     half = min(abs(yaw) * 0.5, 2.0)
     if half <= _QUARTER_PI:
         sine, cosine = _sine(half, 0.0), _cosine(half, 0.0)
@@ -54,7 +54,7 @@ def quaternion_near(yaw: float) -> tuple[float, float]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def quaternion_towards(x: float, y: float) -> tuple[float, float]:
-    """Return qz, qw of the heading along (x, y), a few units in the last place from the true ones."""
+    """Return qz, qw of the heading along (x, y), accurate to a few units in the last place."""
     length = math.sqrt(x * x + y * y)
     if not 0.0 < length < math.inf:
         return 0.0, 1.0

@@ -1,4 +1,4 @@
-"""Kernel: lists of numbers as bytes, each by how it differs from the one before, seven bits a byte."""
+"""Kernel: lists of integers as bytes: zigzag-encoded differences in seven bits a byte (LEB128)."""
 
 import numpy as np
 from numba import njit
@@ -8,23 +8,23 @@ Bytes = NDArray[np.uint8]
 Rows = NDArray[np.int64]
 
 MOST = 10
-"""Bytes of a number at most."""
+"""Largest number of bytes per number."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_recipes(numbers: Rows, stops: Rows, out: Bytes, ends: Rows) -> None:
-    """Write lists that lie one behind the other up to ``stops``; ``ends`` gets where the bytes of each end."""
+    """Encode lists that follow each other up to ``stops``; write the end of the bytes of each to ``ends``."""
     at = begin = 0
     for recipe in range(len(stops)):
-        before = np.int64(0)
+        previous = np.int64(0)
         for place in range(begin, stops[recipe]):
-            step = numbers[place] - before
-            before = numbers[place]
-            left = step << 1 if step >= 0 else (-step << 1) - 1
-            while left >= 128:
-                out[at] = np.uint8(left & 127 | 128)
-                left, at = left >> 7, at + 1
-            out[at] = np.uint8(left)
+            step = numbers[place] - previous
+            previous = numbers[place]
+            remaining = step << 1 if step >= 0 else (-step << 1) - 1
+            while remaining >= 128:
+                out[at] = np.uint8(remaining & 127 | 128)
+                remaining, at = remaining >> 7, at + 1
+            out[at] = np.uint8(remaining)
             at += 1
         begin = stops[recipe]
         ends[recipe] = at
@@ -32,19 +32,19 @@ def write_recipes(numbers: Rows, stops: Rows, out: Bytes, ends: Rows) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def read_recipes(data: Bytes, ends: Rows, numbers: Rows, stops: Rows) -> bool:
-    """Read lists whose bytes lie one behind the other up to ``ends``; tell whether none ends within a number."""
-    at = told = 0
+    """Decode lists whose bytes follow each other up to ``ends``; return whether none ends inside a number."""
+    at = decoded = 0
     for recipe in range(len(ends)):
-        number, left, shift = np.int64(0), np.int64(0), 0
+        number, remaining, shift = np.int64(0), np.int64(0), 0
         while at < ends[recipe]:
-            left |= np.int64(data[at] & 127) << shift
+            remaining |= np.int64(data[at] & 127) << shift
             shift += 7
             if data[at] < 128:
-                number += left >> 1 if not left & 1 else -(left + 1 >> 1)
-                numbers[told] = number
-                left, shift, told = np.int64(0), 0, told + 1
+                number += remaining >> 1 if not remaining & 1 else -(remaining + 1 >> 1)
+                numbers[decoded] = number
+                remaining, shift, decoded = np.int64(0), 0, decoded + 1
             at += 1
-        stops[recipe] = told
+        stops[recipe] = decoded
         if shift:
             return False
     return True

@@ -30,7 +30,7 @@ from ppaas.messages.std_msgs import Header
 from ppaas.nodes.base import Node, Topic
 from ppaas.nodes.graph import Graph
 from ppaas.planners.base import PlanResult
-from ppaas.plans.reuse.plan_ids import Identity
+from ppaas.plans.reuse.plan_ids import PlanIds
 from tests.support.engine.engine_links import pair, receive
 from tests.support.engine.specs import robot_spec
 from tests.support.world.echo_node import EchoNode
@@ -54,7 +54,7 @@ def shared(who: str, payload: bytes, topic: str = "amcl_pose") -> machine_link.S
 def plan(*points: tuple[float, float], planner: str = "dijkstra") -> PlanResult:
     poses = np.array([[x, y, 0.0, 0.0, 0.0, 0.0, 1.0] for x, y in points]).reshape(-1, 7)
     found = PlanResult(np.zeros((len(points), 2), np.int32), poses, 50.0, 1.0, 9, 0.01, planner)
-    return replace(found, id=Identity("house", "v1", planner, {}).of(found))
+    return replace(found, id=PlanIds("house", "v1", planner, {}).of(found))
 
 
 LAUNCH = Launch(robot_spec("c1", "ann", "tb1"), "", "", "", "secret", (0,), 1)

@@ -14,12 +14,12 @@ from engine.protocols.robot_link import Refusal
 from ppaas.geometry import Pose2D
 from ppaas.plans.history import LinkHistory, bucket_of, computed_row, failed_row
 from ppaas.plans.reuse.measured_times import Times
-from ppaas.plans.stored import Question
+from ppaas.plans.stored import PlanQuery
 from tests.support.engine.engine_links import pair, receive
 from tests.support.storage.records import plan
 
 Machine = FrameStream[machine_link.FromContainer]
-QUESTION = Question(Pose2D(1, 2, 3), Pose2D(4, 5, 6), "v1", "dijkstra", {"smooth": False}, 0.18, 0.25)
+QUESTION = PlanQuery(Pose2D(1, 2, 3), Pose2D(4, 5, 6), "v1", "dijkstra", {"smooth": False}, 0.18, 0.25)
 KEY = ("house", "v1", "dijkstra", bucket_of(100.0))
 
 

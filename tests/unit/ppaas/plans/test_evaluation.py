@@ -1,4 +1,4 @@
-"""The evaluation adds up what happened, and says nothing of what did not."""
+"""The evaluation sums up requests, and reports nothing without data."""
 
 import pytest
 from hypothesis import given

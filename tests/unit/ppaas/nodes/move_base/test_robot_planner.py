@@ -10,7 +10,7 @@ from ppaas.errors import GoalOccupied, GoalOutsideMap, NoValidPath, PlanTimeout,
 from ppaas.geometry import Pose2D
 from ppaas.nodes.move_base.robot_planner import NoPlan, plan_for_robot
 from ppaas.planners.base import PlanRequest, PlanResult
-from ppaas.plans.reuse.processor import ReuseSetup
+from ppaas.plans.reuse.setup import ReuseSetup
 from tests.support.world.planar_world import walled_map
 
 STATIC = build_layers(walled_map(4, 3, [(1.9, 0.0, 2.1, 1.0)])).costmap

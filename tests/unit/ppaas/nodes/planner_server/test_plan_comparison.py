@@ -5,7 +5,7 @@ from ppaas.nodes.graph import Graph
 from ppaas.nodes.planner_server.plan_comparison import ONE_OF, Comparison
 from ppaas.planners.base import PlanRequest
 from ppaas.plans.history import PlannerHistory
-from ppaas.plans.reuse.processor import ReuseSetup
+from ppaas.plans.reuse.setup import ReuseSetup
 from tests.support.world.grids import centre, costmap
 
 MAP = costmap("\n".join(["." * 40] * 30))

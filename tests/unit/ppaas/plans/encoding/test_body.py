@@ -1,4 +1,4 @@
-"""What is a plan's own comes back from bytes as it was, and numbers that people give are short."""
+"""Plan bodies survive encoding, and numbers with few decimals are short."""
 
 import math
 
@@ -59,7 +59,7 @@ def test_bodies_whose_ends_are_near_are_told(plans, sought) -> None:
     bodies = [body_of(str(at), (0.5,) * 10, path) for at, path in enumerate(paths)]
     ends = [(plan[:2], plan[2:]) for plan in plans]
     near = [at for at, (first, last) in enumerate(ends) if joins(first, last, start, goal, 5.0)]
-    assert [at for at, _ in bodies_near(bodies, start, goal, 5.0)] == near  # at whole metres some are 5 m off exactly
+    assert [at for at, _ in bodies_near(bodies, start, goal, 5.0)] == near  # at whole metres, some are exactly 5 m away
     assert [own for _, own in bodies_near(bodies, start, goal, 5.0)] == [read_body(bodies[at]) for at in near]
 
 

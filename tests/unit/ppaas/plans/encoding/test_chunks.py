@@ -1,4 +1,4 @@
-"""Plans are cut by what is in them, so that equal stretches are cut equally."""
+"""Plans are cut by their content, so equal segments are cut equally."""
 
 import numpy as np
 import pytest

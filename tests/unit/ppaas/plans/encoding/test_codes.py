@@ -1,4 +1,4 @@
-"""Stretches of waypoints come back from bytes as they were, bit for bit."""
+"""Segments of waypoints survive encoding bit for bit."""
 
 import numpy as np
 import pytest
@@ -10,16 +10,16 @@ from ppaas.plans.encoding.codes import codes_of, entry_id, pack, poses_in, poses
 from ppaas.plans.encoding.kernels.grid_moves import MOVES, QUATERNIONS
 from tests.reference.plans import plan_bytes
 
-ways = st.lists(st.integers(0, 7), min_size=1, max_size=60)
+directions = st.lists(st.integers(0, 7), min_size=1, max_size=60)
 floats = st.floats(allow_nan=False, allow_infinity=False)
 
 
-def on_grid(ways: list[int], resolution: float, origin: tuple[float, float], cell: tuple[int, int]) -> np.ndarray:
+def on_grid(directions: list[int], resolution: float, origin: tuple[float, float], cell: tuple[int, int]) -> np.ndarray:
     """Return the poses of moves between the centres of cells, as planners make them."""
-    cells = np.cumsum([cell, *MOVES[ways[:-1]].tolist()], axis=0)
-    poses = np.zeros((len(ways), 7))
+    cells = np.cumsum([cell, *MOVES[directions[:-1]].tolist()], axis=0)
+    poses = np.zeros((len(directions), 7))
     poses[:, :2] = (cells + 0.5) * resolution + origin
-    poses[:, 5:] = QUATERNIONS[ways]
+    poses[:, 5:] = QUATERNIONS[directions]
     return poses
 
 
@@ -40,13 +40,13 @@ def assert_comes_back(poses: np.ndarray) -> bytes:
 
 @settings(max_examples=40, deadline=None)
 @given(
-    ways,
+    directions,
     st.sampled_from([0.025, 0.05, 0.1, 1.0]),
     st.tuples(floats, floats).map(lambda origin: tuple(round(value % 1000.0, 6) for value in origin)),
     st.tuples(st.integers(-3000, 3000), st.integers(-3000, 3000)),
 )
-def test_paths_from_cell_to_cell_come_back(ways, resolution, origin, cell) -> None:
-    assert_comes_back(on_grid(ways, resolution, origin, cell))
+def test_paths_from_cell_to_cell_come_back(directions, resolution, origin, cell) -> None:
+    assert_comes_back(on_grid(directions, resolution, origin, cell))
 
 
 def test_a_path_from_cell_to_cell_takes_three_bits_a_waypoint() -> None:
@@ -65,10 +65,13 @@ def test_any_poses_come_back(rows) -> None:
 
 @settings(max_examples=40, deadline=None)
 @given(
-    ways.filter(lambda ways: len(ways) > 2), st.integers(0, 59), st.integers(0, 6), st.sampled_from([-1, 1, 5, 1 << 40])
+    directions.filter(lambda directions: len(directions) > 2),
+    st.integers(0, 59),
+    st.integers(0, 6),
+    st.sampled_from([-1, 1, 5, 1 << 40]),
 )
-def test_a_path_that_is_beside_the_grid_anywhere_comes_back(ways, row, column, places) -> None:
-    poses = on_grid(ways, 0.05, (0.0, 0.0), (100, 100))
+def test_a_path_that_is_beside_the_grid_anywhere_comes_back(directions, row, column, places) -> None:
+    poses = on_grid(directions, 0.05, (0.0, 0.0), (100, 100))
     words = poses.view(np.int64)
     words[row % len(poses), column] += places
     assert_comes_back(poses)
@@ -95,9 +98,9 @@ def parts_of_one() -> np.ndarray:
 
 
 def test_equal_stretches_have_equal_codes_wherever_they_lie() -> None:
-    stretch = on_grid([0, 1, 2, 2, 3, 4, 0, 0, 7] * 3, 0.05, (-1.0, -2.0), (40, 30))
+    segment = on_grid([0, 1, 2, 2, 3, 4, 0, 0, 7] * 3, 0.05, (-1.0, -2.0), (40, 30))
     other = np.random.default_rng(1).random((5, 7))
-    poses = np.concatenate((other, stretch, other, stretch))
+    poses = np.concatenate((other, segment, other, segment))
     begins, ends = np.array([0, 5, 32, 37]), np.array([5, 32, 37, 64])
     codes = codes_of(poses, begins, ends)
     assert codes[1] == codes[3]

@@ -1,4 +1,4 @@
-"""No plan whose ends are near two places is missed by its bucket."""
+"""Buckets miss no plan whose ends are near two positions."""
 
 import numpy as np
 from hypothesis import given, settings
@@ -24,53 +24,51 @@ offsets = st.tuples(*[st.floats(-0.5, 0.5)] * 4)
 tolerances = st.sampled_from([0.0, 0.1, 0.25, 0.5])
 
 
-def spot_of(scope: bytes, first, last, length: float) -> int:
-    [spot] = index_keys_of([scope], np.array([(*first, *last)], float), np.array([length], float)).tolist()
-    return spot
+def key_of(scope: bytes, first, last, length: float) -> int:
+    [key] = index_keys_of([scope], np.array([(*first, *last)], float), np.array([length], float)).tolist()
+    return key
 
 
 @settings(max_examples=40, deadline=None)
 @given(places, places, offsets, tolerances, st.floats(0.0, 1e7))
-def test_what_is_near_is_found(start, goal, off, tolerance, length) -> None:
-    first, last = (start[0] + off[0], start[1] + off[1]), (goal[0] + off[2], goal[1] + off[3])
-    spot = spot_of(SCOPE, first, last, length)
-    assert spot == plan_bytes.spot(SCOPE, (*first, *last), length)
-    assert 0 <= spot < 2**63
-    assert length_of_key(spot) == min(int(length * 16), 2**18 - 1)
+def test_what_is_near_is_found(start, goal, offset, tolerance, length) -> None:
+    first, last = (start[0] + offset[0], start[1] + offset[1]), (goal[0] + offset[2], goal[1] + offset[3])
+    key = key_of(SCOPE, first, last, length)
+    assert key == plan_bytes.key(SCOPE, (*first, *last), length)
+    assert 0 <= key < 2**63
+    assert length_of_key(key) == min(int(length * 16), 2**18 - 1)
     near = buckets_near(SCOPE, start, goal, tolerance).tolist()
     assert len(near) <= (81 if tolerance <= 0.25 else 256)
-    buckets = [bucket for bucket in near if bucket[0] <= spot <= bucket[1]]
+    buckets = [bucket for bucket in near if bucket[0] <= key <= bucket[1]]
     if plan_chunks.near(first, last, start, goal, tolerance):
-        assert any(holds(bucket, spot) for bucket in buckets)
-        assert may_join(np.array([spot]), start, goal, tolerance).all()
-        assert bucket_of_key(spot) in {bucket_of_key(bucket[0]) for bucket in buckets}
+        assert any(holds(bucket, key) for bucket in buckets)
+        assert may_join(np.array([key]), start, goal, tolerance).all()
+        assert bucket_of_key(key) in {bucket_of_key(bucket[0]) for bucket in buckets}
 
 
 def test_most_of_what_is_too_far_off_is_passed_over() -> None:
     near = buckets_near(SCOPE, (0.25, 0.25), (3.25, 0.25), 0.1).tolist()
-    spots = [
-        spot_of(SCOPE, (0.25 + dx / 40, 0.25), (3.25, 0.25 + dy / 40), 3.0) for dx in range(10) for dy in range(10)
-    ]
-    held = sum(any(each[0] <= spot <= each[1] and holds(each, spot) for each in near) for spot in spots)
-    assert 25 <= held <= 36
+    keys = [key_of(SCOPE, (0.25 + dx / 40, 0.25), (3.25, 0.25 + dy / 40), 3.0) for dx in range(10) for dy in range(10)]
+    passed = sum(any(each[0] <= key <= each[1] and holds(each, key) for each in near) for key in keys)
+    assert 25 <= passed <= 36
 
 
 @settings(max_examples=40, deadline=None)
 @given(st.tuples(*[st.floats(-0.1, 0.1)] * 4), st.tuples(*[st.floats(-20, 20)] * 4))
-def test_what_may_join_is_hardly_further_off_than_the_tolerance(off, places) -> None:
-    ends = [value + shift for value, shift in zip(places, off, strict=True)]
-    spot = spot_of(SCOPE, ends[:2], ends[2:], 5.0)
-    [joins] = may_join(np.array([spot]), tuple(places[:2]), tuple(places[2:]), 0.05).tolist()
+def test_what_may_join_is_hardly_further_off_than_the_tolerance(offset, places) -> None:
+    ends = [value + shift for value, shift in zip(places, offset, strict=True)]
+    key = key_of(SCOPE, ends[:2], ends[2:], 5.0)
+    [joins] = may_join(np.array([key]), tuple(places[:2]), tuple(places[2:]), 0.05).tolist()
     assert joins == plan_bytes.may_join(ends, places, 0.05)
 
 
 def test_versions_of_maps_share_nothing() -> None:
     others = [scope_of("house", "v2"), scope_of("housev", "1"), scope_of("depot", "v1")]
-    spots = {bucket_of_key(spot_of(scope, (0, 0), (1, 1), 2.0)) for scope in (SCOPE, *others)}
-    assert len(spots) == 4
+    keys = {bucket_of_key(key_of(scope, (0, 0), (1, 1), 2.0)) for scope in (SCOPE, *others)}
+    assert len(keys) == 4
 
 
 @settings(max_examples=40, deadline=None)
 @given(st.tuples(*[st.integers(-(2**40), 2**40)] * 2))
-def test_the_number_of_a_square_is_a_part_of_its_hash(square) -> None:
-    assert cell_number(SCOPE, square) == plan_bytes.mixed(SCOPE, square) >> 33
+def test_the_number_of_a_cell_is_part_of_its_hash(cell) -> None:
+    assert cell_number(SCOPE, cell) == plan_bytes.mixed(SCOPE, cell) >> 33

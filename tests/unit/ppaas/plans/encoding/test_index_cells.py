@@ -1,4 +1,4 @@
-"""No place near another is missed by its squares."""
+"""The cells near a position include those of all positions within the tolerance."""
 
 import math
 

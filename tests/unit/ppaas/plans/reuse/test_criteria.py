@@ -1,15 +1,15 @@
-"""The three criteria decide, and say by which numbers."""
+"""The three criteria decide, and report the numbers behind a decision."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from ppaas.geometry import Pose2D
-from ppaas.plans.reuse.criteria import by_algorithm, by_time, by_version, worth_a_look
+from ppaas.plans.reuse.criteria import best_candidates, by_algorithm, by_time, by_version
 from ppaas.plans.reuse.time_estimates import Estimate
 from ppaas.plans.stored import PlanQuery, StoredPlan
 
-QUESTION = PlanQuery(Pose2D(0, 0), Pose2D(10, 0), "v1", "dijkstra", {"smooth": False}, 0.18, 0.25)
+QUERY = PlanQuery(Pose2D(0, 0), Pose2D(10, 0), "v1", "dijkstra", {"smooth": False}, 0.18, 0.25)
 HEAD = StoredPlan(
     "p1", "v1", "dijkstra", (0, 0, 0), (10, 0, 0), 12.0, np.empty((0, 7)),
     conditions={"smooth": False, "bare_map": True, "robot_radius": 0.18},
@@ -33,32 +33,32 @@ def test_who_never_measured_the_planner_computes() -> None:
 
 
 def test_only_the_same_version_of_the_map_will_do() -> None:
-    assert by_version(HEAD, QUESTION).taken
-    assert not by_version(replace(HEAD, version="v2"), QUESTION).taken
+    assert by_version(HEAD, QUERY).taken
+    assert not by_version(replace(HEAD, version="v2"), QUERY).taken
 
 
 def test_another_planner_will_do_only_where_the_one_asked_has_done_worse_between_the_same_ends() -> None:
     own = replace(HEAD, id="own", length=13.0)
     other = replace(HEAD, id="other", planner="theta_star", length=11.0)
     elsewhere = replace(own, start=(0.1, 0.0, 0.0))
-    assert by_algorithm(own, QUESTION, [own]).taken
-    assert by_algorithm(other, QUESTION, [own, other]).taken
+    assert by_algorithm(own, QUERY, [own]).taken
+    assert by_algorithm(other, QUERY, [own, other]).taken
     for worse in ([other], [elsewhere, other], [replace(own, length=11.0), other]):
-        assert not by_algorithm(other, QUESTION, worse).taken
-    assert not by_algorithm(other, replace(QUESTION, kinematic=True), [own, other]).taken
+        assert not by_algorithm(other, QUERY, worse).taken
+    assert not by_algorithm(other, replace(QUERY, kinematic=True), [own, other]).taken
 
 
 def test_what_a_program_gave_is_nobodys_and_proves_nothing_of_the_planner_asked() -> None:
     given = replace(HEAD, given=True)
-    assert not by_algorithm(given, QUESTION, [given]).taken
+    assert not by_algorithm(given, QUERY, [given]).taken
     detour = replace(given, length=99.0)
     other = replace(HEAD, id="other", planner="theta_star", length=11.0)
-    assert not by_algorithm(other, QUESTION, [detour, other]).taken
-    assert by_algorithm(given, QUESTION, [given, replace(HEAD, length=13.0)]).taken, "it is proved better by its length"
+    assert not by_algorithm(other, QUERY, [detour, other]).taken
+    assert by_algorithm(given, QUERY, [given, replace(HEAD, length=13.0)]).taken, "it is proved better by its length"
 
 
 def test_a_planner_with_other_parameters_is_another() -> None:
-    assert not by_algorithm(HEAD, replace(QUESTION, parameters={"smooth": True}), [HEAD]).taken
+    assert not by_algorithm(HEAD, replace(QUERY, parameters={"smooth": True}), [HEAD]).taken
 
 
 def test_the_shortest_way_for_who_asks_is_looked_at_first() -> None:
@@ -66,7 +66,7 @@ def test_the_shortest_way_for_who_asks_is_looked_at_first() -> None:
     off = replace(HEAD, id="off", start=(0.2, 0, 0), length=11.9)
     short = replace(HEAD, id="short", length=11.0)
     old = replace(HEAD, id="old", version="v0", length=1.0)
-    assert [each.id for each in worth_a_look(QUESTION, [off, near, short, old])] == ["short", "near"]
+    assert [each.id for each in best_candidates(QUERY, [off, near, short, old])] == ["short", "near"]
 
 
 def test_a_verdict_says_what_decided_and_by_which_numbers() -> None:

@@ -1,4 +1,4 @@
-"""What a path crosses is found whole, however far apart its points lie."""
+"""All cells that a path crosses are found, however far apart its points are."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The processor looks for kept plans only where that pays, checks them, and tells what became of each request."""
+"""The processor searches for stored plans only if that pays off, checks them, and records each request."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,7 +11,9 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.errors import GoalOccupied, PlanCancelled
 from ppaas.planners.base import PlanRequest, PlanResult
 from ppaas.plans.history import PlannerHistory
-from ppaas.plans.reuse.processor import REFUSED_FOR, PlanProcessor, ReuseScope, ReuseSetup
+from ppaas.plans.reuse.processor import REFUSAL_TIME, PlanProcessor
+from ppaas.plans.reuse.scope import ReuseScope
+from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.plans.stored import PlanQuery, StoredPlan
 from tests.support.world.grids import centre, costmap, of
 
@@ -20,7 +22,7 @@ START, GOAL = centre(OPEN, 1, 0), centre(OPEN, 1, 199)
 
 
 class Library:
-    """Gives what the test says."""
+    """A library whose answers the test sets."""
 
     def __init__(self) -> None:
         self.plans: Sequence[StoredPlan] | None = ()
@@ -30,24 +32,24 @@ class Library:
     def may_wait(self) -> bool:
         return self.waits
 
-    def find(self, question: PlanQuery, within: float) -> Sequence[StoredPlan] | None:
-        self.asked.append((question, within))
+    def find(self, query: PlanQuery, within: float) -> Sequence[StoredPlan] | None:
+        self.asked.append((query, within))
         return self.plans
 
 
 class Home:
-    """A processor, and what it asks and tells."""
+    """A processor with its library and recorded history."""
 
     def __init__(self, seconds: float = 1.0, bare: Costmap = OPEN, keepout: str = "") -> None:
         self.library, self.noted = Library(), list[PlannerHistory]()
-        self.keeping = keeping = ReuseSetup("house", "v1", self.library, note=self.noted.append)
+        self.setup = setup = ReuseSetup("house", "v1", self.library, note=self.noted.append)
         self.now, self.bare = 0.0, bare
-        standing = ReuseScope("house", "v1", bare, 0.2, {"keepout_filter": keepout} if keepout else {})
-        times, note = keeping.times, keeping.note
-        self.processor = PlanProcessor(standing, self.library, times, note, clock=lambda: self.now)
+        scope = ReuseScope("house", "v1", bare, 0.2, {"keepout_filter": keepout} if keepout else {})
+        times, note = setup.times, setup.note
+        self.processor = PlanProcessor(scope, self.library, times, note, clock=lambda: self.now)
         self.planner = planners.create("dijkstra")
         for _ in range(10 if seconds else 0):
-            keeping.times.computation.note("dijkstra", 199.0, seconds)
+            setup.times.computation.note("dijkstra", 199.0, seconds)
 
     def plan(self, live: Costmap = OPEN, **options: bool) -> PlanResult:
         return self.processor.plan(self.planner, live, PlanRequest(START, GOAL), **options)
@@ -78,9 +80,9 @@ def test_what_measured_times_refuse_is_refused_for_a_while_and_then_asked_anew()
     home = Home(seconds=0.001)
     home.keep(home.plan())
     for _ in range(1000):
-        home.keeping.times.computation.note("dijkstra", 199.0, 1.0)
+        home.setup.times.computation.note("dijkstra", 199.0, 1.0)
     assert home.plan().origin == "computed"
-    home.now += REFUSED_FOR
+    home.now += REFUSAL_TIME
     assert home.plan().origin == "reused"
 
 

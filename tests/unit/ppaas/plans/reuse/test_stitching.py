@@ -1,4 +1,4 @@
-"""A kept plan that is offered can be driven, begins and ends where it should, and costs no more than is said."""
+"""An offered plan is drivable, connects the requested ends, and costs no more than reported."""
 
 from dataclasses import replace
 
@@ -28,7 +28,7 @@ DIJKSTRA = planners.create("dijkstra", **PARAMETERS)
 
 
 def stored(bare: Costmap, result: PlanResult, first: int = 0, last: int | None = None) -> StoredPlan:
-    """Return a plan as it was kept, or a stretch of it."""
+    """Return a plan as stored, or a part of it."""
     ends = [(float(row[0]), float(row[1]), yaw_of(*row[3:])) for row in result.poses[[0, -1]]]
     stop = len(result.poses) if last is None else last + 1
     return StoredPlan(
@@ -38,12 +38,12 @@ def stored(bare: Costmap, result: PlanResult, first: int = 0, last: int | None =
     )  # fmt: skip
 
 
-def question(start: Pose2D, goal: Pose2D, tolerance: float = 2.5) -> PlanQuery:
+def query(start: Pose2D, goal: Pose2D, tolerance: float = 2.5) -> PlanQuery:
     return PlanQuery(start, goal, "v1", "dijkstra", PARAMETERS, 0.2, tolerance)
 
 
 def near(costs: NDArray[np.uint8], place: Pose2D, down: float, right: float) -> Pose2D:
-    """Return a place some cells away, kept on the map."""
+    """Return a position some cells away, clipped to the map."""
     height, width = costs.shape
     x, y = min(max(place.x + right, 0.01), width - 0.01), min(max(place.y + down, 0.01), height - 0.01)
     return Pose2D(x, y, place.theta)
@@ -51,7 +51,7 @@ def near(costs: NDArray[np.uint8], place: Pose2D, down: float, right: float) -> 
 
 @st.composite
 def kept_plans(draw: st.DrawFn) -> tuple[Costmap, Costmap, PlanResult, Pose2D, Pose2D]:
-    """Draw a map, the same with more obstacles, a plan that was made on the first, and ends near its own."""
+    """Draw a map, a copy with more obstacles, a plan made on the first, and ends near its own."""
     height, width = draw(st.integers(1, 14)), draw(st.integers(2, 14))
     random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     costs = random.choice([0, 0, 0, 0, 0, 60, 252, 254], (height, width)).astype(np.uint8)
@@ -87,7 +87,7 @@ def test_what_is_offered_crosses_nothing_that_blocks_and_what_is_proved_of_it_ho
 ) -> None:
     bare, live, result, start, goal = case
     made, verdict = offer(
-        stored(bare, result), question(start, goal), LiveAndBareCostmaps(live, bare, False), CHEAPEST, bound=10.0
+        stored(bare, result), query(start, goal), LiveAndBareCostmaps(live, bare, False), CHEAPEST, bound=10.0
     )
     assert (made is not None) is verdict.taken
     if made is None:
@@ -95,7 +95,7 @@ def test_what_is_offered_crosses_nothing_that_blocks_and_what_is_proved_of_it_ho
     _assert_drivable(live, made, start, goal)
     field = cost_field(live.data, [live.info.cell_of(goal.x, goal.y)], allow_unknown=False)
     cheapest = field[live.info.cell_of(start.x, start.y)]
-    assert made.proof.at_least <= cheapest * (1 + 1e-9)
+    assert made.lower_bound.at_least <= cheapest * (1 + 1e-9)
     assert made.cost <= cheapest * (1 + made.over_cheapest) + 1e-6
 
 
@@ -107,7 +107,7 @@ def test_a_stretch_that_is_stitched_is_within_the_bound_of_the_cheapest(
     last = data.draw(st.integers(0, len(result.poses) - 1))
     part = stored(bare, result, data.draw(st.integers(0, last)), last)
     start, goal = (near(bare.data, Pose2D(*place[:2]), 0.2, 0.2) for place in part.poses[[0, -1]].tolist())
-    made, _ = offer(part, question(start, goal), LiveAndBareCostmaps(live, bare, False), CHEAPEST, bound=0.5)
+    made, _ = offer(part, query(start, goal), LiveAndBareCostmaps(live, bare, False), CHEAPEST, bound=0.5)
     if made is not None:
         _assert_drivable(live, made, start, goal)
         field = cost_field(live.data, [live.info.cell_of(goal.x, goal.y)], allow_unknown=False)
@@ -122,7 +122,7 @@ def _corridor(length: int = 60) -> tuple[Costmap, PlanResult]:
 def test_a_plan_between_the_very_ends_comes_back_as_it_was_kept() -> None:
     bare, result = _corridor()
     ends = centre(bare, 2, 0), centre(bare, 2, 59)
-    made, verdict = offer(stored(bare, result), question(*ends), LiveAndBareCostmaps(bare, bare, False), CHEAPEST)
+    made, verdict = offer(stored(bare, result), query(*ends), LiveAndBareCostmaps(bare, bare, False), CHEAPEST)
     assert made is not None
     assert verdict.criterion == "bound"
     assert made.poses.tobytes() == result.poses.tobytes()
@@ -134,7 +134,7 @@ def test_another_heading_at_an_end_turns_only_that() -> None:
     bare, result = _corridor()
     made, _ = offer(
         stored(bare, result),
-        question(centre(bare, 2, 0, 1.0), centre(bare, 2, 59, 2.0)),
+        query(centre(bare, 2, 0, 1.0), centre(bare, 2, 59, 2.0)),
         LiveAndBareCostmaps(bare, bare, False),
         SOME,
     )
@@ -148,7 +148,7 @@ def test_a_robot_that_stands_along_the_way_is_given_the_rest_of_it() -> None:
     bare, result = _corridor()
     part = stored(bare, result, 20, 50)
     made, _ = offer(
-        part, question(centre(bare, 3, 20), centre(bare, 1, 50)), LiveAndBareCostmaps(bare, bare, False), CHEAPEST, 0.1
+        part, query(centre(bare, 3, 20), centre(bare, 1, 50)), LiveAndBareCostmaps(bare, bare, False), CHEAPEST, 0.1
     )
     assert made is not None
     assert made.origin == "stitched"
@@ -161,7 +161,7 @@ def test_what_was_seen_on_the_way_since_refuses_it() -> None:
     data[2, 30] = 254
     made, verdict = offer(
         stored(bare, result),
-        question(centre(bare, 2, 0), centre(bare, 2, 59)),
+        query(centre(bare, 2, 0), centre(bare, 2, 59)),
         LiveAndBareCostmaps(of(data), bare, False),
         CHEAPEST,
     )
@@ -176,7 +176,7 @@ def test_a_way_that_has_become_dear_is_refused() -> None:
     data[2, 10:50] = 252
     ends = centre(bare, 2, 0), centre(bare, 2, 59)
     for traits in (CHEAPEST, SOME):
-        made, verdict = offer(stored(bare, result), question(*ends), LiveAndBareCostmaps(of(data), bare, False), traits)
+        made, verdict = offer(stored(bare, result), query(*ends), LiveAndBareCostmaps(of(data), bare, False), traits)
         assert made is None
         assert verdict.criterion == "bound"
 
@@ -187,7 +187,7 @@ def test_a_plan_around_what_another_robot_saw_is_no_plan_for_who_does_not_see_it
     walled[:18, 15] = 254
     detour = DIJKSTRA.plan(of(walled), PlanRequest(centre(bare, 2, 0), centre(bare, 2, 29)))
     seen = replace(stored(bare, detour), conditions={**PARAMETERS, "bare_map": False, "robot_radius": 0.2})
-    ends = question(centre(bare, 2, 0), centre(bare, 2, 29))
+    ends = query(centre(bare, 2, 0), centre(bare, 2, 29))
     for traits in (CHEAPEST, SOME):
         assert offer(seen, ends, LiveAndBareCostmaps(bare, bare, False), traits)[0] is None
 
@@ -199,19 +199,19 @@ def test_a_detour_that_a_program_says_is_the_planners_own_is_not_believed() -> N
     ends = centre(bare, 2, 0), centre(bare, 2, 29)
     detour = DIJKSTRA.plan(of(walled), PlanRequest(*ends))
     forged, straight = stored(bare, detour), stored(bare, DIJKSTRA.plan(bare, PlanRequest(*ends)))
-    ground = LiveAndBareCostmaps(bare, bare, False)
+    costmaps = LiveAndBareCostmaps(bare, bare, False)
     for traits in (CHEAPEST, SOME):
-        assert offer(forged, question(*ends), ground, traits)[0] is not None, "who says so of the own plans is believed"
-        assert offer(replace(forged, given=True), question(*ends), ground, traits)[0] is None
-        made, _ = offer(replace(straight, given=True), question(*ends), ground, traits)
+        assert offer(forged, query(*ends), costmaps, traits)[0] is not None, "who says so of the own plans is believed"
+        assert offer(replace(forged, given=True), query(*ends), costmaps, traits)[0] is None
+        made, _ = offer(replace(straight, given=True), query(*ends), costmaps, traits)
         assert made is not None
-        assert made.proof.by == "distance"
+        assert made.lower_bound.by == "distance"
 
 
 def test_what_another_radius_makes_cheapest_proves_nothing() -> None:
     bare = costmap("\n".join(["o" * 30] * 3))
     result = DIJKSTRA.plan(bare, PlanRequest(centre(bare, 1, 0), centre(bare, 1, 29)))
-    ends = question(centre(bare, 1, 0), centre(bare, 1, 29))
+    ends = query(centre(bare, 1, 0), centre(bare, 1, 29))
     kept = stored(bare, result)
     assert offer(kept, ends, LiveAndBareCostmaps(bare, bare, False), CHEAPEST)[0] is not None
     assert offer(kept, replace(ends, robot_radius=0.3), LiveAndBareCostmaps(bare, bare, False), CHEAPEST)[0] is None
@@ -221,12 +221,12 @@ def test_a_robot_that_cannot_turn_on_the_spot_is_given_only_what_fits_to_the_hea
     bare, result = _corridor()
     start, goal = centre(bare, 2, 0), centre(bare, 2, 59)
     turns = Traits(kinematic=True)
-    for asked, taken in ((question(start, goal), True), (question(start, centre(bare, 2, 59, 1.0)), False)):
+    for asked, taken in ((query(start, goal), True), (query(start, centre(bare, 2, 59, 1.0)), False)):
         kinematic = replace(asked, kinematic=True)
         assert (
             offer(stored(bare, result), kinematic, LiveAndBareCostmaps(bare, bare, False), turns)[0] is not None
         ) is taken
-    aside = replace(question(centre(bare, 1, 0), goal), kinematic=True)
+    aside = replace(query(centre(bare, 1, 0), goal), kinematic=True)
     made, verdict = offer(stored(bare, result), aside, LiveAndBareCostmaps(bare, bare, False), turns)
     assert made is None
     assert verdict.criterion == "ends"

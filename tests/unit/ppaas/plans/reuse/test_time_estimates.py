@@ -1,4 +1,4 @@
-"""Estimates follow what was measured, help each other out, and say how sure they are."""
+"""Estimates follow measurements, borrow from other complexities, and report their uncertainty."""
 
 import itertools
 
@@ -73,7 +73,7 @@ def test_a_link_is_a_round_trip_and_so_much_a_byte(round_trip: float, bandwidth:
     for size in (100.0, 300_000.0):
         expected = link.expect(size)
         assert expected.lower <= expected.mean <= expected.upper
-        # What was believed before any was measured weighs as much as one answer of the ten that count.
+        # The prior weighs as much as one of the ten answers that count.
         assert expected.mean == pytest.approx(round_trip + size / bandwidth, rel=0.3, abs=3e-3)
 
 
@@ -91,7 +91,7 @@ def test_a_link_that_nobody_used_for_long_is_taken_for_one_that_was_not_measured
 
 def test_what_was_kept_of_a_link_is_believed_until_more_is_known() -> None:
     link = LinkTimes(ManualClock())
-    link.believe(LinkHistory("m1", 0.1, 1e6, 100, 0.0))
+    link.start_from(LinkHistory("m1", 0.1, 1e6, 100, 0.0))
     assert link.expect(0.0).mean > 0.05
     for _ in range(30):
         link.note(1000.0, 0.001)
