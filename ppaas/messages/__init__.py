@@ -1,6 +1,6 @@
-"""ROS messages as typed structs, looked up by their ROS names.
+"""ROS messages as typed structs, found by their ROS names.
 
-One module a ROS package. ``decode`` and ``encode`` speak the JSON of rosbridge: NaN and infinity travel as null.
+Each ROS package is one module. ``decode`` and ``encode`` use the JSON of rosbridge, where NaN and infinity are null.
 """
 
 from ppaas.messages import (

@@ -1,4 +1,4 @@
-"""``actionlib_msgs``: goals and how they stand."""
+"""``actionlib_msgs``: goals and their statuses."""
 
 from enum import IntEnum
 from typing import ClassVar
@@ -10,7 +10,7 @@ from ppaas.messages.std_msgs import Header, Time
 
 
 class Status(IntEnum):
-    """The status of a goal, with the numbers of ``actionlib_msgs/GoalStatus``."""
+    """Status of a goal, with the numbers of ``actionlib_msgs/GoalStatus``."""
 
     PENDING = 0
     ACTIVE = 1
@@ -25,12 +25,12 @@ class Status(IntEnum):
 
     @property
     def terminal(self) -> bool:
-        """Tell whether nothing more will happen to the goal."""
+        """Return whether the goal has ended."""
         return self not in (Status.PENDING, Status.ACTIVE, Status.PREEMPTING, Status.RECALLING)
 
 
 class GoalID(Message):
-    """``actionlib_msgs/GoalID``; an empty id in a cancel means every goal."""
+    """``actionlib_msgs/GoalID``; an empty id in a cancel request means all goals."""
 
     stamp: Time = field(default_factory=Time)
     id: str = ""

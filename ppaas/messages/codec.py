@@ -1,4 +1,4 @@
-"""Messages to JSON and back."""
+"""Messages as JSON: encoding and decoding."""
 
 from functools import cache
 from typing import TypeVar, cast
@@ -25,21 +25,21 @@ def encode(message: Message) -> bytes:
 
 
 def decode(cls: type[M], data: bytes | str | msgspec.Raw) -> M:
-    """Read one message of a known type, with its times as ROS 1 or ROS 2 spells them.
+    """Decode a message of the given type, whose times may be spelled as in ROS 1 or ROS 2.
 
     Raises
     ------
     MalformedMessage
-        Not JSON, or not of that type; the text says where.
+        The data is not JSON, or not of that type; the text names the place in the message.
     """
     decoder = _decoder(cls)
     try:
         try:
             return cast(M, decoder.decode(data))
         except msgspec.ValidationError:
-            # A stamp refuses keys that are not its own. Looking for ROS 2's spelling only then costs others nothing.
-            given = data.encode() if isinstance(data, str) else bytes(data)
-            if (respelled := to_ros1(given)) == given:
+            # `Time` forbids unknown keys, so ROS 2's spelling always gets here, and other messages cost nothing more.
+            original = data.encode() if isinstance(data, str) else bytes(data)
+            if (respelled := to_ros1(original)) == original:
                 raise
             return cast(M, decoder.decode(respelled))
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:

@@ -1,6 +1,6 @@
 """``geometry_msgs``.
 
-A field without which a message means nothing has no default, so that a client that leaves it out is told.
+A field that a message needs has no default: a client that omits it gets an error.
 """
 
 from msgspec import field
@@ -43,12 +43,12 @@ class Pose(Message):
 
     @classmethod
     def of(cls, pose: Pose2D) -> "Pose":
-        """Lift a pose in the plane into space."""
+        """Return the pose in space of a pose in the plane, with z = 0."""
         x, y, z, w = quaternion_of(pose.theta)
         return cls(Point(pose.x, pose.y), Quaternion(x=x, y=y, z=z, w=w))
 
     def planar(self) -> Pose2D:
-        """Return x, y and yaw."""
+        """Return the pose in the plane: x, y and yaw."""
         q = self.orientation
         return Pose2D(self.position.x, self.position.y, yaw_of(q.x, q.y, q.z, q.w))
 

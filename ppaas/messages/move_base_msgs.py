@@ -1,4 +1,4 @@
-"""``move_base_msgs``: the action of Move Base, taken apart into its topics."""
+"""``move_base_msgs``: the messages of Move Base's action, one type per topic."""
 
 from msgspec import field
 

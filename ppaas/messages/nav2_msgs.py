@@ -1,4 +1,4 @@
-"""``nav2_msgs``: the action ``FollowWaypoints``, taken apart into its topics as those of ROS 1 are; speed limits."""
+"""``nav2_msgs``: the action ``FollowWaypoints``, one type per topic as in ROS 1, and speed limits."""
 
 from enum import IntEnum
 
@@ -39,7 +39,7 @@ class WaypointStatus(Message):
 
 
 class FollowWaypointsGoal(Message):
-    """``nav2_msgs/FollowWaypointsGoal``: the list, how often to begin again, and with which waypoint to begin."""
+    """``nav2_msgs/FollowWaypointsGoal``: the waypoints, the number of repetitions, and the index of the first one."""
 
     poses: list[PoseStamped]
     number_of_loops: int = 0
@@ -85,7 +85,7 @@ class FollowWaypointsActionResult(Message):
 
 
 class SpeedLimit(Message):
-    """``nav2_msgs/SpeedLimit``: a speed [m/s], or a percentage of the fastest; 0 is none."""
+    """``nav2_msgs/SpeedLimit``: a speed [m/s], or a percentage of the maximum speed; 0 removes the limit."""
 
     speed_limit: float
     percentage: bool = False

@@ -18,9 +18,9 @@ class MapMetaData(Message):
 
 
 class OccupancyGrid(Message):
-    """``nav_msgs/OccupancyGrid``: row-major from the lower-left cell, 0–100, −1 unknown.
+    """``nav_msgs/OccupancyGrid``: row-major from the lower-left cell; 0 to 100, −1 unknown.
 
-    A sender may give ``data`` as JSON already written: a million cells are never made a list of numbers.
+    ``data`` may be encoded JSON, so that a sender need not build a list of a million numbers.
     """
 
     header: Header
@@ -38,14 +38,14 @@ class Odometry(Message):
 
 
 class Path(Message):
-    """``nav_msgs/Path``. A sender may give ``poses`` as JSON already written, as the cells of a grid."""
+    """``nav_msgs/Path``. ``poses`` may be encoded JSON, like the cells of a grid."""
 
     header: Header
     poses: list[PoseStamped] | Raw
 
 
 class GetPlanRequest(Message):
-    """``nav_msgs/GetPlan`` request: tolerance [m] around the goal."""
+    """``nav_msgs/GetPlan`` request; ``tolerance`` is the radius around the goal [m]."""
 
     start: PoseStamped
     goal: PoseStamped
@@ -53,7 +53,7 @@ class GetPlanRequest(Message):
 
 
 class GetPlanResponse(Message):
-    """``nav_msgs/GetPlan`` response; the path is empty where none was found."""
+    """``nav_msgs/GetPlan`` response; the path is empty if none was found."""
 
     plan: Path
 

@@ -1,4 +1,4 @@
-"""``people_msgs``: who was seen where."""
+"""``people_msgs``: positions and velocities of people."""
 
 from msgspec import field
 

@@ -1,4 +1,4 @@
-"""``ppaas_msgs``: what ROS has no type for."""
+"""``ppaas_msgs``: types of this project that ROS has no type for."""
 
 from msgspec import field
 
@@ -15,13 +15,13 @@ class ComputePathRequest(Message):
     start, goal : Pose
         In the frame of the map.
     planner : str
-        Name or ROS alias of a global planner; empty for the one that the server was made with.
+        Name or ROS alias of a global planner; empty for the server's default planner.
     tolerance : float
-        If the goal is blocked, a free place within this distance will do [m].
+        If the goal is blocked, plan to the nearest free position within this distance [m].
     timeout : float
-        Longest time to plan [s].
+        Time limit for planning [s].
     reuse : bool
-        Whether a plan that is kept will do where it comes sooner than one that is computed.
+        Whether a stored plan may be returned if it is available sooner than a computed one.
     """
 
     start: Pose
@@ -38,26 +38,26 @@ class ComputePathResponse(Message):
     Parameters
     ----------
     poses : str
-        From start to goal, in the frame of the map: JSON, a list of rows [x, y, z [m], qx, qy, qz, qw]. It is text
-        within the message, so that thousands of numbers are handed on as they were written.
+        Poses from start to goal in the frame of the map, as JSON: a list of rows [x, y, z [m], qx, qy, qz, qw]. They
+        are encoded within the message, so that thousands of numbers are passed on without being parsed.
     cost : float
-        Sum of the weights of the moves.
+        Sum of the weights of all moves.
     length : float
-        Along the poses [m].
+        Length of the path [m].
     expanded : int
-        Cells that were settled.
+        Number of expanded cells.
     seconds : float
-        Time it took.
+        Planning time [s].
     planner : str
-        Who planned.
+        Name of the planner.
     plan_id : str
-        By which the plan may be kept: of the same plan the same.
+        Id under which the plan may be stored; equal plans have equal ids.
     origin : str
-        Whether it was ``computed``, or a plan that is kept was ``reused``, or ``stitched`` to the ends.
+        ``computed``, or ``reused`` for a stored plan, or ``stitched`` for a stored plan with new ends.
     reused : str
-        Id of that plan.
+        Id of the stored plan.
     conditions : str
-        Under which it was made: JSON, the parameters of the planner and what else a plan is kept with.
+        Conditions of the plan as JSON: the planner's parameters and what else a plan is stored with.
     """
 
     poses: str
@@ -81,9 +81,9 @@ class ComputeCostsRequest(Message):
     Parameters
     ----------
     starts, goals : list of Pose
-        In the frame of the map; headings do not count.
+        In the frame of the map; headings are ignored.
     timeout : float
-        Longest time for all of it [s].
+        Time limit for the whole request [s].
     """
 
     starts: list[Pose]
@@ -97,9 +97,9 @@ class ComputeCostsResponse(Message):
     Parameters
     ----------
     costs : str
-        What the cheapest path costs: JSON, a row for each start, a number in it for each goal, null where no way leads.
+        Costs of the cheapest paths as JSON: a row for each start with a number for each goal, null if there is no path.
     seconds : float
-        Time it took.
+        Computing time [s].
     """
 
     costs: str
@@ -108,22 +108,22 @@ class ComputeCostsResponse(Message):
 
 ComputeCosts = ServiceType("ppaas_msgs/ComputeCosts", ComputeCostsRequest, ComputeCostsResponse)
 
-# -- robots of the same map --------------------------------------------------------------------------------------------
+# -- other robots on the same map --------------------------------------------------------------------------------------
 
 
 class RobotState(Message):
-    """``ppaas_msgs/RobotState``: what a robot tells those of its map.
+    """``ppaas_msgs/RobotState``: the state that a robot publishes to the other robots on its map.
 
-    It has all of ``geometry_msgs/PoseWithCovarianceStamped``.
+    It has all fields of ``geometry_msgs/PoseWithCovarianceStamped``.
 
     Parameters
     ----------
     pose : PoseWithCovariance
         In ``header.frame_id``.
     twist : Twist
-        How fast it drives, in its own frame.
+        Velocity of the robot, in its own frame.
     radius : float
-        Of the disc that holds it [m]; 0 if that is not known.
+        Circumscribed radius of its footprint [m]; 0 if unknown.
     """
 
     header: Header
@@ -133,18 +133,18 @@ class RobotState(Message):
 
 
 class RobotStates(Message):
-    """``ppaas_msgs/RobotStates``: the other robots of a map.
+    """``ppaas_msgs/RobotStates``: the other robots on a map.
 
-    It has all of ``geometry_msgs/PoseArray``.
+    It has all fields of ``geometry_msgs/PoseArray``.
 
     Parameters
     ----------
     poses : list of Pose
         In ``header.frame_id``.
     twists : list of Twist
-        How fast each drives, in its own frame; empty if that is not known.
+        Velocity of each robot, in its own frame; empty if unknown.
     radii : list of float
-        Of the discs that hold them [m], 0 of one that is not known; empty if none is.
+        Circumscribed radius of each robot [m], 0 if unknown; empty if all are unknown.
     """
 
     header: Header
@@ -153,24 +153,24 @@ class RobotStates(Message):
     radii: list[float] = field(default_factory=list)
 
 
-# -- the node monitor: which of its nodes a robot runs itself ----------------------------------------------------------
+# -- the node monitor, which decides which nodes run on the robot ------------------------------------------------------
 
 
 class NodeHome(Message):
-    """``ppaas_msgs/NodeHome``: where a node runs, and where the node monitor wants it.
+    """``ppaas_msgs/NodeHome``: the current and the wanted home of a node.
 
     Parameters
     ----------
     node : str
-        Its name.
+        Name of the node.
     home : str
         ``cloud`` or ``robot``.
     wanted : str
-        The same, as the verdict says.
+        ``cloud`` or ``robot``, by the verdict of the node monitor.
     score : float
-        From −1, all speaks for the robot, to 1, all speaks for the cloud.
+        From −1 (all criteria favour the robot) to 1 (all favour the cloud).
     reasons : list of str
-        What the verdict rests on, what counts most first.
+        Reasons for the verdict, the most important first.
     """
 
     node: str
@@ -181,7 +181,7 @@ class NodeHome(Message):
 
 
 class NodeHomes(Message):
-    """``ppaas_msgs/NodeHomes``: all nodes of a robot's clone."""
+    """``ppaas_msgs/NodeHomes``: the homes of all nodes of a clone."""
 
     nodes: list[NodeHome]
 
@@ -190,22 +190,22 @@ ListNodes = ServiceType("ppaas_msgs/ListNodes", Empty, NodeHomes)
 
 
 class TellRobotRequest(Message):
-    """``ppaas_msgs/TellRobot`` request: what a robot has to run nodes on, and how it reaches the cloud.
+    """``ppaas_msgs/TellRobot`` request: a robot reports its processor and its link to the cloud.
 
     Parameters
     ----------
     cores : int
-        Of its processor.
+        Number of CPU cores.
     clock : float
-        [GHz].
+        Clock rate [GHz].
     benchmark : float
-        How fast one core is, where a Raspberry Pi 4 is 1.
+        Speed of one core, relative to a Raspberry Pi 4.
     rtt : float
-        There and back over its link [s].
+        Round-trip time of the link [s].
     bandwidth : float
-        Of its link [bytes/s].
+        Bandwidth of the link [bytes/s].
     nodes : list of str
-        Names of the nodes that it can run.
+        Names of the nodes that the robot can run.
     """
 
     cores: int
@@ -222,9 +222,9 @@ class TellRobotResponse(Message):
     Parameters
     ----------
     config : str
-        What its nodes are made of: JSON, the arguments of a clone but its map.
+        Configuration of the nodes as JSON: the arguments of a clone, without its map.
     power : float
-        What the robot is worth, in cores of a Raspberry Pi 4.
+        Computing power of the robot, in cores of a Raspberry Pi 4.
     """
 
     config: str
@@ -235,14 +235,14 @@ TellRobot = ServiceType("ppaas_msgs/TellRobot", TellRobotRequest, TellRobotRespo
 
 
 class RunNodeRequest(Message):
-    """``ppaas_msgs/RunNode`` request: run a node, wherever it does best.
+    """``ppaas_msgs/RunNode`` request: run a node in the cloud or on the robot.
 
     Parameters
     ----------
     node : str
-        Its name.
+        Name of the node.
     home : str
-        ``cloud`` or ``robot`` to have it there; empty for where the node monitor finds best.
+        ``cloud`` or ``robot``; empty lets the node monitor decide.
     """
 
     node: str
@@ -253,14 +253,14 @@ RunNode = ServiceType("ppaas_msgs/RunNode", RunNodeRequest, NodeHome)
 
 
 class TopicMessage(Message):
-    """``ppaas_msgs/TopicMessage``: what was published on a topic.
+    """``ppaas_msgs/TopicMessage``: a message that was published on a topic.
 
     Parameters
     ----------
     topic : str
-        Its name.
+        Name of the topic.
     message : str
-        As JSON.
+        The message as JSON.
     """
 
     topic: str
@@ -268,22 +268,22 @@ class TopicMessage(Message):
 
 
 class HoldNodeRequest(Message):
-    """``ppaas_msgs/HoldNode`` request: the robot takes a node over, or says that it still runs it.
+    """``ppaas_msgs/HoldNode`` request: the robot takes over a node, or renews its lease of the node.
 
     Parameters
     ----------
     node : str
-        Its name.
+        Name of the node.
     lease : int
-        What the answer said when the node was taken over; 0 takes it over.
+        The lease from the response to the takeover; 0 takes the node over.
     state : str
-        Its checkpoint: JSON.
+        Checkpoint of the node, as JSON.
     seconds : float
-        What it took for each thing that it was told since the last time, in the mean [s]; 0 if it was told nothing.
+        Mean processing time per message since the last request [s]; 0 if there was no message.
     rtt : float
-        There and back over the link, as the call before took [s]; 0 if it is not known.
+        Round-trip time of the previous call [s]; 0 if unknown.
     heard : list of str
-        Fingerprints of what must arrive, and had reached the node before that state.
+        Fingerprints of the must-arrive messages that the node received before this checkpoint.
     """
 
     node: str
@@ -300,12 +300,12 @@ class HoldNodeResponse(Message):
     Parameters
     ----------
     lease : int
-        0: the node is no longer the robot's, and runs in the cloud.
+        Number of the lease; 0 if the robot has lost the lease and the node runs in the cloud.
     state : str
-        The node's checkpoint where it was taken over; else empty.
+        Checkpoint of the node if this request took it over; else empty.
     unheard : list of TopicMessage
-        What must arrive at the node, came since it was taken over, and is not in ``heard`` of any request so far. The
-        robot may have it by now: it goes by the fingerprints.
+        Must-arrive messages for the node that came since the takeover and are not in ``heard`` of any request so far.
+        The robot may have received them in the meantime; it compares fingerprints.
     """
 
     lease: int
@@ -317,20 +317,20 @@ HoldNode = ServiceType("ppaas_msgs/HoldNode", HoldNodeRequest, HoldNodeResponse)
 
 
 class GiveNodeRequest(Message):
-    """``ppaas_msgs/GiveNode`` request: the robot runs a node no more.
+    """``ppaas_msgs/GiveNode`` request: the robot gives a node back to the cloud.
 
     Parameters
     ----------
     node : str
-        Its name.
+        Name of the node.
     lease : int
-        Under which the robot had it; 0 if it could not take it over.
+        Lease of the robot; 0 if it could not take the node over.
     state : str
-        Its last checkpoint; empty for the one told before.
+        Last checkpoint of the node; empty if it is the one of the previous request.
     failure : str
-        Why it could not be run there; empty if it only goes back.
+        Why the robot cannot run the node; empty if there was no failure.
     heard : list of str
-        Fingerprints of what must arrive, and had reached the node before that state.
+        Fingerprints of the must-arrive messages that the node received before this checkpoint.
     """
 
     node: str
@@ -344,7 +344,7 @@ GiveNode = ServiceType("ppaas_msgs/GiveNode", GiveNodeRequest, NodeHome)
 
 
 class ProbeLinkRequest(Message):
-    """``ppaas_msgs/ProbeLink`` request: send so many bytes, by which a robot measures its link."""
+    """``ppaas_msgs/ProbeLink`` request: send this number of bytes, by which a robot measures its bandwidth."""
 
     bytes: int
 

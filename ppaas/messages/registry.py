@@ -1,4 +1,4 @@
-"""Types by their ROS names, in the spelling of ROS 1 (``geometry_msgs/Pose``) or ROS 2 (``geometry_msgs/msg/Pose``)."""
+"""Registry of types by ROS name, spelled as in ROS 1 (``geometry_msgs/Pose``) or ROS 2 (``geometry_msgs/msg/Pose``)."""
 
 from types import ModuleType
 
@@ -57,7 +57,7 @@ def message_type(name: str) -> type[Message]:
     Raises
     ------
     UnknownType
-        No such type; the text lists what its package has.
+        The type is unknown; the text lists the types of its package.
     """
     known = _TYPES.get(_ros1_spelling(name))
     if known is None:
@@ -73,7 +73,7 @@ def service_type(name: str) -> ServiceType:
     Raises
     ------
     UnknownType
-        No such service type.
+        The service type is unknown; the text lists the known ones.
     """
     known = _SERVICES.get(_ros1_spelling(name))
     if known is None:
@@ -82,10 +82,10 @@ def service_type(name: str) -> ServiceType:
 
 
 def type_name(message: Message | type[Message]) -> str:
-    """Return the ROS 1 spelling of a message's type."""
+    """Return the type of a message as spelled in ROS 1."""
     return _NAMES[message if isinstance(message, type) else type(message)]
 
 
 def message_types() -> tuple[str, ...]:
-    """Return the names of all message types, sorted."""
+    """Return the sorted names of all message types."""
     return tuple(sorted(_TYPES))

@@ -1,7 +1,7 @@
-"""``rosapi``: what there is to talk to, and parameters.
+"""``rosapi``: introspection of topics, services, nodes and types, and access to parameters.
 
-``GetParam``, ``SetParam`` and ``DeleteParam`` answer as newer versions of rosapi do, with ``successful`` and
-``reason``, which older clients ignore.
+``GetParam``, ``SetParam`` and ``DeleteParam`` respond as newer versions of rosapi do, with ``successful`` and
+``reason``. Older clients ignore these fields.
 """
 
 from msgspec import field
@@ -11,7 +11,7 @@ from ppaas.messages.std_msgs import Time
 
 
 class TypeDef(Message):
-    """``rosapi/TypeDef``: the fields of a message; an array length is −1 for none and 0 for any."""
+    """``rosapi/TypeDef``: the fields of a message; the array length is −1 for no array and 0 for any length."""
 
     type: str
     fieldnames: list[str]
@@ -56,7 +56,7 @@ class ParamRequest(Message):
 
 
 class GetParamRequest(Message):
-    """``rosapi/GetParam`` request: what to answer if there is none, as JSON."""
+    """``rosapi/GetParam`` request; ``default`` is the JSON to return if the parameter does not exist."""
 
     name: str
     default: str = ""
@@ -94,7 +94,7 @@ class TopicsForTypeResponse(Message):
 
 
 class TypeResponse(Message):
-    """``rosapi/TopicType`` and ``rosapi/ServiceType`` response; empty if there is no such thing."""
+    """``rosapi/TopicType`` and ``rosapi/ServiceType`` response; empty if the topic or service does not exist."""
 
     type: str
 
@@ -138,7 +138,7 @@ class ServiceProvidersResponse(Message):
 
 
 class ServiceNodeResponse(Message):
-    """``rosapi/ServiceNode`` response; empty if nobody offers it."""
+    """``rosapi/ServiceNode`` response; empty if no node offers the service."""
 
     node: str
 
@@ -150,7 +150,7 @@ class GetActionServersResponse(Message):
 
 
 class DetailsResponse(Message):
-    """``rosapi/MessageDetails`` response, and of the two sides of a service: a type, and all types within it."""
+    """Response of ``rosapi/MessageDetails`` and its service variants: the definition of a type and its nested types."""
 
     typedefs: list[TypeDef]
 
@@ -183,7 +183,7 @@ class HasParamResponse(Message):
 
 
 class SearchParamResponse(Message):
-    """``rosapi/SearchParam`` response; empty if there is none."""
+    """``rosapi/SearchParam`` response; empty if the parameter does not exist."""
 
     global_name: str
 

@@ -11,8 +11,8 @@ from ppaas.messages.std_msgs import Header
 class LaserScan(Message):
     """``sensor_msgs/LaserScan``.
 
-    Angles in radians, ranges in metres, counter-clockwise about z of the sensor's frame. A range outside
-    [range_min, range_max], or null, is no reading.
+    Angles in radians, counter-clockwise about z of the sensor's frame; ranges in metres. A range that is null or
+    outside [range_min, range_max] is not a reading.
     """
 
     header: Header
@@ -33,11 +33,11 @@ class Image(Message):
     Parameters
     ----------
     encoding : str
-        What a pixel is: ``16UC1`` a depth in mm, ``32FC1`` one in m.
+        Pixel format: ``16UC1`` is a depth in mm, ``32FC1`` a depth in m.
     is_bigendian : int
-        Not 0: the first byte of a number is its highest.
+        Not 0 if the most significant byte of a number is the first.
     step : int
-        Bytes from one row to the next.
+        Length of a row [bytes].
     data : bytes
         All rows; base64 in JSON.
     """
@@ -60,12 +60,12 @@ class CompressedImage(Message):
 
 
 class CameraInfo(Message):
-    """``sensor_msgs/CameraInfo``, in the spelling of ROS 1: its matrices have capital letters.
+    """``sensor_msgs/CameraInfo``, spelled as in ROS 1: matrices have capital letters.
 
     Parameters
     ----------
     K : list of 9 floats
-        Row-major: fx, 0, cx, 0, fy, cy, 0, 0, 1 [pixels].
+        Intrinsic camera matrix, row-major: fx, 0, cx, 0, fy, cy, 0, 0, 1 [pixels].
     """
 
     header: Header

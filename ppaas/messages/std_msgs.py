@@ -1,4 +1,4 @@
-"""``std_msgs``, and ROS time."""
+"""``std_msgs``, and the time types of ROS."""
 
 import math
 
@@ -10,9 +10,9 @@ __all__ = ["Bool", "Duration", "Empty", "Float64", "Header", "String", "Time"]
 
 
 class Time(Message, forbid_unknown_fields=True):
-    """A stamp: seconds and nanoseconds since the epoch.
+    """Stamp: seconds and nanoseconds since the epoch.
 
-    It takes no other keys, so that ``decode`` notices ROS 2's spelling, and a client that a stamp is not understood.
+    It forbids other keys: so ``decode`` recognizes ROS 2's spelling, and a client with wrong keys gets an error.
     """
 
     secs: int = 0
@@ -20,23 +20,23 @@ class Time(Message, forbid_unknown_fields=True):
 
     @classmethod
     def of(cls, seconds: float) -> "Time":
-        """Return the stamp of float seconds."""
+        """Return the stamp of a time in seconds since the epoch."""
         whole = math.floor(seconds)
         return cls(whole, int((seconds - whole) * 1e9))
 
     def seconds(self) -> float:
-        """Return float seconds."""
+        """Return the time in seconds since the epoch."""
         return self.secs + self.nsecs * 1e-9
 
 
 class Duration(Message, forbid_unknown_fields=True):
-    """A span of time: seconds and nanoseconds."""
+    """Duration: seconds and nanoseconds."""
 
     secs: int = 0
     nsecs: int = 0
 
     def seconds(self) -> float:
-        """Return float seconds."""
+        """Return the duration in seconds."""
         return self.secs + self.nsecs * 1e-9
 
 

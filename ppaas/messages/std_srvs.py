@@ -1,23 +1,23 @@
-"""``std_srvs``: services that need no types of their own."""
+"""``std_srvs``: standard service types."""
 
 from ppaas.messages.message import Empty, Message, ServiceType
 
 
 class TriggerResponse(Message):
-    """Answer of ``std_srvs/Trigger``."""
+    """``std_srvs/Trigger`` response."""
 
     success: bool
     message: str = ""
 
 
 class SetBoolRequest(Message):
-    """Request of ``std_srvs/SetBool``."""
+    """``std_srvs/SetBool`` request."""
 
     data: bool = False
 
 
 class SetBoolResponse(Message):
-    """Answer of ``std_srvs/SetBool``."""
+    """``std_srvs/SetBool`` response."""
 
     success: bool
     message: str = ""

@@ -1,4 +1,4 @@
-"""``tf2_web_republisher``: transforms for who wants few of them, seldom."""
+"""``tf2_web_republisher``: transforms of selected frames at a low rate, for web clients."""
 
 from msgspec import field
 
@@ -15,18 +15,18 @@ class TFArray(Message):
 
 
 class TFSubscriptionGoal(Message):
-    """``tf2_web_republisher/TFSubscriptionGoal``: where each of some frames lies in another.
+    """``tf2_web_republisher/TFSubscriptionGoal``: send the poses of source frames in a target frame.
 
     Parameters
     ----------
     source_frames : list of str
-        The frames asked for.
+        Frames whose poses are sent.
     target_frame : str
-        In which.
+        Frame in which the poses are given.
     angular_thres, trans_thres : float
-        A frame is told of when it has moved by more than one of these [rad, m]; 0: always.
+        A frame is sent when it has turned or moved by more than this [rad, m]; 0 sends it always.
     rate : float
-        How often it is looked at [Hz].
+        Rate at which the thresholds are checked [Hz].
     """
 
     source_frames: list[str]
@@ -67,7 +67,7 @@ class TFSubscriptionActionResult(Message):
 
 
 class RepublishTFsRequest(TFSubscriptionGoal):
-    """``tf2_web_republisher/RepublishTFs`` request: a goal, and how long its topic stays without anybody hearing it."""
+    """``tf2_web_republisher/RepublishTFs`` request: a goal, and how long its topic lasts without a subscriber."""
 
     timeout: Duration = field(default_factory=Duration)
 

@@ -1,8 +1,8 @@
-"""Stamps and durations in the spellings of ROS 1 (``secs``, ``nsecs``) and ROS 2 (``sec``, ``nanosec``).
+"""Conversion of times between the keys of ROS 1 (``secs``, ``nsecs``) and ROS 2 (``sec``, ``nanosec``).
 
-Messages have the spelling of ROS 1 inside. They are respelled as text, without being parsed: only a key may be a
-quoted word with a colon behind it, since within a string every quote has a backslash before it. The same backslash
-tells a key that merely ends in the word.
+Inside the cloud, messages use the keys of ROS 1. The JSON text is converted without parsing: a quoted word followed by
+a colon can only be a key, since quotes within a string have a backslash before them. The backslash also excludes a
+longer key whose last characters look like one of these keys.
 """
 
 import re
@@ -13,10 +13,10 @@ _KEY_OF_ROS2: Final = re.compile(rb'"(nano)?sec"(?<!\\"sec")(?<!\\"nanosec")(?=\
 
 
 def to_ros2(payload: bytes) -> bytes:
-    """Return a message of JSON with its times as ROS 2 spells them."""
+    """Return a JSON message with the time keys of ROS 1 replaced by those of ROS 2."""
     return _KEY_OF_ROS1.sub(lambda key: b'"nanosec"' if key[1] else b'"sec"', payload)
 
 
 def to_ros1(payload: bytes) -> bytes:
-    """Return a message of JSON with its times as ROS 1 spells them."""
+    """Return a JSON message with the time keys of ROS 2 replaced by those of ROS 1."""
     return _KEY_OF_ROS2.sub(lambda key: b'"nsecs"' if key[1] else b'"secs"', payload)

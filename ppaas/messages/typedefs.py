@@ -1,6 +1,6 @@
-"""What messages are made of, told as ROS tells it: ``rosapi/TypeDef``, and the text of a definition.
+"""Message definitions, as ``rosapi/TypeDef`` and as text.
 
-Both are read off the structs, so they are never out of date.
+Both are derived from the structs, so they are never out of date.
 """
 
 from collections.abc import Iterable
@@ -18,7 +18,7 @@ NO_ARRAY = -1
 ANY_LENGTH = 0
 _RULE = "=" * 80
 
-# Times are primitive in ROS 1; rosapi tells of them as of messages.
+# Times are primitive types in ROS 1, but rosapi lists their fields as it does for messages.
 _TIMES: dict[type, str] = {Time: "time", Duration: "duration"}
 _EXAMPLES = {"bool": "False", "string": "", "float32": "0.0", "float64": "0.0"}
 
@@ -40,17 +40,18 @@ class _Field(NamedTuple):
 
 
 def typedefs(message: type[Message]) -> list[TypeDef]:
-    """Return the definition of a message, and those of all messages within it, each once."""
-    return [_typedef(cls) for cls in _within(message)]
+    """Return the definitions of a message and of all messages nested in it, each once."""
+    return [_typedef(cls) for cls in _with_nested(message)]
 
 
 def full_text(message: type[Message]) -> str:
-    """Return the definition of a message and those of all within it as ``gendeps --cat`` writes them."""
-    others = [cls for cls in _within(message) if cls is not message and cls not in _TIMES]
+    """Return the definitions of a message and of all messages nested in it, in the format of ``gendeps --cat``."""
+    others = [cls for cls in _with_nested(message) if cls is not message and cls not in _TIMES]
     return "\n".join([_text(message), *(f"{_RULE}\nMSG: {type_name(cls)}\n{_text(cls)}" for cls in others)])
 
 
-def _within(message: type[Message]) -> Iterable[type[Message]]:
+def _with_nested(message: type[Message]) -> Iterable[type[Message]]:
+    """Return a message type and all types nested in it, depth first, each once."""
     seen: dict[type[Message], None] = {}
     waiting = [message]
     while waiting:
@@ -102,13 +103,15 @@ def _field(name: str, kind: inspect.Type) -> _Field:
 
 
 def _plain(kind: inspect.Type) -> tuple[inspect.Type, int, str]:
-    """Return a type without what was noted about it: the length of an array, and what it is in ROS."""
+    """Return a type without its annotations, the annotated array length, and the annotated ROS type."""
     length, ros = NO_ARRAY, ""
     while True:
         if isinstance(kind, inspect.Metadata):
-            noted = kind.extra or {}
-            kind, length, ros = kind.type, noted.get("length", length), noted.get("ros", ros)
-        elif isinstance(kind, inspect.UnionType):  # null for a number that is none, or JSON already written
+            notes = kind.extra or {}
+            kind, length, ros = kind.type, notes.get("length", length), notes.get("ros", ros)
+        elif isinstance(
+            kind, inspect.UnionType
+        ):  # a number or null, or a list or encoded JSON: the first is ROS's type
             kind = kind.types[0]
         else:
             return kind, length, ros

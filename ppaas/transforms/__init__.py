@@ -1,1 +1,1 @@
-"""Transforms between frames: planar and exact about time, or in space and only the newest."""
+"""Transforms between frames: planar and interpolated in time, or in space and latest only."""

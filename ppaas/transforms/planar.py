@@ -1,7 +1,7 @@
-"""The tf tree of a robot that moves in the plane: frames, their transforms over time, and what lies between two.
+"""Planar tf tree: buffers transforms between frames over time and looks them up, as tf2 does.
 
-It is planar on purpose: a clone's frames (map, odom, base_link, its laser) are turned about z alone. Roll, pitch
-and height of a ``TransformStamped`` are left out, and ``set_message`` refuses a transform that is tilted.
+It is planar on purpose: the frames of a clone (map, odom, base_link, laser) differ by rotations about z only. The
+height of a ``TransformStamped`` is ignored, and ``set_message`` refuses a transform with roll or pitch.
 """
 
 import bisect
@@ -17,10 +17,10 @@ from ppaas.messages.std_msgs import Header, Time
 logger = logging.getLogger(__name__)
 
 CACHE_TIME = 10.0
-"""Seconds that a frame's transforms are kept, as in tf2."""
+"""Length of a frame's buffer [s], as in tf2."""
 
 MAX_TILT = 0.02
-"""Roll or pitch [rad] that is still taken for level."""
+"""Largest roll or pitch that counts as level [rad]."""
 
 IDENTITY = Pose2D(0.0, 0.0, 0.0)
 
@@ -28,32 +28,32 @@ _stamp_of = itemgetter(0)
 
 
 def tf_time(stamp: Time) -> float:
-    """Return the seconds of a stamp, to the microsecond.
+    """Return a stamp in seconds, rounded to the microsecond.
 
-    Seconds since the epoch as a float know no more than that; without rounding, the same moment on two ways through
-    messages would be two moments.
+    This is the precision of a float with seconds since the epoch. Without rounding, one stamp that is converted in two
+    messages could give two different times.
     """
     return round(stamp.seconds(), 6)
 
 
 def transform_message(parent: str, child: str, pose: Pose2D, stamp: Time) -> TransformStamped:
-    """Return ``geometry_msgs/TransformStamped`` of a planar transform."""
+    """Return a planar transform as ``geometry_msgs/TransformStamped``."""
     rotation = Quaternion(z=math.sin(pose.theta / 2.0), w=math.cos(pose.theta / 2.0))
     transform = Transform(Vector3(pose.x, pose.y, 0.0), rotation)
     return TransformStamped(Header(stamp=stamp, frame_id=parent), child, transform)
 
 
 class TransformTree:
-    """Frames and where each lies in its parent, over the last seconds.
+    """Tree of frames, with the transforms of each frame to its parent over the last seconds.
 
-    A stamp may come late: it is put in its place as long as the buffer reaches back that far. One that is older than
-    everything the buffer may hold means that the sender's clock was set back, so the frame's buffer starts anew: a
-    robot that restarts is not ignored until its clock has caught up (which tf2 would do).
+    Transforms may arrive out of order; they are sorted into the buffer by their stamps. A stamp older than the whole
+    buffer means that the sender's clock was set back, so the frame's buffer is cleared. tf2 would instead ignore the
+    robot until its clock has caught up.
 
     Parameters
     ----------
     cache_time : float
-        How far back a frame's transforms are kept, from its newest [s].
+        Length of a frame's buffer, back from its newest transform [s].
     """
 
     def __init__(self, cache_time: float = CACHE_TIME) -> None:
@@ -65,20 +65,21 @@ class TransformTree:
     # -- setting -------------------------------------------------------------------------------------------------------
 
     def set(self, parent: str, child: str, pose: Pose2D, stamp: float) -> None:
-        """Tell where ``child`` lies in ``parent`` at a time.
+        """Set the pose of ``child`` in ``parent`` at a time.
 
         Raises
         ------
         TransformError
-            Not finite, a frame without a name, or a loop of frames.
+            A number is not finite, a frame has no name, or the frames would form a loop.
         """
         if not math.isfinite(stamp):
-            raise TransformError(f"the stamp of {parent!r} → {child!r} is not finite")
+            raise TransformError(f"stamp of transform {parent!r} → {child!r} is not finite")
         self._connect(parent, child, pose)
         self._static.pop(child, None)
         buffer = self._moving.setdefault(child, [])
         if buffer and stamp < buffer[-1][0] - self._cache_time:
-            logger.warning("the clock of frame %r went back by %.3f s: forgetting", child, buffer[-1][0] - stamp)
+            behind = buffer[-1][0] - stamp
+            logger.warning("the clock of frame %r was set back by %.3f s: clearing its buffer", child, behind)
             buffer.clear()
         index = bisect.bisect_left(buffer, stamp, key=_stamp_of)
         if index < len(buffer) and buffer[index][0] == stamp:
@@ -88,24 +89,24 @@ class TransformTree:
         del buffer[: bisect.bisect_left(buffer, buffer[-1][0] - self._cache_time, key=_stamp_of)]
 
     def set_static(self, parent: str, child: str, pose: Pose2D) -> None:
-        """Tell where ``child`` lies in ``parent`` at all times.
+        """Set the pose of ``child`` in ``parent`` for all times.
 
         Raises
         ------
         TransformError
-            As ``set``.
+            As for ``set``.
         """
         self._connect(parent, child, pose)
         self._moving.pop(child, None)
         self._static[child] = pose
 
     def set_message(self, transform: TransformStamped, *, static: bool = False) -> None:
-        """Take ``geometry_msgs/TransformStamped``.
+        """Set a transform from ``geometry_msgs/TransformStamped``.
 
         Raises
         ------
         TransformError
-            As ``set``, or it is tilted out of the plane.
+            As for ``set``, or the transform has roll or pitch.
         """
         parent, child = transform.header.frame_id.lstrip("/"), transform.child_frame_id.lstrip("/")
         pose = _planar(transform.transform, f"{parent!r} → {child!r}")
@@ -116,11 +117,11 @@ class TransformTree:
 
     def _connect(self, parent: str, child: str, pose: Pose2D) -> None:
         if not parent or not child:
-            raise TransformError(f"a frame has no name: {parent!r} → {child!r}")
+            raise TransformError(f"transform {parent!r} → {child!r}: both frames need a name")
         if not pose.is_finite():
-            raise TransformError(f"the transform {parent!r} → {child!r} is not finite")
+            raise TransformError(f"transform {parent!r} → {child!r} is not finite")
         if child in self._chain(parent):
-            raise TransformError(f"{parent!r} → {child!r} would close a loop of frames")
+            raise TransformError(f"transform {parent!r} → {child!r} would close a loop of frames")
         if self._parents.get(child, parent) != parent:
             self._moving.pop(child, None)
         self._parents[child] = parent
@@ -128,11 +129,11 @@ class TransformTree:
     # -- looking up ----------------------------------------------------------------------------------------------------
 
     def frames(self) -> tuple[str, ...]:
-        """Return the names of all frames, sorted."""
+        """Return the sorted names of all frames."""
         return tuple(sorted({*self._parents, *self._parents.values()}))
 
     def newest(self, child: str) -> float | None:
-        """Return the newest stamp of a moving frame, None where it has none."""
+        """Return the newest stamp of a frame [s]; None if it is static or unknown."""
         buffer = self._moving.get(child)
         return buffer[-1][0] if buffer else None
 
@@ -144,13 +145,13 @@ class TransformTree:
         target, source : str
             Frames.
         stamp : float, optional
-            Time [s]; between two stamps it is interpolated, never beyond them. Without it: the latest time at which
-            every transform on the way is known.
+            Time [s]. Transforms are interpolated between stamps, never extrapolated. The default is the latest time at
+            which all transforms between the two frames are known.
 
         Raises
         ------
         TransformError
-            A frame is unknown, the two are not connected, or not at that time.
+            A frame is unknown, or the two are not connected at all or not at that time.
         """
         down, up = self._path(target, source)
         if stamp is None:
@@ -165,7 +166,7 @@ class TransformTree:
         return pose
 
     def _path(self, target: str, source: str) -> tuple[list[str], list[str]]:
-        """Return the frames below the common ancestor, from target and from source."""
+        """Return the frames from target up to the common ancestor, and those from source; both without the ancestor."""
         down, up = self._chain(target), self._chain(source)
         common = next((frame for frame in up if frame in down), None)
         if common is None:
@@ -203,7 +204,7 @@ class TransformTree:
 
 
 def _between(a: Pose2D, b: Pose2D, share: float) -> Pose2D:
-    """Return the pose a share of the way from a to b, turning the shorter way round."""
+    """Interpolate linearly from a (``share`` = 0) to b (1), turning in the shorter direction."""
     turn = wrap_angle(b.theta - a.theta)
     return Pose2D(
         a.x + share * (b.x - a.x),
@@ -213,17 +214,22 @@ def _between(a: Pose2D, b: Pose2D, share: float) -> Pose2D:
 
 
 def is_level(rotation: Quaternion) -> bool:
-    """Tell whether a rotation keeps the z axis upright, within ``MAX_TILT``; it need not be normalised.
+    """Return whether a rotation keeps the z axis upright within ``MAX_TILT``.
+
+    Parameters
+    ----------
+    rotation : Quaternion
+        Need not be normalised.
 
     Raises
     ------
     TransformError
-        Not finite, or zero.
+        The quaternion is not finite, or zero.
     """
     q = rotation
     squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
     if not (math.isfinite(squared) and squared > 1e-12):
-        raise TransformError(f"({q.x}, {q.y}, {q.z}, {q.w}) is no quaternion of a rotation")
+        raise TransformError(f"({q.x}, {q.y}, {q.z}, {q.w}) is not a rotation quaternion")
     lean = 2.0 * math.hypot(q.x * q.z + q.w * q.y, q.y * q.z - q.w * q.x) / squared
     upright = (q.w * q.w + q.z * q.z - q.x * q.x - q.y * q.y) > 0.0
     return upright and lean <= math.sin(MAX_TILT)
@@ -232,6 +238,6 @@ def is_level(rotation: Quaternion) -> bool:
 def _planar(transform: Transform, name: str) -> Pose2D:
     q = transform.rotation
     if not is_level(q):
-        raise TransformError(f"the transform {name} is tilted out of the plane: this tree is planar")
+        raise TransformError(f"transform {name} has roll or pitch, but this tf tree is planar: only yaw is supported")
     translation = transform.translation
     return Pose2D(translation.x, translation.y, yaw_of(q.x, q.y, q.z, q.w))

@@ -1,7 +1,7 @@
-"""Rigid transforms in space, and the newest of each frame: for who shows frames, not for who drives by them.
+"""Rigid transforms in space, and the latest transform of each frame, for displaying frames.
 
-Navigation has ``ppaas.transforms.planar``: planar, and exact about time. Here wheels and cameras may be tilted, and
-of two frames whose transforms were told of at different moments the newest of each is taken.
+Navigation uses ``ppaas.transforms.planar``, which interpolates in time. Here frames may be tilted, as wheels and
+cameras are, and a lookup combines the latest transforms, whatever their stamps.
 """
 
 import math
@@ -12,11 +12,11 @@ from ppaas.errors import TransformError
 from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
 
 MAX_FRAMES = 1000
-"""Frames of one robot that are kept."""
+"""Limit of frames of one robot; further frames are ignored."""
 
 
 class Rigid(NamedTuple):
-    """A translation [m] and a rotation as a unit quaternion."""
+    """Rigid transform: a translation [m] and a rotation as a unit quaternion."""
 
     x: float = 0.0
     y: float = 0.0
@@ -28,17 +28,17 @@ class Rigid(NamedTuple):
 
     @classmethod
     def of(cls, transform: Transform) -> "Rigid":
-        """Read a message; its rotation need not be normalised.
+        """Return the rigid transform of a message, whose quaternion need not be normalised.
 
         Raises
         ------
         TransformError
-            Not finite, or the rotation is zero.
+            A number is not finite, or the quaternion is zero.
         """
         t, q = transform.translation, transform.rotation
         norm = math.hypot(q.x, q.y, q.z, q.w)
         if not (math.isfinite(norm + t.x + t.y + t.z) and norm > 1e-6):
-            raise TransformError("a transform is not finite, or its rotation is no quaternion")
+            raise TransformError("transform is not finite, or its rotation is the zero quaternion")
         return cls(t.x, t.y, t.z, q.x / norm, q.y / norm, q.z / norm, q.w / norm)
 
     def to_message(self) -> Transform:
@@ -46,10 +46,10 @@ class Rigid(NamedTuple):
         return Transform(Vector3(self.x, self.y, self.z), Quaternion(x=self.qx, y=self.qy, z=self.qz, w=self.qw))
 
     def __matmul__(self, other: "Rigid") -> "Rigid":
-        """Compose: ``other``, given in this frame, in the frame of this."""
+        """Compose two transforms: ``self`` after ``other``."""
         ax, ay, az, aw = self[3:]
         bx, by, bz, bw = other[3:]
-        # Twice the cross product of the rotation's axis with the vector, as v + w·t + axis × t turns v (Rodrigues).
+        # A unit quaternion (a, w) rotates v to v + w·t + a × t with t = 2·a × v (Rodrigues' formula).
         tx, ty, tz = (
             2.0 * (ay * other.z - az * other.y),
             2.0 * (az * other.x - ax * other.z),
@@ -66,28 +66,28 @@ class Rigid(NamedTuple):
         )
 
     def inverse(self) -> "Rigid":
-        """Return what undoes this one: ``r @ r.inverse()`` is the identity."""
+        """Return the inverse transform: ``r @ r.inverse()`` is the identity."""
         back = Rigid(qx=-self.qx, qy=-self.qy, qz=-self.qz, qw=self.qw)
         return back @ Rigid(-self.x, -self.y, -self.z)
 
     def distance_to(self, other: "Rigid") -> float:
-        """Return how far the two origins are apart [m]."""
+        """Return the distance between the two origins [m]."""
         return math.dist(self[:3], other[:3])
 
     def angle_to(self, other: "Rigid") -> float:
-        """Return the angle of the turn from one to the other, 0 to π [rad]."""
+        """Return the angle of the rotation from one to the other, 0 to π [rad]."""
         turn = self.inverse() @ other
         return 2.0 * math.atan2(math.hypot(turn.qx, turn.qy, turn.qz), abs(turn.qw))
 
 
 class LatestFrames:
-    """The newest transform of each frame to its parent."""
+    """Latest transform of each frame to its parent."""
 
     def __init__(self) -> None:
         self._newest: dict[str, TransformStamped] = {}
 
     def hear(self, transforms: Iterable[TransformStamped]) -> None:
-        """Take note of transforms; they are looked at only when somebody asks. Frames beyond the limit are left out."""
+        """Store transforms; `lookup` validates them. Frames beyond ``MAX_FRAMES`` are ignored."""
         newest = self._newest
         for transform in transforms:
             child = transform.child_frame_id.lstrip("/")
@@ -95,12 +95,12 @@ class LatestFrames:
                 newest[child] = transform
 
     def lookup(self, target: str, source: str) -> Rigid:
-        """Return where ``source`` lies in ``target``.
+        """Return the pose of ``source`` in ``target``.
 
         Raises
         ------
         TransformError
-            They are not connected, or what connects them is not finite.
+            The frames are not connected, or a transform between them is not finite.
         """
         down, up = self._chain(target), self._chain(source)
         common = next((frame for frame in up if frame in down), None)
@@ -109,7 +109,7 @@ class LatestFrames:
         return self._along(down[: down.index(common)]).inverse() @ self._along(up[: up.index(common)])
 
     def _chain(self, frame: str) -> list[str]:
-        """Return a frame and all above it, as far as there is no loop."""
+        """Return a frame and its ancestors, up to the root or to where a loop closes."""
         chain = [frame]
         while (known := self._newest.get(chain[-1])) is not None:
             parent = known.header.frame_id.lstrip("/")

@@ -1,1 +1,1 @@
-"""Wire protocols as sans-I/O state machines: frames in, typed operations out, and back."""
+"""Wire protocols as sans-I/O state machines, which convert between frames and typed operations."""

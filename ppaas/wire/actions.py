@@ -1,8 +1,8 @@
-"""Actions as rosbridge has them (ROS 2), over the topics of which an action is made here (ROS 1).
+"""Adapters from rosbridge's actions (ROS 2) to the topics of actionlib (ROS 1).
 
-An action ``A`` of ROS 1 is the topics ``A/goal``, ``A/cancel``, ``A/status``, ``A/feedback`` and ``A/result``
-(actionlib). Whatever has them can be reached by ``send_action_goal``, under its own name and with its own fields.
-``navigate_to_pose`` is Nav2's name for what ``move_base`` does, with Nav2's fields.
+In ROS 1 an action ``A`` consists of the topics ``A/goal``, ``A/cancel``, ``A/status``, ``A/feedback`` and ``A/result``.
+``send_action_goal`` reaches each action that has all five, under its own name and with its own fields. In addition,
+``navigate_to_pose`` offers ``move_base`` under Nav2's name and with Nav2's fields.
 
 Sources: ``actionlib_msgs/GoalStatus``, ``action_msgs/GoalStatus``, ``nav2_msgs/action/NavigateToPose``.
 """
@@ -29,13 +29,13 @@ NAVIGATE_TO_POSE = "navigate_to_pose"
 MOVE_BASE = "move_base"
 
 UNKNOWN, SUCCEEDED, CANCELED, ABORTED = 0, 4, 5, 6
-"""Of ``action_msgs/GoalStatus``, what a goal can end with; unknown is one that was never taken, or was lost."""
+"""Final statuses of ``action_msgs/GoalStatus``; ``UNKNOWN`` is for goals that were refused or lost."""
 
 NAV2_UNKNOWN = 9000
-"""``error_code`` of NavigateToPose for a failure that has no code of its own."""
+"""``error_code`` of NavigateToPose for all failures of Move Base."""
 
 PARTS = ("goal", "cancel", "status", "feedback", "result")
-"""The topics of an action, below its name."""
+"""Names of an action's topics, below the name of the action."""
 
 _ENDS = {
     Status.SUCCEEDED: SUCCEEDED,
@@ -47,27 +47,27 @@ _ENDS = {
 
 
 def ros2_status(status: Status) -> int:
-    """Return how a goal of ROS 1 ended, as ROS 2 counts it."""
+    """Return the final status in ROS 2 of a goal's status in ROS 1."""
     return _ENDS.get(status, UNKNOWN)
 
 
 @dataclass(frozen=True, slots=True)
 class SentGoal:
-    """What was asked of an action, and when [s]."""
+    """Goal that was sent to an action: its JSON, and when it was sent (monotonic) [s]."""
 
     goal: bytes
     at: float
 
 
 class Action(ABC):
-    """One action, as one client means it: by the type that it gave.
+    """Adapter between one client's view of an action and the action's topics.
 
     Parameters
     ----------
     topics : str
-        Name of the action whose topics carry it.
+        Name of the action that has the topics.
     ros2 : bool
-        Times are spelled as in ROS 2.
+        Whether the client expects times spelled as in ROS 2.
     """
 
     def __init__(self, topics: str, *, ros2: bool) -> None:
@@ -76,40 +76,40 @@ class Action(ABC):
 
     @abstractmethod
     def goal(self, arguments: bytes) -> bytes:
-        """Return the JSON of ``A/goal``'s field ``goal``.
+        """Return the JSON of the field ``goal`` in a message for ``A/goal``.
 
         Raises
         ------
         InvalidInput
-            The arguments cannot be its goal.
+            The arguments are not a goal of this action.
         """
 
     @abstractmethod
     def feedback(self, sent: SentGoal, feedback: bytes, now: float) -> bytes:
-        """Return the values of an ``action_feedback``."""
+        """Return the ``values`` of an ``action_feedback``."""
 
     @abstractmethod
     def result(self, result: bytes, status: Status, text: str) -> bytes:
-        """Return the values of an ``action_result``."""
+        """Return the ``values`` of an ``action_result``."""
 
 
 class PlainAction(Action):
-    """An action under its own name and with its own fields."""
+    """Action under its own name and with its own fields."""
 
     def __init__(self, topics: str, kind: type[Message] | None, *, ros2: bool) -> None:
         super().__init__(topics, ros2=ros2)
         self._kind = kind
 
     def goal(self, arguments: bytes) -> bytes:
-        """Return the arguments; a list is in the order of the goal's fields."""
+        """Return the arguments as an object; a list is taken in the order of the goal's fields."""
         return as_object(arguments, self._kind)
 
     def feedback(self, sent: SentGoal, feedback: bytes, now: float) -> bytes:
-        """Return the feedback as it is."""
+        """Return the feedback unchanged."""
         return feedback
 
     def result(self, result: bytes, status: Status, text: str) -> bytes:
-        """Return the result as it is."""
+        """Return the result unchanged."""
         return result
 
 
@@ -132,7 +132,7 @@ class _NavigateToPoseResult(msgspec.Struct):
 
 
 class NavigateToPose(Action):
-    """Nav2's action, carried out by Move Base. The remaining distance is that of the straight line."""
+    """Nav2's action, executed by Move Base. The remaining distance is measured along the straight line."""
 
     def __init__(self) -> None:
         super().__init__(MOVE_BASE, ros2=True)
@@ -143,25 +143,26 @@ class NavigateToPose(Action):
         Raises
         ------
         InvalidInput
-            No such goal, or one with a behaviour tree of its own.
+            The arguments are not a goal of NavigateToPose, or name a behavior tree.
         """
-        asked = decode(NavigateToPoseGoal, as_object(arguments, NavigateToPoseGoal))
-        if asked.behavior_tree:
-            raise InvalidInput("Move Base has no behaviour trees: leave behavior_tree empty")
-        return _encoder.encode({"target_pose": asked.pose})
+        requested = decode(NavigateToPoseGoal, as_object(arguments, NavigateToPoseGoal))
+        if requested.behavior_tree:
+            raise InvalidInput("behavior trees are not supported: leave behavior_tree empty")
+        return _encoder.encode({"target_pose": requested.pose})
 
     def feedback(self, sent: SentGoal, feedback: bytes, now: float) -> bytes:
-        """Return where the robot is, for how long it has been under way, and how far from the goal."""
-        here = decode(MoveBaseFeedback, feedback).base_position
+        """Return the robot's pose, its time under way, and its distance from the goal (null in another frame)."""
+        current = decode(MoveBaseFeedback, feedback).base_position
         target = decode(_MoveBaseGoal, sent.goal).target_pose
-        away = math.dist((here.pose.position.x, here.pose.position.y), (target.pose.position.x, target.pose.position.y))
-        distance = away if here.header.frame_id == target.header.frame_id.removeprefix("/") else math.nan
-        whole, part = divmod(max(now - sent.at, 0.0), 1.0)
-        took = {"sec": int(whole), "nanosec": int(part * 1e9)}
-        return _encoder.encode(_NavigateToPoseFeedback(here, took, distance))
+        here, goal = current.pose.position, target.pose.position
+        same_frame = current.header.frame_id == target.header.frame_id.removeprefix("/")
+        distance = math.dist((here.x, here.y), (goal.x, goal.y)) if same_frame else math.nan
+        seconds, fraction = divmod(max(now - sent.at, 0.0), 1.0)
+        navigation_time = {"sec": int(seconds), "nanosec": int(fraction * 1e9)}
+        return _encoder.encode(_NavigateToPoseFeedback(current, navigation_time, distance))
 
     def result(self, result: bytes, status: Status, text: str) -> bytes:
-        """Return Nav2's code of the failure, and why in words; both empty where there was none."""
+        """Return Nav2's error code and a text; 0 and empty if the goal succeeded."""
         if status is Status.SUCCEEDED:
             return _encoder.encode(_NavigateToPoseResult(0, ""))
         return _encoder.encode(_NavigateToPoseResult(NAV2_UNKNOWN, text))
@@ -172,23 +173,26 @@ class _MoveBaseGoal(Message):
 
 
 def find_action(name: str, action_type: str, topics: Mapping[str, str]) -> Action:
-    """Return the action that a client means.
+    """Return the adapter for an action that a client named.
 
     Parameters
     ----------
     name : str
-        Without a leading slash.
+        Name of the action, without a leading slash.
     action_type : str
-        In the spelling of ROS 1 (``move_base_msgs/MoveBaseAction``) or ROS 2 (``nav2_msgs/action/NavigateToPose``).
+        Type of the action, spelled as in ROS 1 (``move_base_msgs/MoveBaseAction``) or ROS 2
+        (``nav2_msgs/action/NavigateToPose``).
     topics : mapping of str to str
-        The topics that there are, and their types as ROS 1 spells them.
+        All topics, and their types as spelled in ROS 1.
 
     Raises
     ------
     NotFound
-        There is no such action.
+        No action has that name; the text lists the actions.
     InvalidInput
-        It has another type.
+        The action has another type.
+    UnknownType
+        ``action_type`` is not the name of a ROS type.
     """
     wanted = ros1_type(action_type).partition("/")[2].removesuffix("Action")
     if name == NAVIGATE_TO_POSE and _is_action(MOVE_BASE, topics):
@@ -202,7 +206,7 @@ def find_action(name: str, action_type: str, topics: Mapping[str, str]) -> Actio
 
 
 def actions(topics: Mapping[str, str]) -> list[str]:
-    """Return the names of the actions that there are."""
+    """Return the sorted names of all actions among the topics."""
     named = (topic.removesuffix("/goal") for topic in topics if topic.endswith("/goal"))
     found = [name for name in named if _is_action(name, topics)]
     return sorted([*found, NAVIGATE_TO_POSE] if MOVE_BASE in found else found)
@@ -213,13 +217,14 @@ def _is_action(name: str, topics: Mapping[str, str]) -> bool:
 
 
 def _check_type(name: str, wanted: str, has: str) -> None:
-    # Packages differ between ROS 1 and ROS 2 (tf2_web_republisher, tf2_web_republisher_interfaces): the name decides.
+    # Only type names are compared, since packages differ between ROS 1 and ROS 2
+    # (tf2_web_republisher, tf2_web_republisher_interfaces).
     if wanted != has:
-        raise InvalidInput(f"action {name!r} is a {has}, not a {wanted}")
+        raise InvalidInput(f"action {name!r} has type {has}, not {wanted}")
 
 
 def _goal_fields(name: str) -> type[Message] | None:
     try:
         return message_type(name)
     except InvalidInput:
-        return None  # then its goals are objects, never lists
+        return None  # goals of an unknown type must be objects, since the order of fields is not known

@@ -1,4 +1,4 @@
-"""The arguments of a call or a goal: an object of fields, or a list in the order of the fields."""
+"""Arguments of calls and goals: a JSON object of fields, or a list in the order of the fields."""
 
 import msgspec
 
@@ -12,19 +12,19 @@ _NOTHING = b"{}"
 
 
 def as_object(arguments: bytes, kind: type[Message] | None) -> bytes:
-    """Return arguments as the JSON of an object.
+    """Return arguments as a JSON object.
 
     Parameters
     ----------
     arguments : bytes
-        JSON, as it was sent.
+        JSON as received.
     kind : type of Message, optional
-        Whose fields they are; None if that is not known, and then a list must be empty.
+        Message type with the fields. If it is None, a list must be empty.
 
     Raises
     ------
     MalformedMessage
-        Neither an object nor a list, or a list that cannot be matched with the fields.
+        The arguments are neither an object nor a list, or the list does not match the fields.
     """
     text = arguments.lstrip()
     if text.startswith(b"{"):
@@ -32,13 +32,14 @@ def as_object(arguments: bytes, kind: type[Message] | None) -> bytes:
     if text == b"null":
         return _NOTHING
     if not text.startswith(b"["):
-        raise MalformedMessage("arguments are an object, or a list in the order of the fields")
+        raise MalformedMessage("arguments must be an object, or a list in the order of the fields")
     values = _list_decoder.decode(arguments)
     if not values:
         return _NOTHING
     if kind is None:
-        raise MalformedMessage("the fields of this type are not known here: send the arguments as an object")
+        raise MalformedMessage("the definition of this type is not known: send the arguments as an object")
     names = kind.__struct_encode_fields__
     if len(values) > len(names):
-        raise MalformedMessage(f"{len(values)} arguments for {kind.__name__}, which has {len(names)}: {list(names)}")
+        fields = f"{kind.__name__} has {len(names)} fields: {', '.join(names) or 'none'}"
+        raise MalformedMessage(f"too many arguments: {len(values)}; {fields}")
     return _encoder.encode(dict(zip(names, values, strict=False)))

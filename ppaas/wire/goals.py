@@ -1,8 +1,8 @@
-"""The goals that one client has sent by ``send_action_goal``, each of which ends exactly once.
+"""Goals that one client has sent by ``send_action_goal``, each of which ends exactly once.
 
-Goals get ids of ours on their way to an action, since clients count theirs from one. What became of a goal is told by
-the topics of its action. The result itself may be lost with a container, so the list of statuses is watched as well:
-a goal that is no longer under way there, and of which no result came within ``GRACE``, ends with what is known of it.
+Each goal gets an id that is unique among all clients, since clients count their own goals from one. Results and
+feedback come from the topics of the action. As a result may be lost with a container, the statuses are watched too: if
+a goal is no longer active there and no result came within ``GRACE``, it ends with its last known status.
 """
 
 from collections.abc import Iterator
@@ -19,10 +19,10 @@ from ppaas.wire.actions import UNKNOWN, Action, SentGoal, ros2_status
 from ppaas.wire.operations import CancelActionGoal, SendActionGoal
 
 MAX_GOALS = 32
-"""Goals of one client that may be under way at a time."""
+"""Limit of active goals of one client."""
 
 GRACE = 3.0
-"""Seconds that a result may come later than a status that knows of the goal's end, or knows nothing of the goal."""
+"""Time limit for a result after a status that reports the goal's end, or lacks the goal [s]."""
 
 _EMPTY = msgspec.Raw(b"{}")
 _encoder = msgspec.json.Encoder()
@@ -75,19 +75,19 @@ class _Goal:
 
 @dataclass(frozen=True, slots=True)
 class GoalFrame:
-    """A frame for the client; one that is ``final`` is a result and must arrive."""
+    """Frame for the client; if ``final``, it is the goal's result and must arrive."""
 
     frame: bytes
     final: bool
 
 
 class GoalTracker:
-    """The goals of one client that are under way.
+    """Active goals of one client.
 
     Parameters
     ----------
     name : str
-        Of the client, unlike that of any other client of the actions.
+        Name of the client, unique among all clients of the actions.
     """
 
     def __init__(self, name: str) -> None:
@@ -96,35 +96,37 @@ class GoalTracker:
         self._goals: dict[str, _Goal] = {}
 
     def __len__(self) -> int:
-        """Return how many are under way."""
+        """Return the number of active goals."""
         return len(self._goals)
 
     def topics(self) -> set[str]:
-        """Return the topics that tell of the goals under way."""
+        """Return the topics to subscribe to for the active goals."""
         found: set[str] = set()
         for goal in self._goals.values():
             name = goal.action.topics
             found |= {f"{name}/status", f"{name}/result"} | ({f"{name}/feedback"} if goal.operation.feedback else set())
         return found
 
-    # -- what the client asks ------------------------------------------------------------------------------------------
+    # -- requests of the client ----------------------------------------------------------------------------------------
 
     def send(self, operation: SendActionGoal, action: Action, now: float) -> tuple[str, bytes]:
-        """Begin a goal; return its id and the message for the topic ``goal`` of the action.
+        """Start a goal; return its id and the message for the topic ``goal`` of the action.
 
         Raises
         ------
         InvalidInput
-            It cannot be a goal of this action.
+            The arguments are not a goal of this action.
         Conflict
-            The client has a goal of that id under way.
+            The client has an active goal with that id.
         QuotaExceeded
-            It has too many.
+            The client has ``MAX_GOALS`` active goals.
         """
         if len(self._goals) >= MAX_GOALS:
-            raise QuotaExceeded(f"a client may have {MAX_GOALS} goals under way")
+            raise QuotaExceeded(
+                f"a client may have at most {MAX_GOALS} active goals: wait for one to end, or cancel it"
+            )
         if operation.id is not None and any(goal.operation.id == operation.id for goal in self._goals.values()):
-            raise Conflict(f"a goal {operation.id[:64]!r} is under way: give each an id of its own")
+            raise Conflict(f"goal {operation.id[:64]!r} is still active: use a new id for each goal")
         message = action.goal(bytes(operation.args))
         self._count += 1
         goal_id = f"{self._name}-{self._count}"
@@ -132,51 +134,53 @@ class GoalTracker:
         return goal_id, _encoder.encode(_ActionGoal(_GoalId(goal_id), msgspec.Raw(message)))
 
     def cancel(self, operation: CancelActionGoal) -> tuple[str, bytes]:
-        """Return the name of an action and the message for its topic ``cancel``; the goal ends when the action says so.
+        """Return the name of the goal's action and the message for its topic ``cancel``.
+
+        The goal itself ends when the action reports its end.
 
         Raises
         ------
         NotFound
-            The client has no such goal under way.
+            The client has no active goal with that id.
         """
         for goal in self._goals.values():
             if goal.operation.id == operation.id:
                 return goal.action.topics, _encoder.encode(_GoalId(goal.id))
         raise NotFound("goal", (operation.id or "")[:64])
 
-    # -- what becomes of them ------------------------------------------------------------------------------------------
+    # -- progress and end of goals -------------------------------------------------------------------------------------
 
     def posted(self, goal_id: str, sequence: int) -> None:
-        """Note under which number, 0 for none, a goal is on its way."""
+        """Record the sequence number under which a goal was sent to the clone; 0 if it has none."""
         self._goals[goal_id].sequence = sequence
 
     def refused(self, sequence: int, error: PPaaSError) -> GoalFrame | None:
-        """End the goal that was on its way under a number and was not taken, if there is one."""
+        """End the goal that was sent under a sequence number, because the clone refused it; None if it was no goal."""
         for goal in self._goals.values():
             if sequence and goal.sequence == sequence:
                 return self.give_up(goal.id, error)
         return None
 
     def give_up(self, goal_id: str, error: PPaaSError) -> GoalFrame:
-        """End a goal that did not reach its action."""
+        """End a goal that could not be delivered to its action."""
         return GoalFrame(refusal(self._goals.pop(goal_id).operation, error), final=True)
 
     def hear(self, topic: str, payload: bytes, now: float) -> Iterator[GoalFrame]:
-        """Yield what a message of one of ``topics`` means for the client.
+        """Process a message of one of ``topics``, and yield the frames that it causes for the client.
 
         Parameters
         ----------
         topic : str
-            Without a leading slash.
+            Name of the topic, without a leading slash.
         payload : bytes
             The message as JSON.
         now : float
-            Monotonic seconds.
+            Monotonic time [s].
 
         Raises
         ------
         MalformedMessage
-            It is not what an action says on this topic.
+            The message does not have the type of this topic.
         """
         name, _, what = topic.rpartition("/")
         if what == "result":
@@ -185,14 +189,15 @@ class GoalTracker:
             if goal is not None and goal.action.topics == name:
                 yield self._end(goal, _status(result.status), result.status.text, bytes(result.result))
         elif what == "status":
-            yield from self._look_for_lost(name, decode(GoalStatusArray, payload), now)
+            yield from self._on_statuses(name, decode(GoalStatusArray, payload), now)
         elif what == "feedback":
             feedback = decode(_Feedback, payload)
             goal = self._goals.get(feedback.status.goal_id.id)
             if goal is not None and goal.action.topics == name and goal.operation.feedback:
                 yield GoalFrame(_feedback(goal, bytes(feedback.feedback), now), final=False)
 
-    def _look_for_lost(self, name: str, statuses: GoalStatusArray, now: float) -> Iterator[GoalFrame]:
+    def _on_statuses(self, name: str, statuses: GoalStatusArray, now: float) -> Iterator[GoalFrame]:
+        """Update the statuses of an action's goals; end those inactive for ``GRACE`` without a result."""
         by_id = {status.goal_id.id: status for status in statuses.status_list}
         for goal in [goal for goal in self._goals.values() if goal.action.topics == name]:
             known = by_id.get(goal.id)
@@ -210,10 +215,10 @@ class GoalTracker:
         del self._goals[goal.id]
         operation, number = goal.operation, ros2_status(status)
         if number == UNKNOWN:
-            reason = text or "the goal was lost: nobody knows how it ended"
+            reason = text or "the goal was lost: its result is not known"
             frame = _ActionResult(operation.action, reason, UNKNOWN, False, operation.id)
             return GoalFrame(_encoder.encode(frame), final=True)
-        values = _spelled(goal.action, goal.action.result(result, status, text))
+        values = _with_client_times(goal.action, goal.action.result(result, status, text))
         frame = _ActionResult(operation.action, msgspec.Raw(values), number, True, operation.id)
         return GoalFrame(_encoder.encode(frame), final=True)
 
@@ -222,20 +227,20 @@ def _status(status: GoalStatus) -> Status:
     try:
         return Status(status.status)
     except ValueError as error:
-        raise MalformedMessage(f"no status of a goal: {status.status}") from error
+        raise MalformedMessage(f"{status.status} is not a goal status of actionlib_msgs/GoalStatus") from error
 
 
-def _spelled(action: Action, values: bytes) -> bytes:
+def _with_client_times(action: Action, values: bytes) -> bytes:
     return to_ros2(values) if action.ros2 else values
 
 
 def _feedback(goal: _Goal, feedback: bytes, now: float) -> bytes:
-    values = _spelled(goal.action, goal.action.feedback(goal.sent, feedback, now))
+    values = _with_client_times(goal.action, goal.action.feedback(goal.sent, feedback, now))
     frame = _ActionFeedback(goal.operation.action, msgspec.Raw(values), goal.operation.id)
     return _encoder.encode(frame)
 
 
 def refusal(operation: SendActionGoal, error: PPaaSError) -> bytes:
-    """Return the result of a goal that was not taken: its values are the reason, as for a service."""
+    """Return the result frame of a refused goal; its ``values`` are the reason, as for a service."""
     frame = _ActionResult(operation.action, str(error), UNKNOWN, False, operation.id)
     return _encoder.encode(frame)

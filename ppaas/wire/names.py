@@ -1,4 +1,4 @@
-"""Names of topics, services, nodes and types, as they arrive from clients."""
+"""Validation of ROS names that clients send: topics, services, nodes and types."""
 
 import re
 
@@ -10,12 +10,12 @@ MAX_NAME = 255
 
 
 def normalise(name: str) -> str:
-    """Return a graph name without its leading slash: the form used inside.
+    """Return a graph name without its leading slash, the form used inside the cloud.
 
     Raises
     ------
     MalformedMessage
-        Not a ROS graph name, or longer than 255 characters.
+        It is not a ROS graph name, or longer than ``MAX_NAME`` characters.
     """
     if len(name) > MAX_NAME or not _NAME.fullmatch(name):
         raise MalformedMessage(f"not a ROS graph name: {name[:64]!r}")
@@ -23,20 +23,20 @@ def normalise(name: str) -> str:
 
 
 def ros1_type(name: str) -> str:
-    """Return the name of a type as ROS 1 spells it, ``package/Name``, whether it is known or not.
+    """Return a type name as spelled in ROS 1, ``package/Name``, whether or not the type is known.
 
     Raises
     ------
     UnknownType
-        It cannot be the name of a ROS type.
+        It is not a ROS type name.
     """
     match = _TYPE.fullmatch(name) if len(name) <= MAX_NAME else None
     if match is None:
-        raise UnknownType(f"not a ROS type: {name[:64]!r}; write it as package/Name or package/msg/Name")
+        raise UnknownType(f"not a ROS type name: {name[:64]!r}; write it as package/Name or package/msg/Name")
     return f"{match[1]}/{match[3]}"
 
 
 def is_ros2_type(name: str | None) -> bool:
-    """Tell whether a type is spelled as in ROS 2: whoever does so expects ROS 2's spelling of times too."""
+    """Return whether a type name is spelled as in ROS 2; such a client also expects ROS 2's spelling of times."""
     match = _TYPE.fullmatch(name) if name is not None else None
     return match is not None and match[2] is not None

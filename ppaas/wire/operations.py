@@ -1,7 +1,7 @@
-"""What a client of rosbridge says, as types: one frame, one operation.
+"""Operations that rosbridge clients send, one struct per ``op``.
 
-Source of the facts: ``RobotWebTools/rosbridge_suite``, ``ROSBRIDGE_PROTOCOL.md``. What a message, a request or a goal
-carries is not looked at here: it stays the JSON that the client sent.
+Source: ``ROSBRIDGE_PROTOCOL.md`` of ``RobotWebTools/rosbridge_suite``. Messages, requests and goals are not decoded
+here; they stay the client's JSON.
 """
 
 from typing import Literal
@@ -10,20 +10,20 @@ import msgspec
 
 Level = Literal["none", "error", "warning", "info"]
 LEVELS: tuple[Level, ...] = ("none", "error", "warning", "info")
-"""From the fewest reports to the most."""
+"""Status levels, from the fewest reports to the most."""
 
 _EMPTY = msgspec.Raw(b"{}")
 
 
 class Operation(msgspec.Struct, tag_field="op"):
-    """One frame of a client."""
+    """Base of all operations; a frame carries one operation."""
 
 
 # -- topics ------------------------------------------------------------------------------------------------------------
 
 
 class Publish(Operation, tag="publish"):
-    """A message for a topic."""
+    """Publish a message on a topic."""
 
     topic: str
     msg: msgspec.Raw
@@ -32,7 +32,7 @@ class Publish(Operation, tag="publish"):
 
 
 class Advertise(Operation, tag="advertise"):
-    """The client will publish on a topic; ``latch``: whoever subscribes later gets the last message."""
+    """Announce that the client will publish on a topic; with ``latch``, later subscribers get the last message."""
 
     topic: str
     type: str
@@ -42,14 +42,14 @@ class Advertise(Operation, tag="advertise"):
 
 
 class Unadvertise(Operation, tag="unadvertise"):
-    """The client will publish no more on a topic: by the advertisement of that id, or by all of this client's."""
+    """Withdraw the advertisement with that id, or all of this client's advertisements of the topic."""
 
     topic: str
     id: str | None = None
 
 
 class Subscribe(Operation, tag="subscribe"):
-    """Hear a topic: at most once in ``throttle_rate`` ms, with ``queue_length`` messages kept that must wait."""
+    """Subscribe to a topic: at most one message per ``throttle_rate`` ms, with a queue of ``queue_length`` messages."""
 
     topic: str
     id: str | None = None
@@ -61,7 +61,7 @@ class Subscribe(Operation, tag="subscribe"):
 
 
 class Unsubscribe(Operation, tag="unsubscribe"):
-    """Hear a topic no more: the subscription of that id, or all of this client's."""
+    """End the subscription with that id, or all of this client's subscriptions to the topic."""
 
     topic: str
     id: str | None = None
@@ -71,7 +71,7 @@ class Unsubscribe(Operation, tag="unsubscribe"):
 
 
 class CallService(Operation, tag="call_service"):
-    """Call a service; the arguments are the object of its request, or a list in the order of the request's fields."""
+    """Call a service; ``args`` is the request as an object, or a list in the order of the request's fields."""
 
     service: str
     id: str | None = None
@@ -81,20 +81,20 @@ class CallService(Operation, tag="call_service"):
 
 
 class AdvertiseService(Operation, tag="advertise_service"):
-    """The client answers calls of a service."""
+    """Announce that the client serves a service."""
 
     service: str
     type: str
 
 
 class UnadvertiseService(Operation, tag="unadvertise_service"):
-    """The client answers calls of a service no more."""
+    """Announce that the client no longer serves a service."""
 
     service: str
 
 
 class ServiceResponse(Operation, tag="service_response"):
-    """What the client answers to a call; where ``result`` is not true, ``values`` may be the reason as text."""
+    """Response of the client to a call; if ``result`` is not true, ``values`` may be the reason as text."""
 
     service: str
     result: bool | None = None
@@ -106,7 +106,7 @@ class ServiceResponse(Operation, tag="service_response"):
 
 
 class SendActionGoal(Operation, tag="send_action_goal"):
-    """Send a goal to an action; ``feedback``: tell how it comes along."""
+    """Send a goal to an action; with ``feedback``, the client receives the action's feedback."""
 
     action: str
     action_type: str
@@ -116,17 +116,17 @@ class SendActionGoal(Operation, tag="send_action_goal"):
 
 
 class CancelActionGoal(Operation, tag="cancel_action_goal"):
-    """Cancel the goal of that id."""
+    """Cancel the goal with that id."""
 
     action: str
     id: str | None = None
 
 
-# -- the session itself ------------------------------------------------------------------------------------------------
+# -- the session -------------------------------------------------------------------------------------------------------
 
 
 class SetLevel(Operation, tag="set_level"):
-    """Tell the client of what is this bad or worse, by ``status``."""
+    """Request ``status`` frames of this level and above."""
 
     level: Level
     id: str | None = None

@@ -1,8 +1,8 @@
-"""Refusals as they cross the wire, back to the errors of ``ppaas.errors``.
+"""Conversion of refusals received over the network to the errors of ``ppaas.errors``.
 
-A refusal comes as an HTTP status with a problem (RFC 9457), as the code and reason with which a WebSocket is closed
-(RFC 6455; 4400–4499 are HTTP's statuses plus 4000), or as the text of a rosbridge ``status``. Where it carries the
-slug of an error, the slug decides; else the number does.
+A refusal is an HTTP status with a problem (RFC 9457), the code and reason of a WebSocket close frame (RFC 6455; codes
+4400 to 4499 are HTTP statuses plus 4000), or the text of a rosbridge ``status``. The error's class follows from the
+slug; without a known slug, from the number.
 """
 
 import re
@@ -43,7 +43,7 @@ _SLUGGED = re.compile(r"(?P<slug>[a-z]+(?:-[a-z]+)*): (?P<text>.*)", re.DOTALL)
 
 
 class ReceivedProblem(msgspec.Struct):
-    """The members of a problem (RFC 9457) that are read here."""
+    """Members of a problem (RFC 9457) that are used here."""
 
     type: str = "about:blank"
     title: str = ""
@@ -52,7 +52,7 @@ class ReceivedProblem(msgspec.Struct):
 
 
 def error_of_text(text: str, otherwise: type[PPaaSError] = PPaaSError) -> PPaaSError:
-    """Return the error of a text ``slug: what is wrong``; without a known slug one of ``otherwise``."""
+    """Return the error of a text ``slug: description``; an error of class ``otherwise`` if the slug is unknown."""
     match = _SLUGGED.fullmatch(text)
     if match:
         error = rebuild(match["slug"], match["text"])
@@ -62,14 +62,14 @@ def error_of_text(text: str, otherwise: type[PPaaSError] = PPaaSError) -> PPaaSE
 
 
 def error_of_status(status: int, body: bytes = b"") -> PPaaSError:
-    """Return the error of an HTTP answer that is no success.
+    """Return the error of an HTTP response that reports a failure.
 
     Parameters
     ----------
     status : int
-        400 or more.
+        HTTP status, 400 or above.
     body : bytes
-        A problem as JSON, or anything.
+        Body of the response; it is used if it is a problem in JSON.
     """
     try:
         problem = msgspec.json.decode(body, type=ReceivedProblem)
@@ -85,19 +85,19 @@ def _class_of_status(status: int) -> type[PPaaSError]:
 
 
 def error_of_close(code: int | None, reason: str = "") -> PPaaSError:
-    """Return why the other side closed a WebSocket.
+    """Return the error for which the other side closed a WebSocket.
 
     Parameters
     ----------
     code : int or None
-        Of the close frame; None if the connection broke without one.
+        Code of the close frame; None if the connection broke without one.
     reason : str
-        Of the close frame.
+        Reason of the close frame.
 
     Returns
     -------
     PPaaSError
-        ``Unavailable`` where it is worth connecting again.
+        ``Unavailable`` if the client may connect again.
     """
     if code is not None and 4400 <= code < 4500:
         return error_of_text(reason or f"closed with code {code}", _class_of_status(code - 4000))

@@ -1,8 +1,10 @@
-"""How a client finds its session again on another connection: what it says in the address, and what it is told in the
-headers of the handshake. Nothing of it is a frame, so that clients of plain rosbridge are not disturbed.
+"""Resumption of a session on another connection, by query parameters and handshake headers.
 
-Both sides count the frames of a session that they took from the other. Whoever knows the count of the other side knows
-which of its own frames were lost with the connection, and sends those, and no others, again.
+The client names its session in the address, and the server answers in the headers of the handshake. No frames are
+added, so plain rosbridge clients are not affected.
+
+Each side counts the frames that it received in the session. From the count of the other side, a side knows which of its
+own frames were lost with the connection, and sends only those again.
 """
 
 import re
@@ -13,18 +15,18 @@ from ppaas.errors import InvalidParameter
 SESSION = "session"
 RESUME = "resume"
 ANEW = "none"
-"""What ``resume`` says where the client knows of no session: one that is there is not its own, and is ended."""
+"""Value of ``resume`` for a client without a session; an existing session of that name is ended."""
 
 NEW = "new"
 RESUMED = "resumed"
-"""What the first of the headers says."""
+"""Values of `STATE_HEADER`."""
 
 STATE_HEADER = "PPaaS-Session"
 ID_HEADER = "PPaaS-Session-Id"
 TAKEN_HEADER = "PPaaS-Session-Taken"
 
 LEFT = "left"
-"""Reason in the close frame (1000) of a client that does not come back: its session need not be kept."""
+"""Reason in the close frame (1000) of a client that will not come back, so its session need not be retained."""
 
 _NAME = re.compile(r"[A-Za-z0-9._~-]{1,64}")
 _POINT = re.compile(r"(?P<id>[A-Za-z0-9_-]{1,64})\.(?P<received>[0-9]{1,15})")
@@ -32,48 +34,50 @@ _POINT = re.compile(r"(?P<id>[A-Za-z0-9_-]{1,64})\.(?P<received>[0-9]{1,15})")
 
 @dataclass(frozen=True, slots=True)
 class ResumptionPoint:
-    """How far a client got.
+    """Point at which a client resumes its session.
 
     Parameters
     ----------
     id : str
-        Of the session, as the cloud told it.
+        Id of the session, from `ID_HEADER`.
     received : int
-        Frames that the client took in it.
+        Number of frames that the client received in the session.
     """
 
     id: str
     received: int
 
     def __str__(self) -> str:
-        """Return it as ``resume`` carries it."""
+        """Return the value of ``resume``."""
         return f"{self.id}.{self.received}"
 
 
 def parse_name(text: str) -> str:
-    """Return the name that a client gave its session.
+    """Validate and return the name that a client gave its session.
 
     Raises
     ------
     InvalidParameter
-        Not such a name.
+        It is not a valid name.
     """
     if not _NAME.fullmatch(text):
-        raise InvalidParameter("a session's name has 1 to 64 letters, digits and . _ ~ -")
+        raise InvalidParameter("the name of a session must have 1 to 64 letters, digits, or characters of . _ ~ -")
     return text
 
 
 def parse_point(text: str) -> ResumptionPoint | None:
-    """Return how far a client got, or None if it begins anew.
+    """Return the point at which a client resumes its session, or None if it starts a new one.
 
     Raises
     ------
     InvalidParameter
-        Not what ``resume`` may say.
+        It is not a valid value of ``resume``.
     """
     if text == ANEW:
         return None
     match = _POINT.fullmatch(text)
     if match is None:
-        raise InvalidParameter(f"'resume' is {ANEW!r}, or the id of a session, a dot and a count of frames")
+        raise InvalidParameter(
+            f"'resume' must be {ANEW!r}, or 'id.count': a session's id and the number of frames received"
+        )
     return ResumptionPoint(match["id"], int(match["received"]))

@@ -1,7 +1,7 @@
-"""rosapi: what there is to talk to at a robot's place, asked by clients and answered from a view of it.
+"""rosapi: answers about the topics, services, nodes and types of a robot's place, from a view of its graph.
 
-Source of the facts: ``RobotWebTools/rosbridge_suite``, ``rosapi``. Names begin with a slash, as there; what is not
-there has an empty type and nothing of its own. Parameters are another matter: a node of the clone keeps them.
+Source: ``rosapi`` of ``RobotWebTools/rosbridge_suite``. As there, names begin with a slash, and an unknown name has an
+empty type and empty lists. The parameter services are not here; a node of the clone serves them.
 """
 
 from collections.abc import Callable, Collection, Mapping
@@ -20,7 +20,7 @@ from ppaas.wire.names import ros1_type
 
 @dataclass(frozen=True, slots=True)
 class NodeView:
-    """A node: names of topics and services, without a leading slash."""
+    """Topics and services of a node, without leading slashes."""
 
     publishes: Collection[str] = ()
     subscribes: Collection[str] = ()
@@ -29,9 +29,9 @@ class NodeView:
 
 @dataclass(frozen=True, slots=True)
 class GraphView:
-    """What there is: topics and services with their types as ROS 1 spells them, and nodes; no leading slashes.
+    """View of a graph: topics and services with their types as spelled in ROS 1, and nodes; no leading slashes.
 
-    ``now`` is in seconds since the epoch.
+    ``now`` is the time since the epoch [s].
     """
 
     now: float
@@ -41,14 +41,14 @@ class GraphView:
 
 
 def answer(service: str, arguments: bytes, view: GraphView) -> bytes:
-    """Return the response of one of ``SERVICES``; both it and the arguments are JSON.
+    """Return the response of one of ``SERVICES``; arguments and response are JSON.
 
     Raises
     ------
     MalformedMessage
-        The arguments are not those of the service.
+        The arguments do not match the request of the service.
     UnknownType
-        The definition of a type is asked for that is not known here, or that is no type.
+        The requested type is unknown, or not a type name.
     """
     kind, respond = _RESPONSES[service]
     return encode(respond(view, decode(kind.request, as_object(arguments, kind.request))))
@@ -84,11 +84,11 @@ def _topics(view: GraphView, _request: Message) -> rosapi.TopicsResponse:
 
 
 def _topics_and_raw_types(view: GraphView, request: Message) -> rosapi.TopicsAndRawTypesResponse:
-    told = _topics(view, request)
-    return rosapi.TopicsAndRawTypesResponse(told.topics, told.types, [_raw(kind) for kind in told.types])
+    listed = _topics(view, request)
+    return rosapi.TopicsAndRawTypesResponse(listed.topics, listed.types, [_definition(kind) for kind in listed.types])
 
 
-def _raw(kind: str) -> str:
+def _definition(kind: str) -> str:
     try:
         return full_text(message_type(kind))
     except UnknownType:
@@ -184,4 +184,4 @@ _RESPONSES: dict[str, tuple[ServiceType, Callable[[GraphView, Any], Message]]] =
     "rosapi/get_time": (rosapi.GetTime, _time),
 }
 SERVICES: Mapping[str, str] = {name: kind.name for name, (kind, _) in _RESPONSES.items()}
-"""The services that ``answer`` knows, and their types."""
+"""Services that ``answer`` serves, and their types."""

@@ -1,10 +1,11 @@
-"""The server side of rosbridge v2: frames of text in, typed operations out, and back: text in UTF-8, as it is sent.
+"""Server side of rosbridge v2: decodes text frames into typed operations, and encodes frames as UTF-8 text.
 
-Source of the facts: ``RobotWebTools/rosbridge_suite``, ``ROSBRIDGE_PROTOCOL.md``. What a message carries is not looked
-at here: it stays the JSON that the client sent, for the clone to read.
+Source: ``ROSBRIDGE_PROTOCOL.md`` of ``RobotWebTools/rosbridge_suite``. The content of messages is not decoded here; it
+stays the client's JSON, which the clone reads.
 
-Two habits of clients shape it. They dispatch on the very string that they subscribed with, so a name is echoed as it
-was spelled; and ``roslibpy`` cannot take a ``status``, so one is sent only to a client that asked with ``set_level``.
+Two properties of clients shape it. Clients dispatch on the exact string that they subscribed with, so names are sent as
+the client spelled them. ``roslibpy`` fails on a ``status``, so it is sent only to clients that requested it by
+``set_level``.
 """
 
 from collections.abc import Iterator
@@ -18,7 +19,7 @@ from ppaas.wire.operations import LEVELS, CallService, ClientOperation, Level, S
 from ppaas.wire.subscriptions import Channel, Subscription, TopicSubscriptions
 
 MAX_SUBSCRIPTIONS = 500
-"""Of one client; an unmodified web page needs a dozen."""
+"""Limit of subscriptions of one client; the dashboard needs about a dozen."""
 
 _decoder: msgspec.json.Decoder[ClientOperation] = msgspec.json.Decoder(ClientOperation)
 _encoder = msgspec.json.Encoder()
@@ -44,12 +45,12 @@ class _Status(msgspec.Struct, tag_field="op", tag="status"):
 
 
 class RosbridgeSession:
-    """What one client and the cloud have said to each other so far.
+    """Protocol state of one client: its subscriptions and its status level.
 
     Parameters
     ----------
     level : {"none", "error", "warning", "info"}
-        Tell the client of errors from the start, as if it had sent ``set_level``.
+        Initial status level, as if the client had sent ``set_level``.
     """
 
     def __init__(self, level: Level = "none") -> None:
@@ -57,24 +58,23 @@ class RosbridgeSession:
         self._subscriptions: dict[str, TopicSubscriptions] = {}
         self._late: dict[Channel, str] = {}
 
-    # -- what the client says ----------------------------------------------------------------------------------------
+    # -- from the client ---------------------------------------------------------------------------------------------
 
     def receive(self, frame: str | bytes) -> ClientOperation:
-        """Read one frame, and note what it says about subscriptions and the status level.
+        """Decode a frame, and update the subscriptions and the status level.
 
         Raises
         ------
         MalformedMessage
-            Not JSON, no such operation, a field missing or of the wrong type.
-        UnknownType
-            A subscription with what cannot be a type.
+            The frame is not JSON, its operation is unknown, a field is missing or invalid, or the topic of a
+            subscription is not a ROS graph name.
         QuotaExceeded
-            Too many subscriptions.
+            The client has ``MAX_SUBSCRIPTIONS`` subscriptions.
         """
         try:
             operation = _decoder.decode(frame)
         except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
-            raise MalformedMessage(f"not an operation of rosbridge: {error}") from error
+            raise MalformedMessage(f"not a rosbridge operation: {error}") from error
         if isinstance(operation, Subscribe):
             self._subscribe(operation)
         elif isinstance(operation, Unsubscribe):
@@ -88,7 +88,7 @@ class RosbridgeSession:
             raise MalformedMessage("throttle_rate and queue_length must not be negative")
         topic = normalise(operation.topic)
         if sum(map(len, self._subscriptions.values())) >= MAX_SUBSCRIPTIONS:
-            raise QuotaExceeded(f"a client has at most {MAX_SUBSCRIPTIONS} subscriptions: unsubscribe some first")
+            raise QuotaExceeded(f"a client may have at most {MAX_SUBSCRIPTIONS} subscriptions: unsubscribe some first")
         throttle, ros2 = operation.throttle_rate / 1000.0, is_ros2_type(operation.type)
         subscription = Subscription(operation.topic, throttle, operation.queue_length, ros2)
         self._subscriptions.setdefault(topic, TopicSubscriptions()).add(operation.id, subscription)
@@ -109,35 +109,35 @@ class RosbridgeSession:
         self._late = {channel: topic for channel, topic in self._late.items() if channel in heard}
 
     def subscribed(self) -> frozenset[str]:
-        """Return the topics that the client hears now, without leading slashes."""
+        """Return the topics with a subscription, without leading slashes."""
         return frozenset(self._subscriptions)
 
     def hears(self, topic: str) -> bool:
-        """Tell whether the client hears a topic, given without a leading slash."""
+        """Return whether the client subscribes to a topic, given without a leading slash."""
         return topic in self._subscriptions
 
     def forget(self, operation: Subscribe) -> None:
-        """Drop a subscription that was refused; an earlier one of the same id goes with it."""
+        """Remove a subscription that was refused, and with it an earlier one of the same id."""
         self._unsubscribe(Unsubscribe(operation.topic, operation.id))
 
     def queue_length(self, topic: str, default: int) -> int:
-        """Return how many messages of a topic wait for this client before the oldest are dropped."""
+        """Return how many messages of a topic are queued for this client before the oldest is dropped."""
         subscriptions = self._subscriptions.get(topic)
         return (subscriptions.queue_length if subscriptions is not None else 0) or default
 
-    # -- what the client is told -------------------------------------------------------------------------------------
+    # -- to the client -----------------------------------------------------------------------------------------------
 
     def publish(self, topic: str, payload: bytes, now: float) -> Iterator[bytes]:
-        """Yield the frames that bring a message to this client, one for each spelling that it subscribed with.
+        """Yield the frames of a message for this client, one for each spelling of the topic that it subscribed with.
 
         Parameters
         ----------
         topic : str
-            Without a leading slash.
+            Name of the topic, without a leading slash.
         payload : bytes
             The message as JSON.
         now : float
-            Monotonic seconds, for ``throttle_rate``. What comes too soon waits for ``due``.
+            Monotonic time [s], for ``throttle_rate``. A message that comes too soon is queued for ``due``.
         """
         for channel in self._subscriptions.get(topic, ()):
             ready = channel.take(payload, now)
@@ -147,11 +147,11 @@ class RosbridgeSession:
                 yield _published(channel, ready)
 
     def next_due(self) -> float | None:
-        """Return when ``due`` has the next message, in monotonic seconds; None if nothing waits."""
+        """Return the monotonic time at which ``due`` yields the next message [s]; None if the queues are empty."""
         return min((channel.next_at for channel in self._late), default=None)
 
     def due(self, now: float) -> Iterator[tuple[str, bytes]]:
-        """Yield topics and frames of messages that came too soon, and whose turn it is now."""
+        """Yield topics and frames of queued messages that are due."""
         for channel, topic in tuple(self._late.items()):
             ready = channel.due(now)
             if not channel.waiting:
@@ -160,21 +160,21 @@ class RosbridgeSession:
                 yield topic, _published(channel, ready)
 
     def answer(self, call: CallService, values: bytes) -> bytes:
-        """Return the response of a service that was served; ``values`` is JSON."""
+        """Return the frame with the response to a call; ``values`` is JSON."""
         if is_ros2_type(call.type):
             values = to_ros2(values)
         return _encoder.encode(_ServiceResponse(call.service, msgspec.Raw(values), True, call.id))
 
     def refuse_call(self, call: CallService, error: PPaaSError) -> bytes:
-        """Return the response of a service that failed: the reason takes the place of the values."""
+        """Return the frame that reports the failure of a call; its ``values`` are the reason as text."""
         return _encoder.encode(_ServiceResponse(call.service, str(error), False, call.id))
 
     def request(self, service: str, call: int, arguments: bytes) -> bytes:
-        """Return the frame that asks the client to serve a call; ``service`` is spelled as it was advertised."""
+        """Return the frame that requests the client to serve a call; ``service`` is spelled as the client did."""
         return _encoder.encode(_ServiceRequest(service, str(call), msgspec.Raw(arguments)))
 
     def status(self, error: PPaaSError, operation_id: str | None = None, level: Level = "error") -> bytes | None:
-        """Return the frame that tells the client of an error, or None if it does not want to hear of one this bad."""
+        """Return the frame that reports an error, or None if the client's status level excludes it."""
         if LEVELS.index(self._level) < LEVELS.index(level):
             return None
         return _encoder.encode(_Status(level, f"{error.slug}: {error}", operation_id))

@@ -1,7 +1,7 @@
-"""The client side of rosbridge v2: what a robot or an operator says, and what it is told. Frames in, events out.
+"""Client side of rosbridge v2: encodes a client's operations, and decodes the server's frames.
 
-The frames themselves are those of the server side, ``ppaas.wire.rosbridge``. A session outlives its connections: it
-remembers what was subscribed and offered, so that a client that lost its connection can say so again on the next.
+The server side is ``ppaas.wire.rosbridge``. A session outlives its connections: it remembers subscriptions and
+advertised services, so that they can be sent again on the next connection.
 """
 
 import itertools
@@ -28,14 +28,14 @@ _encoder = msgspec.json.Encoder()
 
 
 class ReceivedMessage(Operation, tag="publish"):
-    """A message of a topic that the client subscribed to; ``msg`` is its JSON."""
+    """Message of a subscribed topic; ``msg`` is its JSON."""
 
     topic: str
     msg: msgspec.Raw
 
 
 class ServiceResult(Operation, tag="service_response"):
-    """What a service answered; where ``result`` is false, ``values`` is the reason as text."""
+    """Response to a call; if ``result`` is false, ``values`` is the reason as text."""
 
     service: str
     result: bool
@@ -44,14 +44,14 @@ class ServiceResult(Operation, tag="service_response"):
 
 
 class StatusReport(Operation, tag="status"):
-    """The server could not do what the client asked."""
+    """Report of an error in an operation of the client."""
 
     level: str
     msg: str
     id: str | None = None
 
     def error(self) -> PPaaSError:
-        """Return what the server told of, as an error."""
+        """Return the reported error."""
         return error_of_text(self.msg)
 
 
@@ -61,7 +61,7 @@ _decoder: msgspec.json.Decoder[ServerOperation] = msgspec.json.Decoder(ServerOpe
 
 
 class RosbridgeClientSession:
-    """What one client wants of the cloud, over all its connections."""
+    """Protocol state of one client over all its connections: subscriptions, advertised services and pending calls."""
 
     def __init__(self) -> None:
         self._subscriptions: dict[str, Subscribe] = {}
@@ -69,26 +69,26 @@ class RosbridgeClientSession:
         self._calls: dict[str, str] = {}
         self._sequence = itertools.count(1)
 
-    # -- what the client says ----------------------------------------------------------------------------------------
+    # -- to the server -----------------------------------------------------------------------------------------------
 
     def subscribe(self, topic: str, kind: type[Message], throttle: float = 0.0, queue_length: int = 0) -> str:
-        """Return the frame that subscribes to a topic; subscribing again changes how it is heard.
+        """Return the frame that subscribes to a topic; subscribing again replaces the options.
 
         Parameters
         ----------
         topic : str
-            With or without a leading slash.
+            Name of the topic, with or without a leading slash.
         kind : type of Message
-            What the topic carries.
+            Message type of the topic.
         throttle : float
-            Hear it at most once in this many seconds.
+            Least time between two messages [s].
         queue_length : int
-            Messages that the cloud keeps while the link is slow; 0 leaves it to the cloud.
+            Number of messages that the cloud queues while the link is slow; 0 for the cloud's default.
 
         Raises
         ------
         MalformedMessage
-            Not a ROS graph name.
+            ``topic`` is not a ROS graph name.
         """
         wanted = Subscribe(
             topic,
@@ -111,18 +111,18 @@ class RosbridgeClientSession:
         Raises
         ------
         MalformedMessage
-            Not a ROS graph name.
+            ``topic`` is not a ROS graph name.
         """
         normalise(topic)
         return _text(Publish(topic, msgspec.Raw(encode(message))))
 
     def call(self, service: str, request: Message) -> tuple[str, str]:
-        """Return the id of a new call and its frame.
+        """Return the id and the frame of a new call.
 
         Raises
         ------
         MalformedMessage
-            Not a ROS graph name.
+            ``service`` is not a ROS graph name.
         """
         normalise(service)
         call_id = f"call:{next(self._sequence)}"
@@ -130,64 +130,64 @@ class RosbridgeClientSession:
         return call_id, _text(CallService(service, id=call_id, args=msgspec.Raw(encode(request))))
 
     def give_up(self, call_id: str) -> None:
-        """Wait no longer for the answer to a call."""
+        """Stop waiting for the response to a call."""
         self._calls.pop(call_id, None)
 
     def advertise_service(self, service: str, kind: ServiceType) -> str:
-        """Return the frame that offers a service.
+        """Return the frame that advertises a service.
 
         Raises
         ------
         MalformedMessage
-            Not a ROS graph name.
+            ``service`` is not a ROS graph name.
         """
         offer = self._offers[normalise(service)] = AdvertiseService(service, kind.name)
         return _text(offer)
 
     def unadvertise_service(self, service: str) -> str:
-        """Return the frame that ends the offer of a service."""
+        """Return the frame that ends the advertisement of a service."""
         self._offers.pop(normalise(service), None)
         return _text(UnadvertiseService(service))
 
     def respond(self, call: CallService, response: Message) -> str:
-        """Return the frame that answers a call of a service that is offered here."""
+        """Return the frame with the response to a call of an advertised service."""
         values = msgspec.Raw(encode(response))
         return _text(operations.ServiceResponse(call.service, result=True, values=values, id=call.id))
 
     def refuse(self, call: CallService, error: PPaaSError) -> str:
-        """Return the frame that says why a call of a service that is offered here has no answer."""
+        """Return the frame that reports the failure of a call of an advertised service."""
         reason = msgspec.Raw(_encoder.encode(f"{error.slug}: {error}"))
         return _text(operations.ServiceResponse(call.service, result=False, values=reason, id=call.id))
 
     def reconnected(self) -> list[str]:
-        """Return the frames with which a new connection begins: what was subscribed and offered before."""
-        return [_text(wanted) for wanted in (*self._subscriptions.values(), *self._offers.values())]
+        """Return the first frames of a new connection: all subscriptions and advertisements."""
+        return [_text(operation) for operation in (*self._subscriptions.values(), *self._offers.values())]
 
     def disconnected(self, unsent: Collection[str] = ()) -> dict[str, Unavailable]:
-        """Return the calls that were lost with the connection, each with its error; they are not waited for.
+        """Return the calls that were lost with the connection, each with its error, and stop waiting for them.
 
         Parameters
         ----------
         unsent : collection of str
-            Calls that the lost connection had not carried yet: they are still to be made.
+            Ids of calls that were not sent yet; they stay pending.
         """
         lost = {
-            call_id: Unavailable(f"the connection was lost while {service!r} was called; call again")
+            call_id: Unavailable(f"the connection was lost during the call of {service!r}; call it again")
             for call_id, service in self._calls.items()
             if call_id not in unsent
         }
         self._calls = {call_id: service for call_id, service in self._calls.items() if call_id in unsent}
         return lost
 
-    # -- what the client is told -------------------------------------------------------------------------------------
+    # -- from the server ---------------------------------------------------------------------------------------------
 
     def receive(self, frame: str | bytes) -> ServerOperation | None:
-        """Read one frame; None is an answer to a call that is no longer waited for.
+        """Decode a frame; return None for the response to a call that is no longer pending.
 
         Raises
         ------
         MalformedMessage
-            Not a frame that a rosbridge server sends.
+            The frame is not an operation that a rosbridge server sends.
         """
         try:
             operation = _decoder.decode(frame)
@@ -199,7 +199,7 @@ class RosbridgeClientSession:
 
 
 def failure_of(response: ServiceResult) -> PPaaSError | None:
-    """Return why a call failed, or None if it did not."""
+    """Return the error of a failed call, or None if the call succeeded."""
     if response.result:
         return None
     reason = msgspec.json.decode(response.values)

@@ -1,7 +1,7 @@
-"""How one client hears one topic: how often, how much waits, in which spelling.
+"""Subscriptions of one client to one topic: throttle, queue, and spelling of names and times.
 
-A client dispatches on the string it subscribed with, so several subscriptions with the same string are one *channel*:
-as rosbridge has it, messages come at the lowest of their throttle rates, with the longest of their queues.
+A client dispatches on the string it subscribed with. So several subscriptions with the same string form one *channel*,
+which, as in rosbridge, has the lowest of their throttle rates and the longest of their queues.
 """
 
 from collections import deque
@@ -9,23 +9,23 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 MAX_QUEUE = 1000
-"""Messages that one channel may keep for later."""
+"""Limit of the queue of one channel [messages]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Subscription:
-    """What one subscription asks for.
+    """Options of one subscription.
 
     Parameters
     ----------
     spelling : str
-        The topic, as the client wrote it.
+        Name of the topic as the client spelled it.
     throttle : float
-        Seconds between two messages.
+        Least time between two messages [s].
     queue_length : int
-        Messages that wait for their turn; 0 keeps the newest.
+        Length of the queue of throttled messages; 0 keeps only the newest message.
     ros2 : bool
-        Times are spelled as in ROS 2.
+        Whether times are spelled as in ROS 2.
     """
 
     spelling: str
@@ -36,7 +36,7 @@ class Subscription:
 
 @dataclass(slots=True, eq=False)
 class Channel:
-    """What the client is told of a topic under one spelling."""
+    """Messages of a topic for the client, under one spelling of the topic."""
 
     spelling: str
     throttle: float = 0.0
@@ -45,17 +45,16 @@ class Channel:
     next_at: float = float("-inf")
 
     def settle(self, subscriptions: list[Subscription]) -> None:
-        """Do as all of these subscriptions, the newest last, can live with."""
+        """Combine the options of these subscriptions, the newest of which is the last."""
         self.throttle = min(s.throttle for s in subscriptions)
         self.ros2 = subscriptions[-1].ros2
         length = min(max(s.queue_length for s in subscriptions), MAX_QUEUE)
         self.waiting = deque(self.waiting, maxlen=max(length, 1))
 
     def take(self, payload: bytes, now: float) -> bytes | None:
-        """Return what is to be sent now that a message came; None if it waits for its turn.
+        """Add a message; return the message to send now, or None if it must wait.
 
-        What waits is at most what the queue holds: the newest take the place of the oldest, so the last message of all
-        is never lost only because it came too soon.
+        A full queue drops its oldest message. So the last message of a series is always delivered.
         """
         if self.throttle <= 0.0 and not self.waiting:
             return payload
@@ -63,7 +62,7 @@ class Channel:
         return self.due(now)
 
     def due(self, now: float) -> bytes | None:
-        """Return a message whose turn has come, if there is one."""
+        """Return a queued message that is due, if there is one."""
         if not self.waiting or now < self.next_at:
             return None
         self.next_at = now + self.throttle
@@ -71,14 +70,14 @@ class Channel:
 
 
 class TopicSubscriptions:
-    """The subscriptions of one client to one topic."""
+    """Subscriptions of one client to one topic."""
 
     def __init__(self) -> None:
         self._by_id: dict[str | None, Subscription] = {}
         self._channels: dict[str, Channel] = {}
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of subscriptions."""
         return len(self._by_id)
 
     def __iter__(self) -> Iterator[Channel]:
@@ -86,13 +85,13 @@ class TopicSubscriptions:
         return iter(self._channels.values())
 
     def add(self, subscription_id: str | None, subscription: Subscription) -> None:
-        """Add a subscription; one of the same id is changed by it."""
+        """Add a subscription, or replace the one with the same id."""
         self._by_id.pop(subscription_id, None)
         self._by_id[subscription_id] = subscription
         self._settle()
 
     def remove(self, subscription_id: str | None) -> None:
-        """Remove the subscription of an id; None removes all."""
+        """Remove the subscription with an id; None removes all."""
         if subscription_id is None:
             self._by_id.clear()
         else:
@@ -109,5 +108,5 @@ class TopicSubscriptions:
 
     @property
     def queue_length(self) -> int:
-        """The longest queue that was asked for; 0 if none was."""
+        """Longest requested queue [messages]; 0 if none was requested."""
         return max((s.queue_length for s in self._by_id.values()), default=0)

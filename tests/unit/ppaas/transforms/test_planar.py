@@ -201,5 +201,5 @@ def test_a_frame_out_of_the_plane_is_refused(rotation):
 
 @pytest.mark.parametrize("rotation", [Quaternion(z=0.0, w=0.0), Quaternion(z=math.nan, w=1.0)])
 def test_what_is_no_rotation_is_refused(rotation):
-    with pytest.raises(TransformError, match="no quaternion"):
+    with pytest.raises(TransformError, match="not a rotation quaternion"):
         TransformTree().set_message(tilted(rotation))
