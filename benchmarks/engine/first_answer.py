@@ -9,7 +9,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import WebSocketException
 
 from benchmarks.harness.cloud_under_test import Target
-from benchmarks.service.plan_requests import compute_path_call, ends
+from benchmarks.harness.plan_calls import compute_path_call, ends
 from ppaas.errors import Unavailable
 from ppaas.maps.generate import warehouse
 

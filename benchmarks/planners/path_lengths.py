@@ -15,10 +15,10 @@ from rich.progress import Progress
 from websockets.asyncio.client import ClientConnection, connect
 
 from benchmarks.harness.cloud_under_test import own_cloud
+from benchmarks.harness.plan_calls import compute_path_call
 from benchmarks.planners.field import farthest, grow
 from benchmarks.planners.grids import goal_in
 from benchmarks.planners.timing import RUNS, cpus, on_threads
-from benchmarks.service.plan_requests import compute_path_call
 from ppaas.clock import monotonic
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.costmap import Costmap

@@ -3,10 +3,8 @@
 import asyncio
 import contextlib
 import json
-import socket
 import sys
 from collections.abc import AsyncIterator, Awaitable, Callable
-from urllib.parse import urlsplit
 
 import msgspec
 from rich.progress import Progress
@@ -14,16 +12,15 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from benchmarks.harness.cloud_under_test import Target
 from benchmarks.harness.figures import Figure, median_of
+from benchmarks.harness.plan_calls import RestAsker, compute_path_call, ends, make_plan_call
 from benchmarks.service import echo_server
 from ppaas.clock import monotonic
 from ppaas.costmap.build_layers import build_layers
-from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import warehouse
 from ppaas.maps.grid import GridMap
 from ppaas.planners.base import PlanRequest
 from ppaas.planners.grid.dijkstra import Dijkstra
-from robots.sim.courses import CoursePlanner, GoalRules
 
 PART = "plans"
 MAP = "bench-plans"
@@ -67,14 +64,6 @@ async def measure(target: Target, progress: Progress, quick: bool) -> list[Figur
         }
         samples = await sample(ways, QUICK if quick else REQUESTS, progress)
     return figures(samples, poses, len(answer), rest_size)
-
-
-def ends(grid: GridMap) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Return a start and a goal that are far apart."""
-    rules = GoalRules(shortest=0.8, preferred=0.9)
-    course = CoursePlanner(grid, 1, rules).choose(1, 1)[0]
-    (a, b) = course.start, course.goals[0]
-    return (a.x, a.y, a.theta), (b.x, b.y, b.theta)
 
 
 async def sample(ways: dict[str, Ask], count: int, progress: Progress) -> dict[str, list[tuple[float, float]]]:
@@ -122,28 +111,6 @@ def in_process(grid: GridMap, start: tuple[float, float, float], goal: tuple[flo
     return ask
 
 
-def make_plan_call(start: tuple[float, float, float], goal: tuple[float, float, float]) -> str:
-    """Return the frame of a call of ``nav_msgs/GetPlan``, which tells what ROS tells of a path."""
-    ends = ({"header": {"frame_id": "map"}, "pose": _pose(end)} for end in (start, goal))
-    return _call("/move_base/make_plan", *ends)
-
-
-def compute_path_call(
-    start: tuple[float, float, float], goal: tuple[float, float, float], **more: str | float | bool
-) -> str:
-    """Return the frame of a call of ``ppaas_msgs/ComputePath``, which tells the planner's time too."""
-    return _call("/move_base/compute_path", _pose(start), _pose(goal), **more)
-
-
-def _pose(end: tuple[float, float, float]) -> dict[str, object]:
-    return {"position": {"x": end[0], "y": end[1]}, "orientation": {"z": 0.0, "w": 1.0}}
-
-
-def _call(service: str, start: dict[str, object], goal: dict[str, object], **more: str | float | bool) -> str:
-    arguments = {"start": start, "goal": goal, **more}
-    return json.dumps({"op": "call_service", "id": "1", "service": service, "args": arguments})
-
-
 async def _ask_socket(socket: ClientConnection, frame: str) -> float:
     await socket.send(frame)
     return _planner_seconds(await socket.recv(decode=False), _Response)
@@ -164,44 +131,6 @@ def _planner_seconds(answer: bytes, kind: type[_Planned] | type[_Response]) -> f
         return 0.0
     told = msgspec.json.decode(answer, type=kind)
     return (told.values if isinstance(told, _Response) else told).seconds + monotonic() - began
-
-
-class RestAsker:
-    """Posts one body again and again over one connection, as one packet.
-
-    It reads no more of an answer than its length, for it is not itself what is measured: ``http.client`` takes longer
-    for a request than the server does.
-    """
-
-    def __init__(self, url: str, token: str, path: str) -> None:
-        address = urlsplit(url)
-        self._socket = socket.create_connection((address.hostname, address.port), timeout=30.0)
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._head = (
-            f"POST {path} HTTP/1.1\r\nHost: {address.netloc}\r\nAuthorization: Bearer {token}\r\n"
-            "Content-Type: application/json\r\nContent-Length: {}\r\n\r\n"
-        )
-
-    def exchange(self, body: bytes) -> bytes:
-        """Return the answer to a body; ``Unavailable`` if the server hangs up."""
-        self._socket.sendall(self._head.format(len(body)).encode() + body)
-        answer = self._read(b"", lambda read: b"\r\n\r\n" in read)
-        head, _, begun = answer.partition(b"\r\n\r\n")
-        length = int(head.lower().split(b"content-length:", 1)[1].split(b"\r\n", 1)[0])
-        return self._read(begun, lambda read: len(read) >= length)
-
-    def _read(self, begun: bytes, enough: Callable[[bytes], bool]) -> bytes:
-        read = begun
-        while not enough(read):
-            more = self._socket.recv(1 << 18)
-            if not more:
-                raise Unavailable("the server hung up on the bench")
-            read += more
-        return read
-
-    def close(self) -> None:
-        """Hang up."""
-        self._socket.close()
 
 
 async def _ask_rest(asker: RestAsker, body: bytes) -> float:

@@ -19,7 +19,7 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from benchmarks.harness.cloud_under_test import Target, own_cloud
 from benchmarks.harness.figures import Figure, median_of
-from benchmarks.service.plan_requests import RestAsker, compute_path_call, ends
+from benchmarks.harness.plan_calls import RestAsker, compute_path_call, ends
 from ppaas.clock import monotonic
 from ppaas.maps.generate import warehouse
 from ppaas.maps.grid import GridMap

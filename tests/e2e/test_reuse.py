@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 from websockets.asyncio.client import connect
 
-from benchmarks.service.plan_requests import compute_path_call
+from benchmarks.harness.plan_calls import compute_path_call
 from ppaas.errors import NotFound
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import save_map

@@ -115,10 +115,10 @@ async def test_its_nodes_answer_calls_by_their_numbers(home: LocalHome, told: li
     home.take(protocol.Call(8, "move_base/clear_costmaps", msgspec.Raw(b"{}")))
     home.take(protocol.Call(9, "move_base/make_plan", msgspec.Raw(b'{"start": 3}')))
     home.take(protocol.Call(10, "amcl/nothing", msgspec.Raw(b"{}")))
-    while len(told) < 4:
+    while len(answers := [frame for frame in told if isinstance(frame, protocol.Replied)]) < 4:
         await asyncio.sleep(0.005)
-    replies = {reply.call: reply for reply in told if isinstance(reply, protocol.Replied)}
-    assert [told[0], replies[8]] == [protocol.Replied(8, msgspec.Raw(b"{}"))] * 2, "what takes long holds up nothing"
+    assert answers[0] == protocol.Replied(8, msgspec.Raw(b"{}")), "what takes long holds up nothing"
+    replies = {reply.call: reply for reply in answers}
     assert decode(GetPlanResponse, replies[7].response).plan.poses
     assert [(replies[n].slug, replies[n].response) for n in (9, 10)] == [
         ("malformed-message", msgspec.Raw(b"null")),

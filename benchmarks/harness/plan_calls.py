@@ -1,0 +1,78 @@
+"""Requests for a path over the wire: frames of WebSocket calls, a bare HTTP connection, and ends that are far apart."""
+
+import json
+import socket
+from collections.abc import Callable
+from urllib.parse import urlsplit
+
+from ppaas.errors import Unavailable
+from ppaas.maps.grid import GridMap
+from robots.sim.courses import CoursePlanner, GoalRules
+
+
+def ends(grid: GridMap) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Return a start and a goal that are far apart."""
+    rules = GoalRules(shortest=0.8, preferred=0.9)
+    course = CoursePlanner(grid, 1, rules).choose(1, 1)[0]
+    (a, b) = course.start, course.goals[0]
+    return (a.x, a.y, a.theta), (b.x, b.y, b.theta)
+
+
+def make_plan_call(start: tuple[float, float, float], goal: tuple[float, float, float]) -> str:
+    """Return the frame of a call of ``nav_msgs/GetPlan``, which tells what ROS tells of a path."""
+    ends = ({"header": {"frame_id": "map"}, "pose": _pose(end)} for end in (start, goal))
+    return _call("/move_base/make_plan", *ends)
+
+
+def compute_path_call(
+    start: tuple[float, float, float], goal: tuple[float, float, float], **more: str | float | bool
+) -> str:
+    """Return the frame of a call of ``ppaas_msgs/ComputePath``, which tells the planner's time too."""
+    return _call("/move_base/compute_path", _pose(start), _pose(goal), **more)
+
+
+def _pose(end: tuple[float, float, float]) -> dict[str, object]:
+    return {"position": {"x": end[0], "y": end[1]}, "orientation": {"z": 0.0, "w": 1.0}}
+
+
+def _call(service: str, start: dict[str, object], goal: dict[str, object], **more: str | float | bool) -> str:
+    arguments = {"start": start, "goal": goal, **more}
+    return json.dumps({"op": "call_service", "id": "1", "service": service, "args": arguments})
+
+
+class RestAsker:
+    """Posts one body again and again over one connection, as one packet.
+
+    It reads no more of an answer than its length, for it is not itself what is measured: ``http.client`` takes longer
+    for a request than the server does.
+    """
+
+    def __init__(self, url: str, token: str, path: str) -> None:
+        address = urlsplit(url)
+        self._socket = socket.create_connection((address.hostname, address.port), timeout=30.0)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._head = (
+            f"POST {path} HTTP/1.1\r\nHost: {address.netloc}\r\nAuthorization: Bearer {token}\r\n"
+            "Content-Type: application/json\r\nContent-Length: {}\r\n\r\n"
+        )
+
+    def exchange(self, body: bytes) -> bytes:
+        """Return the answer to a body; ``Unavailable`` if the server hangs up."""
+        self._socket.sendall(self._head.format(len(body)).encode() + body)
+        answer = self._read(b"", lambda read: b"\r\n\r\n" in read)
+        head, _, begun = answer.partition(b"\r\n\r\n")
+        length = int(head.lower().split(b"content-length:", 1)[1].split(b"\r\n", 1)[0])
+        return self._read(begun, lambda read: len(read) >= length)
+
+    def _read(self, begun: bytes, enough: Callable[[bytes], bool]) -> bytes:
+        read = begun
+        while not enough(read):
+            more = self._socket.recv(1 << 18)
+            if not more:
+                raise Unavailable("the server hung up on the bench")
+            read += more
+        return read
+
+    def close(self) -> None:
+        """Hang up."""
+        self._socket.close()
