@@ -12,8 +12,9 @@ import sys
 import tempfile
 from itertools import pairwise
 from pathlib import Path
+from typing import Literal
 
-from playwright.async_api import Browser, Page, expect
+from playwright.async_api import Browser, Page, ViewportSize, expect
 
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
@@ -24,7 +25,7 @@ from tests.support.world.places import free_pose, reachable_pose
 
 VISITS = 9
 SECONDS = 10.0
-DESK, PHONE = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
+DESK, PHONE = ViewportSize(width=1280, height=800), ViewportSize(width=390, height=844)
 ONLINE = '#robots .presence[data-presence="online"]'
 
 
@@ -51,7 +52,11 @@ async def frames(page: Page) -> tuple[float, float]:
 
 async def take_screenshots(browser: Browser, url: str, token: str, grid: GridMap, folder: Path) -> None:
     """Write a picture of the dashboard on a desk, and one on a phone in the dark."""
-    for name, size, scheme in (("dashboard", DESK, "light"), ("dashboard-phone", PHONE, "dark")):
+    views: list[tuple[str, ViewportSize, Literal["light", "dark"]]] = [
+        ("dashboard", DESK, "light"),
+        ("dashboard-phone", PHONE, "dark"),
+    ]
+    for name, size, scheme in views:
         context = await browser.new_context(viewport=size, color_scheme=scheme)
         page = await context.new_page()
         await enter(page, url, token)
