@@ -3,7 +3,7 @@
 import asyncio
 from collections import Counter
 
-from endpoints.rosbridge.session_registry import ClientSessions
+from endpoints.rosbridge.session_registry import SessionRegistry
 from engine.service.links.place_link import PlaceLink
 from engine.service.robot_sessions import RobotSessions
 from ppaas.clock import Clock, monotonic
@@ -23,7 +23,7 @@ class IdleWatch:
 
     Parameters
     ----------
-    sessions : ClientSessions
+    sessions : SessionRegistry
         Know what was said.
     robots : RobotSessions
         Let go.
@@ -34,7 +34,7 @@ class IdleWatch:
     """
 
     def __init__(
-        self, sessions: ClientSessions, robots: RobotSessions, idle: float = IDLE, clock: Clock = monotonic
+        self, sessions: SessionRegistry, robots: RobotSessions, idle: float = IDLE, clock: Clock = monotonic
     ) -> None:
         self._sessions = sessions
         self._robots = robots
@@ -52,8 +52,8 @@ class IdleWatch:
         """Let go who has been silent for too long."""
         now = self._clock()
         said: Counter[PlaceLink] = Counter()
-        for seat in self._sessions.seats():
-            said[seat.kept.place] += 1 + seat.kept.taken
+        for attachment in self._sessions.attachments():
+            said[attachment.retained.place] += 1 + attachment.retained.taken
         before, self._known = self._known, {}
         for place, count in said.items():
             counted, since = before.get(place, (-1, now))

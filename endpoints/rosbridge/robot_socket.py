@@ -12,8 +12,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 from endpoints.accounts.authentication import authenticate
 from endpoints.http.problems import problem_response
 from endpoints.http.websocket_protocol import connection_of
-from endpoints.rosbridge.connect_request import visit_of
-from endpoints.rosbridge.session_registry import ClientSessions, Seat
+from endpoints.rosbridge.attachment import Attachment
+from endpoints.rosbridge.connect_request import parse_connect_request
+from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
 from ppaas.errors import PPaaSError
 from ppaas.wire.resumption import LEFT
@@ -34,8 +35,8 @@ class RobotSocket:
     ----------
     socket : WebSocket
         Accepted.
-    seat : Seat
-        Whose session it carries.
+    attachment : Attachment
+        To the session whose frames it carries.
 
     Attributes
     ----------
@@ -43,11 +44,11 @@ class RobotSocket:
         The client said, in closing, that it does not come back.
     """
 
-    def __init__(self, socket: WebSocket, seat: Seat) -> None:
+    def __init__(self, socket: WebSocket, attachment: Attachment) -> None:
         self._socket = socket
         self._connection = connection_of(socket)
-        self._seat = seat
-        self._session = seat.session
+        self._attachment = attachment
+        self._session = attachment.session
         self.left = False
 
     async def run(self) -> None:
@@ -57,7 +58,8 @@ class RobotSocket:
         outbox.connect(self._connection)
         left = asyncio.create_task(self._until_left())
         try:
-            await asyncio.wait((left, self._session.over, self._seat.gone), return_when=asyncio.FIRST_COMPLETED)
+            ends = (left, self._session.over, self._attachment.displaced)
+            await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
         finally:
             outbox.connect(None)
             self._connection.hand_to(None)
@@ -65,7 +67,7 @@ class RobotSocket:
             await asyncio.gather(left, return_exceptions=True)
 
     def _take(self, frame: str | None) -> None:
-        self._seat.kept.taken += 1
+        self._attachment.retained.taken += 1
         try:
             self._session.take(frame)
         except Exception as error:
@@ -81,8 +83,8 @@ class RobotSocket:
         """Close the socket with the reason, if it was not the client that went."""
         if self._socket.application_state is not WebSocketState.CONNECTED:
             return
-        if self._seat.gone.done():
-            await self._close(TAKEN_OVER, self._seat.gone.result())
+        if self._attachment.displaced.done():
+            await self._close(TAKEN_OVER, self._attachment.displaced.result())
         elif self._session.over.done():
             await self._close(CLOSED_BY_CLOUD, self._session.over.result())
 
@@ -93,24 +95,24 @@ class RobotSocket:
                 await self._socket.close(code, reason)
 
 
-async def serve_robot_socket(socket: WebSocket, services: Services, sessions: ClientSessions) -> None:
+async def serve_robot_socket(socket: WebSocket, services: Services, sessions: SessionRegistry) -> None:
     """Serve one WebSocket from its handshake to its end."""
     try:
-        visit = visit_of(socket.query_params)
+        request = parse_connect_request(socket.query_params)
         user = await authenticate(socket, services.accounts)
         services.cloud.quotas.learn(user)
-        seat = await sessions.enter(user.id, visit, connection_of(socket).probe)
+        attachment = await sessions.attach(user.id, request, connection_of(socket).probe)
     except PPaaSError as error:
         logger.warning("a WebSocket was refused: %s: %s", error.slug, error)
         await socket.send_denial_response(problem_response(error))
         return
-    carrier = RobotSocket(socket, seat)
-    if visit.role == "robot":
-        connection_of(socket).tell_round_trips(seat.kept.place.note_round_trip)
+    carrier = RobotSocket(socket, attachment)
+    if request.role == "robot":
+        connection_of(socket).tell_round_trips(attachment.retained.place.note_round_trip)
     try:
-        await socket.accept(headers=seat.headers)
+        await socket.accept(headers=attachment.headers)
         await carrier.run()
     finally:
         # Whoever takes over waits for this, and must not wait for a socket that is dead to be closed.
-        sessions.leave(seat, for_good=carrier.left)
+        sessions.detach(attachment, for_good=carrier.left)
     await carrier.say_why()

@@ -1,4 +1,4 @@
-"""The sessions of all clients: who sits at which place, and who is away and may come back.
+"""Registry of all client sessions: of those that have a socket, and of those whose client is away and may come back.
 
 A session that has a name outlives its sockets. What a client hears, what waits for it and what it asked for is kept
 for some time after its socket is gone, and handed to the next socket that names the session. One that comes while the
@@ -6,115 +6,30 @@ old socket still seems to stand takes over: the client knows better than we do w
 """
 
 import asyncio
-import logging
-import secrets
 from collections.abc import Iterable
 from functools import partial
-from typing import NamedTuple
 
 from endpoints.http.websocket_protocol import Probe
-from endpoints.rosbridge.connect_request import Visit
-from endpoints.rosbridge.roles import Role
+from endpoints.rosbridge.attachment import Attachment, RetainedSession, SessionKey
+from endpoints.rosbridge.connect_request import ConnectRequest
 from endpoints.rosbridge.session import ClientSession
 from engine.processes.background import Background
 from engine.service.links.place_link import PlaceLink
 from engine.service.plan_rate import PlanRate
 from engine.service.robot_sessions import LINGER, RobotSessions
-from ppaas.errors import Conflict, PPaaSError, Unavailable
+from ppaas.errors import Conflict, Unavailable
 from ppaas.wire import rosbridge
-from ppaas.wire.resumption import ID_HEADER, NEW, RESUMED, STATE_HEADER, TAKEN_HEADER
-
-logger = logging.getLogger(__name__)
 
 READY_TIMEOUT = 15.0
-PROBE_TIMEOUT = 2.0
-"""Seconds that the socket of a robot may be silent when another comes for the same robot; then it is dead."""
 
 POSITION_PERIOD = 0.5
 """Seconds between two looks at how far a robot has come in the queue."""
 
 MAX_AWAY = 64
-"""Sessions of one user that are kept without a socket; of more the one that is away longest is ended first."""
+"""Sessions of one user that are kept without a socket; the oldest detached session is evicted first."""
 
 
-class SessionKey(NamedTuple):
-    """Whose session it is."""
-
-    user: str
-    robot: str
-    role: Role
-    name: str
-
-
-class Kept:
-    """A session and what is known of it here; its ``taken`` counts the frames that were taken from the client."""
-
-    def __init__(self, session: ClientSession, place: PlaceLink, key: SessionKey | None) -> None:
-        self.id = secrets.token_hex(8)
-        self.session = session
-        self.place = place
-        self.key = key
-        self.taken = 0
-        self.ended = False
-        self.seat: Seat | None = None
-        self.expiry: asyncio.TimerHandle | None = None
-
-
-class Seat:
-    """One socket's hold of a session.
-
-    Attributes
-    ----------
-    gone : Future
-        Done once the session was given to another socket; its result is what this one is told.
-    """
-
-    def __init__(self, kept: Kept, visit: Visit, user: str, probe: Probe, *, resumed: bool) -> None:
-        self.kept = kept
-        self.session = kept.session
-        self.visit = visit
-        self.user = user
-        self.resumed = resumed
-        self.gone: asyncio.Future[PPaaSError] = asyncio.get_running_loop().create_future()
-        self._probe = probe
-        self._left = asyncio.Event()
-
-    @property
-    def headers(self) -> list[tuple[bytes, bytes]]:
-        """What the handshake tells a client that named its session."""
-        if self.visit.session is None:
-            return []
-        told = {
-            STATE_HEADER: RESUMED if self.resumed else NEW,
-            ID_HEADER: self.kept.id,
-            TAKEN_HEADER: str(self.kept.taken),
-        }
-        return [(name.encode(), value.encode()) for name, value in told.items()]
-
-    async def answers(self) -> bool:
-        """Tell whether the client is still there: it answers a ping, or says something meanwhile."""
-        taken = self.kept.taken
-        return await self._probe(PROBE_TIMEOUT) or self.kept.taken != taken
-
-    async def evict(self, why: PPaaSError) -> None:
-        """Take the session from this socket, and wait until it touches it no more."""
-        if not self.gone.done():
-            self.gone.set_result(why)
-        await self._left.wait()
-
-    @property
-    def has_left(self) -> bool:
-        """The socket is gone, or the place is no more."""
-        return self._left.is_set() or self.session.over.done()
-
-    def leave(self) -> None:
-        """Touch the session no more."""
-        self._left.set()
-        if self.kept.seat is self:
-            self.kept.seat = None
-
-
-class ClientSessions:
+class SessionRegistry:
     """Gives each socket its session.
 
     Parameters
@@ -131,29 +46,29 @@ class ClientSessions:
         self._robots = robots
         self._plan_rate = plan_rate
         self._linger = linger
-        self._kept: dict[SessionKey, Kept] = {}
-        self._seats: set[Seat] = set()
+        self._retained: dict[SessionKey, RetainedSession] = {}
+        self._attachments: set[Attachment] = set()
         self._telling = Background()
 
-    def seats(self) -> Iterable[Seat]:
-        """Return all who are connected now."""
-        return tuple(self._seats)
+    def attachments(self) -> Iterable[Attachment]:
+        """Return the sockets that are connected now."""
+        return tuple(self._attachments)
 
     @property
     def away(self) -> int:
         """How many sessions are kept without a socket."""
-        return sum(kept.seat is None for kept in self._kept.values())
+        return sum(retained.attachment is None for retained in self._retained.values())
 
     def close(self) -> None:
         """End the sessions of all who are away."""
-        for kept in tuple(self._kept.values()):
-            if kept.seat is None:
-                self._end(kept)
+        for retained in tuple(self._retained.values()):
+            if retained.attachment is None:
+                self._end(retained)
 
     # -- a socket comes ------------------------------------------------------------------------------------------------
 
-    async def enter(self, user: str, visit: Visit, probe: Probe) -> Seat:
-        """Return a seat at the place of a robot, once its container is ready; whoever gets it must ``leave``.
+    async def attach(self, user: str, request: ConnectRequest, probe: Probe) -> Attachment:
+        """Attach a socket to a session at the place of a robot, once its container is ready; it must be detached later.
 
         Raises
         ------
@@ -162,115 +77,116 @@ class ClientSessions:
         PPaaSError
             As the place says; see ``RobotSessions.join`` and ``PlaceLink.ready``.
         """
-        if visit.role == "robot":
-            await self._make_way(user, visit)
+        if request.role == "robot":
+            await self._displace(user, request)
         place = await self._robots.join(
-            user, visit.robot, as_robot=visit.role == "robot", hold=visit.hold, queue=visit.queue
+            user, request.robot, as_robot=request.role == "robot", hold=request.hold, queue=request.queue
         )
         try:
-            await self._ready(visit, place)
-            seat = await self._seat(user, visit, place, probe)
+            await self._ready(request, place)
+            attachment = await self._attach(user, request, place, probe)
         except BaseException:
-            self._leave_place(place, visit)
+            self._leave_place(place, request)
             raise
-        self._seats.add(seat)
+        self._attachments.add(attachment)
         if self._robots.position(place) is not None:
-            self._telling.run(self._tell_position(seat))
-        return seat
+            self._telling.run(self._tell_position(attachment))
+        return attachment
 
-    async def _ready(self, visit: Visit, place: PlaceLink) -> None:
+    async def _ready(self, request: ConnectRequest, place: PlaceLink) -> None:
         position = self._robots.position(place)
         if position is None:
             await place.ready(READY_TIMEOUT)
-        elif not visit.queue:
+        elif not request.queue:
             raise Unavailable(f"the robot waits at position {position} of the queue: connect with queue=1 to wait, too")
 
-    async def _tell_position(self, seat: Seat) -> None:
+    async def _tell_position(self, attachment: Attachment) -> None:
         told = None
-        while not seat.has_left and (position := self._robots.position(seat.kept.place)) is not None:
+        while not attachment.has_left and (position := self._robots.position(attachment.retained.place)) is not None:
             if position != told:
-                seat.session.inform("queued", f"position {position} in the queue")
+                attachment.session.inform("queued", f"position {position} in the queue")
                 told = position
             await asyncio.sleep(POSITION_PERIOD)
-        if not seat.has_left:
-            seat.session.inform("queued", "it is this robot's turn: its container starts")
+        if not attachment.has_left:
+            attachment.session.inform("queued", "it is this robot's turn: its container starts")
 
-    async def _make_way(self, user: str, visit: Visit) -> None:
+    async def _displace(self, user: str, request: ConnectRequest) -> None:
         """Take the robot's place from a socket of the same session, or from one that is dead."""
-        for seat in self.seats():
-            if (seat.user, seat.visit.robot, seat.visit.role) != (user, visit.robot, "robot"):
+        for attachment in self.attachments():
+            if (attachment.user, attachment.request.robot, attachment.request.role) != (user, request.robot, "robot"):
                 continue
-            if visit.session is not None and visit.session == seat.visit.session:
-                await seat.evict(Conflict("another connection of the same session took over"))
-            elif not await seat.answers():
-                await seat.evict(Conflict("it did not answer, and another connection of this robot came"))
+            if request.session is not None and request.session == attachment.request.session:
+                await attachment.take_over(Conflict("another connection of the same session took over"))
+            elif not await attachment.answers():
+                await attachment.take_over(Conflict("it did not answer, and another connection of this robot came"))
 
-    async def _seat(self, user: str, visit: Visit, place: PlaceLink, probe: Probe) -> Seat:
-        key = SessionKey(user, visit.robot, visit.role, visit.session) if visit.session is not None else None
-        kept = await self._free(key) if key is not None else None
+    async def _attach(self, user: str, request: ConnectRequest, place: PlaceLink, probe: Probe) -> Attachment:
+        key = SessionKey(user, request.robot, request.role, request.session) if request.session is not None else None
+        retained = await self._free(key) if key is not None else None
         # No await from here on: whoever finds the session free has it.
-        if kept is not None and not self._may_resume(kept, visit, place):
-            self._end(kept)
-            kept = None
-        resumed = kept is not None
-        if kept is None:
-            kept = self._begin(user, visit, place, key)
-        elif visit.resume is not None:
-            kept.session.outbox.resume(visit.resume.received)
-        if kept.expiry is not None:
-            kept.expiry.cancel()
-        seat = kept.seat = Seat(kept, visit, user, probe, resumed=resumed)
-        return seat
+        if retained is not None and not self._may_resume(retained, request, place):
+            self._end(retained)
+            retained = None
+        resumed = retained is not None
+        if retained is None:
+            retained = self._begin(user, request, place, key)
+        elif request.resume is not None:
+            retained.session.outbox.resume(request.resume.received)
+        if retained.expiry is not None:
+            retained.expiry.cancel()
+        attachment = retained.attachment = Attachment(retained, request, user, probe, resumed=resumed)
+        return attachment
 
-    async def _free(self, key: SessionKey) -> Kept | None:
-        while (kept := self._kept.get(key)) is not None and kept.seat is not None:
-            await kept.seat.evict(Conflict("another connection of the same session took over"))
-        return kept
+    async def _free(self, key: SessionKey) -> RetainedSession | None:
+        while (retained := self._retained.get(key)) is not None and retained.attachment is not None:
+            await retained.attachment.take_over(Conflict("another connection of the same session took over"))
+        return retained
 
     @staticmethod
-    def _may_resume(kept: Kept, visit: Visit, place: PlaceLink) -> bool:
-        if kept.place is not place or kept.session.over.done():
+    def _may_resume(retained: RetainedSession, request: ConnectRequest, place: PlaceLink) -> bool:
+        if retained.place is not place or retained.session.over.done():
             return False
-        return not visit.counts or (visit.resume is not None and visit.resume.id == kept.id)
+        return not request.counts or (request.resume is not None and request.resume.id == retained.id)
 
-    def _begin(self, user: str, visit: Visit, place: PlaceLink, key: SessionKey | None) -> Kept:
-        wire = rosbridge.RosbridgeSession("info" if visit.queue else "error" if visit.status else "none")
+    def _begin(self, user: str, request: ConnectRequest, place: PlaceLink, key: SessionKey | None) -> RetainedSession:
+        wire = rosbridge.RosbridgeSession("info" if request.queue else "error" if request.status else "none")
         count_plan = partial(self._plan_rate.take, user)
-        session = ClientSession(place, visit.role, wire, f"{visit.role} {user}/{visit.robot}", count_plan)
-        session.outbox.repeats = visit.counts
-        kept = Kept(session, place, key)
+        session = ClientSession(place, request.role, wire, f"{request.role} {user}/{request.robot}", count_plan)
+        session.outbox.repeats = request.counts
+        retained = RetainedSession(session, place, key)
         if key is not None:
-            self._kept[key] = kept
-            session.over.add_done_callback(lambda _: self._end(kept) if kept.seat is None else None)
-        return kept
+            self._retained[key] = retained
+            session.over.add_done_callback(lambda _: self._end(retained) if retained.attachment is None else None)
+        return retained
 
     # -- a socket goes -------------------------------------------------------------------------------------------------
 
-    def leave(self, seat: Seat, *, for_good: bool) -> None:
-        """Give a seat up; the session is kept for a while, if it has a name and its client may come back."""
-        kept = seat.kept
-        seat.leave()
-        self._seats.discard(seat)
-        self._leave_place(kept.place, seat.visit)
-        if kept.key is None or for_good or kept.session.over.done():
-            self._end(kept)
+    def detach(self, attachment: Attachment, *, for_good: bool) -> None:
+        """Let a socket go; the session is kept for a while, if it has a name and its client may come back."""
+        retained = attachment.retained
+        attachment.detach()
+        self._attachments.discard(attachment)
+        self._leave_place(retained.place, attachment.request)
+        if retained.key is None or for_good or retained.session.over.done():
+            self._end(retained)
             return
-        self._kept[kept.key] = self._kept.pop(kept.key)  # behind those that went before
-        kept.expiry = asyncio.get_running_loop().call_later(self._linger, self._end, kept)
-        away = [other for key, other in self._kept.items() if key.user == seat.user and other.seat is None]
+        self._retained[retained.key] = self._retained.pop(retained.key)  # behind those that went before
+        retained.expiry = asyncio.get_running_loop().call_later(self._linger, self._end, retained)
+        of_user = [other for key, other in self._retained.items() if key.user == attachment.user]
+        away = [other for other in of_user if other.attachment is None]
         for other in away[:-MAX_AWAY]:
             self._end(other)
 
-    def _leave_place(self, place: PlaceLink, visit: Visit) -> None:
-        if visit.hold:
-            self._robots.leave(place, as_robot=visit.role == "robot")
+    def _leave_place(self, place: PlaceLink, request: ConnectRequest) -> None:
+        if request.hold:
+            self._robots.leave(place, as_robot=request.role == "robot")
 
-    def _end(self, kept: Kept) -> None:
-        if kept.ended:
+    def _end(self, retained: RetainedSession) -> None:
+        if retained.ended:
             return
-        kept.ended = True
-        if kept.key is not None and self._kept.get(kept.key) is kept:
-            del self._kept[kept.key]
-        if kept.expiry is not None:
-            kept.expiry.cancel()
-        kept.session.end()
+        retained.ended = True
+        if retained.key is not None and self._retained.get(retained.key) is retained:
+            del self._retained[retained.key]
+        if retained.expiry is not None:
+            retained.expiry.cancel()
+        retained.session.end()

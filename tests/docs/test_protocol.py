@@ -12,12 +12,13 @@ from websockets.exceptions import ConnectionClosed
 
 from endpoints.cli import up
 from endpoints.http.problems import STATUS, TYPE, problem_response
+from endpoints.rosbridge.attachment import PROBE_TIMEOUT
 from endpoints.rosbridge.calls import CALL_TIMEOUT, MAX_CALLS
 from endpoints.rosbridge.idle_watch import IDLE
 from endpoints.rosbridge.outbox import DEFAULT_KEEP, EXPIRY, KEEP, MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES
 from endpoints.rosbridge.robot_socket import CLOSED_BY_CLOUD, TAKEN_OVER
 from endpoints.rosbridge.roles import SENSOR_TOPICS
-from endpoints.rosbridge.session_registry import MAX_AWAY, PROBE_TIMEOUT, READY_TIMEOUT
+from endpoints.rosbridge.session_registry import MAX_AWAY, READY_TIMEOUT
 from endpoints.services.request_limits import Settings
 from endpoints.web import MAX_FRAME
 from engine.container.fleet_bridge import SHARE_PERIOD, TELL_PERIOD

@@ -15,7 +15,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from endpoints.app import create_app
 from endpoints.rosbridge.robot_socket import serve_robot_socket
-from endpoints.rosbridge.session_registry import ClientSessions
+from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
@@ -39,7 +39,7 @@ class World:
         self.machine = machine
         self.token = token
         self.sessions = RobotSessions(service, services.store, services.map_store, linger=0.0)
-        self.clients = ClientSessions(self.sessions, services.cloud.plan_rate, linger=0.0)
+        self.clients = SessionRegistry(self.sessions, services.cloud.plan_rate, linger=0.0)
         self.port = 0
 
     def linger(self, seconds: float) -> None:
@@ -88,8 +88,8 @@ async def robot_world(folder: Path, services: Services) -> AsyncIterator[World]:
         await made.sessions.close()
         await service.close()
         await machine.leave()
-    assert made.clients._kept == {}
-    assert made.clients._seats == set()
+    assert made.clients._retained == {}
+    assert made.clients._attachments == set()
     assert made.sessions._clients == {}
     assert made.sessions._robots == set()
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from websockets.asyncio.client import ClientConnection, connect
 
-from endpoints.rosbridge import session_registry
+from endpoints.rosbridge import attachment, session_registry
 from endpoints.rosbridge.robot_socket import TAKEN_OVER
 from engine.protocols import robot_link
 from ppaas.errors import Unavailable
@@ -88,8 +88,8 @@ async def test_an_old_command_is_not_told_to_who_comes_back(world: World) -> Non
         await next_of(container, robot_link.Subscribe)
         await cut_off(world, first)
         await publish(container, "cmd_vel", linear={"x": 1.0})
-        (kept,) = world.clients._kept.values()
-        outbox = kept.session.outbox
+        (retained,) = world.clients._retained.values()
+        outbox = retained.session.outbox
         await until(lambda: len(outbox))
         outbox._clock = lambda: float("inf")
         async with world.connected(session="mine") as again:
@@ -104,7 +104,7 @@ async def test_without_a_name_nothing_is_kept_and_nothing_is_told(world: World) 
         assert first.response is not None
         assert STATE_HEADER not in first.response.headers
         first.transport.abort()
-        await until(lambda: len(list(world.clients.seats())) == 1)
+        await until(lambda: len(list(world.clients.attachments())) == 1)
         assert world.clients.away == 0
 
 
@@ -141,7 +141,7 @@ async def test_a_robot_that_answers_is_not_pushed_aside_by_another_session(world
 async def test_a_robot_without_a_session_takes_over_from_one_that_is_silently_gone(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(session_registry, "PROBE_TIMEOUT", 0.2)
+    monkeypatch.setattr(attachment, "PROBE_TIMEOUT", 0.2)
     async with robot(world) as (first, container):
         first.transport.pause_reading()  # its end of the connection stands, and nobody is there
         async with world.connected() as second:
@@ -156,7 +156,7 @@ async def test_many_that_take_over_at_once_leave_one(world: World) -> None:
         opened = await asyncio.gather(
             *(connect(world.url("operator", session="many"), open_timeout=10) for _ in range(5))
         )
-        await until(lambda: [seat.visit.role for seat in world.clients.seats()].count("operator") == 1)
+        await until(lambda: [one.request.role for one in world.clients.attachments()].count("operator") == 1)
         assert sum(told(client)[0] == "new" for client in opened) == 1
         for client in opened:
             await client.close()
@@ -231,8 +231,10 @@ async def test_of_too_many_sessions_that_are_away_the_first_is_ended(
         for number in range(4):
             async with world.connected("operator", session=f"s{number}") as operator:
                 operator.transport.abort()
-            await until(lambda n=number: len(list(world.clients.seats())) == 1 and world.clients.away == min(n + 1, 2))
-        assert [key.name for key in world.clients._kept if key.role == "operator"] == ["s2", "s3"]
+            await until(
+                lambda n=number: len(list(world.clients.attachments())) == 1 and world.clients.away == min(n + 1, 2)
+            )
+        assert [key.name for key in world.clients._retained if key.role == "operator"] == ["s2", "s3"]
 
 
 async def test_a_session_ends_with_its_place_though_its_client_is_away(world: World) -> None:
