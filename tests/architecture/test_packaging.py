@@ -42,10 +42,6 @@ def test_every_entry_point_loads(group, name, value):
         assert loaded.HELP
         assert callable(loaded.configure)
         assert callable(loaded.run)
-    elif group == "ppaas.benchmarks":
-        assert loaded.HELP
-        assert callable(loaded.configure)
-        assert callable(loaded.measure)
     elif group == "ppaas.machine_verbs":
         assert loaded.HELP
         assert callable(loaded.configure)

@@ -26,7 +26,6 @@ from ppaas.nodes.base import Payload
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.jobs import Work, run_inline
-from ppaas.nodes.move_base.action_topics import CANCEL, RESULT, SIMPLE_GOAL, STATUS
 from ppaas.nodes.move_base.node import MoveBaseNode
 from ppaas.planners.base import PlanResult
 
