@@ -6,7 +6,7 @@ import itertools
 import logging
 import secrets
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -29,6 +29,7 @@ from engine.remote.ray.machines import RayMachines
 from engine.remote.ray.watcher_process import WatcherProcess
 from engine.runtimes import registry as runtimes
 from engine.service.cloud import Cloud
+from engine.service.listener import CloudListener
 from engine.service.machine_events import RETURN_TIMEOUT
 from engine.service.machine_registry import Roll
 from engine.service.master_driver import CloudService
@@ -160,7 +161,7 @@ def _new_ids() -> Callable[[], str]:
     return lambda: f"c{next(numbers)}-{ours}"
 
 
-class Engine:
+class Engine(CloudListener):
     """The engine of one cloud, with this machine in it.
 
     Parameters
@@ -193,18 +194,14 @@ class Engine:
             Checkpoints(self.store, instance, config.linger),
             self._run_dir,
             own.secret,
+            self,
         )
-        machines = self.service.of_machines
-        machines.frozen, machines.removed = self._kill_frozen, self._end_if_own
-        if self._roll is not None:
-            machines.changed = self._roll.note
         if config.machine_settings is not None:
             self.service.administration.keep_in(Path(config.machine_settings))
         self.service.administration.admit(config.machine)  # its agent is started with us
         self.sessions = RobotSessions(
             self.service, self.store, self.map_store, config.linger, node_priorities=config.node_priorities
         )
-        self.service.place_adopted = self.sessions.await_back
         self.cloud = Cloud(self.service, quotas)
 
     def _on_ray(self, watcher: WatcherProcess) -> RayMachines:
@@ -212,12 +209,23 @@ class Engine:
         peering = self._far.peering if self._far is not None else None
         return RayMachines(watcher, RouterProcess(self._run_dir, peering=peering))
 
-    def _end_if_own(self, machine: str) -> None:
+    def machine_frozen(self, machine: str) -> None:
+        """End its agent, if we can."""
+        self._agents.kill(machine)
+
+    def machine_removed(self, machine: str) -> None:
+        """End its agent, if it is ours: else it would be started again."""
         if machine == self._own:
             self._background.run(self._agents.stop())
 
-    def _kill_frozen(self, machine: str) -> None:
-        self._agents.kill(machine)
+    def machines_changed(self, machines: Collection[str]) -> None:
+        """Note which machines there are, for a cloud process after this one."""
+        if self._roll is not None:
+            self._roll.note(machines)
+
+    def place_adopted(self, key: str) -> None:
+        """Await the robot whose clone it is."""
+        self.sessions.await_back(key)
 
     async def start(self) -> None:
         """Start, and wait until this machine is in.

@@ -174,14 +174,14 @@ class Gate:
         return _Guest(self._awaited.admit(attach.container, attach.secret), stream)
 
     async def _serve(self, guest: _Guest) -> None:
-        subscription = self._topics.hear_others(guest.scope, guest.stream)
+        subscriptions = self._topics.hear_others(guest.scope, guest.stream)
         self._guests[guest.spec.id] = guest
         try:
             while (frame := await guest.stream.receive()) is not None:
                 self._take(frame, guest)
         finally:
             del self._guests[guest.spec.id]
-            if subscription is not None:
+            for subscription in subscriptions:
                 subscription.close()
 
     def _take(self, frame: machine_link.FromContainer, guest: _Guest) -> None:

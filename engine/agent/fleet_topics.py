@@ -8,10 +8,11 @@ from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from engine.specs.containers import ContainerSpec
 from ppaas.errors import MessageTooLarge, NotPermitted
+from ppaas.nodes.topics import TOPICS
 
 DEFAULT_GROUP = "default"
-SHARED_TOPIC = "amcl_pose"
-"""What a robot hears of the others on its map."""
+SHARED_TOPICS = tuple(topic.name for topic in TOPICS.values() if topic.shared)
+"""Topics that the robots on a map receive from each other."""
 
 MAX_WAITING = 1 << 18
 """Bytes that may wait for a slow container before positions of others are dropped."""
@@ -64,10 +65,13 @@ class FleetTopics:
         """
         self._fabric.publish(_shared_key(frame, scope), frame.payload)
 
-    def hear_others(self, scope: Scope | None, stream: FrameStream[machine_link.FromContainer]) -> Subscription | None:
-        """Tell a container where the other robots on its map are, until that is ended; nothing if it only plans."""
+    def hear_others(self, scope: Scope | None, stream: FrameStream[machine_link.FromContainer]) -> list[Subscription]:
+        """Send a container what the other robots on its map share, until the subscriptions returned are closed.
+
+        A container that only plans receives nothing.
+        """
         if scope is None:
-            return None
+            return []
 
         def heard(key: str, payload: bytes) -> None:
             other = parse_shared(key)
@@ -75,7 +79,7 @@ class FleetTopics:
             if not itself and stream.waiting <= MAX_WAITING:
                 stream.write(machine_link.Shared(other.user, other.robot, other.topic, payload))
 
-        return self._fabric.subscribe(scope.seen(SHARED_TOPIC), heard)
+        return [self._fabric.subscribe(scope.seen(topic), heard) for topic in SHARED_TOPICS]
 
 
 def _shared_key(frame: machine_link.Share, scope: Scope | None) -> str:

@@ -13,6 +13,7 @@ from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped, Twist
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.ppaas_msgs import RobotState, RobotStates
 from ppaas.messages.std_msgs import Header, Time
+from ppaas.nodes import topics
 from ppaas.nodes.base import Payload
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.move_base.other_robots import checked_state
@@ -20,11 +21,6 @@ from ppaas.planners.base import PlanResult, pose_message
 from storage.records import PlanRecord
 
 logger = logging.getLogger(__name__)
-
-POSE = "amcl_pose"
-ODOM = "odom"
-PLAN = "plan"
-ROBOTS = "robots"
 
 SHARE_PERIOD = 0.2
 """Seconds between two positions: at 0.65 m/s a robot moves 13 cm in it."""
@@ -74,12 +70,12 @@ class Outside:
         self._driven: tuple[float, Twist] = float("-inf"), Twist()
         robot = launch.spec.robot
         self._radius = robot_body(robot.model, robot.urdf, robot.parameters).robot_radius if robot else 0.0
-        if POSE in graph.topics:
-            graph.tap(POSE, self._share_pose)
-        if ODOM in graph.topics:
-            graph.tap(ODOM, self._note_velocity)
-        if PLAN in graph.topics:
-            graph.tap(PLAN, self._keep_plan)
+        if topics.AMCL_POSE.name in graph.topics:
+            graph.tap(topics.AMCL_POSE.name, self._share_pose)
+        if topics.ODOM.name in graph.topics:
+            graph.tap(topics.ODOM.name, self._note_velocity)
+        if topics.PLAN.name in graph.topics:
+            graph.tap(topics.PLAN.name, self._keep_plan)
 
     def _note_velocity(self, _topic: str, odometry: Payload) -> None:
         if isinstance(odometry, Odometry):
@@ -92,14 +88,14 @@ class Outside:
         self._last_shared = now
         since, twist = self._driven
         state = RobotState(pose.header, pose.pose, twist if 0.0 <= now - since < FRESH else Twist(), self._radius)
-        self._machine.share(POSE, encode(state))
+        self._machine.share(topics.AMCL_POSE.name, encode(state))
 
     def shared(self, message: machine_link.Shared) -> None:
         """Take where another robot is and how it drives, of this map, and tell the clone of all that are fresh.
 
         What another sends may be anything; what is no position is logged once and does no harm.
         """
-        if message.topic != POSE or ROBOTS not in self._graph.topics:
+        if message.topic != topics.AMCL_POSE.name or topics.ROBOTS.name not in self._graph.topics:
             return
         who = message.user, message.robot
         try:
@@ -119,7 +115,7 @@ class Outside:
         states = [state for _, state in self._others.values()]
         poses, twists = [state.pose.pose for state in states], [state.twist for state in states]
         header = Header(stamp=Time.of(now), frame_id="map")
-        self._graph.inject(ROBOTS, RobotStates(header, poses, twists, [state.radius for state in states]))
+        self._graph.inject(topics.ROBOTS.name, RobotStates(header, poses, twists, [state.radius for state in states]))
 
     def _keep_plan(self, _topic: str, plan: Payload) -> None:
         if isinstance(plan, PlanResult) and len(plan.poses) and self._is_news(plan) and plan.id != plan.reused:

@@ -15,6 +15,7 @@ from engine.protocols import control_link
 from engine.service.administration import Losing
 from engine.service.links.control_server import ControlServer
 from engine.service.links.robot_link_server import LinkServer
+from engine.service.listener import CloudListener
 from engine.service.start_times import StartTimes
 from engine.specs.checkpoints import Checkpoints
 from ppaas.errors import PPaaSError, Unavailable, rebuild
@@ -43,17 +44,13 @@ class MachineEvents:
         Carries out what the master orders.
     container_lost : callable
         Told of a container that is no more, and why.
+    listener : CloudListener
+        Told of machines that come and go.
 
     Attributes
     ----------
     joined : Event
         Set once a first machine is here.
-    frozen : callable
-        Told of a machine whose agent shows no sign of life, for whoever can end it; it was hung up on.
-    removed : callable
-        Told of a machine that an administrator removed, for whoever would start its agent again.
-    changed : callable
-        Told the names of all machines when one has come or gone.
     """
 
     def __init__(
@@ -65,6 +62,7 @@ class MachineEvents:
         *,
         execute: Callable[[list[Order]], None],
         container_lost: Callable[[str, PPaaSError], None],
+        listener: CloudListener,
     ) -> None:
         self._master = master
         self._checkpoints = checkpoints
@@ -76,9 +74,7 @@ class MachineEvents:
         self._background = Background()
         self._closing = False
         self.joined = asyncio.Event()
-        self.frozen: Callable[[str], None] = lambda _: None
-        self.removed: Callable[[str], None] = lambda _: None
-        self.changed: Callable[[Iterable[str]], None] = lambda _: None
+        self._listener = listener
 
     def listen(self, path: Path, secret: str) -> ControlServer:
         """Return the server of the control links, which tells what happens here."""
@@ -127,7 +123,7 @@ class MachineEvents:
         logger.info("machine %s joined with %d cores and %d containers", machine.id, machine.cores, len(adopted))
         self.joined.set()
         self._execute(orders)
-        self.changed(self._master.machines)
+        self._listener.machines_changed(self._master.machines)
 
     def _clones(self, carries: Iterable[control_link.Carried]) -> list[control_link.Carried]:
         return [carried for carried in carries if self._checkpoints.runs_on(carried.spec)]
@@ -165,7 +161,7 @@ class MachineEvents:
         self._beats.pop(machine, None)
         logger.log(logging.INFO if self._closing else logging.WARNING, "machine %s is gone", machine)
         self._lost_with(machine, self._master.machine_left)
-        self.changed(self._master.machines)
+        self._listener.machines_changed(self._master.machines)
 
     # -- what is frozen, and who must go -------------------------------------------------------------------------------
 
@@ -177,13 +173,13 @@ class MachineEvents:
         """Hang up on a machine that shows no sign of life."""
         logger.error("machine %s missed %d beats: its agent is frozen, and given up", machine, MISSED)
         self._control.hang_up(machine)
-        self.frozen(machine)
+        self._listener.machine_frozen(machine)
 
     def cut_off(self, machine: str, lose: Losing) -> None:
         """Let a machine go that an administrator removed; what it carried is lost with it."""
         self._lost_with(machine, lose)
         logger.warning("machine %s was removed", machine)
-        self.removed(machine)
+        self._listener.machine_removed(machine)
         self._background.run(self._control.dismiss(machine))
 
     def _lost_with(self, machine_id: str, lose: Losing) -> None:

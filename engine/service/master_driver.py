@@ -1,36 +1,30 @@
-"""The cloud as the endpoints know it: the master with hands and ears.
-
-It carries out what the master orders, tells the master what happened, and keeps for each place the end of the robot
-link that clients talk to.
-"""
+"""Executes the master's orders and feeds it events; for each place it keeps the link that clients talk to."""
 
 import asyncio
 import contextlib
 import logging
-import secrets
-from collections.abc import Callable
 from pathlib import Path
 
 from engine.master.master import Master
-from engine.master.orders import Adopt, Close, End, Leave, Order, Resize, Start
+from engine.master.orders import End, Order
 from engine.master.places import Place, PlaceRequest
 from engine.master.queueing import Queue
 from engine.processes.background import Background
 from engine.processes.heartbeats import MISSED
-from engine.protocols import control_link
-from engine.protocols import robot_link as link
+from engine.protocols import control_link, robot_link
 from engine.protocols.framing import FrameStream
 from engine.service.administration import Administration
 from engine.service.links.control_server import ControlServer
 from engine.service.links.place_link import PlaceLink
 from engine.service.links.robot_link_server import LinkServer
+from engine.service.listener import CloudListener
 from engine.service.liveness import watch
 from engine.service.machine_events import MachineEvents
+from engine.service.order_execution import OrderExecution
 from engine.service.start_times import StartTimes
 from engine.service.view_building import container_view, machine_view
 from engine.service.views import ContainerView, MachineView
 from engine.specs.checkpoints import Checkpoints
-from engine.specs.containers import ContainerSpec
 from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable, rebuild
 
 logger = logging.getLogger(__name__)
@@ -40,9 +34,6 @@ START_TIMEOUT = 10.0
 
 HANG_UP_GRACE = 0.5
 """Seconds after the end of its link in which the end of a container is told, if it has ended."""
-
-LEAVE_GRACE = 5.0
-"""Seconds that a container has to keep its state before it is moved as if it had died."""
 
 
 class CloudService:
@@ -58,6 +49,8 @@ class CloudService:
         Folder for the sockets.
     secret : str
         With which agents register.
+    listener : CloudListener, optional
+        Told of machines that come and go, and of places that are adopted.
     start_timeout : float
         Seconds that a container has to dial the robot link.
 
@@ -65,8 +58,6 @@ class CloudService:
     ----------
     of_machines : MachineEvents
         What machines do and tell.
-    place_adopted : callable
-        Told of a place that goes on with a container that ran since another cloud process.
     """
 
     def __init__(
@@ -75,17 +66,24 @@ class CloudService:
         checkpoints: Checkpoints,
         run_dir: Path,
         secret: str,
+        listener: CloudListener | None = None,
         *,
         start_timeout: float = START_TIMEOUT,
     ) -> None:
+        listener = listener or CloudListener()
         self._master = master
-        self._start_timeout = start_timeout
         self._checkpoints = checkpoints
         self._links = LinkServer(run_dir / "link.sock", self._welcome, self._failed)
         self._places: dict[str, PlaceLink] = {}
         self._times = StartTimes()
         self.of_machines = MachineEvents(
-            master, checkpoints, self._links, self._times, execute=self._execute, container_lost=self._container_lost
+            master,
+            checkpoints,
+            self._links,
+            self._times,
+            execute=self._execute,
+            container_lost=self._container_lost,
+            listener=listener,
         )
         self._control = self.of_machines.listen(run_dir / "control.sock", secret)
         self.administration = Administration(master, self._execute, self.of_machines.cut_off)
@@ -93,7 +91,16 @@ class CloudService:
         self._background = Background()
         self._watching = Background()
         self._closing = False
-        self.place_adopted: Callable[[str], None] = lambda _: None
+        self._orders = OrderExecution(
+            self._places,
+            self._control,
+            self._links,
+            self._times,
+            checkpoints,
+            start_timeout=start_timeout,
+            not_come=self._not_come,
+            adopted=listener.place_adopted,
+        )
 
     @property
     def servers(self) -> tuple[ControlServer, LinkServer]:
@@ -131,6 +138,7 @@ class CloudService:
             await self.close_place(key, Unavailable("the cloud is shutting down"))
         await self._control.close()
         await self._links.close()
+        await self._orders.cancel()
         await self._background.cancel()
 
     # -- places --------------------------------------------------------------------------------------------------------
@@ -203,88 +211,16 @@ class CloudService:
 
     def _execute(self, orders: list[Order]) -> None:
         for order in [*orders, *([] if self._closing else self._queue.serve(self._master.open))]:
-            match order:
-                case Start():
-                    self._times.order(order.spec.id)
-                    self._background.run(self._start(order))
-                case Adopt():
-                    self._adopt(order)
-                case End():
-                    self._end(order)
-                case Leave():
-                    self._let_leave(order)
-                case Resize():
-                    self._resize(order)
-                case Close():
-                    place = self._places.pop(order.place, None)
-                    logger.error("%s is closed: %s", order.place, order.reason)
-                    if place is not None:
-                        place.close(order.reason)
-
-    async def _start(self, order: Start) -> None:
-        container = order.spec.id
-        try:
-            await asyncio.sleep(order.delay)
-            spec = await asyncio.to_thread(self._checkpoints.give, order.spec)
-            if not self._times.is_awaited(container):
-                return  # it was given up meanwhile
-            self._send_start(order.machine, spec)
-        except PPaaSError as error:
-            self._not_come(order.machine, container, error)
-        except Exception as error:
-            logger.exception("container %s could not be started", container)
-            self._not_come(order.machine, container, PPaaSError(f"internal error: {type(error).__name__}"))
-        else:
-            await self._answered(order.machine, container)
-
-    async def _answered(self, machine: str, container: str) -> None:
-        await asyncio.sleep(self._start_timeout)
-        self._not_come(machine, container, Unavailable(f"it did not answer within {self._start_timeout:g} s"))
+            self._orders.execute(order)
 
     def _not_come(self, machine: str, container: str, reason: PPaaSError) -> None:
         if self._times.is_awaited(container):
             self._execute([End(machine, container)])
             self._container_lost(container, reason)
 
-    def _adopt(self, order: Adopt) -> None:
-        container = order.carried.spec.id
-        logger.info("container %s of machine %s is adopted", container, order.machine)
-        if order.place not in self._places:
-            self._places[order.place] = PlaceLink(order.place)
-        self._times.order(container)
-        self._links.expect(container, order.carried.secret, order.machine)
-        self._background.run(self._answered(order.machine, container))
-        self.place_adopted(order.place)
-
-    def _send_start(self, machine: str, spec: ContainerSpec) -> None:
-        self._times.send(spec.id)
-        secret = secrets.token_urlsafe(24)
-        self._links.expect(spec.id, secret, machine)
-        self._control.order(machine, control_link.StartContainer(spec, secret, str(self._links.path)))
-
-    def _end(self, order: End) -> None:
-        self._links.forget(order.container)
-        self._times.forget(order.container)
-        try:
-            self._control.order(order.machine, control_link.StopContainer(order.container))
-        except Unavailable:
-            logger.info("container %s went with its machine", order.container)
-
-    def _let_leave(self, order: Leave) -> None:
-        logger.info("container %s leaves machine %s", order.container, order.machine)
-        place = self._places.get(order.place)
-        if place is not None:
-            place.release()
-        with contextlib.suppress(Unavailable):  # its machine went just now, which is told
-            self._control.order(order.machine, control_link.StopContainer(order.container, grace=LEAVE_GRACE))
-
-    def _resize(self, order: Resize) -> None:
-        with contextlib.suppress(Unavailable):  # its machine is away, and what replaces it has the new size
-            self._control.order(order.machine, control_link.ResizeContainer(order.container, order.cores))
-
     # -- what happens --------------------------------------------------------------------------------------------------
 
-    async def _welcome(self, hello: link.Hello, stream: FrameStream[link.FromContainer]) -> None:
+    async def _welcome(self, hello: robot_link.Hello, stream: FrameStream[robot_link.FromContainer]) -> None:
         key = self._master.container_ready(hello.container, hello.pid)
         place = self._places.get(key) if key is not None else None
         if place is None:
@@ -304,7 +240,7 @@ class CloudService:
             with contextlib.suppress(NotFound, Unavailable):  # it has ended, as it should
                 self.give_up_container(container)
 
-    def _failed(self, failed: link.Failed) -> None:
+    def _failed(self, failed: robot_link.Failed) -> None:
         self._container_lost(failed.container, rebuild(failed.refusal.slug, failed.refusal.text))
 
     def _container_lost(self, container: str, reason: PPaaSError) -> None:
@@ -345,5 +281,5 @@ class CloudService:
     def _view(self, place: Place) -> ContainerView | None:
         container = place.spec.id if place.spec is not None else ""
         machine = self._master.machines.get(place.machine or "")
-        link = self._places.get(place.request.key)
-        return container_view(place, machine, link, self._times.age(container), self._times.took(container))
+        place_link = self._places.get(place.request.key)
+        return container_view(place, machine, place_link, self._times.age(container), self._times.took(container))

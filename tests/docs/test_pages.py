@@ -5,12 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from endpoints.rosbridge.outbox import EXPIRY
-from engine.agent.fleet_topics import SHARED_TOPIC, scope_of
+from engine.agent.fleet_topics import SHARED_TOPICS, scope_of
 from engine.agent.map_cache import SPARE
 from engine.bootstrap import CloudConfig
 from engine.container import fleet_bridge
-from engine.container.entry import CHECKPOINT_PERIOD
+from engine.container.robot_link_handler import CHECKPOINT_PERIOD
 from engine.fabric.keys import shared_key, topic_key
 from engine.master.balancers.registry import DEFAULT as BALANCER
 from engine.master.crashes import CRASH_LIMIT, CRASH_WINDOW
@@ -22,6 +21,7 @@ from engine.service.robot_sessions import LINGER
 from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
 from engine.specs.cores import OVERSUBSCRIPTION
 from engine.specs.machine_settings import MAX_CONTAINERS
+from ppaas.nodes.topics import AMCL_POSE, CMD_VEL
 from robots.onboard.base_controller import BaseLimits
 from tests.support.documents import text_of
 from tests.support.sources import ROOT, pyproject
@@ -60,14 +60,15 @@ def test_shared_keys_are_as_described() -> None:
     shown = shared_key(*("<map>", "<user>", "<robot>"), "topic"), topic_key("<user>", "<group>", "<robot>", "topic")
     plain = [key.replace("%3C", "<").replace("%3E", ">") for key in shown]
     assert names.keys() >= set(re.findall(r"<\w+>", " ".join(keys)))
-    assert keys == [plain[0].replace("/topic", f"/{SHARED_TOPIC}"), plain[1].replace("/topic", "/<topic>")]
+    [shared] = SHARED_TOPICS
+    assert keys == [plain[0].replace("/topic", f"/{shared}"), plain[1].replace("/topic", "/<topic>")]
 
 
 def test_what_a_container_shows_goes_under_the_shared_key() -> None:
     robot = RobotConfig("tb1", "turtlebot2", (0.0, 0.0, 0.0), "dijkstra", "dwa")
     scope = scope_of(ContainerSpec("c1", "ann", MapVersion("house", "v"), 1.0, robot))
     assert scope is not None
-    assert scope.shown(fleet_bridge.POSE) == "ppaas/map/house/ann/tb1/amcl_pose"
+    assert scope.shown(AMCL_POSE.name) == "ppaas/map/house/ann/tb1/amcl_pose"
 
 
 def test_what_may_drop_and_what_must_arrive_is_as_described() -> None:
@@ -78,7 +79,7 @@ def test_what_may_drop_and_what_must_arrive_is_as_described() -> None:
     assert says(DATA_FLOW, f"at most {unacknowledged.MAX_UNACKNOWLEDGED} and")
     assert says(DATA_FLOW, f"and {unacknowledged.MAX_UNACKNOWLEDGED_BYTES >> 20} MiB wait, then the client")
     assert container_link.MAX_WAITING == 1 << 20 and says(DATA_FLOW, "1 MiB waits for a slow one")
-    assert says(DATA_FLOW, f"waited {EXPIRY['cmd_vel']:g} s at the endpoint")
+    assert says(DATA_FLOW, f"waited {CMD_VEL.expiry:g} s at the endpoint")
     assert says(DATA_FLOW, f"none has come for {BaseLimits().timeout:g} s")
 
 

@@ -35,10 +35,9 @@ from ppaas.messages.ppaas_msgs import (
 )
 from ppaas.nodes.base import Context, Node, Reply, Service, Topic
 from ppaas.nodes.message_checks import expect
+from ppaas.nodes.topics import NODE_HOMES
 
 logger = logging.getLogger(__name__)
-
-HOMES = Topic("node_monitor/homes", NodeHomes, latched=True)
 
 LOOK_PERIOD = 0.5
 """Seconds between two looks at who was silent for too long."""
@@ -78,7 +77,7 @@ class NodeMonitorNode(Node):
     """
 
     name: ClassVar[str] = NAME
-    publishes: ClassVar[tuple[Topic, ...]] = (HOMES,)
+    publishes: ClassVar[tuple[Topic, ...]] = (NODE_HOMES,)
     services: ClassVar[tuple[Service, ...]] = (
         Service("node_monitor/list_nodes", ListNodes),
         Service("node_monitor/tell_robot", TellRobot),
@@ -232,7 +231,7 @@ class NodeMonitorNode(Node):
         return NodeHomes([self._home_of(node) for node in self._records])
 
     def _tell(self) -> None:
-        self.context.publish(HOMES.name, self._homes())
+        self.context.publish(NODE_HOMES.name, self._homes())
 
     # -- what is lost --------------------------------------------------------------------------------------------------
 

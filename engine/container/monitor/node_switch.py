@@ -9,7 +9,6 @@ from engine.specs.containers import RobotConfig
 from ppaas.messages import decode
 from ppaas.messages.ppaas_msgs import TopicMessage
 from ppaas.nodes.base import Checkpoint, Demands
-from ppaas.nodes.delivery_qos import must_arrive
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.topic_bus import Tap
 
@@ -72,9 +71,9 @@ class GraphHands:
 
     def take_out(self, node: str, came: Tap) -> str:
         """Let a node leave; return its checkpoint. ``came`` is told what must arrive at it, until it is put in."""
-        hears = [topic.name for topic in self._graph.nodes[node].subscribes] if node in self._graph.nodes else []
+        subscribes = self._graph.nodes[node].subscribes if node in self._graph.nodes else ()
         state = self._graph.remove(node)
-        self._untap[node] = [self._graph.tap(topic, came) for topic in hears if must_arrive(topic)]
+        self._untap[node] = [self._graph.tap(topic.name, came) for topic in subscribes if not topic.stream]
         self._changed()
         return (state or b"").decode()
 

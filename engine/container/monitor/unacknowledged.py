@@ -8,7 +8,7 @@ from ppaas.messages import encode
 from ppaas.messages.message import Message
 from ppaas.messages.ppaas_msgs import TopicMessage
 from ppaas.nodes.base import Payload
-from ppaas.nodes.delivery_qos import fingerprint
+from ppaas.nodes.message_fingerprint import fingerprint
 
 MOST = 100
 """Messages that are kept of one node; of more the oldest are let go."""

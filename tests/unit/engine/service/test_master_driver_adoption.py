@@ -19,6 +19,7 @@ from storage.records import CloneCheckpoint
 from tests.support.engine.engine_links import dial_link, hello, receive
 from tests.support.engine.fake_machine import FakeMachine
 from tests.support.engine.listening import Listening
+from tests.support.engine.remembering_listener import RememberingListener
 from tests.support.engine.specs import robot_request
 from tests.support.waiting import until
 
@@ -29,8 +30,13 @@ def store() -> MemoryStore:
 
 
 @pytest.fixture
-async def service(tmp_path: Path, store: MemoryStore) -> AsyncIterator[CloudService]:
-    opened = CloudService(Master(FirstFit()), Checkpoints(store, "this"), tmp_path, "secret")
+def told() -> RememberingListener:
+    return RememberingListener()
+
+
+@pytest.fixture
+async def service(tmp_path: Path, store: MemoryStore, told: RememberingListener) -> AsyncIterator[CloudService]:
+    opened = CloudService(Master(FirstFit()), Checkpoints(store, "this"), tmp_path, "secret", told)
     await opened.start()
     yield opened
     await opened.close()
@@ -50,14 +56,12 @@ def keep(store: MemoryStore, carried: control_link.Carried, instance: str = "bef
 
 
 async def test_a_robot_finds_the_container_that_it_had(
-    service: CloudService, store: MemoryStore, tmp_path: Path
+    service: CloudService, store: MemoryStore, tmp_path: Path, told: RememberingListener
 ) -> None:
-    told: list[str] = []
-    service.place_adopted = told.append
     keep(store, running())
     machine = await FakeMachine.join(tmp_path, carries=(running(), running("older"), running("unkept", "tb2")))
     assert await machine.welcome == control_link.Welcome("this", ("old",))
-    assert told == [robot_request().key]
+    assert told.adopted == [robot_request().key]
     stream = await dial_link(service.servers[1].path)
     stream.write(hello("old", "its secret", 42, applied=57))
     client, place = Listening(), service.open_place(robot_request())
@@ -159,13 +163,13 @@ async def test_what_a_machine_tells_is_refused_while_the_store_is_away(
     await machine.leave()
 
 
-async def test_the_names_of_machines_are_told_as_they_come_and_go(service: CloudService, tmp_path: Path) -> None:
-    told: list[list[str]] = []
-    service.of_machines.changed = lambda names: told.append(list(names))
+async def test_the_names_of_machines_are_told_as_they_come_and_go(
+    service: CloudService, tmp_path: Path, told: RememberingListener
+) -> None:
     machine = await FakeMachine.join(tmp_path)
-    await until(lambda: told == [["m1"]])
+    await until(lambda: told.machines == [["m1"]])
     await machine.leave()
-    await until(lambda: told == [["m1"], []])
+    await until(lambda: told.machines == [["m1"], []])
 
 
 def test_specs_come_back_as_they_went() -> None:

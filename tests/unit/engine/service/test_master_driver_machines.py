@@ -17,6 +17,7 @@ from storage.memory.store import MemoryStore
 from storage.records import CloneCheckpoint
 from tests.support.engine.fake_machine import FakeMachine
 from tests.support.engine.listening import Listening
+from tests.support.engine.remembering_listener import RememberingListener
 from tests.support.engine.specs import robot_request
 from tests.support.waiting import until
 
@@ -119,14 +120,13 @@ async def test_a_machine_that_is_removed_is_cut_off_and_not_let_in_until_it_is_a
 
 
 async def test_who_would_start_the_agent_again_is_told_of_a_machine_that_is_removed(tmp_path: Path) -> None:
-    told: list[str] = []
-    service = CloudService(Master(FirstFit()), Checkpoints(MemoryStore()), tmp_path, "secret")
-    service.of_machines.removed = told.append
+    told = RememberingListener()
+    service = CloudService(Master(FirstFit()), Checkpoints(MemoryStore()), tmp_path, "secret", told)
     await service.start()
     machine = await FakeMachine.join(tmp_path)
     await service.wait_for_machine(10)
     service.administration.remove("m1")
-    assert told == ["m1"]
+    assert told.removed == ["m1"]
     await service.close()
     await machine.leave()
 

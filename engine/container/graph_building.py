@@ -1,0 +1,50 @@
+"""Builds the graph of a container: the nodes of a clone and their monitor, or planning on a map."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from engine.container.monitor.setup import Monitoring, of_clone
+from engine.specs.containers import Launch
+from engine.specs.layer_files import open_layers
+from ppaas.clone.assembly import build_clone
+from ppaas.clone.planning_container import build_planning
+from ppaas.costmap.costmap import Indexes
+from ppaas.nodes.graph import Graph
+from ppaas.plans.reuse.setup import ReuseSetup
+from ppaas.thread_budget import Threads
+
+
+def build_graph(
+    graph: Graph, launch: Launch, threads: Threads, indexes: Indexes | None = None, reuse: ReuseSetup | None = None
+) -> Monitoring | None:
+    """Put the nodes in that this container is for; return what monitors those of a clone.
+
+    ``threads`` tells how many kernels may use, ``indexes`` gives what is prepared of its map, ``reuse`` the plans
+    that were made there before.
+    """
+    layers = open_layers(Path(launch.layers))
+    layers = replace(layers, costmap=replace(layers.costmap, indexes=indexes))
+    robot = launch.spec.robot
+    if robot is None:
+        build_planning(graph, layers, threads=threads, reuse=reuse)
+        return None
+    bare = of_clone(robot)
+
+    def build(only: Sequence[str] | None = None) -> None:
+        build_clone(
+            graph,
+            layers,
+            model=bare.model,
+            urdf=bare.urdf,
+            initial_pose=bare.initial_pose,
+            base_global_planner=bare.base_global_planner,
+            base_local_planner=bare.base_local_planner,
+            parameters=bare.parameters,
+            threads=threads,
+            reuse=reuse,
+            only=only,
+        )
+
+    build()
+    return Monitoring(graph, robot, build)

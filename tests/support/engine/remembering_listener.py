@@ -1,0 +1,27 @@
+"""A listener that remembers what it is told of a cloud."""
+
+from collections.abc import Collection
+
+from engine.service.listener import CloudListener
+
+
+class RememberingListener(CloudListener):
+    """Remembers what it is told, in the order in which it comes."""
+
+    def __init__(self) -> None:
+        self.frozen: list[str] = []
+        self.removed: list[str] = []
+        self.machines: list[list[str]] = []
+        self.adopted: list[str] = []
+
+    def machine_frozen(self, machine: str) -> None:
+        self.frozen.append(machine)
+
+    def machine_removed(self, machine: str) -> None:
+        self.removed.append(machine)
+
+    def machines_changed(self, machines: Collection[str]) -> None:
+        self.machines.append(list(machines))
+
+    def place_adopted(self, key: str) -> None:
+        self.adopted.append(key)
