@@ -8,26 +8,22 @@ containers that fill it come and go; each has an id of its own, so that news of 
 the one that replaced it.
 """
 
-import itertools
 from collections.abc import Callable, Iterable
 
-from engine.master.adoption import may_adopt, request_of, take_up
 from engine.master.balancer import Balancer
 from engine.master.crashes import CRASH_WINDOW, note_crash
+from engine.master.draining import move_on
 from engine.master.machine import Machine
-from engine.master.orders import Adopt, Close, End, Leave, Order, Start
+from engine.master.orders import Close, Order
 from engine.master.placement_diagnostics import check_fits, why_none
-from engine.master.places import Place, PlaceRequest
+from engine.master.places import PlaceRequest
 from engine.master.quotas import Quotas
 from engine.master.resizing import resize
+from engine.master.state import MasterState
 from engine.protocols.control_link import Carried
-from engine.specs.containers import ContainerSpec
 from engine.specs.machine_settings import MachineSettings, check_settings
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Conflict, InvalidInput, NotFound, NotPermitted, PPaaSError, Unavailable
-
-MOVES = 4
-"""Places that are moved at a time from machines that are drained: each does without its container for a moment."""
 
 
 class Master:
@@ -52,20 +48,15 @@ class Master:
         clock: Clock = monotonic,
         new_id: Callable[[], str] | None = None,
     ) -> None:
-        counter = itertools.count(1)
         self._balancer = balancer
         self.quotas = quotas or Quotas()
         self._clock = clock
-        self._new_id = new_id or (lambda: f"c{next(counter)}")
-        self.machines: dict[str, Machine] = {}
+        self.state = MasterState(balancer, self.quotas, new_id)
+        self.machines = self.state.machines
+        self.places = self.state.places
+        self.returning = self.state.returning
         self.settings: dict[str, MachineSettings] = {}
-        self.places: dict[str, Place] = {}
-        self._place_of: dict[str, str] = {}
-        self._waiting: dict[str, None] = {}
-        self._moving: set[str] = set()
-        self._draining: set[str] = set()
         self.removed: set[str] = set()
-        self.returning: set[str] = set()
 
     # -- what users want -----------------------------------------------------------------------------------------------
 
@@ -84,17 +75,17 @@ class Master:
         if request.key in self.places:
             return []
         check_fits(request, self.machines.values(), self.quotas)
-        place = self._add(request)
-        orders = self._fill(request.key, place)
-        if not orders and self.machines and not self._may_run(place):
-            self._drop(request.key)
+        place = self.state.add(request)
+        orders = self.state.fill(request.key, place)
+        if not orders and self.machines and not self.state.may_run(place):
+            self.state.drop(request.key)
             raise Unavailable(why_none(request, self.machines))
         return orders
 
     def close(self, key: str) -> list[Order]:
         """Give a place up, if it is there; what it had is room for places that wait."""
-        place = self._drop(key)
-        return [*self._empty(place), *self._use_room()] if place is not None else []
+        place = self.state.drop(key)
+        return [*self.state.empty(place), *self._use_room()] if place is not None else []
 
     def resize(self, container: str, cores: float) -> list[Order]:
         """Give a container another size, which its place keeps while it is open.
@@ -107,7 +98,7 @@ class Master:
             As ``engine.master.resizing.resize`` says.
         """
         machine = self.machine(self.carrier(container))
-        place = self.places[self._place_of[container]]
+        place = self.places[self.state.place_of[container]]
         return [resize(place, machine, cores, self._balancer, self.quotas), *self._use_room()]
 
     # -- what administrators want --------------------------------------------------------------------------------------
@@ -152,9 +143,9 @@ class Master:
     def _apply(self, settings: MachineSettings, machine: Machine) -> None:
         machine.settings = settings
         if settings.draining:
-            self._draining.add(machine.id)
+            self.state.draining.add(machine.id)
         else:
-            self._draining.discard(machine.id)
+            self.state.draining.discard(machine.id)
 
     def admit(self, machine_id: str) -> None:
         """Let a machine in again that was removed."""
@@ -183,8 +174,12 @@ class Master:
         self.machines[machine.id] = machine
         self._balancer.joined(machine)
         self.returning.discard(machine.id)
-        orders += [order for carried in carries for order in self._adopt(machine, carried)]
+        orders += [order for carried in carries for order in self.state.adopt(machine, carried)]
         return orders + self._use_room()
+
+    def move_on(self) -> list[Order]:
+        """Let containers leave machines that are drained, some at a time, those that are ready and fit elsewhere."""
+        return move_on(self.state)
 
     def wait_no_more(self) -> list[Order]:
         """Fill the places of robots that wait for the ``returning``, where their clones may run."""
@@ -197,15 +192,15 @@ class Master:
         if machine is None:
             return []
         self._balancer.left(machine)
-        self._draining.discard(machine_id)
+        self.state.draining.discard(machine_id)
         orders: list[Order] = []
         for container in tuple(machine.containers):
-            place = self._filled_by(container)
+            place = self.state.filled_by(container)
             if place is not None:
-                self._empty(place)
-                orders += self._fill(place.request.key, place)
+                self.state.empty(place)
+                orders += self.state.fill(place.request.key, place)
             else:
-                self.places[self._place_of.pop(container)].successor = None
+                self.places[self.state.place_of.pop(container)].successor = None
         return orders
 
     def machine_measured(self, machine_id: str) -> None:
@@ -225,18 +220,18 @@ class Master:
 
     def container_launched(self, container: str, pid: int) -> None:
         """Note the process of a container."""
-        place = self._filled_by(container)
+        place = self.state.filled_by(container)
         if place is not None:
             place.pid = pid
 
     def container_ready(self, container: str, pid: int) -> str | None:
         """Note that a container answers; return the place it fills, or None if it is not awaited."""
-        place = self._filled_by(container)
+        place = self.state.filled_by(container)
         if place is None:
             return None
         place.state = "ready"
         place.pid = place.pid or pid  # its machine knows better: in a container of Docker it may have another
-        self._moving.discard(place.request.key)
+        self.state.moving.discard(place.request.key)
         return place.request.key
 
     def container_lost(self, container: str, reason: PPaaSError) -> list[Order]:
@@ -245,24 +240,24 @@ class Master:
         Later each time it crashes again, and not where it does so too often, nor where the reason is what it was
         asked for: another try would end the same way.
         """
-        place = self._filled_by(container)
+        place = self.state.filled_by(container)
         if place is None:
             return []
         key, left = place.request.key, place.leaving
-        self._empty(place)
+        self.state.empty(place)
         if left:
-            return self._fill(key, place)
+            return self.state.fill(key, place)
         if isinstance(reason, InvalidInput | NotFound | Conflict):
             return self._give_up(key, reason)
         delay = note_crash(place, self._clock())
         if delay is None:
             text = f"the container failed {len(place.crashes)} times in {CRASH_WINDOW:.0f} s; the last time: {reason}"
             return self._give_up(key, Unavailable(text))
-        return self._fill(key, place, delay)
+        return self.state.fill(key, place, delay)
 
     def carrier(self, container: str) -> str:
         """Return the machine of a container; ``NotFound`` if there is no such container, or no longer."""
-        place = self._filled_by(container)
+        place = self.state.filled_by(container)
         if place is None or place.machine is None:
             raise NotFound("container", container)
         return place.machine
@@ -275,124 +270,21 @@ class Master:
         NotPermitted
             Another machine carries this container.
         """
-        place = self._filled_by(container)
+        place = self.state.filled_by(container)
         if place is not None and place.machine != machine_id:
             raise NotPermitted(f"machine {machine_id!r} speaks of container {container!r}, which is on another")
 
     def is_leaving(self, container: str) -> bool:
         """Tell whether a container was ordered to leave its machine."""
-        place = self._filled_by(container)
+        place = self.state.filled_by(container)
         return place is not None and place.leaving
 
     # -- inside --------------------------------------------------------------------------------------------------------
 
-    def _filled_by(self, container: str) -> Place | None:
-        place = self.places.get(self._place_of.get(container, ""))
-        return place if place is not None and place.spec is not None and place.spec.id == container else None
-
     def _give_up(self, key: str, reason: PPaaSError) -> list[Order]:
-        self._drop(key)
+        self.state.drop(key)
         return [Close(key, reason), *self._use_room()]
 
     def _use_room(self) -> list[Order]:
-        filled = [order for key in tuple(self._waiting) for order in self._fill(key, self.places[key])]
-        return [*filled, *self.move_on()]
-
-    def _may_run(self, place: Place) -> bool:
-        """Tell whether the clone of a robot may run on a machine that has not returned yet."""
-        return bool(self.returning) and place.request.robot is not None and not place.session
-
-    def _adopt(self, machine: Machine, carried: Carried) -> list[Order]:
-        request = request_of(carried.spec)
-        place = self.places.get(request.key)
-        if carried.spec.id in self._place_of or not may_adopt(place, machine, carried):
-            return []
-        spec = take_up(place or self._add(request), machine, carried)
-        self._waiting.pop(request.key, None)
-        self._place_of[spec.id] = request.key
-        self.quotas.add(spec.user, 0, spec.cores - request.cores)
-        self._balancer.placed(machine, spec)
-        return [Adopt(request.key, machine.id, carried)]
-
-    def _add(self, request: PlaceRequest) -> Place:
-        place = self.places[request.key] = Place(request)
-        self._waiting[request.key] = None
-        self.quotas.add(request.user, 1, request.cores)
-        return place
-
-    def _drop(self, key: str) -> Place | None:
-        place = self.places.pop(key, None)
-        if place is not None:
-            self._waiting.pop(key, None)
-            self._moving.discard(key)
-            if place.successor is not None:
-                self._release(*place.successor)
-            self.quotas.add(place.request.user, -1, -place.cores)
-        return place
-
-    def _fill(self, key: str, place: Place, delay: float = 0.0) -> list[Order]:
-        reserved = place.successor or self._reserve(place)
-        place.successor = None
-        if reserved is None:
-            self._moving.discard(key)
-            return []
-        self._waiting.pop(key, None)
-        place.machine, place.spec = reserved
-        place.state, place.pid, place.session = "starting", None, place.spec.session
-        return [Start(key, place.machine, place.spec, delay)]
-
-    def _reserve(self, place: Place) -> tuple[str, ContainerSpec] | None:
-        """Give the next container of a place the room that it needs, where the balancer wants it."""
-        if self._may_run(place):
-            return None
-        request, container = place.request, self._new_id()
-        session = place.session or container
-        spec = ContainerSpec(
-            container, request.user, request.map, place.cores, request.robot, session=session, labels=request.labels
-        )
-        machine = self._balancer.choose(spec)
-        if machine is None:
-            return None
-        machine.place(spec)
-        self._balancer.placed(machine, spec)
-        self._place_of[spec.id] = request.key
-        return machine.id, spec
-
-    def _empty(self, place: Place) -> list[Order]:
-        spec, machine_id = place.spec, place.machine
-        place.spec, place.machine, place.state, place.pid, place.leaving = None, None, "waiting", None, False
-        if place is self.places.get(place.request.key):
-            self._waiting[place.request.key] = None
-        if spec is None or machine_id is None:
-            return []
-        return self._release(machine_id, spec)
-
-    def _release(self, machine_id: str, spec: ContainerSpec) -> list[Order]:
-        self._place_of.pop(spec.id, None)
-        machine = self.machines.get(machine_id)
-        if machine is None:
-            return []
-        machine.remove(spec.id)
-        self._balancer.removed(machine, spec)
-        return [End(machine_id, spec.id)]
-
-    # -- what moves ----------------------------------------------------------------------------------------------------
-
-    def move_on(self) -> list[Order]:
-        """Let containers leave machines that are drained, some at a time, those that are ready and fit elsewhere."""
-        ready = (place for machine_id in sorted(self._draining) for place in self._ready_on(self.machines[machine_id]))
-        return [order for place in ready for order in self._move(place)]
-
-    def _ready_on(self, machine: Machine) -> list[Place]:
-        filled = (self._filled_by(container) for container in machine.containers)
-        return [place for place in filled if place is not None and place.state == "ready" and not place.leaving]
-
-    def _move(self, place: Place) -> list[Order]:
-        if len(self._moving) >= MOVES or place.spec is None or place.machine is None:
-            return []
-        place.successor = self._reserve(place)
-        if place.successor is None:
-            return []
-        place.leaving = True
-        self._moving.add(place.request.key)
-        return [Leave(place.request.key, place.machine, place.spec.id)]
+        filled = [order for key in tuple(self.state.waiting) for order in self.state.fill(key, self.places[key])]
+        return [*filled, *move_on(self.state)]

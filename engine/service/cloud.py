@@ -2,10 +2,11 @@
 
 from engine.master.quotas import Quotas
 from engine.service.master_driver import CloudService
+from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.plan_rate import PlanRate
 from engine.service.planning import Planning
 from engine.service.robot_nodes import RobotNodes
-from engine.service.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
+from engine.service.views import ContainerView, MachineView
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.messages.ppaas_msgs import NodeHome

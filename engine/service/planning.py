@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from engine.master.places import PlaceRequest
 from engine.processes.background import Background
 from engine.service.master_driver import CloudService
-from engine.service.views import CostAnswer, CostRequest, PathAnswer, PathRequest
+from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.specs.containers import MapVersion
 from ppaas.errors import Queued, Unavailable
 from ppaas.geometry import Pose2D

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from endpoints.rest.cluster.schemas import MachineChange
 from engine.agent.neighbours import AT_A_TIME, PERIOD
-from engine.master.master import MOVES
+from engine.master.draining import MOVES
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED
 from engine.service.master_driver import LEAVE_GRACE
 from engine.specs.cores import MEMORY_PER_CORE

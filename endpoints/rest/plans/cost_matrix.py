@@ -12,7 +12,7 @@ from endpoints.rest.plans.plans import json_response
 from endpoints.rest.plans.schemas import CostFile, CostMatrixAnswer
 from endpoints.rest.schemas import triple
 from endpoints.rest.strict_json import StrictRoute
-from engine.service.views import CostRequest
+from engine.service.path_requests import CostRequest
 from engine.specs.containers import MapVersion
 
 router = APIRouter(tags=["plans"], route_class=StrictRoute)

@@ -15,7 +15,7 @@ from endpoints.http.problems import problem_response, unexpected
 from endpoints.rest.plans.planning import allowed_timeout, plan_and_keep
 from endpoints.rest.schemas import MAX_COORDINATE, triple
 from endpoints.services.services import Services
-from engine.service.views import PathRequest
+from engine.service.path_requests import PathRequest
 from ppaas.errors import PPaaSError
 from storage.names import is_name
 

@@ -8,9 +8,10 @@ import numpy as np
 
 from engine.master.machine import Machine
 from engine.master.quotas import Quotas
+from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.plan_rate import PlanRate
 from engine.service.view_building import machine_view
-from engine.service.views import ContainerView, CostAnswer, CostRequest, MachineView, PathAnswer, PathRequest
+from engine.service.views import ContainerView, MachineView
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import Conflict, NotFound

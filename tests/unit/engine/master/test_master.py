@@ -10,8 +10,9 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.crashes import CRASH_LIMIT, CRASH_WINDOW, RESTART_DELAYS
+from engine.master.draining import MOVES
 from engine.master.machine import Machine
-from engine.master.master import MOVES, Master
+from engine.master.master import Master
 from engine.master.orders import Close, End, Start
 from engine.master.places import PlaceRequest
 from engine.master.quotas import Quota, Quotas
@@ -289,7 +290,7 @@ class MasterMachine(RuleBasedStateMachine):
     @invariant()
     def no_more_move_at_a_time_than_may(self) -> None:
         assert sum(place.leaving for place in self.master.places.values()) <= MOVES
-        assert self.master._moving <= self.master.places.keys()
+        assert self.master.state.moving <= self.master.places.keys()
 
     @invariant()
     def no_machine_holds_more_than_it_has(self) -> None:

@@ -7,7 +7,8 @@ import pytest
 
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.balancers.ppaas import SameMap
-from engine.master.master import MOVES, Master
+from engine.master.draining import MOVES
+from engine.master.master import Master
 from engine.master.orders import Close, End, Leave, Order, Start
 from engine.master.places import PlaceRequest
 from engine.specs.containers import MapVersion
@@ -122,7 +123,7 @@ def test_a_place_that_is_closed_on_its_way_gives_back_the_room_that_was_kept(mas
     master.configure("m1", DRAINING)
     assert master.close("robot:ann/r1") == [End("m1", first)]
     assert on(master, "m1") == on(master, "m2") == set()
-    assert master._place_of == {} and master._moving == set()
+    assert master.state.place_of == {} and master.state.moving == set()
 
 
 def test_a_machine_that_is_drained_no_more_keeps_what_has_not_left(master: Master) -> None:
@@ -142,7 +143,7 @@ def test_what_leaves_but_cannot_be_what_it_should_is_closed_by_the_next(master: 
     master.configure("m1", DRAINING)
     successor = started(master.container_lost(first, GONE)).spec.id
     (close,) = master.container_lost(successor, InvalidParameter("no such planner"))
-    assert isinstance(close, Close) and master._moving == set()
+    assert isinstance(close, Close) and master.state.moving == set()
 
 
 # -- settings ----------------------------------------------------------------------------------------------------------

@@ -79,7 +79,7 @@ async def test_a_robot_keeps_its_session_when_its_machine_is_drained(
 async def test_the_next_leaves_when_the_one_before_is_ready(
     service: CloudService, machines: list[FakeMachine], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("engine.master.master.MOVES", 1)
+    monkeypatch.setattr("engine.master.draining.MOVES", 1)
     ran = []
     for robot in ("tb1", "tb2"):
         place = service.open_place(robot_request(robot))

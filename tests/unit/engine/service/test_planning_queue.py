@@ -10,8 +10,8 @@ from engine.master.master import Master
 from engine.master.quotas import Quota, Quotas
 from engine.service import planning
 from engine.service.master_driver import CloudService
+from engine.service.path_requests import PathRequest
 from engine.service.planning import Planning
-from engine.service.views import PathRequest
 from engine.specs.checkpoints import Checkpoints
 from engine.specs.containers import MapVersion
 from ppaas.errors import Queued, QuotaExceeded, Unavailable

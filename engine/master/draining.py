@@ -1,0 +1,31 @@
+"""Moves containers away from machines that are drained, some at a time."""
+
+from engine.master.machine import Machine
+from engine.master.orders import Leave, Order
+from engine.master.places import Place
+from engine.master.state import MasterState
+
+MOVES = 4
+"""Places that are moved at a time from machines that are drained: each does without its container for a moment."""
+
+
+def move_on(state: MasterState) -> list[Order]:
+    """Let containers leave machines that are drained, those that are ready and fit elsewhere."""
+    ready = (place for machine in sorted(state.draining) for place in _ready_on(state.machines[machine], state))
+    return [order for place in ready for order in _move(place, state)]
+
+
+def _ready_on(machine: Machine, state: MasterState) -> list[Place]:
+    filled = (state.filled_by(container) for container in machine.containers)
+    return [place for place in filled if place is not None and place.state == "ready" and not place.leaving]
+
+
+def _move(place: Place, state: MasterState) -> list[Order]:
+    if len(state.moving) >= MOVES or place.spec is None or place.machine is None:
+        return []
+    place.successor = state.reserve(place)
+    if place.successor is None:
+        return []
+    place.leaving = True
+    state.moving.add(place.request.key)
+    return [Leave(place.request.key, place.machine, place.spec.id)]

@@ -1,0 +1,143 @@
+"""What the master knows: machines, places, and the containers that fill these."""
+
+import itertools
+from collections.abc import Callable
+
+from engine.master.adoption import may_adopt, request_of, take_up
+from engine.master.balancer import Balancer
+from engine.master.machine import Machine
+from engine.master.orders import Adopt, End, Order, Start
+from engine.master.places import Place, PlaceRequest
+from engine.master.quotas import Quotas
+from engine.protocols.control_link import Carried
+from engine.specs.containers import ContainerSpec
+
+
+class MasterState:
+    """Machines and places, and how places are filled and emptied.
+
+    Parameters
+    ----------
+    balancer : Balancer
+        Chooses machines.
+    quotas : Quotas
+        Count what users have.
+    new_id : callable, optional
+        Gives the next container id.
+
+    Attributes
+    ----------
+    machines, places : dict
+        By name.
+    place_of : dict of str to str
+        The place that each container fills, or is to.
+    waiting : dict of str to None
+        Places without a container, in the order in which they are filled.
+    moving : set of str
+        Places whose container leaves its machine, until the next one is ready.
+    draining : set of str
+        Machines from which all moves away.
+    returning : set of str
+        Machines of a cloud process before this one, which may come back.
+    """
+
+    def __init__(self, balancer: Balancer, quotas: Quotas, new_id: Callable[[], str] | None = None) -> None:
+        counter = itertools.count(1)
+        self._balancer = balancer
+        self.quotas = quotas
+        self._new_id = new_id or (lambda: f"c{next(counter)}")
+        self.machines: dict[str, Machine] = {}
+        self.places: dict[str, Place] = {}
+        self.place_of: dict[str, str] = {}
+        self.waiting: dict[str, None] = {}
+        self.moving: set[str] = set()
+        self.draining: set[str] = set()
+        self.returning: set[str] = set()
+
+    def filled_by(self, container: str) -> Place | None:
+        """Return the place that a container fills; None if it fills none any more."""
+        place = self.places.get(self.place_of.get(container, ""))
+        return place if place is not None and place.spec is not None and place.spec.id == container else None
+
+    def may_run(self, place: Place) -> bool:
+        """Tell whether the clone of a robot may run on a machine that has not returned yet."""
+        return bool(self.returning) and place.request.robot is not None and not place.session
+
+    def adopt(self, machine: Machine, carried: Carried) -> list[Order]:
+        """Let a place go on with a container that ran since another cloud process, if it may."""
+        request = request_of(carried.spec)
+        place = self.places.get(request.key)
+        if carried.spec.id in self.place_of or not may_adopt(place, machine, carried):
+            return []
+        spec = take_up(place or self.add(request), machine, carried)
+        self.waiting.pop(request.key, None)
+        self.place_of[spec.id] = request.key
+        self.quotas.add(spec.user, 0, spec.cores - request.cores)
+        self._balancer.placed(machine, spec)
+        return [Adopt(request.key, machine.id, carried)]
+
+    def add(self, request: PlaceRequest) -> Place:
+        """Make a place, which waits to be filled."""
+        place = self.places[request.key] = Place(request)
+        self.waiting[request.key] = None
+        self.quotas.add(request.user, 1, request.cores)
+        return place
+
+    def drop(self, key: str) -> Place | None:
+        """Forget a place, and what room was kept for it; return it if it was there."""
+        place = self.places.pop(key, None)
+        if place is not None:
+            self.waiting.pop(key, None)
+            self.moving.discard(key)
+            if place.successor is not None:
+                self._release(*place.successor)
+            self.quotas.add(place.request.user, -1, -place.cores)
+        return place
+
+    def fill(self, key: str, place: Place, delay: float = 0.0) -> list[Order]:
+        """Order the next container of a place to be started; where no machine has room the place waits on."""
+        reserved = place.successor or self.reserve(place)
+        place.successor = None
+        if reserved is None:
+            self.moving.discard(key)
+            return []
+        self.waiting.pop(key, None)
+        place.machine, place.spec = reserved
+        place.state, place.pid, place.session = "starting", None, place.spec.session
+        return [Start(key, place.machine, place.spec, delay)]
+
+    def reserve(self, place: Place) -> tuple[str, ContainerSpec] | None:
+        """Give the next container of a place the room that it needs, where the balancer wants it."""
+        if self.may_run(place):
+            return None
+        request, container = place.request, self._new_id()
+        session = place.session or container
+        spec = ContainerSpec(
+            container, request.user, request.map, place.cores, request.robot, session=session, labels=request.labels
+        )
+        machine = self._balancer.choose(spec)
+        if machine is None:
+            return None
+        machine.place(spec)
+        self._balancer.placed(machine, spec)
+        self.place_of[spec.id] = request.key
+        return machine.id, spec
+
+    def empty(self, place: Place) -> list[Order]:
+        """Let a place have no container: its own is ended."""
+        spec, machine_id = place.spec, place.machine
+        place.spec, place.machine, place.state, place.pid, place.leaving = None, None, "waiting", None, False
+        if place is self.places.get(place.request.key):
+            self.waiting[place.request.key] = None
+        if spec is None or machine_id is None:
+            return []
+        return self._release(machine_id, spec)
+
+    def _release(self, machine_id: str, spec: ContainerSpec) -> list[Order]:
+        self.place_of.pop(spec.id, None)
+        machine = self.machines.get(machine_id)
+        if machine is None:
+            return []
+        machine.remove(spec.id)
+        self._balancer.removed(machine, spec)
+        return [End(machine_id, spec.id)]
