@@ -1,1 +1,1 @@
-"""Maps: occupancy grids, their files, and the layers that are derived from them once and shared by all."""
+"""Maps: occupancy grids, voxel grids and octrees, their files, and quantities derived from them."""

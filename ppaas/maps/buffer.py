@@ -1,19 +1,19 @@
-"""Files as functions of this room take them: bytes, or what reads as they do, such as a file mapped into memory."""
+"""Type of file contents that the map readers accept: bytes, or a memory-mapped file."""
 
 from typing import Protocol
 
 
 class Buffer(Protocol):
-    """What is in a file."""
+    """Content of a file."""
 
     def __len__(self) -> int:
-        """Return how many bytes."""
+        """Return the size [bytes]."""
         ...
 
     def __getitem__(self, part: slice, /) -> bytes:
-        """Return some of them."""
+        """Return a copy of a part."""
         ...
 
     def __buffer__(self, flags: int, /) -> memoryview:
-        """Lend all of them."""
+        """Return a view of the whole content, without copying it."""
         ...

@@ -1,4 +1,4 @@
-"""What can be reached from where."""
+"""Connected components of free space."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,32 +8,33 @@ from ppaas.maps.kernels.components import flood
 
 
 def reachable(free: NDArray[np.bool_], row: int, column: int) -> NDArray[np.bool_]:
-    """Return the cells that can be reached from one by moves to its eight neighbours.
+    """Return the cells that can be reached from a cell by moves to the eight neighbours.
 
-    A diagonal move needs both cells beside it to be free, so it never reaches what moves along the axes would not.
+    A diagonal move requires both adjacent cells to be free. Therefore diagonal moves reach no cell that moves along the
+    axes do not.
 
     Parameters
     ----------
     free : (height, width) bool array
-        Where the centre of the robot may be.
+        Cells in which the centre of the robot may be.
     row, column : int
-        Where it is.
+        Cell of the robot.
 
     Returns
     -------
     (height, width) bool array
-        All false where the robot stands in a cell that is not free.
+        Reachable cells; all false if the robot's cell is not free.
 
     Raises
     ------
     InvalidMap
-        ``free`` is not a grid of bools.
+        ``free`` is not a two-dimensional array of bools.
     InvalidInput
-        The cell lies outside the grid.
+        The cell is outside the grid.
     """
     if free.ndim != 2 or free.dtype != np.bool_:
-        raise InvalidMap(f"expected rows and columns of bools, got {free.dtype} of {free.shape}")
+        raise InvalidMap(f"expected a two-dimensional array of bools, not {free.dtype} of shape {free.shape}")
     height, width = free.shape
     if not (0 <= row < height and 0 <= column < width):
-        raise InvalidInput(f"cell ({row}, {column}) lies outside the {height} rows and {width} columns of the grid")
+        raise InvalidInput(f"cell ({row}, {column}) is outside the grid of {height} rows and {width} columns")
     return flood(np.ascontiguousarray(free).view(np.uint8), row, column).view(np.bool_)

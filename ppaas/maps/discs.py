@@ -1,4 +1,4 @@
-"""Round things in a grid: robots and people."""
+"""Discs in a grid, for robots, people and round furniture."""
 
 import math
 
@@ -7,14 +7,14 @@ from numpy.typing import NDArray
 
 
 def stamp_disc(cells: NDArray[np.uint8], x: float, y: float, radius: float, value: int) -> None:
-    """Write ``value`` into the cells whose centre lies in a disc, and the one in which its middle lies.
+    """Write a value into all cells whose centre is in a disc, and into the cell that contains the disc's centre.
 
     Parameters
     ----------
     cells : (height, width) uint8 array
-        Written to; a disc may hang over its edge.
+        Modified in place; the disc may extend beyond it.
     x, y, radius : float
-        In cells, from the corner of cell (0, 0); finite.
+        Centre, from the corner of cell (0, 0), and radius of the disc [cells]; finite.
     value : int
         0 to 255.
     """

@@ -1,4 +1,4 @@
-"""Distance from every cell to the nearest obstacle."""
+"""Distances of all cells from the nearest obstacle."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,21 +8,20 @@ from ppaas.maps.kernels.distance import distance_parallel
 
 
 def distance_to_occupied(grid: GridMap) -> NDArray[np.float32]:
-    """Return the exact Euclidean distance between the centres of each cell and the nearest occupied one.
+    """Return the exact Euclidean distance from the centre of each cell to that of the nearest occupied cell.
 
-    It runs on as many threads as numba is set to.
+    It uses numba's current number of threads.
 
     Parameters
     ----------
     grid : GridMap
-        Cells of 65 or more are occupied; unknown ones are not.
+        Cells of 65 or more are occupied; unknown cells are not.
 
     Returns
     -------
     (height, width) float32 array
-        [m]; 0 where occupied. Where nothing in the grid is occupied, (height + width) · resolution, which is more
-        than any distance within it. A cell with more than 65,534 free ones between it and the obstacles of its column
-        counts as if there were none in it.
+        Distances [m]; 0 in occupied cells. If no cell is occupied, all are (height + width) · resolution, which exceeds
+        any distance within the grid. Obstacles more than 65,534 cells away in a cell's own column are ignored.
     """
     occupied = np.ascontiguousarray(grid.data >= OCCUPIED_THRESHOLD).view(np.uint8)
     return distance_parallel(occupied, grid.info.resolution)

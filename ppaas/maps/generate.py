@@ -1,7 +1,7 @@
-"""Maps made up: an office and a warehouse to plan and drive in without any file.
+"""Generated maps: an office and a warehouse, to plan and drive in without a map file.
 
-They are the same for the same seed. Every gap between two things is either none or wide enough for a robot of
-0.3 m radius, so that all the room it fits into hangs together.
+The same seed gives the same map. Two objects either touch or leave a gap wide enough for a robot of 0.3 m radius, so
+the free space of such a robot is connected.
 """
 
 from itertools import pairwise
@@ -20,23 +20,23 @@ Cells = NDArray[np.int8]
 _WALL = 0.15
 _CORRIDOR = 2.0
 _DOOR = (1.0, 1.4)
-_DOORSTEP = 1.2  # kept clear behind a door
+_DOORSTEP = 1.2  # depth of the area behind a door that is kept clear
 _ROOM_WIDTH = 4.5
-_BAND = 15.0  # what one corridor serves: rooms, corridor, rooms
-_GAP = 0.8  # least gap between two pieces of furniture, or one and a wall that it does not touch
+_BAND = 15.0  # height served by one corridor: rooms, corridor, rooms
+_GAP = 0.8  # smallest gap between two pieces of furniture, or between one and a wall that it does not touch
 
 _RACK = 1.0
 _AISLE = 2.6
 _CROSS_AISLE = 3.0
-_STAGING = 5.0  # without racks, where pallets stand
-_RACKS_BETWEEN = 9.0  # length of racks between two cross aisles, about
+_STAGING = 5.0  # width of the staging area, which has pallets instead of racks
+_RACKS_BETWEEN = 9.0  # approximate length of racks between two cross aisles
 _BAY = 2.7
 _PALLET = (1.2, 0.8)
 _PALLET_GAP = 1.2
 
 
 class _Piece(NamedTuple):
-    """Something that stands about: length and depth [m], against a wall or free, round or not."""
+    """Piece of furniture: length and depth [m], whether it touches a wall, and whether it is round."""
 
     length: float
     depth: float
@@ -45,7 +45,7 @@ class _Piece(NamedTuple):
 
 
 class _Space(NamedTuple):
-    """Where things can be put: its cells, which of them are taken or kept clear, and the edge of a cell [m]."""
+    """Area to furnish: its cells, which of them are taken or kept clear, and the edge of a cell [m]."""
 
     inside: Cells
     reserved: NDArray[np.bool_]
@@ -67,15 +67,15 @@ def office(seed: int = 0, width: float = 24.0, height: float = 16.0, resolution:
     seed : int
         The same seed gives the same map.
     width, height : float
-        Of the whole, outer walls included [m]; from 9 × 10 on. About every 15 m of height there is a corridor, and
-        where there are several a cross corridor joins them.
+        Size of the map including the outer walls [m]; at least 9 × 10. There is a corridor per 15 m of height, and a
+        cross corridor connects several corridors.
     resolution : float
-        Edge of a cell [m], 0.1 at most.
+        Edge of a cell [m], at most 0.1.
 
     Raises
     ------
     InvalidParameter
-        It would be too small to have rooms, or its cells too coarse for its doors.
+        The map is too small for rooms, or its cells are too coarse for doors.
     """
     cells, info = _empty(width, height, resolution, least=(9.0, 10.0))
     rng = np.random.default_rng(seed)
@@ -87,14 +87,14 @@ def office(seed: int = 0, width: float = 24.0, height: float = 16.0, resolution:
         middle = (bottom + top) // 2
         for left, right in spans:
             _rooms(rng, cells[bottom : middle - half, left:right], resolution)
-            # Upside down, for its doors to be at its bottom, on the corridor.
+            # Flipped, since `_rooms` puts the doors at the top, and here the corridor is below.
             _rooms(rng, cells[middle + half : top, left:right][::-1], resolution)
     _wall_in(cells, resolution)
     return GridMap(cells, info)
 
 
 def _spans(rng: Generator, info: GridInfo, crossed: bool) -> list[tuple[int, int]]:
-    """Return the columns that rooms may take: all, or those left and right of a cross corridor."""
+    """Return the column ranges for rooms: all columns, or those left and right of a cross corridor."""
     if not crossed:
         return [(0, info.width)]
     half = _cells(_CORRIDOR / 2, info.resolution)
@@ -103,7 +103,7 @@ def _spans(rng: Generator, info: GridInfo, crossed: bool) -> list[tuple[int, int
 
 
 def _rooms(rng: Generator, row: Cells, resolution: float) -> None:
-    """Divide a row of rooms, the corridor above it, by walls with doors to the corridor, and furnish them."""
+    """Divide an area below a corridor into a row of rooms with doors to the corridor, and furnish them."""
     count = max(1, round(row.shape[1] * resolution / _ROOM_WIDTH))
     inner = (np.arange(1, count) + rng.uniform(-0.12, 0.12, count - 1)) / count
     edges = [0, *(inner * row.shape[1]).astype(int).tolist(), row.shape[1]]
@@ -128,7 +128,7 @@ def _space(inside: Cells, resolution: float) -> _Space:
 
 
 def _place(rng: Generator, space: _Space, piece: _Piece, gap: float) -> None:
-    """Put a piece somewhere, if there is room; what is reserved keeps its distance from it."""
+    """Try 20 random positions for a piece, and draw it at the first that keeps the gap to all reserved cells."""
     inside, reserved, resolution = space
     clear = _cells(gap, resolution)
     for _ in range(20):
@@ -147,7 +147,7 @@ def _place(rng: Generator, space: _Space, piece: _Piece, gap: float) -> None:
 
 
 def _position(rng: Generator, space: int, size: int, clear: int, at_wall: bool) -> tuple[int | None, bool]:
-    """Choose where along one side of a room: at a wall, or with a gap to both; None if it fits neither way."""
+    """Choose a position along one side of a room, and whether it is at a wall; None if the piece does not fit."""
     if at_wall and space - size >= clear and rng.random() < 0.4:
         return (0 if rng.random() < 0.5 else space - size), True
     if space - size < 2 * clear:
@@ -164,21 +164,21 @@ def _draw(cells: Cells, piece: _Piece) -> None:
 
 
 def warehouse(seed: int = 0, width: float = 30.0, height: float = 20.0, resolution: float = 0.05) -> GridMap:
-    """Return a warehouse: rows of racks with aisles of 2.6 m and more, cross aisles, pallets, a staging area.
+    """Return a warehouse: rows of racks with aisles of at least 2.6 m, cross aisles, pallets and a staging area.
 
     Parameters
     ----------
     seed : int
         The same seed gives the same map.
     width, height : float
-        Of the whole, outer walls included [m]; from 15 × 8 on.
+        Size of the map including the outer walls [m]; at least 15 × 8.
     resolution : float
-        Edge of a cell [m], 0.1 at most.
+        Edge of a cell [m], at most 0.1.
 
     Raises
     ------
     InvalidParameter
-        It would be too small to have racks, or its cells too coarse for its aisles.
+        The map is too small for racks, or its cells are too coarse for aisles.
     """
     cells, info = _empty(width, height, resolution, least=(15.0, 8.0))
     rng = np.random.default_rng(seed)
@@ -200,7 +200,7 @@ def warehouse(seed: int = 0, width: float = 30.0, height: float = 20.0, resoluti
 
 
 def _segments(hall: int, resolution: float) -> list[tuple[int, int]]:
-    """Return the columns that racks take, with a cross aisle between two and along the right wall."""
+    """Return the column ranges of racks, with a cross aisle between two ranges and along the right wall."""
     cross = _cells(_CROSS_AISLE, resolution)
     start, stop = _cells(_STAGING, resolution), hall - cross
     count = max(1, round((stop - start) * resolution / (_RACKS_BETWEEN + _CROSS_AISLE)))
@@ -209,7 +209,7 @@ def _segments(hall: int, resolution: float) -> list[tuple[int, int]]:
 
 
 def _racks(rng: Generator, row: Cells, resolution: float) -> None:
-    """Fill a row with bays of which some are missing."""
+    """Fill a row with bays of racks, leaving out some at random."""
     bays = max(1, round(row.shape[1] * resolution / _BAY))
     edges = np.linspace(0, row.shape[1], bays + 1).astype(int)
     for left, right in pairwise(edges):
@@ -218,7 +218,7 @@ def _racks(rng: Generator, row: Cells, resolution: float) -> None:
 
 
 def _pallet_at_rack(rng: Generator, below: Cells, resolution: float) -> None:
-    """Leave a pallet in the aisle, against the rack above, now and then."""
+    """Put a pallet into the aisle, against the rack above, with a probability of 1/4."""
     length, depth = (_cells(side, resolution) for side in _PALLET)
     if rng.random() < 0.25 and below.shape[1] > length:
         column = int(rng.integers(0, below.shape[1] - length))

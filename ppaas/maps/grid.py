@@ -1,4 +1,4 @@
-"""Occupancy grids and where their cells lie in the world."""
+"""Occupancy grids and their geometry in the map frame."""
 
 import math
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ OCCUPIED = 100
 UNKNOWN = -1
 
 OCCUPIED_THRESHOLD = 65
-"""A cell of this occupancy or more is an obstacle, as map_server's default ``occupied_thresh`` has it."""
+"""Least occupancy of an obstacle, map_server's default ``occupied_thresh`` in percent."""
 
 MAX_CELLS = 1 << 30
 ORIGIN = Pose2D(0.0, 0.0, 0.0)
@@ -22,21 +22,21 @@ ORIGIN = Pose2D(0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class GridInfo:
-    """Where a grid lies in the world; ``nav_msgs/MapMetaData`` without its load time.
+    """Geometry of a grid: ``nav_msgs/MapMetaData`` without its load time.
 
     Parameters
     ----------
     resolution : float
         Edge of a cell [m].
     width, height : int
-        Cells along x and along y.
+        Numbers of cells along x and along y.
     origin : Pose2D
         Pose of the lower-left corner of cell (0, 0) in the map frame.
 
     Raises
     ------
     InvalidMap
-        A resolution that is not positive, a grid without cells or with too many, an origin that is not finite.
+        The resolution is not positive, the grid has no cells or too many, or the origin is not finite.
     """
 
     resolution: float
@@ -48,17 +48,17 @@ class GridInfo:
         if not (math.isfinite(self.resolution) and self.resolution > 0.0):
             raise InvalidMap(f"resolution must be a positive number of metres, not {self.resolution}")
         if self.width < 1 or self.height < 1 or self.width * self.height > MAX_CELLS:
-            raise InvalidMap(f"a grid has from 1 to {MAX_CELLS} cells, not {self.width}×{self.height}")
+            raise InvalidMap(f"a grid must have from 1 to {MAX_CELLS} cells, not {self.width}×{self.height}")
         if not self.origin.is_finite():
-            raise InvalidMap(f"the origin must be finite, not {tuple(self.origin)}")
+            raise InvalidMap(f"origin must be finite, not {tuple(self.origin)}")
 
     @property
     def shape(self) -> tuple[int, int]:
-        """(height, width): the shape of the arrays, row 0 at the bottom."""
+        """Shape of the arrays, (height, width); row 0 is the lowest."""
         return self.height, self.width
 
     def to_cells(self, points: ArrayLike) -> NDArray[np.int64]:
-        """Return the cells in which world points lie.
+        """Return the cells that contain points.
 
         Parameters
         ----------
@@ -68,7 +68,7 @@ class GridInfo:
         Returns
         -------
         (..., 2) int array
-            Row, column; outside the grid where a point is outside.
+            Row, column; outside the grid if the point is.
         """
         local = np.asarray(points, dtype=np.float64) - (self.origin.x, self.origin.y)
         c, s = math.cos(self.origin.theta), math.sin(self.origin.theta)
@@ -77,7 +77,7 @@ class GridInfo:
         return np.floor(np.stack((row, column), axis=-1)).astype(np.int64)
 
     def to_world(self, cells: ArrayLike) -> NDArray[np.float64]:
-        """Return the centres of cells, (..., 2) x, y [m], from (..., 2) row, column."""
+        """Return the centres of cells in the map frame: (..., 2) x, y [m] from (..., 2) row, column."""
         centre = (np.asarray(cells, dtype=np.float64) + 0.5) * self.resolution
         c, s = math.cos(self.origin.theta), math.sin(self.origin.theta)
         x = c * centre[..., 1] - s * centre[..., 0] + self.origin.x
@@ -85,8 +85,8 @@ class GridInfo:
         return np.stack((x, y), axis=-1)
 
     def cell_of(self, x: float, y: float) -> tuple[int, int] | None:
-        """Return (row, column) of one point, or None outside the grid or where it is not finite."""
-        # As `to_cells`, but for one point numpy takes ten times as long.
+        """Return (row, column) of one point, or None if it is outside the grid or not finite."""
+        # The same as `to_cells`, but ten times as fast for a single point as numpy.
         x, y = x - self.origin.x, y - self.origin.y
         c, s = math.cos(self.origin.theta), math.sin(self.origin.theta)
         row, column = (c * y - s * x) / self.resolution, (c * x + s * y) / self.resolution
@@ -96,14 +96,19 @@ class GridInfo:
 
 @dataclass(frozen=True, slots=True)
 class GridMap:
-    """An occupancy grid.
+    """Occupancy grid.
 
     Parameters
     ----------
     data : (height, width) int8 array
-        0 free to 100 occupied, −1 unknown; row 0 is the lowest (as in ``nav_msgs/OccupancyGrid``). Not written to.
+        0 free to 100 occupied, −1 unknown; row 0 is the lowest (as in ``nav_msgs/OccupancyGrid``). Never modified.
     info : GridInfo
-        Where it lies.
+        Geometry of the grid.
+
+    Raises
+    ------
+    InvalidMap
+        The array has another shape or type.
     """
 
     data: NDArray[np.int8]
@@ -112,5 +117,5 @@ class GridMap:
     def __post_init__(self) -> None:
         if self.data.shape != self.info.shape or self.data.dtype != np.int8:
             raise InvalidMap(
-                f"expected int8 cells of shape {self.info.shape}, got {self.data.dtype} of {self.data.shape}"
+                f"expected int8 cells of shape {self.info.shape}, not {self.data.dtype} of shape {self.data.shape}"
             )

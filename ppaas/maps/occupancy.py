@@ -1,4 +1,4 @@
-"""Grids as ``nav_msgs/OccupancyGrid``, and back."""
+"""Conversion between grids and ``nav_msgs/OccupancyGrid``."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -13,7 +13,8 @@ from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid
 from ppaas.messages.std_msgs import Header, Time
 
-# The text of each cell by its byte, all of one width, so that one look-up writes the whole grid; the blanks go after.
+# Text of a cell by its byte, padded to four characters, so that one look-up yields the text of the whole grid. The
+# blanks are removed afterwards.
 _TEXT = np.full(256, b"    ", "S4")
 _TEXT[np.arange(UNKNOWN, OCCUPIED + 1)] = [f"{value},".ljust(4).encode() for value in range(UNKNOWN, OCCUPIED + 1)]
 _TEXT = _TEXT.view(np.uint32)
@@ -22,16 +23,16 @@ _CELLS = msgspec.json.Decoder(list[Annotated[int, msgspec.Meta(ge=UNKNOWN, le=OC
 
 
 def to_message(grid: GridMap, frame_id: str = "map", stamp: Time | None = None) -> OccupancyGrid:
-    """Return the message of a grid; its cells are JSON already, which the encoder copies as it is.
+    """Return the message of a grid. Its cells are already JSON, which the encoder copies unchanged.
 
     Parameters
     ----------
     grid : GridMap
         The map.
     frame_id : str
-        Frame that the origin is given in.
+        Frame of the grid's origin.
     stamp : Time, optional
-        When the map was made or loaded; without it zero.
+        Time at which the map was made or loaded; by default zero.
 
     Raises
     ------
@@ -47,12 +48,12 @@ def to_message(grid: GridMap, frame_id: str = "map", stamp: Time | None = None) 
 
 
 def from_message(message: OccupancyGrid) -> GridMap:
-    """Return the grid of a message, whether its cells are numbers or JSON.
+    """Return the grid of a message, whose cells may be a list or encoded JSON.
 
     Raises
     ------
     InvalidMap
-        A cell is no integer from −1 to 100, there are not as many as width × height, or the metadata is no grid's.
+        A cell is not an integer from −1 to 100, there are not width × height cells, or the metadata is invalid.
     """
     meta = message.info
     info = GridInfo(meta.resolution, meta.width, meta.height, meta.origin.planar())
@@ -60,30 +61,30 @@ def from_message(message: OccupancyGrid) -> GridMap:
         cells = _CELLS.decode(message.data) if isinstance(message.data, msgspec.Raw) else message.data
         data = np.fromiter(cells, np.int64, len(cells))
     except (msgspec.DecodeError, UnicodeDecodeError, TypeError, ValueError, OverflowError) as error:
-        raise InvalidMap(f"the cells of an occupancy grid are integers from −1 to 100: {error}") from error
+        raise InvalidMap(f"cells of an occupancy grid must be integers from −1 to 100: {error}") from error
     if data.size != info.width * info.height:
-        raise InvalidMap(f"{info.width}×{info.height} cells were announced and {data.size} sent")
+        raise InvalidMap(f"info gives {info.width}×{info.height} cells, but data has {data.size}")
     _check_range(data)
     return GridMap(data.astype(np.int8).reshape(info.shape), info)
 
 
 def _check_range(data: NDArray[np.integer]) -> None:
     if data.min() < UNKNOWN or data.max() > OCCUPIED:
-        raise InvalidMap(f"cells are from −1 to 100, not from {data.min()} to {data.max()}")
+        raise InvalidMap(f"cells must be from −1 to 100; they are from {data.min()} to {data.max()}")
 
 
 @dataclass(frozen=True, slots=True)
 class GridMapMessage:
-    """A grid that travels by reference inside a home and becomes a message where it leaves.
+    """Grid that nodes of one process pass by reference, converted to a message only when it leaves the process.
 
     Parameters
     ----------
     grid : GridMap
         The map.
     frame_id : str
-        Frame that the origin is given in.
+        Frame of the grid's origin.
     stamp : Time, optional
-        When the map was made or loaded.
+        Time at which the map was made or loaded.
     """
 
     grid: GridMap

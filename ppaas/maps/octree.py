@@ -1,8 +1,8 @@
-"""Octrees of occupancy, as OctoMap has them: few large cubes where nothing changes, small ones where something is.
+"""Occupancy octrees, as in OctoMap: uniform regions are stored as few large cubes.
 
 Source: Hornung, Wurm, Bennewitz, Stachniss, Burgard, "OctoMap: An Efficient Probabilistic 3D Mapping Framework Based on
-Octrees", Autonomous Robots, 2013. A key is a whole number from 0 to 65535 along each axis, in voxels of the finest
-depth, 16; key 32768 begins at 0 m.
+Octrees", Autonomous Robots, 2013. A key is an integer from 0 to 65535 along each axis, in voxels of the finest depth,
+16; key 32768 begins at 0 m.
 """
 
 from dataclasses import dataclass
@@ -15,28 +15,28 @@ from ppaas.maps.kernels.octree import fill_cubes
 from ppaas.maps.voxels import FREE, OCCUPIED, UNKNOWN, Point3D, VoxelGrid, VoxelInfo, corners, window
 
 DEPTH = 16
-"""Of the finest voxels; the root has depth 0."""
+"""Depth of the finest voxels; the root has depth 0."""
 
 MIDDLE = 1 << (DEPTH - 1)
-"""The key at 0 m."""
+"""Key at 0 m."""
 
 Keys = NDArray[np.uint16]
 
 
 @dataclass(frozen=True, slots=True)
 class OcTree:
-    """The leaves of an octree.
+    """Leaves of an octree, in depth-first order.
 
     Parameters
     ----------
     resolution : float
         Edge of the finest voxels [m].
     corners : (n, 3) uint16 array
-        Least key of each leaf along x, y and z; in the order of a walk that goes into the depth first.
+        Least key of each leaf along x, y and z.
     depths : (n,) uint8 array
-        A leaf of depth d is a cube with an edge of 2^(16 − d) voxels.
+        Depth of each leaf; a leaf of depth d is a cube with an edge of 2^(16 − d) voxels.
     occupied : (n,) bool array
-        Whether it is occupied, else free. What is under no leaf is unknown.
+        Whether each leaf is occupied, else it is free. Space without a leaf is unknown.
     """
 
     resolution: float
@@ -46,11 +46,11 @@ class OcTree:
 
     @property
     def nodes(self) -> int:
-        """How many nodes the tree has, inner ones and the root among them; none if it is empty."""
+        """Number of nodes including the root and inner nodes; 0 if the tree is empty."""
         return int((self.depths - shared_depths(self.corners)).sum()) + 1 if len(self.corners) else 0
 
     def bounds(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the least keys of all leaves, and the keys behind the greatest.
+        """Return the bounds of all leaves, least keys and greatest keys plus one, along x, y and z.
 
         Raises
         ------
@@ -58,25 +58,26 @@ class OcTree:
             The tree is empty.
         """
         if not len(self.corners):
-            raise InvalidMap("the octree is empty: no voxel of it is known")
+            raise InvalidMap("the octree is empty: all its voxels are unknown")
         begins = self.corners.astype(np.int64)
         return begins.min(axis=0), (begins + edges(self.depths)[:, None]).max(axis=0)
 
     def at_depth(self, depth: int) -> "OcTree":
-        """Return a coarser octree, whose finest voxels have this depth and are so much larger.
+        """Return a coarser octree, whose finest voxels have the given depth.
 
-        A coarse voxel is occupied if anything in it is, and free if all of it is known to be free. (OctoMap calls it
-        free if nothing in it is occupied and anything free; a path through it may then lead through the unknown.)
+        A coarse voxel is occupied if any part of it is occupied, and free only if all of it is known to be free.
+        (OctoMap differs: it calls a coarse voxel free if no part of it is occupied and some part is free, so that a
+        path through it may lead through unknown space.)
 
         Raises
         ------
         InvalidInput
-            No depth from 1 to 16.
+            The depth is not from 1 to 16.
         """
         if not 1 <= depth <= DEPTH:
-            raise InvalidInput(f"the depth of an octree is from 1 to {DEPTH}, not {depth}")
-        cell = np.uint16(0xFFFF << (DEPTH - depth) & 0xFFFF)
-        begins = self.corners & cell
+            raise InvalidInput(f"the depth of an octree must be from 1 to {DEPTH}, not {depth}")
+        mask = np.uint16(0xFFFF << (DEPTH - depth) & 0xFFFF)  # keeps the bits of a key above the depth
+        begins = self.corners & mask
         depths = np.minimum(self.depths, np.uint8(depth))
         if not len(begins):
             return OcTree(self.resolution, begins, depths, self.occupied)
@@ -88,21 +89,21 @@ class OcTree:
         return OcTree(self.resolution, begins[first], depths[first], occupied[kept])
 
     def voxels(self, depth: int = DEPTH, *, low: ArrayLike | None = None, high: ArrayLike | None = None) -> VoxelGrid:
-        """Return the voxels of the tree, by default all up to the outermost known ones.
+        """Return the voxel grid of the tree, by default of the bounding box of all leaves.
 
         Parameters
         ----------
         depth : int
-            16 for the finest; each one less doubles the edge of a voxel, as ``at_depth`` says.
+            16 for the finest voxels; each level less doubles the edge of a voxel, as in ``at_depth``.
         low, high : (3,) array, optional
-            Corners of what to cut out, x, y, z [m].
+            Opposite corners of the box to crop to, x, y, z [m].
 
         Raises
         ------
         InvalidMap
-            The tree is empty, or the grid would be too large: crop it or choose a coarser depth.
+            The tree is empty, or the grid is too large: crop it or choose a coarser depth.
         InvalidInput
-            A depth that is none, or nothing between the corners.
+            The depth is invalid, or no part of the tree is between the corners.
         """
         tree = self.at_depth(depth)
         size = 1 << (DEPTH - depth)
@@ -123,70 +124,72 @@ class OcTree:
 
 
 def octree_of(grid: VoxelGrid) -> OcTree:
-    """Return the octree of a voxel grid, with eight equal siblings always merged.
+    """Return the octree of a voxel grid, in which eight equal siblings are always merged.
 
     Raises
     ------
     InvalidMap
-        Its voxels do not begin at whole multiples of the resolution, or lie beyond the keys of an octree.
+        The origin is not a multiple of the resolution, or the grid exceeds the range of an octree's keys.
     """
     begin = np.divide(grid.info.origin, grid.info.resolution)
     first = np.rint(begin)
     if np.abs(begin - first).max() > 1e-3:
         raise InvalidMap(
-            f"voxels of an octree begin at whole multiples of {grid.info.resolution:g} m, not at "
+            f"the origin of an octree must be a multiple of {grid.info.resolution:g} m, not "
             f"{tuple(grid.info.origin)}: move the origin"
         )
     lowest = first + MIDDLE
     if lowest.min() < 0 or (lowest + grid.info.shape[::-1]).max() > 2 * MIDDLE:
-        raise InvalidMap(f"an octree ends {MIDDLE * grid.info.resolution:g} m from 0: move the map nearer")
+        far = MIDDLE * grid.info.resolution
+        raise InvalidMap(f"an octree of this resolution reaches {far:g} m from its origin: move the map nearer to it")
     known = np.argwhere(grid.data != UNKNOWN)
     occupied = grid.data[known[:, 0], known[:, 1], known[:, 2]] == OCCUPIED
-    codes = _interleaved(known[:, ::-1] + lowest.astype(np.int64))
+    codes = _morton_codes(known[:, ::-1] + lowest.astype(np.int64))
     order = np.argsort(codes)
     return _merged(grid.info.resolution, codes[order], occupied[order])
 
 
 def _merged(resolution: float, codes: NDArray[np.int64], occupied: NDArray[np.bool_]) -> OcTree:
-    """Merge siblings, depth by depth; ``codes`` are the interleaved keys of the finest depth, sorted."""
+    """Merge eight equal siblings to their parent, from the finest depth up; ``codes`` are sorted Morton codes."""
     leaves = []
     for depth in range(DEPTH, 0, -1):
         merges = np.zeros(len(codes), np.bool_)
         if len(codes) > 7:
+            # Eight siblings are known if eight successive codes differ in their last three bits only.
             first = np.flatnonzero((codes[:-7] & 7 == 0) & (codes[7:] - codes[:-7] == 7))
-            taken = np.add.outer(first, np.arange(8))
-            count = occupied[taken].sum(axis=1)
-            merges[taken[(count == 0) | (count == 8)].ravel()] = True
+            siblings = np.add.outer(first, np.arange(8))
+            count = occupied[siblings].sum(axis=1)
+            merges[siblings[(count == 0) | (count == 8)].ravel()] = True
         leaves.append((codes[~merges] << 3 * (DEPTH - depth), np.full((~merges).sum(), depth), occupied[~merges]))
         codes, occupied = codes[merges][::8] >> 3, occupied[merges][::8]
     merged, depths, occupied = (np.concatenate(part) for part in zip(*leaves, strict=True))
     order = np.argsort(merged)
-    return OcTree(resolution, _parted(merged[order]), depths[order].astype(np.uint8), occupied[order])
+    return OcTree(resolution, _keys_of(merged[order]), depths[order].astype(np.uint8), occupied[order])
 
 
 def edges(depths: NDArray[np.uint8]) -> NDArray[np.int64]:
-    """Return the edges of cubes of these depths, in voxels."""
+    """Return the edges of cubes of these depths [finest voxels]."""
     return np.asarray(1 << (DEPTH - depths.astype(np.int64)), np.int64)
 
 
 def shared_depths(begins: Keys) -> NDArray[np.int64]:
-    """Return for each leaf the depth of the node that is above both it and the leaf before; 0 for the first."""
+    """Return for each leaf the depth of its lowest common ancestor with the leaf before it; 0 for the first leaf."""
     differ = np.bitwise_or.reduce(begins[1:] ^ begins[:-1], axis=1)
     shared = DEPTH - np.frexp(differ.astype(np.float64))[1].astype(np.int64)
     return np.concatenate((np.zeros(min(1, len(begins)), np.int64), shared))
 
 
-def _interleaved(keys: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return codes whose order is that of the walk: the bits of z, y and x in turn, the greatest first."""
-    spread = np.zeros(len(keys), np.int64)
+def _morton_codes(keys: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the Morton codes of keys: their bits interleaved as …zyxzyx. Their order is depth-first order."""
+    codes = np.zeros(len(keys), np.int64)
     for bit in range(DEPTH):
         for axis in range(3):
-            spread |= (keys[:, axis] >> bit & 1) << (3 * bit + axis)
-    return spread
+            codes |= (keys[:, axis] >> bit & 1) << (3 * bit + axis)
+    return codes
 
 
-def _parted(codes: NDArray[np.int64]) -> Keys:
-    """Undo ``_interleaved``."""
+def _keys_of(codes: NDArray[np.int64]) -> Keys:
+    """Return the keys of Morton codes, the inverse of ``_morton_codes``."""
     keys = np.zeros((len(codes), 3), np.uint16)
     for bit in range(DEPTH):
         for axis in range(3):

@@ -1,4 +1,4 @@
-"""What a laser would measure in a grid."""
+"""Ray casting: the ranges that a laser would measure in a grid."""
 
 import math
 
@@ -23,35 +23,37 @@ def cast_rays(
     Parameters
     ----------
     occupied : (height, width) uint8 or bool array
-        Not 0 where a ray ends. Outside the grid nothing stops a ray, and one that begins there may enter.
+        Not 0 in cells that stop a ray. Outside the grid a ray is never stopped; it may enter the grid from outside.
     info : GridInfo
-        Where the grid lies; its origin may be turned.
+        Geometry of the grid, whose origin may be rotated.
     origin : Pose2D
-        Where the rays begin, in the frame of the map; angles count from its heading.
+        Start of the rays, in the frame of the map.
     angles : (n,) array
-        Counter-clockwise [rad].
+        Directions of the rays relative to the heading of ``origin``, counter-clockwise [rad].
     range_max : float
-        Longest ray [m].
+        Longest range [m].
 
     Returns
     -------
     (n,) float64 array
-        [m]; exact up to rounding, 0 where the origin lies in an occupied cell, infinite where there is no hit.
+        Ranges [m], exact up to rounding; 0 if the origin is in an occupied cell, infinite if nothing is hit.
 
     Raises
     ------
     InvalidMap
-        The cells are not those of the grid.
+        ``occupied`` does not match ``info``, or has another type.
     InvalidInput
-        A pose, an angle or a range that is not finite, or a negative range.
+        The pose, an angle or ``range_max`` is not finite, or ``range_max`` is negative.
     """
     if occupied.shape != info.shape or occupied.dtype not in (np.uint8, np.bool_):
-        raise InvalidMap(f"expected uint8 or bool cells of {info.shape}, got {occupied.dtype} of {occupied.shape}")
+        raise InvalidMap(
+            f"expected uint8 or bool cells of shape {info.shape}, not {occupied.dtype} of shape {occupied.shape}"
+        )
     directions = np.ascontiguousarray(angles, dtype=np.float64)
     if directions.ndim != 1 or not (origin.is_finite() and np.isfinite(directions).all()):
-        raise InvalidInput("rays need a finite pose and a row of finite angles")
+        raise InvalidInput("the origin and the angles of rays must be finite, and the angles one-dimensional")
     if not (math.isfinite(range_max) and range_max >= 0.0):
-        raise InvalidInput(f"the longest range must be a finite number of metres, not {range_max}")
+        raise InvalidInput(f"range_max must be finite and not negative, not {range_max}")
     start = info.origin.inverse() @ origin
     cells = np.ascontiguousarray(occupied).view(np.uint8)
     ranges: NDArray[np.float64] = kernels.cast_rays(

@@ -1,4 +1,4 @@
-"""Voxel grids and where their voxels lie in the world: occupancy grids with one dimension more."""
+"""Voxel grids, the three-dimensional occupancy grids, and their geometry in the map frame."""
 
 import math
 from dataclasses import dataclass
@@ -12,16 +12,16 @@ from ppaas.errors import InvalidInput, InvalidMap
 FREE = 0
 OCCUPIED = 100
 UNKNOWN = 255
-"""−1 of an occupancy grid, read as a byte."""
+"""The −1 of an occupancy grid, as an unsigned byte."""
 
 MAX_VOXELS = 1 << 28
 
 Voxel = tuple[int, int, int]
-"""Layer, row, column: along z, y and x."""
+"""(layer, row, column): indices along z, y and x."""
 
 
 class Point3D(NamedTuple):
-    """x, y, z [m]."""
+    """Point in space, x, y, z [m]."""
 
     x: float
     y: float
@@ -33,21 +33,21 @@ ORIGIN = Point3D(0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class VoxelInfo:
-    """Where a voxel grid lies in the world; its axes are those of the map frame.
+    """Geometry of a voxel grid, whose axes are those of the map frame.
 
     Parameters
     ----------
     resolution : float
         Edge of a voxel [m].
     width, height, depth : int
-        Voxels along x, along y and along z.
+        Numbers of voxels along x, y and z.
     origin : Point3D
-        The corner of voxel (0, 0, 0) with the least x, y and z [m].
+        Corner of voxel (0, 0, 0) with the least x, y and z [m].
 
     Raises
     ------
     InvalidMap
-        A resolution that is not positive, a grid without voxels or with too many, an origin that is not finite.
+        The resolution is not positive, the grid has no voxels or too many, or the origin is not finite.
     """
 
     resolution: float
@@ -62,43 +62,43 @@ class VoxelInfo:
         count = self.width * self.height * self.depth
         if min(self.shape) < 1 or count > MAX_VOXELS:
             raise InvalidMap(
-                f"a voxel grid has from 1 to {MAX_VOXELS} voxels, not {self.width}×{self.height}×{self.depth}: "
+                f"a voxel grid must have from 1 to {MAX_VOXELS} voxels, not {self.width}×{self.height}×{self.depth}: "
                 "crop the map, or read it at a coarser depth"
             )
         if not all(map(math.isfinite, self.origin)):
-            raise InvalidMap(f"the origin must be finite, not {tuple(self.origin)}")
+            raise InvalidMap(f"origin must be finite, not {tuple(self.origin)}")
 
     @property
     def shape(self) -> Voxel:
-        """(depth, height, width): the shape of the arrays, layer 0 at the bottom."""
+        """Shape of the arrays, (depth, height, width); layer 0 is the lowest."""
         return self.depth, self.height, self.width
 
     def to_voxels(self, points: ArrayLike) -> NDArray[np.int64]:
-        """Return the voxels in which points lie: (..., 3) layer, row, column of (..., 3) x, y, z [m]."""
+        """Return the voxels that contain points: (..., 3) layer, row, column from (..., 3) x, y, z [m]."""
         local = (np.asarray(points, dtype=np.float64) - self.origin) / self.resolution
         return np.floor(local[..., ::-1]).astype(np.int64)
 
     def to_world(self, voxels: ArrayLike) -> NDArray[np.float64]:
-        """Return the centres of voxels, (..., 3) x, y, z [m], from (..., 3) layer, row, column."""
+        """Return the centres of voxels: (..., 3) x, y, z [m] from (..., 3) layer, row, column."""
         centres = (np.asarray(voxels, dtype=np.float64)[..., ::-1] + 0.5) * self.resolution + self.origin
         return np.asarray(centres)
 
 
 @dataclass(frozen=True, slots=True)
 class VoxelGrid:
-    """What is known of each voxel.
+    """Occupancy grid in space.
 
     Parameters
     ----------
     data : (depth, height, width) uint8 array
-        0 free, 100 occupied, 255 unknown; layer 0 is the lowest. Not written to.
+        0 free, 100 occupied, 255 unknown; layer 0 is the lowest. Never modified.
     info : VoxelInfo
-        Where it lies.
+        Geometry of the grid.
 
     Raises
     ------
     InvalidMap
-        An array of another shape, type or with other values.
+        The array has another shape or type, or other values.
     """
 
     data: NDArray[np.uint8]
@@ -107,26 +107,25 @@ class VoxelGrid:
     def __post_init__(self) -> None:
         if self.data.shape != self.info.shape or self.data.dtype != np.uint8:
             raise InvalidMap(
-                f"expected uint8 voxels of shape {self.info.shape}, got {self.data.dtype} of {self.data.shape}"
+                f"expected uint8 voxels of shape {self.info.shape}, not {self.data.dtype} of shape {self.data.shape}"
             )
-        known = (self.data == FREE) | (self.data == OCCUPIED) | (self.data == UNKNOWN)
-        if not known.all():
-            raise InvalidMap(
-                f"a voxel is {FREE} (free), {OCCUPIED} (occupied) or {UNKNOWN} (unknown), not {self.data[~known][0]}"
-            )
+        valid = (self.data == FREE) | (self.data == OCCUPIED) | (self.data == UNKNOWN)
+        if not valid.all():
+            values = f"{FREE} (free), {OCCUPIED} (occupied) or {UNKNOWN} (unknown)"
+            raise InvalidMap(f"a voxel must be {values}, not {self.data[~valid][0]}")
 
     def cropped(self, low: ArrayLike, high: ArrayLike) -> "VoxelGrid":
-        """Return what lies between two corners, in whole voxels.
+        """Return the whole voxels between two corners.
 
         Parameters
         ----------
         low, high : (3,) array
-            x, y, z [m]; may lie outside.
+            Opposite corners, x, y, z [m]; may be outside the map.
 
         Raises
         ------
         InvalidInput
-            Nothing of the map lies between them, or they are no corners.
+            No part of the map is between the corners, or they are not three numbers each.
         """
         local = (corners(low, high) - self.info.origin) / self.info.resolution
         first, last = window(local, (0, 0, 0), self.info.shape[::-1])
@@ -138,7 +137,7 @@ class VoxelGrid:
 
 
 def only_read(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return a view of an array for a kernel that only reads it, so that each is compiled once for all arrays."""
+    """Return a read-only, contiguous view for kernels that only read, so that each kernel has one signature."""
     view = np.ascontiguousarray(data).view()
     view.flags.writeable = False
     return view
@@ -150,31 +149,31 @@ def corners(low: ArrayLike, high: ArrayLike) -> NDArray[np.float64]:
     Raises
     ------
     InvalidInput
-        They are not three numbers each, or not numbers at all.
+        A corner does not have three numbers, or one is NaN.
     """
     both = [np.asarray(corner, dtype=np.float64) for corner in (low, high)]
     if any(corner.shape != (3,) or np.isnan(corner).any() for corner in both):
-        raise InvalidInput("a map is cropped to two corners, each x, y, z [m]")
+        raise InvalidInput("the corners to crop a map to must be x, y, z in metres each")
     return np.stack(both)
 
 
 def window(between: NDArray[np.float64], low: ArrayLike, high: ArrayLike) -> tuple[list[int], list[int]]:
-    """Return the first whole voxels between two corners and those after the last, x, y, z.
+    """Return the range of voxels between two corners: the first index and the one after the last, along x, y, z.
 
     Parameters
     ----------
     between : (2, 3) array
-        In voxels.
+        The corners [voxels].
     low, high : (3,) array
-        Bounds of all voxels, ``high`` excluded.
+        Bounds of the map [voxels], ``high`` excluded.
 
     Raises
     ------
     InvalidInput
-        There are none.
+        The range is empty.
     """
     first = np.clip(np.floor(between[0] + 1e-6), low, high).astype(np.int64)
     last = np.clip(np.ceil(between[1] - 1e-6), low, high).astype(np.int64)
     if not (first < last).all():
-        raise InvalidInput("nothing of the map lies between the corners; give them in its frame, the lower one first")
+        raise InvalidInput("no part of the map is between the corners: give them in the map frame, the lower one first")
     return first.tolist(), last.tolist()

@@ -1,1 +1,1 @@
-"""Files of maps: YAML beside an image (PGM or PNG), and MovingAI's benchmarks."""
+"""Map files: a YAML record with an image (PGM or PNG), and the MovingAI benchmarks."""

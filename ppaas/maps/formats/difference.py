@@ -1,4 +1,4 @@
-"""What differs between two grids, read some rows at a time."""
+"""Comparison of two grids, which are read block by block."""
 
 import math
 from dataclasses import dataclass
@@ -12,11 +12,11 @@ from ppaas.maps.formats.map_files import GridRows
 from ppaas.maps.grid import UNKNOWN, GridInfo
 
 _ALIGNED = 1e-3
-"""Of a cell: how far the corners of cells of two grids may lie apart that are compared one by one."""
+"""Largest distance between the corners of corresponding cells of two aligned grids [cells]."""
 
 
 class Rectangle(NamedTuple):
-    """Cells of a grid, from (column, row) on; both may be negative, where another grid reaches further."""
+    """Rectangle of cells from (column, row) on, which are negative where the older grid reaches further."""
 
     column: int
     row: int
@@ -26,18 +26,18 @@ class Rectangle(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """What became of a grid.
+    """Difference between an older and a newer grid.
 
     Parameters
     ----------
     changed : int
-        Cells that are not what they were.
+        Number of changed cells.
     rectangle : Rectangle or None
-        The least that all of them lie in, in cells of the newer grid; None if nothing changed.
+        Bounding box of the changed cells, in cells of the newer grid; None if nothing changed.
     corners : (4, 2) array or None
-        Its corners, x, y [m] in the map frame, counterclockwise from (column, row).
+        Corners of the bounding box, x, y [m] in the map frame, counter-clockwise from (column, row).
     aligned : bool
-        Whether the cells of both lie on each other. If they don't, all of the newer grid counts as changed.
+        Whether the cells of both grids coincide. If not, the whole newer grid counts as changed.
     """
 
     changed: int
@@ -47,19 +47,19 @@ class Difference:
 
 
 def difference(old: GridRows, new: GridRows) -> Difference:
-    """Return what changed from one grid to another; what lies outside of one of them is unknown there.
+    """Return the difference between two grids; cells outside a grid count as unknown.
 
     Raises
     ------
     InvalidMap
-        A pixel of them cannot be.
+        One of the images has an invalid pixel.
     """
     offset = _offset(old.info, new.info)
     if offset is None:
         whole = Rectangle(0, 0, new.info.width, new.info.height)
         return Difference(whole.width * whole.height, whole, _corners(new.info, whole), aligned=False)
     column, row = offset
-    found = _Found()
+    found = _ChangedCells()
     for first, cells in new.blocks():
         found.add(cells != _part(old, (-column, -row), first, cells.shape), first, 0)
     for first, cells in old.blocks():
@@ -70,22 +70,22 @@ def difference(old: GridRows, new: GridRows) -> Difference:
 
 
 def old_rows(old: GridRows, new: GridInfo, first: int, last: int) -> NDArray[np.int8]:
-    """Return what a grid had where another has some of its rows, ``last`` excluded; unknown outside of it.
+    """Return the cells of an older grid at the rows ``first`` to ``last`` (excluded) of a newer one, unknown outside.
 
     Raises
     ------
     InvalidMap
-        A pixel of them cannot be, or the cells of the two do not lie on each other.
+        The image has an invalid pixel, or the cells of the two grids do not coincide.
     """
     offset = _offset(old.info, new)
     if offset is None:
-        raise InvalidMap("the two grids differ in resolution or origin: their cells cannot be compared")
+        raise InvalidMap("the cells of the two grids cannot be compared: their resolutions or origins differ")
     column, row = offset
     return _part(old, (-column, -row), first, (last - first, new.width))
 
 
 def _offset(old: GridInfo, new: GridInfo) -> tuple[int, int] | None:
-    """Return in which column and row of the new grid the old one begins; None if their cells do not meet."""
+    """Return the column and row of the new grid at which the old one begins; None if their cells do not coincide."""
     longest = max(old.width, old.height, new.width, new.height)
     turned = math.remainder(old.origin.theta - new.origin.theta, math.tau)
     if max(abs(old.resolution / new.resolution - 1.0), abs(turned)) * longest > _ALIGNED:
@@ -101,7 +101,7 @@ def _offset(old: GridInfo, new: GridInfo) -> tuple[int, int] | None:
 
 
 def _part(grid: GridRows, offset: tuple[int, int], first: int, shape: tuple[int, ...]) -> NDArray[np.int8]:
-    """Return what a grid has in a window of another, which begins at column 0 and row ``first`` there."""
+    """Return a grid's cells in a window of another grid, which begins there at column 0 and row ``first``."""
     column, row = offset
     height, width = shape
     cells = np.full(shape, UNKNOWN, np.int8)
@@ -114,7 +114,7 @@ def _part(grid: GridRows, offset: tuple[int, int], first: int, shape: tuple[int,
 
 
 def _outside(other: GridInfo, offset: tuple[int, int], first: int, cells: NDArray[np.int8]) -> NDArray[np.bool_]:
-    """Tell which cells, of rows from ``first`` on, are known and lie outside of another grid."""
+    """Return which cells of the rows from ``first`` on are known and outside another grid."""
     column, row = offset
     known: NDArray[np.bool_] = cells != UNKNOWN
     low, high = -row - first, other.height - row - first
@@ -123,8 +123,8 @@ def _outside(other: GridInfo, offset: tuple[int, int], first: int, cells: NDArra
     return known
 
 
-class _Found:
-    """The cells that changed, as far as was compared."""
+class _ChangedCells:
+    """Number and bounding box of the changed cells found so far."""
 
     def __init__(self) -> None:
         self.changed = 0
@@ -132,17 +132,17 @@ class _Found:
         self._rows: list[int] = []
 
     def add(self, differs: NDArray[np.bool_], first: int, left: int) -> None:
-        """Take up rows from ``first`` on, whose columns begin at ``left``."""
+        """Add rows of changed cells; the first row is ``first``, and the first column ``left``."""
         count = int(np.count_nonzero(differs))
         if not count:
             return
         self.changed += count
-        for kept, start, axis in ((self._columns, left, 0), (self._rows, first, 1)):
+        for bounds, start, axis in ((self._columns, left, 0), (self._rows, first, 1)):
             where = np.flatnonzero(differs.any(axis=axis))
-            kept += [start + int(where[0]), start + int(where[-1])]
+            bounds += [start + int(where[0]), start + int(where[-1])]
 
     def rectangle(self) -> Rectangle | None:
-        """Return what all of them lie in."""
+        """Return the bounding box of all changed cells; None if there are none."""
         if not self.changed:
             return None
         column, row = min(self._columns), min(self._rows)

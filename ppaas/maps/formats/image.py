@@ -1,4 +1,4 @@
-"""Pixels of a map's image, whichever format the file has."""
+"""Images of maps in any supported format (PGM, PNG)."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ from ppaas.maps.formats.png import PngRows, open_png
 
 @dataclass(frozen=True, slots=True)
 class MapImage:
-    """An image of a map.
+    """Image of a map.
 
     Parameters
     ----------
@@ -27,17 +27,17 @@ class MapImage:
 
     @property
     def alpha(self) -> NDArray[np.uint8] | None:
-        """How opaque each pixel is, (height, width); None where all are."""
+        """Opacity of each pixel, (height, width), 0 to 255; None if the image has no alpha channel."""
         return self.channels[..., 3] if self.channels.shape[2] == 4 else None
 
 
 class ImageRows:
-    """An image of which rows are read as they are asked for, whichever format the file has.
+    """Image whose rows are read on demand.
 
     Parameters
     ----------
     source : PgmRows or PngRows
-        The file.
+        The opened file.
     """
 
     def __init__(self, source: PgmRows | PngRows) -> None:
@@ -45,33 +45,35 @@ class ImageRows:
         self.shape = source.shape
 
     def rows(self, first: int, last: int) -> MapImage:
-        """Return rows from the top, ``last`` excluded; ``InvalidMap`` if a pixel of them cannot be."""
+        """Return the rows ``first`` to ``last`` (excluded) from the top; ``InvalidMap`` for invalid pixels."""
         pixels = self._source.rows(first, last)
         return MapImage(pixels if pixels.ndim == 3 else pixels[..., np.newaxis])
 
     def check(self) -> None:
-        """Raise ``InvalidMap`` if any pixel cannot be."""
+        """Raise ``InvalidMap`` if any pixel is invalid."""
         self._source.check()
 
 
 def open_image(image: Buffer) -> ImageRows:
-    """Read what a PGM or PNG file says of itself; the two are told apart by how it begins, as map_server does.
+    """Open a PGM or PNG file; its first bytes decide which of the two it is, as in map_server.
 
-    A PNG, or a PGM in text, is decoded; of a binary PGM nothing is read before it is asked for.
+    A PNG or a PGM in text is decoded at once; the pixels of a binary PGM are read on demand.
 
     Raises
     ------
     InvalidMap
-        Neither of the two, or broken.
+        The file has another format, or is broken.
     """
     begin = image[: len(PNG)]
     if begin == PNG:
         return ImageRows(open_png(image))
     if begin.startswith(PGM):
         return ImageRows(open_pgm(image))
-    raise InvalidMap(f"the map's image is neither PGM (P2, P5) nor PNG: it begins with {image[:12]!r}; convert it")
+    raise InvalidMap(
+        f"the map's image is neither PGM (P2, P5) nor PNG (it begins with {image[:12]!r}): convert it to one of them"
+    )
 
 
 def media_type(image: Buffer) -> str:
-    """Return what HTTP calls such a file."""
+    """Return the media type of an image file for HTTP."""
     return "image/png" if image[: len(PNG)] == PNG else "image/x-portable-graymap"

@@ -1,4 +1,4 @@
-"""Map files of ROS's map_server and of Nav2: a YAML record and an image, from bytes to a grid and back."""
+"""Map files of map_server and Nav2, a YAML record and an image: reading and writing of grids."""
 
 from collections.abc import Iterator
 
@@ -14,20 +14,20 @@ from ppaas.maps.formats.thresholds import occupancy
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
 
 _BLOCK = 1 << 20
-"""Cells that are read at a time."""
+"""Number of cells that are read at once."""
 
 _FREE_PIXEL, _OCCUPIED_PIXEL, _UNKNOWN_PIXEL = 254, 0, 205
 
 
 class GridRows:
-    """A map of which rows are read as they are asked for, so that a large one need not be in memory.
+    """Map whose rows are read on demand, so that a large one need not fit in memory.
 
     Parameters
     ----------
     image : ImageRows
-        Its image.
+        Image of the map.
     keys : MapYaml
-        Its YAML record.
+        YAML record of the map.
     """
 
     def __init__(self, image: ImageRows, keys: MapYaml) -> None:
@@ -37,50 +37,50 @@ class GridRows:
         self._keys = keys
 
     def rows(self, first: int, last: int) -> NDArray[np.int8]:
-        """Return the cells of rows, the lowest one of the map first, ``last`` excluded.
+        """Return the cells of the rows ``first`` to ``last`` (excluded), counted from the lowest row of the map.
 
         Raises
         ------
         InvalidMap
-            A pixel of them cannot be.
+            One of their pixels is invalid.
         """
         height = self.info.height
         return occupancy(self._image.rows(height - last, height - first), self._keys)[::-1]
 
     def blocks(self) -> Iterator[tuple[int, NDArray[np.int8]]]:
-        """Yield some rows at a time, and which is the first of them; raises as ``rows``."""
+        """Yield blocks of rows, each with the number of its first row; raises as ``rows``."""
         step = max(1, _BLOCK // self.info.width)
         for first in range(0, self.info.height, step):
             yield first, self.rows(first, min(first + step, self.info.height))
 
     def check(self) -> None:
-        """Raise ``InvalidMap`` if any pixel cannot be."""
+        """Raise ``InvalidMap`` if any pixel is invalid."""
         self._image.check()
 
 
 def open_grid(record: bytes, image: Buffer, rules: Rules | None = None) -> GridRows:
-    """Read what the two files of a map say of themselves.
+    """Open a map from its two files.
 
     Parameters
     ----------
     record : bytes
-        The YAML file; its ``image`` is not looked at.
+        The YAML file; its key ``image`` is ignored.
     image : bytes or mmap
         The PGM or PNG file; its lowest row becomes row 0 of the grid.
     rules : Rules, optional
-        Whose rules tell free from occupied; without them those that the record names, else map_server's.
+        Rules that classify pixels as free or occupied; by default those that the record names, or else map_server's.
 
     Raises
     ------
     InvalidMap
-        One of the two cannot be read; the text says where.
+        One of the files is invalid; the text says why.
     """
     keys = parse_yaml(record, rules)
     return GridRows(open_image(image), keys)
 
 
 def load_map(record: bytes, image: Buffer, rules: Rules | None = None) -> GridMap:
-    """Read a map from its two files, as ``open_grid`` does, and all cells of it."""
+    """Return a map read from its two files; parameters and errors are those of ``open_grid``."""
     opened = open_grid(record, image, rules)
     data = np.empty(opened.info.shape, np.int8)
     for first, rows in opened.blocks():
@@ -89,17 +89,17 @@ def load_map(record: bytes, image: Buffer, rules: Rules | None = None) -> GridMa
 
 
 def save_map(grid: GridMap, image_name: str) -> tuple[bytes, bytes]:
-    """Write a map so that ``load_map`` reads the same cells again.
+    """Return the files of a map, from which ``load_map`` reads the same cells.
 
-    A grid of free, occupied and unknown cells becomes a trinary map, as map_saver writes it. One with graded cells
-    becomes a raw map, which map_server and Nav2 read alike.
+    A grid of free, occupied and unknown cells becomes a trinary map, as map_saver writes it. A grid with graded cells
+    becomes a raw map, which map_server and Nav2 interpret equally.
 
     Parameters
     ----------
     grid : GridMap
-        What to write.
+        The map.
     image_name : str
-        What the YAML shall call the image.
+        Name of the image file, for the YAML file.
 
     Returns
     -------

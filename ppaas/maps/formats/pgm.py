@@ -1,4 +1,4 @@
-"""PGM (netpbm's ``P5``, binary, and ``P2``, text) from bytes to pixels and back."""
+"""PGM images (netpbm's ``P5``, binary, and ``P2``, text): reading, and writing of binary files."""
 
 import re
 from collections.abc import Iterator
@@ -16,29 +16,29 @@ Pixels = NDArray[np.uint8]
 
 MAGIC = (b"P2", b"P5")
 
-# Between the numbers there is white space, and comments that run to the end of their line.
+# Numbers are separated by white space and by comments, which end with their line.
 _GAP = rb"(?:\s|#[^\r\n]*[\r\n])+"
 _HEADER = re.compile(rb"(P[25])" + _GAP + rb"(\d{1,10})" + _GAP + rb"(\d{1,10})" + _GAP + rb"(\d{1,5})\s")
 _COMMENT = re.compile(rb"#[^\r\n]*")
 _NO_NUMBER = re.compile(rb"[^\d\s]|\d{6}")
 
 _LONGEST = 5
-"""Digits of a number."""
+"""Largest number of digits of a pixel."""
 
 _BLOCK = 1 << 20
-"""Bytes of text, or pixels, that are read at a time."""
+"""Number of bytes of text, or of pixels, that are read at once."""
 
 
 @dataclass(frozen=True, slots=True)
 class PgmRows:
-    """An image of which rows are read as they are asked for.
+    """PGM image whose rows are read on demand.
 
     Parameters
     ----------
     stored : (height, width) array
-        As the file has them; of a binary one, a view of the file itself. Row 0 is the top.
+        Pixels of the file, not scaled; for a binary file a view of the file itself. Row 0 is the top.
     maximum : int
-        What is white.
+        Value of white.
     """
 
     stored: NDArray[np.unsignedinteger]
@@ -51,7 +51,7 @@ class PgmRows:
         return height, width
 
     def rows(self, first: int, last: int) -> Pixels:
-        """Return rows scaled to 0–255, ``last`` excluded; ``InvalidMap`` if a pixel is above the maximum."""
+        """Return rows, ``last`` excluded, scaled to 0–255; ``InvalidMap`` if a pixel is above the maximum."""
         return _to_bytes(self.stored[first:last], self.maximum)
 
     def check(self) -> None:
@@ -65,7 +65,7 @@ class PgmRows:
 
 
 def open_pgm(image: Buffer) -> PgmRows:
-    """Read the header of an image of up to sixteen bits a pixel; of one in text all of it.
+    """Open an image of up to 16 bits per pixel; text files are read completely, of binary files only the header.
 
     Parameters
     ----------
@@ -75,16 +75,16 @@ def open_pgm(image: Buffer) -> PgmRows:
     Raises
     ------
     InvalidMap
-        Not a PGM, without pixels or with too many, cut short, or with something left over.
+        The file is not a PGM, has no or too many pixels, is truncated, or has data after its pixels.
     """
     header = _HEADER.match(image)
     if header is None:
         raise InvalidMap(f"not a PGM image (P5 or P2): it begins with {image[:12]!r}; save the map's image again")
     width, height, maximum = (int(number) for number in header.groups()[1:])
     if not 1 <= maximum <= 65535:
-        raise InvalidMap(f"the PGM's maximum grey is {maximum}; it is from 1 to 65535")
+        raise InvalidMap(f"the PGM's maximum grey must be from 1 to 65535, not {maximum}")
     if not 1 <= width * height <= MAX_CELLS:
-        raise InvalidMap(f"the PGM is {width}×{height}; a map has from 1 to {MAX_CELLS} cells")
+        raise InvalidMap(f"the PGM has {width}×{height} pixels; a map must have from 1 to {MAX_CELLS} cells")
     if header[1] == b"P5":
         stored = _binary(image, header.end(), width, height, maximum)
     else:
@@ -93,7 +93,7 @@ def open_pgm(image: Buffer) -> PgmRows:
 
 
 def parse_pgm(image: Buffer) -> Pixels:
-    """Read one image of up to sixteen bits a pixel.
+    """Read an image of up to 16 bits per pixel.
 
     Parameters
     ----------
@@ -103,36 +103,37 @@ def parse_pgm(image: Buffer) -> Pixels:
     Returns
     -------
     (height, width) uint8 array
-        Scaled to 0–255 where the file's maximum is another (rounded down, as SDL_image does for map_server).
+        Pixels, scaled to 0–255 if the file has another maximum (rounded down, as SDL_image does for map_server).
 
     Raises
     ------
     InvalidMap
-        As ``open_pgm``; or a pixel is above the maximum.
+        As for ``open_pgm``, or a pixel is above the maximum.
     """
     opened = open_pgm(image)
     return opened.rows(0, opened.shape[0])
 
 
 def _binary(image: Buffer, start: int, width: int, height: int, maximum: int) -> NDArray[np.unsignedinteger]:
-    """Return the pixels behind the header: a byte each, or two with the higher one first."""
+    """Return the pixels after the header: one byte each, or two in big-endian order."""
     kind = np.dtype(np.uint8 if maximum < 256 else ">u2")
     size = width * height * kind.itemsize
     left = len(image) - start - size
     if left < 0:
         missing = -(left // kind.itemsize)
-        raise InvalidMap(f"the PGM is cut short: {missing} of its {width}×{height} pixels are missing")
+        raise InvalidMap(f"the PGM is truncated: {missing} of its {width}×{height} pixels are missing")
     if left > _BLOCK or image[start + size :].strip():
-        raise InvalidMap(f"{left} bytes follow the {width}×{height} pixels of the PGM; send one image alone")
+        raise InvalidMap(f"{left} bytes follow the {width}×{height} pixels of the PGM: the file must have one image")
     return np.frombuffer(memoryview(image), kind, width * height, start)
 
 
 def _text(image: Buffer, start: int, width: int, height: int, maximum: int) -> NDArray[np.unsignedinteger]:
-    """Return the pixels behind the header: decimal numbers with white space and comments between."""
+    """Return the pixels after the header: decimal numbers, separated by white space and comments."""
     count = width * height
-    if 2 * count - 1 > len(image) - start:  # a digit each and a space between, before memory is taken for them
+    # Each pixel takes at least a digit and a space. This is checked before memory is allocated for them.
+    if 2 * count - 1 > len(image) - start:
         missing = count - (len(image) - start + 1) // 2
-        raise InvalidMap(f"the PGM is cut short: at least {missing} of its {width}×{height} pixels are missing")
+        raise InvalidMap(f"the PGM is truncated: at least {missing} of its {width}×{height} pixels are missing")
     pixels, found = np.empty(count, np.uint16), 0
     for text in _texts(image, start):
         numbers = _numbers(text)
@@ -140,14 +141,15 @@ def _text(image: Buffer, start: int, width: int, height: int, maximum: int) -> N
         pixels[found : found + numbers.size] = numbers[: max(0, count - found)]
         found += numbers.size
     if found < count:
-        raise InvalidMap(f"the PGM is cut short: {count - found} of its {width}×{height} pixels are missing")
+        raise InvalidMap(f"the PGM is truncated: {count - found} of its {width}×{height} pixels are missing")
     if found > count:
-        raise InvalidMap(f"{found - count} numbers follow the {width}×{height} pixels of the PGM; send one image alone")
+        extra = found - count
+        raise InvalidMap(f"{extra} numbers follow the {width}×{height} pixels of the PGM: the file must have one image")
     return pixels
 
 
 def _texts(image: Buffer, start: int) -> Iterator[bytes]:
-    """Yield the text without its comments, cut where neither a number nor a comment is under way."""
+    """Yield blocks of the text without comments; a block never ends within a number or a comment."""
     carried = b""
     for at in range(start, len(image), _BLOCK):
         text = carried + image[at : at + _BLOCK]
@@ -166,14 +168,14 @@ def _texts(image: Buffer, start: int) -> Iterator[bytes]:
 def _numbers(text: bytes) -> NDArray[np.uint32]:
     wrong = _NO_NUMBER.search(text)
     if wrong is not None:
-        raise InvalidMap(f"{wrong[0]!r} among the pixels of the PGM: they are whole numbers of five digits at most")
+        raise InvalidMap(f"{wrong[0]!r} among the pixels of the PGM: pixels must be numbers of at most five digits")
     return np.fromstring(text, np.uint32, sep=" ") if text.strip() else np.empty(0, np.uint32)
 
 
 def _check_most(pixels: NDArray[np.unsignedinteger], maximum: int) -> None:
     most = int(pixels.max(initial=0))
     if most > maximum:
-        raise InvalidMap(f"a pixel of the PGM is {most}, above its maximum grey of {maximum}")
+        raise InvalidMap(f"the PGM has a pixel of {most}, above its maximum grey of {maximum}")
 
 
 def _to_bytes(pixels: NDArray[np.unsignedinteger], maximum: int) -> Pixels:
@@ -184,14 +186,14 @@ def _to_bytes(pixels: NDArray[np.unsignedinteger], maximum: int) -> Pixels:
 
 
 def write_pgm(pixels: Pixels) -> bytes:
-    """Return the binary file of (height, width) uint8 pixels, row 0 on top.
+    """Return the binary PGM file of (height, width) uint8 pixels; row 0 is the top.
 
     Raises
     ------
     InvalidMap
-        Not a two-dimensional array of bytes with at least one pixel.
+        The array is not two-dimensional, not of type uint8, or empty.
     """
     if pixels.ndim != 2 or pixels.dtype != np.uint8 or not pixels.size:
-        raise InvalidMap(f"a PGM has uint8 pixels in rows and columns, not {pixels.dtype} of {pixels.shape}")
+        raise InvalidMap(f"expected rows of uint8 pixels for a PGM, not {pixels.dtype} of shape {pixels.shape}")
     height, width = pixels.shape
     return b"P5\n%d %d\n255\n" % (width, height) + pixels.tobytes()

@@ -1,6 +1,6 @@
-"""PNG from bytes to pixels, by Pillow: the decoder with most eyes on it, and light enough to draw our plots as well.
+"""Reader of PNG images, by Pillow: a widely reviewed decoder, which also draws this project's plots.
 
-Deeper images are taken at eight bits, the higher ones, as SDL_image hands them to map_server.
+Of images with 16 bits per sample, the upper 8 bits are used, as SDL_image passes them to map_server.
 """
 
 import io
@@ -23,34 +23,34 @@ if TYPE_CHECKING:
 MAGIC = b"\x89PNG\r\n\x1a\n"
 
 MAX_PIXELS = 1 << 26
-"""Most that are decoded: a small file may claim, and hold, any number of them."""
+"""Limit of the number of pixels, since a small file can decompress to any number of them."""
 
 BROKEN = (OSError, SyntaxError, ValueError, KeyError, IndexError, TypeError, EOFError, struct.error, zlib.error)
-"""What Pillow lets through on broken files."""
+"""Errors that Pillow raises for broken files."""
 
 _GREY, _DEEP_GREY = ("1", "L"), "I;16"
 
 
 class PngRows:
-    """An image that was decoded, of which rows are read as they are asked for.
+    """Decoded PNG image, whose rows are converted to arrays on demand.
 
     Parameters
     ----------
     file : PngImageFile
-        By Pillow.
+        The image, opened by Pillow.
 
     Raises
     ------
     InvalidMap
-        It cannot be decoded.
+        The image cannot be decoded.
     """
 
     def __init__(self, file: "PngImageFile") -> None:
         self._file = file
-        with _told():
+        with _pillow_errors():
             file.load()
             if file.mode == "P" and file.palette is None:
-                raise ValueError("its colours are numbers of a palette that it lacks")
+                raise ValueError("its palette is missing")
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -59,16 +59,16 @@ class PngRows:
         return height, width
 
     def rows(self, first: int, last: int) -> NDArray[np.uint8]:
-        """Return rows, (last − first, width, n): grey (n = 1), red, green, blue (3), or these and alpha (4)."""
-        with _told():
+        """Return rows as (last − first, width, n) array: grey (n = 1), red, green, blue (3), or these and alpha (4)."""
+        with _pillow_errors():
             return _pixels(self._file.crop((0, first, self._file.width, last)), self._file.info.get("transparency"))
 
     def check(self) -> None:
-        """Do nothing: all of it was decoded."""
+        """Do nothing, since the image has been decoded completely."""
 
 
 def open_png(image: Buffer) -> PngRows:
-    """Read one image of any kind of PNG: grey, RGB or palette, 1 to 16 bits deep, with alpha or without.
+    """Read a PNG of any kind: grey, RGB or palette, 1 to 16 bits per sample, with or without alpha.
 
     Parameters
     ----------
@@ -78,20 +78,21 @@ def open_png(image: Buffer) -> PngRows:
     Raises
     ------
     InvalidMap
-        Broken, cut short, with a wrong checksum, or too large.
+        The file is broken or truncated, has a wrong checksum, or is too large.
     """
-    # Only maps in PNG need Pillow.
+    # Imported here, since only PNG maps need Pillow.
     from PIL.PngImagePlugin import PngImageFile  # noqa: PLC0415
 
-    with _told():
+    with _pillow_errors():
         checked = PngImageFile(io.BytesIO(image))
         _check_size(*checked.size)
-        checked.verify()  # the checksums, which decoding would not look at
+        checked.verify()  # checksums, which decoding ignores
         return PngRows(PngImageFile(io.BytesIO(image)))
 
 
 @contextmanager
-def _told() -> Iterator[None]:
+def _pillow_errors() -> Iterator[None]:
+    """Raise Pillow's errors for broken files as ``InvalidMap``."""
     try:
         yield
     except BROKEN as error:
@@ -100,10 +101,11 @@ def _told() -> Iterator[None]:
 
 def _check_size(width: int, height: int) -> None:
     if not 1 <= width * height <= MAX_PIXELS:
-        raise InvalidMap(f"the PNG is {width}×{height}; a map's PNG has from 1 to {MAX_PIXELS} pixels")
+        raise InvalidMap(f"the PNG has {width}×{height} pixels; a map's PNG must have from 1 to {MAX_PIXELS} pixels")
 
 
 def _pixels(image: "Image", transparent: object) -> NDArray[np.uint8]:
+    """Return the pixels of an image; ``transparent`` is the colour or palette entry without opacity, if any."""
     if image.mode == _DEEP_GREY:
         grey = np.asarray(image)
         high = (grey >> 8).astype(np.uint8)

@@ -1,9 +1,9 @@
-"""From pixels to occupancy, by the rules of map_server or by those of Nav2.
+"""Occupancy of pixels, by the rules of map_server or of Nav2.
 
-map_server's are those of ``image_loader.cpp`` in ros-planning/navigation, Nav2's those of ``map_io.cpp`` in
-ros-navigation/navigation2. Three things are not followed, as they could only be meant otherwise: map_server takes the
-indices of a palette for greys and the blue of an RGB image for its alpha, and its raw mode gives values that an
-occupancy grid cannot hold (Nav2's rule is taken: they are unknown).
+Sources: ``image_loader.cpp`` of map_server (ros-planning/navigation) and ``map_io.cpp`` of Nav2
+(ros-navigation/navigation2). Three apparent errors of map_server are not reproduced: it takes palette indices as greys,
+it takes the blue of an RGB image as alpha, and its raw mode produces values that an occupancy grid cannot hold (they
+are unknown here, as in Nav2).
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN
 Cells = NDArray[np.int8]
 
 _LUMA = np.array([299, 587, 114], np.uint32)
-"""Thousandths of red, green and blue in a grey (ITU-R BT.601), as GraphicsMagick weighs them for Nav2."""
+"""Weights of red, green and blue in a grey [1/1000] (ITU-R BT.601), as GraphicsMagick uses them for Nav2."""
 
 
 def occupancy(image: MapImage, keys: MapYaml) -> Cells:
@@ -27,7 +27,7 @@ def occupancy(image: MapImage, keys: MapYaml) -> Cells:
     image : MapImage
         Row 0 on top.
     keys : MapYaml
-        Thresholds, mode, and whose rules.
+        Thresholds, mode and rules.
 
     Returns
     -------
@@ -41,9 +41,10 @@ def occupancy(image: MapImage, keys: MapYaml) -> Cells:
 
 
 def _by_map_server(image: MapImage, keys: MapYaml) -> Cells:
-    """Compare the mean of the channels, of which alpha is one in trinary mode.
+    """Classify pixels by the mean of their channels, which in trinary mode includes alpha.
 
-    Occupied above the one threshold, free below the other; between them a scaled pixel without any opacity is unknown.
+    A cell is occupied above ``occupied_thresh``, free below ``free_thresh``, and graded (scale) or unknown (trinary)
+    between them. In scale mode, fully transparent pixels between the thresholds are unknown.
     """
     alpha = image.alpha
     averaged = image.channels if keys.mode is Mode.TRINARY else image.channels[..., :3]
@@ -68,9 +69,10 @@ def _by_map_server(image: MapImage, keys: MapYaml) -> Cells:
 
 
 def _by_nav2(image: MapImage, keys: MapYaml) -> Cells:
-    """Compare the luma, in float32: occupied at the one threshold and above, free at the other and below.
+    """Classify pixels by their luma, in float32 as Nav2 does.
 
-    A pixel that is not fully opaque is unknown. Raw mode heeds neither that nor negate.
+    A cell is occupied from ``occupied_thresh`` up, free up to ``free_thresh``, and graded (scale) or unknown (trinary)
+    between them. A pixel that is not fully opaque is unknown. Raw mode ignores alpha and ``negate``.
     """
     luma = _luma(image)
     if keys.mode is Mode.RAW:
@@ -78,7 +80,7 @@ def _by_nav2(image: MapImage, keys: MapYaml) -> Cells:
     ratio = np.arange(256, dtype=np.float32) / np.float32(255.0)
     ratio = ratio if keys.negate else np.float32(1.0) - ratio
     low, high = np.float32(keys.free_thresh), np.float32(keys.occupied_thresh)
-    with np.errstate(over="ignore"):  # where thresholds lie as close as can be, and nothing lies between them
+    with np.errstate(over="ignore"):  # overflows only if the thresholds are so close that no value is between them
         graded = np.floor((ratio - low) / (high - low) * np.float32(100.0) + np.float32(0.5))
     between = graded if keys.mode is Mode.SCALE else np.full(256, UNKNOWN)
     values = np.where(ratio <= low, FREE, np.where(ratio >= high, OCCUPIED, between)).astype(np.int8)
@@ -95,5 +97,5 @@ def _luma(image: MapImage) -> NDArray[np.uint8]:
 
 
 def _raw(grey: NDArray[np.float64]) -> Cells:
-    """Return what each grey is where it is the value itself, cut to whole numbers."""
+    """Return the occupancy of greys in raw mode: the integer part of the grey, or unknown above 100."""
     return np.where(np.floor(grey) <= OCCUPIED, np.floor(grey), UNKNOWN).astype(np.int8)

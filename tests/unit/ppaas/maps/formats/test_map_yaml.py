@@ -19,7 +19,7 @@ def test_nav2_demands_both_thresholds_and_map_server_neither(missing):
     record = b"\n".join(line for line in YAML.splitlines() if not line.startswith(missing.encode()))
     assert parse_yaml(record).rules is Rules.MAP_SERVER
     for ask in (lambda: parse_yaml(record, Rules.NAV2), lambda: parse_yaml(record + b"\nrules: nav2")):
-        with pytest.raises(InvalidMap, match=f"`{missing}`, which Nav2's rules demand"):
+        with pytest.raises(InvalidMap, match=f"`{missing}`, which Nav2's rules require"):
             ask()
 
 

@@ -44,8 +44,8 @@ def test_some_queries_are_from_all_over_the_scenario() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (b"", "begins with"),
-        (MAP.replace(b"octile", b"tile"), "begins with"),
+        (b"", "must begin with"),
+        (MAP.replace(b"octile", b"tile"), "must begin with"),
         (MAP.replace(b"height 2", b"height -2"), "height"),
         (MAP.replace(b"width 5", b"width 5e3"), "width"),
         (MAP.replace(b"height 2", b"height 9"), "9 rows"),
