@@ -1,4 +1,4 @@
-"""The machines that a cloud has started itself: this one, or the nodes of a Ray cluster (``engine.ray_nodes``)."""
+"""The machines that a cloud has started itself: this one, or the nodes of a Ray cluster (``engine.remote.ray``)."""
 
 import contextlib
 import secrets
