@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import psutil
+import pytest
 
 from robots import cli
 from tests.support.cloud.cloud import named, shared_memory
@@ -42,11 +43,12 @@ class Up:
             )
 
     def wait_for(self, condition: Callable[[], object]) -> None:
-        """Wait until a condition holds; the process must still run."""
+        """Wait until a condition holds; the process must still run. A test that fails here leaves nothing running."""
         deadline = time.monotonic() + TIMEOUT
         while not condition():
-            assert self.process.poll() is None, self.log.read_text()
-            assert time.monotonic() < deadline, self.log.read_text()
+            if self.process.poll() is not None or time.monotonic() >= deadline:
+                self.process.terminate()
+                pytest.fail(f"no sign of it within {TIMEOUT:.0f} s, or it has ended:\n{self.log.read_text()}")
             time.sleep(0.005)
 
     def children(self, word: str = "") -> list[psutil.Process]:
