@@ -2,10 +2,11 @@
 
 from collections.abc import Callable
 
-from endpoints.rosbridge.outbox import DEFAULT_KEEP, Outbox
+from endpoints.rosbridge.outbox import Outbox
 from engine.service.links.place_link import PlaceLink
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
+from ppaas.nodes.base import DEFAULT_DEPTH
 from ppaas.wire.actions import find_action
 from ppaas.wire.goals import GoalFrame, GoalTracker, refusal
 from ppaas.wire.names import normalise
@@ -119,7 +120,7 @@ class ClientGoals:
             self._send(told.frame)
             self._listen()
         else:
-            self._outbox.put(topic, told.frame, DEFAULT_KEEP)
+            self._outbox.put(topic, told.frame, DEFAULT_DEPTH)
 
     def _listen(self) -> None:
         """Hear what tells of the goals under way, and no more."""

@@ -10,25 +10,13 @@ from typing import NamedTuple, Protocol
 
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Unavailable
-
-DEFAULT_KEEP = 10
-KEEP = {
-    "cmd_vel": 1, "scan": 1, "odom": 1, "map": 1, "plan": 1, "particlecloud": 1, "tf": 50,
-    "move_base/result": 1000, "follow_waypoints/result": 1000,
-}  # fmt: skip
-"""Messages of a topic that wait, if the client did not say; the newest are kept."""
+from ppaas.nodes.topics import policy_of
 
 MAX_KEEP = 1000
 
 MAX_BYTES = 16 << 20
 """Bytes of frames that wait. Beyond it the oldest messages of all topics that do not last are dropped first; a
 client for which so much waits that must not be dropped is closed."""
-
-EXPIRY = {"cmd_vel": 0.5}
-"""Seconds after which a message of a topic is worse than none: an old command must not move a robot."""
-
-LASTING = frozenset({"move_base/result", "follow_waypoints/result", "map", "tf_static"})
-"""Topics that say a thing once: what was sent of them and lost with its socket is sent again, as answers are."""
 
 MAX_SENT = 256
 MAX_SENT_BYTES = 4 << 20
@@ -91,8 +79,8 @@ class Outbox:
         waiting = self._by_topic[topic]
         while waiting and (waiting[0] not in self._entries or len(waiting) >= min(max(keep, 1), MAX_KEEP)):
             self._drop(waiting.popleft())
-        expires = self._clock() + EXPIRY[topic] if topic in EXPIRY else float("inf")
-        waiting.append(self._add(_Entry(frame, expires, topic in LASTING)))
+        policy = policy_of(topic)
+        waiting.append(self._add(_Entry(frame, self._clock() + policy.expiry, policy.lasting)))
 
     def put_answer(self, frame: bytes) -> None:
         """Add a frame that must not be dropped: a response, or a status.

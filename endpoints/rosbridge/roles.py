@@ -3,11 +3,9 @@
 from typing import Literal, cast
 
 from ppaas.errors import InvalidParameter, NotPermitted
+from ppaas.nodes.topics import policy_of
 
 Role = Literal["robot", "operator"]
-
-SENSOR_TOPICS = frozenset({"scan", "odom", "tf", "tf_static"})
-"""What only the robot itself can know."""
 
 
 def role_of(name: str) -> Role:
@@ -31,5 +29,5 @@ def check_may_publish(role: Role, topic: str) -> None:
     NotPermitted
         An operator publishes a sensor's topic.
     """
-    if role != "robot" and topic in SENSOR_TOPICS:
+    if role != "robot" and policy_of(topic).robot_only:
         raise NotPermitted(f"only the robot itself publishes {topic!r}")

@@ -11,12 +11,13 @@ from typing import Any
 
 from endpoints.rosbridge.calls import ClientCalls
 from endpoints.rosbridge.goals import ClientGoals
-from endpoints.rosbridge.outbox import DEFAULT_KEEP, KEEP, Outbox
+from endpoints.rosbridge.outbox import Outbox
 from endpoints.rosbridge.roles import Role, check_may_publish
 from engine.service.links.place_link import PlaceLink
 from ppaas.clock import monotonic
 from ppaas.errors import MalformedMessage, NotFound, PPaaSError, rebuild
-from ppaas.nodes.delivery_qos import must_arrive
+from ppaas.nodes.base import DEFAULT_DEPTH
+from ppaas.nodes.topics import policy_of
 from ppaas.wire import operations
 from ppaas.wire.names import normalise, ros1_type
 from ppaas.wire.rosbridge import RosbridgeSession
@@ -118,8 +119,8 @@ class ClientSession:
     def _publish(self, operation: operations.Publish) -> None:
         topic = normalise(operation.topic)
         check_may_publish(self._role, topic)
-        arrives = must_arrive(topic)
-        self._place.publish(topic, bytes(operation.msg), self._client, must_arrive=arrives, latch=operation.latch)
+        must_arrive = not policy_of(topic).stream
+        self._place.publish(topic, bytes(operation.msg), self._client, must_arrive=must_arrive, latch=operation.latch)
 
     def _advertise(self, operation: operations.Advertise) -> None:
         topic = normalise(operation.topic)
@@ -167,14 +168,14 @@ class ClientSession:
     def _report(self, error: PPaaSError, level: operations.Level, operation_id: str | None) -> None:
         status = self._wire.status(error, operation_id, level)
         if status is not None:
-            self.outbox.put("", status, DEFAULT_KEEP)
+            self.outbox.put("", status, DEFAULT_DEPTH)
 
     def inform(self, slug: str, text: str) -> None:
         """Tell the client of something that is no fault, if it wants to hear of such."""
         self._report(rebuild(slug, text), "info", None)
 
     def _put(self, topic: str, frame: bytes) -> None:
-        self.outbox.put(topic, frame, self._wire.queue_length(topic, KEEP.get(topic, DEFAULT_KEEP)))
+        self.outbox.put(topic, frame, self._wire.queue_length(topic, policy_of(topic).depth))
 
     # -- from the place ------------------------------------------------------------------------------------------------
 

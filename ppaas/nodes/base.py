@@ -17,18 +17,55 @@ T = TypeVar("T")
 Payload = Message | Lazy
 Reply = Callable[[Payload | PPaaSError], None]
 
+DEFAULT_DEPTH = 10
+"""Messages of a topic that wait for a slow client."""
+
 
 class Topic(NamedTuple):
-    """A topic that a node publishes or subscribes to.
+    """A topic with its type and its delivery policy.
 
-    ``latched`` topics give their last message to whoever subscribes later. What is ``said_once`` leaves its home when
-    the state of the node is kept that says so: no other, which goes on from before it, says it again.
+    ``ppaas.nodes.topics`` is the table of all topics that a clone defines.
+
+    Parameters
+    ----------
+    name : str
+    type : type of Message
+    latched : bool
+        Its last message is sent to later subscribers.
+    published_once : bool
+        A message leaves its container only after a checkpoint is stored that contains the event it reports. So no
+        container that restores an earlier checkpoint publishes it again.
+    stream : bool
+        The next message replaces the one before, so messages to a node may be dropped. On any other topic they must
+        arrive: they are acknowledged, and sent again if a container is lost.
+    depth : int
+        Messages that wait for a slow client, the newest (keep last), unless its subscription has a ``queue_length``.
+    expiry : float
+        Age at which a waiting message is discarded instead of sent to a client [s].
+    lasting : bool
+        Messages to a client are not dropped to save memory, and are sent again after it reconnects.
+    robot_only : bool
+        Only the robot publishes it, not its operators: only the robot can measure it.
+    shared : bool
+        The container sends it to the other robots on the map.
+    local : bool
+        Not sent to the cloud while a node on the robot subscribes to it.
+    many_publishers : bool
+        A node on the robot that publishes it also has to receive what the cloud and clients publish on it.
     """
 
     name: str
     type: type[Message]
     latched: bool = False
-    said_once: bool = False
+    published_once: bool = False
+    stream: bool = False
+    depth: int = DEFAULT_DEPTH
+    expiry: float = float("inf")
+    lasting: bool = False
+    robot_only: bool = False
+    shared: bool = False
+    local: bool = False
+    many_publishers: bool = False
 
 
 class Service(NamedTuple):

@@ -1,11 +1,8 @@
 """What nodes keep of ``tf``: the tree, and when each moving frame was last heard of."""
 
 from ppaas.messages.tf2_msgs import TFMessage
-from ppaas.nodes.base import Topic
+from ppaas.nodes.topics import TF_STATIC
 from ppaas.transforms.planar import TransformTree, is_level
-
-TF = Topic("tf", TFMessage)
-TF_STATIC = Topic("tf_static", TFMessage, latched=True)
 
 MAP = "map"
 """The frame of the map, in which Move Base plans and drives."""

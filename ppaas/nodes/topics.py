@@ -1,13 +1,97 @@
-"""Topics of sensors that several nodes subscribe to, and how much each says."""
+"""Topics of a clone and the delivery policy of each, in one table.
 
-from ppaas.messages.nav_msgs import Odometry
-from ppaas.messages.sensor_msgs import LaserScan
+Nodes, containers, endpoints, agents and robots all look up the policy of a topic here. ``Topic`` explains the columns.
+"""
+
+from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
+from ppaas.messages.geometry_msgs import PoseArray, PoseStamped, PoseWithCovarianceStamped, Twist
+from ppaas.messages.message import Message
+from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionGoal, MoveBaseActionResult
+from ppaas.messages.nav2_msgs import (
+    FollowWaypointsActionFeedback,
+    FollowWaypointsActionGoal,
+    FollowWaypointsActionResult,
+    SpeedLimit,
+)
+from ppaas.messages.nav_msgs import OccupancyGrid, Odometry, Path
+from ppaas.messages.people_msgs import People
+from ppaas.messages.ppaas_msgs import NodeHomes, RobotStates
+from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan
+from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.messages.tf2_web_republisher import (
+    TFSubscriptionActionFeedback,
+    TFSubscriptionActionGoal,
+    TFSubscriptionActionResult,
+)
 from ppaas.nodes.base import Topic
 
-SCAN_TOPIC = Topic("scan", LaserScan)
-SCAN_RATE = 80e3
-"""What a laser of 360 beams and 10 Hz says, as JSON [bytes/s]."""
+# fmt: off
+# -- sensors -----------------------------------------------------------------------------------------------------------
 
-ODOM_TOPIC = Topic("odom", Odometry)
+SCAN = Topic("scan", LaserScan, stream=True, depth=1, robot_only=True)
+ODOM = Topic("odom", Odometry, stream=True, depth=1, robot_only=True)
+TF = Topic("tf", TFMessage, stream=True, depth=50, robot_only=True, many_publishers=True)
+TF_STATIC = Topic("tf_static", TFMessage, latched=True, stream=True, lasting=True, robot_only=True,
+                  many_publishers=True)
+DEPTH_IMAGE = Topic("camera/depth/image_raw", Image, stream=True, local=True)
+COMPRESSED_DEPTH_IMAGE = Topic("camera/depth/image_raw/compressedDepth", CompressedImage, stream=True, local=True)
+DEPTH_CAMERA_INFO = Topic("camera/depth/camera_info", CameraInfo, local=True)
+PEOPLE = Topic("people", People, stream=True)
+
+# -- map server and localization ---------------------------------------------------------------------------------------
+
+MAP = Topic("map", OccupancyGrid, latched=True, depth=1, lasting=True)
+INITIAL_POSE = Topic("initialpose", PoseWithCovarianceStamped)
+AMCL_POSE = Topic("amcl_pose", PoseWithCovarianceStamped, stream=True, shared=True)
+PARTICLE_CLOUD = Topic("particlecloud", PoseArray, stream=True, depth=1)
+
+# -- Move Base ---------------------------------------------------------------------------------------------------------
+
+SIMPLE_GOAL = Topic("move_base_simple/goal", PoseStamped, many_publishers=True)
+MOVE_BASE_GOAL = Topic("move_base/goal", MoveBaseActionGoal, many_publishers=True)
+MOVE_BASE_CANCEL = Topic("move_base/cancel", GoalID, many_publishers=True)
+MOVE_BASE_CURRENT_GOAL = Topic("move_base/current_goal", PoseStamped)
+MOVE_BASE_STATUS = Topic("move_base/status", GoalStatusArray, stream=True)
+MOVE_BASE_FEEDBACK = Topic("move_base/feedback", MoveBaseActionFeedback, stream=True)
+MOVE_BASE_RESULT = Topic("move_base/result", MoveBaseActionResult, published_once=True, depth=1000, lasting=True)
+CMD_VEL = Topic("cmd_vel", Twist, stream=True, depth=1, expiry=0.5)
+PLAN = Topic("plan", Path, stream=True, depth=1)
+ROBOTS = Topic("robots", RobotStates, stream=True)
+SPEED_LIMIT = Topic("speed_limit", SpeedLimit)
+
+# -- waypoint follower -------------------------------------------------------------------------------------------------
+
+WAYPOINTS_GOAL = Topic("follow_waypoints/goal", FollowWaypointsActionGoal, many_publishers=True)
+WAYPOINTS_CANCEL = Topic("follow_waypoints/cancel", GoalID, many_publishers=True)
+WAYPOINTS_STATUS = Topic("follow_waypoints/status", GoalStatusArray, stream=True)
+WAYPOINTS_FEEDBACK = Topic("follow_waypoints/feedback", FollowWaypointsActionFeedback, stream=True)
+WAYPOINTS_RESULT = Topic("follow_waypoints/result", FollowWaypointsActionResult, published_once=True, depth=1000,
+                         lasting=True)
+
+# -- TF republisher and node monitor -----------------------------------------------------------------------------------
+
+TF_REPUBLISHER_GOAL = Topic("tf2_web_republisher/goal", TFSubscriptionActionGoal, many_publishers=True)
+TF_REPUBLISHER_CANCEL = Topic("tf2_web_republisher/cancel", GoalID, many_publishers=True)
+# Latched: a client learns at once that the server is up, and no timer has to repeat the status.
+TF_REPUBLISHER_STATUS = Topic("tf2_web_republisher/status", GoalStatusArray, latched=True)
+TF_REPUBLISHER_FEEDBACK = Topic("tf2_web_republisher/feedback", TFSubscriptionActionFeedback)
+TF_REPUBLISHER_RESULT = Topic("tf2_web_republisher/result", TFSubscriptionActionResult)
+NODE_HOMES = Topic("node_monitor/homes", NodeHomes, latched=True)
+# fmt: on
+
+TOPICS = {topic.name: topic for topic in tuple(globals().values()) if isinstance(topic, Topic)}
+"""The topics above by their names."""
+
+CLIENT_TOPIC = Topic("", Message)
+"""Policy of a topic that is not in the table, such as one that a client advertises."""
+
+SCAN_RATE = 80e3
+"""Data rate of a laser of 360 beams at 10 Hz, as JSON [bytes/s]."""
+
 ODOM_RATE = 20e3
-"""What odometry of 20 Hz says, as JSON with its covariances [bytes/s]."""
+"""Data rate of odometry at 20 Hz, as JSON with covariances [bytes/s]."""
+
+
+def policy_of(name: str) -> Topic:
+    """Return the delivery policy of a topic by its name, or ``CLIENT_TOPIC`` if the clone does not define it."""
+    return TOPICS.get(name, CLIENT_TOPIC)

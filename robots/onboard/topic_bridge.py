@@ -8,7 +8,8 @@ from collections.abc import Collection, Sequence
 from ppaas.messages import decode, encode, message_type
 from ppaas.messages.message import Message
 from ppaas.messages.ppaas_msgs import TopicMessage
-from ppaas.nodes.delivery_qos import fingerprint, must_arrive
+from ppaas.nodes.message_fingerprint import fingerprint
+from ppaas.nodes.topics import policy_of
 from robots.client.robot_client import RobotClient
 from robots.client.subscription import Subscription
 from robots.onboard.executor import protocol
@@ -19,16 +20,8 @@ logger = logging.getLogger(__name__)
 MAX_WAITING = 1000
 """Messages that may wait while the link is down."""
 
-IMAGES = frozenset({"camera/depth/image_raw", "camera/depth/image_raw/compressedDepth", "camera/depth/camera_info"})
-"""What the node that makes scans of it hears alone, and what no link carries for nothing."""
-
 MAX_HEARD = 100
 """Fingerprints of the last things that must arrive, and reached a node."""
-
-
-def has_many_speakers(topic: str) -> bool:
-    """Tell whether others than the node say things on a topic, which it has to hear from the cloud."""
-    return topic in ("tf", "tf_static") or topic.endswith(("/goal", "/cancel"))
 
 
 class Crossing:
@@ -100,12 +93,12 @@ class Crossing:
         """Take what the client publishes; tell whether the cloud has to hear it as well."""
         if topic in self._sensors and self._process is not None and self._hears:
             self._process.tell(topic, encode(message))
-            return topic not in IMAGES or not any(topic in hears for hears in self._hears.values())
+            return not policy_of(topic).local or not any(topic in hears for hears in self._hears.values())
         return True
 
     def owns(self, topic: str) -> bool:
         """Tell whether local nodes alone say things on a topic: what comes from the cloud is their echo."""
-        return not has_many_speakers(topic) and any(topic in says for says in self._says.values())
+        return not policy_of(topic).many_publishers and any(topic in says for says in self._says.values())
 
     # -- from the nodes ------------------------------------------------------------------------------------------------
 
@@ -124,7 +117,7 @@ class Crossing:
     # -- what must arrive ----------------------------------------------------------------------------------------------
 
     def _note(self, topic: str, message: Message) -> None:
-        if must_arrive(topic):
+        if not policy_of(topic).stream:
             mark = fingerprint(topic, message)
             for heard in self._heard.values():
                 heard.append(mark)
@@ -158,4 +151,4 @@ class Crossing:
             self._arrived.clear()
             while self._waiting:
                 topic, message = self._waiting.popleft()
-                await self._client.publish(topic, message, newest_only=not must_arrive(topic))
+                await self._client.publish(topic, message, newest_only=policy_of(topic).stream)

@@ -5,15 +5,15 @@ import re
 
 import msgspec
 
-from engine.container.monitor.node import HOMES, NodeMonitorNode
+from engine.container.monitor.node import NodeMonitorNode
 from engine.container.monitor.parameters import CRITERIA, NodeMonitorParameters
 from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
 from ppaas.costmap.build_layers import build_layers
 from ppaas.maps.generate import office
-from ppaas.nodes.depthimage_to_laserscan.node import CAMERA_INFO, COMPRESSED, IMAGE
+from ppaas.nodes.depthimage_to_laserscan.node import DepthImageToLaserScanNode
 from ppaas.nodes.graph import Graph
+from ppaas.nodes.topics import NODE_HOMES, TOPICS
 from robots.onboard.node_manager import HOLD_PERIOD, NODES
-from robots.onboard.topic_bridge import IMAGES
 from tests.support.documents import blocks, table, text_of
 
 PAGE = "docs/node-monitor.md"
@@ -22,7 +22,7 @@ PAGE = "docs/node-monitor.md"
 def test_the_services_and_the_topic_are_those_of_the_node_monitor() -> None:
     listed = table(PAGE, "service of the node monitor", "type", "caller and purpose")
     assert {name: kind for name, kind, _ in listed} == {s.name: s.type.name for s in NodeMonitorNode.services}
-    assert f"`{HOMES.name}`" in text_of(PAGE)
+    assert f"`{NODE_HOMES.name}`" in text_of(PAGE)
     assert f"every {HOLD_PERIOD:g} s" in text_of(PAGE)
 
 
@@ -47,5 +47,5 @@ def test_the_criteria_and_the_nodes_are_those_of_the_code() -> None:
     layers = build_layers(office(seed=1, width=12.0, height=10.0))
     build_clone(graph, layers, model="turtlebot2", initial_pose=(2.0, 2.0, 0.0), parameters={DEPTH_CAMERA: {}})
     assert {name for name, node in graph.nodes.items() if node.demands is not None} == set(NODES)
-    assert {IMAGE.name, COMPRESSED.name, CAMERA_INFO.name} == IMAGES
+    assert set(DepthImageToLaserScanNode.subscribes) == {topic for topic in TOPICS.values() if topic.local}
     assert all(f"`{node}`" in text_of(PAGE) for node in NODES)

@@ -15,9 +15,8 @@ from endpoints.http.problems import STATUS, TYPE, problem_response
 from endpoints.rosbridge.attachment import PROBE_TIMEOUT
 from endpoints.rosbridge.calls import CALL_TIMEOUT, MAX_CALLS
 from endpoints.rosbridge.idle_watch import IDLE
-from endpoints.rosbridge.outbox import DEFAULT_KEEP, EXPIRY, KEEP, MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES
+from endpoints.rosbridge.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES
 from endpoints.rosbridge.robot_socket import CLOSED_BY_CLOUD, TAKEN_OVER
-from endpoints.rosbridge.roles import SENSOR_TOPICS
 from endpoints.rosbridge.session_registry import MAX_AWAY, READY_TIMEOUT
 from endpoints.services.request_limits import Settings
 from endpoints.web import MAX_FRAME
@@ -36,11 +35,13 @@ from ppaas.messages.actionlib_msgs import Status
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.recovery_sequence import recovery_behaviors
 from ppaas.navigation.waypoints import MAX_WAYPOINTS
+from ppaas.nodes.base import DEFAULT_DEPTH
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.move_base.node import STATUS_PERIOD
 from ppaas.nodes.parameter_server.tree import MAX_FREE, MAX_FREE_BYTES
 from ppaas.nodes.tf.republisher import MAX_PATIENCE, MAX_STREAMS, MIN_PATIENCE
 from ppaas.nodes.tf.stream import MAX_RATE, MAX_SOURCES, MIN_RATE
+from ppaas.nodes.topics import CMD_VEL, TOPICS
 from ppaas.nodes.waypoint_follower.node import WaypointFollowerParameters
 from ppaas.recoveries.base import AffectedMaps
 from ppaas.recoveries.registry import RECOVERIES, recovery_names
@@ -169,15 +170,15 @@ def test_the_actions_are_those_of_a_clone(graph: Graph) -> None:
 def test_what_is_kept_for_a_slow_client_is_what_the_page_says() -> None:
     kept = dict(table(PROTOCOL, "limit", "value"))["queued messages per topic for a slow client"]
     first, *others = kept.split("; ")
-    assert first == f"{DEFAULT_KEEP}, or its `queue_length` up to {MAX_KEEP}"
+    assert first == f"{DEFAULT_DEPTH}, or its `queue_length` up to {MAX_KEEP}"
     told = {name: int(part.split()[0]) for part in others for name in re.findall(r"`([\w/]+)`", part)}
-    assert told == KEEP
+    assert told == {topic.name: topic.depth for topic in TOPICS.values() if topic.depth != DEFAULT_DEPTH}
 
 
 def test_the_times_and_rates_are_those_of_the_code() -> None:
     amcl, move_base, rates = AmclParameters(), MoveBaseParameters(), Rates()
     assert says(f"no container became ready within {READY_TIMEOUT:g} s")
-    assert says(f"waited {EXPIRY['cmd_vel']:g} s for a slow connection")
+    assert says(f"waited {CMD_VEL.expiry:g} s for a slow connection")
     assert says(f"no `cmd_vel` has come for {BaseLimits().timeout:g} s")
     assert says(f"kept for {LINGER:g} s after its last client left")
     assert says(f"moved {amcl.update_min_d:g} m or {amcl.update_min_a:g} rad")
@@ -211,7 +212,7 @@ def test_how_long_sessions_and_robots_are_kept_is_what_the_code_does() -> None:
 
 def test_the_roles_and_numbers_are_those_of_the_code() -> None:
     [sensors] = re.findall(r"\n(.*) may be published only by the robot", text_of(PROTOCOL))
-    assert set(re.findall(r"`(\w+)`", sensors)) == SENSOR_TOPICS
+    assert set(re.findall(r"`(\w+)`", sensors)) == {topic.name for topic in TOPICS.values() if topic.robot_only}
     assert says(
         f"is {Status.SUCCEEDED:d} when the robot has reached the goal, {Status.ABORTED:d} when Move Base gave up, "
     )

@@ -21,6 +21,7 @@ from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.people_msgs import People, Person
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header, Time
+from ppaas.nodes import topics
 from ppaas.nodes.amcl.messages import ParticleCloud
 from ppaas.nodes.base import Payload
 from ppaas.nodes.frames import MAP
@@ -96,7 +97,7 @@ class Clone:
             model=MODEL, initial_pose=(start.x, start.y, start.theta),
             base_local_planner=controller, parameters=parameters,
         )  # fmt: skip
-        for topic in ("cmd_vel", "plan", "particlecloud", STATUS.name, RESULT.name):
+        for topic in ("cmd_vel", "plan", "particlecloud", topics.MOVE_BASE_STATUS.name, topics.MOVE_BASE_RESULT.name):
             self.graph.tap(topic, self._hear)
 
     def odometry(self, message: Odometry) -> None:
@@ -127,11 +128,11 @@ class Clone:
         """Send the robot to a pose in the map."""
         self.end = None
         header = Header(stamp=Time.of(self._clock()), frame_id=MAP)
-        self.graph.inject(SIMPLE_GOAL.name, PoseStamped(header, Pose.of(goal)))
+        self.graph.inject(topics.SIMPLE_GOAL.name, PoseStamped(header, Pose.of(goal)))
 
     def cancel(self) -> None:
         """Give the goal up."""
-        self.graph.inject(CANCEL.name, GoalID())
+        self.graph.inject(topics.MOVE_BASE_CANCEL.name, GoalID())
 
     def command(self) -> Twist | None:
         """Let the clone do what is due by now; return the velocity that it sent last, if it sent any."""

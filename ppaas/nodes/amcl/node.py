@@ -14,18 +14,18 @@ from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.particle_filter import ParticleFilter
 from ppaas.localization.pose_search import Found
 from ppaas.localization.scan_plausibility import check_sight
-from ppaas.messages.geometry_msgs import PoseArray, PoseWithCovarianceStamped
+from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
 from ppaas.messages.message import Empty, Message
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Time
 from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.nodes import topics
 from ppaas.nodes.amcl.continuity import LONGEST_GAP, Continuity
 from ppaas.nodes.amcl.messages import ParticleCloud, pose_message, read_initial_pose
 from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Topic
-from ppaas.nodes.frames import BASE_LINK, MAP, ODOM, TF, TF_STATIC, FrameListener
+from ppaas.nodes.frames import BASE_LINK, MAP, ODOM, FrameListener
 from ppaas.nodes.message_checks import expect
-from ppaas.nodes.topics import SCAN_RATE, SCAN_TOPIC
 from ppaas.thread_budget import Threads, one_thread
 from ppaas.transforms.planar import tf_time, transform_message
 
@@ -68,18 +68,9 @@ class AmclNode(Node):
     """
 
     name: ClassVar[str] = "amcl"
-    demands: ClassVar[Demands] = Demands(0.15, rates={SCAN_TOPIC.name: SCAN_RATE})
-    subscribes: ClassVar[tuple[Topic, ...]] = (
-        SCAN_TOPIC,
-        TF,
-        TF_STATIC,
-        Topic("initialpose", PoseWithCovarianceStamped),
-    )
-    publishes: ClassVar[tuple[Topic, ...]] = (
-        TF,
-        Topic("amcl_pose", PoseWithCovarianceStamped),
-        Topic("particlecloud", PoseArray),
-    )
+    demands: ClassVar[Demands] = Demands(0.15, rates={topics.SCAN.name: topics.SCAN_RATE})
+    subscribes: ClassVar[tuple[Topic, ...]] = (topics.SCAN, topics.TF, topics.TF_STATIC, topics.INITIAL_POSE)
+    publishes: ClassVar[tuple[Topic, ...]] = (topics.TF, topics.AMCL_POSE, topics.PARTICLE_CLOUD)
     services: ClassVar[tuple[Service, ...]] = (GLOBAL_LOCALIZATION, NOMOTION_UPDATE)
 
     def __init__(
@@ -114,9 +105,9 @@ class AmclNode(Node):
         TransformError
             The frame of a scan or of an initial pose is not known, or its stamp lies too far back.
         """
-        if topic == SCAN_TOPIC.name:
+        if topic == topics.SCAN.name:
             self._on_scan(expect(message, LaserScan))
-        elif topic == "initialpose":
+        elif topic == topics.INITIAL_POSE.name:
             self._filter.initialise(*read_initial_pose(expect(message, PoseWithCovarianceStamped), self._info))
             self._restored = None
         else:
@@ -189,7 +180,7 @@ class AmclNode(Node):
         sensor = self._filter.sensor
         estimate = self._filter.update(odom, sensor.beams(scan, self._laser(scan)), sensor.range_max(scan))
         self._map_to_odom = estimate.pose @ odom.inverse()
-        self.context.publish("particlecloud", ParticleCloud(self._filter.particles, stamp))
+        self.context.publish(topics.PARTICLE_CLOUD.name, ParticleCloud(self._filter.particles, stamp))
         self._look()
 
     def _look(self) -> None:
@@ -212,9 +203,9 @@ class AmclNode(Node):
         if self._parameters.tf_broadcast:
             good_until = Time.of(stamp + self._parameters.transform_tolerance)
             correction = transform_message(MAP, ODOM, self._map_to_odom, good_until)
-            self.context.publish(TF.name, TFMessage([correction]))
+            self.context.publish(topics.TF.name, TFMessage([correction]))
         covariance = self._filter.estimate.covariance
-        self.context.publish("amcl_pose", pose_message(self._map_to_odom @ odom, covariance, moment))
+        self.context.publish(topics.AMCL_POSE.name, pose_message(self._map_to_odom @ odom, covariance, moment))
 
     # -- going on elsewhere --------------------------------------------------------------------------------------------
 

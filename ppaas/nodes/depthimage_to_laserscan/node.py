@@ -10,16 +10,12 @@ from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, Laser
 from ppaas.messages.std_msgs import Header
 from ppaas.nodes.base import Context, Demands, Node, Payload, Topic
 from ppaas.nodes.message_checks import expect
-from ppaas.nodes.topics import SCAN_TOPIC
+from ppaas.nodes.topics import COMPRESSED_DEPTH_IMAGE, DEPTH_CAMERA_INFO, DEPTH_IMAGE, SCAN
 from ppaas.perception.compressed_depth import decompress
 from ppaas.perception.depth_scan import DepthScanner, DepthScanParameters, PinholeCamera
 from ppaas.perception.kernels.depth import Depths
 
-CAMERA = "camera/depth"
-IMAGE = Topic(f"{CAMERA}/image_raw", Image)
-COMPRESSED = Topic(f"{CAMERA}/image_raw/compressedDepth", CompressedImage)
-CAMERA_INFO = Topic(f"{CAMERA}/camera_info", CameraInfo)
-RATES = {IMAGE.name: 640 * 480 * 2 * 30 * 4 / 3, COMPRESSED.name: 0.0}
+RATES = {DEPTH_IMAGE.name: 640 * 480 * 2 * 30 * 4 / 3, COMPRESSED_DEPTH_IMAGE.name: 0.0}
 """What a camera of 640 by 480 pixels and 30 Hz says as it is, with 16 bits a pixel, as base64 in JSON [bytes/s]. What
 one that compresses says depends on what it sees, and is measured."""
 
@@ -41,8 +37,8 @@ class DepthImageToLaserScanNode(Node):
 
     name: ClassVar[str] = "depthimage_to_laserscan"
     demands: ClassVar[Demands] = Demands(0.3, rates=RATES)
-    subscribes: ClassVar[tuple[Topic, ...]] = (IMAGE, COMPRESSED, CAMERA_INFO)
-    publishes: ClassVar[tuple[Topic, ...]] = (SCAN_TOPIC,)
+    subscribes: ClassVar[tuple[Topic, ...]] = (DEPTH_IMAGE, COMPRESSED_DEPTH_IMAGE, DEPTH_CAMERA_INFO)
+    publishes: ClassVar[tuple[Topic, ...]] = (SCAN,)
 
     def __init__(self, context: Context, parameters: DepthScanParameters) -> None:
         super().__init__(context)
@@ -59,11 +55,11 @@ class DepthImageToLaserScanNode(Node):
         InvalidParameter
             The camera has fewer rows than are to be looked at.
         """
-        if topic == CAMERA_INFO.name:
+        if topic == DEPTH_CAMERA_INFO.name:
             self._look_through(expect(message, CameraInfo))
         elif self._scanner is None:
             return
-        elif topic == COMPRESSED.name:
+        elif topic == COMPRESSED_DEPTH_IMAGE.name:
             compressed = expect(message, CompressedImage)
             self._tell(self._scanner, compressed.header, decompress(compressed.format, compressed.data))
         else:
@@ -90,7 +86,7 @@ class DepthImageToLaserScanNode(Node):
     def _tell(self, scanner: DepthScanner, header: Header, image: Depths) -> None:
         own, ranges = self._parameters, scanner.scan(image).tolist()
         self.context.publish(
-            SCAN_TOPIC.name,
+            SCAN.name,
             LaserScan(
                 Header(stamp=header.stamp, frame_id=own.output_frame_id),
                 scanner.angle_min, scanner.angle_max, scanner.angle_increment, own.range_min, own.range_max, ranges,

@@ -9,6 +9,7 @@ from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.message import Message
 from ppaas.messages.nav_msgs import GetMap, GetMapResponse, MapMetaData, OccupancyGrid
 from ppaas.messages.std_msgs import Header, Time
+from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Reply, Service, Topic
 from ppaas.nodes.frames import MAP
 
@@ -29,7 +30,7 @@ class MapServerNode(Node):
     """
 
     name: ClassVar[str] = "map_server"
-    publishes: ClassVar[tuple[Topic, ...]] = (Topic("map", OccupancyGrid, latched=True),)
+    publishes: ClassVar[tuple[Topic, ...]] = (topics.MAP,)
     services: ClassVar[tuple[Service, ...]] = tuple(
         Service(name, GetMap) for name in (MAP_SERVICE, KEEPOUT_MASK, SPEED_MASK)
     )
@@ -42,7 +43,7 @@ class MapServerNode(Node):
 
     def start(self) -> None:
         """Publish the map."""
-        self.context.publish("map", self._grids[MAP_SERVICE])
+        self.context.publish(topics.MAP.name, self._grids[MAP_SERVICE])
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
         """Answer with the map, or with a mask; with a grid without cells where the robot has no such mask."""

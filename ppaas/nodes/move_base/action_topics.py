@@ -5,23 +5,15 @@ from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, S
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import (
     MoveBaseActionFeedback,
-    MoveBaseActionGoal,
     MoveBaseActionResult,
     MoveBaseFeedback,
 )
 from ppaas.messages.std_msgs import Header, Time
 from ppaas.navigation.action_goals import ActionGoal, G, GoalList
 from ppaas.navigation.events import Goal
-from ppaas.nodes.base import Context, Topic
+from ppaas.nodes import topics
+from ppaas.nodes.base import Context
 from ppaas.nodes.frames import MAP
-
-SIMPLE_GOAL = Topic("move_base_simple/goal", PoseStamped)
-GOAL = Topic("move_base/goal", MoveBaseActionGoal)
-CANCEL = Topic("move_base/cancel", GoalID)
-CURRENT_GOAL = Topic("move_base/current_goal", PoseStamped)
-STATUS = Topic("move_base/status", GoalStatusArray)
-FEEDBACK = Topic("move_base/feedback", MoveBaseActionFeedback)
-RESULT = Topic("move_base/result", MoveBaseActionResult, said_once=True)
 
 
 class ActionTopics:
@@ -45,22 +37,22 @@ class ActionTopics:
 
     def current_goal(self, goal: Goal) -> None:
         """Tell what is headed for."""
-        self._context.publish(CURRENT_GOAL.name, self.stamped(goal.pose))
+        self._context.publish(topics.MOVE_BASE_CURRENT_GOAL.name, self.stamped(goal.pose))
 
     def status(self, goals: GoalList[Goal]) -> None:
         """Tell how all goals stand."""
-        self._context.publish(STATUS.name, status_array(goals, self._context.now()))
+        self._context.publish(topics.MOVE_BASE_STATUS.name, status_array(goals, self._context.now()))
 
     def feedback(self, goal: Goal, pose: Pose2D, text: str) -> None:
         """Tell where the robot is on its way."""
         status = status_of(goal, Status.ACTIVE, text)
         feedback = MoveBaseFeedback(self.stamped(pose))
-        self._context.publish(FEEDBACK.name, MoveBaseActionFeedback(self._header(), status, feedback))
+        self._context.publish(topics.MOVE_BASE_FEEDBACK.name, MoveBaseActionFeedback(self._header(), status, feedback))
 
     def result(self, goal: Goal, status: Status, text: str) -> None:
         """Tell how a goal ended."""
         ended = status_of(goal, status, text)
-        self._context.publish(RESULT.name, MoveBaseActionResult(self._header(), ended))
+        self._context.publish(topics.MOVE_BASE_RESULT.name, MoveBaseActionResult(self._header(), ended))
 
 
 def status_of(goal: ActionGoal, status: Status, text: str) -> GoalStatus:

@@ -14,10 +14,10 @@ from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import InvalidInput, PPaaSError, TransformError
 from ppaas.messages import nav2_msgs
 from ppaas.messages.actionlib_msgs import GoalID
-from ppaas.messages.geometry_msgs import PoseStamped, Twist
+from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.message import Empty, Message
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal
-from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, Odometry, Path
+from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest, Odometry
 from ppaas.messages.people_msgs import People
 from ppaas.messages.ppaas_msgs import ComputePath, ComputePathRequest, RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
@@ -28,17 +28,16 @@ from ppaas.navigation.move_base import MoveBase
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.passive_safety import GivingWay
 from ppaas.navigation.progress_checker import Obedience
+from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Timer, Topic
-from ppaas.nodes.frames import BASE_LINK, MAP, ODOM, TF, TF_STATIC
+from ppaas.nodes.frames import BASE_LINK, MAP, ODOM
 from ppaas.nodes.message_checks import expect, pose_in
-from ppaas.nodes.move_base import action_topics
 from ppaas.nodes.move_base.action_topics import ActionTopics
 from ppaas.nodes.move_base.order_executor import OrderExecutor
 from ppaas.nodes.move_base.robot_planner import RobotPlanner
 from ppaas.nodes.move_base.speed_limits import SpeedFilter, SpeedLimits
 from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.nodes.planner_server.path_services import PathServices, get_plan_response
-from ppaas.nodes.topics import ODOM_RATE, ODOM_TOPIC, SCAN_RATE, SCAN_TOPIC
 from ppaas.planners.base import Planner
 from ppaas.plans.reuse.processor import PlanProcessor
 from ppaas.recoveries.base import Recovery
@@ -47,9 +46,6 @@ from ppaas.thread_budget import Threads
 logger = logging.getLogger(__name__)
 
 STATUS_PERIOD = 1.0
-ROBOTS_TOPIC = Topic("robots", RobotStates)
-PEOPLE_TOPIC = Topic("people", People)
-SPEED_LIMIT_TOPIC = Topic("speed_limit", nav2_msgs.SpeedLimit)
 
 
 class MoveBaseState(msgspec.Struct):
@@ -95,15 +91,16 @@ class MoveBaseNode(Node):
     """
 
     name: ClassVar[str] = "move_base"
-    demands: ClassVar[Demands] = Demands(0.6, rates={SCAN_TOPIC.name: SCAN_RATE, ODOM_TOPIC.name: ODOM_RATE})
+    demands: ClassVar[Demands] = Demands(
+        0.6, rates={topics.SCAN.name: topics.SCAN_RATE, topics.ODOM.name: topics.ODOM_RATE}
+    )
     subscribes: ClassVar[tuple[Topic, ...]] = (
-        action_topics.SIMPLE_GOAL, action_topics.GOAL, action_topics.CANCEL,
-        SCAN_TOPIC, ODOM_TOPIC, TF, TF_STATIC, ROBOTS_TOPIC, PEOPLE_TOPIC,
-        SPEED_LIMIT_TOPIC,
+        topics.SIMPLE_GOAL, topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL,
+        topics.SCAN, topics.ODOM, topics.TF, topics.TF_STATIC, topics.ROBOTS, topics.PEOPLE, topics.SPEED_LIMIT,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
-        Topic("cmd_vel", Twist), Topic("plan", Path),
-        action_topics.CURRENT_GOAL, action_topics.STATUS, action_topics.FEEDBACK, action_topics.RESULT,
+        topics.CMD_VEL, topics.PLAN, topics.MOVE_BASE_CURRENT_GOAL,
+        topics.MOVE_BASE_STATUS, topics.MOVE_BASE_FEEDBACK, topics.MOVE_BASE_RESULT,
     )  # fmt: skip
     services: ClassVar[tuple[Service, ...]] = (
         Service("move_base/make_plan", GetPlan),

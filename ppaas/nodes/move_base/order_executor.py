@@ -16,6 +16,7 @@ from ppaas.nodes.move_base.action_topics import ActionTopics
 from ppaas.nodes.move_base.robot_planner import Detour, NoPlan, Planned, RobotPlanner
 from ppaas.nodes.move_base.speed_limits import SpeedLimits
 from ppaas.nodes.move_base.surroundings import Surroundings
+from ppaas.nodes.topics import CMD_VEL, PLAN
 from ppaas.planners.base import PlanResult
 from ppaas.recoveries.base import Recovery, RecoveryRequest
 from ppaas.thread_budget import Threads
@@ -122,7 +123,7 @@ class OrderExecutor:
 
     def _send(self, velocity: Velocity) -> None:
         self.sent = velocity
-        self._context.publish("cmd_vel", Twist(Vector3(x=velocity.linear), Vector3(z=velocity.angular)))
+        self._context.publish(CMD_VEL.name, Twist(Vector3(x=velocity.linear), Vector3(z=velocity.angular)))
 
     def _follow(self, order: orders.FollowPlan) -> None:
         try:
@@ -173,7 +174,7 @@ class OrderExecutor:
                 self._feed(events.PlanDeferred(now, number, result.reason))
             case PlanResult():
                 self._feed(events.PlanSucceeded(now, number, result.poses, result.origin))
-                self._context.publish("plan", result)
+                self._context.publish(PLAN.name, result)
             case NoPlan():
                 self._feed(events.PlanFailed(now, number, result.error, result.final))
             case _:

@@ -25,18 +25,12 @@ from ppaas.messages.tf2_web_republisher import (
 )
 from ppaas.navigation.action_goals import cancels
 from ppaas.navigation.events import CancelReceived
+from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
-from ppaas.nodes.frames import TF, TF_STATIC
 from ppaas.nodes.tf.stream import TfStream, check_wanted
 from ppaas.transforms.spatial import LatestFrames
 
 SERVICE = Service("republish_tfs", RepublishTFs)
-GOAL = Topic("tf2_web_republisher/goal", TFSubscriptionActionGoal)
-CANCEL = Topic("tf2_web_republisher/cancel", GoalID)
-# Latched: who connects learns at once that the server is there, and no timer need say so again and again.
-STATUS = Topic("tf2_web_republisher/status", GoalStatusArray, latched=True)
-FEEDBACK = Topic("tf2_web_republisher/feedback", TFSubscriptionActionFeedback)
-RESULT = Topic("tf2_web_republisher/result", TFSubscriptionActionResult)
 
 MAX_STREAMS = 32
 """Topics and goals of one robot."""
@@ -73,8 +67,12 @@ class TfRepublisherNode(Node):
     """
 
     name: ClassVar[str] = "tf2_web_republisher"
-    subscribes: ClassVar[tuple[Topic, ...]] = (TF, TF_STATIC, GOAL, CANCEL)
-    publishes: ClassVar[tuple[Topic, ...]] = (STATUS, FEEDBACK, RESULT)
+    subscribes: ClassVar[tuple[Topic, ...]] = (
+        topics.TF, topics.TF_STATIC, topics.TF_REPUBLISHER_GOAL, topics.TF_REPUBLISHER_CANCEL,
+    )  # fmt: skip
+    publishes: ClassVar[tuple[Topic, ...]] = (
+        topics.TF_REPUBLISHER_STATUS, topics.TF_REPUBLISHER_FEEDBACK, topics.TF_REPUBLISHER_RESULT,
+    )  # fmt: skip
     services: ClassVar[tuple[Service, ...]] = (SERVICE,)
 
     def __init__(self, context: Context) -> None:
@@ -168,7 +166,7 @@ class TfRepublisherNode(Node):
     def _begin(self, message: TFSubscriptionActionGoal) -> None:
         status = GoalStatus(message.goal_id, Status.ACTIVE)
         stream = TfStream(
-            self.context, self._frames, message.goal, topic=FEEDBACK.name, patience=MAX_PATIENCE,
+            self.context, self._frames, message.goal, topic=topics.TF_REPUBLISHER_FEEDBACK.name, patience=MAX_PATIENCE,
             tell=lambda moved: self._feedback(status, moved),
             unheard=lambda: self._end(message.goal_id.id, Status.ABORTED, "nobody hears the feedback"),
         )  # fmt: skip
@@ -176,8 +174,8 @@ class TfRepublisherNode(Node):
         self._note()
 
     def _feedback(self, status: GoalStatus, moved: list[TransformStamped]) -> None:
-        feedback = TFSubscriptionFeedback(moved)
-        self.context.publish(FEEDBACK.name, TFSubscriptionActionFeedback(self._header(), status, feedback))
+        feedback = TFSubscriptionActionFeedback(self._header(), status, TFSubscriptionFeedback(moved))
+        self.context.publish(topics.TF_REPUBLISHER_FEEDBACK.name, feedback)
 
     def _cancel(self, cancel: CancelReceived) -> None:
         for goal in [goal for goal in self._goals.values() if cancels(cancel, goal)]:
@@ -187,13 +185,13 @@ class TfRepublisherNode(Node):
         goal = self._goals.pop(goal_id)
         goal.stream.stop()
         ended = GoalStatus(goal.message.goal_id, status, text)
-        self.context.publish(RESULT.name, TFSubscriptionActionResult(self._header(), ended))
+        self.context.publish(topics.TF_REPUBLISHER_RESULT.name, TFSubscriptionActionResult(self._header(), ended))
         self._publish_status(ended)
         self._note()
 
     def _publish_status(self, *ended: GoalStatus) -> None:
         active = [GoalStatus(goal.message.goal_id, Status.ACTIVE) for goal in self._goals.values()]
-        self.context.publish(STATUS.name, GoalStatusArray(self._header(), [*ended, *active]))
+        self.context.publish(topics.TF_REPUBLISHER_STATUS.name, GoalStatusArray(self._header(), [*ended, *active]))
 
     def _header(self) -> Header:
         return Header(stamp=Time.of(self.context.now()))

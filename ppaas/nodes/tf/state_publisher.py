@@ -7,9 +7,9 @@ from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.std_msgs import Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.base import Context, Node, Payload, Topic
-from ppaas.nodes.frames import BASE_LINK, TF, TF_STATIC
+from ppaas.nodes.frames import BASE_LINK
 from ppaas.nodes.message_checks import expect, finite_pose
-from ppaas.nodes.topics import ODOM_TOPIC
+from ppaas.nodes.topics import ODOM, TF, TF_STATIC
 from ppaas.parameters import Parameters
 from ppaas.robot_model.known_models import RobotModel
 from ppaas.transforms.planar import transform_message
@@ -43,7 +43,7 @@ class StatePublisherNode(Node):
     """
 
     name: ClassVar[str] = "robot_state_publisher"
-    subscribes: ClassVar[tuple[Topic, ...]] = (ODOM_TOPIC,)
+    subscribes: ClassVar[tuple[Topic, ...]] = (ODOM,)
     publishes: ClassVar[tuple[Topic, ...]] = (TF, TF_STATIC)
 
     def __init__(self, context: Context, model: RobotModel, parameters: StatePublisherParameters) -> None:

@@ -1,10 +1,9 @@
 """The topics of the action ``follow_waypoints``, and the messages of lists on them."""
 
-from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
+from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav2_msgs import (
     FollowWaypointsActionFeedback,
-    FollowWaypointsActionGoal,
     FollowWaypointsActionResult,
     FollowWaypointsError,
     FollowWaypointsFeedback,
@@ -15,15 +14,10 @@ from ppaas.messages.nav2_msgs import (
 from ppaas.messages.std_msgs import Header, Time
 from ppaas.navigation.action_goals import GoalList, GoalState
 from ppaas.navigation.waypoints import Waypoints
-from ppaas.nodes.base import Context, Topic
+from ppaas.nodes import topics
+from ppaas.nodes.base import Context
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.move_base.action_topics import status_array, status_of
-
-GOAL = Topic("follow_waypoints/goal", FollowWaypointsActionGoal)
-CANCEL = Topic("follow_waypoints/cancel", GoalID)
-STATUS = Topic("follow_waypoints/status", GoalStatusArray)
-FEEDBACK = Topic("follow_waypoints/feedback", FollowWaypointsActionFeedback)
-RESULT = Topic("follow_waypoints/result", FollowWaypointsActionResult, said_once=True)
 
 
 class WaypointTopics:
@@ -43,13 +37,13 @@ class WaypointTopics:
 
     def status(self, lists: GoalList[Waypoints]) -> None:
         """Tell how all lists stand."""
-        self._context.publish(STATUS.name, status_array(lists, self._context.now()))
+        self._context.publish(topics.WAYPOINTS_STATUS.name, status_array(lists, self._context.now()))
 
     def feedback(self, state: GoalState[Waypoints]) -> None:
         """Tell which waypoint the robot drives to."""
-        feedback = FollowWaypointsFeedback(state.goal.index)
-        told = status_of(state.goal, Status.ACTIVE, state.text)
-        self._context.publish(FEEDBACK.name, FollowWaypointsActionFeedback(self._header(), told, feedback))
+        status = status_of(state.goal, Status.ACTIVE, state.text)
+        feedback = FollowWaypointsActionFeedback(self._header(), status, FollowWaypointsFeedback(state.goal.index))
+        self._context.publish(topics.WAYPOINTS_FEEDBACK.name, feedback)
 
     def result(self, ended: GoalState[Waypoints], error: FollowWaypointsError) -> None:
         """Tell how a list ended."""
@@ -66,4 +60,4 @@ class WaypointTopics:
         ]
         result = FollowWaypointsResult(missed, int(error), ended.text if error else "")
         told = status_of(waypoints, ended.status, ended.text)
-        self._context.publish(RESULT.name, FollowWaypointsActionResult(self._header(), told, result))
+        self._context.publish(topics.WAYPOINTS_RESULT.name, FollowWaypointsActionResult(self._header(), told, result))

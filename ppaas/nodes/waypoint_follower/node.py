@@ -14,17 +14,14 @@ from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.navigation.action_goals import GoalList, cancels
 from ppaas.navigation.events import CancelReceived
 from ppaas.navigation.waypoints import Waypoints, check
+from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Demands, Node, Payload, Timer, Topic
-from ppaas.nodes.frames import MAP, TF, TF_STATIC, FrameListener
+from ppaas.nodes.frames import MAP, FrameListener
 from ppaas.nodes.message_checks import pose_in
-from ppaas.nodes.move_base import action_topics as move_base_topics
-from ppaas.nodes.waypoint_follower import action_topics
 from ppaas.nodes.waypoint_follower.action_topics import WaypointTopics
 from ppaas.parameters import Parameters
 
 STATUS_PERIOD = 1.0
-
-MOVE_BASE_GOALS = (move_base_topics.GOAL, move_base_topics.SIMPLE_GOAL)
 
 
 class WaypointFollowerParameters(Parameters, frozen=True):
@@ -69,12 +66,13 @@ class WaypointFollowerNode(Node):
     name: ClassVar[str] = "waypoint_follower"
     demands: ClassVar[Demands] = Demands(0.02)
     subscribes: ClassVar[tuple[Topic, ...]] = (
-        action_topics.GOAL, action_topics.CANCEL,
-        *MOVE_BASE_GOALS, move_base_topics.CANCEL, move_base_topics.RESULT, TF, TF_STATIC,
+        topics.WAYPOINTS_GOAL, topics.WAYPOINTS_CANCEL,
+        topics.MOVE_BASE_GOAL, topics.SIMPLE_GOAL, topics.MOVE_BASE_CANCEL, topics.MOVE_BASE_RESULT,
+        topics.TF, topics.TF_STATIC,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
-        action_topics.STATUS, action_topics.FEEDBACK, action_topics.RESULT,
-        move_base_topics.GOAL, move_base_topics.CANCEL,
+        topics.WAYPOINTS_STATUS, topics.WAYPOINTS_FEEDBACK, topics.WAYPOINTS_RESULT,
+        topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL,
     )  # fmt: skip
 
     def __init__(self, context: Context, parameters: WaypointFollowerParameters) -> None:
@@ -117,7 +115,7 @@ class WaypointFollowerNode(Node):
                 self._on_other_goal(message.goal.target_pose, message.goal_id.id)
             case PoseStamped():
                 self._on_other_goal(message, "")
-            case GoalID() if topic == action_topics.CANCEL.name:
+            case GoalID() if topic == topics.WAYPOINTS_CANCEL.name:
                 self._on_cancel(CancelReceived(now, message.id, message.stamp.seconds()))
             case GoalID():
                 self._on_other_cancel(CancelReceived(now, message.id, message.stamp.seconds()))
@@ -146,7 +144,7 @@ class WaypointFollowerNode(Node):
             return
         # First, or Move Base's word that the goal is cancelled would seem to come of others.
         self._end(Status.PREEMPTED, "The list was cancelled.")
-        self.context.publish(move_base_topics.CANCEL.name, GoalID(id=active.goal.goal.id))
+        self.context.publish(topics.MOVE_BASE_CANCEL.name, GoalID(id=active.goal.goal.id))
 
     def _on_result(self, status: GoalStatus) -> None:
         active = self._lists.active
@@ -205,7 +203,7 @@ class WaypointFollowerNode(Node):
         goal = waypoints.goal
         target = PoseStamped(Header(stamp=Time.of(self.context.now()), frame_id=MAP), Pose.of(goal.pose))
         goal_id = GoalID(Time.of(goal.stamp), goal.id)
-        self.context.publish(move_base_topics.GOAL.name, MoveBaseActionGoal(MoveBaseGoal(target), goal_id))
+        self.context.publish(topics.MOVE_BASE_GOAL.name, MoveBaseActionGoal(MoveBaseGoal(target), goal_id))
 
     def _pause(self, waypoints: Waypoints) -> None:
         seconds = self._parameters.waypoint_pause_duration / 1000.0

@@ -4,9 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from endpoints.rosbridge.outbox import EXPIRY, MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES, Outbox
+from endpoints.rosbridge.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES, Outbox
 from ppaas.clock import ManualClock
 from ppaas.errors import Unavailable
+from ppaas.nodes.topics import CMD_VEL
 from tests.support.network.still_socket import Connection, sent
 
 
@@ -17,7 +18,7 @@ def test_of_a_command_only_the_newest_is_kept_and_it_expires() -> None:
     outbox.put("cmd_vel", b"new", keep=1)
     assert sent(outbox) == ["new"]
     outbox.put("cmd_vel", b"stale", keep=1)
-    clock.advance(EXPIRY["cmd_vel"])
+    clock.advance(CMD_VEL.expiry)
     assert sent(outbox) == []
 
 

@@ -14,9 +14,9 @@ from ppaas.messages.ppaas_msgs import TopicMessage
 from ppaas.messages.sensor_msgs import Image
 from ppaas.messages.std_msgs import Header
 from ppaas.messages.tf2_msgs import TFMessage
-from ppaas.nodes.delivery_qos import fingerprint
+from ppaas.nodes.message_fingerprint import fingerprint
 from robots.onboard.executor import protocol
-from robots.onboard.topic_bridge import Crossing, has_many_speakers
+from robots.onboard.topic_bridge import Crossing
 
 FAST = Twist(Vector3(x=0.5))
 TF = protocol.TopicName("tf", "tf2_msgs/TFMessage")
@@ -132,7 +132,6 @@ async def test_only_what_nobody_else_says_is_an_echo() -> None:
     assert made.owns("pose")
     assert not made.owns("tf")
     assert not made.owns("map")
-    assert has_many_speakers("move_base/goal")
     await made.close("driver")
     assert not made.owns("cmd_vel")
 

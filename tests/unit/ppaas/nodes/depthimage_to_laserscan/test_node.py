@@ -12,14 +12,9 @@ from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.messages import decode, encode
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan
 from ppaas.messages.std_msgs import Header, Time
-from ppaas.nodes.depthimage_to_laserscan.node import (
-    CAMERA_INFO,
-    COMPRESSED,
-    IMAGE,
-    DepthImageToLaserScanNode,
-    depths_of,
-)
+from ppaas.nodes.depthimage_to_laserscan.node import DepthImageToLaserScanNode, depths_of
 from ppaas.nodes.graph import Graph
+from ppaas.nodes.topics import COMPRESSED_DEPTH_IMAGE, DEPTH_CAMERA_INFO, DEPTH_IMAGE
 from ppaas.perception.compressed_depth import compress
 from ppaas.perception.depth_scan import DepthScanParameters
 from tests.support.world.planar_world import walled_map
@@ -56,8 +51,8 @@ def scans(graph: Graph) -> list[LaserScan]:
 
 @pytest.mark.parametrize("kind", ["<u2", ">u2", "<f4", ">f4"])
 def test_an_image_becomes_a_scan_with_its_stamp_in_the_frame_of_the_camera(graph, scans, kind):
-    graph.inject(CAMERA_INFO.name, INFO)
-    graph.inject(IMAGE.name, decode(Image, encode(image(wall(kind)))))
+    graph.inject(DEPTH_CAMERA_INFO.name, INFO)
+    graph.inject(DEPTH_IMAGE.name, decode(Image, encode(image(wall(kind)))))
     [scan] = scans
     assert (scan.header.stamp, scan.header.frame_id) == (Time(7, 5), "camera_depth_frame")
     assert scan.angle_min == pytest.approx(-math.atan(15.5 / 28.0))
@@ -66,25 +61,25 @@ def test_an_image_becomes_a_scan_with_its_stamp_in_the_frame_of_the_camera(graph
 
 
 def test_a_compressed_image_says_the_same(graph, scans):
-    graph.inject(CAMERA_INFO.name, INFO)
-    graph.inject(IMAGE.name, image(wall()))
-    graph.inject(COMPRESSED.name, CompressedImage(HEADER, *compress(wall())))
+    graph.inject(DEPTH_CAMERA_INFO.name, INFO)
+    graph.inject(DEPTH_IMAGE.name, image(wall()))
+    graph.inject(COMPRESSED_DEPTH_IMAGE.name, CompressedImage(HEADER, *compress(wall())))
     np.testing.assert_array_equal(scans[0].ranges, scans[1].ranges)
 
 
 def test_without_camera_info_there_is_no_scan_yet(graph, scans):
-    graph.inject(IMAGE.name, image(wall()))
+    graph.inject(DEPTH_IMAGE.name, image(wall()))
     assert scans == []
 
 
 def test_one_that_goes_on_elsewhere_knows_the_camera_of_which_it_was_told_once(graph, scans):
     assert graph.checkpoints() == []
-    graph.inject(CAMERA_INFO.name, INFO)
+    graph.inject(DEPTH_CAMERA_INFO.name, INFO)
     [known] = graph.checkpoints()
     graph.remove(known.node)
     graph.add(lambda context: DepthImageToLaserScanNode(context, DepthScanParameters(scan_height=3)))
     graph.restore([known])
-    graph.inject(IMAGE.name, image(wall()))
+    graph.inject(DEPTH_IMAGE.name, image(wall()))
     assert len(scans) == 1
 
 
@@ -106,16 +101,16 @@ def test_rows_may_be_padded():
     ],
 )
 def test_a_broken_image_is_refused(graph, wrong, why):
-    graph.inject(CAMERA_INFO.name, INFO)
+    graph.inject(DEPTH_CAMERA_INFO.name, INFO)
     with pytest.raises(InvalidInput, match=why):
-        graph.inject(IMAGE.name, wrong)
+        graph.inject(DEPTH_IMAGE.name, wrong)
 
 
 def test_a_camera_that_is_none_is_refused(graph):
     with pytest.raises(InvalidInput, match="9 numbers"):
-        graph.inject(CAMERA_INFO.name, CameraInfo(HEADER, HEIGHT, WIDTH, []))
+        graph.inject(DEPTH_CAMERA_INFO.name, CameraInfo(HEADER, HEIGHT, WIDTH, []))
     with pytest.raises(InvalidInput, match="focal length"):
-        graph.inject(CAMERA_INFO.name, CameraInfo(HEADER, HEIGHT, WIDTH, [0.0] * 9))
+        graph.inject(DEPTH_CAMERA_INFO.name, CameraInfo(HEADER, HEIGHT, WIDTH, [0.0] * 9))
 
 
 @pytest.mark.parametrize("parameters", [{}, {"depthimage_to_laserscan": {"scan_height": 5}}])
@@ -123,7 +118,7 @@ def test_a_clone_has_it_where_its_robot_has_a_depth_camera(parameters):
     graph = Graph(stamp_clock=lambda: 9.0)
     layers = build_layers(walled_map(4, 3, []))
     build_clone(graph, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), parameters=parameters)
-    assert (IMAGE.name in graph.topics) is bool(parameters)
+    assert (DEPTH_IMAGE.name in graph.topics) is bool(parameters)
     wrong = {"depthimage_to_laserscan": {"scan_height": 0}}
     with pytest.raises(InvalidParameter, match="scan_height"):
         build_clone(Graph(), layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), parameters=wrong)

@@ -9,17 +9,13 @@ from ppaas.messages.std_msgs import Duration, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.messages.tf2_web_republisher import RepublishTFsRequest, TFSubscriptionActionGoal, TFSubscriptionGoal
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.tf.republisher import (
-    CANCEL,
-    FEEDBACK,
-    GOAL,
-    MAX_PATIENCE,
-    MAX_STREAMS,
-    RESULT,
-    STATUS,
-    TfRepublisherNode,
-)
+from ppaas.nodes.tf.republisher import MAX_PATIENCE, MAX_STREAMS, TfRepublisherNode
 from ppaas.nodes.tf.stream import MAX_SOURCES
+from ppaas.nodes.topics import TF_REPUBLISHER_CANCEL as CANCEL
+from ppaas.nodes.topics import TF_REPUBLISHER_FEEDBACK as FEEDBACK
+from ppaas.nodes.topics import TF_REPUBLISHER_GOAL as GOAL
+from ppaas.nodes.topics import TF_REPUBLISHER_RESULT as RESULT
+from ppaas.nodes.topics import TF_REPUBLISHER_STATUS as STATUS
 from ppaas.transforms.planar import transform_message
 
 PERIOD = 0.1

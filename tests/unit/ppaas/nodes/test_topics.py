@@ -1,0 +1,41 @@
+"""The table of topics: it has every topic of a clone, and its policies agree with each other."""
+
+from engine.container.monitor.node import NodeMonitorNode
+from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
+from ppaas.costmap.build_layers import build_layers
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.topics import CLIENT_TOPIC, TOPICS, policy_of
+from tests.support.world.planar_world import walled_map
+
+
+def test_the_table_has_the_topics_of_a_clone_and_no_others() -> None:
+    graph = Graph()
+    layers = build_layers(walled_map(4, 3, []))
+    build_clone(graph, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), parameters={DEPTH_CAMERA: {}})
+    monitor = {topic.name: topic for topic in NodeMonitorNode.publishes}
+    assert graph.topics | monitor == TOPICS
+
+
+def test_goals_poses_and_results_must_arrive_and_sensor_data_may_be_dropped() -> None:
+    must_arrive = {topic.name for topic in TOPICS.values() if not topic.stream}
+    assert must_arrive >= {"camera/depth/camera_info", "initialpose", "move_base/goal", "move_base/cancel"}
+    assert must_arrive >= {"move_base/result", "follow_waypoints/result", "speed_limit", "map"}
+    assert must_arrive.isdisjoint({"scan", "odom", "tf", "tf_static", "cmd_vel", "move_base/status", "people"})
+
+
+def test_what_is_published_once_is_also_repeated_to_a_client_that_reconnects() -> None:
+    assert {topic.name for topic in TOPICS.values() if topic.lasting} == {
+        "move_base/result", "follow_waypoints/result", "map", "tf_static",
+    }  # fmt: skip
+    assert all(topic.lasting for topic in TOPICS.values() if topic.published_once)
+
+
+def test_goals_and_cancels_of_every_action_have_many_publishers() -> None:
+    actions = {name for name in TOPICS if name.endswith(("/goal", "/cancel"))}
+    assert {topic.name for topic in TOPICS.values() if topic.many_publishers} == actions | {"tf", "tf_static"}
+
+
+def test_a_topic_of_a_client_has_the_default_policy() -> None:
+    policy = policy_of("chatter")
+    assert policy is CLIENT_TOPIC
+    assert not any((policy.latched, policy.stream, policy.lasting, policy.robot_only, policy.shared, policy.local))
