@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from benchmarks.navigation.goals import run
 from robots.cli.main import main
 
 RUN = ["bench", "goals", "--goals", "1", "--people", "1", "--jobs", "1", "--seed", "3"]
@@ -12,8 +13,8 @@ RUN = ["bench", "goals", "--goals", "1", "--people", "1", "--jobs", "1", "--seed
 @pytest.fixture(autouse=True)
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     """Give each goal up after some seconds."""
-    monkeypatch.setattr("benchmarks.navigation.goals.run.PATIENCE", 2.0)
-    monkeypatch.setattr("benchmarks.navigation.goals.run.SLOWEST", 10.0)
+    monkeypatch.setattr(run, "PATIENCE", 2.0)
+    monkeypatch.setattr(run, "SLOWEST", 10.0)
 
 
 def test_it_tells_what_goals_come_to_in_each_map_and_together(capsys: pytest.CaptureFixture[str]) -> None:

@@ -166,7 +166,7 @@ async def test_a_call_is_told_that_its_connection_was_lost(server: RosbridgeServ
         call = asyncio.create_task(client.call("stop", EmptyService, Empty()))
         await server.heard("call_service")
         server.connections[-1].transport.abort()
-        with pytest.raises(Unavailable, match="was lost while 'stop' was called"):
+        with pytest.raises(Unavailable, match="was lost during the call of 'stop'"):
             await asyncio.wait_for(call, 5)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from benchmarks.navigation.goals import picture
+from benchmarks.navigation.goals import picture, run
 from benchmarks.navigation.goals.run import Job
 from ppaas.errors import InvalidInput
 from ppaas.maps.generate import office
@@ -15,8 +15,8 @@ JOB = Job("office", office(seed=1, width=12.0, height=10.0), 1, 1, "dwa", {}, se
 
 
 def test_it_shows_the_way_the_costs_the_particles_and_people(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("benchmarks.navigation.goals.run.PATIENCE", 3.0)
-    monkeypatch.setattr("benchmarks.navigation.goals.run.SLOWEST", 10.0)
+    monkeypatch.setattr(run, "PATIENCE", 3.0)
+    monkeypatch.setattr(run, "SLOWEST", 10.0)
     path = tmp_path / "out.png"
     picture.write_picture(path, JOB)
     colours = {tuple(colour) for colour in np.array(Image.open(path)).reshape(-1, 3)[::3].tolist()}

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.navigation.goals import run
 from benchmarks.navigation.goals.results_file import append, key, read
 from benchmarks.navigation.goals.run import Job, Result, Trip, drive
 from benchmarks.navigation.goals.suite import measure, summary
@@ -18,8 +19,8 @@ JOB = Job("small office", GRID, people=2, goals=1, controller="dwa", parameters=
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     """Give each goal up after some seconds."""
-    monkeypatch.setattr("benchmarks.navigation.goals.run.PATIENCE", 3.0)
-    monkeypatch.setattr("benchmarks.navigation.goals.run.SLOWEST", 10.0)
+    monkeypatch.setattr(run, "PATIENCE", 3.0)
+    monkeypatch.setattr(run, "SLOWEST", 10.0)
 
 
 def test_a_robot_comes_to_its_goal() -> None:

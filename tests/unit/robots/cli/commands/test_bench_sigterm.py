@@ -6,7 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import psutil
@@ -19,7 +19,7 @@ from tests.support.world import barn
 
 pytestmark = pytest.mark.journey
 
-PATIENCE = 90.0
+PATIENCE = 150.0
 
 
 @contextmanager
@@ -30,7 +30,9 @@ def running(folder: Path, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
     try:
         yield process
     finally:
-        process.kill()
+        for left in members(folder):
+            with suppress(psutil.NoSuchProcess):
+                left.process.kill()
         process.wait()
 
 

@@ -119,7 +119,7 @@ async def test_the_path_is_drawn(ppaas: CommandLine, tmp_path: Path) -> None:
         ((*IN_OFFICE, "--model", "r2d2"), "not-found: unknown robot model 'r2d2'; known: turtlebot2, "),
         ((*IN_OFFICE, "--radius", "-1"), "invalid-parameter: the radius of a robot is from 0 to 100 m, not -1.0"),
         ((*IN_OFFICE, "--urdf", "no.urdf"), "invalid-input: cannot read the URDF: "),
-        ((*IN_OFFICE, "--urdf", OFFICE), "invalid-urdf: this is not XML: "),
+        ((*IN_OFFICE, "--urdf", OFFICE), "invalid-urdf: the URDF is not XML: "),
         ((*IN_OFFICE, "--tolerance", "nan"), "invalid-input: the tolerance must be zero or more metres, not nan"),
         ((*IN_OFFICE, "--plot", "a.jpg"), "invalid-input: a picture is a PNG file: call it a.png, not 'a.jpg'"),
         (("no.yaml", *IN_OFFICE[1:]), "invalid-map: cannot read the map: "),

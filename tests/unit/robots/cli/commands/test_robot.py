@@ -58,7 +58,7 @@ async def test_what_a_urdf_does_not_tell_is_told(ppaas: CommandLine, file: Path,
 
 async def test_a_file_that_is_no_urdf_is_refused(ppaas: CommandLine, file: Path) -> None:
     await ppaas("robot", "put", "tb1", str(file))
-    assert "invalid-urdf: this is not XML" in (await ppaas("robot", "urdf", "put", "tb1", str(file))).err
+    assert "invalid-urdf: the URDF is not XML" in (await ppaas("robot", "urdf", "put", "tb1", str(file))).err
     missing = await ppaas("robot", "put", "tb2", str(file), "--urdf", "nowhere.urdf")
     assert missing.err.startswith("ppaas: invalid-input: cannot read the URDF: ")
     assert "unknown robot 'tb2'" in (await ppaas("robot", "show", "tb2")).err

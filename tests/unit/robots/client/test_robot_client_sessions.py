@@ -117,7 +117,7 @@ async def test_where_its_session_is_gone_it_renews_what_it_subscribed_and_calls_
         call = asyncio.create_task(client.call("stop", Trigger, Empty()))
         await server.heard("call_service")
         await again(server, told("new", "s2"))
-        with pytest.raises(Unavailable, match="was lost while 'stop' was called"):
+        with pytest.raises(Unavailable, match="was lost during the call of 'stop'"):
             await call
         await server.heard("subscribe", 2)
         await client.publish("chatter", String("after"))
