@@ -1,1 +1,1 @@
-"""Commands of the client side: they reach a running cloud over REST, from anywhere, with the base install."""
+"""Commands of the client side, a module for each, named as it is on the command line."""
