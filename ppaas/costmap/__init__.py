@@ -1,1 +1,1 @@
-"""Costmaps: what a cell costs the robot, in the values of costmap_2d."""
+"""Costmaps: the cost of each cell for the robot, with the values of costmap_2d."""

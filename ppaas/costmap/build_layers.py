@@ -1,4 +1,4 @@
-"""The layers of a map, made once per version and robot radius."""
+"""Construction of a map's layers, once per map version and robot radius."""
 
 from collections.abc import Sequence
 
@@ -22,21 +22,23 @@ def build_layers(
     overhead: GridMap | None = None,
     speed: GridMap | None = None,
 ) -> MapLayers:
-    """Derive the inflated costmap and the distances of a map, and lay masks on it.
+    """Return the layers of a map: inflated costmap, distances and masks.
 
     Parameters
     ----------
     grid : GridMap
         The map.
-    robot_radius, inflation_radius : float
-        [m].
+    robot_radius : float
+        Inscribed radius of the robot [m].
+    inflation_radius : float
+        Distance from obstacles up to which cells have a cost [m].
     cost_scaling_factor : float
-        [1/m].
+        Rate at which costs decay with the distance [1/m].
     keepout, speed : GridMap, optional
-        Masks of Nav2's costmap filters, of any resolution and origin, in the frame of the map. What is to be kept out
-        of altogether is inflated as obstacles are.
+        Masks of Nav2's costmap filters, of any resolution and origin, in the frame of the map. Cells of 100 in the
+        keep-out mask are inflated like obstacles.
     overhead : GridMap, optional
-        Likewise, of what is ``height_mask`` of the robot.
+        Keep-out mask of `height_mask`, for a map in space; treated like ``keepout``.
 
     Raises
     ------
@@ -44,7 +46,7 @@ def build_layers(
         A radius or the factor is negative or not finite.
     """
     distance = to_lethal = distance_to_occupied(grid)
-    zones = _together([spread(mask, grid.info) for mask in (keepout, overhead) if mask is not None])
+    zones = _combined([spread(mask, grid.info) for mask in (keepout, overhead) if mask is not None])
     if zones is not None:
         to_lethal = distance_to_occupied(barred(grid, zones))
     costs = inflate(
@@ -66,8 +68,8 @@ def build_layers(
     )
 
 
-def _together(masks: Sequence[GridMap]) -> GridMap | None:
-    """Return the higher of all values, by the same cells."""
+def _combined(masks: Sequence[GridMap]) -> GridMap | None:
+    """Return the maximum of masks with the same cells; None without masks."""
     if not masks:
         return None
     return GridMap(np.maximum.reduce([mask.data for mask in masks]), masks[0].info)

@@ -1,4 +1,4 @@
-"""The costmap: one byte a cell, with the values of costmap_2d."""
+"""Costmap: one byte per cell, with the values of costmap_2d."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,21 +20,27 @@ __all__ = [
 ]
 
 Indexes = Callable[[str, Callable[[], None]], memoryview | None]
+"""Called with a planner's name and a function to call at least every 10 ms while waiting; returns its index, if any."""
 
 
 @dataclass(frozen=True, slots=True)
 class Costmap:
-    """What each cell costs the centre of the robot.
+    """Cost of each cell for the centre of the robot.
 
     Parameters
     ----------
     data : (height, width) uint8 array
         0 free, 1–252 graded, 253 inscribed, 254 lethal, 255 unknown; row 0 is the lowest. Planners only read it.
     info : GridInfo
-        Where it lies.
-    indexes : callable, optional
-        Gives what others have prepared of the map in which this was seen, if they have: by the name of the planner
-        that asks, and a check that it calls at least every 10 ms while it waits.
+        Geometry of the grid.
+    indexes : Indexes, optional
+        Returns the index that a planner has prepared of the map, if there is one. The check that it is called with may
+        raise, for example when planning is cancelled.
+
+    Raises
+    ------
+    InvalidMap
+        The array has another shape or type.
     """
 
     data: NDArray[np.uint8]
@@ -44,5 +50,5 @@ class Costmap:
     def __post_init__(self) -> None:
         if self.data.shape != self.info.shape or self.data.dtype != np.uint8:
             raise InvalidMap(
-                f"expected uint8 cells of shape {self.info.shape}, got {self.data.dtype} of {self.data.shape}"
+                f"expected uint8 cells of shape {self.info.shape}, not {self.data.dtype} of shape {self.data.shape}"
             )

@@ -1,6 +1,6 @@
-"""Masks of costmap filters as layers of a map: where robots are to keep out, and how fast they may drive.
+"""Masks of costmap filters, resampled to the cells of a map: keep-out zones and speed limits.
 
-Cells of masks mean what they mean to Nav2's costmap filters.
+The values of masks have the meaning of Nav2's costmap filters.
 """
 
 import math
@@ -13,22 +13,22 @@ from ppaas.cost_values import LETHAL_OBSTACLE, NO_INFORMATION
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
 
 _BLOCK = 1 << 18
-"""Cells that are looked up at a time."""
+"""Number of cells that are resampled at once."""
 
-# What a cell costs by the byte of its value: 0 to 100 scaled to lethal and rounded; what is unknown says nothing.
+# Cost of a mask's value, indexed by its byte: 0 to 100 scaled to 0 to 254 and rounded; unknown has no cost.
 _COSTS = np.zeros(256, np.uint8)
 _COSTS[: OCCUPIED + 1] = (np.arange(OCCUPIED + 1) * LETHAL_OBSTACLE + OCCUPIED // 2) // OCCUPIED
 
 
 def sampled(mask: GridMap, info: GridInfo) -> GridMap:
-    """Return a mask by the cells of a map: each says what the mask says at its middle, unknown beyond the mask.
+    """Return a mask resampled to the cells of a map: its value at the centre of each cell, unknown outside the mask.
 
     Parameters
     ----------
     mask : GridMap
-        Of any resolution and origin, in the frame of the map.
+        Mask of any resolution and origin, in the frame of the map.
     info : GridInfo
-        Of the map.
+        Geometry of the map.
     """
     data = np.full(info.shape, UNKNOWN, np.int8)
     for block, rows, columns in _cells_of(info, mask.info):
@@ -38,43 +38,43 @@ def sampled(mask: GridMap, info: GridInfo) -> GridMap:
 
 
 def spread(mask: GridMap, info: GridInfo) -> GridMap:
-    """Return a keep-out mask by the cells of a map, so that nothing is lost where its own cells are smaller.
+    """Return a keep-out mask resampled to the cells of a map, so that small zones of a finer mask are not lost.
 
-    A cell of the map has the highest value of those cells of the mask whose middle lies in it, and of the one in which
-    its own middle lies; 0 where that is unknown or there is none.
+    A cell of the map gets the highest value of the mask cells with a centre in it, and of the mask cell that contains
+    its own centre; 0 where these are unknown or missing.
 
     Parameters
     ----------
     mask : GridMap
-        Of any resolution and origin, in the frame of the map.
+        Mask of any resolution and origin, in the frame of the map.
     info : GridInfo
-        Of the map.
+        Geometry of the map.
     """
     data = np.maximum(sampled(mask, info).data, FREE).astype(np.int8)
     for block, rows, columns in _cells_of(mask.info, info):
-        told = _within(rows, columns, info) & (mask.data[block] > FREE)
-        cells = (rows[told] * info.width + columns[told]).astype(np.int64)
-        np.maximum.at(data.reshape(-1), cells, mask.data[block][told])
+        used = _within(rows, columns, info) & (mask.data[block] > FREE)
+        cells = (rows[used] * info.width + columns[used]).astype(np.int64)
+        np.maximum.at(data.reshape(-1), cells, mask.data[block][used])
     return GridMap(data, info)
 
 
 def barred(grid: GridMap, keepout: GridMap) -> GridMap:
-    """Return a map in which cells to keep out of are occupied, too; both are of the same cells."""
+    """Return a map in which cells of 100 in a keep-out mask are occupied as well; both have the same cells."""
     return GridMap(np.where(keepout.data == OCCUPIED, np.int8(OCCUPIED), grid.data), grid.info)
 
 
 def raise_costs(costs: NDArray[np.uint8], keepout: NDArray[np.int8]) -> None:
-    """Raise costs to what a keep-out mask says, in place.
+    """Raise costs to those of a keep-out mask, in place.
 
     Parameters
     ----------
     costs : (height, width) uint8 array
-        Values of costmap_2d; written to. What is unknown has a cost where the mask gives it one.
+        Values of costmap_2d; modified. Unknown cells get the cost of the mask if it is above 0.
     keepout : (height, width) int8 array
-        Of the same cells: 100 is lethal, 1 to 99 cost 2.54 times as much, 0 and −1 say nothing.
+        Mask of the same cells: 100 is lethal (254), 1 to 99 cost 2.54 times their value, 0 and −1 have no effect.
     """
-    said = _COSTS[keepout.view(np.uint8)]
-    np.copyto(costs, said, where=(said > 0) & ((costs == NO_INFORMATION) | (costs < said)))
+    mask_costs = _COSTS[keepout.view(np.uint8)]
+    np.copyto(costs, mask_costs, where=(mask_costs > 0) & ((costs == NO_INFORMATION) | (costs < mask_costs)))
 
 
 def _within(rows: NDArray[np.float64], columns: NDArray[np.float64], info: GridInfo) -> NDArray[np.bool_]:
@@ -83,9 +83,9 @@ def _within(rows: NDArray[np.float64], columns: NDArray[np.float64], info: GridI
 
 
 def _cells_of(info: GridInfo, other: GridInfo) -> Iterator[tuple[slice, NDArray[np.float64], NDArray[np.float64]]]:
-    """Yield rows of a grid, some at a time, with row and column in another grid of the middles of their cells.
+    """Yield blocks of a grid's rows, with the row and column in another grid of the centres of their cells.
 
-    They are whole numbers, but may lie farther away than integers reach.
+    Rows and columns are whole numbers in float64, since they may exceed the range of int64.
     """
     frame = other.origin.inverse() @ info.origin
     c, s = math.cos(frame.theta), math.sin(frame.theta)

@@ -1,4 +1,4 @@
-"""What of a map in space is in the way of a robot of some height, as a mask of where it is to keep out."""
+"""Keep-out mask of the obstacles of a map in space at the heights of a robot."""
 
 import math
 
@@ -10,30 +10,30 @@ from ppaas.maps.kernels.octree import fill_cubes
 from ppaas.maps.octree import DEPTH, MIDDLE, OcTree, edges
 
 _SLACK = 1e-6
-"""What only touches is not hit, though its height was rounded; in voxels."""
+"""Tolerance for rounded heights, so that touching does not count as overlap [voxels]."""
 
 
 def height_mask(tree: OcTree, info: GridInfo, *, lowest: float | None, highest: float) -> GridMap:
-    """Return where something occupied reaches into the heights of a robot: 100 there, else 0.
+    """Return a mask that is 100 where an occupied voxel overlaps the heights of a robot, and 0 elsewhere.
 
     Parameters
     ----------
     tree : OcTree
-        In the frame of the map, whose floor is at z = 0. What it does not know is in nobody's way.
+        Map in space, in the frame of the map, whose floor is at z = 0. Unknown space does not count.
     info : GridInfo
-        Of the map, which is looked at as far as it reaches.
+        Geometry of the map; the mask covers its extent.
     lowest, highest : float
-        From where on and up to where something is in the way [m]; by default from one voxel of the octree on, since the
-        floor in a map is as rough.
+        Range of heights in which occupied voxels count [m]. The default of ``lowest`` is the edge of one voxel of the
+        octree, since the floor of a map is that rough.
 
     Returns
     -------
     GridMap
-        Its cells are columns of the octree, as wide as there are that are no wider than a cell of the map; those of the
-        octree's finest voxels where these are wider.
+        Mask whose cells are columns of the octree: of the coarsest depth whose voxels are at most as wide as a cell of
+        the map, or else of the finest depth.
     """
-    finer = math.floor(math.log2(info.resolution) - math.log2(tree.resolution) + _SLACK)
-    size = 1 << min(max(finer, 0), DEPTH)
+    levels = math.floor(math.log2(info.resolution) - math.log2(tree.resolution) + _SLACK)
+    size = 1 << min(max(levels, 0), DEPTH)  # width of a column [finest voxels]
     columns = _columns(info, size * tree.resolution, MIDDLE // size)
     first = np.rint(np.array(columns.origin[:2]) / columns.resolution).astype(np.int64)
     slack = _SLACK * tree.resolution
@@ -50,9 +50,16 @@ def height_mask(tree: OcTree, info: GridInfo, *, lowest: float | None, highest: 
 
 
 def _columns(info: GridInfo, width: float, reach: int) -> GridInfo:
-    """Return the columns of this width [m] that begin at whole multiples of it and hold all of a map.
+    """Return the grid of columns that covers a map.
 
-    An octree has so many from 0 m to each side.
+    Parameters
+    ----------
+    info : GridInfo
+        Geometry of the map.
+    width : float
+        Width of a column [m]; columns begin at multiples of it.
+    reach : int
+        Number of columns that the octree has from 0 m to each side, which limits the grid.
     """
     far = info.width * info.resolution, info.height * info.resolution
     ends = [(info.origin @ Pose2D(x, y))[:2] for x in (0.0, far[0]) for y in (0.0, far[1])]

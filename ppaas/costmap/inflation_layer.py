@@ -1,4 +1,4 @@
-"""The inflation layer of costmap_2d: what it costs to be near an obstacle."""
+"""Inflation layer of costmap_2d: costs near obstacles."""
 
 import math
 
@@ -9,17 +9,20 @@ from ppaas.costmap.kernels.inflation import inflate_parallel, inflate_serial
 from ppaas.errors import InvalidMap, InvalidParameter
 
 ROBOT_RADIUS = 0.18
-"""Of a Turtlebot [m]."""
+"""Radius of a Turtlebot 2 [m]."""
 
 INFLATION_RADIUS = 0.55
+"""Default inflation radius [m]."""
+
 COST_SCALING_FACTOR = 10.0
+"""Default decay rate of costs with the distance from an obstacle [1/m]."""
 
 _PARALLEL_FROM = 1 << 17
-"""Cells from which waking other threads pays."""
+"""Number of cells from which several threads are faster than one."""
 
 
 def check_inflation(inscribed_radius: float, inflation_radius: float, cost_scaling_factor: float) -> None:
-    """Raise ``InvalidParameter``, naming the one that is negative or not finite."""
+    """Raise ``InvalidParameter`` if a radius or the factor is negative or not finite."""
     for name, value in (
         ("inscribed_radius", inscribed_radius),
         ("inflation_radius", inflation_radius),
@@ -37,21 +40,23 @@ def inflate(
     cost_scaling_factor: float = COST_SCALING_FACTOR,
     unknown: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.uint8]:
-    """Return the cost of each cell by its distance to the nearest obstacle.
+    """Return the cost of each cell from its distance to the nearest obstacle.
 
-    The rule of ``inflation_layer.h``: 254 at distance 0, 253 up to the inscribed radius, then
+    The cost is that of ``inflation_layer.h``: 254 at distance 0, 253 up to the inscribed radius, then
     252 · exp(−factor · (distance − inscribed radius)) rounded down, and 0 beyond the inflation radius.
 
     Parameters
     ----------
     distance : (height, width) float32 array
-        As ``distance_to_occupied`` gives it [m].
-    inscribed_radius, inflation_radius : float
-        [m].
+        Distances as returned by ``distance_to_occupied`` [m].
+    inscribed_radius : float
+        Inscribed radius of the robot [m].
+    inflation_radius : float
+        Distance from obstacles up to which cells have a cost [m].
     cost_scaling_factor : float
-        [1/m].
+        Rate at which costs decay with the distance [1/m].
     unknown : (height, width) bool array, optional
-        Cells of which the map knows nothing: 255 unless inflated to 253 or more.
+        Unknown cells of the map: their cost is 255 unless it is 253 or 254 by their distance.
 
     Returns
     -------
@@ -60,20 +65,22 @@ def inflate(
 
     Notes
     -----
-    An inflation radius below the inscribed one would hide collisions; so up to the inscribed radius it is always 253.
+    Up to the inscribed radius the cost is 253 even if the inflation radius is smaller, which would hide collisions.
 
     Raises
     ------
     InvalidParameter
         A radius or the factor is negative or not finite.
     InvalidMap
-        Arrays of the wrong type or of different shapes.
+        The arrays have the wrong type or different shapes.
     """
     check_inflation(inscribed_radius, inflation_radius, cost_scaling_factor)
     if unknown is None:
         unknown = np.zeros(distance.shape, np.bool_)
     if distance.ndim != 2 or distance.dtype != np.float32 or unknown.shape != distance.shape:
-        raise InvalidMap(f"expected float32 distances of {unknown.shape}, got {distance.dtype} of {distance.shape}")
+        raise InvalidMap(
+            f"expected float32 distances of shape {unknown.shape}, not {distance.dtype} of shape {distance.shape}"
+        )
     kernel = inflate_parallel if distance.size >= _PARALLEL_FROM else inflate_serial
     return kernel(
         np.ascontiguousarray(distance),

@@ -1,4 +1,4 @@
-"""The local costmap: a window around the robot with what the map says, what the laser sees and who walks there."""
+"""Local costmap: a rolling window around the robot with the map, obstacles seen by the laser, and people."""
 
 import math
 from collections.abc import Iterable
@@ -23,38 +23,42 @@ from ppaas.maps.grid import FREE, UNKNOWN, GridInfo
 from ppaas.maps.kernels.distance import distance_serial
 
 MAX_CELLS = 1 << 22
-"""Most cells of a window."""
+"""Limit of the number of cells of a window."""
 
 PROXEMICS = Proxemics()
+"""Default costs around people."""
 
 
 class LocalCostmap:
-    """A rolling window on the cells of the map; not to be used by two threads at a time.
+    """Rolling window on the cells of the map. It is not thread-safe.
 
     Parameters
     ----------
     layers : MapLayers
-        Of the map the robot stands in; the window may hang over its edge.
+        Layers of the robot's map; the window may extend beyond the map.
     width, height : float
-        Of the window [m].
-    robot_radius, inflation_radius : float
-        [m].
+        Size of the window [m].
+    robot_radius : float
+        Inscribed radius of the robot [m].
+    inflation_radius : float
+        Distance from obstacles up to which cells have a cost [m].
     cost_scaling_factor : float
-        [1/m].
-    obstacle_range, raytrace_range : float
-        Longest range that marks, and up to which beams clear [m].
+        Rate at which costs decay with the distance [1/m].
+    obstacle_range : float
+        Longest range that marks an obstacle [m].
+    raytrace_range : float
+        Range up to which beams clear cells [m].
     inf_is_valid : bool
-        Whether a beam that hit nothing clears.
+        Whether a beam that hit nothing clears cells.
     static : bool
-        Whether obstacles and unknown cells of the map count, and where to keep out. Without it all that was not seen
-        is free.
+        Whether obstacles, unknown cells and keep-out zones of the map count. Without them, unseen cells are free.
     social : Proxemics
-        How much room people are given.
+        Costs around people.
 
     Raises
     ------
     InvalidParameter
-        A length or factor out of range; the text names it.
+        A parameter is out of range; the text names it.
     """
 
     def __init__(
@@ -96,12 +100,12 @@ class LocalCostmap:
 
     @property
     def obstacles(self) -> ObstacleLayer:
-        """What the laser saw in the window, in cells of the map."""
+        """Obstacle layer of the window, in cells of the map."""
         return self._obstacles
 
     @property
     def reach(self) -> float:
-        """From the middle of the window to its corners [m]."""
+        """Distance from the centre of the window to its corners [m]."""
         height, width = self._obstacles.cells.shape
         return 0.5 * math.hypot(height, width) * self._layers.grid.info.resolution
 
@@ -112,31 +116,31 @@ class LocalCostmap:
         obstacles: Iterable[Disc] = (),
         people: Iterable[PersonNearby] = (),
     ) -> Costmap:
-        """Centre the window on the robot, take in a scan, and return the costs.
+        """Centre the window on the robot, add a scan, and return the costs.
 
         Parameters
         ----------
         pose : Pose2D
-            Of the robot, in the frame of the map.
+            Pose of the robot, in the frame of the map.
         reading : LaserReading, optional
             The latest scan.
         obstacles : iterable of (x, y, radius)
-            Who else is there now, in the frame of the map [m]; forgotten with the next update.
+            Other robots and moving obstacles, in the frame of the map [m]; valid for this update only.
         people : iterable of PersonNearby
-            Who is not to be come close to; forgotten likewise.
+            People to keep a distance from; valid for this update only.
 
         Returns
         -------
         Costmap
-            Its own copy, turned as the map is. Unknown where the map is, or ends, and nothing was seen.
+            A new costmap, aligned with the map. Cells that were not seen are unknown where the map is unknown or ends.
 
         Raises
         ------
         InvalidInput
-            A pose or a disc that is not finite.
+            The pose or an obstacle is not finite.
         """
         if not pose.is_finite():
-            raise InvalidInput(f"the pose of the robot must be finite, not {tuple(pose)}")
+            raise InvalidInput(f"the robot's pose must be finite, not {tuple(pose)}")
         frame = self._layers.grid.info.origin.inverse()
         self._follow(frame @ pose)
         if reading is not None:
@@ -150,18 +154,18 @@ class LocalCostmap:
         return costmap
 
     def overlay(self, costmap: Costmap) -> Costmap:
-        """Return a costmap of the whole map with what the last update saw, for replanning.
+        """Return a costmap of the whole map combined with the last update, for replanning.
 
-        Within the window each cost is the higher of both; cells unknown to the map become known where they are
-        blocked. What was given is not written to, and comes back as it is where nothing new stands.
+        Within the window each cost is the higher of the two; unknown cells of the map change only if they are blocked.
+        The given costmap is not modified, and is returned itself if there is no new obstacle.
 
         Raises
         ------
         InvalidMap
-            The costmap is not one of the same map.
+            The costmap belongs to another map.
         """
         if costmap.info != self._layers.grid.info:
-            raise InvalidMap("the costmap is not one of the map that the window lies on")
+            raise InvalidMap("the costmap and the local costmap belong to different maps")
         inner, outer = self._overlap()
         local = self._costs[inner]
         if not ((self._newly_lethal or self._near_people) and local.size):
@@ -173,9 +177,9 @@ class LocalCostmap:
         return Costmap(data, costmap.info, costmap.indexes)
 
     def clear(self, around: Pose2D | None = None, beyond: float = 0.0) -> None:
-        """Forget what the laser saw, or only what is farther than ``beyond`` [m] from a pose in the frame of the map.
+        """Forget all that the laser saw, or only beyond a distance [m] from a pose in the frame of the map.
 
-        The next update starts from what is left.
+        It takes effect with the next update.
         """
         if around is None:
             self._obstacles.clear()
@@ -184,7 +188,7 @@ class LocalCostmap:
         self._newly_lethal = bool(self._newly_lethal and self._obstacles.marked.any())
 
     def free(self, discs: Iterable[Disc]) -> None:
-        """Forget what was marked within discs, in the frame of the map: what moves was there, and has left."""
+        """Free the cells within discs, in the frame of the map, because a moving obstacle has left them."""
         frame = self._layers.grid.info.origin.inverse()
         for x, y, radius in discs:
             self._obstacles.clear_footprint(frame @ Pose2D(x, y), radius)
@@ -201,16 +205,16 @@ class LocalCostmap:
         frame = info.origin.inverse()
         for x, y, radius in obstacles:
             if not (math.isfinite(radius) and radius >= 0.0 and math.isfinite(x) and math.isfinite(y)):
-                raise InvalidInput(f"an obstacle is a finite x, y and radius, not {(x, y, radius)}")
+                raise InvalidInput(f"an obstacle must have a finite x, y and radius, not {(x, y, radius)}")
             centre = frame @ Pose2D(x, y)
             column = centre.x / info.resolution - self._obstacles.column
             row = centre.y / info.resolution - self._obstacles.row
             stamp_disc(lethal, column, row, radius / info.resolution, 1)
 
     def _cost(self, lethal: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Return the costs around the lethal cells and, if they count, the obstacles of the map and its masks.
+        """Return the costs around lethal cells and, if ``static``, around the map's obstacles and keep-out zones.
 
-        Those beyond the window's edge count too: the map's distances know of them.
+        Obstacles of the map outside the window count as well, since the distances are those of the whole map.
         """
         resolution = self._layers.grid.info.resolution
         if not self._static:
@@ -227,14 +231,14 @@ class LocalCostmap:
         return costs
 
     def _window(self, array: NDArray[Any], fill: Any) -> NDArray[Any]:
-        """Return the window's part of a layer of the map, filled where it hangs over the edge."""
+        """Return the window of a layer of the map, with ``fill`` outside the map."""
         cells = np.full(self._obstacles.cells.shape, fill, array.dtype)
         inner, outer = self._overlap()
         cells[inner] = array[outer]
         return cells
 
     def _overlap(self) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
-        """Return the part that window and map have in common, as slices of each; both may be empty."""
+        """Return the intersection of window and map, as slices of the window and of the map; both may be empty."""
         row, column = self._obstacles.row, self._obstacles.column
         rows = _common(row, self._obstacles.cells.shape[0], self._layers.grid.info.height)
         columns = _common(column, self._obstacles.cells.shape[1], self._layers.grid.info.width)
@@ -256,8 +260,8 @@ def _common(start: int, length: int, size: int) -> tuple[slice, slice]:
 
 def _cells_of(height: float, width: float, resolution: float) -> tuple[int, int]:
     if not (math.isfinite(height) and math.isfinite(width) and height > 0.0 and width > 0.0):
-        raise InvalidParameter(f"width and height must be positive metres, not {width} and {height}")
+        raise InvalidParameter(f"width and height must be finite and above 0 m, not {width} and {height}")
     rows, columns = max(round(height / resolution), 1), max(round(width / resolution), 1)
     if rows * columns > MAX_CELLS:
-        raise InvalidParameter(f"width and height make {columns}×{rows} cells; at most {MAX_CELLS} are allowed")
+        raise InvalidParameter(f"width and height give {columns}×{rows} cells; at most {MAX_CELLS} are allowed")
     return rows, columns

@@ -1,4 +1,4 @@
-"""What is derived from a map once per version and robot radius, and shared by all who stand in it."""
+"""Layers of a map, derived once per map version and robot radius and shared by all containers of a machine."""
 
 from dataclasses import dataclass
 
@@ -11,22 +11,22 @@ from ppaas.maps.grid import GridMap
 
 @dataclass(frozen=True, slots=True)
 class MapLayers:
-    """A map and what is derived from it; read-only, memory-mapped where a machine shares it.
+    """Map and its layers. The arrays are read-only, and memory-mapped where the containers of a machine share them.
 
     Parameters
     ----------
     grid : GridMap
         The map itself.
     costmap : Costmap
-        Static layer, inflated for the robot's radius; what is kept out of counts as occupied.
+        Static layer, inflated for the robot's radius; keep-out zones count as occupied.
     distance : (height, width) float32 array
-        Distance from each cell to the nearest occupied one [m]; localization's likelihood field is read off it.
+        Distance from each cell to the nearest occupied cell [m]; AMCL's likelihood field is computed from it.
     keepout : GridMap, optional
-        Where robots are to keep out, by the cells of the map: 100 altogether, 1 to 99 the more the higher.
+        Keep-out mask in the cells of the map: 100 is forbidden, 1 to 99 are avoided the more the higher they are.
     barred_distance : (height, width) float32 array, optional
-        With ``keepout``: as ``distance``, but to the nearest cell that is occupied or 100 in ``keepout`` [m].
+        With ``keepout``: distance to the nearest cell that is occupied or 100 in ``keepout`` [m].
     speed : GridMap, optional
-        Mask of the speed filter, by the cells of the map.
+        Mask of the speed filter, in the cells of the map.
     """
 
     grid: GridMap
@@ -38,5 +38,5 @@ class MapLayers:
 
     @property
     def to_lethal(self) -> NDArray[np.float32]:
-        """(height, width): distance to the nearest cell that no robot may touch [m]."""
+        """(height, width) float32 array: distance to the nearest occupied or forbidden cell [m]."""
         return self.distance if self.barred_distance is None else self.barred_distance

@@ -1,22 +1,22 @@
-"""Round things that move in a known way: robots that share where they drive."""
+"""Round obstacles with a known velocity: other robots and people."""
 
 import math
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 Disc = tuple[float, float, float]
-"""x, y and radius of something round in the frame of the map [m]."""
+"""x, y and radius of a disc in the frame of the map [m]."""
 
 
 class MovingObstacle(NamedTuple):
-    """Where something round is, in the frame of the map, and how fast it goes there.
+    """Round obstacle that moves, in the frame of the map.
 
     Parameters
     ----------
     x, y : float
-        Of its middle [m].
+        Position of the centre [m].
     vx, vy : float
-        [m/s].
+        Velocity [m/s].
     radius : float
         [m].
     """
@@ -28,29 +28,30 @@ class MovingObstacle(NamedTuple):
     radius: float
 
     def after(self, seconds: float) -> "MovingObstacle":
-        """Return where it will be if it goes on so."""
+        """Return the obstacle after a time [s] at constant velocity."""
         return self._replace(x=self.x + seconds * self.vx, y=self.y + seconds * self.vy)
 
 
 def swept_discs(movers: Iterable[MovingObstacle], seconds: float, robot: Disc) -> Iterator[Disc]:
-    """Yield what movers take up from now on, as discs a radius apart from each other.
+    """Yield discs that cover the area which moving obstacles sweep, at most one radius apart.
 
-    Where one would touch the robot, as that stands now, it is not told of: a robot must be able to leave, and the other
-    may still avoid it.
+    Future discs that touch the robot at its current position are left out: the robot must be able to leave, and the
+    obstacle may still avoid it.
 
     Parameters
     ----------
     movers : iterable of MovingObstacle
+        The obstacles.
     seconds : float
-        How far ahead; 0 for where they are now.
+        Prediction horizon [s]; 0 yields the current discs only.
     robot : (x, y, radius)
-        The robot whom it is told to.
+        Disc of the robot itself.
     """
     for mover in movers:
         yield mover.x, mover.y, mover.radius
-        way = seconds * math.hypot(mover.vx, mover.vy)
-        steps = math.ceil(way / mover.radius) if mover.radius > 0.0 else 0
+        distance = seconds * math.hypot(mover.vx, mover.vy)
+        steps = math.ceil(distance / mover.radius) if mover.radius > 0.0 else 0
         for step in range(1, steps + 1):
-            there = mover.after(seconds * step / steps)
-            if math.hypot(there.x - robot[0], there.y - robot[1]) > there.radius + robot[2]:
-                yield there.x, there.y, there.radius
+            later = mover.after(seconds * step / steps)
+            if math.hypot(later.x - robot[0], later.y - robot[1]) > later.radius + robot[2]:
+                yield later.x, later.y, later.radius

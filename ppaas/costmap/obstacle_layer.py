@@ -1,4 +1,4 @@
-"""The obstacle layer of costmap_2d: what the laser saw in a window that moves with the robot."""
+"""Obstacle layer of costmap_2d: obstacles that the laser saw in a window that moves with the robot."""
 
 import math
 from dataclasses import dataclass
@@ -14,26 +14,29 @@ from ppaas.maps.discs import stamp_disc
 from ppaas.messages.sensor_msgs import LaserScan
 
 OBSTACLE_RANGE = 2.5
+"""Default longest range that marks an obstacle [m]."""
+
 RAYTRACE_RANGE = 3.0
+"""Default range up to which beams clear cells [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class LaserReading:
-    """One scan, and where it was taken.
+    """Laser scan, and the pose at which it was taken.
 
     Parameters
     ----------
     origin : Pose2D
-        Of the laser, in the frame of the map.
+        Pose of the laser, in the frame of the map.
     angles : (n,) float64 array
-        Of the beams, from its heading [rad].
+        Angles of the beams, relative to the heading of the laser [rad].
     ranges : (n,) float64 array
-        [m]. Infinite: nothing was hit. Not a number, or not positive: no reading.
+        Ranges [m]; infinite if nothing was hit. NaN, 0 and negative numbers are not readings.
 
     Raises
     ------
     InvalidInput
-        A pose or angle that is not finite, or not as many ranges as angles.
+        The pose or an angle is not finite, or the numbers of ranges and angles differ.
     """
 
     origin: Pose2D
@@ -42,13 +45,19 @@ class LaserReading:
 
     def __post_init__(self) -> None:
         if self.angles.ndim != 1 or self.angles.shape != self.ranges.shape:
-            raise InvalidInput(f"a scan has a range for each angle, not {self.ranges.shape} for {self.angles.shape}")
+            raise InvalidInput(
+                f"a scan must have one range per angle, not ranges of shape {self.ranges.shape} for angles of shape "
+                f"{self.angles.shape}"
+            )
         if not (self.origin.is_finite() and np.isfinite(self.angles).all()):
-            raise InvalidInput("the pose of the laser and the angles of its beams must be finite")
+            raise InvalidInput("the laser's pose and the angles of its beams must be finite")
 
     @classmethod
     def of(cls, scan: LaserScan, origin: Pose2D) -> "LaserReading":
-        """Read a message: null and what is below ``range_min`` is no reading, ``range_max`` or more hit nothing."""
+        """Return the reading of a message.
+
+        Ranges that are null or below ``range_min`` are not readings; ranges from ``range_max`` up hit nothing.
+        """
         ranges: NDArray[np.float64] = np.array(scan.ranges, dtype=np.float64)
         ranges[ranges < scan.range_min] = np.nan
         ranges[ranges >= scan.range_max] = np.inf
@@ -57,35 +66,34 @@ class LaserReading:
 
 
 class ObstacleLayer:
-    """What was seen in each cell of a rolling window.
+    """State of each cell of a rolling window.
 
-    Cells are counted in the grid of the map, beyond whose edge the window may hang. What leaves the window is
-    forgotten.
+    The window is aligned with the cells of the map, and may extend beyond the map. Cells that leave it are forgotten.
 
     Parameters
     ----------
     height, width : int
-        Of the window [cells].
+        Size of the window [cells].
     resolution : float
         Edge of a cell [m].
     obstacle_range : float
-        Longest range that marks [m].
+        Longest range that marks an obstacle [m].
     raytrace_range : float
-        Up to which a beam clears [m].
+        Range up to which beams clear cells [m].
     inf_is_valid : bool
-        Whether a beam that hit nothing clears.
+        Whether a beam that hit nothing clears cells.
 
     Attributes
     ----------
     cells : (height, width) uint8 array
-        ``LETHAL_OBSTACLE`` where something was hit, ``FREE_SPACE`` where a beam went through, else ``NO_INFORMATION``.
+        ``LETHAL_OBSTACLE`` if a beam ended there, ``FREE_SPACE`` if one passed through, else ``NO_INFORMATION``.
     row, column : int
         Cell of the map that is cell (0, 0) of the window.
 
     Raises
     ------
     InvalidParameter
-        A range that is negative or not finite.
+        A range is negative or not finite.
     """
 
     def __init__(
@@ -109,7 +117,7 @@ class ObstacleLayer:
         self._inf_is_valid = inf_is_valid
 
     def move_to(self, row: int, column: int) -> None:
-        """Lay cell (0, 0) of the window on a cell of the map, keeping what both windows have."""
+        """Move cell (0, 0) of the window to a cell of the map, keeping the cells in both the old and the new window."""
         down, left = row - self.row, column - self.column
         if (down, left) == (0, 0):
             return
@@ -122,7 +130,7 @@ class ObstacleLayer:
         self.cells, self.row, self.column = moved, row, column
 
     def see(self, origin: Pose2D, reading: LaserReading) -> None:
-        """Clear and mark by one scan, with the laser at ``origin`` in the frame of the grid [m, rad]."""
+        """Clear and mark cells by a scan, with the laser at ``origin`` in the frame of the grid [m, rad]."""
         ranges = np.ascontiguousarray(reading.ranges / self._resolution, dtype=np.float64)
         if not self._inf_is_valid:
             ranges[np.isposinf(ranges)] = np.nan
@@ -137,7 +145,7 @@ class ObstacleLayer:
         )
 
     def clear_footprint(self, robot: Pose2D, radius: float) -> None:
-        """Free the cells the robot stands on, in the frame of the grid [m]: nothing else can be there."""
+        """Free the cells under the robot, whose pose is in the frame of the grid [m]; no obstacle can be there."""
         stamp_disc(
             self.cells,
             robot.x / self._resolution - self.column,
@@ -147,11 +155,11 @@ class ObstacleLayer:
         )
 
     def clear(self) -> None:
-        """Forget everything seen."""
+        """Forget all cells."""
         self.cells.fill(NO_INFORMATION)
 
     def clear_beyond(self, centre: Pose2D, distance: float) -> None:
-        """Forget what was seen farther than ``distance`` [m] from a place, in the frame of the grid."""
+        """Forget the cells farther than ``distance`` [m] from a point in the frame of the grid."""
         rows, columns = np.indices(self.cells.shape, sparse=True)
         across = (columns + self.column + 0.5) * self._resolution - centre.x
         up = (rows + self.row + 0.5) * self._resolution - centre.y
@@ -159,10 +167,10 @@ class ObstacleLayer:
 
     @property
     def marked(self) -> NDArray[np.bool_]:
-        """(height, width) bool: where something was hit."""
+        """(height, width) bool array: cells with an obstacle."""
         return np.equal(self.cells, LETHAL_OBSTACLE)
 
     @property
     def seen(self) -> NDArray[np.bool_]:
-        """(height, width) bool: where anything is known, free or not."""
+        """(height, width) bool array: cells that were seen, free or not."""
         return np.not_equal(self.cells, NO_INFORMATION)

@@ -1,7 +1,7 @@
-"""What was seen and lies behind: obstacles that the local costmap has forgotten, for planning across the map.
+"""Obstacle memory: obstacles that have left the local costmap, for planning across the whole map.
 
-A robot that finds a door shut and turns to another one must remember the first, or it runs to and fro between them.
-costmap_2d keeps a second obstacle layer over the whole map for this; here only the cells that were marked are kept.
+A robot that finds a door closed and turns to another one must remember the first, or it drives to and fro between them.
+costmap_2d has a second obstacle layer over the whole map for this; here only the marked cells are stored.
 """
 
 import math
@@ -21,23 +21,24 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.kernels.distance import distance_serial
 
 WALL_MARGIN = 0.15
-"""What was seen this near to an obstacle of the map is that obstacle, seen from a pose that was a little off [m]."""
+"""Distance from the map's obstacles within which a marked cell is taken for that obstacle, given pose errors [m]."""
 
 
 class ObstacleMemory:
-    """Cells of the map in which the laser saw something that the map does not know of.
+    """Cells of the map in which the laser saw an obstacle that is not in the map.
 
-    A cell is remembered until it is seen free, or cleared. Robots and people that are known to be there by other
-    means are not remembered: they move.
+    A cell is remembered until it is seen free or cleared. Known robots and people are not remembered, since they move.
 
     Parameters
     ----------
     layers : MapLayers
-        The map.
-    robot_radius, inflation_radius : float
-        [m].
+        Layers of the map.
+    robot_radius : float
+        Inscribed radius of the robot [m].
+    inflation_radius : float
+        Distance from obstacles up to which cells have a cost [m].
     cost_scaling_factor : float
-        [1/m].
+        Rate at which costs decay with the distance [1/m].
     """
 
     def __init__(
@@ -60,18 +61,18 @@ class ObstacleMemory:
 
     @property
     def cells(self) -> NDArray[np.int64]:
-        """(n, 2) row, column of what is remembered."""
+        """(n, 2) int64 array: row, column of the remembered cells."""
         return self._cells
 
     def update(self, seen: ObstacleLayer, others: Iterable[Disc] = ()) -> None:
-        """Take over what is in the window now.
+        """Add the obstacles in the window of the local costmap, and remove cells that it has seen.
 
         Parameters
         ----------
         seen : ObstacleLayer
-            Of the local costmap.
+            Obstacle layer of the local costmap.
         others : iterable of (x, y, radius)
-            Who is there and moves, in the frame of the map [m].
+            Discs of known robots and people, in the frame of the map [m]; cells in them are not remembered.
         """
         corner = np.array((seen.row, seen.column))
         marked = self._new(np.argwhere(seen.marked) + corner, others)
@@ -84,7 +85,7 @@ class ObstacleMemory:
         self._cells = np.concatenate((kept, marked))
 
     def overlay(self, costmap: Costmap) -> Costmap:
-        """Return a costmap of the whole map with what is remembered; what was given is not written to."""
+        """Return a costmap of the whole map with the remembered obstacles; the given costmap is not modified."""
         cells = self._cells
         if not len(cells):
             return costmap
@@ -100,7 +101,7 @@ class ObstacleMemory:
         return Costmap(data, costmap.info, costmap.indexes)
 
     def clear(self, around: Pose2D | None = None, beyond: float = 0.0) -> None:
-        """Forget everything, or what is farther than ``beyond`` [m] from a pose in the frame of the map."""
+        """Forget all cells, or only those farther than ``beyond`` [m] from a pose in the frame of the map."""
         if around is None or not len(self._cells):
             self._cells = self._cells[:0]
             return
@@ -108,7 +109,7 @@ class ObstacleMemory:
         self._cells = self._cells[np.hypot(centres[:, 0] - around.x, centres[:, 1] - around.y) <= beyond]
 
     def _new(self, marked: NDArray[np.int64], others: Iterable[Disc]) -> NDArray[np.int64]:
-        """Return the marked cells that neither the map nor those who move account for."""
+        """Return the marked cells that are neither obstacles of the map nor within the discs of ``others``."""
         marked = marked[self._within(marked, self._layers.distance.shape)]
         marked = marked[self._layers.distance[tuple(marked.T)] > WALL_MARGIN]
         centres = self._layers.grid.info.to_world(marked)

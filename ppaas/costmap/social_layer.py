@@ -1,4 +1,4 @@
-"""The social layer: people are not to be come close to, least of all where they walk to.
+"""Social layer: costs around people, which extend in the direction in which they walk.
 
 Values and names are those of the proxemic layer of social_navigation_layers.
 """
@@ -18,7 +18,7 @@ from ppaas.geometry import Pose2D
 
 
 class PersonNearby(NamedTuple):
-    """Where somebody is, in the frame of the map [m], and how fast they walk [m/s]."""
+    """Position [m] and velocity [m/s] of a person, in the frame of the map."""
 
     x: float
     y: float
@@ -28,23 +28,23 @@ class PersonNearby(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Proxemics:
-    """How much room people are given.
+    """Costs around people: a Gaussian, which is wider in front of a person who walks.
 
     Parameters
     ----------
     amplitude : float
-        Cost where a person stands; less than where a robot would collide.
+        Cost at the position of a person; below 253, the cost of a collision.
     covariance : float
-        Of the Gaussian around them [m²].
+        Variance of the Gaussian [m²].
     cutoff : float
-        What costs less than this costs nothing.
+        Costs below this are ignored.
     factor : float
-        By how much of itself, a metre a second, the covariance grows where they walk to.
+        Growth of the covariance in front of a person, relative to itself and per speed [s/m].
 
     Raises
     ------
     InvalidParameter
-        One is not finite or out of range; the text names it.
+        A parameter is not finite or out of range; the text names it.
     """
 
     amplitude: float = 77.0
@@ -58,8 +58,9 @@ class Proxemics:
             if not (math.isfinite(value) and (value > 0.0 or (name == "factor" and value == 0.0))):
                 raise InvalidParameter(f"{name} must be finite and above 0, not {value}")
         if self.amplitude >= INSCRIBED_INFLATED_OBSTACLE:
-            most = INSCRIBED_INFLATED_OBSTACLE - 1
-            raise InvalidParameter(f"amplitude must be at most {most}, not {self.amplitude}: more is an obstacle")
+            raise InvalidParameter(
+                f"amplitude must be below {INSCRIBED_INFLATED_OBSTACLE}, the cost of a collision, not {self.amplitude}"
+            )
 
     def add(self, costmap: Costmap, people: Iterable[PersonNearby]) -> bool:
         """Raise the costs of a costmap around people, in place.
@@ -67,14 +68,14 @@ class Proxemics:
         Parameters
         ----------
         costmap : Costmap
-            Its own copy, in the frame of the map; written to.
+            Costmap in the frame of the map; its data are modified.
         people : iterable of PersonNearby
-            Finite.
+            People, with finite positions and velocities.
 
         Returns
         -------
         bool
-            Whether any cost is higher now.
+            Whether any cost was raised.
         """
         frame = costmap.info.origin.inverse()
         turn = Pose2D(0.0, 0.0, frame.theta)

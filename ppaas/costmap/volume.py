@@ -1,4 +1,4 @@
-"""The room a robot takes up, standing upright: from its frame upwards."""
+"""Volume of an upright robot, from its base frame upwards."""
 
 import math
 from dataclasses import dataclass
@@ -8,19 +8,19 @@ from ppaas.errors import InvalidParameter
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
-    """An upright cylinder whose base is centred on the robot's frame.
+    """Upright cylinder whose base is centred on the robot's frame.
 
     Parameters
     ----------
     radius : float
-        Zero or more [m].
+        At least 0 [m].
     height : float
-        More than zero [m].
+        Above 0 [m].
 
     Raises
     ------
     InvalidParameter
-        One of them is out of range.
+        A size is out of range.
     """
 
     radius: float
@@ -29,37 +29,37 @@ class Cylinder:
     def __post_init__(self) -> None:
         _check(self.height, "height")
         if not (math.isfinite(self.radius) and self.radius >= 0.0):
-            raise InvalidParameter(f"the radius of a robot must be zero or more metres, not {self.radius}")
+            raise InvalidParameter(f"the robot's radius must be at least 0 metres and finite, not {self.radius}")
 
     @property
     def half_length(self) -> float:
-        """Half of what it takes up along its heading with straight faces: nothing [m]."""
+        """Half length of the rectangle that ``radius`` extends, here 0 [m]."""
         return 0.0
 
     @property
     def half_width(self) -> float:
-        """Half of what it takes up across its heading with straight faces: nothing [m]."""
+        """Half width of the rectangle that ``radius`` extends, here 0 [m]."""
         return 0.0
 
     @property
     def swept_radius(self) -> float:
-        """Radius of the cylinder in which it can turn [m]."""
+        """Radius of the cylinder in which the robot can turn on the spot [m]."""
         return self.radius
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """An upright box whose base is centred on the robot's frame.
+    """Upright box whose base is centred on the robot's frame.
 
     Parameters
     ----------
     length, width, height : float
-        Along the robot's x, y and z; more than zero [m].
+        Sizes along the robot's x, y and z; above 0 [m].
 
     Raises
     ------
     InvalidParameter
-        One of them is out of range.
+        A size is out of range.
     """
 
     length: float
@@ -72,22 +72,22 @@ class Box:
 
     @property
     def half_length(self) -> float:
-        """[m]."""
+        """Half of the length [m]."""
         return self.length / 2.0
 
     @property
     def half_width(self) -> float:
-        """[m]."""
+        """Half of the width [m]."""
         return self.width / 2.0
 
     @property
     def radius(self) -> float:
-        """How far it reaches beyond its faces: nothing [m]."""
+        """Extension of the rectangle to all sides, here 0 [m]."""
         return 0.0
 
     @property
     def swept_radius(self) -> float:
-        """Radius of the cylinder in which it can turn [m]."""
+        """Radius of the cylinder in which the robot can turn on the spot [m]."""
         return math.hypot(self.half_length, self.half_width)
 
 
@@ -96,4 +96,4 @@ Volume = Cylinder | Box
 
 def _check(value: float, name: str) -> None:
     if not (math.isfinite(value) and value > 0.0):
-        raise InvalidParameter(f"the {name} of a robot must be more than zero metres, not {value}")
+        raise InvalidParameter(f"the robot's {name} must be above 0 metres and finite, not {value}")

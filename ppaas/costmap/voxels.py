@@ -1,4 +1,4 @@
-"""The costmap in space: what it costs a robot of some volume to be somewhere."""
+"""Costmap in space: the cost of each position for the volume of a robot."""
 
 import math
 from dataclasses import dataclass
@@ -14,28 +14,28 @@ from ppaas.errors import InvalidMap, InvalidParameter
 from ppaas.maps.voxels import VoxelGrid, VoxelInfo, only_read
 
 MOST_REACH = 500
-"""Voxels that a robot and its inflation may reach to each side."""
+"""Limit of the robot's radius and of the inflation radius [voxels]."""
 
 _SLACK = 1e-6
-"""What only touches is not hit, though its distance was rounded; in squared half voxels."""
+"""Tolerance for rounded distances, so that touching does not count as collision [squared half voxels]."""
 
 
 @dataclass(frozen=True, slots=True)
 class VoxelCostmap:
-    """What each place costs the robot. A voxel stands for one place of its frame: the middle of the voxel's floor.
+    """Cost of each voxel. A voxel represents one position of the robot's frame: the centre of the voxel's floor.
 
     Parameters
     ----------
     data : (depth, height, width) uint8 array
-        0 free, 1–252 graded, 253 the robot would collide, or has nothing to stand on, 254 its place itself is occupied,
-        255 it would reach into the unknown; layer 0 is the lowest. Planners only read it.
+        0 free; 1–252 graded; 253 the robot would collide, or has no ground; 254 the voxel itself is occupied; 255 the
+        robot would reach into unknown space. Layer 0 is the lowest. Planners only read it.
     info : VoxelInfo
-        Where it lies.
+        Geometry of the grid.
 
     Raises
     ------
     InvalidMap
-        An array of another shape or type.
+        The array has another shape or type.
     """
 
     data: NDArray[np.uint8]
@@ -44,16 +44,16 @@ class VoxelCostmap:
     def __post_init__(self) -> None:
         if self.data.shape != self.info.shape or self.data.dtype != np.uint8:
             raise InvalidMap(
-                f"expected uint8 voxels of shape {self.info.shape}, got {self.data.dtype} of {self.data.shape}"
+                f"expected uint8 voxels of shape {self.info.shape}, not {self.data.dtype} of shape {self.data.shape}"
             )
 
     def places(self, voxels: ArrayLike) -> NDArray[np.float64]:
-        """Return the places that voxels stand for: (..., 3) x, y, z [m] of (..., 3) layer, row, column."""
+        """Return the positions that voxels represent: (..., 3) x, y, z [m] from (..., 3) layer, row, column."""
         middles = np.asarray(voxels, dtype=np.float64)[..., ::-1] + (0.5, 0.5, 0.0)
         return np.asarray(middles * self.info.resolution + self.info.origin)
 
     def nearest(self, points: ArrayLike) -> NDArray[np.int64]:
-        """Return the voxels whose places are nearest to points, (..., 3); outside the map where a point is."""
+        """Return the voxels whose positions are nearest to points, (..., 3); outside the map if the point is."""
         return self.info.to_voxels(np.add(points, (0.0, 0.0, self.info.resolution / 2.0)))
 
 
@@ -66,32 +66,33 @@ def inflate_voxels(
     inflation_radius: float = 0.0,
     cost_scaling_factor: float = COST_SCALING_FACTOR,
 ) -> VoxelCostmap:
-    """Return where a robot can be, and what it costs.
+    """Return the costs of all positions of a robot.
 
-    A robot is blocked where it would overlap an occupied voxel, whichever way it turns. On a straight way between two
-    neighbouring places it is nowhere nearer to a voxel than at one of the places around the way, and planners take a
-    way only where all of those are free. So between places a robot touches nothing either.
+    A position is blocked if the robot would overlap an occupied voxel there with any heading. This makes moves safe as
+    well: on a straight move between two neighbouring positions, the robot is never nearer to a voxel than at one of the
+    positions around the move, and planners use a move only if all of these are free.
 
     Parameters
     ----------
     voxels : VoxelGrid
-        What lies outside of it is unknown.
+        The map; space outside it is unknown.
     volume : Volume
-        Of the robot; a box counts as the cylinder in which it can turn.
+        Volume of the robot; a box counts as the cylinder in which it can turn.
     ground : bool
-        Whether the robot stands on something: a voxel right below its place, or at most ``max_step`` deeper, must be
-        occupied. Else it flies.
+        Whether the robot needs ground: an occupied voxel directly below its position, or at most ``max_step`` lower.
+        Else the robot flies.
     max_step : float
-        Height of a step that a robot on the ground climbs [m].
+        Highest step that a robot on the ground can climb [m].
     inflation_radius : float
-        Up to this horizontal distance from an obstacle a place costs 252 · exp(−factor · (distance − r)) [m].
+        Horizontal distance from an obstacle up to which a position costs 252 · exp(−factor · (distance − r)), where r
+        is the radius of the robot [m].
     cost_scaling_factor : float
-        [1/m].
+        Rate at which costs decay with the distance [1/m].
 
     Raises
     ------
     InvalidParameter
-        A radius, factor or step that is negative or not finite, or a robot too large for voxels so small.
+        A radius, the factor or the step is negative or not finite, or the voxels are too small for the robot.
     """
     for name, value in (
         ("max_step", max_step),
@@ -112,13 +113,13 @@ def inflate_voxels(
 
 
 def _table(radius: float, inflation_radius: float, factor: float, edge: float) -> NDArray[np.uint8]:
-    """Return the cost by the squared distance from an obstacle, in half voxels; what is farther away costs nothing."""
-    collides = max((2.0 * radius / edge) ** 2, 1.0) - _SLACK  # within its own column even a robot without any width
+    """Return the cost by the squared distance from an obstacle [squared half voxels]; beyond the table it is 0."""
+    collides = max((2.0 * radius / edge) ** 2, 1.0) - _SLACK  # even a robot of radius 0 collides in its own column
     last = max(collides, (2.0 * inflation_radius / edge) ** 2 + _SLACK)
     if last > (2.0 * MOST_REACH) ** 2:
         raise InvalidParameter(
-            f"{max(radius, inflation_radius):g} m around a robot are more than {MOST_REACH} voxels of {edge:g} m: "
-            "plan at a coarser depth"
+            f"the radius of {max(radius, inflation_radius):g} m around the robot is more than {MOST_REACH} voxels of "
+            f"{edge:g} m: plan at a coarser depth"
         )
     squares = np.arange(math.ceil(last) + 1)
     decay = np.exp(-factor * np.maximum(0.0, np.sqrt(squares) * (edge / 2.0) - radius))

@@ -1,1 +1,1 @@
-"""What sensors other than lasers see, as those parts that know lasers alone can take it."""
+"""Perception: depth images as laser scans, and moving objects in laser scans."""

@@ -1,7 +1,8 @@
-"""Depth images as PNG, in the format of ROS's ``compressed_depth_image_transport``: a fifth of their size or less.
+"""Compression of depth images as PNG, in the format of ROS's ``compressed_depth_image_transport``.
 
-An image in millimetres is kept as it is. Of one in metres the inverse is kept in 16 bits: near things are told more
-finely than far ones, as depth cameras see them. Before the PNG stand twelve bytes that say how.
+Images in millimetres are stored unchanged. Of images in metres, the inverse depth is quantized to 16 bits, which gives
+near objects a finer resolution, as depth cameras do. A header of twelve bytes before the PNG has the parameters. The
+result has a fifth of the original size or less.
 """
 
 import io
@@ -16,11 +17,11 @@ from ppaas.perception.depth_scan import MOST_PIXELS
 from ppaas.perception.kernels.depth import Depths
 
 FORMATS = {"uint16": "16UC1; compressedDepth png", "float32": "32FC1; compressedDepth png"}
-"""What the messages call themselves, by the type of their numbers."""
+"""Format of a message by the type of the image's numbers."""
 
 QUANTIZATION = 100.0
 MOST_DEPTH = 10.0
-"""ROS's ``depth_quantization`` and ``depth_max`` [m]; what is farther is not known afterwards."""
+"""Defaults of ROS's ``depth_quantization`` and ``depth_max`` [m]; larger depths are lost."""
 
 _HEAD = struct.Struct("<iff")
 _UNDEFINED, _INVERSE = 0, 1
@@ -32,7 +33,7 @@ def compress(image: Depths) -> tuple[str, bytes]:
     Parameters
     ----------
     image : (height, width) uint16 or float32 array
-        mm or m; 0 or NaN where it is not known.
+        Depths in mm or m, respectively; 0 or NaN where unknown.
     """
     if image.dtype == np.uint16:
         return FORMATS["uint16"], _HEAD.pack(_UNDEFINED, 0.0, 0.0) + _png(image.astype(np.uint16, copy=False))
@@ -46,23 +47,24 @@ def compress(image: Depths) -> tuple[str, bytes]:
 
 
 def decompress(kind: str, data: bytes) -> Depths:
-    """Return a depth image, (height, width): uint16 in mm, or float32 in m with NaN where it is not known.
+    """Return a depth image, (height, width): uint16 in mm, or float32 in m with NaN where unknown.
 
     Parameters
     ----------
     kind : str
-        What the message calls its format.
+        Format of the message.
     data : bytes
+        Data of the message.
 
     Raises
     ------
     InvalidInput
-        Another format, a broken image, or one that is too large.
+        The format is unknown, or the image is broken or too large.
     """
     numbers = next((numbers for numbers, name in FORMATS.items() if kind.startswith(name)), None)
     if numbers is None or len(data) <= _HEAD.size:
         known = " or ".join(repr(name) for name in FORMATS.values())
-        raise InvalidInput(f"a compressed depth image is {known}, not {kind!r} of {len(data)} bytes")
+        raise InvalidInput(f"the format of a compressed depth image must be {known}, not {kind!r} of {len(data)} bytes")
     _, scale, offset = _HEAD.unpack_from(data)
     pixels = _pixels(data[_HEAD.size :])
     if numbers == "uint16":
@@ -73,7 +75,7 @@ def decompress(kind: str, data: bytes) -> Depths:
 
 
 def _png(pixels: NDArray[np.uint16]) -> bytes:
-    from PIL.Image import fromarray  # noqa: PLC0415  # only who compresses needs Pillow
+    from PIL.Image import fromarray  # noqa: PLC0415  # Pillow is needed only for compressed images
 
     file = io.BytesIO()
     fromarray(pixels).save(file, "png", compress_level=1)
@@ -81,13 +83,13 @@ def _png(pixels: NDArray[np.uint16]) -> bytes:
 
 
 def _pixels(data: bytes) -> NDArray[np.uint16]:
-    from PIL.PngImagePlugin import PngImageFile  # noqa: PLC0415  # only who compresses needs Pillow
+    from PIL.PngImagePlugin import PngImageFile  # noqa: PLC0415  # Pillow is needed only for compressed images
 
     try:
         image = PngImageFile(io.BytesIO(data))
         width, height = image.size
         if image.mode not in ("I;16", "L") or width * height > MOST_PIXELS:
-            raise ValueError(f"{width}×{height} pixels of {image.mode}")
+            raise ValueError(f"it has {width}×{height} pixels of mode {image.mode}")
         return np.asarray(image).astype(np.uint16)
     except BROKEN as error:
-        raise InvalidInput(f"a depth image is a grey PNG of 16 bits and cannot be read: {error}") from error
+        raise InvalidInput(f"the depth image cannot be read as a grey PNG of 16 bits: {error}") from error

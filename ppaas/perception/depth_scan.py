@@ -1,8 +1,8 @@
-"""A depth image as a laser scan, so that a robot with a depth camera drives as one with a laser.
+"""Conversion of depth images to laser scans, so that a robot with a depth camera drives like one with a laser.
 
-After ROS's ``depthimage_to_laserscan``: of some rows about the optical axis, each column gives the nearest thing in
-it, at the angle at which the camera sees that column. So a table whose edge is in these rows is seen, which a laser
-below it passes by.
+It follows ROS's ``depthimage_to_laserscan``: from the rows around the optical axis, each column gives the least depth,
+at the angle at which the camera sees that column. So the edge of a table in these rows is seen, while a laser scans
+below it.
 """
 
 import math
@@ -16,27 +16,29 @@ from ppaas.parameters import Parameters
 from ppaas.perception.kernels.depth import Depths, nearest, spread
 
 MILLIMETRES = 0.001
+"""One millimetre [m]."""
+
 MOST_PIXELS = 1 << 26
-"""Of an image."""
+"""Limit of the number of pixels of an image."""
 
 
 @dataclass(frozen=True, slots=True)
 class PinholeCamera:
-    """A camera without distortion, as depth cameras give their images [pixels].
+    """Camera without distortion. Depth cameras rectify their images, so this model applies to them.
 
     Parameters
     ----------
     width, height : int
-        Of its images.
+        Size of the images [pixels].
     fx : float
-        Focal length along rows.
+        Focal length along rows [pixels].
     cx, cy : float
-        Where the optical axis meets the image.
+        Principal point, where the optical axis meets the image [pixels].
 
     Raises
     ------
     InvalidInput
-        There is no such camera.
+        A parameter is out of range or not finite.
     """
 
     width: int
@@ -46,9 +48,11 @@ class PinholeCamera:
     cy: float
 
     def __post_init__(self) -> None:
-        """Check that it can see."""
+        """Check the size and the intrinsic parameters."""
         if not (self.width > 1 and self.height > 0 and self.width * self.height <= MOST_PIXELS):
-            raise InvalidInput(f"a depth image is of 2×1 to {MOST_PIXELS} pixels, not {self.width}×{self.height}")
+            raise InvalidInput(
+                f"a depth image must have from 2×1 to {MOST_PIXELS} pixels, not {self.width}×{self.height}"
+            )
         centred = 0.0 <= self.cx <= self.width - 1 and 0.0 <= self.cy <= self.height - 1
         if not (math.isfinite(self.fx) and self.fx > 0.0 and centred):
             raise InvalidInput(
@@ -58,18 +62,18 @@ class PinholeCamera:
 
 
 class DepthScanParameters(Parameters, frozen=True):
-    """Parameters of ROS's node, with its names and defaults.
+    """Parameters of ROS's node ``depthimage_to_laserscan``, with its names and defaults.
 
     Parameters
     ----------
     scan_height : int
-        Rows that are looked at, about the optical axis.
+        Number of rows around the optical axis that are used.
     scan_time : float
-        Between two images [s].
+        Time between two images [s].
     range_min, range_max : float
-        What is nearer or farther counts as nothing [m].
+        Depths outside these ranges are ignored [m].
     output_frame_id : str
-        Of the scan: x ahead, y to the left. The image's own frame looks along z.
+        Frame of the scan, with x ahead and y to the left. (The image's own frame has z ahead.)
     """
 
     scan_height: int = 1
@@ -81,35 +85,37 @@ class DepthScanParameters(Parameters, frozen=True):
     def __post_init__(self) -> None:
         """Check the ranges."""
         if not 1 <= self.scan_height <= MOST_PIXELS:
-            raise InvalidParameter(f"scan_height must be a number of rows from 1 on, not {self.scan_height}")
+            raise InvalidParameter(f"scan_height must be at least 1 row, not {self.scan_height}")
         if not 0.0 <= self.range_min < self.range_max < math.inf:
             raise InvalidParameter(
-                f"range_min and range_max must be finite, not negative, and the first the smaller one, "
-                f"not {self.range_min} and {self.range_max}"
+                f"range_min and range_max must be finite and not negative, and range_min the smaller one, not "
+                f"{self.range_min} and {self.range_max}"
             )
         if not 0.0 <= self.scan_time < math.inf:
             raise InvalidParameter(f"scan_time must be finite and not negative, not {self.scan_time}")
         if not self.output_frame_id:
-            raise InvalidParameter("output_frame_id must name the frame of the scan, such as 'camera_depth_frame'")
+            raise InvalidParameter("output_frame_id must be the frame of the scan, such as 'camera_depth_frame'")
 
 
 class DepthScanner:
-    """Turns the images of one camera into scans.
+    """Converter of one camera's depth images to scans.
 
     Parameters
     ----------
     camera : PinholeCamera
+        The camera.
     parameters : DepthScanParameters
+        Parameters of the conversion.
 
     Attributes
     ----------
     angle_min, angle_max, angle_increment : float
-        Of the scan [rad], counter-clockwise: the first beam is that of the last column.
+        Angles of the scan, counter-clockwise [rad]; the first beam belongs to the last column.
 
     Raises
     ------
     InvalidParameter
-        The image has fewer rows about its optical axis than are to be looked at.
+        The image has fewer than ``scan_height`` rows around the optical axis.
     """
 
     def __init__(self, camera: PinholeCamera, parameters: DepthScanParameters) -> None:
@@ -118,8 +124,8 @@ class DepthScanner:
         first = int(camera.cy - parameters.scan_height / 2.0)
         if not 0 <= first <= camera.height - parameters.scan_height:
             raise InvalidParameter(
-                f"scan_height {parameters.scan_height} about row {camera.cy:g} reaches beyond the {camera.height} rows "
-                "of the image: make it smaller"
+                f"scan_height {parameters.scan_height} around row {camera.cy:g} exceeds the image of {camera.height} "
+                "rows: reduce it"
             )
         self._rows = slice(first, first + parameters.scan_height)
         across = (np.arange(camera.width) - camera.cx) / camera.fx
@@ -131,23 +137,23 @@ class DepthScanner:
         self._limits: dict[np.dtype[np.generic], tuple[Depths, Depths]] = {}
 
     def scan(self, image: Depths) -> NDArray[np.float32]:
-        """Return the range of each beam [m]; NaN where nothing was seen.
+        """Return the range of each beam [m], NaN if nothing was seen, as (width,) float32 array.
 
         Parameters
         ----------
         image : (height, width) uint16 or float32 array
-            Depth along the optical axis, in mm if they are whole numbers, else in m; 0 or NaN where it is not known.
+            Depths along the optical axis, in mm for uint16 and in m for float32; 0 or NaN where unknown.
 
         Raises
         ------
         InvalidInput
-            It is of another size than the camera's images, or of another type.
+            The image has another size than the camera's images, or another type.
         """
         camera = self.camera
         if image.shape != (camera.height, camera.width) or image.dtype not in (np.uint16, np.float32):
             raise InvalidInput(
-                f"expected a depth image of {camera.width}×{camera.height} uint16 or float32, as its camera_info says, "
-                f"got {image.shape[1]}×{image.shape[0]} {image.dtype}"
+                f"a depth image must have {camera.width}×{camera.height} pixels of uint16 or float32, by its "
+                f"camera_info, not {image.shape[1]}×{image.shape[0]} of {image.dtype}"
             )
         low, high = self._limits_of(image.dtype)
         farthest = np.iinfo(np.uint16).max if image.dtype == np.uint16 else np.inf
@@ -161,7 +167,7 @@ class DepthScanner:
         return scan
 
     def _limits_of(self, kind: np.dtype[np.generic]) -> tuple[Depths, Depths]:
-        """Return the least and the greatest depth of each column whose range counts; a depth of 0 never does."""
+        """Return the least and the greatest valid depth of each column, in units of the image; above 0."""
         if kind not in self._limits:
             own = self._parameters
             if kind == np.uint16:
@@ -175,5 +181,5 @@ class DepthScanner:
 
 
 def _shorts(limits: NDArray[np.float64]) -> NDArray[np.uint16]:
-    # The greatest number says that nothing was found.
+    # The greatest uint16 marks columns without a valid depth.
     return np.minimum(limits, np.iinfo(np.uint16).max - 1).astype(np.uint16)

@@ -1,4 +1,4 @@
-"""Follows what stands out in scans from one to the next, and tells of what moves: where it is, and how fast it goes."""
+"""Tracking of unmapped objects over successive scans, which yields the positions and velocities of moving objects."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -10,44 +10,54 @@ from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.perception.unmapped_objects import UnmappedObject, unmapped_objects_in
 
 NEAR = 0.5
-"""A thing is not the one that was expected farther away than this [m]."""
+"""Largest distance between an object's predicted position and an observation that is assigned to it [m]."""
 FORGET = 0.6
-"""What is not seen for so long is followed no more [s]."""
+"""Time without an observation after which a track is deleted [s]."""
 GAP = 1.0
-"""After so long without a scan all begins anew [s]."""
+"""Time without a scan after which all tracks are deleted [s]."""
 HITS = 4
-"""Scans in which it must have been seen."""
+"""Number of observations from which a track may count as moving."""
 MOVED = 0.2
-"""How far it must have come from where it was seen first [m]."""
+"""Distance from its first position from which a track may count as moving [m]."""
 SLOWEST = 0.2
-"""What is slower stands, and is an obstacle as any [m/s]."""
+"""Least speed of a moving object; slower ones are ordinary obstacles [m/s]."""
 FASTEST = 3.0
+"""Largest plausible speed of a moving object [m/s]."""
 TRAIL_MARGIN = 0.1
-"""What it hit beams with lies this near to its outline [m]."""
+"""Margin around an object within which its hits may have marked cells [m]."""
 LONGEST_TRAIL = 50
+"""Limit of the number of past positions of a track."""
 
 SIGMA_SEEN = 0.05
-"""Of the middle of a thing, as it is seen in a scan [m]."""
+"""Standard deviation of an object's observed centre [m]."""
 SIGMA_PUSH = 1.5
-"""How much people change their walk: acceleration [m/s²]."""
+"""Standard deviation of a person's acceleration [m/s²]."""
 SIGMA_FIRST = 1.0
-"""Of the velocity of what was not seen before [m/s]."""
+"""Standard deviation of a new track's velocity [m/s]."""
 
 
 @dataclass(slots=True)
 class Track:
-    """One thing: a Kalman filter of constant velocity, the same along x and y.
+    """Track of one object: a Kalman filter with constant velocity, with the same covariance along x and y.
 
     Parameters
     ----------
-    x, y, vx, vy : float
-        [m, m/s].
+    x, y : float
+        Position [m].
     radius : float
-        The largest that was seen of it, fading [m].
+        Largest observed radius, which decays by 10 % per observation [m].
     first : (x, y)
-        Where it was seen first [m].
+        First observed position [m].
     seen : float
-        When it was seen last [s].
+        Time of the last observation [s].
+    vx, vy : float
+        Velocity [m/s].
+    hits : int
+        Number of observations.
+    variance, mixed, variance_v : float
+        Variance of the position [m²], covariance of position and velocity [m²/s], variance of the velocity [m²/s²].
+    trail : list of (x, y, radius)
+        Past positions, whose marks may still be in the costmap [m].
     """
 
     x: float
@@ -64,7 +74,7 @@ class Track:
     variance_v: float = SIGMA_FIRST**2
 
     def predict(self, dt: float) -> None:
-        """Let time pass [s]."""
+        """Predict the state after a time [s], with white noise in the acceleration."""
         self.x += self.vx * dt
         self.y += self.vy * dt
         push = SIGMA_PUSH**2
@@ -72,49 +82,49 @@ class Track:
         self.mixed += dt * self.variance_v + 0.5 * push * dt**3
         self.variance_v += push * dt**2
 
-    def correct(self, thing: UnmappedObject, now: float) -> None:
-        """Take where it is seen."""
+    def correct(self, observed: UnmappedObject, now: float) -> None:
+        """Update the state by an observation at time ``now`` [s]."""
         total = self.variance + SIGMA_SEEN**2
         gain, gain_v = self.variance / total, self.mixed / total
-        off_x, off_y = thing.x - self.x, thing.y - self.y
+        off_x, off_y = observed.x - self.x, observed.y - self.y
         self.x, self.y = self.x + gain * off_x, self.y + gain * off_y
         self.vx, self.vy = self.vx + gain_v * off_x, self.vy + gain_v * off_y
         self.variance_v -= gain_v * self.mixed
         self.mixed *= 1.0 - gain
         self.variance *= 1.0 - gain
-        self.radius = max(thing.radius, 0.9 * self.radius)
+        self.radius = max(observed.radius, 0.9 * self.radius)
         self.trail = [*self.trail[-LONGEST_TRAIL:], (self.x, self.y, self.radius + TRAIL_MARGIN)]
         self.seen, self.hits = now, self.hits + 1
 
     def leave(self) -> list[Disc]:
-        """Return where it was and is no more, once."""
+        """Return, once each, the past discs that the object has left."""
         away = [disc for disc in self.trail if math.hypot(disc[0] - self.x, disc[1] - self.y) > disc[2] + self.radius]
         self.trail = [disc for disc in self.trail if disc not in away]
         return away
 
     @property
     def moves(self) -> bool:
-        """Whether it certainly goes somewhere."""
+        """Whether the object is certainly moving."""
         speed = math.hypot(self.vx, self.vy)
-        come = math.hypot(self.x - self.first[0], self.y - self.first[1])
-        return self.hits >= HITS and come >= MOVED and SLOWEST <= speed <= FASTEST
+        moved = math.hypot(self.x - self.first[0], self.y - self.first[1])
+        return self.hits >= HITS and moved >= MOVED and SLOWEST <= speed <= FASTEST
 
 
 class Tracker:
-    """Follows all things around a robot.
+    """Tracker of all unmapped objects around a robot.
 
     Attributes
     ----------
     at : float
-        Of what time `movers` tells [s].
+        Time of the last scan, for which the tracks are valid [s].
     """
 
     def __init__(self) -> None:
         self.at = -math.inf
         self._tracks: list[Track] = []
 
-    def see(self, things: Sequence[UnmappedObject], now: float) -> None:
-        """Take what stands out in the scan of a time [s]; an older one than the last is of no use."""
+    def see(self, objects: Sequence[UnmappedObject], now: float) -> None:
+        """Update the tracks by the objects in a scan at time ``now`` [s]; a scan older than the last is ignored."""
         dt = now - self.at
         if dt <= 0.0:
             return
@@ -123,50 +133,50 @@ class Tracker:
         self.at = now
         for track in self._tracks:
             track.predict(dt)
-        rest = self._match(things, now)
+        rest = self._match(objects, now)
         self._tracks = [track for track in self._tracks if now - track.seen <= FORGET]
-        self._tracks += [Track(thing.x, thing.y, thing.radius, (thing.x, thing.y), now) for thing in rest]
+        self._tracks += [Track(new.x, new.y, new.radius, (new.x, new.y), now) for new in rest]
 
     def movers(self) -> Iterable[MovingObstacle]:
-        """Return what moved as the last scan was taken."""
+        """Return the moving objects at the time of the last scan."""
         return [
             MovingObstacle(track.x, track.y, track.vx, track.vy, track.radius) for track in self._tracks if track.moves
         ]
 
     def left(self) -> list[Disc]:
-        """Return where what moves was and is no more, each place once."""
+        """Return, once each, the discs that moving objects have left."""
         return [disc for track in self._tracks if track.moves for disc in track.leave()]
 
-    def _match(self, things: Sequence[UnmappedObject], now: float) -> list[UnmappedObject]:
-        """Give each track the thing that is nearest to it, the nearest pairs first; return what nobody takes."""
+    def _match(self, objects: Sequence[UnmappedObject], now: float) -> list[UnmappedObject]:
+        """Assign objects to tracks greedily, the nearest pairs first; return the objects without a track."""
         pairs = sorted(
-            (math.hypot(thing.x - track.x, thing.y - track.y), i, k)
+            (math.hypot(each.x - track.x, each.y - track.y), i, k)
             for i, track in enumerate(self._tracks)
-            for k, thing in enumerate(things)
+            for k, each in enumerate(objects)
         )
         tracks, taken = set[int](), set[int]()
-        for apart, i, k in pairs:
-            if apart > NEAR:
+        for distance, i, k in pairs:
+            if distance > NEAR:
                 break
             if i not in tracks and k not in taken:
                 tracks.add(i)
                 taken.add(k)
-                self._tracks[i].correct(things[k], now)
-        return [thing for k, thing in enumerate(things) if k not in taken]
+                self._tracks[i].correct(objects[k], now)
+        return [each for k, each in enumerate(objects) if k not in taken]
 
 
 class MovingObjects:
-    """What moves around a robot, as its laser sees it.
+    """Moving objects around a robot, seen by its laser.
 
     Parameters
     ----------
     layers : MapLayers
-        What is in the map does not move.
+        Layers of the map, whose obstacles do not move.
 
     Attributes
     ----------
     at : float
-        When the last scan came [s].
+        Time at which the last scan arrived [s].
     """
 
     def __init__(self, layers: MapLayers) -> None:
@@ -175,14 +185,14 @@ class MovingObjects:
         self.at = -math.inf
 
     def see(self, reading: LaserReading, stamp: float, now: float) -> None:
-        """Take a scan that was taken in the frame of the map at ``stamp`` by the robot's clock, and came by ``now``."""
+        """Add a scan, in the frame of the map, with the robot's ``stamp`` [s] and its time of arrival ``now`` [s]."""
         self._tracker.see(unmapped_objects_in(reading, self._layers), stamp)
         self.at = now
 
     def left(self) -> list[Disc]:
-        """Return where what moves was and is no more, each place once: what was marked there is not there."""
+        """Return, once each, the discs that moving objects have left, in which marked cells can be freed."""
         return self._tracker.left()
 
     def now(self, now: float) -> tuple[MovingObstacle, ...]:
-        """Return where what moves is, and nothing if the last scan is older than `FORGET`."""
+        """Return the moving objects, none if the last scan is older than `FORGET`."""
         return tuple(self._tracker.movers()) if now - self.at <= FORGET else ()

@@ -1,4 +1,4 @@
-"""What of a scan stands out from the map: things of a person's size that the map knows nothing of."""
+"""Detection of unmapped objects: round objects up to a person's size in a scan that are not in the map."""
 
 import math
 from typing import NamedTuple
@@ -11,18 +11,19 @@ from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.costmap.obstacle_memory import WALL_MARGIN
 
 REACH = 6.0
-"""Beams that go farther say too little: what they hit is hit by few [m]."""
+"""Limit of ranges that are used, since farther objects are hit by too few beams [m]."""
 APART = 0.2
-"""What is hit by beams beside one another is one thing, unless it is so much farther apart than they are [m]."""
+"""Gap between the hits of successive beams, beyond their spacing, from which they belong to two objects [m]."""
 LEAST = 3
-"""Beams that must hit a thing."""
+"""Least number of beams that hit an object."""
 LARGEST = 1.0
-"""Nothing that is longer is taken for somebody [m]."""
+"""Largest length of an object [m]."""
 SMALLEST_RADIUS = 0.1
+"""Least radius of an object [m]."""
 
 
 class UnmappedObject(NamedTuple):
-    """Where something round is taken to be, in the frame of the map [m]."""
+    """Round object that is not in the map, in the frame of the map [m]."""
 
     x: float
     y: float
@@ -30,27 +31,29 @@ class UnmappedObject(NamedTuple):
 
 
 def unmapped_objects_in(reading: LaserReading, layers: MapLayers) -> list[UnmappedObject]:
-    """Return what stands out.
+    """Return the unmapped objects in a scan.
 
     Parameters
     ----------
     reading : LaserReading
-        Taken in the frame of the map.
+        Scan in the frame of the map.
     layers : MapLayers
+        Layers of the map.
     """
-    hit, points = _unknown_to_map(reading, layers)
+    hit, points = _unmapped_hits(reading, layers)
     if not len(hit):
         return []
     near = np.hypot(*np.diff(points, axis=0).T) < APART + 2.0 * _spacing(reading) * reading.ranges[hit[1:]]
     parts = np.split(np.arange(len(hit)), np.flatnonzero(~near) + 1)
     if len(parts) > 1 and np.hypot(*(points[0] - points[-1])) < APART:
-        parts = [np.concatenate((parts[-1], parts[0])), *parts[1:-1]]  # round the back of a laser that sees all around
-    found = (_thing(points[part], reading) for part in parts if len(part) >= LEAST)
-    return [thing for thing in found if thing is not None]
+        # The last and the first beam of a laser with a field of view of 360° are neighbours.
+        parts = [np.concatenate((parts[-1], parts[0])), *parts[1:-1]]
+    found = (_object_at(points[part], reading) for part in parts if len(part) >= LEAST)
+    return [each for each in found if each is not None]
 
 
-def _unknown_to_map(reading: LaserReading, layers: MapLayers) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return which beams hit what is not in the map, and where, (n, 2) x, y [m]."""
+def _unmapped_hits(reading: LaserReading, layers: MapLayers) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the indices of beams that hit no obstacle of the map, and the points that they hit, (n, 2) x, y [m]."""
     hit = np.flatnonzero(reading.ranges < REACH)
     heading = reading.angles[hit] + reading.origin.theta
     points = np.array(reading.origin[:2]) + reading.ranges[hit, None] * np.stack(
@@ -68,14 +71,14 @@ def _spacing(reading: LaserReading) -> float:
     return abs(float(reading.angles[-1] - reading.angles[0])) / max(len(reading.angles) - 1, 1)
 
 
-def _thing(points: NDArray[np.float64], reading: LaserReading) -> UnmappedObject | None:
-    """Return what was hit at some points: the near half of something round."""
+def _object_at(points: NDArray[np.float64], reading: LaserReading) -> UnmappedObject | None:
+    """Return the disc whose near half was hit at these points; None if it is too long."""
     length = float(np.hypot(*(points[-1] - points[0])))
     if length > LARGEST:
         return None
     radius = max(0.5 * length, SMALLEST_RADIUS)
     x, y = points.mean(axis=0).tolist()
     away = math.atan2(y - reading.origin.y, x - reading.origin.x)
-    # The mean of a half circle lies so far before its middle.
+    # The centroid of a semicircle is at 2/π of the radius from its centre, towards the laser.
     behind = 2.0 / math.pi * radius
     return UnmappedObject(x + behind * math.cos(away), y + behind * math.sin(away), radius)

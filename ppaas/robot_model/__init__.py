@@ -1,1 +1,1 @@
-"""What a robot's URDF tells of its body: footprint, height, speeds and sensors."""
+"""Robot models from URDF files: footprint, height, speed limits and sensors."""

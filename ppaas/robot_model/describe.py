@@ -1,4 +1,4 @@
-"""From the bytes of a URDF to what navigation must know of the robot."""
+"""Description of a robot for navigation, from its URDF."""
 
 import math
 from collections.abc import Mapping
@@ -21,32 +21,33 @@ from ppaas.transforms.spatial import Rigid
 __all__ = ["MAX_BYTES", "MAX_RADIUS", "describe"]
 
 MAX_RADIUS = 100.0
-"""Metres; costmaps are inflated for no larger robot."""
+"""Limit of a robot's circumscribed radius, for the inflation of costmaps [m]."""
 
 MAX_WARNINGS = 10
 
 Body = list[tuple[Shape, Rigid]]
+"""Shapes of a robot, each with its pose in the base frame."""
 
 
 @lru_cache(maxsize=32)
 def describe(data: bytes) -> RobotDescription:
-    """Return what a URDF tells of a robot.
+    """Return the description of a robot from its URDF.
 
-    The footprint is the convex outline, seen from above, of all that the robot collides with. A mesh counts as its
-    ``bounding_box``; of a robot with one that tells none neither footprint nor height are told, since what is too
-    small would be believed.
+    The footprint is the convex hull, seen from above, of all collision shapes. A mesh counts as its ``bounding_box``.
+    If a mesh has none, footprint and height are unknown, since a too small footprint would cause collisions.
 
     Parameters
     ----------
     data : bytes
-        The XML, in UTF-8, as xacro gives it.
+        XML in UTF-8, as xacro writes it.
 
     Raises
     ------
     MessageTooLarge
-        It has more than ``MAX_BYTES``.
+        The file has more than ``MAX_BYTES``.
     InvalidUrdf
-        It is no XML or no URDF, has entities, its links are no tree, or a number in it is none; the text says where.
+        The file is not XML or not a URDF, it has entities, its links do not form a tree, or a number is invalid; the
+        text says where.
     """
     root = read_document(data)
     urdf = read_urdf(root)
@@ -68,18 +69,18 @@ def describe(data: bytes) -> RobotDescription:
 
 
 def _body(urdf: Urdf, poses: Mapping[str, Rigid]) -> tuple[Body, tuple[str, ...]]:
-    """Return the shapes of a robot where they are, none if one is unknown, and what must be told of that."""
+    """Return the shapes of a robot, none if the extent of one is unknown, and warnings for the user."""
     links = [link for link in urdf.links.values() if link.collides]
     warnings = []
     if not links:
         links = [link for link in urdf.links.values() if link.shapes]
-        instead = "what is <visual> counts" if links else "footprint and height are not known"
+        instead = "<visual> shapes are used" if links else "footprint and height are unknown"
         warnings.append(f"no link has a <collision>: {instead}")
     body = [(placed.shape, poses[link.name] @ placed.origin) for link in links for placed in link.shapes]
     unknown = [(link.name, placed.shape) for link in links for placed in link.shapes if isinstance(placed.shape, Mesh)]
     warnings += [
-        f"link {name!a} is the mesh {mesh.filename!a}, which nobody sees: give it a bounding_box= or a <collision> of "
-        "simple shapes; until then footprint and height are not known"
+        f"link {name!a}: the extent of mesh {mesh.filename!a} is unknown, and so are footprint and height: give the "
+        "mesh a bounding_box=, or the link a <collision> of simple shapes"
         for name, mesh in unknown
     ]
     return ([] if unknown else body), tuple(warnings)
@@ -92,12 +93,15 @@ def _footprint(body: Body) -> tuple[Corner, ...]:
     outline = convex_outline(_outer(np.round(points, 6)))
     footprint = tuple((x + 0.0, y + 0.0) for x, y in outline.tolist())
     if circumscribed_radius(footprint) >= MAX_RADIUS:
-        raise InvalidUrdf(f"the robot reaches {MAX_RADIUS:g} m or more: lengths are metres, and scale= is for meshes")
+        raise InvalidUrdf(
+            f"the robot reaches {MAX_RADIUS:g} m or more from its base: lengths must be in metres; scale= applies to "
+            "meshes only"
+        )
     return footprint if len(footprint) > 2 else ()
 
 
 def _outer(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Leave out points that lie within the outline of some that reach farthest (Akl and Toussaint, 1978)."""
+    """Remove points inside the polygon of the 16 farthest points, which the hull needs not (Akl, Toussaint, 1978)."""
     angles = np.arange(16) * (math.pi / 8.0)
     farthest = points[(points @ np.array([np.cos(angles), np.sin(angles)])).argmax(axis=0)]
     corners = convex_outline(farthest)
@@ -110,7 +114,10 @@ def _outer(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _height(body: Body, base: str) -> float | None:
-    """Return the height above the ground, which is at zero of base_footprint (REP 120), else under the lowest part."""
+    """Return the height above the ground [m]; None if it is unknown.
+
+    The ground is at z = 0 of base_footprint (REP 120), or else at the lowest point of the robot.
+    """
     if not body:
         return None
     ends = [heights(shape, pose) for shape, pose in body]

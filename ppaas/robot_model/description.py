@@ -1,4 +1,4 @@
-"""What is told of a robot by its URDF, once it is read."""
+"""Description of a robot that results from its URDF."""
 
 import math
 from dataclasses import dataclass
@@ -6,19 +6,19 @@ from dataclasses import dataclass
 Corner = tuple[float, float]
 
 _ROUNDING = 1000.0
-"""Radii are whole millimetres: robots that differ by less share the layers of a map."""
+"""Steps per metre of rounded radii: robots whose radii differ by less than 1 mm share the layers of a map [1/m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class SensorFrame:
-    """A link that is a sensor.
+    """Link that is a sensor.
 
     Parameters
     ----------
     link : str
-        Its frame.
+        Name of the link, which is the sensor's frame.
     kind : str
-        ``laser``, ``camera``, ``depth``, or what the URDF calls it.
+        ``laser``, ``camera``, ``depth``, or the type in the URDF.
     pose : tuple of float
         x, y, z [m], roll, pitch, yaw [rad] in the base frame.
     """
@@ -30,25 +30,26 @@ class SensorFrame:
 
 @dataclass(frozen=True, slots=True)
 class RobotDescription:
-    """The body of a robot, all its joints at zero.
+    """Body of a robot with all joints at zero.
 
     Parameters
     ----------
     name : str
-        Of the robot, as the URDF says.
+        Name of the robot in the URDF.
     base_frame : str
-        ``base_footprint``, ``base_link`` or the root: the frame of all that follows.
+        ``base_footprint``, ``base_link`` or the root link: the frame of all poses and of the footprint.
     links : int
-        How many it has.
+        Number of links.
     footprint : tuple of (x, y)
-        Corners of the convex outline seen from above, counter-clockwise [m]; none where it cannot be told.
+        Corners of the convex hull seen from above, counter-clockwise [m]; empty if unknown.
     height : float, optional
-        From the ground to the top [m].
+        Height from the ground to the top [m].
     max_vel_x, max_vel_theta : float, optional
-        What its wheels allow [m/s, rad/s].
+        Limits by the speeds of the wheels [m/s, rad/s].
     sensors : tuple of SensorFrame
+        Sensors of the robot.
     warnings : tuple of str
-        What could not be told, and why.
+        Properties that could not be determined, and why.
     """
 
     name: str
@@ -63,23 +64,26 @@ class RobotDescription:
 
     @property
     def circumscribed_radius(self) -> float | None:
-        """Of the disc around the base frame that holds the robot however it turns, in whole millimetres [m]."""
+        """Radius of the smallest disc around the base frame that contains the footprint, rounded up to 1 mm [m]."""
         return circumscribed_radius(self.footprint) if self.footprint else None
 
     @property
     def inscribed_radius(self) -> float | None:
-        """Of the largest disc around the base frame that lies in the footprint, 0 if it is not in it [m]."""
+        """Radius of the largest disc around the base frame within the footprint; 0 if the frame is outside [m]."""
         return inscribed_radius(self.footprint) if self.footprint else None
 
 
 def circumscribed_radius(footprint: tuple[Corner, ...]) -> float:
-    """Return the radius of the disc around 0, 0 that holds a footprint, in whole millimetres [m]."""
+    """Return the radius of the smallest disc around (0, 0) that contains a footprint, rounded up to 1 mm [m]."""
     reach = max(math.hypot(*corner) for corner in footprint)
     return math.ceil(reach * _ROUNDING - 1e-6) / _ROUNDING
 
 
 def inscribed_radius(footprint: tuple[Corner, ...]) -> float:
-    """Return the radius of the largest disc around 0, 0 in a convex, counter-clockwise footprint; 0 if none is [m]."""
+    """Return the radius of the largest disc around (0, 0) within a convex, counter-clockwise footprint [m].
+
+    It is 0 if (0, 0) is outside the footprint.
+    """
     radius = math.inf
     for (ax, ay), (bx, by) in zip(footprint, (*footprint[1:], footprint[0]), strict=True):
         edge = math.hypot(bx - ax, by - ay)

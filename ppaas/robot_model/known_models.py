@@ -1,4 +1,4 @@
-"""Robot models that are known by name: what a clone must know of its robot's body."""
+"""Robot models that are known by name: the data that a clone needs of its robot's body."""
 
 from dataclasses import dataclass
 
@@ -9,24 +9,24 @@ from ppaas.geometry import Pose2D
 
 @dataclass(frozen=True, slots=True)
 class RobotModel:
-    """The body of a robot.
+    """Body of a robot.
 
     Parameters
     ----------
     name : str
-        As robot files give it.
+        Name of the model in robot files.
     robot_radius : float
-        Of the round footprint [m].
+        Radius of the circular footprint [m].
     limits : VelocityLimits
-        What the base can do.
+        Limits of velocity and acceleration of the base.
     laser : Pose2D
-        Of the laser in the frame of the base [m, rad].
+        Pose of the laser in the base frame [m, rad].
     laser_frame : str
-        What scans call their frame, if not that of the base.
+        Frame of scans, if it is not the base frame.
     footprint : tuple of (x, y)
-        Corners of its outline in the frame of the base [m]; none where its disc says all.
+        Corners of the outline in the base frame [m]; empty if the footprint is the circle.
     height : float, optional
-        From the ground to its top, if it is known [m].
+        Height from the ground to the top [m].
     """
 
     name: str
@@ -39,9 +39,9 @@ class RobotModel:
 
 
 PLANNING_MODEL = "turtlebot2"
-"""The robot for which paths are planned when a program names none."""
+"""Default robot model for planning."""
 
-# Limits as the makers' navigation packages give them; laser poses as their URDF files do; heights as data sheets do.
+# Sources: limits from the makers' navigation packages, laser poses from their URDF files, heights from data sheets.
 _MODELS = {
     model.name: model
     for model in (
@@ -65,7 +65,7 @@ _MODELS = {
 
 
 def model_names() -> tuple[str, ...]:
-    """Return the names of the robot models known."""
+    """Return the sorted names of all known robot models."""
     return tuple(sorted(_MODELS))
 
 
@@ -75,7 +75,7 @@ def robot_model(name: str) -> RobotModel:
     Raises
     ------
     NotFound
-        None of that name; the text lists those there are.
+        No model has that name; the text lists the names.
     """
     if name not in _MODELS:
         raise NotFound("robot model", name, model_names())

@@ -1,4 +1,4 @@
-"""Which links of a robot are sensors, and where they look from."""
+"""Sensors among the links of a robot, with their poses."""
 
 import math
 import re
@@ -18,7 +18,7 @@ _TYPES = {
     "camera": "camera", "multicamera": "camera", "wideanglecamera": "camera",
     "depth": "depth", "depth_camera": "depth", "rgbd_camera": "depth", "rgbd": "depth",
 }  # fmt: skip
-"""What sensors are called in Gazebo's and URDF's tags, and here."""
+"""Kind of sensor by its type in Gazebo's or URDF's tags."""
 
 _WORDS = (
     (LASER, re.compile(r"laser|lidar|hokuyo|velodyne|(?:^|[^a-z])scan(?:[^a-z]|$)")),
@@ -28,14 +28,14 @@ _WORDS = (
 
 
 def sensor_frames(root: Element, poses: Mapping[str, Rigid]) -> tuple[SensorFrame, ...]:
-    """Return the links that are sensors, by a ``<sensor>`` of their own or of Gazebo's, or by their name.
+    """Return the links that are sensors by a ``<sensor>`` tag of URDF or Gazebo, or else by their name.
 
     Parameters
     ----------
     root : Element
-        Of the document.
+        Root element of the URDF.
     poses : mapping of str to Rigid
-        Of each link in the base frame.
+        Pose of each link in the base frame.
     """
     kinds = {link: kind for link in poses if (kind := _by_name(link)) is not None}
     kinds |= {link: kind for link, kind in _by_tag(root) if link in poses}
@@ -44,10 +44,10 @@ def sensor_frames(root: Element, poses: Mapping[str, Rigid]) -> tuple[SensorFram
 
 
 def tilted(sensors: Iterable[SensorFrame]) -> list[str]:
-    """Return a warning for each laser that is not level: its scans are taken as if it were."""
+    """Return a warning for each laser that is not level, because its scans are used as if it were."""
     lasers = (sensor for sensor in sensors if sensor.kind == LASER)
     return [
-        f"laser {laser.link!a} is tilted or upside down, and its scans are taken as if it were level"
+        f"laser {laser.link!a} is tilted or upside down, but its scans are used as if it were level"
         for laser in lasers
         if max(map(abs, laser.pose[3:5])) > MAX_TILT
     ]

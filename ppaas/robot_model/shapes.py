@@ -1,4 +1,4 @@
-"""The shapes that a URDF gives to links, and where each reaches."""
+"""Shapes of links in a URDF, and their extent."""
 
 import math
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from ppaas.robot_model.xml_document import MAX_NAME, numbers, required, sizes
 from ppaas.transforms.spatial import Rigid
 
 CORNERS = 32
-"""Corners of the polygon around a disc: it lies outside by 0.5 % of the radius at most."""
+"""Number of corners of the polygon around a disc; it exceeds the disc by at most 0.5 % of the radius."""
 
 Points = NDArray[np.float64]
 
@@ -23,27 +23,27 @@ _UNIT_RING = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)]) / math.cos(math
 
 
 class BoxShape(NamedTuple):
-    """A box from its least to its greatest corner [m]."""
+    """Box, given by its least and greatest corner [m]."""
 
     least: tuple[float, float, float]
     greatest: tuple[float, float, float]
 
 
 class CylinderShape(NamedTuple):
-    """A cylinder along z, centred [m]."""
+    """Cylinder along z, centred at the origin [m]."""
 
     radius: float
     length: float
 
 
 class Sphere(NamedTuple):
-    """A sphere, centred [m]."""
+    """Sphere, centred at the origin [m]."""
 
     radius: float
 
 
 class Mesh(NamedTuple):
-    """A mesh of which nobody told where it reaches."""
+    """Mesh of unknown extent."""
 
     filename: str
 
@@ -53,7 +53,7 @@ Shape = BoxShape | CylinderShape | Sphere | Mesh
 
 @dataclass(frozen=True, slots=True)
 class PlacedShape:
-    """A shape of a link, and where it is in the link's frame."""
+    """Shape of a link, and its pose in the link's frame."""
 
     shape: Shape
     origin: Rigid
@@ -65,27 +65,28 @@ def read_shapes(link: Element, kind: str, where: str) -> tuple[PlacedShape, ...]
     Parameters
     ----------
     link : Element
+        The ``<link>``.
     kind : str
         ``"collision"`` or ``"visual"``.
     where : str
-        Names the link, for errors.
+        Description of the link, for errors.
 
     Raises
     ------
     InvalidUrdf
-        One is of no known kind, or its numbers are none.
+        A shape is unknown, or has an invalid number.
     """
     found = [(required(each, "geometry", where), read_origin(each, where)) for each in link.findall(kind)]
     return tuple(PlacedShape(_shape(geometry, where), origin) for geometry, origin in found)
 
 
 def read_origin(element: Element, where: str) -> Rigid:
-    """Return where an element says that it is in its parent's frame.
+    """Return the pose of an element's ``<origin>`` in its parent's frame; the identity if it has none.
 
     Raises
     ------
     InvalidUrdf
-        Its numbers are none.
+        A number is invalid.
     """
     origin = element.find("origin")
     if origin is None:
@@ -94,7 +95,7 @@ def read_origin(element: Element, where: str) -> Rigid:
 
 
 def placed(xyz: tuple[float, ...], rpy: tuple[float, ...]) -> Rigid:
-    """Return the pose of a translation [m], and of turns about the fixed axes x, y and z in this order [rad]."""
+    """Return the pose of a translation [m] and of rotations about the fixed axes x, y and z, in this order [rad]."""
     roll, pitch = turned((1.0, 0.0, 0.0), rpy[0]), turned((0.0, 1.0, 0.0), rpy[1])
     yaw = turned((0.0, 0.0, 1.0), rpy[2])
     x, y, z = xyz
@@ -102,7 +103,7 @@ def placed(xyz: tuple[float, ...], rpy: tuple[float, ...]) -> Rigid:
 
 
 def turned(axis: tuple[float, float, float], angle: float) -> Rigid:
-    """Return a turn about an axis of length 1 [rad]."""
+    """Return the rotation by an angle [rad] about a unit axis."""
     s = math.sin(angle / 2.0)
     return Rigid(0.0, 0.0, 0.0, s * axis[0], s * axis[1], s * axis[2], math.cos(angle / 2.0))
 
@@ -110,7 +111,7 @@ def turned(axis: tuple[float, float, float], angle: float) -> Rigid:
 def _shape(geometry: Element, where: str) -> Shape:
     found = next(iter(geometry), None)
     if found is None:
-        raise InvalidUrdf(f"{where}: a <geometry> is empty: give it a box, a cylinder, a sphere or a mesh")
+        raise InvalidUrdf(f"{where}: a <geometry> is empty: give it a <box>, <cylinder>, <sphere> or <mesh>")
     match found.tag:
         case "box":
             x, y, z = (edge / 2.0 for edge in sizes(found, "size", 3, where))
@@ -121,13 +122,14 @@ def _shape(geometry: Element, where: str) -> Shape:
             return Sphere(*sizes(found, "radius", 1, where))
         case "mesh":
             return _mesh(found, where)
-    raise InvalidUrdf(f"{where}: a <geometry> is a box, a cylinder, a sphere or a mesh, not <{found.tag[:MAX_NAME]}>")
+    tag = found.tag[:MAX_NAME]
+    raise InvalidUrdf(f"{where}: a <geometry> must have a <box>, <cylinder>, <sphere> or <mesh>, not <{tag}>")
 
 
 def _mesh(mesh: Element, where: str) -> Shape:
-    """Return the box of a mesh, if it says so.
+    """Return the box of a mesh with a ``bounding_box``, or else a mesh of unknown extent.
 
-    ``bounding_box``, the least and the greatest x, y, z before scaling, is ours: other programs skip it.
+    ``bounding_box``, the least and the greatest x, y, z before scaling, is an extension that other programs ignore.
     """
     scale = numbers(mesh, "scale", 3, where, "1 1 1")
     if "bounding_box" not in mesh.attrib:
@@ -135,15 +137,15 @@ def _mesh(mesh: Element, where: str) -> Shape:
     box = numbers(mesh, "bounding_box", 6, where)
     ends = [sorted((box[axis] * scale[axis], box[axis + 3] * scale[axis])) for axis in range(3)]
     if any(box[axis] > box[axis + 3] for axis in range(3)):
-        raise InvalidUrdf(f"{where}: bounding_box= is the least x, y, z of a mesh and then the greatest")
+        raise InvalidUrdf(f"{where}: bounding_box= must be the least x, y, z of a mesh, followed by the greatest")
     (x0, x1), (y0, y1), (z0, z1) = ends
     return BoxShape((x0, y0, z0), (x1, y1, z1))
 
 
 def outline_points(shape: Shape, pose: Rigid) -> Points:
-    """Return (n, 2) points on the ground whose convex hull holds what is below and above: the shape seen from above.
+    """Return (n, 2) points whose convex hull contains the shape seen from above [m]; none for a mesh.
 
-    Of what is round the hull is a polygon around it, of ``CORNERS`` corners to a circle.
+    A circle is replaced by a polygon of ``CORNERS`` corners around it.
     """
     match shape:
         case BoxShape(least, greatest):
@@ -159,7 +161,7 @@ def outline_points(shape: Shape, pose: Rigid) -> Points:
 
 
 def heights(shape: Shape, pose: Rigid) -> tuple[float, float]:
-    """Return the lowest and the highest z of a shape that is no mesh."""
+    """Return the lowest and the highest z of a box, a cylinder or a sphere [m]."""
     match shape:
         case BoxShape(least, greatest):
             z = _moved(_corners(least, greatest), pose)[:, 2]
@@ -170,7 +172,7 @@ def heights(shape: Shape, pose: Rigid) -> tuple[float, float]:
             return pose.z - reach, pose.z + reach
         case Sphere(radius):
             return pose.z - radius, pose.z + radius
-    raise AssertionError("nobody knows how high a mesh is")
+    raise AssertionError("the height of a mesh is unknown")
 
 
 def _corners(least: tuple[float, ...], greatest: tuple[float, ...]) -> Points:
@@ -188,7 +190,7 @@ def _moved(points: Points, pose: Rigid) -> Points:
 
 
 def _axes(pose: Rigid) -> Points:
-    """Return the (3, 3) matrix of a rotation."""
+    """Return the (3, 3) rotation matrix of a pose."""
     x, y, z, w = pose[3:]
     return np.array(
         [

@@ -1,4 +1,4 @@
-"""The parts of a URDF that navigation looks at: links with their shapes, and joints. http://wiki.ros.org/urdf/XML"""
+"""Parts of a URDF that navigation uses: links with their shapes, and joints. http://wiki.ros.org/urdf/XML"""
 
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element
@@ -12,14 +12,15 @@ JOINT_TYPES = ("fixed", "continuous", "revolute", "prismatic", "floating", "plan
 TURNING = ("continuous", "revolute")
 
 MAX_LINKS = 1000
-"""As many as frames of one robot are kept by who shows them."""
+"""Limit of links and of joints, equal to ``ppaas.transforms.spatial.MAX_FRAMES``."""
 
 MAX_SHAPES = 2000
+"""Limit of shapes of all links together."""
 
 
 @dataclass(frozen=True, slots=True)
 class UrdfLink:
-    """A link: what it collides with, or where nothing is told of that, what it looks like."""
+    """Link with its collision shapes, or with its visual shapes if it has none (``collides`` is false)."""
 
     name: str
     shapes: tuple[PlacedShape, ...]
@@ -28,7 +29,7 @@ class UrdfLink:
 
 @dataclass(frozen=True, slots=True)
 class Mimic:
-    """A joint that follows another: multiplier · position + offset."""
+    """``<mimic>`` of a joint, whose position is multiplier · (position of ``joint``) + offset."""
 
     joint: str
     multiplier: float
@@ -37,7 +38,7 @@ class Mimic:
 
 @dataclass(frozen=True, slots=True)
 class UrdfJoint:
-    """A joint; ``velocity`` is its greatest [rad/s or m/s], if it is told and more than zero."""
+    """Joint; ``velocity`` is its limit [rad/s or m/s], None if it is 0 or missing."""
 
     name: str
     type: str
@@ -51,7 +52,7 @@ class UrdfJoint:
 
 @dataclass(frozen=True, slots=True)
 class Urdf:
-    """A robot: links and joints by name, in the order of the file."""
+    """Robot: links and joints by name, in the order of the file."""
 
     name: str
     links: dict[str, UrdfLink]
@@ -59,32 +60,33 @@ class Urdf:
 
 
 def read_urdf(root: Element) -> Urdf:
-    """Read a URDF.
+    """Return the links and joints of a URDF.
 
     Parameters
     ----------
     root : Element
-        Of the document.
+        Root element of the document.
 
     Raises
     ------
     InvalidUrdf
-        It is none, or something in it cannot be; the text names the link or joint.
+        It is not a URDF, or part of it is invalid; the text names the link or joint.
     """
     if root.tag != "robot":
-        raise InvalidUrdf(f"a URDF is a <robot>, not a <{root.tag[:64]}>")
+        raise InvalidUrdf(f"the root element of a URDF must be <robot>, not <{root.tag[:64]}>")
     links, joints = root.findall("link"), root.findall("joint")
     if not links:
         raise InvalidUrdf("the robot has no <link>")
     if len(links) > MAX_LINKS or len(joints) > MAX_LINKS:
-        raise InvalidUrdf(f"a robot may have {MAX_LINKS} links and joints, not {max(len(links), len(joints))}")
+        most = max(len(links), len(joints))
+        raise InvalidUrdf(f"a robot may have at most {MAX_LINKS} links and {MAX_LINKS} joints, not {most}")
     found: dict[str, UrdfLink] = {}
     for each in links:
         link = _link(each)
         if found.setdefault(link.name, link) is not link:
             raise InvalidUrdf(f"two links are named {link.name!a}")
     if (count := sum(len(link.shapes) for link in found.values())) > MAX_SHAPES:
-        raise InvalidUrdf(f"a robot may have {MAX_SHAPES} shapes, not {count}")
+        raise InvalidUrdf(f"a robot may have at most {MAX_SHAPES} shapes, not {count}")
     return Urdf(root.get("name", "")[:256], found, _joints(joints))
 
 
@@ -109,16 +111,16 @@ def _joint(element: Element) -> UrdfJoint:
     where = f"joint {name!a}"
     kind = element.get("type", "")
     if kind not in JOINT_TYPES:
-        raise InvalidUrdf(f"{where} is {', '.join(JOINT_TYPES)}, not {kind[:64]!a}")
+        raise InvalidUrdf(f"{where}: type= must be one of {', '.join(JOINT_TYPES)}, not {kind[:64]!a}")
     axis = element.find("axis")
-    turns = (1.0, 0.0, 0.0) if axis is None else numbers(axis, "xyz", 3, where, "1 0 0")
+    direction = (1.0, 0.0, 0.0) if axis is None else numbers(axis, "xyz", 3, where, "1 0 0")
     return UrdfJoint(
         name=name,
         type=kind,
         parent=name_of(required(element, "parent", where), "link"),
         child=name_of(required(element, "child", where), "link"),
         origin=read_origin(element, where),
-        axis=(1.0, 0.0, 0.0) if kind in ("fixed", "floating") else unit(turns, where),
+        axis=(1.0, 0.0, 0.0) if kind in ("fixed", "floating") else unit(direction, where),
         velocity=_velocity(element, where),
         mimic=_mimic(element, where),
     )

@@ -1,4 +1,4 @@
-"""How fast the wheels of a robot let it drive and turn."""
+"""Speed limits of a robot by the velocity limits of its wheels."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -10,10 +10,10 @@ from ppaas.robot_model.urdf import TURNING, Urdf, UrdfJoint
 from ppaas.transforms.spatial import Rigid
 
 _ALONG = 0.9
-"""Cosine above which two directions count as one: wheels may have some camber."""
+"""Least cosine between directions that count as parallel, since wheels may have some camber."""
 
 _CENTRE = 1e-3
-"""A wheel nearer than this to the middle [m] has no side."""
+"""Distance from the centre line within which a wheel is neither left nor right [m]."""
 
 
 class _Wheel(NamedTuple):
@@ -23,11 +23,11 @@ class _Wheel(NamedTuple):
 
 
 def speed_limits(urdf: Urdf, poses: Mapping[str, Rigid]) -> tuple[float | None, float | None]:
-    """Return the fastest speed [m/s] and turn [rad/s] that driven wheels allow, each None where it cannot be told.
+    """Return the speed [m/s] and turning speed [rad/s] that the driven wheels allow, each None if it is unknown.
 
-    A driven wheel is a cylinder or a sphere on a joint with a limit of its velocity, which turns it about an axis
-    across the robot: its rim moves at radius · velocity. On the spot a robot turns at the rims' speed over their
-    distance from the middle; of one with wheels on one side alone, or that steer, that cannot be told.
+    A driven wheel is a cylinder or a sphere on a joint with a velocity limit and an axis across the robot; its rim
+    moves at radius · velocity. On the spot, the robot turns at the rim's speed divided by the wheel's distance from the
+    centre line. The turning speed is unknown if wheels are on one side only, or if they steer.
     """
     above = joint_above(urdf)
     wheels = [wheel for joint in urdf.joints.values() if (wheel := _wheel(urdf, poses, above, joint)) is not None]
@@ -53,7 +53,7 @@ def _wheel(urdf: Urdf, poses: Mapping[str, Rigid], above: Mapping[str, UrdfJoint
 
 
 def _radius(urdf: Urdf, joint: UrdfJoint) -> float | None:
-    """Return the radius of the largest shape that turns about the axis of a joint as a wheel does."""
+    """Return the radius of the largest shape that is a wheel on the axis of a joint [m]; None without one."""
     found = []
     for shape, origin in ((placed.shape, placed.origin) for placed in urdf.links[joint.child].shapes):
         along = abs(_dot(_direction(origin, (0.0, 0.0, 1.0)), joint.axis))
@@ -64,7 +64,7 @@ def _radius(urdf: Urdf, joint: UrdfJoint) -> float | None:
 
 
 def _is_held(above: Mapping[str, UrdfJoint], link: str) -> bool:
-    """Tell whether nothing moves between a link and the root."""
+    """Return whether all joints between a link and the root are fixed."""
     while link in above:
         if above[link].type != "fixed":
             return False

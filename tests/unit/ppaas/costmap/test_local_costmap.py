@@ -281,7 +281,7 @@ def test_the_overlay_takes_windows_that_hang_over_the_edge(x):
 
 
 def test_the_costmap_of_another_map_is_not_overlaid():
-    with pytest.raises(InvalidMap, match="not one of the map"):
+    with pytest.raises(InvalidMap, match="different maps"):
         LocalCostmap(empty()).overlay(empty(5.0).costmap)
 
 

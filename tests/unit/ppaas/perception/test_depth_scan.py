@@ -79,7 +79,7 @@ def test_the_nearest_of_the_rows_counts_and_other_rows_do_not():
 @pytest.mark.parametrize(
     ("image", "why"),
     [
-        (np.zeros((8, 16), np.uint16), "16×9"),
+        (np.zeros((8, 16), np.uint16), "16×9 pixels"),
         (np.zeros((9, 16), np.float64), "float64"),
         (np.zeros((9, 16), np.uint8), "uint8"),
     ],

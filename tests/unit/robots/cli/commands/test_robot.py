@@ -53,7 +53,7 @@ async def test_what_a_urdf_does_not_tell_is_told(ppaas: CommandLine, file: Path,
     (tmp_path / "mesh.urdf").write_bytes(urdf(link("base_link", part('<mesh filename="a.stl"/>'))))
     told = await ppaas("robot", "put", "tb1", str(file), "--urdf", str(tmp_path / "mesh.urdf"))
     assert told.rows[3] == ["base_link", "-", "-", "-", "-", "-", "-"]
-    assert told.out.splitlines()[4].startswith("warning: link 'base_link' is the mesh 'a.stl'")
+    assert told.out.splitlines()[4].startswith("warning: link 'base_link': the extent of mesh 'a.stl' is unknown")
 
 
 async def test_a_file_that_is_no_urdf_is_refused(ppaas: CommandLine, file: Path) -> None:
