@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from storage.sqlite import group_commit
 from storage.sqlite.group_commit import GroupCommit
 from tests.support.waiting import wait_until
 
@@ -90,7 +91,7 @@ def test_who_has_an_error_of_its_own_is_told_it_alone(disk: Disk, threads: Threa
 def test_who_were_committed_together_and_come_again_are_waited_for(
     disk: Disk, threads: ThreadPoolExecutor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("storage.sqlite.group_commit.LONGEST", 20.0)
+    monkeypatch.setattr(group_commit, "LONGEST", 20.0)
     group = GroupCommit(disk.commit)
     told = _held_by_one(disk, group, threads, 2, 3)
     disk.open.set()

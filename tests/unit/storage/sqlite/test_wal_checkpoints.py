@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from storage.sqlite import wal_checkpoints
 from storage.sqlite.store import SqliteStore
 from storage.sqlite.wal_checkpoints import CHANGED_ROWS, Checkpoints
 from tests.support.storage.records import user
@@ -86,7 +87,7 @@ def test_a_disk_that_fails_is_told_and_tried_again(
 
 
 def test_a_store_has_its_commits_brought_to_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("storage.sqlite.wal_checkpoints.CHANGED_ROWS", 3)
+    monkeypatch.setattr(wal_checkpoints, "CHANGED_ROWS", 3)
     path = tmp_path / "store.db"
     with closing(SqliteStore(path)) as store:
         before = path.stat().st_size
