@@ -1,4 +1,4 @@
-"""Slow, obvious twins of the rules from pixels to occupancy: one pixel after the other, as the upstream loops go."""
+"""Slow, obvious twins of the rules from pixels to occupancy: one pixel after the other, as in the upstream loops."""
 
 import math
 
@@ -60,5 +60,5 @@ def nav2(channels, mode, negate, occupied_thresh, free_thresh):
 
 
 def round_half_up(number: float) -> int:
-    """Return the nearest whole number, as C's ``round`` does for what is not negative."""
+    """Return the nearest whole number of a number that is not negative, as C's ``round`` does."""
     return math.floor(number + 0.5)

@@ -21,7 +21,7 @@ def distance(occupied: NDArray[np.uint8], resolution: float) -> NDArray[np.float
 
 
 def reachable(free: NDArray[np.bool_], row: int, column: int) -> NDArray[np.bool_]:
-    """Return what a breadth-first search over eight neighbours finds that cuts no corners."""
+    """Return the cells that a breadth-first search finds over eight neighbours without cutting corners."""
     found = np.zeros(free.shape, np.bool_)
     queue = deque([(row, column)] if free[row, column] else [])
     while queue:
@@ -38,7 +38,7 @@ def reachable(free: NDArray[np.bool_], row: int, column: int) -> NDArray[np.bool
 
 
 def entered(ray: Pose2D, cell: tuple[int, int], grown: float) -> tuple[float, float]:
-    """Return the lengths at which a ray enters and leaves a cell grown on all sides; enter > leave is a miss."""
+    """Return the ranges at which a ray enters and leaves a cell enlarged on all sides; enter > leave is a miss."""
     enter, leave = 0.0, math.inf
     row, column = cell
     for start, direction, side in ((ray.x, math.cos(ray.theta), column), (ray.y, math.sin(ray.theta), row)):
@@ -53,7 +53,7 @@ def entered(ray: Pose2D, cell: tuple[int, int], grown: float) -> tuple[float, fl
 
 
 def cast(occupied: NDArray[np.uint8], ray: Pose2D, far: float, grown: float) -> float:
-    """Return where a ray first enters an occupied cell: tried for every cell, each grown a little on all sides."""
+    """Return the range at which a ray first enters an occupied cell; all cells are tried, slightly enlarged."""
     hits = [math.inf]
     for row, column in np.argwhere(occupied).tolist():
         enter, leave = entered(ray, (row, column), grown)
@@ -63,7 +63,7 @@ def cast(occupied: NDArray[np.uint8], ray: Pose2D, far: float, grown: float) -> 
 
 
 def stepped(occupied: NDArray[np.uint8], ray: Pose2D, far: float, step: float = 1e-3) -> float:
-    """Return the first of many fine steps that lies in an occupied cell."""
+    """Return the range of the first of many fine steps that is in an occupied cell."""
     height, width = occupied.shape
     for length in np.arange(0.0, far, step).tolist():
         column, row = (math.floor(v) for v in (ray @ Pose2D(length, 0.0))[:2])
@@ -73,7 +73,7 @@ def stepped(occupied: NDArray[np.uint8], ray: Pose2D, far: float, step: float = 
 
 
 def cost(distance: float, unknown: bool, inscribed: float, inflation: float, scaling: float) -> float:
-    """Return what costmap_2d's inflation layer makes of one cell, not yet rounded down."""
+    """Return the cost of a cell by costmap_2d's inflation layer, not yet rounded down."""
     if distance == 0.0:
         return 254
     if distance <= inscribed:
@@ -84,7 +84,7 @@ def cost(distance: float, unknown: bool, inscribed: float, inflation: float, sca
 
 
 def ended_in(shape: tuple[int, int], ray: Pose2D, reach: float) -> tuple[int, int] | None:
-    """Return the cell a hair behind the end of a beam, if it ends in the window."""
+    """Return the cell 0.02 cells behind the end of a beam, if it is in the window."""
     if not 0.0 < reach < math.inf:
         return None
     column, row = (math.floor(v) for v in (ray @ Pose2D(reach + 0.02, 0.0))[:2])
@@ -92,7 +92,7 @@ def ended_in(shape: tuple[int, int], ray: Pose2D, reach: float) -> tuple[int, in
 
 
 def crossed(shape: tuple[int, int], ray: Pose2D, reach: float, raytrace: float, grown: float) -> NDArray[np.bool_]:
-    """Return the cells, grown a little on all sides, that a beam goes through, but the one it ends in."""
+    """Return the cells, slightly enlarged, that a beam passes through, without the one in which it ends."""
     through = np.zeros(shape, np.bool_)
     if reach > 0.0:
         for cell in np.ndindex(*shape):

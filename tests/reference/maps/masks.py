@@ -1,4 +1,4 @@
-"""Slow, obvious twins of the masks of costmap filters, and of that which a map in space makes."""
+"""Slow, obvious twins of the masks of costmap filters, and of the height mask of a map in space."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +8,7 @@ from ppaas.maps.voxels import VoxelGrid
 
 
 def sampled(mask: GridMap, info: GridInfo) -> NDArray[np.int8]:
-    """Return what a mask says at the middle of each cell, −1 beyond it."""
+    """Return the value of a mask at the centre of each cell, −1 outside the mask."""
     found = np.full(info.shape, -1, np.int8)
     for cell in np.ndindex(info.shape):
         there = mask.info.cell_of(*info.to_world(cell).tolist())
@@ -18,7 +18,7 @@ def sampled(mask: GridMap, info: GridInfo) -> NDArray[np.int8]:
 
 
 def spread(mask: GridMap, info: GridInfo) -> NDArray[np.int8]:
-    """Return the highest value at the middle of each cell, and of those cells of the mask whose middles are in it."""
+    """Return the highest value at the centre of each cell and of the mask cells whose centres are in it."""
     found = np.maximum(sampled(mask, info), 0)
     for cell in np.ndindex(mask.info.shape):
         there = info.cell_of(*mask.info.to_world(cell).tolist())
@@ -28,12 +28,12 @@ def spread(mask: GridMap, info: GridInfo) -> NDArray[np.int8]:
 
 
 def cost(value: int) -> int:
-    """Return what a value of a mask from 0 to 100 costs: scaled to 254, a half rounded up."""
+    """Return the cost of a mask's value from 0 to 100: scaled to 254, with halves rounded up."""
     return int(254 * value / 100 + 0.5)
 
 
 def height_mask(voxels: VoxelGrid, info: GridInfo, lowest: float, highest: float) -> NDArray[np.int8]:
-    """Return where a voxel that is occupied overlaps a cell and reaches between two heights; both along the axes."""
+    """Return 100 in cells that an occupied voxel overlaps within a range of heights; both grids are axis-aligned."""
     found = np.zeros(info.shape, np.int8)
     edge = voxels.info.resolution
     corners = info.to_world(np.moveaxis(np.indices(info.shape), 0, -1)) - info.resolution / 2

@@ -1,4 +1,4 @@
-"""Slow, obvious twins of the octree's kernels: recursion over nodes, as OctoMap's own reader and writer have it."""
+"""Slow, obvious twins of the octree's kernels: recursion over nodes, as in OctoMap's own reader and writer."""
 
 import struct
 
@@ -10,7 +10,7 @@ Leaf = tuple[int, int, int, int, bool]
 
 
 def read_binary(body: bytes, depth: int = 0, corner: tuple[int, int, int] = (0, 0, 0)) -> tuple[list[Leaf], bytes]:
-    """Return the leaves under an inner node, and what of the file comes after it."""
+    """Return the leaves below an inner node, and the rest of the file after it."""
     word, rest = int.from_bytes(body[:2], "little"), body[2:]
     leaves: list[Leaf] = []
     for child in range(8):
@@ -26,13 +26,13 @@ def read_binary(body: bytes, depth: int = 0, corner: tuple[int, int, int] = (0, 
 
 
 def write(data: NDArray[np.uint8], kind: str, extra: bytes = b"") -> tuple[bytes, int]:
-    """Return the nodes of a grid that begins at key 32768, ``bt`` or ``ot``, and how many there are."""
+    """Return the nodes of a grid that begins at key 32768 as ``bt`` or ``ot`` file, and their number."""
     body, count = _node(data, kind, extra, 0, (0, 0, 0))
     return body, count
 
 
 def _state(data: NDArray[np.uint8], depth: int, corner: tuple[int, int, int]) -> int | None:
-    """Return what all voxels of a cube are, or None if they differ."""
+    """Return the common value of all voxels of a cube, or None if they differ."""
     edge = 1 << 16 - depth
     x, y, z = (least - 32768 for least in corner)
     if min(x, y, z) + edge <= 0:

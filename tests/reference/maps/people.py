@@ -1,4 +1,4 @@
-"""Slow, obvious twin of the social layer: each cell, by angle and distance as social_navigation_layers has it."""
+"""Slow, obvious twin of the social layer: each cell by angle and distance, as in social_navigation_layers."""
 
 import math
 
@@ -11,7 +11,7 @@ from ppaas.costmap.social_layer import Proxemics
 def raised(
     costs: NDArray[np.uint8], people: list[tuple[float, float, float, float]], resolution: float, how: Proxemics
 ) -> NDArray[np.uint8]:
-    """Return the costs with people in it; x, y [m] from the corner of cell (0, 0), and velocities [m/s]."""
+    """Return the costs with people: x, y [m] from the corner of cell (0, 0), and velocities [m/s]."""
     result = costs.copy()
     for row, column in np.ndindex(costs.shape):
         if costs[row, column] == 255:

@@ -1,10 +1,10 @@
-"""Where a robot reaches, by matrices and many points of each surface: slow, and plainly right."""
+"""Slow, obvious twin of a robot's extent: matrices, and many points of each surface."""
 
 import numpy as np
 
 
 def rotation(roll, pitch, yaw):
-    """Turn about the fixed axes x, then y, then z."""
+    """Return the matrix of rotations about the fixed axes x, then y, then z."""
     about_x = [[1, 0, 0], [0, np.cos(roll), -np.sin(roll)], [0, np.sin(roll), np.cos(roll)]]
     about_y = [[np.cos(pitch), 0, np.sin(pitch)], [0, 1, 0], [-np.sin(pitch), 0, np.cos(pitch)]]
     about_z = [[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]]
@@ -19,7 +19,7 @@ def matrix(xyz, rpy):
 
 
 def surface(kind, sizes):
-    """Return (n, 3) points of a shape, which reach as far as it does but for 0.1 % of its radius."""
+    """Return (n, 3) points on the surface of a shape; their extent is exact to 0.1 % of its radius."""
     turns = np.linspace(0.0, 2.0 * np.pi, 120)
     if kind == "box":
         signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
@@ -36,5 +36,5 @@ def surface(kind, sizes):
 
 
 def reach(points, directions):
-    """Return how far points reach in each direction."""
+    """Return the extent of points in each direction."""
     return (points @ np.asarray(directions).T).max(axis=0)

@@ -1,4 +1,4 @@
-"""Slow, obvious twins of the costmap in space: each place against each voxel, and shapes cut with each other."""
+"""Slow, obvious twins of the costmap in space: each position against each voxel, and intersections of shapes."""
 
 import math
 
@@ -13,7 +13,7 @@ Point = tuple[float, float]
 def inflated(
     data: NDArray[np.uint8], edge: float, radius: float, height: float, inflation: float, factor: float
 ) -> NDArray[np.uint8]:
-    """Return the costs of a cylinder's places, where it flies; around the grid all is unknown."""
+    """Return the costs of all positions of a flying cylinder; space around the grid is unknown."""
     reach = math.ceil(max(radius, inflation) / edge) + 2
     layers = max(1, math.ceil(height / edge - 1e-9))
     around = np.pad(data, ((0, layers), (reach, reach), (reach, reach)), constant_values=255)
@@ -40,14 +40,14 @@ def inflated(
 
 
 def stands(data: NDArray[np.uint8], layer: int, row: int, column: int, edge: float, max_step: float) -> bool:
-    """Tell whether something occupied is right below a place, or at most so much deeper [m]."""
+    """Return whether an occupied voxel is directly below a position, or at most ``max_step`` lower [m]."""
     return any(
         data[below, row, column] == 100 for below in range(layer) if (layer - 1 - below) * edge <= max_step + 1e-9
     )
 
 
 def overlaps(volume: Volume, x: float, y: float, yaw: float, column: int, row: int, edge: float) -> bool:
-    """Tell whether a robot and a voxel overlap, seen from above."""
+    """Return whether a robot and a voxel overlap, seen from above."""
     if volume.half_length == 0.0:
         gap_x = max(column * edge - x, 0.0, x - (column + 1) * edge)
         gap_y = max(row * edge - y, 0.0, y - (row + 1) * edge)
@@ -62,7 +62,7 @@ def overlaps(volume: Volume, x: float, y: float, yaw: float, column: int, row: i
 
 
 def _cut(polygon: list[Point], axis: int, bound: float, sign: int) -> list[Point]:
-    """Keep of a convex polygon what lies beyond a bound (Sutherland and Hodgman)."""
+    """Return the part of a convex polygon beyond a bound (Sutherland and Hodgman)."""
     kept = []
     for here, there in zip(polygon, polygon[1:] + polygon[:1], strict=True):
         a, b = sign * (here[axis] - bound), sign * (there[axis] - bound)
@@ -80,7 +80,7 @@ def _area(polygon: list[Point]) -> float:
 
 
 def hits(data: NDArray[np.uint8], edge: float, volume: Volume, pose: tuple[float, float, float, float]) -> bool:
-    """Tell whether a robot at x, y, z, yaw overlaps an occupied voxel."""
+    """Return whether a robot at x, y, z, yaw overlaps an occupied voxel."""
     x, y, z, yaw = pose
     return any(
         layer * edge < z + volume.height and (layer + 1) * edge > z and overlaps(volume, x, y, yaw, column, row, edge)

@@ -1,4 +1,4 @@
-"""A small world like those of BARN: walls on three sides, and a pillar in the way."""
+"""A small world like those of BARN: walls on three sides, and a pillar between them."""
 
 import json
 from pathlib import Path
@@ -11,7 +11,7 @@ WALL_X = (-4.425, -0.075)
 
 
 def cylinders(*more: tuple[float, float]) -> list[tuple[float, float]]:
-    """Return the centres of the walls, and of what stands between them."""
+    """Return the centres of the walls' cylinders, and further ones."""
     along = np.arange(0.075, 9.6, 0.15).tolist()
     across = np.arange(WALL_X[0], WALL_X[1], 0.15).tolist()
     return [*((x, y) for x in WALL_X for y in along), *((x, 0.075) for x in across), *more]
@@ -29,8 +29,8 @@ def shut() -> World:
 
 def write(path: Path, *worlds: World) -> Path:
     """Write a file of worlds."""
-    told = [
+    records = [
         {"world": w.world, "radius": w.radius, "cylinders": w.cylinders, "path_length": w.path_length} for w in worlds
     ]
-    path.write_text(json.dumps(told), encoding="utf-8")
+    path.write_text(json.dumps(records), encoding="utf-8")
     return path

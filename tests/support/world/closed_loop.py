@@ -1,4 +1,4 @@
-"""A clone and a simulated robot in one loop, on a clock that tests move."""
+"""A clone and a simulated robot in a closed loop, on a manual clock."""
 
 from collections.abc import Mapping
 
@@ -21,7 +21,7 @@ PERIOD = 0.05
 
 
 class ClosedLoop:
-    """Drives a world's robot by a clone; odometry at 20 Hz, scans at 10 Hz. Masks lie on its map as they are given."""
+    """A clone that drives a world's robot; odometry at 20 Hz, scans at 10 Hz. ``masks`` are those of `build_layers`."""
 
     def __init__(
         self, world: World, *, worker: Worker = run_inline, start: float = 1000.0,
@@ -64,11 +64,11 @@ class ClosedLoop:
             self.graph.tap(topic, hear)
 
     def send_goal(self, pose: Pose2D) -> None:
-        """Publish on move_base_simple/goal."""
+        """Publish a goal on move_base_simple/goal."""
         self.graph.inject("move_base_simple/goal", PoseStamped(Header(frame_id="map"), Pose.of(pose)))
 
     def step(self) -> None:
-        """Let one period pass."""
+        """Simulate one period."""
         self.clock.advance(PERIOD)
         self.world.move(self.command.linear.x, self.command.angular.z, PERIOD)
         self.clearance = min(self.clearance, self.world.clearance())
@@ -83,11 +83,11 @@ class ClosedLoop:
         self.graph.run_due()
 
     def sense(self, topic: str, message: Payload) -> None:
-        """Take what a sensor of the robot tells."""
+        """Publish a message of one of the robot's sensors."""
         self.graph.inject(topic, message)
 
     def run(self, seconds: float) -> None:
-        """Go on until a result comes, at most so long."""
+        """Simulate until a result comes, at most for a time [s]."""
         had = len(self.results)
         for _ in range(round(seconds / PERIOD)):
             if len(self.results) > had:
@@ -95,5 +95,5 @@ class ClosedLoop:
             self.step()
 
     def last_status(self) -> Status:
-        """Return how the last goal ended."""
+        """Return the status of the last goal that ended."""
         return Status(self.results[-1].status.status)

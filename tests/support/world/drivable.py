@@ -1,4 +1,4 @@
-"""What must be so of every path that a robot with a smallest turning radius is given."""
+"""Checks of every path for a robot with a minimum turning radius."""
 
 import itertools
 import math
@@ -17,7 +17,7 @@ from tests.reference.planners.curves import same_heading
 def assert_drivable(
     costmap: Costmap, result: PlanResult, start: Pose2D, goal: Pose2D, radius: float, *, backing: bool, footprint=()
 ) -> int:
-    """Check a path that begins free; return how often it changes gear."""
+    """Check a path that begins in a free cell; return how often it changes between forward and backward."""
     poses = [Pose2D(row[0], row[1], yaw_of(*row[3:])) for row in result.poses.tolist()]
     for pose, asked in ((poses[0], start), (poses[-1], goal)):
         assert (pose.x, pose.y) == (asked.x, asked.y)
@@ -39,7 +39,7 @@ def assert_drivable(
 
 
 def _gear(a: Pose2D, b: Pose2D, radius: float, most: float) -> int:
-    """Return 1, −1 or 0 for a step forward, backward, or none; it must be one that the robot can drive."""
+    """Return 1, −1 or 0 for a step forward, backward, or on the spot, and check that the robot can drive it."""
     turn = math.remainder(b.theta - a.theta, 2 * math.pi)
     chord = math.dist(a[:2], b[:2])
     assert chord <= most

@@ -1,4 +1,4 @@
-"""A log of a drive in a room, as text."""
+"""A log of a drive in a room, in the text format of CARMEN graphs."""
 
 import math
 from itertools import pairwise
@@ -8,7 +8,7 @@ from tests.support.world.planar_world import World, walled_map
 
 ROOM = walled_map(6, 5, [(3, 0, 3.2, 2), (4.5, 3.5, 5.5, 4), (1.5, 3.5, 2.0, 4.0)])
 NOTHING = 81.0
-"""What the laser says that meets nothing [m]."""
+"""Range of a beam that hits nothing [m]."""
 START = Pose2D(1.0, 1.0, 0.8)
 
 

@@ -1,4 +1,4 @@
-"""A kinematic robot and a drive along a plan: enough of a world to close a controller's loop."""
+"""A kinematic robot in a grid of walls, to run a controller in a closed loop."""
 
 import math
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ STANDING = Velocity()
 
 @dataclass
 class Unicycle:
-    """A disc that turns and drives with limited acceleration; a command takes effect one cycle after it is given."""
+    """A round robot with limited acceleration; a command takes effect in the cycle after it is given."""
 
     pose: Pose2D
     acc_lim_x: float = 1.0
@@ -33,7 +33,7 @@ class Unicycle:
     _waiting: Velocity = STANDING
 
     def step(self, command: Velocity, seconds: float) -> Iterator[Pose2D]:
-        """Drive for one cycle under the command before this one; yield each pose on the way."""
+        """Drive one cycle by the previous command; yield the pose after each of ten steps."""
         wanted, self._waiting = self._waiting, command
         dt = seconds / 10
         for _ in range(10):
@@ -47,7 +47,7 @@ class Unicycle:
 
 @dataclass
 class World:
-    """A grid of walls, ten times as fine to the eye of a collision as to the planner's."""
+    """A grid of walls; clearances are exact, while planners see the inflated cells."""
 
     walls: NDArray[np.bool_]
     costmap: Costmap = field(init=False)
@@ -58,7 +58,7 @@ class World:
         self._corners = np.argwhere(self.walls)[:, ::-1] * RESOLUTION
 
     def clearance(self, pose: Pose2D) -> float:
-        """Return the distance from the rim of the robot to the nearest wall; negative if it touches one [m]."""
+        """Return the distance from the robot's rim to the nearest wall, negative in a collision [m]."""
         near = np.clip((pose.x, pose.y), self._corners, self._corners + RESOLUTION) - (pose.x, pose.y)
         return float(np.hypot(near[:, 0], near[:, 1]).min(initial=math.inf)) - RADIUS
 
@@ -69,7 +69,7 @@ class World:
 
 @dataclass
 class Drive:
-    """What came of a drive."""
+    """Result of a drive."""
 
     reached: bool
     seconds: float
@@ -81,7 +81,7 @@ class Drive:
 
 
 def drive(world: World, robot: Unicycle, controller: Controller, seconds: float, period: float = 0.1) -> Drive:
-    """Let a controller drive until it says the goal is reached, or time is up; it stops when it knows no way."""
+    """Drive by a controller until it reports the goal reached or the time is up; stop while it has no velocity."""
     clearance, travelled, stuck = world.clearance(robot.pose), 0.0, 0
     commands: list[Velocity] = []
     for cycle in range(round(seconds / period)):
@@ -113,7 +113,7 @@ def gap() -> World:
 
 
 def through_gap(controller: Controller, costmap: Costmap, cycles: int) -> list[float]:
-    """Let a base that does at once what it is told be sent through the gap; return the x of each cycle [m]."""
+    """Send a base without inertia through the gap; return the x of each cycle [m]."""
     controller.set_plan(along_x(2.0, 5.0, y=1.5))
     pose, command, places = Pose2D(2.0, 1.5), STANDING, [2.0]
     for _ in range(cycles):
@@ -127,7 +127,7 @@ def through_gap(controller: Controller, costmap: Costmap, cycles: int) -> list[f
 
 
 def inflate(walls: NDArray[np.bool_], scaling: float = 10.0) -> Costmap:
-    """Return the costmap of some walls, inflated for the robot as costmap_2d does."""
+    """Return the costmap of walls, inflated for the robot as in costmap_2d."""
     distance = distance_transform_edt(~walls) * RESOLUTION if walls.any() else np.full(walls.shape, np.inf)
     inscribed = RADIUS + PADDING
     costs = np.where(distance > 0.55, 0.0, 252.0 * np.exp(-scaling * (distance - inscribed)))
@@ -164,7 +164,7 @@ def travel(
 
 
 def assert_arrived(result: Drive, goal: Pose2D) -> None:
-    """Check that a robot came to stand at its goal and touched nothing."""
+    """Check that a robot reached its goal without a collision."""
     assert result.reached
     assert result.clearance > 0.0
     assert result.end.distance_to(goal) <= 0.2

@@ -1,4 +1,4 @@
-"""A node for tests of its home: it repeats what it hears, answers, fails and breaks as it is told."""
+"""A node for tests of executors: it echoes messages, answers calls, and raises errors on request."""
 
 import threading
 from typing import ClassVar
@@ -14,7 +14,7 @@ from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
 
 
 class EchoNode(Node):
-    """Publishes on ``echo`` what it hears on ``say``: ``refuse`` it refuses, ``break`` breaks it."""
+    """Publishes messages of ``say`` on ``echo``; it refuses the message ``refuse``, and crashes on ``break``."""
 
     name: ClassVar[str] = "echo"
     subscribes: ClassVar[tuple[Topic, ...]] = (Topic("say", String), Topic("robots", RobotStates))

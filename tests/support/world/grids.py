@@ -13,7 +13,7 @@ SIGNS = {".": 0, "o": 128, "h": 252, "i": 253, "#": 254, "?": 255}
 
 
 def costmap(picture: str, resolution: float = 1.0, origin: Pose2D = Pose2D(0.0, 0.0)) -> Costmap:
-    """Read a costmap from lines, the lowest row last: ``.`` free, ``o`` 128, ``h`` 252, ``i`` 253, ``#`` 254, ``?``."""
+    """Return the costmap of a picture, the lowest row last, with the characters of `SIGNS`."""
     lines = [line.strip() for line in picture.strip().splitlines()][::-1]
     return of(np.array([[SIGNS[sign] for sign in line] for line in lines], dtype=np.uint8), resolution, origin)
 
@@ -24,7 +24,7 @@ def of(
     origin: Pose2D = Pose2D(0.0, 0.0),
     indexes: Indexes | None = None,
 ) -> Costmap:
-    """Make a costmap of an array."""
+    """Return the costmap of an array."""
     return Costmap(data, GridInfo(resolution, data.shape[1], data.shape[0], origin), indexes)
 
 
@@ -42,7 +42,7 @@ def cost_arrays(most: int = 12) -> st.SearchStrategy[NDArray[np.uint8]]:
 
 
 def free_cells(costs: NDArray[np.uint8], allow_unknown: bool) -> list[tuple[int, int]]:
-    """Return row and column of each cell that a plan may lead through."""
+    """Return row and column of each cell that a plan may pass."""
     free = (costs < 253) | ((costs == 255) & allow_unknown)
     return [(int(r), int(c)) for r, c in np.argwhere(free)]
 

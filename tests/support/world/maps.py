@@ -1,4 +1,4 @@
-"""Maps and poses for tests, drawn at random, and the bytes of map files."""
+"""Random maps and poses, and the content of map files."""
 
 from pathlib import Path
 
@@ -28,7 +28,7 @@ def occupied_arrays(most: int = 12) -> st.SearchStrategy[NDArray[np.uint8]]:
 
 
 def poses(most: float = 10.0) -> st.SearchStrategy[Pose2D]:
-    """Draw poses, many of them on the edges of cells or looking along an axis or a diagonal."""
+    """Draw poses, many of them on the edges of cells, or with headings along an axis or a diagonal."""
     place = st.one_of(st.integers(-int(most), int(most)).map(float), st.floats(-most, most))
     heading = st.one_of(st.integers(-8, 8).map(lambda i: i * np.pi / 4), st.floats(-7.0, 7.0))
     return st.builds(Pose2D, place, place, heading)
@@ -45,7 +45,7 @@ def grid_maps(values: list[int], most: int = 12) -> st.SearchStrategy[GridMap]:
 
 
 def grid_of(occupied: NDArray[np.uint8], resolution: float = 1.0, origin: Pose2D = Pose2D(0.0, 0.0)) -> GridMap:
-    """Make a map of occupied (not 0) and free cells."""
+    """Return a map of occupied (not 0) and free cells."""
     info = GridInfo(resolution, occupied.shape[1], occupied.shape[0], origin)
     return GridMap(np.where(occupied, 100, 0).astype(np.int8), info)
 

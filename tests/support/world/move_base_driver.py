@@ -1,4 +1,4 @@
-"""Feeds a Move Base and keeps what it orders."""
+"""Driver of the Move Base state machine, for tests."""
 
 import numpy as np
 
@@ -17,11 +17,11 @@ BLOCKED = NoValidPath("no way")
 
 
 class Driver:
-    """Feeds a Move Base and keeps what it orders."""
+    """Feeds events to a Move Base, and keeps the orders of the last event."""
 
     def __init__(self, **parameters) -> None:
-        taken = MoveBaseParameters(**parameters)
-        self.machine = MoveBase(taken, [each.name for each in recovery_behaviors(taken)])
+        own = MoveBaseParameters(**parameters)
+        self.machine = MoveBase(own, [each.name for each in recovery_behaviors(own)])
         self.now = 100.0
         self.orders: list = []
 
@@ -63,7 +63,7 @@ class Driver:
                 self.fail_plan()
             if self.machine.state is State.CLEARING or self.machine.goals.active is None:
                 return
-        raise AssertionError("it never lost patience")
+        raise AssertionError("no recovery began")
 
     def status(self):
         active = self.machine.goals.active

@@ -1,4 +1,4 @@
-"""Places in a map where a Turtlebot can stand, and that it can reach, chosen by seed."""
+"""Random poses in a map that a Turtlebot can take and reach."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,12 @@ CLEARANCE = 0.4
 
 
 def roomy(grid: GridMap) -> NDArray[np.bool_]:
-    """Return the cells that are known free and far enough from everything."""
+    """Return the free cells that are farther than ``CLEARANCE`` from obstacles."""
     return (distance_to_occupied(grid) > CLEARANCE) & (grid.data == FREE)
 
 
 def free_pose(grid: GridMap, seed: int) -> Pose2D:
-    """Return some place in the largest part of the map."""
+    """Return a random pose in the largest connected part of the map."""
     free = roomy(grid)
     rows, columns = np.nonzero(free)
     rng = np.random.default_rng(seed)
@@ -29,7 +29,7 @@ def free_pose(grid: GridMap, seed: int) -> Pose2D:
 
 
 def reachable_pose(grid: GridMap, start: Pose2D, seed: int, at_least: float, at_most: float = np.inf) -> Pose2D:
-    """Return a place that can be reached from another and is some metres away from it, as the crow flies."""
+    """Return a random pose that can be reached from another, within a range of straight-line distances [m]."""
     cell = grid.info.cell_of(start.x, start.y)
     assert cell is not None
     cells = np.argwhere(reachable(roomy(grid), *cell))

@@ -1,4 +1,4 @@
-"""A small world for closed loops without I/O: a walled map with boxes, a unicycle, drifting odometry, a laser."""
+"""A small simulated world without I/O: a walled map with boxes, a unicycle, drifting odometry and a laser."""
 
 import math
 from dataclasses import dataclass, field
@@ -15,11 +15,11 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_msgs import Header, Time
 
 Box = tuple[float, float, float, float]
-"""x from, y from, x to, y to [m]."""
+"""Least x and y, greatest x and y [m]."""
 
 
 def walled_map(width: float, height: float, boxes: list[Box], resolution: float = 0.05) -> GridMap:
-    """A rectangle with walls around and boxes inside; its lower-left corner lies in the origin."""
+    """Return a rectangular map with walls around it and boxes inside; its lower-left corner is the origin."""
     data = np.full((round(height / resolution), round(width / resolution)), FREE, dtype=np.int8)
     info = GridInfo(resolution, data.shape[1], data.shape[0])
     data[:2] = data[-2:] = OCCUPIED
@@ -37,9 +37,9 @@ def fill(data: NDArray[np.int8], info: GridInfo, box: Box) -> None:
 
 @dataclass
 class World:
-    """What is really there, a robot in it, and what its sensors tell.
+    """The true world, a robot in it, and its sensors.
 
-    ``drift`` scales the odometry's systematic error: 1 is 1 % too long and 0.02 rad too much a metre.
+    ``drift`` scales the systematic error of the odometry: 1 means 1 % in length and 0.02 rad per metre.
     """
 
     grid: GridMap
@@ -58,7 +58,7 @@ class World:
         self.random = np.random.default_rng(self.seed)
 
     def move(self, linear: float, angular: float, seconds: float, steps: int = 5) -> None:
-        """Drive a unicycle; its odometry drifts."""
+        """Move the robot at constant velocities for a time [s], and add drift to its odometry."""
         self.velocity = (linear, angular)
         dt = seconds / steps
         for _ in range(steps):
@@ -113,6 +113,6 @@ class World:
         )
 
 
-def error_of(told: Pose2D, true: Pose2D) -> tuple[float, float]:
-    """Return how far two poses are apart [m, rad]."""
-    return told.distance_to(true), abs(wrap_angle(told.theta - true.theta))
+def error_of(estimate: Pose2D, true: Pose2D) -> tuple[float, float]:
+    """Return the distance and the angle between two poses [m, rad]."""
+    return estimate.distance_to(true), abs(wrap_angle(estimate.theta - true.theta))

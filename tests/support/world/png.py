@@ -1,4 +1,4 @@
-"""PNG files byte by byte, so that what is in them is known without a library's help."""
+"""PNG files written byte by byte, so that tests do not depend on a library's encoder."""
 
 import struct
 import zlib
@@ -18,6 +18,6 @@ def header(width: int, height: int, depth: int = 8, colour: int = GREY) -> bytes
 
 
 def png(rows: list[bytes], width: int, depth: int = 8, colour: int = GREY, before: bytes = b"") -> bytes:
-    """Return a file of rows of packed samples, the top one first; ``before`` are chunks such as a palette."""
+    """Return a file of rows of packed samples, from the top; ``before`` are chunks such as a palette."""
     data = zlib.compress(b"".join(b"\0" + row for row in rows))
     return header(width, len(rows), depth, colour) + before + chunk(b"IDAT", data) + chunk(b"IEND")

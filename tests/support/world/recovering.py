@@ -1,4 +1,4 @@
-"""Runs a recovery behaviour in a small room, a control cycle at a time."""
+"""Runner of a recovery behavior in a small room, one control cycle after the other."""
 
 import numpy as np
 
@@ -19,7 +19,7 @@ def room() -> Costmap:
 
 
 class Run:
-    """One run; the robot does what it is told."""
+    """One run of a recovery behavior, with a robot that follows every command at once."""
 
     def __init__(self, recovery: Recovery, costmap: Costmap | None = None, pose: Pose2D = MIDDLE) -> None:
         self.recovery = recovery
@@ -42,8 +42,8 @@ class Run:
         return velocity
 
     def to_the_end(self, *, moves: bool = True) -> float:
-        """Go on until it is done; return how long it took [s]."""
+        """Run until the behavior ends; return its duration [s]."""
         for cycle in range(1000):
             if self.cycle(moves=moves) is None:
                 return cycle * PERIOD
-        raise AssertionError("it never ends")
+        raise AssertionError("the recovery behavior did not end")

@@ -1,4 +1,4 @@
-"""Small maps to put simulated robots into."""
+"""Small maps for simulated robots."""
 
 import numpy as np
 

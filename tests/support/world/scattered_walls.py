@@ -1,4 +1,4 @@
-"""Maps with a few occupied cells here and there."""
+"""Maps with randomly scattered occupied cells."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +8,7 @@ from ppaas.maps.grid import FREE, OCCUPIED, GridInfo, GridMap
 
 
 def distances(seed: int, info: GridInfo) -> NDArray[np.float32]:
-    """Return how far each cell is from the nearest of some occupied cells."""
+    """Return the distance of each cell from the nearest of randomly scattered occupied cells [m]."""
     data = np.where(np.random.default_rng(seed).random(info.shape) < 0.05, OCCUPIED, FREE).astype(np.int8)
     data[0, 0] = OCCUPIED
     return distance_to_occupied(GridMap(data, info))

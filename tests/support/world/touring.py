@@ -1,4 +1,4 @@
-"""Sends lists of waypoints to a clone in a closed loop, and keeps what is told of them."""
+"""Waypoint following in a closed loop: sends lists of waypoints to a clone, and records its messages."""
 
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
@@ -13,13 +13,13 @@ def stamped(pose: Pose2D, frame: str = "map") -> PoseStamped:
 
 
 def waypoints(poses, goal_id: str = "tour", *, stamp: float = 0.0, **numbers) -> FollowWaypointsActionGoal:
-    """Return the goal; poses may be stamped already."""
+    """Return the action goal of a list of waypoints, which may be stamped already."""
     listed = [pose if isinstance(pose, PoseStamped) else stamped(pose) for pose in poses]
     return FollowWaypointsActionGoal(FollowWaypointsGoal(listed, **numbers), GoalID(Time.of(stamp), goal_id))
 
 
 class Tour:
-    """A closed loop, what its follower tells, and the goals that it gives Move Base."""
+    """A closed loop, with the messages of its waypoint follower and the goals of its Move Base."""
 
     def __init__(self, driving: ClosedLoop) -> None:
         self.driving = driving
@@ -48,14 +48,14 @@ class Tour:
         self.driving.graph.inject("follow_waypoints/goal", waypoints(*args, **options))
 
     def run(self, seconds: float) -> None:
-        """Go on until a list ends, at most so long."""
+        """Simulate until a list ends, at most for a time [s]."""
         had = len(self.results)
         end = self.driving.clock() + seconds
         while len(self.results) == had and self.driving.clock() < end:
             self.driving.step()
 
     def until(self, text: str, seconds: float = 60.0) -> None:
-        """Go on until the status of the list is this text."""
+        """Simulate until the status text of the list is ``text``."""
         end = self.driving.clock() + seconds
         while self.texts[-1:] != [text]:
             assert self.driving.clock() < end, self.texts
@@ -63,6 +63,6 @@ class Tour:
 
     @property
     def outcome(self):
-        """Status, error code and text of the list that ended last."""
+        """Status, error code and text of the last list that ended."""
         last = self.results[-1]
         return last.status.status, last.result.error_code, last.status.text

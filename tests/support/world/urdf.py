@@ -1,4 +1,4 @@
-"""URDF files made for tests."""
+"""URDF documents for tests."""
 
 from collections.abc import Iterable, Sequence
 
@@ -8,7 +8,7 @@ EXAMPLES = ROOT / "docs" / "examples" / "robots"
 
 
 def example(name: str) -> bytes:
-    """Return one of the URDF files that come with the documents."""
+    """Return one of the example URDF files of the documentation."""
     return (EXAMPLES / f"{name}.urdf").read_bytes()
 
 

@@ -1,4 +1,4 @@
-"""Voxel grids and costmaps in space for tests, drawn at random or built as scenes."""
+"""Voxel grids and costmaps in space for tests, drawn at random or built from blocks."""
 
 import numpy as np
 from hypothesis import strategies as st
@@ -11,23 +11,23 @@ from ppaas.planners.volume import Pose3D
 
 
 def info_of(data: NDArray[np.uint8], resolution: float = 1.0, origin: Point3D = ORIGIN) -> VoxelInfo:
-    """Return where an array lies."""
+    """Return the geometry of an array's voxel grid."""
     depth, height, width = data.shape
     return VoxelInfo(resolution, width, height, depth, origin)
 
 
 def grid(data: NDArray[np.uint8], resolution: float = 1.0, origin: Point3D = ORIGIN) -> VoxelGrid:
-    """Make a voxel grid of an array."""
+    """Return the voxel grid of an array."""
     return VoxelGrid(data, info_of(data, resolution, origin))
 
 
 def costmap(data: NDArray[np.uint8], resolution: float = 1.0, origin: Point3D = ORIGIN) -> VoxelCostmap:
-    """Make a costmap of an array."""
+    """Return the costmap of an array."""
     return VoxelCostmap(data, info_of(data, resolution, origin))
 
 
 def place(costs: VoxelCostmap, voxel: Voxel, theta: float = 0.0) -> Pose3D:
-    """Return the pose at the place of a voxel."""
+    """Return the pose at the position that a voxel represents."""
     x, y, z = costs.places(voxel).tolist()
     return Pose3D(x, y, z, theta)
 
@@ -45,7 +45,7 @@ def grid_arrays(most: int = 6) -> st.SearchStrategy[NDArray[np.uint8]]:
 
 
 def free_voxels(costs: NDArray[np.uint8], allow_unknown: bool) -> list[Voxel]:
-    """Return the voxels that paths may lead through."""
+    """Return the voxels that paths may pass."""
     free = (costs < 253) | ((costs == 255) & allow_unknown)
     return [(layer, row, column) for layer, row, column in np.argwhere(free).tolist()]
 
@@ -59,7 +59,7 @@ def room(length: float = 4.0, width: float = 3.0, height: float = 2.0, resolutio
 
 
 def put(scene: VoxelGrid, low: tuple[float, float, float], high: tuple[float, float, float]) -> None:
-    """Put a block between two corners, x, y, z [m], into a scene that is being built."""
+    """Add a block between two corners, x, y, z [m], to a scene."""
     first, last = (np.rint(np.subtract(corner, scene.info.origin) / scene.info.resolution).astype(int)[::-1]
                    for corner in (low, high))  # fmt: skip
     scene.data[first[0] : last[0], first[1] : last[1], first[2] : last[2]] = OCCUPIED

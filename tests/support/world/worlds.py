@@ -1,4 +1,4 @@
-"""Worlds to drive in, small and drawn from a seed."""
+"""Small worlds to drive in, drawn by a seed."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from tests.support.world.driving import World
 
 
 def picture(text: str, scale: int = 8) -> World:
-    """Read a world from lines, the lowest row last; each ``#`` is a block of ``scale``² wall cells."""
+    """Return the world of a picture, the lowest row last; each ``#`` is a block of ``scale``² wall cells."""
     lines = [line.strip() for line in text.strip().splitlines()][::-1]
     blocks = np.array([[sign == "#" for sign in line] for line in lines])
     return World(np.kron(blocks, np.ones((scale, scale), bool)))
@@ -41,7 +41,7 @@ def pillars(seed: int) -> World:
 
 
 def journey(world: World, seed: int) -> tuple[Pose2D, Pose2D, PlanResult]:
-    """Draw a start, a goal that is well away from it, and plan between them."""
+    """Draw a start and a distant goal; return both and the plan between them."""
     rng = np.random.default_rng(seed)
     free = np.argwhere(world.costmap.data < 240)
     start = free[rng.integers(len(free))]

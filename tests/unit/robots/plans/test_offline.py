@@ -75,7 +75,7 @@ def test_a_urdf_goes_before_the_model_and_a_radius_before_it():
 
 def test_a_urdf_that_tells_no_footprint_is_refused_rather_than_guessed():
     mesh = urdf(link("base_link", part('<mesh filename="arm.stl"/>')))
-    with pytest.raises(InvalidInput, match=r"no footprint: link 'base_link' is the mesh 'arm\.stl'"):
+    with pytest.raises(InvalidInput, match=r"no footprint: link 'base_link': the extent of mesh 'arm\.stl' is unknown"):
         offline.Robot(urdf=mesh).radius_of()
     assert offline.Robot(radius=0.1, urdf=mesh).radius_of() == 0.1
 
