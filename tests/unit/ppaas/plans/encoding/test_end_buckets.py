@@ -34,7 +34,7 @@ def key_of(scope: bytes, first, last, length: float) -> int:
 def test_what_is_near_is_found(start, goal, offset, tolerance, length) -> None:
     first, last = (start[0] + offset[0], start[1] + offset[1]), (goal[0] + offset[2], goal[1] + offset[3])
     key = key_of(SCOPE, first, last, length)
-    assert key == plan_bytes.key(SCOPE, (*first, *last), length)
+    assert key == plan_bytes.index_key(SCOPE, (*first, *last), length)
     assert 0 <= key < 2**63
     assert length_of_key(key) == min(int(length * 16), 2**18 - 1)
     near = buckets_near(SCOPE, start, goal, tolerance).tolist()
