@@ -76,7 +76,7 @@ def test_a_robot_that_is_shut_in_recovers_in_vain_and_says_so():
     assert driving.last_status() is Status.ABORTED
     text = driving.results[-1].status.text
     assert text.startswith("Failed to find a valid plan. Even after executing recovery behaviors.")
-    assert "no free way" in text
+    assert "no free path" in text
     recovered = {text.split()[2].rstrip(":") for text in driving.texts if text.startswith("recovering by")}
     assert recovered == {"conservative_reset", "rotate_recovery", "aggressive_reset"}
     assert driving.clearance > RADIUS
@@ -105,7 +105,7 @@ def fill_truth(driving: ClosedLoop, box, *, occupied: bool = True) -> None:
     ("goal", "reason"),
     [
         (Pose2D(40.0, 1.0, 0.0), "outside the map"),
-        (Pose2D(4.0, 4.0, 0.0), "not free"),
+        (Pose2D(4.0, 4.0, 0.0), "blocked"),
     ],
 )
 def test_a_goal_that_can_never_be_reached_is_aborted_at_once_with_the_planners_reason(goal, reason):
@@ -121,7 +121,7 @@ def test_a_goal_behind_walls_of_the_map_is_aborted_at_once():
     driving.send_goal(BEYOND)
     driving.run(1.0)
     assert driving.last_status() is Status.ABORTED
-    assert "no free way" in driving.results[-1].status.text
+    assert "no free path" in driving.results[-1].status.text
 
 
 def test_a_new_goal_preempts_the_old_and_is_reached():
