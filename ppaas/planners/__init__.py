@@ -1,4 +1,4 @@
-"""Global planners: the interface, the registry, and what all of them share; one package below for each family."""
+"""Global planners: the interface, the registry and shared code. Each family of planners has a package below."""
 
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.planners.registry import create, planner_names

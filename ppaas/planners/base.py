@@ -1,7 +1,7 @@
-"""What a global planner is given and what it gives.
+"""Interface of global planners: the request, the result, and the abstract planner.
 
-The interface is that of ``nav2_core::GlobalPlanner`` without its life cycle: a planner is made with its parameters
-and may be asked many times, one thread at a time.
+It is ``nav2_core::GlobalPlanner`` without the life cycle: a planner is constructed with its parameters and may then
+plan many times, in one thread at a time.
 """
 
 from abc import ABC, abstractmethod
@@ -26,28 +26,28 @@ from ppaas.plugins import parameters_in_use
 
 
 def never() -> bool:
-    """Be the cancel checker that never cancels."""
+    """Return false: the default cancel checker, which never cancels."""
     return False
 
 
 @dataclass(frozen=True, slots=True)
 class PlanRequest:
-    """What to plan.
+    """Request for a plan.
 
     Parameters
     ----------
     start, goal : Pose2D
         In the frame of the costmap [m, rad].
     tolerance : float
-        If the goal is blocked, the free cell nearest to it within this distance will do [m].
+        If the goal is blocked, the planner may use the nearest free cell within this distance instead [m].
     timeout : float
-        Time allowed from the call of ``plan`` [s].
+        Time limit, counted from the call of ``plan`` [s].
     cancelled : callable
-        Asked often while planning (at least every 10 ms); true stops it.
+        Cancel checker, called at least every 10 ms while planning; true stops the planner.
     threads : int
-        Most threads that kernels may use.
+        Maximum number of threads of the kernels.
     clock : callable
-        Seconds, monotonic.
+        Returns monotonic time [s].
     """
 
     start: Pose2D
@@ -60,33 +60,33 @@ class PlanRequest:
 
 
 class PlanResult(msgspec.Struct, frozen=True):
-    """A path, and what it took to find it.
+    """A path, with its cost and the effort of finding it.
 
     Parameters
     ----------
     cells : (n, 2) int32 array
-        Row, column from start to goal, each a neighbour of the one before.
+        Row, column from start to goal; each cell is a neighbour of the one before.
     poses : (n, 7) float64 array
-        The same in the frame of the costmap; the first is the start and the last the goal as they were asked for
-        (or the free cell nearest to the goal, under a tolerance).
+        x, y, z [m] and quaternion in the frame of the costmap. The first pose is the requested start, the last the
+        requested goal (or the free cell nearest to it, within the tolerance).
     cost : float
-        Sum of the weights of the moves, recounted in float64: 50 + 0.8·cost a cell entered, times √2 on a diagonal.
+        Sum of the weights of the moves, recomputed in float64: 50 + 0.8·cost per cell entered, times √2 on a diagonal.
     length : float
-        Along the poses [m].
+        Length along the poses [m].
     expanded : int
-        Cells whose value was settled.
+        Number of cells whose value was settled.
     seconds : float
-        Time taken.
+        Planning time [s].
     planner : str
-        Who planned it.
+        Name of the planner.
     origin : {"computed", "reused", "stitched"}
-        Whether it was computed, or made of a plan that was kept.
+        Whether the plan was computed, or made from a kept plan.
     reused : str
-        Id of that plan.
+        Id of that kept plan.
     id : str
-        By which it is kept (``ppaas.plans.reuse.plan_ids``); none where nobody keeps it.
+        Id in the path plan database (``ppaas.plans.reuse.plan_ids``); empty if the plan is not kept.
     conditions : dict
-        Under which it was made: the parameters of the planner, and what ``ppaas.plans.stored`` names.
+        Conditions under which it was computed: the planner's parameters, and those that ``ppaas.plans.stored`` names.
     """
 
     cells: NDArray[np.int32]
@@ -103,12 +103,12 @@ class PlanResult(msgspec.Struct, frozen=True):
     conditions: Conditions = msgspec.field(default_factory=dict)
 
     def to_message(self, stamp: Header | None = None) -> Path:
-        """Return ``nav_msgs/Path``; its poses are JSON already, which the encoder copies as it is."""
+        """Return ``nav_msgs/Path``. Its poses are already JSON, which the encoder copies unchanged."""
         return path_message(self.poses, stamp or Header(frame_id=self.frame_id))
 
 
 def pose_message(row: list[float]) -> Pose:
-    """Return ``geometry_msgs/Pose`` of one row of an (n, 7) array."""
+    """Return the ``geometry_msgs/Pose`` of one row of an (n, 7) array of poses."""
     x, y, z, qx, qy, qz, qw = row
     return Pose(Point(x, y, z), Quaternion(x=qx, y=qy, z=qz, w=qw))
 
@@ -116,9 +116,9 @@ def pose_message(row: list[float]) -> Pose:
 class Planner(ABC):
     """A global planner.
 
-    A subclass names itself in ``name``, tells in ``purpose`` what it is for and in ``traits`` what it can do, and is
-    found by an entry point in the group ``ppaas.planners``. It takes its parameters as keyword arguments of its
-    constructor and keeps them as attributes of the same names, or all of them as a record in ``parameters``.
+    A subclass sets ``name``, ``purpose`` (when to choose it) and ``traits`` (its capabilities), and is registered by an
+    entry point in the group ``ppaas.planners``. Its parameters are keyword arguments of its constructor. It stores each
+    as an attribute of the same name, or all of them as one record in ``parameters``.
     """
 
     name: ClassVar[str]
@@ -136,5 +136,5 @@ class Planner(ABC):
         """
 
     def twin(self) -> Self:
-        """Return one with the same parameters, for another thread."""
+        """Return a planner with the same parameters, for another thread."""
         return type(self)(**parameters_in_use(self))

@@ -1,4 +1,4 @@
-"""What a planner in space is given; it gives what planners in the plane give, with layers."""
+"""Interface of planners in space: like that of planners in the plane, with heights and layers."""
 
 import math
 from abc import ABC, abstractmethod
@@ -14,7 +14,7 @@ from ppaas.planners.base import PlanRequest, PlanResult, never
 
 
 class Pose3D(NamedTuple):
-    """Where an upright robot stands or flies: x, y, z of its base [m], theta about z [rad]."""
+    """Pose of an upright robot in space: x, y, z of its base [m], theta about z [rad]."""
 
     x: float
     y: float
@@ -24,14 +24,14 @@ class Pose3D(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class PlanRequest3D:
-    """What to plan.
+    """Request for a plan in space.
 
     Parameters
     ----------
     start, goal : Pose3D
         In the frame of the costmap [m, rad].
     tolerance : float
-        If the start or the goal is blocked, the free place nearest to it within this distance will do [m].
+        If the start or the goal is blocked, the planner may use the nearest free voxel within this distance [m].
     timeout, cancelled, threads, clock
         As in ``PlanRequest``.
     """
@@ -45,7 +45,7 @@ class PlanRequest3D:
     clock: Clock = monotonic
 
     def from_above(self) -> PlanRequest:
-        """Return the same request in the plane, for what needs no heights.
+        """Return the same request in the plane, without heights.
 
         Raises
         ------
@@ -62,8 +62,8 @@ class PlanRequest3D:
 class VolumePlanner(ABC):
     """A global planner in space.
 
-    A subclass names itself in ``name``, tells in ``purpose`` what it is for, takes its parameters as keyword
-    arguments of its constructor, and is found by an entry point in the group ``ppaas.planners3d``.
+    A subclass sets ``name`` and ``purpose`` (when to choose it), takes its parameters as keyword arguments of its
+    constructor, and is registered by an entry point in the group ``ppaas.planners3d``.
     """
 
     name: ClassVar[str]
@@ -71,7 +71,7 @@ class VolumePlanner(ABC):
 
     @abstractmethod
     def plan(self, costmap: VoxelCostmap, request: PlanRequest3D) -> PlanResult:
-        """Find a path; its ``cells`` are (n, 3): layer, row, column.
+        """Find a path; the ``cells`` of the result are (n, 3): layer, row, column.
 
         Raises
         ------

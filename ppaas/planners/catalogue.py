@@ -1,4 +1,4 @@
-"""What is told of the planners that are installed, for people and programs that choose one."""
+"""Catalogue of the installed planners: purpose, parameters and traits of each."""
 
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -12,19 +12,20 @@ from ppaas.plugins import parameters_in_use
 
 @dataclass(frozen=True, slots=True)
 class PlannerEntry:
-    """One planner.
+    """Catalogue entry of one planner.
 
     Parameters
     ----------
     name : str
-        Its own.
+        Name of the planner.
     aliases : tuple of str
-        Names that ROS has for it, or for one of its kind.
+        Names of the corresponding ROS plug-ins.
     purpose : str
         When to choose it.
     parameters : dict
-        What can be set, and what it is unless said otherwise.
+        Parameters by name, with their default values.
     traits : Traits
+        Capabilities.
     """
 
     name: str
@@ -35,24 +36,24 @@ class PlannerEntry:
 
 
 def entry(name: str) -> PlannerEntry:
-    """Return what is told of one planner, by its name or an alias.
+    """Return the entry of one planner, by its name or an alias.
 
     Raises
     ------
     NotFound
-        No planner of that name is installed; the text lists those there are.
+        No planner of that name is installed; the text lists the installed ones.
     """
     own, planner = PLANNERS.own_name(name), PLANNERS.create(name, {})
     return PlannerEntry(own, PLANNERS.aliases(own), planner.purpose, parameters_in_use(planner), planner.traits)
 
 
-def told(planner: PlannerEntry) -> dict[str, Any]:
-    """Return an entry as JSON has it; its traits are members of their own."""
+def as_json(planner: PlannerEntry) -> dict[str, Any]:
+    """Return an entry as a JSON object, with one member per trait."""
     members = asdict(planner) | {"aliases": list(planner.aliases)}
     plain: dict[str, Any] = msgspec.to_builtins(members | members.pop("traits"))
     return plain
 
 
 def catalogue() -> list[dict[str, Any]]:
-    """Return what is told of all planners installed, by name."""
-    return [told(entry(name)) for name in PLANNERS.names()]
+    """Return the entries of all installed planners as JSON objects, sorted by name."""
+    return [as_json(entry(name)) for name in PLANNERS.names()]

@@ -1,4 +1,4 @@
-"""Where a plan begins and ends: from the poses asked for to cells that a planner can join."""
+"""Ends of a plan: from the requested poses to the free cells that a planner connects."""
 
 import heapq
 import math
@@ -18,23 +18,23 @@ from ppaas.planners.weights import passable
 Cell = tuple[int, int]
 
 ESCAPE_DISTANCE = 2.0
-"""How far a robot that stands too close to an obstacle may be led before it is free [m]."""
+"""Maximum length of the way out for a robot that is too close to an obstacle [m]."""
 
 _MOVES = ((0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1))
 
 
 @dataclass(frozen=True, slots=True)
 class Ends:
-    """The two cells to join, and what belongs to them.
+    """The start and goal cells of a plan.
 
     Parameters
     ----------
     start, goal : (row, column)
         Free cells.
     escape : (n, 2) int32 array
-        Cells from the one the robot stands in up to, but without, ``start``; empty if it stands free.
+        Cells from the robot's cell to ``start``, without ``start``; empty if the robot's cell is free.
     goal_pose : Pose2D
-        The goal as asked for, or the centre of the free cell that stands for it, with the heading asked for.
+        The requested goal, or the centre of the free cell that replaces it, with the requested heading.
     """
 
     start: Cell
@@ -44,12 +44,12 @@ class Ends:
 
 
 def place_ends(costmap: Costmap, request: PlanRequest, *, allow_unknown: bool, check: Callable[[], None]) -> Ends:
-    """Find the cells in which a plan begins and ends.
+    """Return the cells in which a plan begins and ends.
 
-    A robot may stand in a cell where no plan leads: it was pushed into the inscribed radius of an obstacle (253), or
-    stands in an unknown cell that plans must keep out of. navfn frees the robot's own cell, which is not enough to
-    leave a band that is many cells wide. So here the way out is the shortest one to a free cell, through any cells
-    that are not lethal, at most `ESCAPE_DISTANCE` long. Only a lethal cell (254) is a start in collision.
+    The robot's cell may be one that plans must not enter: within the inscribed radius of an obstacle (253), or unknown.
+    navfn frees the robot's own cell, which is not enough to leave an inflated band that is many cells wide. Here the
+    robot leaves by the shortest path to a free cell, through any non-lethal cells, at most `ESCAPE_DISTANCE` long.
+    Only a lethal cell (254) counts as a start in collision.
 
     Parameters
     ----------
@@ -59,22 +59,27 @@ def place_ends(costmap: Costmap, request: PlanRequest, *, allow_unknown: bool, c
     allow_unknown : bool
         Whether plans may lead through unknown cells.
     check : callable
-        Called often; what it raises ends the search.
+        Called often; an exception from it ends the search.
 
     Raises
     ------
-    StartOutsideMap, GoalOutsideMap, StartOccupied, GoalOccupied
+    StartOutsideMap, GoalOutsideMap
+        The map does not cover the pose.
+    StartOccupied
+        The robot's cell is lethal, or no free cell is within `ESCAPE_DISTANCE`.
+    GoalOccupied
+        The goal is blocked, and so is every cell within the tolerance.
     """
     open_costs = passable(allow_unknown)
     start = _cell_of_start(costmap, request.start)
     goal = costmap.info.cell_of(request.goal.x, request.goal.y)
     if goal is None:
-        raise GoalOutsideMap(f"the goal {_spot(request.goal)} lies outside the map; {_extent(costmap)}")
+        raise GoalOutsideMap(f"the goal {_format_xy(request.goal)} is outside the map; {_extent(costmap)}")
     way = escape(costmap, start, open_costs, check)
     if not len(way):
         raise StartOccupied(
-            f"the robot at {_spot(request.start)} is not free and no free cell is within {ESCAPE_DISTANCE} m; "
-            "clear the costmap or drive it out by hand"
+            f"the robot at {_format_xy(request.start)} is too close to an obstacle, and no free cell is within "
+            f"{ESCAPE_DISTANCE} m; clear the costmap or drive the robot out by hand"
         )
     goal_pose = request.goal
     if not open_costs[costmap.data[goal]]:
@@ -88,18 +93,19 @@ def place_ends(costmap: Costmap, request: PlanRequest, *, allow_unknown: bool, c
 def escape(
     costmap: Costmap, start: Cell, open_costs: NDArray[np.bool_], check: Callable[[], None]
 ) -> NDArray[np.int32]:
-    """Return the (n, 2) cells of the shortest way from ``start`` to a free cell, both included.
+    """Return the (n, 2) cells of the shortest path from ``start`` to a free cell, both included.
 
-    One cell if it is free itself, none if no free cell is near. No move leads into a lethal cell or past its corner.
+    The result is one cell if ``start`` is free, and empty if no free cell is within `ESCAPE_DISTANCE`. No move enters a
+    lethal cell or cuts its corner. The search is Dijkstra's algorithm.
     """
     reach = ESCAPE_DISTANCE / costmap.info.resolution
-    came: dict[Cell, Cell] = {start: start}
+    parents: dict[Cell, Cell] = {start: start}
     best = {start: 0.0}
     queue = [(0.0, start)]
     while queue:
         distance, cell = heapq.heappop(queue)
         if open_costs[costmap.data[cell]]:
-            return _way_back(came, cell)
+            return _path_to(parents, cell)
         if distance > best[cell]:
             continue
         check()
@@ -107,7 +113,7 @@ def escape(
             further = distance + step
             if further <= reach and further < best.get(neighbour, math.inf):
                 best[neighbour] = further
-                came[neighbour] = cell
+                parents[neighbour] = cell
                 heapq.heappush(queue, (further, neighbour))
     return np.empty((0, 2), np.int32)
 
@@ -119,41 +125,41 @@ def _moves_from(costmap: Costmap, cell: Cell) -> list[tuple[Cell, float]]:
         if (
             down
             and right
-            and not (_enterable(costmap, row, column + right) and _enterable(costmap, row + down, column))
+            and not (_is_enterable(costmap, row, column + right) and _is_enterable(costmap, row + down, column))
         ):
             continue
-        if _enterable(costmap, row + down, column + right):
+        if _is_enterable(costmap, row + down, column + right):
             moves.append(((row + down, column + right), math.hypot(down, right)))
     return moves
 
 
-def _enterable(costmap: Costmap, row: int, column: int) -> bool:
+def _is_enterable(costmap: Costmap, row: int, column: int) -> bool:
     inside = 0 <= row < costmap.info.height and 0 <= column < costmap.info.width
     return inside and int(costmap.data[row, column]) != LETHAL_OBSTACLE
 
 
-def _way_back(came: dict[Cell, Cell], cell: Cell) -> NDArray[np.int32]:
-    way = [cell]
-    while came[cell] != cell:
-        cell = came[cell]
-        way.append(cell)
-    return np.array(way[::-1], dtype=np.int32)
+def _path_to(parents: dict[Cell, Cell], cell: Cell) -> NDArray[np.int32]:
+    path = [cell]
+    while parents[cell] != cell:
+        cell = parents[cell]
+        path.append(cell)
+    return np.array(path[::-1], dtype=np.int32)
 
 
 def _cell_of_start(costmap: Costmap, start: Pose2D) -> Cell:
     cell = costmap.info.cell_of(start.x, start.y)
     if cell is None:
-        raise StartOutsideMap(f"the start {_spot(start)} lies outside the map; {_extent(costmap)}")
+        raise StartOutsideMap(f"the start {_format_xy(start)} is outside the map; {_extent(costmap)}")
     if int(costmap.data[cell]) == LETHAL_OBSTACLE:
         raise StartOccupied(
-            f"the robot at {_spot(start)} stands in an obstacle (cell row {cell[0]}, column {cell[1]}); "
+            f"the robot at {_format_xy(start)} is in an obstacle (cell row {cell[0]}, column {cell[1]}); "
             "correct its pose or clear the costmap"
         )
     return cell
 
 
 def _free_cell_near(costmap: Costmap, request: PlanRequest, open_costs: NDArray[np.bool_]) -> Cell:
-    """Return the free cell whose centre is nearest to the goal, no further than the tolerance."""
+    """Return the free cell whose centre is nearest to the goal, within the tolerance."""
     info = costmap.info
     reach = min(request.tolerance, (info.width + info.height) * info.resolution)
     row, column = (int(v) for v in info.to_cells((request.goal.x, request.goal.y)))
@@ -166,19 +172,19 @@ def _free_cell_near(costmap: Costmap, request: PlanRequest, open_costs: NDArray[
     nearest = int(np.argmin(distances)) if len(cells) else -1
     if nearest < 0 or distances[nearest] > request.tolerance:
         raise GoalOccupied(
-            f"the goal {_spot(request.goal)} is not free, nor is any cell within the tolerance of "
+            f"the goal {_format_xy(request.goal)} is blocked, and so are all cells within the tolerance of "
             f"{request.tolerance} m; choose another goal or a larger tolerance"
         )
     return int(cells[nearest, 0]), int(cells[nearest, 1])
 
 
-def _spot(pose: Pose2D) -> str:
+def _format_xy(pose: Pose2D) -> str:
     return f"x={pose.x:.3f} y={pose.y:.3f}"
 
 
 def _extent(costmap: Costmap) -> str:
     info = costmap.info
     return (
-        f"it spans {info.width * info.resolution:g}×{info.height * info.resolution:g} m from "
-        f"{_spot(info.origin)}, turned by {info.origin.theta:g} rad: give a pose inside, in the frame of the map"
+        f"the map covers {info.width * info.resolution:g}×{info.height * info.resolution:g} m from "
+        f"{_format_xy(info.origin)}, rotated by {info.origin.theta:g} rad: give a pose inside, in the frame of the map"
     )

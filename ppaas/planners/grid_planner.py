@@ -1,4 +1,4 @@
-"""What all planners have in common that find a path of cells: where it begins and ends, and what is told of it."""
+"""Base of planners that search cells of a grid: it finds the ends, calls the search and makes the result."""
 
 from abc import abstractmethod
 from collections.abc import Callable
@@ -18,19 +18,19 @@ from ppaas.planners.watch import Watch
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """What a search found.
+    """Result of a search.
 
     Parameters
     ----------
     cells : (n, 2) int32 array
-        Row, column from start to goal; none if no way leads there.
+        Row, column from start to goal; empty if there is no path.
     expanded : int
-        Cells whose value was settled.
+        Number of cells whose value was settled.
     points : (m, 2) float64 array, optional
-        Where the path runs, if not through the centres of the cells: row, column from start to goal, with fractions;
-        whole numbers are centres.
+        Points of the path, if it does not run through the centres of the cells: row, column from start to goal, with
+        fractions; whole numbers are centres.
     cost : float, optional
-        What the path costs, if not the sum of the weights of moves.
+        Cost of the path, if it is not the sum of the weights of the moves.
     """
 
     cells: NDArray[np.int32]
@@ -40,14 +40,14 @@ class Found:
 
 
 class GridPlanner(Planner):
-    """Plans from cell to cell.
+    """Planner on the cells of a costmap; subclasses implement ``search``.
 
     Parameters
     ----------
     allow_unknown : bool
-        Whether paths may lead through unknown cells, which then weigh 253.
+        Whether paths may cross unknown cells, which then weigh 253.
     smooth : bool
-        Whether to smooth the poses of paths; cells and cost stay what they are.
+        Whether to smooth the poses of paths; cells and cost are unchanged.
     """
 
     def __init__(self, *, allow_unknown: bool = True, smooth: bool = False) -> None:
@@ -56,7 +56,7 @@ class GridPlanner(Planner):
 
     @abstractmethod
     def search(self, costmap: Costmap, ends: Ends, *, threads: int, check: Callable[[], None]) -> Found:
-        """Find the cells from ``ends.start`` to ``ends.goal``; call ``check`` at least every 10 ms of work."""
+        """Return the cells from ``ends.start`` to ``ends.goal``; must call ``check`` at least every 10 ms of work."""
 
     def plan(self, costmap: Costmap, request: PlanRequest) -> PlanResult:
         """Find a path.
@@ -64,7 +64,7 @@ class GridPlanner(Planner):
         Raises
         ------
         InvalidInput
-            A pose that is not finite, a negative tolerance or timeout.
+            A pose is not finite, or the tolerance or the timeout is negative.
         StartOutsideMap, GoalOutsideMap, StartOccupied, GoalOccupied, NoValidPath, PlanTimeout, PlanCancelled
         """
         watch = Watch(request)
@@ -72,7 +72,7 @@ class GridPlanner(Planner):
         ends = place_ends(costmap, request, allow_unknown=self.allow_unknown, check=watch.check)
         found = self.search(costmap, ends, threads=request.threads, check=watch.check)
         if not len(found.cells):
-            raise NoValidPath(_unconnected(request, ends))
+            raise NoValidPath(_no_path_message(request, ends))
         cells = np.concatenate((ends.escape, found.cells)) if len(ends.escape) else found.cells
         if found.points is None:
             poses = path_poses(costmap, cells, request.start, ends.goal_pose, threads=request.threads)
@@ -98,8 +98,8 @@ def _cost(costmap: Costmap, cells: NDArray[np.int32], escaped: int, found: Found
     return path_cost(costmap, cells[: escaped + 1]) + found.cost
 
 
-def _unconnected(request: PlanRequest, ends: Ends) -> str:
+def _no_path_message(request: PlanRequest, ends: Ends) -> str:
     return (
-        f"no free way from x={request.start.x:.3f} y={request.start.y:.3f} to x={ends.goal_pose.x:.3f} "
-        f"y={ends.goal_pose.y:.3f}; clear the costmap, or choose a goal on the robot's side of the obstacles"
+        f"no free path from x={request.start.x:.3f} y={request.start.y:.3f} to x={ends.goal_pose.x:.3f} "
+        f"y={ends.goal_pose.y:.3f}; clear the costmap, or choose a goal that the robot can reach"
     )

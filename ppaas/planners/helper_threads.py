@@ -1,7 +1,7 @@
-"""Threads that help with slices of one search, and wake on other CPUs than the one that calls them.
+"""Helper threads of one search, which wake on other CPUs than the caller's.
 
-Linux may wake a thread on the CPU of who wakes it even if another is idle, and let it run at once: then the caller
-waits until its helper is done. So they are kept off it.
+Linux may wake a thread on the CPU of its waker even if another CPU is idle, and run it at once: the caller then waits
+until its helper is done. The affinity of the helpers is therefore set to exclude the caller's CPU.
 """
 
 import ctypes
@@ -22,83 +22,84 @@ Check = Callable[[], None]
 
 
 class HelperThreads:
-    """Threads that are kept off the CPU of who is about to wake them."""
+    """Registered threads, whose affinity excludes the CPU of the thread that is about to wake them."""
 
     def __init__(self) -> None:
-        self._kept: dict[int, set[int]] = {}
+        self._affinity: dict[int, set[int]] = {}
 
-    def enlist(self) -> None:
-        """Make the thread that calls this one of them."""
-        self._kept[threading.get_native_id()] = set()
+    def register(self) -> None:
+        """Register the calling thread."""
+        self._affinity[threading.get_native_id()] = set()
 
-    def keep_off(self) -> None:
-        """Keep them to the CPUs that the caller may use, and off the one that it runs on, if there is another."""
+    def move_off_this_cpu(self) -> None:
+        """Allow the registered threads the caller's CPUs, without the one that it runs on if it has several."""
         here = _sched_getcpu()
         if here is None:
             return
         allowed = os.sched_getaffinity(0)
         others = allowed - {here()} or allowed
-        for thread, kept in list(self._kept.items()):
-            if kept != others:
-                self._kept[thread] = others
-                with suppress(OSError):  # forbidden here, or these CPUs have just been taken away
+        for thread, affinity in list(self._affinity.items()):
+            if affinity != others:
+                self._affinity[thread] = others
+                with suppress(OSError):  # not permitted here, or these CPUs have just been removed
                     os.sched_setaffinity(thread, others)
 
 
 @cache
 def _sched_getcpu() -> Callable[[], int] | None:
-    """Return what tells the number of the CPU that a thread runs on, where threads can be kept to some."""
+    """Return the C library's ``sched_getcpu``, or None where the affinity of threads cannot be set."""
     if not hasattr(os, "sched_setaffinity"):
         return None
     return getattr(ctypes.CDLL(None), "sched_getcpu", None)
 
 
 def share(slices: Sequence[T], work: Callable[[T], object], *, helpers: int, check: Check) -> None:
-    """Work off slices in this thread and in those of helpers: each is done by who comes to it first.
+    """Process slices in this thread and in helper threads; each slice goes to the first thread that is free.
 
     Parameters
     ----------
     slices : sequence
     work : callable
-        What is done with each.
+        Called with each slice.
     helpers : int
-        How many may help.
+        Maximum number of helper threads.
     check : callable
-        This thread calls it before each slice. What it raises ends the work; it is raised when all have left.
+        Called by this thread before each slice. An exception from it ends the work, and is raised when all helpers
+        have finished.
     """
     left = iter(slices)
 
     def take(check: Check) -> None:
-        for one in left:
+        for item in left:
             check()
-            work(one)
+            work(item)
 
-    called = _call(partial(take, proceed), helpers)
+    called = _start_helpers(partial(take, proceed), helpers)
     try:
         take(check)
     finally:
-        deque(left, 0)  # whoever still works finds nothing more
+        deque(left, 0)  # exhaust the iterator, so that helpers take no further slice
         at_work = [future for future in called if not future.cancel()]
         wait(at_work)
     for future in at_work:
         future.result()
 
 
-def _call(work: Callable[[], object], count: int) -> list[Future[object]]:
-    """Let so many help with some work."""
+def _start_helpers(work: Callable[[], object], count: int) -> list[Future[object]]:
+    """Call ``work`` in ``count`` helper threads."""
     if count < 1:
         return []
     executor, threads = _helpers()
-    threads.keep_off()
+    threads.move_off_this_cpu()
     return [executor.submit(work) for _ in range(count)]
 
 
 @cache
 def _helpers() -> tuple[ThreadPoolExecutor, HelperThreads]:
-    """Return threads that are started as they are needed, one for each CPU at most."""
+    """Return the pool of helper threads, which are started on demand, at most one per CPU."""
     threads = HelperThreads()
-    return ThreadPoolExecutor(os.cpu_count(), "planning", initializer=threads.enlist), threads
+    return ThreadPoolExecutor(os.cpu_count(), "planning", initializer=threads.register), threads
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_helpers.cache_clear)  # of the parent's threads a child has none
+    os.register_at_fork(after_in_child=_helpers.cache_clear)  # threads do not survive a fork

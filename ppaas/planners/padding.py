@@ -1,4 +1,4 @@
-"""Costs with a margin, and the moves on them: what kernels take that read the costs of a map cell by cell."""
+"""Padded costs, weights and neighbour offsets for kernels that read a map cell by cell."""
 
 from collections.abc import Callable
 
@@ -9,11 +9,11 @@ from ppaas.cost_values import LETHAL_OBSTACLE
 from ppaas.planners.weights import fixed_weights, passable
 
 SLICE_BYTES = 1 << 20
-"""Cells copied between two checks: about 1 ms where the memory is new."""
+"""Cells copied between two checks: about 1 ms if the memory is newly allocated."""
 
 
 def padded(data: NDArray[np.uint8], check: Callable[[], None]) -> NDArray[np.uint8]:
-    """Return (height + 2, width + 2) costs with a blocked cell on each side, as `kernels.layout` has it."""
+    """Return (height + 2, width + 2) costs with a blocked cell on each side (see `field.kernels.layout`)."""
     height, width = data.shape
     costs = np.empty((height + 2, width + 2), np.uint8)
     costs[[0, -1]] = LETHAL_OBSTACLE
@@ -26,10 +26,10 @@ def padded(data: NDArray[np.uint8], check: Callable[[], None]) -> NDArray[np.uin
 
 
 def blocking_weights(allow_unknown: bool) -> NDArray[np.int64]:
-    """Return the (2, 256) weights of cardinal and diagonal moves in fixed point; 0 for cells that are blocked."""
+    """Return the (2, 256) weights of cardinal and diagonal moves in fixed point; 0 for blocked costs."""
     return np.where(passable(allow_unknown), fixed_weights(), 0)
 
 
 def neighbour_offsets(stride: int) -> NDArray[np.int64]:
-    """Return the (8,) distances from a cell to its neighbours: left, right, down, up, then the diagonals."""
+    """Return the (8,) index offsets of the neighbours of a cell: left, right, down, up, then the diagonals."""
     return np.array((-1, 1, -stride, stride, -stride - 1, -stride + 1, stride - 1, stride + 1))

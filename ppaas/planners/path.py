@@ -1,4 +1,4 @@
-"""From the cells of a path to its poses, cost and length."""
+"""Poses, cost and length of a path of cells."""
 
 import functools
 import math
@@ -9,22 +9,22 @@ from numpy.typing import NDArray
 from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D, Poses, poses_along, quaternion_of
 from ppaas.kernel_threads import at_most
-from ppaas.planners.kernels.path_poses import add_costs, lay_poses
+from ppaas.planners.kernels.path_poses import add_costs, fill_poses
 from ppaas.planners.weights import exact_weights
 
 Cells = NDArray[np.int32]
 
 FEW = 1 << 15
-"""Cells of which one thread makes poses in 0.2 ms, in which on a busy machine no other would come."""
+"""Longest path whose poses one thread computes [cells]: that takes 0.2 ms, too short for helpers on a busy machine."""
 
 _WEIGHTS = exact_weights()
 
 
 def path_cost(costmap: Costmap, cells: Cells) -> float:
-    """Recount what a path costs, in float64.
+    """Return the cost of a path, computed in float64.
 
-    The field of costs grows from the goal, so a move weighs what the cell nearer to the start weighs: all cells
-    count but the goal's.
+    The cost field grows from the goal, so a move weighs as much as the cell nearer to the start. All cells count except
+    the goal.
 
     Parameters
     ----------
@@ -37,10 +37,10 @@ def path_cost(costmap: Costmap, cells: Cells) -> float:
 
 
 def path_poses(costmap: Costmap, cells: Cells, start: Pose2D, goal: Pose2D, *, threads: int = 1) -> Poses:
-    """Return the (n, 7) poses of a path: the centres of its cells, with ``start`` and ``goal`` themselves at its ends.
+    """Return the (n, 7) poses of a path: the centres of its cells, with ``start`` and ``goal`` at its ends.
 
-    Where both lie in one cell, the only pose is the goal. Equal moves have equal headings, wherever they are made: they
-    are told by the cells, since centres are rounded.
+    If both are in one cell, the only pose is the goal. Headings are computed from the cells, not from the rounded
+    centres, so that equal moves have exactly equal headings everywhere on the map.
 
     Parameters
     ----------
@@ -48,9 +48,9 @@ def path_poses(costmap: Costmap, cells: Cells, start: Pose2D, goal: Pose2D, *, t
     cells : (n, 2) int32 array
         Row, column from start to goal, each a neighbour of the one before.
     start, goal : Pose2D
-        In the first and in the last cell.
+        Poses in the first and in the last cell.
     threads : int
-        Most threads to use.
+        Maximum number of threads.
     """
     info = costmap.info
     cells = np.ascontiguousarray(cells, np.int32)
@@ -59,19 +59,19 @@ def path_poses(costmap: Costmap, cells: Cells, start: Pose2D, goal: Pose2D, *, t
     headings = _headings(info.origin.theta)
     if len(cells) > FEW:
         with at_most(threads) as usable:
-            lay_poses(cells, frame, headings, poses, usable)
+            fill_poses(cells, frame, headings, poses, usable)
     else:
-        lay_poses(cells, frame, headings, poses, 1)
+        fill_poses(cells, frame, headings, poses, 1)
     if len(cells) > 2:
         ahead = math.atan2(goal.y - poses[-2, 1], goal.x - poses[-2, 0])
         poses[-2, 3:] = quaternion_of(ahead)
-    _put(poses[0], start)
-    _put(poses[-1], goal)
+    _set_pose(poses[0], start)
+    _set_pose(poses[-1], goal)
     return poses
 
 
 def poses_through(costmap: Costmap, points: NDArray[np.float64], start: Pose2D, goal: Pose2D) -> Poses:
-    """Return the (n, 7) poses of a path that does not run through centres.
+    """Return the (n, 7) poses of a path that does not run through the centres of cells.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def poses_through(costmap: Costmap, points: NDArray[np.float64], start: Pose2D, 
     points : (n, 2) array
         Row, column from start to goal, with fractions; whole numbers are centres.
     start, goal : Pose2D
-        What the first and the last pose are.
+        The first and the last pose.
     """
     places = costmap.info.to_world(points)
     places[0] = start.x, start.y
@@ -98,7 +98,7 @@ def path_length(poses: Poses) -> float:
 
 @functools.lru_cache(maxsize=64)
 def _headings(turned: float) -> NDArray[np.float64]:
-    """Return the (3, 3, 2) qz, qw of the moves on a map that is turned [rad], by rows and columns from −1 on."""
+    """Return the (3, 3, 2) qz, qw of the moves on a map rotated by ``turned`` [rad]; index = rows + 1, columns + 1."""
     rows, columns = np.meshgrid((-1.0, 0.0, 1.0), (-1.0, 0.0, 1.0), indexing="ij")
     c, s = math.cos(turned), math.sin(turned)
     yaw = np.arctan2(s * columns + c * rows, c * columns - s * rows)
@@ -107,5 +107,5 @@ def _headings(turned: float) -> NDArray[np.float64]:
     return headings
 
 
-def _put(pose: NDArray[np.float64], place: Pose2D) -> None:
+def _set_pose(pose: NDArray[np.float64], place: Pose2D) -> None:
     pose[:2], pose[3:] = place[:2], quaternion_of(place.theta)

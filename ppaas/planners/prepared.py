@@ -1,4 +1,4 @@
-"""Planners that prepare a map once and then answer many queries on it."""
+"""Planners that preprocess a map once and then answer many queries on it."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -15,12 +15,12 @@ from ppaas.planners.watch import proceed
 
 
 class Prepared(ABC):
-    """A costmap, prepared for one kind of search; used by one thread at a time.
+    """A costmap prepared for one kind of search. Only one thread may use it at once.
 
     Attributes
     ----------
     expanded : int
-        Cells, or nodes of an index, that the last query settled.
+        Number of cells, or nodes of an index, that the last query settled.
     """
 
     expanded: int = 0
@@ -28,21 +28,21 @@ class Prepared(ABC):
     @property
     @abstractmethod
     def nbytes(self) -> int:
-        """Bytes that it takes beyond the costmap itself."""
+        """Memory used in addition to the costmap [bytes]."""
 
     @abstractmethod
     def path(
         self, start_row: int, start_column: int, goal_row: int, goal_column: int, check: Callable[[], None] = proceed
     ) -> NDArray[np.int32]:
-        """Return the (n, 2) cells, row and column, of a path between two free cells on the map; none without a way."""
+        """Return the (n, 2) cells, row and column, of a path between two free cells; empty if there is no path."""
 
     @abstractmethod
     def twin(self) -> "Prepared":
-        """Return one for another thread, which shares all but what a query writes to."""
+        """Return a copy for another thread, which shares everything that queries only read."""
 
 
 class PreparedPlanner(GridPlanner):
-    """Plans on a map that it has prepared; a map that nobody can write to is prepared once."""
+    """Planner on prepared maps. A read-only map is prepared once; a writable one for every plan."""
 
     traits: ClassVar[Traits] = Traits(indexed=True)
 
@@ -59,26 +59,26 @@ class PreparedPlanner(GridPlanner):
         costmap : Costmap
             Only read.
         threads : int
-            Most threads that kernels may use.
+            Maximum number of threads of the kernels.
         check : callable
-            Called at least every 10 ms of work; what it raises ends the work.
+            Called at least every 10 ms of work; an exception from it ends the work.
         """
 
     def search(self, costmap: Costmap, ends: Ends, *, threads: int, check: Callable[[], None]) -> Found:
-        """Find the cells between two ends."""
+        """Return the cells between two ends."""
         prepared = self.prepared(costmap, threads=threads, check=check)
         cells = prepared.path(*ends.start, *ends.goal, check)
         return Found(cells, prepared.expanded)
 
     def twin(self) -> Self:
-        """Return one with the same parameters, for another thread; it shares what was prepared last."""
+        """Return a planner with the same parameters, for another thread; it shares the map that was prepared last."""
         twin = super().twin()
         if self._last is not None:
             twin._last = self._last[0], self._last[1].twin()
         return twin
 
     def prepared(self, costmap: Costmap, *, threads: int = 1, check: Callable[[], None] = proceed) -> Prepared:
-        """Return what was prepared of the costmap last time, or prepare it now; one that may change is always anew."""
+        """Return the prepared costmap; the last one is reused if it is of the same read-only array."""
         if self._last is not None and self._last[0].data is costmap.data:
             return self._last[1]
         prepared = self.prepare(costmap, threads=threads, check=check)

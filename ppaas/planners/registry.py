@@ -1,4 +1,4 @@
-"""Planners by name."""
+"""Registry of planners by name and ROS alias."""
 
 from typing import TYPE_CHECKING, Any, Literal, overload
 
@@ -29,14 +29,14 @@ def create(name: Literal["astar3d", "dijkstra3d"], **parameters: Any) -> "Volume
 @overload
 def create(name: str, **parameters: Any) -> Planner: ...
 def create(name: str, **parameters: Any) -> "Planner | VolumePlanner":
-    """Make a planner by its name or its ROS alias; one in space as well, whose maps and requests are others.
+    """Create a planner by its name or ROS alias. Planners in space take another kind of map and request.
 
     Raises
     ------
     NotFound
         No planner of that name is installed.
     InvalidParameter
-        It takes no such parameter.
+        The planner has no such parameter, or the value is invalid.
     """
     if PLANNERS.own_name(name) not in PLANNERS.names():
         from ppaas.planners.registry3d import VOLUME_PLANNERS  # noqa: PLC0415 - heavy, and few robots fly
@@ -47,5 +47,5 @@ def create(name: str, **parameters: Any) -> "Planner | VolumePlanner":
 
 
 def planner_names() -> tuple[str, ...]:
-    """Return the names of all planners in the plane that are installed."""
+    """Return the names of all installed planners in the plane."""
     return PLANNERS.names()

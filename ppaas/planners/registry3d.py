@@ -1,4 +1,4 @@
-"""Planners in space by name."""
+"""Registry of planners in space by name."""
 
 from typing import Any
 
@@ -14,18 +14,18 @@ VOLUME_PLANNERS: PluginRegistry[VolumePlanner] = PluginRegistry(
 
 
 def create(name: str, **parameters: Any) -> VolumePlanner:
-    """Make a planner in space by its name.
+    """Create a planner in space by its name.
 
     Raises
     ------
     NotFound
         No planner of that name is installed.
     InvalidParameter
-        It takes no such parameter.
+        The planner has no such parameter, or the value is invalid.
     """
     return VOLUME_PLANNERS.create(name, parameters)
 
 
 def planner_names() -> tuple[str, ...]:
-    """Return the names of all planners in space that are installed."""
+    """Return the names of all installed planners in space."""
     return VOLUME_PLANNERS.names()

@@ -1,4 +1,4 @@
-"""Paths of cells made smooth, without coming into an obstacle."""
+"""Path smoothing that keeps clear of obstacles."""
 
 import math
 from collections.abc import Callable
@@ -17,13 +17,13 @@ W_DATA = 0.2
 W_SMOOTH = 0.3
 
 STIFFER, LEAST, MOST = 3.0, 0.1, 100.0
-"""Where a path collides it is drawn to its place by so much more, and beyond the most it stays there; in parts of
-``w_smooth``."""
+"""Around a collision the data weight is multiplied by `STIFFER`, from at least `LEAST` on; beyond `MOST` the poses are
+fixed. `LEAST` and `MOST` are multiples of ``w_smooth``."""
 PER_CELL = 512
-"""Points are moved by multiples of a power of two, at least so many of which are a cell: of 2⁻¹⁴ m at the usual 0.05 m.
-So paths that run alike for a while become equal, however they came there, and such stretches can be kept once."""
+"""Least number of steps of the raster per cell. Displacements are rounded to a power of two: 2⁻¹⁴ m at the usual
+resolution of 0.05 m. Paths that share a segment then become exactly equal there, so that it is stored once."""
 TRIES = 4
-"""After as many tries twice as many poses around each collision are taken."""
+"""Number of tries after which the range of poses around each collision doubles."""
 
 
 def smooth_path(
@@ -35,55 +35,55 @@ def smooth_path(
     allow_unknown: bool = True,
     check: Callable[[], None] = proceed,
 ) -> Poses:
-    """Return a smoother path that keeps its ends and enters no cell that is not free.
+    """Return a smoother path with the same ends, which enters no blocked cell.
 
-    Each pose moves to where it is drawn back to its place by ``w_data`` as strongly as to the middle between the poses
-    before and after it by twice ``w_smooth``: where nav2_smoother's ``SimpleSmoother`` leaves it if it comes to rest.
-    That one gives up where the path would collide; here only the poses around such a place are drawn back more
-    strongly, and more of them, until nothing collides any more. Where the path itself is not free, as where it leads a
-    robot away from a wall, it stays as it is.
+    Each pose moves to the equilibrium of two forces: one towards its original position with the weight ``w_data``, one
+    towards the midpoint of its neighbours with the weight 2·``w_smooth``. That is the fixed point of the iteration of
+    nav2_smoother's ``SimpleSmoother``, which gives up where the smooth path would collide. Here the poses around a
+    collision get a higher data weight, and more of them, until nothing collides. Where the original path is not free,
+    such as on the way out of an inflated area, it is unchanged.
 
     Parameters
     ----------
     costmap : Costmap
         Only read.
     poses : (n, 7) array
-        In the frame of the costmap; poses further apart than neighbouring cells stay where they are.
+        In the frame of the costmap. Poses that are further apart than neighbouring cells are not moved.
     w_data, w_smooth : float
-        Zero or more, and not both zero; only their ratio counts.
+        Weights, at least 0 and not both 0; only their ratio matters.
     allow_unknown : bool
         Whether unknown cells are free.
     check : callable
-        Called between steps of the work; what it raises ends it.
+        Called between iterations; an exception from it ends the work.
 
     Returns
     -------
     (n, 7) array
-        Each pose heads for the next one; both ends are as they were.
+        Each pose heads for the next one; both ends are unchanged.
 
     Raises
     ------
     InvalidInput
-        Poses that are none or not finite, or such weights.
+        The poses are not an (n, 7) array of finite numbers, or the weights are invalid.
     """
     _check_input(poses, w_data, w_smooth)
     if len(poses) < 3:
         return poses.copy()
-    points = _drawn_even(costmap, poses[:, :2].copy(), (w_data, w_smooth), passable(allow_unknown), check)
+    points = _relaxed(costmap, poses[:, :2].copy(), (w_data, w_smooth), passable(allow_unknown), check)
     smooth = poses_along(points)
     smooth[:, 2] = poses[:, 2]
     smooth[[0, -1]] = poses[[0, -1]]
     return smooth
 
 
-def _drawn_even(
+def _relaxed(
     costmap: Costmap,
     points: NDArray[np.float64],
     weights: tuple[float, float],
     open_costs: NDArray[np.bool_],
     check: Callable[[], None],
 ) -> NDArray[np.float64]:
-    """Return (n, 2) points, drawn to their places as weakly as can be; how weakly is found by trying."""
+    """Return the (n, 2) smooth points; data weights are raised around collisions until there are none."""
     w_data, w_smooth = weights
     near = np.full(len(points), w_data)
     near[[0, -1]] = np.inf
@@ -94,7 +94,7 @@ def _drawn_even(
         relax(points, near, w_smooth, found)
         stays = np.isinf(near)
         found = points + np.rint((found - points) / raster) * raster
-        collisions = np.flatnonzero(_hidden(costmap, found, open_costs) & ~(stays[:-1] & stays[1:]))
+        collisions = np.flatnonzero(_may_collide(costmap, found, open_costs) & ~(stays[:-1] & stays[1:]))
         if not len(collisions):
             return found
         around = 1 << tries // TRIES
@@ -106,10 +106,11 @@ def _drawn_even(
         tries += 1
 
 
-def _hidden(costmap: Costmap, points: NDArray[np.float64], open_costs: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return for each of the n − 1 steps whether it may lead through a cell that is not free.
+def _may_collide(costmap: Costmap, points: NDArray[np.float64], open_costs: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return for each of the n − 1 steps whether it may cross a blocked cell.
 
-    A step is safe between cells that are the same or neighbours if they, and both beside a diagonal one, are free.
+    A step is safe if its ends are in the same or in neighbouring cells and both are free, as are the two cells beside a
+    diagonal step.
     """
     cells = costmap.info.to_cells(points)
     inside: NDArray[np.bool_] = np.all((cells >= 0) & (cells < costmap.info.shape), axis=1)
@@ -123,7 +124,9 @@ def _hidden(costmap: Costmap, points: NDArray[np.float64], open_costs: NDArray[n
 
 def _check_input(poses: Poses, w_data: float, w_smooth: float) -> None:
     if poses.ndim != 2 or poses.shape[1:] != (7,) or not np.isfinite(poses).all():
-        raise InvalidInput(f"a path is (n, 7) finite numbers, x y z and a quaternion; this one is of {poses.shape}")
+        raise InvalidInput(
+            f"a path must be an (n, 7) array of finite numbers, x, y, z and a quaternion, not of shape {poses.shape}"
+        )
     finite = math.isfinite(w_data) and math.isfinite(w_smooth)
     if not finite or min(w_data, w_smooth) < 0.0 or w_data + w_smooth == 0.0:
-        raise InvalidInput(f"w_data and w_smooth are zero or more, and not both zero: not {w_data} and {w_smooth}")
+        raise InvalidInput(f"w_data and w_smooth must be at least 0, and not both 0: not {w_data} and {w_smooth}")

@@ -1,40 +1,40 @@
-"""What a planner is for, in terms that a program can choose by."""
+"""Capabilities of a planner, for programs that choose one."""
 
 from dataclasses import dataclass
 from enum import StrEnum
 
 
 class Optimal(StrEnum):
-    """On which costs a planner's paths are the cheapest there are, among paths from cell to cell."""
+    """Costs on which a planner finds the cheapest of all paths from cell to cell."""
 
     ALWAYS = "always"
-    """Whatever the cells cost."""
+    """On any costs."""
     UNIFORM = "uniform"
-    """Where all free cells cost the same."""
+    """On maps whose free cells all cost the same."""
     NEVER = "never"
-    """Perhaps, but it does not say so."""
+    """No guarantee."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Traits:
-    """What a planner can do; `purpose` says in words when to choose it.
+    """Capabilities of a planner; its `purpose` states in words when to choose it.
 
     Parameters
     ----------
     optimal : Optimal
-        On which costs its paths are the cheapest.
+        Costs on which its paths are the cheapest.
     weighted : bool
-        Whether it heeds what free cells cost, and not only which are free.
+        Whether it considers the costs of free cells, not only which cells are free.
     any_angle : bool
-        Whether paths may run in any direction, not only from cell to cell.
+        Whether paths may run at any angle, not only from cell to cell.
     kinematic : bool
-        Whether a robot that cannot turn on the spot can drive them.
+        Whether a robot that cannot turn on the spot can drive the paths.
     indexed : bool
-        Whether it prepares a map, once, for many queries.
+        Whether it prepares a map once for many queries.
     incremental : bool
-        Whether it replans after a change of the map with less work than at first.
+        Whether it replans after a change of the map with less work than the first plan took.
     dimensions : int
-        Of the maps that it plans on: 2 or 3.
+        Number of dimensions of its maps: 2 or 3.
     """
 
     optimal: Optimal = Optimal.NEVER

@@ -1,9 +1,9 @@
-"""Whole units for searches from cell to cell: finer than those of the fields, so that no detour hides in rounding.
+"""Integer weights for A* and jump point search, finer than the fixed point of the cost fields.
 
-Five times a weight is a whole number: 250 + 4·cost, or 1265 for an unknown cell. A map whose weights have a common
-divisor is counted in that; so each cell of a map of one cost weighs 1. A cardinal move is 5741 times that and a
-diagonal one 8119 times: 8119/5741 is a convergent of √2. The cost of a path is then off by less than `RELATIVE_ERROR`
-of itself, and a path that is cheapest in units is at most twice that dearer than the cheapest.
+Five times a weight is an integer: 250 + 4·cost, or 1265 for an unknown cell. The weights of a map are divided by their
+greatest common divisor, so that each cell of a map of one cost weighs 1. A cardinal move weighs 5741 times that, a
+diagonal one 8119 times: 8119/5741 is a convergent of √2. The relative error of a path's cost is below
+`RELATIVE_ERROR`, and the cheapest path in these units exceeds the true optimum by at most twice that.
 """
 
 import numpy as np
@@ -15,25 +15,26 @@ CARDINAL = 5741
 DIAGONAL = 8119
 
 RELATIVE_ERROR = abs(DIAGONAL / CARDINAL / SQRT2 - 1.0)
-"""7.6e-9: a metre in a hundred thousand kilometres."""
+"""Bound of the relative error: 7.6e-9, a metre in a hundred thousand kilometres."""
 
 _WHOLE = 5
+"""Factor that makes all weights integers."""
 
 
 def unit_weights(occurring: NDArray[np.bool_], allow_unknown: bool) -> NDArray[np.int64]:
-    """Return what entering a cell weighs.
+    """Return the integer weights of entering a cell.
 
     Parameters
     ----------
     occurring : (256,) array
-        Which cost bytes the map has.
+        Whether each cost byte occurs in the map.
     allow_unknown : bool
         Whether unknown cells may be entered.
 
     Returns
     -------
     (2, 256) array
-        By cardinal and by diagonal moves; 0 where no plan leads, and for costs that do not occur.
+        Weights of cardinal and diagonal moves, by cost byte; 0 for blocked costs and for those that do not occur.
     """
     entered = passable(allow_unknown) & occurring
     whole = np.zeros(256, np.int64)

@@ -1,4 +1,4 @@
-"""The deadline and the cancel checker of one request, asked between slices of work."""
+"""Deadline and cancellation of one request, checked between slices of work."""
 
 import math
 
@@ -7,21 +7,21 @@ from ppaas.planners.base import PlanRequest
 
 
 def proceed() -> None:
-    """Be the check that lets all work go on."""
+    """Do nothing: the default check, which never ends the work."""
 
 
 class Watch:
-    """Watches one request from the moment it is made.
+    """Watch over the time limit and the cancellation of one request, from its construction on.
 
     Parameters
     ----------
     request : PlanRequest
-        Whose clock, timeout and cancel checker to use.
+        Its clock, timeout and cancel checker are used.
 
     Raises
     ------
     InvalidInput
-        A timeout or a tolerance that is negative or NaN, a pose that is not finite, or no thread at all.
+        A timeout or a tolerance is negative or NaN, a pose is not finite, or the number of threads is below 1.
     """
 
     def __init__(self, request: PlanRequest) -> None:
@@ -30,24 +30,24 @@ class Watch:
         self._began = request.clock()
 
     def seconds(self) -> float:
-        """Return the seconds since it was made."""
+        """Return the time since construction [s]."""
         return self._request.clock() - self._began
 
     def check(self) -> None:
-        """Let the work go on, or end it.
+        """Raise if the work must end.
 
         Raises
         ------
         PlanCancelled
-            The cancel checker said so.
+            The request was cancelled.
         PlanTimeout
-            The time allowed is used up.
+            The time limit has passed.
         """
         if self._request.cancelled():
             raise PlanCancelled("planning was cancelled; send the request again if a path is still wanted")
         if self.seconds() >= self._request.timeout:
             raise PlanTimeout(
-                f"no path within {self._request.timeout} s; allow more time or plan to a goal that is nearer"
+                f"no path found within {self._request.timeout} s; allow more time or choose a nearer goal"
             )
 
 
@@ -57,6 +57,6 @@ def _check_request(request: PlanRequest) -> None:
             raise InvalidInput(f"the {what} must be finite x, y [m] and theta [rad], not {tuple(pose)}")
     for what, value, unit in (("tolerance", request.tolerance, "metres"), ("timeout", request.timeout, "seconds")):
         if math.isnan(value) or value < 0.0:
-            raise InvalidInput(f"the {what} must be zero or more {unit}, not {value}")
+            raise InvalidInput(f"the {what} must be at least 0 {unit}, not {value}")
     if request.threads < 1:
-        raise InvalidInput(f"planning takes at least one thread, not {request.threads}")
+        raise InvalidInput(f"threads must be at least 1, not {request.threads}")

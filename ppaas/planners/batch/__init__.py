@@ -1,1 +1,1 @@
-"""Batches: many paths, or the costs between many places, in one call."""
+"""Batch planning: many paths, or the cost matrix between many poses, in one call."""

@@ -1,4 +1,4 @@
-"""Many plans on one map, on all cores."""
+"""Many plans on one map, computed on several threads."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -9,7 +9,7 @@ import numpy as np
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput, PlanningError
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
-from ppaas.planners.batch.workers import Check, Worker, work_off
+from ppaas.planners.batch.workers import Check, Worker, run_jobs
 from ppaas.planners.ends import Cell, Ends
 from ppaas.planners.field.base import GridField
 from ppaas.planners.field.cost_field import CostField
@@ -24,8 +24,8 @@ Group = list[int]
 Plan = Callable[[PlanRequest], PlanResult]
 
 
-def unseen(done: int, total: int) -> None:
-    """Be the progress callback that nobody looks at."""
+def no_progress(done: int, total: int) -> None:
+    """Do nothing: the default progress callback."""
 
 
 def plan_many(
@@ -35,49 +35,49 @@ def plan_many(
     *,
     threads: int = 1,
     check: Check = proceed,
-    progress: Progress = unseen,
+    progress: Progress = no_progress,
 ) -> list[Answer]:
-    """Plan for many requests on one map; each is answered as it would be alone.
+    """Plan for many requests on one map; each result is the same as that of a single call.
 
-    Each thread plans for one request at a time. A planner that prepares maps prepares this one once for all, and
-    ``dijkstra`` grows one field for all requests of the same goal; what such an answer says was expanded is then
-    counted for all of them so far.
+    Each thread plans for one request at a time. A planner that prepares maps prepares this one once for all requests.
+    ``dijkstra`` grows one field for all requests with the same goal; ``expanded`` of their results then counts the
+    cells of that field so far.
 
     Parameters
     ----------
     planner : Planner
-        Not to be used otherwise meanwhile.
+        Must not be used otherwise meanwhile.
     costmap : Costmap
         Only read; it must not change meanwhile.
     requests : sequence of PlanRequest
-        Each with its own timeout, from when its turn comes, and cancel checker, which other threads than the caller's
-        may ask. Their ``threads`` do not count.
+        The timeout of each counts from when its planning begins. Cancel checkers may be called by other threads than
+        the caller's. The requests' ``threads`` are ignored.
     threads : int
-        Most threads to use in all.
+        Maximum number of threads in total.
     check : callable
-        Called often, by several threads at a time; what it raises ends all the work.
+        Called often, by several threads at once; an exception from it ends all the work.
     progress : callable
-        Called now and then, in the caller's thread, with how many requests are answered and how many there are.
+        Called occasionally, in the caller's thread, with the number of finished requests and their total.
 
     Returns
     -------
     list
-        For each request a ``PlanResult``, or the ``PlanningError`` that it met: no way, no time, cancelled …
+        For each request a ``PlanResult``, or its ``PlanningError``: no path, timeout, cancelled …
 
     Raises
     ------
     InvalidInput
-        A request or a number of threads that cannot be; before anything is planned.
+        A request or ``threads`` is invalid; raised before planning begins.
     """
     _check_all(requests, threads)
-    frozen, groups, answered = _unwritable(costmap), _groups(planner, requests), 0
+    frozen, groups, answered = _read_only(costmap), _groups(planner, requests), 0
     crew = max(1, min(threads, len(groups)))
     if isinstance(planner, PreparedPlanner) and requests:
         planner.prepared(frozen, threads=threads, check=check)
 
     def worker(own: Planner) -> Worker[Group, list[Answer]]:
-        def work(group: Group, asked: Check) -> list[Answer]:
-            return [_answer(own, frozen, replace(requests[i], threads=threads // crew), asked) for i in group]
+        def work(group: Group, check: Check) -> list[Answer]:
+            return [_answer(own, frozen, replace(requests[i], threads=threads // crew), check) for i in group]
 
         return work
 
@@ -86,14 +86,14 @@ def plan_many(
         answered += len(group)
         progress(answered, len(requests))
 
-    found = work_off([worker(own) for own in _planners(planner, crew)], groups, check=check, done=done)
+    found = run_jobs([worker(own) for own in _planners(planner, crew)], groups, check=check, done=done)
     answers = dict(zip(chain(*groups), chain(*found), strict=True))
     return [answers[i] for i in range(len(requests))]
 
 
 def _check_all(requests: Sequence[PlanRequest], threads: int) -> None:
     if threads < 1:
-        raise InvalidInput(f"planning takes at least one thread, not {threads}")
+        raise InvalidInput(f"threads must be at least 1, not {threads}")
     for number, request in enumerate(requests):
         try:
             Watch(replace(request, threads=threads))
@@ -101,8 +101,8 @@ def _check_all(requests: Sequence[PlanRequest], threads: int) -> None:
             raise InvalidInput(f"request {number}: {error}") from error
 
 
-def _unwritable(costmap: Costmap) -> Costmap:
-    """Return the same map so that planners know that it does not change meanwhile."""
+def _read_only(costmap: Costmap) -> Costmap:
+    """Return a read-only view of the map, which planners may prepare once."""
     if not costmap.data.flags.writeable:
         return costmap
     data = costmap.data.view()
@@ -111,7 +111,7 @@ def _unwritable(costmap: Costmap) -> Costmap:
 
 
 def _groups(planner: Planner, requests: Sequence[PlanRequest]) -> list[Group]:
-    """Return the requests, by their numbers, that one planner should answer one after the other."""
+    """Return groups of request numbers; one planner answers a group in order."""
     if not isinstance(planner, Dijkstra):
         return [[number] for number in range(len(requests))]
     groups: dict[tuple[float, ...], Group] = {}
@@ -122,24 +122,24 @@ def _groups(planner: Planner, requests: Sequence[PlanRequest]) -> list[Group]:
 
 def _planners(planner: Planner, count: int) -> list[Planner]:
     if isinstance(planner, Dijkstra):
-        return [_OneGoalAfterTheOther(planner) for _ in range(count)]
+        return [_GoalByGoal(planner) for _ in range(count)]
     return [planner, *(planner.twin() for _ in range(count - 1))]
 
 
-def _answer(planner: Planner, costmap: Costmap, request: PlanRequest, asked: Check) -> Answer:
+def _answer(planner: Planner, costmap: Costmap, request: PlanRequest, check: Check) -> Answer:
     def cancelled() -> bool:
-        asked()
+        check()
         return request.cancelled()
 
     try:
         return planner.plan(costmap, replace(request, cancelled=cancelled))
     except PlanningError as error:
-        asked()  # so that the end of all is not taken for an answer
+        check()  # if the whole batch has ended, raise instead of recording this error as an answer
         return error
 
 
-class _OneGoalAfterTheOther(Dijkstra):
-    """Keeps the field of the goal before, which only grows further if the next goal is the same; for one map."""
+class _GoalByGoal(Dijkstra):
+    """Dijkstra planner that keeps the last field, and grows it further if the next goal is the same; for one map."""
 
     def __init__(self, like: Dijkstra) -> None:
         super().__init__(**parameters_in_use(like))
@@ -151,13 +151,13 @@ class _OneGoalAfterTheOther(Dijkstra):
         """Return a field, and whether it reaches the start, whose value is then final."""
         self._check = check
         field = self._field if self._goal == ends.goal else None
-        self._goal = self._field = None  # what is interrupted is not gone on with
+        self._goal = self._field = None  # do not continue an interrupted field
         if field is None:
             goals = np.array([ends.goal])
-            field = CostField(costmap, goals, allow_unknown=self.allow_unknown, threads=threads, check=self._asked)
+            field = CostField(costmap, goals, allow_unknown=self.allow_unknown, threads=threads, check=self._run_check)
         reached = field.grow(ends.start)
         self._goal, self._field = ends.goal, field
         return field, reached
 
-    def _asked(self) -> None:
+    def _run_check(self) -> None:
         self._check()

@@ -1,4 +1,4 @@
-"""Threads that do many jobs at a time, and end before the call does that began them."""
+"""Pool of worker threads for one batch of jobs; all threads end before the call returns."""
 
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -14,43 +14,48 @@ Check = Callable[[], None]
 Worker = Callable[[T, Check], R]
 
 
-def work_off(workers: Sequence[Worker[T, R]], jobs: Sequence[T], *, check: Check, done: Callable[[T], None]) -> list[R]:
-    """Have jobs done, each by one of the workers, and return what came of them in the order of the jobs.
+def run_jobs(workers: Sequence[Worker[T, R]], jobs: Sequence[T], *, check: Check, done: Callable[[T], None]) -> list[R]:
+    """Run jobs on workers and return the results in the order of the jobs.
 
-    The first error ends all: no job is begun after it, and the check of those at work raises.
+    The first error ends the batch: no further job is started, and the checks of the running jobs raise.
 
     Parameters
     ----------
     workers : sequence of callable
-        Each takes a job and a check that it must call often; none is called twice at a time. There are as many threads
-        as workers; one alone works in the caller's thread.
+        Each takes a job and a check that it must call often. A worker runs one job at a time, in its own thread; a
+        single worker runs in the caller's thread.
     jobs : sequence
     check : callable
-        What the workers' checks ask; several threads may call it at a time. What it raises ends the work.
+        Called by the workers' checks, by several threads at once. An exception from it ends the work.
     done : callable
-        Called in the caller's thread with each job that is done, in any order.
+        Called in the caller's thread with each finished job, in any order.
+
+    Raises
+    ------
+    Exception
+        The first error of a job or of ``check``.
     """
     if len(workers) == 1:
-        return _alone(workers[0], jobs, check, done)
+        return _run_in_caller(workers[0], jobs, check, done)
     stopped = False
     idle = deque(workers)
     results: dict[int, R] = {}
 
-    def asked() -> None:
+    def check_both() -> None:
         if stopped:
-            raise PlanCancelled("another of these searches failed")
+            raise PlanCancelled("another search of the same batch failed")
         check()
 
-    def do(number: int) -> int:
+    def run(number: int) -> int:
         worker = idle.popleft()
         try:
-            results[number] = worker(jobs[number], asked)
+            results[number] = worker(jobs[number], check_both)
         finally:
             idle.append(worker)
         return number
 
     with ThreadPoolExecutor(len(workers)) as threads:
-        futures = [threads.submit(do, number) for number in range(len(jobs))]
+        futures = [threads.submit(run, number) for number in range(len(jobs))]
         try:
             for future in as_completed(futures):
                 done(jobs[future.result()])
@@ -61,7 +66,7 @@ def work_off(workers: Sequence[Worker[T, R]], jobs: Sequence[T], *, check: Check
     return [results[number] for number in range(len(jobs))]
 
 
-def _alone(worker: Worker[T, R], jobs: Sequence[T], check: Check, done: Callable[[T], None]) -> list[R]:
+def _run_in_caller(worker: Worker[T, R], jobs: Sequence[T], check: Check, done: Callable[[T], None]) -> list[R]:
     results = []
     for job in jobs:
         results.append(worker(job, check))

@@ -1,1 +1,1 @@
-"""Fields of costs-to-go, which searches grow over a map from a goal."""
+"""Cost fields: the cost-to-go of each cell of a map, grown from its goals."""

@@ -1,4 +1,4 @@
-"""What a field of costs-to-go over a map can tell."""
+"""Interface of cost fields on a grid."""
 
 from abc import ABC, abstractmethod
 
@@ -9,12 +9,12 @@ from ppaas.planners.ends import Cell
 
 
 class GridField(ABC):
-    """What it costs to reach a goal from each cell of a map, as far as it has grown."""
+    """Cost-to-go of each cell of a map, as far as the field has grown."""
 
     @property
     @abstractmethod
     def settled(self) -> int:
-        """How many cells have their final value."""
+        """Number of cells with their final value."""
 
     @abstractmethod
     def path_from(self, cell: Cell) -> NDArray[np.int32]:
@@ -22,8 +22,8 @@ class GridField(ABC):
 
     @abstractmethod
     def values(self) -> NDArray[np.float64]:
-        """Return the (height, width) costs-to-go; infinite where blocked or not reached."""
+        """Return the (height, width) costs-to-go; infinite if blocked or not reached."""
 
     @abstractmethod
     def values_at(self, cells: NDArray[np.integer]) -> NDArray[np.float64]:
-        """Return the (n,) costs-to-go of (n, 2) cells, row and column; infinite where blocked or not reached."""
+        """Return the (n,) costs-to-go of (n, 2) cells, row and column; infinite if blocked or not reached."""

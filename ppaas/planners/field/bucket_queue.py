@@ -1,25 +1,25 @@
-"""The bucket queue of the propagation kernel: its arrays, and how they grow."""
+"""Arrays of the bucket queue of the propagation kernel, and their growth."""
 
 from collections.abc import Callable
 
 import numpy as np
 
 from ppaas.planners.array_growth import doubled
-from ppaas.planners.field.kernels.layout import CHUNK, MOST_CHUNKS, RING
+from ppaas.planners.field.kernels.layout import CHUNK, MAX_CHUNKS, RING
 from ppaas.planners.field.kernels.propagation import FREE, SPARE, STATE_SIZE
 
 
 class BucketQueue:
-    """A ring of buckets whose chunks come out of one pool.
+    """Ring of buckets, each a linked list of chunks from one pool.
 
     Parameters
     ----------
     cells : int
-        How many cells it must hold at once to begin with.
+        Number of cells to insert before the first call of the kernel.
     """
 
     def __init__(self, cells: int) -> None:
-        chunks = MOST_CHUNKS + 32 + cells // CHUNK + 1
+        chunks = MAX_CHUNKS + 32 + cells // CHUNK + 1
         self.pool = np.empty((chunks, CHUNK), np.uint32)
         self.links = np.arange(1, chunks + 1, dtype=np.int32)
         self.links[-1] = -1
@@ -29,7 +29,7 @@ class BucketQueue:
         self.state[SPARE] = chunks
 
     def grow(self, check: Callable[[], None]) -> None:
-        """Double the pool; the cells in the queue stay in it."""
+        """Double the pool; the queued cells remain in it."""
         chunks = len(self.pool)
         self.pool = doubled(self.pool, check)
         added = np.arange(chunks + 1, 2 * chunks + 1, dtype=np.int32)

@@ -1,8 +1,8 @@
-"""The field of costs-to-go: what it costs to reach the nearest goal from each cell of a map.
+"""Cost field: the cost of the cheapest path from each cell of a map to the nearest goal.
 
-The value of a cell is the least, over its eight neighbours n, of value(n) + w(cell)·(1 or √2), and 0 at a goal; a
-diagonal needs both cells beside it free. Weights are those of `ppaas.planners.weights`. The field is exact in fixed
-point and the same, bit for bit, for any number of threads and any slicing of the work.
+The value of a cell is the minimum, over its eight neighbours n, of value(n) + w(cell)·(1 or √2), and 0 at a goal. A
+diagonal move needs both cells beside it free. Weights are those of `ppaas.planners.weights`. The field is exact in
+fixed point, and identical bit for bit for any number of threads and any slicing of the work.
 """
 
 from collections.abc import Callable
@@ -21,20 +21,20 @@ from ppaas.planners.weights import passable
 
 
 class CostField(GridField):
-    """A field that grows from its goals outward, in slices: by tiles, or with a queue where tiles do not suit.
+    """Cost field that grows from its goals in slices: by tiles, or with a bucket queue on maps that do not suit tiles.
 
     Parameters
     ----------
     costmap : Costmap
-        Only read; it must not change before the last path is taken.
+        Only read; it must not change before the last path is read.
     goals : (n, 2) array
         Row, column of free cells on the map.
     allow_unknown : bool
         Whether unknown cells may be entered.
     threads : int
-        Most threads that kernels may use.
+        Maximum number of threads of the kernels.
     check : callable
-        Called at least every few milliseconds of work; what it raises ends the work.
+        Called at least every few milliseconds of work; an exception from it ends the work.
     """
 
     def __init__(
@@ -57,16 +57,16 @@ class CostField(GridField):
 
     @property
     def settled(self) -> int:
-        """How many cells have their final value."""
+        """Number of cells with their final value."""
         return self._field.settled
 
     def grow(self, target: Cell | None = None) -> bool:
-        """Let it grow until the value of ``target`` is final, or all over the map.
+        """Grow the field until the value of ``target`` is final, or over the whole map.
 
         Returns
         -------
         bool
-            Whether ``target`` can be reached; without one, true.
+            Whether ``target`` can be reached; true without a target.
         """
         try:
             return self._field.grow(target)
@@ -79,11 +79,11 @@ class CostField(GridField):
         return self._field.path_from(cell)
 
     def values(self) -> NDArray[np.float64]:
-        """Return the (height, width) costs-to-go; infinite where blocked or not reached."""
+        """Return the (height, width) costs-to-go; infinite if blocked or not reached."""
         return self._field.values()
 
     def values_at(self, cells: NDArray[np.integer]) -> NDArray[np.float64]:
-        """Return the (n,) costs-to-go of (n, 2) cells, row and column; infinite where blocked or not reached."""
+        """Return the (n,) costs-to-go of (n, 2) cells, row and column; infinite if blocked or not reached."""
         return self._field.values_at(cells)
 
 
@@ -95,37 +95,37 @@ def cost_field(
     allow_unknown: bool = True,
     threads: int = 1,
 ) -> NDArray[np.float64]:
-    """Return what it costs to reach the nearest goal from each cell.
+    """Return the cost of the cheapest path from each cell to the nearest goal.
 
     Parameters
     ----------
     costmap : Costmap
     goal_xy : (2,) or (n, 2) array, optional
-        Goals in the frame of the costmap [m].
+        Goals x, y in the frame of the costmap [m].
     cells : (2,) or (n, 2) array, optional
-        Goals as row, column, instead.
+        Goals as row, column; an alternative to ``goal_xy``.
     allow_unknown : bool
         Whether unknown cells may be entered.
     threads : int
-        Most threads to use.
+        Maximum number of threads.
 
     Returns
     -------
     (height, width) array
-        Infinite where no goal can be reached.
+        Costs-to-go; infinite if no goal can be reached.
 
     Raises
     ------
     InvalidInput
-        Not exactly one of ``goal_xy`` and ``cells``, or none in it, or not finite.
+        Not exactly one of ``goal_xy`` and ``cells`` is given, or it is empty, or not finite.
     GoalOutsideMap, GoalOccupied
     """
     if (goal_xy is None) == (cells is None):
-        raise InvalidInput("give the goals either as goal_xy or as cells")
+        raise InvalidInput("give the goals either as goal_xy or as cells, not both")
     if goal_xy is not None:
         points = np.asarray(goal_xy, dtype=np.float64)
         if not np.isfinite(points).all():
-            raise InvalidInput("the goals must be finite x, y [m]")
+            raise InvalidInput("goals must be finite x, y [m]")
         cells = costmap.info.to_cells(points)
     goals = np.atleast_2d(np.asarray(cells, dtype=np.int64))
     _check_goals(costmap, goals, allow_unknown)
@@ -136,10 +136,13 @@ def cost_field(
 
 def _check_goals(costmap: Costmap, goals: NDArray[np.int64], allow_unknown: bool) -> None:
     if goals.ndim != 2 or goals.shape[1:] != (2,) or not len(goals):
-        raise InvalidInput(f"goals are one or more pairs, not an array of shape {goals.shape}")
+        raise InvalidInput(f"goals must be one or more pairs, not an array of shape {goals.shape}")
     outside = (goals < 0).any(axis=1) | (goals >= costmap.info.shape).any(axis=1)
     if outside.any():
-        raise GoalOutsideMap(f"row, column {goals[outside][0].tolist()} is outside the {costmap.info.shape} map")
+        raise GoalOutsideMap(
+            f"the goal in row, column {goals[outside][0].tolist()} is outside the map, whose shape is "
+            f"{costmap.info.shape}"
+        )
     blocked = ~passable(allow_unknown)[costmap.data[goals[:, 0], goals[:, 1]]]
     if blocked.any():
-        raise GoalOccupied(f"row, column {goals[blocked][0].tolist()} is not free; choose a free cell")
+        raise GoalOccupied(f"the goal in row, column {goals[blocked][0].tolist()} is blocked; choose a free cell")

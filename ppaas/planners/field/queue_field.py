@@ -1,4 +1,4 @@
-"""A field of costs-to-go that one thread grows cell by cell, with a bucket queue: for maps that tiles do not suit."""
+"""Cost field grown cell by cell by one thread with a bucket queue, for maps that do not suit tiles."""
 
 from collections.abc import Callable
 
@@ -12,7 +12,7 @@ from ppaas.planners.field.bucket_queue import BucketQueue
 from ppaas.planners.field.kernels.descent import descend
 from ppaas.planners.field.kernels.layout import AT_GOAL, BLOCKED, BUCKET_SHIFT, RING, UNREACHED, UNREACHED_WIDE
 from ppaas.planners.field.kernels.propagation import TOO_NARROW, propagate, seed
-from ppaas.planners.field.kernels.setup import lay
+from ppaas.planners.field.kernels.setup import pad_rows
 from ppaas.planners.helper_threads import share
 from ppaas.planners.kernels.moves import PAUSED, POOL_EMPTY, SETTLED
 from ppaas.planners.watch import proceed
@@ -21,19 +21,19 @@ from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights
 SLICE_CELLS = 50_000
 """Cells settled between two checks: about 3 ms."""
 SLICE_WALKED = 50_000
-"""Cells walked along between two checks."""
+"""Cells of a path written between two checks."""
 SLICE_READ = 1 << 18
-"""Cells whose values are given out between two checks: about 3 ms."""
-SLICE_LAID = 1 << 18
-"""Cells set up between two checks: 0.04 ms, where memory is new 0.15."""
+"""Cells whose values are read between two checks: about 3 ms."""
+SLICE_SETUP = 1 << 18
+"""Cells set up between two checks: 0.04 ms, or 0.15 ms if the memory is newly allocated."""
 SLICES_EACH = 4
-"""So many slices must be to set up for each thread: for less nobody is called."""
+"""Least number of slices per thread of the set-up; with fewer, no helper is called."""
 
 
 class QueueField(GridField):
-    """The padded costs of a map and a value for each of its cells, which grow from the goals outward.
+    """Padded costs of a map and a value for each of its cells, which grow from the goals outward.
 
-    It takes paths of any length: where values outgrow 32 bits it carries on in 64.
+    Paths may have any length: when values exceed 32 bits, the field continues with 64.
 
     Parameters
     ----------
@@ -44,9 +44,9 @@ class QueueField(GridField):
     allow_unknown : bool
         Whether unknown cells may be entered.
     threads : int
-        Most threads that kernels may use; only to set up.
+        Maximum number of threads; used for the set-up only.
     check : callable
-        Called at least every few milliseconds of work; what it raises ends the work.
+        Called at least every few milliseconds of work; an exception from it ends the work.
     """
 
     def __init__(
@@ -66,10 +66,10 @@ class QueueField(GridField):
         costs, field = np.empty(self._shape, np.uint8), np.empty(self._shape, np.uint32)
         slices = self._row_slices()
 
-        def lay_rows(rows: tuple[int, int]) -> None:
-            lay(costmap.data, allow_unknown, costs, field, *rows)
+        def pad_slice(rows: tuple[int, int]) -> None:
+            pad_rows(costmap.data, allow_unknown, costs, field, *rows)
 
-        share(slices, lay_rows, helpers=min(threads, len(slices) // SLICES_EACH) - 1, check=check)
+        share(slices, pad_slice, helpers=min(threads, len(slices) // SLICES_EACH) - 1, check=check)
         self._costs = costs.ravel()
         self._field: NDArray[np.uint32] | NDArray[np.int64] = field.ravel()
         self._queue = BucketQueue(len(goals))
@@ -79,7 +79,7 @@ class QueueField(GridField):
 
     @property
     def settled(self) -> int:
-        """How many cells have their final value; those that cost more than the last target are not counted."""
+        """Number of cells with their final value, without those that cost more than the last target."""
         most = int(self._unreached) - 1 if self._bound is None else self._bound
         count, rows = 0, self._field.reshape(self._shape)
         for first, last in self._row_slices():
@@ -89,12 +89,12 @@ class QueueField(GridField):
         return count
 
     def grow(self, target: Cell | None = None) -> bool:
-        """Let it grow until the value of ``target`` is final, or all over the map.
+        """Grow the field until the value of ``target`` is final, or over the whole map.
 
         Returns
         -------
         bool
-            Whether ``target`` can be reached; without one, true.
+            Whether ``target`` can be reached; true without a target.
         """
         wanted = -1 if target is None else self._flat(target)
         while True:
@@ -131,7 +131,7 @@ class QueueField(GridField):
         return cells[:count].copy()
 
     def values(self) -> NDArray[np.float64]:
-        """Return the (height, width) costs-to-go; infinite where blocked or not reached."""
+        """Return the (height, width) costs-to-go; infinite if blocked or not reached."""
         values, inner = np.empty((self._shape[0] - 2, self._shape[1] - 2)), self._field.reshape(self._shape)[1:-1, 1:-1]
         rows = max(1, SLICE_READ // self._shape[1])
         for first in range(0, len(values), rows):
@@ -140,7 +140,7 @@ class QueueField(GridField):
         return values
 
     def values_at(self, cells: NDArray[np.integer]) -> NDArray[np.float64]:
-        """Return the (n,) costs-to-go of (n, 2) cells, row and column; infinite where blocked or not reached."""
+        """Return the (n,) costs-to-go of (n, 2) cells, row and column; infinite if blocked or not reached."""
         return self._costs_to_go(self._field[(cells[:, 0].astype(np.int64) + 1) * self._shape[1] + cells[:, 1] + 1])
 
     def _costs_to_go(self, values: NDArray[np.uint32] | NDArray[np.int64]) -> NDArray[np.float64]:
@@ -155,11 +155,11 @@ class QueueField(GridField):
         return (cell[0] + 1) * self._shape[1] + cell[1] + 1
 
     def _row_slices(self) -> list[tuple[int, int]]:
-        rows = max(1, SLICE_LAID // self._shape[1])
+        rows = max(1, SLICE_SETUP // self._shape[1])
         return [(first, min(first + rows, self._shape[0])) for first in range(0, self._shape[0], rows)]
 
     def _widen(self) -> None:
-        """Carry on in 64 bits: the path is too long for 32."""
+        """Convert the values to 64 bits: the next ones may not fit 32."""
         narrow = self._field.reshape(self._shape)
         wide = np.empty(self._shape, np.int64)
         for first, last in self._row_slices():

@@ -1,4 +1,4 @@
-"""A field of costs-to-go that grows tile by tile, on all threads."""
+"""Cost field grown tile by tile, on several threads."""
 
 from collections.abc import Callable
 
@@ -11,9 +11,9 @@ from ppaas.planners.field import tile_memory
 from ppaas.planners.field.base import GridField
 from ppaas.planners.field.kernels.propagation import TOO_NARROW
 from ppaas.planners.field.kernels.tile_growth import OUT_OF_WORK, SOON, grow_tiles, seed_tiles
-from ppaas.planners.field.kernels.tile_help import rest
+from ppaas.planners.field.kernels.tile_help import wait_briefly
 from ppaas.planners.field.kernels.tile_layout import CELLS, SIDE, TOUCHED, UNREACHED
-from ppaas.planners.field.kernels.tile_setup import lay_sample
+from ppaas.planners.field.kernels.tile_setup import fill_sample
 from ppaas.planners.field.kernels.tile_walk import count_up_to, descend_tiles, read_rows
 from ppaas.planners.field.tile_helpers import boxes_for
 from ppaas.planners.helper_threads import share
@@ -22,47 +22,50 @@ from ppaas.planners.watch import proceed
 from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights
 
 SLICE_LINES = 150_000
-"""Lines of tiles worked on between two checks: 2 to 3 ms on one thread."""
+"""Lines of tiles processed between two checks: 2 to 3 ms on one thread."""
 SLICE_ALONE = SOON
-"""Of the first slice, in which no others are asked for: what is done in 0.1 ms is done sooner by one thread than with
-others that first have to come, and far sooner where they find no core that is free."""
+"""Lines of the first slice, which runs without helpers: waking helpers costs more than the 0.1 ms that it takes, and
+far more if no core is idle."""
 SLICE_ALONE_OF_FEW, FEW = 25_000, 256
-"""The same on a map of no more than so many tiles: what is left of it after 0.1 ms is not worth calling others."""
+"""Lines of the first slice on a map of at most `FEW` tiles: the rest after 0.1 ms is not worth waking helpers."""
 AT_ONCE = 160
-"""Others are asked for at once where all of a map of so many tiles or more is to be reached: one thread takes 0.1 ms
-for that even if it is empty."""
+"""Number of tiles from which helpers are called at once if the whole map is to be reached: one thread needs 0.1 ms for
+that even on an empty map."""
 SLICE_WALKED = 50_000
-"""Cells walked along between two checks."""
+"""Cells of a path written between two checks."""
 SLICE_READ = 128
-"""Tiles read between two checks: 130,000 cells, about 1 ms where what they are written to is new memory."""
+"""Tiles read between two checks: 130,000 cells, about 1 ms if they are written to newly allocated memory."""
 SLICES_EACH = 16
-"""So many slices must be to read for each thread: some 0.3 ms."""
+"""Least number of slices per thread when reading: about 0.3 ms."""
 
-MOST_PADDED = 1.5
-"""Times the cells of a map that its tiles may have, if the map is larger than `SMALL`."""
+MAX_PADDING = 1.5
+"""Largest ratio of the cells of all tiles to the cells of the map, on maps larger than `SMALL`."""
 SMALL = 1 << 16
+"""Number of cells of tiles up to which padding does not matter."""
 
 WINDING = 9
-"""A map is all corridors that seldom fork if fewer than one in so many of its free cells has three free ones beside it:
-one in 7 has in a maze that is a random tree, one in 11 in one that was dug depth first."""
+"""A map counts as winding corridors if fewer than one in `WINDING` of its free cells is a fork: a cell with at least
+three free cardinal neighbours. In a maze that is a random spanning tree one in 7 is, in one dug depth first one in 11.
+"""
 SAMPLED = 256
-"""About so many tiles are looked at for that."""
+"""Approximate number of tiles sampled for that ratio."""
 CLEARLY, GLANCED = 4, 16
-"""But not if among so many it is more than one in so few: of most maps the first look tells."""
+"""If more than one in `CLEARLY` free cells of a first sample of `GLANCED` tiles is a fork, the map is not winding. That
+decides most maps."""
 
 
 class PathTooLong(Exception):
-    """A value may not fit the numbers of a tile."""
+    """Values may exceed the 32-bit range of a tile."""
 
 
 def suits_tiles(shape: tuple[int, int]) -> bool:
-    """Return whether a map of that height and width can be cut into tiles without much waste."""
+    """Return whether a map of this height and width can be cut into tiles without much padding."""
     padded = -(-shape[0] // SIDE) * -(-shape[1] // SIDE) * CELLS
-    return padded <= max(SMALL, MOST_PADDED * shape[0] * shape[1])
+    return padded <= max(SMALL, MAX_PADDING * shape[0] * shape[1])
 
 
 class TileField(GridField):
-    """A field in tiles of 32×32 cells.
+    """Cost field in tiles of 32×32 cells.
 
     Parameters
     ----------
@@ -82,11 +85,11 @@ class TileField(GridField):
         self._check, self._threads = check, threads
         self._shape = costmap.info.shape
         self._source = np.ascontiguousarray(costmap.data).reshape(-1)
-        self._source.flags.writeable = False  # a view: kernels are compiled for such arrays alone
+        self._source.flags.writeable = False  # a read-only view, for which the kernels are compiled
         self._across = -(-self._shape[1] // SIDE)
         self._tiles = -(-self._shape[0] // SIDE) * self._across
         self._bound: int | None = None
-        self._memory = m = tile_memory.take(self._tiles)
+        self._memory = m = tile_memory.acquire(self._tiles)
         self._loan = tile_memory.Loan(m, self._source)
         shape = self._tiles // self._across, self._across
         knows = m.begin(self._source, shape, threads, costmap, allow_unknown)
@@ -94,7 +97,7 @@ class TileField(GridField):
 
     @property
     def is_winding(self) -> bool:
-        """Whether the map is all corridors one cell wide that seldom fork, which a queue follows faster."""
+        """Whether the map consists of corridors one cell wide that rarely fork, on which a queue is faster."""
         free, forks = self._sampled(GLANCED)
         if forks * CLEARLY > free:
             return False
@@ -102,13 +105,13 @@ class TileField(GridField):
         return forks * WINDING < free
 
     def _sampled(self, count: int) -> tuple[int, int]:
-        """Return how many cells of about so many tiles are free, and at how many of those ways part."""
-        free, forks = lay_sample(self._memory.record, -(-self._tiles // count))
+        """Return the number of free cells of about ``count`` tiles, and how many of them are forks."""
+        free, forks = fill_sample(self._memory.record, -(-self._tiles // count))
         return int(free), int(forks)
 
     @property
     def settled(self) -> int:
-        """How many cells have their final value; those that cost more than the last target are not counted."""
+        """Number of cells with their final value, without those that cost more than the last target."""
         bound = UNREACHED - 1 if self._bound is None else self._bound
         slices, counts, m = self._slices(self._tiles), list[int](), self._memory
 
@@ -119,15 +122,20 @@ class TileField(GridField):
         return sum(counts)
 
     def grow(self, target: Cell | None = None) -> bool:
-        """Let it grow until the value of ``target`` is final, or all over the map; return whether it can be reached.
+        """Grow the field until the value of ``target`` is final, or over the whole map.
+
+        Returns
+        -------
+        bool
+            Whether ``target`` can be reached; true without a target.
 
         Raises
         ------
         PathTooLong
-            Values do not fit; a field of another kind is needed.
+            Values do not fit 32 bits; use a `QueueField`.
         """
         wanted = -1 if target is None else int(self._elements(np.array([target]))[0])
-        outcome = self._work_off(wanted)
+        outcome = self._run(wanted)
         if outcome == TOO_NARROW:
             raise PathTooLong
         reached = target is None or self._value(wanted) < UNREACHED
@@ -137,8 +145,8 @@ class TileField(GridField):
             self._bound = max(self._value(wanted), self._bound or 0)
         return reached
 
-    def _work_off(self, wanted: int) -> int:
-        """Work, with helpers, and check now and then, until there is nothing to do; return why."""
+    def _run(self, wanted: int) -> int:
+        """Call the kernel slice by slice, with helpers, until it ends; return why it did."""
         memory = self._memory
         boxes, budget = boxes_for(1), SLICE_ALONE if self._tiles > FEW else SLICE_ALONE_OF_FEW
         if wanted < 0 and self._tiles >= AT_ONCE:
@@ -149,7 +157,7 @@ class TileField(GridField):
                 self._check()
                 outcome = grow_tiles(memory.record, boxes, 0, budget)
                 if outcome == OUT_OF_WORK:
-                    rest()
+                    wait_briefly()
                 elif outcome != PAUSED:
                     return int(outcome)
                 boxes, budget = boxes_for(self._threads), SLICE_LINES
@@ -172,7 +180,7 @@ class TileField(GridField):
         return cells[:count].copy()
 
     def values(self) -> NDArray[np.float64]:
-        """Return the (height, width) costs-to-go; infinite where blocked or not reached."""
+        """Return the (height, width) costs-to-go; infinite if blocked or not reached."""
         values = np.empty(self._shape)
         for first, last in self._slices(self._tiles // self._across, self._across):
             self._check()
@@ -181,7 +189,7 @@ class TileField(GridField):
         return values
 
     def values_at(self, cells: NDArray[np.integer]) -> NDArray[np.float64]:
-        """Return the (n,) costs-to-go of (n, 2) cells, row and column; infinite where blocked or not reached."""
+        """Return the (n,) costs-to-go of (n, 2) cells, row and column; infinite if blocked or not reached."""
         elements = self._elements(cells)
         values = self._memory.field[elements]
         reached = (values < UNREACHED) & (self._memory.marks[elements // CELLS] & TOUCHED != 0)

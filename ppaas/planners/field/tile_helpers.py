@@ -1,4 +1,4 @@
-"""Threads that help with fields of tiles: they sleep and work without Python, so nobody waits for the interpreter."""
+"""Helper threads of tile fields: they sleep and work inside compiled code, without the interpreter lock (GIL)."""
 
 import atexit
 import os
@@ -14,14 +14,14 @@ from ppaas.planners.helper_threads import HelperThreads
 
 Ints = NDArray[np.int64]
 
-LONGEST_GOODBYE = 1.0
-"""How long a process that ends waits for one of them to leave [s]."""
+JOIN_TIMEOUT = 1.0
+"""Time that an exiting process waits for each helper thread [s]."""
 
 
 class FieldHelpers:
-    """Threads that are started as they are needed, one for each CPU at most.
+    """Helper threads of the process, started on demand, at most one per CPU.
 
-    See `ppaas.planners.field.kernels.tile_help` for how they are called.
+    `ppaas.planners.field.kernels.tile_help` describes the protocol by which they are called.
     """
 
     def __init__(self) -> None:
@@ -31,12 +31,12 @@ class FieldHelpers:
         self._starting = threading.Lock()
 
     def boxes(self, count: int) -> Ints:
-        """Return the boxes of so many helpers, if there are as many, that wake on other CPUs than the caller's."""
+        """Return the mailboxes of up to ``count`` helpers, which wake on other CPUs than the caller's."""
         count = min(count, len(self._boxes))
         if count > 0:
             if len(self._threads) < count:
                 self._start(count)
-            self._placed.keep_off()
+            self._placed.move_off_this_cpu()
         return self._boxes[: max(count, 0)]
 
     def _start(self, count: int) -> None:
@@ -44,15 +44,15 @@ class FieldHelpers:
             for box in self._boxes[len(self._threads) : count]:
                 box[HEARS], box[RINGS] = os.pipe()
                 os.set_blocking(int(box[RINGS]), False)
-                enlisted = threading.Event()
-                thread = threading.Thread(target=self._help, args=(box, enlisted), name="field", daemon=True)
+                registered = threading.Event()
+                thread = threading.Thread(target=self._help, args=(box, registered), name="field", daemon=True)
                 thread.start()
-                enlisted.wait()
+                registered.wait()
                 self._threads.append(thread)
 
-    def _help(self, box: Ints, enlisted: threading.Event) -> None:
-        self._placed.enlist()
-        enlisted.set()
+    def _help(self, box: Ints, registered: threading.Event) -> None:
+        self._placed.register()
+        registered.set()
         serve(box, self._boxes[:0])
 
     def close(self) -> None:
@@ -60,10 +60,10 @@ class FieldHelpers:
         for box, thread in zip(self._boxes, self._threads, strict=False):
             box[OVER] = 1
             os.write(int(box[RINGS]), b"!")
-            thread.join(LONGEST_GOODBYE)
+            thread.join(JOIN_TIMEOUT)
 
     def forget(self) -> None:
-        """Close the pipes of threads that there are none of in this process, which was forked."""
+        """Close the pipes of the parent's helper threads, which do not exist in a forked process."""
         for box in self._boxes[: len(self._threads)]:
             os.close(int(box[HEARS]))
             os.close(int(box[RINGS]))
@@ -71,7 +71,7 @@ class FieldHelpers:
 
 
 def boxes_for(threads: int) -> Ints:
-    """Return the boxes of those who may help one thread, so that so many work at most; see `FieldHelpers.boxes`."""
+    """Return the mailboxes of the helpers of one thread, for ``threads`` threads in total; see `FieldHelpers.boxes`."""
     return _helpers().boxes(threads - 1)
 
 
@@ -82,11 +82,11 @@ def _helpers() -> FieldHelpers:
     return helpers
 
 
-def _begin_anew() -> None:
+def _reset_after_fork() -> None:
     if _helpers.cache_info().currsize:
         _helpers().forget()
         _helpers.cache_clear()
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_begin_anew)
+    os.register_at_fork(after_in_child=_reset_after_fork)

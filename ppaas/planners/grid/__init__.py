@@ -1,1 +1,1 @@
-"""Planners from cell to cell of a grid, and their searches."""
+"""Planners on the cells of a grid, and their searches."""

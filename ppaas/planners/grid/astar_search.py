@@ -5,10 +5,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.planners.grid.bucket_ring import KeyRing
+from ppaas.planners.grid.bucket_ring import BucketRing
 from ppaas.planners.grid.kernels.astar import COUNT, EXTRA_STATE, aim, walk
 from ppaas.planners.grid.padded_map import PaddedMap
-from ppaas.planners.grid.reusable_values import FreshValues
+from ppaas.planners.grid.reusable_values import ReusableValues
 from ppaas.planners.kernels.moves import PAUSED, POOL_EMPTY, SETTLED
 from ppaas.planners.prepared import Prepared
 from ppaas.planners.units import CARDINAL, DIAGONAL
@@ -18,11 +18,11 @@ SLICE_CELLS = 20_000
 """Cells settled between two checks: about 2 ms."""
 
 SLICE_WALKED = 50_000
-"""Cells walked along between two checks."""
+"""Cells of a path written between two checks."""
 
 
-class AimedSearch(Prepared):
-    """A field of costs-to-go that is grown from the goal only as far as the start needs it.
+class AStarSearch(Prepared):
+    """Cost field that grows from the goal only until the value of the start is final.
 
     Parameters
     ----------
@@ -33,22 +33,22 @@ class AimedSearch(Prepared):
     def __init__(self, padded: PaddedMap) -> None:
         self._map = padded
         self._least = np.array([padded.least, padded.least // CARDINAL * DIAGONAL])
-        self._field = FreshValues((padded.costs.size,), 2 * padded.dearest_path + 2)
-        self._ring = KeyRing(padded.most + int(self._least[1]), padded.grain, 8, EXTRA_STATE)
+        self._field = ReusableValues((padded.costs.size,), 2 * padded.path_bound + 2)
+        self._ring = BucketRing(padded.most + int(self._least[1]), padded.grain, 8, EXTRA_STATE)
 
     @property
     def nbytes(self) -> int:
-        """Bytes that it takes beyond the costmap itself, all cells touched."""
+        """Memory used in addition to the costmap, if all cells have been touched [bytes]."""
         return self._map.nbytes + self._field.values.nbytes + self._ring.nbytes
 
-    def twin(self) -> "AimedSearch":
-        """Return one for another thread; the map is shared."""
-        return AimedSearch(self._map)
+    def twin(self) -> "AStarSearch":
+        """Return a search for another thread; the map is shared."""
+        return AStarSearch(self._map)
 
     def path(
         self, start_row: int, start_column: int, goal_row: int, goal_column: int, check: Callable[[], None] = proceed
     ) -> NDArray[np.int32]:
-        """Return the (n, 2) cells of a cheapest path; none without a way."""
+        """Return the (n, 2) cells of a cheapest path; empty if there is no path."""
         start, goal = (start_row, start_column), (goal_row, goal_column)
         base = self._field.begin()
         reached = self._grow(base, self._map.flat(goal), self._map.flat(start), check)

@@ -1,4 +1,4 @@
-"""Dijkstra's algorithm over the whole costmap: the planner that is always right."""
+"""Dijkstra's algorithm on the costmap: cheapest paths without preparation."""
 
 from collections.abc import Callable
 from typing import ClassVar
@@ -14,20 +14,20 @@ from ppaas.planners.traits import Optimal, Traits
 
 
 class Dijkstra(GridPlanner):
-    """Grows a field of costs from the goal in all directions alike, until the start has its value; walks down it."""
+    """Grows a cost field from the goal in all directions until the value of the start is final, and descends it."""
 
     name: ClassVar[str] = "dijkstra"
     purpose: ClassVar[str] = "Cheapest path on any grid, without preparation; the baseline for the others."
     traits: ClassVar[Traits] = Traits(optimal=Optimal.ALWAYS)
 
     def search(self, costmap: Costmap, ends: Ends, *, threads: int, check: Callable[[], None]) -> Found:
-        """Find the cells of a cheapest path."""
+        """Return the cells of a cheapest path."""
         field, reached = self.grow(costmap, ends, threads=threads, check=check)
         cells = field.path_from(ends.start) if reached else np.empty((0, 2), np.int32)
         return Found(cells, field.settled)
 
     def grow(self, costmap: Costmap, ends: Ends, *, threads: int, check: Callable[[], None]) -> tuple[GridField, bool]:
-        """Return a field, and whether it reaches the start, whose value is then final."""
+        """Return a cost field, and whether it reaches the start; the value of the start is then final."""
         field = CostField(
             costmap, np.array([ends.goal]), allow_unknown=self.allow_unknown, threads=threads, check=check
         )

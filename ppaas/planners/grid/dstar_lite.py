@@ -1,4 +1,4 @@
-"""D* Lite: plans again after changes of the map and moves of the robot, by what they concern alone."""
+"""D* Lite: replans after changes of the map and moves of the robot, expanding only the affected cells."""
 
 from collections.abc import Callable
 from typing import ClassVar
@@ -7,19 +7,19 @@ import numpy as np
 
 from ppaas.costmap.costmap import Costmap
 from ppaas.planners.ends import Ends
-from ppaas.planners.grid.dstar_lite_field import LivingField
+from ppaas.planners.grid.dstar_lite_field import DStarLiteField
 from ppaas.planners.grid_planner import Found, GridPlanner
 from ppaas.planners.traits import Optimal, Traits
 
-MOST_CHANGED = 1 / 16
-"""If more of the map changed than this part of it, a new field is grown sooner than the old one amended."""
+MAX_CHANGED = 1 / 16
+"""Fraction of changed cells beyond which growing a new field is faster than updating the old one."""
 
 
 class DStarLite(GridPlanner):
-    """Keeps its field of costs-to-go from plan to plan, as long as the goal and the size of the map stay.
+    """Keeps its cost field from plan to plan, as long as the goal and the size of the map are the same.
 
-    Which cells have other costs than last time it finds itself. Paths cost what those of ``dijkstra`` do. What was done
-    for a plan that was cancelled or timed out is kept.
+    It compares the map with the last one to find changed cells. Paths cost the same as those of ``dijkstra``. The field
+    of a plan that was cancelled or timed out is kept as well.
     """
 
     name: ClassVar[str] = "dstar_lite"
@@ -28,25 +28,25 @@ class DStarLite(GridPlanner):
 
     def __init__(self, *, allow_unknown: bool = True, smooth: bool = False) -> None:
         super().__init__(allow_unknown=allow_unknown, smooth=smooth)
-        self._field: LivingField | None = None
+        self._field: DStarLiteField | None = None
 
     def search(self, costmap: Costmap, ends: Ends, *, threads: int, check: Callable[[], None]) -> Found:
-        """Find the cells of a cheapest path; ``expanded`` counts those worked off for this plan alone."""
-        field = self._amended(costmap, ends, check)
+        """Return the cells of a cheapest path; ``expanded`` counts the expansions of this plan only."""
+        field = self._updated(costmap, ends, check)
         if field is None:
-            field = self._field = LivingField(costmap, ends.goal, allow_unknown=self.allow_unknown, check=check)
+            field = self._field = DStarLiteField(costmap, ends.goal, allow_unknown=self.allow_unknown, check=check)
         before = field.settled
         reached = field.reach(ends.start, check)
         cells = field.path(check) if reached else np.empty((0, 2), np.int32)
         return Found(cells, field.settled - before)
 
-    def _amended(self, costmap: Costmap, ends: Ends, check: Callable[[], None]) -> LivingField | None:
-        """Return the field of last time with the costs of now; none if a new one is to be grown."""
+    def _updated(self, costmap: Costmap, ends: Ends, check: Callable[[], None]) -> DStarLiteField | None:
+        """Return the last field, updated to the current costs; None if a new one must be grown."""
         field = self._field
         if field is None or field.goal != ends.goal or field.shape != costmap.info.shape or field.worn:
             return None
         changed = field.differing(costmap, check)
-        if len(changed) > MOST_CHANGED * costmap.data.size:
+        if len(changed) > MAX_CHANGED * costmap.data.size:
             return None
         field.amend(costmap, changed, check)
         return field

@@ -1,4 +1,4 @@
-"""A field of costs-to-go that is kept right while the map changes and the robot moves."""
+"""Cost field of D* Lite, which is repaired when the map changes and the robot moves."""
 
 from collections.abc import Callable
 
@@ -27,32 +27,32 @@ from ppaas.planners.watch import proceed
 from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights
 
 SLICE_CELLS = 1_500
-"""Cells worked off, or changed, between two checks: about 1 ms, or 3 where all that they touch is new memory."""
+"""Cells expanded or changed between two checks: about 1 ms, or 3 ms if the memory is newly allocated."""
 SLICE_WALKED = 50_000
-"""Cells walked along between two checks."""
-SLICE_LAID = 1 << 15
-"""Cells laid out between two checks: half a millisecond, or 4 where the system has to find the memory first."""
+"""Cells of a path written between two checks."""
+SLICE_SETUP = 1 << 15
+"""Cells set up between two checks: 0.5 ms, or 4 ms if the system has to map the memory first."""
 SLICE_COMPARED = 1 << 20
-"""Cells compared with those of last time between two checks: about 1 ms."""
-MOST_MOVED = 1 << 51
-"""Once the robot has moved as far, sums may soon not be exact in the keys of the heap."""
+"""Cells compared with the last map between two checks: about 1 ms."""
+MAX_MOVED = 1 << 51
+"""Bound of k_m, in fixed point: beyond it the float64 keys of the heap may soon be inexact."""
 
 
-class LivingField:
-    """Costs-to-go to one goal, right as far as the robot's way is concerned.
+class DStarLiteField:
+    """Costs-to-go to one goal, final as far as the robot's path needs them.
 
-    It takes 21 bytes a cell, and 20 more for each cell that ever waited.
+    It uses 21 bytes per cell, and 20 more for each cell that was ever queued.
 
     Parameters
     ----------
     costmap : Costmap
-        Only read; a copy is kept.
+        Only read; the field keeps a copy.
     goal : (row, column)
         A free cell on the map.
     allow_unknown : bool
         Whether unknown cells may be entered.
     check : callable
-        Called at least every few milliseconds of work; what it raises ends the work, which may be taken up again.
+        Called at least every few milliseconds of work. An exception from it ends the work, which can be resumed.
     """
 
     def __init__(
@@ -66,9 +66,9 @@ class LivingField:
         self._least = fixed_weights()[:, 0].copy()
         size = self._costs.size
         self._field, self._ahead = np.empty(size, np.int64), np.empty(size, np.int64)
-        for first in range(0, size, SLICE_LAID):
+        for first in range(0, size, SLICE_SETUP):
             check()
-            part = slice(first, first + SLICE_LAID)
+            part = slice(first, first + SLICE_SETUP)
             self._field[part] = np.where(self._weights[0, self._costs[part]] > 0, FAR, BLOCKED)
             self._ahead[part] = FAR
         self._keys, self._cells = np.empty((size, 2)), np.empty(size, np.int32)
@@ -81,16 +81,16 @@ class LivingField:
 
     @property
     def settled(self) -> int:
-        """How many cells were worked off since it was made; one that was so twice counts twice."""
+        """Number of expansions since construction; a cell expanded twice counts twice."""
         return int(self._state[COUNT])
 
     @property
     def worn(self) -> bool:
-        """Whether the robot has moved so far in it that another should be made."""
-        return bool(self._state[MOVED] > MOST_MOVED)
+        """Whether the robot has moved so far that a new field is needed."""
+        return bool(self._state[MOVED] > MAX_MOVED)
 
     def differing(self, costmap: Costmap, check: Callable[[], None] = proceed) -> NDArray[np.int64]:
-        """Return the (n, 2) cells that have other costs than before in a map of the same size."""
+        """Return the (n, 2) cells whose costs differ from those of the last map; both have the same size."""
         height, width = self.shape
         inner = self._costs.reshape(height + 2, self._stride)[1:-1, 1:-1]
         rows, found = max(1, SLICE_COMPARED // width), []
@@ -101,14 +101,14 @@ class LivingField:
         return np.stack(np.divmod(np.concatenate(found), width), axis=1)
 
     def amend(self, costmap: Costmap, changed: NDArray[np.int64], check: Callable[[], None] = proceed) -> None:
-        """Take over the costs of (n, 2) cells; the goal must stay free."""
+        """Update the costs of (n, 2) cells; the goal must remain free."""
         for first in range(0, len(changed), SLICE_CELLS):
             check()
             row, column = changed[first : first + SLICE_CELLS].T
-            amend(*self._everything(), (row + 1) * self._stride + column + 1, costmap.data[row, column])
+            amend(*self._kernel_arguments(), (row + 1) * self._stride + column + 1, costmap.data[row, column])
 
     def reach(self, start: Cell, check: Callable[[], None] = proceed) -> bool:
-        """Make the value of the cell final in which the robot stands now; return whether a way leads from there."""
+        """Repair the field until the value of the robot's cell is final; return whether there is a path from it."""
         before, here = int(self._state[START]), self._flat(start)
         if self.settled:
             self._state[MOVED] += octile(before, here, self._stride, *self._least)
@@ -116,16 +116,16 @@ class LivingField:
         outcome = PAUSED
         while outcome == PAUSED:
             check()
-            outcome = repair(*self._everything(), SLICE_CELLS)
+            outcome = repair(*self._kernel_arguments(), SLICE_CELLS)
         return bool(outcome == SETTLED and self.value < FAR)
 
     @property
     def value(self) -> int:
-        """The cost-to-go from where the robot stands, in fixed point; `FAR` or more if no way leads from there."""
+        """Cost-to-go from the robot's cell, in fixed point; `FAR` or more if there is no path."""
         return int(self._field[self._state[START]]) - AT_GOAL
 
     def path(self, check: Callable[[], None] = proceed) -> NDArray[np.int32]:
-        """Return the (n, 2) cells of a cheapest path from where the robot stands; its value must be final."""
+        """Return the (n, 2) cells of a cheapest path from the robot's cell, whose value must be final."""
         most = self.value // round(SCALE * NEUTRAL) + 1
         cells = np.empty((most, 2), np.int32)
         here = int(self._state[START])
@@ -138,8 +138,8 @@ class LivingField:
             count = descend(self._field, self._costs, self._stride, self._weights, cells, count, budget)
         return cells[:count].copy()
 
-    def _everything(self) -> State:
-        """Return what the kernels take first, all of them alike."""
+    def _kernel_arguments(self) -> State:
+        """Return the leading arguments that all kernels share."""
         return (
             self._field, self._ahead, self._costs, self._stride, self._weights, self._offsets, self._least,
             self._keys, self._cells, self._places, self._state,

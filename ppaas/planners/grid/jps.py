@@ -1,4 +1,4 @@
-"""Jump point search: the same paths as A*, with few cells looked at one by one."""
+"""Jump point search: paths of the same cost as A*, with few expanded cells."""
 
 from collections.abc import Callable
 from typing import ClassVar
@@ -12,10 +12,10 @@ from ppaas.planners.watch import proceed
 
 
 class JumpPointSearch(PreparedPlanner):
-    """Jumps over the cells where a cheapest path need not turn.
+    """Jumps over cells where a cheapest path need not turn.
 
-    It is made for wide areas of one cost. Where costs change from cell to cell it goes from cell to cell as well; its
-    paths are cheapest there too.
+    It is fast on large areas of one cost. Where costs change from cell to cell, it expands single cells; its paths are
+    the cheapest there too.
     """
 
     name: ClassVar[str] = "jps"
@@ -23,5 +23,5 @@ class JumpPointSearch(PreparedPlanner):
     traits: ClassVar[Traits] = Traits(optimal=Optimal.ALWAYS, indexed=True)
 
     def prepare(self, costmap: Costmap, *, threads: int = 1, check: Callable[[], None] = proceed) -> JumpSearch:
-        """Work out where jumps end."""
+        """Precompute the ends of straight jumps."""
         return JumpSearch(JumpMap(costmap, allow_unknown=self.allow_unknown, check=check))

@@ -1,4 +1,4 @@
-"""A map prepared for jump point search."""
+"""Map preparation of jump point search."""
 
 from collections.abc import Callable
 
@@ -10,13 +10,14 @@ from ppaas.planners.grid.padded_map import PaddedMap
 from ppaas.planners.watch import proceed
 
 PLANES = 5
+"""Number of bit planes; see `ppaas.planners.grid.kernels.jump_planes`."""
 
 SLICE_MARKED = 1 << 19
 """Cells whose bits are set between two checks: about 3 ms."""
 
 
 class JumpMap:
-    """A padded map and, as bits, where jumps along its rows and its columns end.
+    """Padded map, and bit planes of the ends of jumps along its rows and columns.
 
     Parameters
     ----------
@@ -25,13 +26,13 @@ class JumpMap:
     allow_unknown : bool
         Whether unknown cells may be entered.
     check : callable
-        Called at least every few milliseconds of work; what it raises ends the work.
+        Called at least every few milliseconds of work; an exception from it ends the work.
 
     Attributes
     ----------
     padded : PaddedMap
     rows, columns : (5, lines, words) uint64 array
-        As in `ppaas.planners.grid.kernels.jump_planes`.
+        The bit planes, as in `ppaas.planners.grid.kernels.jump_planes`.
     """
 
     def __init__(self, costmap: Costmap, *, allow_unknown: bool = True, check: Callable[[], None] = proceed) -> None:
@@ -56,7 +57,7 @@ class JumpMap:
                 mark_jumps(planes, first, last)
 
     def query(self, base: int, target: int) -> tuple[int, ...]:
-        """Return what the kernel of `ppaas.planners.grid.kernels.jps` is told of a query."""
+        """Return the ``query`` argument of the kernel `ppaas.planners.grid.kernels.jps`."""
         height, stride = self.padded.shape
         column = 64 * self.columns.shape[2]
         return (
@@ -66,7 +67,7 @@ class JumpMap:
 
     @property
     def nbytes(self) -> int:
-        """Bytes that it takes."""
+        """Memory used [bytes]."""
         return self.padded.nbytes + self.planes.nbytes
 
 

@@ -1,30 +1,30 @@
-"""Jump point search on a map that is prepared once."""
+"""Jump point search on a prepared map."""
 
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.planners.grid.bucket_ring import KeyRing
+from ppaas.planners.grid.bucket_ring import BucketRing
 from ppaas.planners.grid.jump_map import JumpMap
 from ppaas.planners.grid.kernels.jps import COUNT, EXTRA_STATE, LONGEST, jump, unwind
-from ppaas.planners.grid.reusable_values import FreshValues
+from ppaas.planners.grid.reusable_values import ReusableValues
 from ppaas.planners.kernels.moves import PAUSED, POOL_EMPTY, SETTLED
 from ppaas.planners.prepared import Prepared
 from ppaas.planners.watch import proceed
 
 SLICE_WORK = 20_000
-"""Looks at words between two checks: half a millisecond, or some where all that they touch is new memory."""
+"""Words of the bit planes scanned between two checks: 0.5 ms, or a few if the memory is newly allocated."""
 
 SLICE_UNWOUND = 1 << 17
-"""Cells of a path that are written between two checks: about 1 ms."""
+"""Cells of a path written between two checks: about 1 ms."""
 
 FIRST_CELLS = 4096
-"""Cells of a path that there is room for to begin with."""
+"""Initial capacity of the path [cells]."""
 
 
 class JumpSearch(Prepared):
-    """Finds cheapest paths by jumps.
+    """Search for cheapest paths by jumps.
 
     Parameters
     ----------
@@ -37,26 +37,27 @@ class JumpSearch(Prepared):
         padded = jump_map.padded
         side = max(padded.shape)
         self._weights = padded.weights[0].copy()
-        self._nodes = FreshValues((padded.costs.size, 2), padded.dearest_path + 2)
-        # From one cell, in each diagonal direction: two straight jumps a move, its own end; and four straight ones.
+        self._nodes = ReusableValues((padded.costs.size, 2), padded.path_bound + 2)
+        # Queue entries that expanding one cell may add: for each of four diagonal jumps two straight jumps per move and
+        # its end, and the four straight jumps of the cell itself.
         self._room = 4 * (2 * min(LONGEST, side) + 1) + 4
-        # No jump is longer than the map, nor is the estimate at its other end less by more than the jump weighs.
-        self._ring = KeyRing(2 * side * padded.most, padded.grain, self._room, EXTRA_STATE)
+        # Span of the keys: a jump is at most as long as the map, and changes the estimate by at most its own weight.
+        self._ring = BucketRing(2 * side * padded.most, padded.grain, self._room, EXTRA_STATE)
         self._cells = np.empty((FIRST_CELLS, 2), np.int32)
 
     @property
     def nbytes(self) -> int:
-        """Bytes that it takes beyond the costmap itself, all cells touched."""
+        """Memory used in addition to the costmap, if all cells have been touched [bytes]."""
         return self._map.nbytes + self._nodes.values.nbytes + self._ring.nbytes + self._cells.nbytes
 
     def twin(self) -> "JumpSearch":
-        """Return one for another thread; the map is shared."""
+        """Return a search for another thread; the map is shared."""
         return JumpSearch(self._map)
 
     def path(
         self, start_row: int, start_column: int, goal_row: int, goal_column: int, check: Callable[[], None] = proceed
     ) -> NDArray[np.int32]:
-        """Return the (n, 2) cells of a cheapest path; none without a way."""
+        """Return the (n, 2) cells of a cheapest path; empty if there is no path."""
         flat = self._map.padded.flat
         start = flat((start_row, start_column))
         reached = self._grow(flat((goal_row, goal_column)), start, check)

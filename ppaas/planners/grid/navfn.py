@@ -1,4 +1,4 @@
-"""navfn: the planner that ROS has by default, as a yardstick and for paths that robots are used to."""
+"""navfn: the default planner of ROS, for comparison and for robots that are tuned to its paths."""
 
 from collections.abc import Callable
 from typing import ClassVar
@@ -15,20 +15,20 @@ from ppaas.planners.traits import Traits
 class NavFn(GridPlanner):
     """Grows a navigation function until it reaches the start, and follows its gradient to the goal, on one thread.
 
-    The rules are those of ``NavFn`` in ROS's ``navfn`` and Nav2's ``nav2_navfn_planner``: weights in whole numbers,
-    potentials interpolated between neighbours, steps of half a cell down the gradient. Four things are mended: its
-    buffers grow, where navfn's drop what is beyond 10 000 cells; the cells at the edge of the map may be entered; the
-    path cuts no corner; and where the gradient leads nowhere, it goes on from cell to cell instead of giving up.
+    The algorithm is that of ``NavFn`` in ROS's ``navfn`` and Nav2's ``nav2_navfn_planner``: integer weights, potentials
+    interpolated between neighbours, steps of half a cell down the gradient. Four defects are fixed: buffers grow, where
+    navfn drops cells beyond 10 000; cells at the edge of the map may be entered; the path cuts no corners; and where
+    the gradient vanishes the path continues from cell to cell instead of failing.
 
-    The cells are those that the path runs through, but for corners of them, and its poses are half a cell apart. The
-    path is short and smooth in the open, and not the cheapest: it is found before all potentials are final.
+    ``cells`` are those that the path crosses, except where it only cuts their corner; poses are half a cell apart. In
+    the open the path is short and smooth, but not the cheapest: it is found before all potentials are final.
 
     Parameters
     ----------
     allow_unknown : bool
-        Whether paths may lead through unknown cells, which then weigh 253.
+        Whether paths may cross unknown cells, which then weigh 253.
     use_astar : bool
-        Whether cells go first that are near the start; fewer are reached then, and the path is up to a tenth longer.
+        Whether to expand cells near the start first. Fewer cells are reached, and the path is up to 10 % longer.
     """
 
     name: ClassVar[str] = "navfn"
@@ -40,12 +40,12 @@ class NavFn(GridPlanner):
         self.use_astar = use_astar
 
     def search(self, costmap: Costmap, ends: Ends, *, threads: int, check: Callable[[], None]) -> Found:
-        """Find the cells and the points between two ends.
+        """Return the cells and the points between two ends.
 
         Raises
         ------
         InvalidPlanner
-            The way is too long for navfn's potentials.
+            The path is too long for navfn's potentials in single precision.
         """
         function = NavigationFunction(costmap, ends.goal, allow_unknown=self.allow_unknown, check=check)
         if not function.grow(ends.start, astar=self.use_astar):

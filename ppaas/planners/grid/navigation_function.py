@@ -1,4 +1,4 @@
-"""The navigation function of navfn: potentials that rise from a goal as a wave does, and the walk back down."""
+"""Navigation function of navfn: potentials that rise from a goal like a wave front, and the descent along them."""
 
 import math
 from collections.abc import Callable
@@ -28,26 +28,26 @@ from ppaas.planners.watch import proceed
 from ppaas.planners.weights import exact_weights, passable
 
 SLICE_CELLS = 50_000
-"""Cells worked off between two checks: about 2 ms."""
-SLICE_LAID = 1 << 19
+"""Cells expanded between two checks: about 2 ms."""
+SLICE_SETUP = 1 << 19
 """Cells set up between two checks."""
 SLICE_STEPS = 20_000
-"""Steps walked between two checks."""
+"""Steps of the descent between two checks."""
 
-FIRST_ROOM = 1 << 12
-"""Cells that each buffer has room for to begin with."""
+INITIAL_CAPACITY = 1 << 12
+"""Initial capacity of each buffer [cells]."""
 
 FIRST_THRESHOLD = 254.0
-"""navfn's ``COST_OBS``."""
+"""Initial threshold of the priority: navfn's ``COST_OBS``."""
 
 
 def byte_weights() -> NDArray[np.uint8]:
-    """Return the (256,) weight of each cost: the other planners', rounded down, since navfn keeps it in a byte."""
+    """Return the (256,) weight of each cost: the other planners' weights, rounded down to a byte as in navfn."""
     return np.minimum(exact_weights(), 253.0).astype(np.uint8)
 
 
 class NavigationFunction:
-    """Potentials that grow from a goal, in slices.
+    """Potential of each cell, grown from a goal in slices.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class NavigationFunction:
     allow_unknown : bool
         Whether unknown cells may be entered.
     check : callable
-        Called at least every few milliseconds of work; what it raises ends the work.
+        Called at least every few milliseconds of work; an exception from it ends the work.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class NavigationFunction:
         weights, blocked = byte_weights(), ~passable(allow_unknown)
         crossing, waiting = np.empty(self._shape, np.uint8), np.ones(self._shape, np.bool_)
         potentials = np.empty(self._shape, np.float32)
-        rows = max(1, SLICE_LAID // self._shape[1])
+        rows = max(1, SLICE_SETUP // self._shape[1])
         for first in range(0, self._shape[0], rows):
             check()
             last = min(first + rows, height)
@@ -80,7 +80,7 @@ class NavigationFunction:
         crossing[[0, -1]] = crossing[:, [0, -1]] = weights[-1]
         self._weights, self._waiting, self._potentials = crossing.ravel(), waiting.ravel(), potentials.ravel()
         self._threshold = np.array([FIRST_THRESHOLD], np.float32)
-        self._buffers = np.empty((3, FIRST_ROOM), np.uint32)
+        self._buffers = np.empty((3, INITIAL_CAPACITY), np.uint32)
         self._state = np.zeros(STATE_SIZE, np.int64)
         self._state[[CURRENT, NEXT, BEYOND]] = range(3)
         self._seed(self._flat(goal))
@@ -95,34 +95,34 @@ class NavigationFunction:
 
     @property
     def reached(self) -> int:
-        """How many cells have a potential."""
+        """Number of cells that have a potential."""
         return int(self._state[REACHED]) + 1
 
     def potentials(self) -> NDArray[np.float32]:
-        """Return the (height, width) potentials; infinite where blocked or not reached."""
+        """Return the (height, width) potentials; infinite if blocked or not reached."""
         return self._potentials.reshape(self._shape)[1:-1, 1:-1]
 
     def grow(self, target: Cell | None = None, *, astar: bool = False) -> bool:
-        """Let it grow until ``target`` is reached, or all over the map.
+        """Grow the potentials until ``target`` is reached, or over the whole map.
 
-        Like navfn it stops when the target is reached; its potential might have fallen yet.
+        Like navfn it stops as soon as the target is reached, although its potential could still fall.
 
         Parameters
         ----------
         target : (row, column), optional
             A free cell on the map.
         astar : bool
-            Whether cells go first whose straight distance from the target is short; takes a target.
+            Whether to add the straight distance to the target to the priority of cells; requires a target.
 
         Returns
         -------
         bool
-            Whether ``target`` can be reached; without one, true.
+            Whether ``target`` can be reached; true without a target.
 
         Raises
         ------
         InvalidPlanner
-            The way is too long for potentials in single precision.
+            The path is too long for potentials in single precision.
         """
         pull = 0.0
         if astar and target is not None:
@@ -138,18 +138,18 @@ class NavigationFunction:
             if outcome == FULL:
                 self._buffers = np.concatenate((self._buffers, np.empty_like(self._buffers)), axis=1)
             elif outcome == TOO_FAR:
-                raise InvalidPlanner("the way is too long for navfn's potentials; choose dijkstra or another planner")
+                raise InvalidPlanner("the path is too long for navfn's potentials; choose dijkstra or another planner")
             elif outcome != PAUSED:
                 return outcome == FOUND or target is None
 
     def walk_from(self, cell: Cell) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-        """Walk down the gradient from a cell that is reached.
+        """Descend the gradient from a reached cell.
 
         Returns
         -------
         cells : (n, 2) int32 array
-            Row, column of the cells walked through, each a neighbour of the one before; where two moves make a
-            diagonal one, they are one.
+            Row, column of the crossed cells, each a neighbour of the one before; two cardinal moves that can be
+            replaced by a diagonal one are.
         points : (m, 2) float64 array
             Row, column of each step, with fractions; the first and the last are the centres of ``cell`` and the goal.
         """

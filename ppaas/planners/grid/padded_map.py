@@ -1,4 +1,4 @@
-"""A map as searches from cell to cell want it: with a margin, and its weights in whole units."""
+"""Padded map with integer weights, for A* and jump point search."""
 
 from collections.abc import Callable
 
@@ -16,10 +16,10 @@ SLICE_PADDED = 1 << 20
 
 
 class PaddedMap:
-    """The costs of a map with a blocked cell more on each side, so that no kernel asks whether a neighbour exists.
+    """Costs of a map with a blocked margin of one cell, so that kernels need no bounds checks for neighbours.
 
-    A cell (row, column) of the map is element (row + 1)·stride + column + 1 of the flat array. Rows fill whole words of
-    64 cells.
+    The cell (row, column) of the map is element (row + 1)·stride + column + 1 of the flat array. The stride is a
+    multiple of 64, the bits of a word.
 
     Parameters
     ----------
@@ -28,17 +28,22 @@ class PaddedMap:
     allow_unknown : bool
         Whether unknown cells may be entered.
     check : callable
-        Called at least every few milliseconds of work; what it raises ends the work.
+        Called at least every few milliseconds of work; an exception from it ends the work.
 
     Attributes
     ----------
     shape : (rows, stride)
-        Of the padded map.
+        Shape of the padded map.
     costs : (rows·stride,) uint8 array
+        Costs of the cells.
     weights : (2, 256) int64 array
-        Of cardinal and diagonal moves into cells of each cost, as in `ppaas.planners.units`; 0 is blocked.
-    least, most : int
-        Of the weights of cardinal and of diagonal moves, those of the cheapest and of the dearest move there is.
+        Weights of cardinal and diagonal moves into cells of each cost, as in `ppaas.planners.units`; 0 is blocked.
+    least : int
+        Weight of the cheapest cardinal move on this map.
+    most : int
+        Weight of the most expensive diagonal move on this map.
+    one_cost : bool
+        Whether all free cells weigh the same.
     """
 
     def __init__(self, costmap: Costmap, *, allow_unknown: bool = True, check: Callable[[], None] = proceed) -> None:
@@ -57,19 +62,19 @@ class PaddedMap:
 
     @property
     def nbytes(self) -> int:
-        """Bytes that it takes."""
+        """Memory used [bytes]."""
         return self.costs.nbytes + self.weights.nbytes
 
     @property
     def grain(self) -> int:
-        """How much estimates may differ and be taken from a queue in any order: an eighth of the cheapest move."""
+        """Bucket width of queues: an eighth of the cheapest move. Keys within it may be popped in any order."""
         return self.least >> 3
 
     @property
-    def dearest_path(self) -> int:
-        """More than any path without a loop can weigh."""
+    def path_bound(self) -> int:
+        """Upper bound of the weight of a path without a loop."""
         return self.most * self.costs.size
 
     def flat(self, cell: Cell) -> int:
-        """Return which element a cell is."""
+        """Return the index of a cell in the flat array."""
         return (cell[0] + 1) * self.shape[1] + cell[1] + 1

@@ -1,24 +1,24 @@
-"""Values of all cells of a map, all unreached again at the beginning of each search without being written to."""
+"""Values of all cells of a map, reused from search to search without being reset."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 LOWEST = -(1 << 62)
-"""Below this no search counts."""
+"""Lower bound of the values; the array is replaced before a search would go below it."""
 
 
-class FreshValues:
-    """An array of zeros, in which each search counts in a range of its own, below that of the search before.
+class ReusableValues:
+    """Array of values in which each search uses a range of its own, below the range of the search before.
 
-    So what a search finds written is either of itself or more than anything it will write, and "is the new value
-    less?" alone tells that a cell is reached for the first time. Where the system gives memory as it is touched, a
-    search pays for what it touches.
+    A value in the array is therefore either of the current search or greater than any value that it writes, and the
+    comparison "new value < old value" is also true for a cell that is reached for the first time. The array begins as
+    zeros that the operating system maps on demand, so a search only pays for the cells that it touches.
 
     Parameters
     ----------
     shape : tuple
     span : int
-        How many values a search needs.
+        Number of distinct values that a search needs.
     """
 
     def __init__(self, shape: tuple[int, ...], span: int) -> None:
@@ -27,7 +27,7 @@ class FreshValues:
         self._base = 0
 
     def begin(self) -> int:
-        """Begin a search; return the value of its source, which is even and the least that it will write."""
+        """Begin a search; return its base: the value of its source, which is even and the least that it writes."""
         self._base -= self.span
         if self._base < LOWEST:
             self.values = np.zeros(self.values.shape, np.int64)

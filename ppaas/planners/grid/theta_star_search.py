@@ -1,4 +1,4 @@
-"""Search of Theta*: straight lines at any angle, led by a field of costs-to-go."""
+"""Search of Theta*: straight lines at any angle, with a cost field as the heuristic."""
 
 from collections.abc import Callable
 
@@ -16,23 +16,23 @@ from ppaas.planners.watch import proceed
 from ppaas.planners.weights import NEUTRAL, SCALE
 
 SLICE_CELLS = 1_000
-"""Cells taken from the queue between two checks, and long lines count for several: about 1 ms, or 3 where all that they
-touch is new memory."""
+"""Cells popped between two checks, where long lines count as several: about 1 ms, or 3 ms if the memory is newly
+allocated."""
 
 
-class StraightSearch:
-    """One search for straight lines.
+class ThetaStarSearch:
+    """One search for a path of straight lines.
 
     Parameters
     ----------
     costmap : Costmap
         Only read.
     costs_to_go : (height, width) array
-        In moves from cell to cell, to the goal; final where no more than from the start.
+        Cost of moves from cell to cell to the goal; must be final in all cells that cost no more than the start.
     allow_unknown : bool
         Whether unknown cells may be crossed.
     check : callable
-        Called at least every few milliseconds of work; what it raises ends the work.
+        Called at least every few milliseconds of work; an exception from it ends the work.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class StraightSearch:
         return np.array(found[::-1], np.int64)
 
     def tautened(self, corners: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the corners that are left, each where it costs least."""
+        """Return the corners after string pulling: superfluous ones removed, the others moved to lower the cost."""
         count, at = len(corners), 1
         while at < count - 1:
             self._check()
@@ -98,21 +98,21 @@ class StraightSearch:
 def crossed(
     corners: NDArray[np.int32], check: Callable[[], None] = proceed
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Return what lies on the straight lines between corners.
+    """Return the cells and points on the straight lines between corners.
 
     Parameters
     ----------
     corners : (m, 2) array
         Row, column.
     check : callable
-        Called between two lines; what it raises ends the work.
+        Called between two lines; an exception from it ends the work.
 
     Returns
     -------
     cells : (n, 2) int32 array
-        All cells that are crossed, each a neighbour of the one before.
+        All crossed cells, each a neighbour of the one before.
     points : (n, 2) float64 array
-        Row, column of the middle of the way through each; of a corner its centre.
+        Row, column of the midpoint of the line within each cell; for a corner, the centre of its cell.
     """
     most = 1 + int(np.abs(np.diff(corners, axis=0)).sum())
     cells, points = np.empty((most, 2), np.int32), np.empty((most, 2))

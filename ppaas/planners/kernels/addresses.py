@@ -1,6 +1,6 @@
-"""Kernel parts: an array that is told of by two numbers, where it lies and how long it is.
+"""Kernel parts: arrays given by two int64 numbers, their address and length.
 
-Whoever writes the numbers sees to it that the array stays there.
+The code that writes the numbers must keep the array alive.
 """
 
 from collections.abc import Callable
@@ -49,11 +49,11 @@ def _array_of(element: Any, readonly: bool = False) -> Any:
     return intrinsic(of)
 
 
-octets_of = cast("Callable[[Ints, Int], NDArray[np.uint8]]", _array_of(types.uint8))
-"""Return the array of uint8 of which an array of int64 tells from a place on."""
-map_of = cast("Callable[[Ints, Int], NDArray[np.uint8]]", _array_of(types.uint8, readonly=True))
-"""The same, of one that nobody writes to."""
-numbers_of = cast("Callable[[Ints, Int], NDArray[np.uint32]]", _array_of(types.uint32))
-"""The same, of uint32."""
-longs_of = cast("Callable[[Ints, Int], NDArray[np.int64]]", _array_of(types.int64))
-"""The same, of int64."""
+bytes_of = cast("Callable[[Ints, Int], NDArray[np.uint8]]", _array_of(types.uint8))
+"""Return the uint8 array whose address and length are at an index of an int64 array."""
+readonly_bytes_of = cast("Callable[[Ints, Int], NDArray[np.uint8]]", _array_of(types.uint8, readonly=True))
+"""The same for a read-only uint8 array."""
+uint32s_of = cast("Callable[[Ints, Int], NDArray[np.uint32]]", _array_of(types.uint32))
+"""The same for a uint32 array."""
+int64s_of = cast("Callable[[Ints, Int], NDArray[np.int64]]", _array_of(types.int64))
+"""The same for an int64 array."""

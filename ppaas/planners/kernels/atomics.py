@@ -1,7 +1,7 @@
-"""Steps on one element of an array of whole numbers that no other thread can come between.
+"""Atomic operations on one element of an integer array.
 
-All of them are sequentially consistent: each thread sees those of all threads in one order. What a thread wrote before
-such a step, another sees after a step in which it reads what that one wrote. Elements are read as if they had no sign.
+All are sequentially consistent: all threads see the operations of all threads in one order. A thread that reads a value
+by such an operation also sees everything that the writer had written before it. Elements are treated as unsigned.
 """
 
 from typing import Any
@@ -43,7 +43,7 @@ def write(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, value: ir.Valu
 
 @operation(types.boolean, ARRAY, types.intp, number, number)
 def replace(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, expected: ir.Value, value: ir.Value) -> ir.Value:
-    """Set an element if it is what is expected; return whether it was."""
+    """Set an element if it has the expected value; return whether it had (compare-and-swap)."""
     values = (_narrow(builder, each, data) for each in (expected, value))
     return builder.extract_value(builder.cmpxchg(_place(builder, data, index), *values, _ORDER, _ORDER), 1)
 
@@ -54,24 +54,24 @@ def _combine(builder: ir.IRBuilder, how: str, data: ir.Value, index: ir.Value, v
 
 @operation(number, ARRAY, types.intp, number)
 def add(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, value: ir.Value) -> ir.Value:
-    """Add to an element; return what it was."""
+    """Add to an element; return its previous value."""
     return _combine(builder, "add", data, index, value)
 
 
 @operation(number, ARRAY, types.intp, number)
 def lower(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, value: ir.Value) -> ir.Value:
-    """Set an element to a lesser number, unless it is no greater; return what it was."""
+    """Set an element to the minimum of itself and a number; return its previous value."""
     return _combine(builder, "umin", data, index, value)
 
 
 @operation(number, ARRAY, types.intp, number)
 def mark(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, bits: ir.Value) -> ir.Value:
-    """Set bits of an element; return what it was."""
+    """Set bits of an element; return its previous value."""
     return _combine(builder, "or", data, index, bits)
 
 
 @operation(types.none)
 def fence(builder: ir.IRBuilder) -> None:
-    """Let no look at an array come before the last of these steps; on x86 none does."""
+    """Prevent later reads from being reordered before earlier atomic operations; not needed on x86."""
     if not builder.module.triple.startswith("x86"):
         builder.fence(_ORDER)

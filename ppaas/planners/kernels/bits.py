@@ -1,6 +1,6 @@
-"""Kernel: find bits that are set. Position p of an array of words is bit p mod 64 of its word p // 64.
+"""Kernel: find set bits. Position p of an array of 64-bit words is bit p mod 64 of word p // 64.
 
-Places are unsigned: an index that cannot count from the end needs no look whether it does.
+Indices are unsigned: numba then omits the check for negative indices.
 """
 
 from collections.abc import Callable
@@ -16,13 +16,13 @@ from ppaas.planners.kernels.jit_decorators import bare
 
 Words = NDArray[np.uint64]
 
-# Its annotations tell what it is given as what it makes.
+# numba annotates `intrinsic` as if it returned its argument.
 _intrinsic = cast("Callable[[Callable[[Any, Any], Any]], Callable[[Any], int]]", intrinsic)
 
 
 @_intrinsic
 def trailing_zeros(_typing: Any, _word: Any) -> Any:
-    """Return at which bit the lowest one of a word is; 64 without any."""
+    """Return the number of the lowest set bit of a word; 64 if it is 0."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 0))
@@ -32,7 +32,7 @@ def trailing_zeros(_typing: Any, _word: Any) -> Any:
 
 @_intrinsic
 def leading_zeros(_typing: Any, _word: Any) -> Any:
-    """Return how many zeros are before the highest one of a word; 64 without any."""
+    """Return the number of zeros above the highest set bit of a word; 64 if it is 0."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         return builder.ctlz(arguments[0], ir.Constant(ir.IntType(1), 0))
@@ -42,13 +42,13 @@ def leading_zeros(_typing: Any, _word: Any) -> Any:
 
 @bare
 def is_set(words: Words, at: int) -> bool:
-    """Tell whether a bit is set."""
+    """Return whether a bit is set."""
     return bool((words[np.uint64(at >> 6)] >> np.uint64(at & 63)) & np.uint64(1))
 
 
 @bare
 def first_from(words: Words, at: int) -> int:
-    """Return the first position from ``at`` on that is set; there must be one."""
+    """Return the first set position from ``at`` on; there must be one."""
     place = np.uint64(at >> 6)
     word = words[place] >> np.uint64(at & 63)
     if word != 0:
@@ -62,7 +62,7 @@ def first_from(words: Words, at: int) -> int:
 
 @bare
 def last_until(words: Words, at: int) -> int:
-    """Return the last position up to ``at`` that is set; there must be one."""
+    """Return the last set position up to ``at``; there must be one."""
     place = np.uint64(at >> 6)
     word = words[place] << np.uint64(63 - (at & 63))
     if word != 0:
@@ -76,7 +76,7 @@ def last_until(words: Words, at: int) -> int:
 
 @bare
 def three_at(words: Words, at: int) -> int:
-    """Return the bits before, at and behind a position, the first one lowest."""
+    """Return the bits before, at and after a position; the first one is the lowest bit of the result."""
     place, shift = np.uint64((at - 1) >> 6), np.uint64((at - 1) & 63)
     word = words[place] >> shift
     if shift > np.uint64(61):

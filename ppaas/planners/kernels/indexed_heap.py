@@ -1,9 +1,7 @@
-"""Kernels: a binary heap of cells that knows where each cell is, so that keys change in place.
+"""Kernels: indexed binary heap of cells. The entry of each cell is stored, so that its key can be changed in place.
 
-A key has two parts, compared one after the other; whole numbers below 2⁵³ are exact in them. The root is entry 1:
-so a place of 0 says that a cell is not in the heap, and arrays of zeros are an empty one.
-
-numba's cache of a kernel looks at the kernel's own file alone: after a change here, remove the ``*.nbi`` files.
+A key has two parts, compared lexicographically; integers below 2⁵³ are exact in them. The root is entry 1: the entry 0
+means that a cell is not in the heap, and zeroed arrays are an empty heap.
 """
 
 from typing import Any
@@ -23,7 +21,7 @@ Places = NDArray[np.int32]
 def _settle(
     keys: Keys, cells: Cells, places: Places, size: Int, hole: Int, cell: Int, major: Float, minor: Float
 ) -> None:
-    """Put a cell where its key belongs, up or down from an entry that is free."""
+    """Insert a cell at a free entry and sift it up or down to restore the heap order."""
     at = hole
     while at > 1:
         above = at >> 1
@@ -50,7 +48,7 @@ def _settle(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def put(keys: Keys, cells: Cells, places: Places, size: Int, cell: Int, major: Float, minor: Float) -> Int:
-    """Put a cell in, or give the one that is in another key; return how many there are now.
+    """Insert a cell, or change the key of a cell that is in the heap; return the new size.
 
     Parameters
     ----------
@@ -59,10 +57,11 @@ def put(keys: Keys, cells: Cells, places: Places, size: Int, cell: Int, major: F
     cells : (capacity,) int32 array
         The cell of each entry.
     places : (n,) int32 array
-        The entry of each cell; 0 for none.
+        The entry of each cell; 0 if it is not in the heap.
     size : int
-        Cells in the heap: fewer than ``capacity − 1``.
+        Number of cells in the heap, less than ``capacity − 1``.
     cell : int
+        The cell.
     major, minor : float
         Its key.
     """
@@ -75,7 +74,7 @@ def put(keys: Keys, cells: Cells, places: Places, size: Int, cell: Int, major: F
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def drop(keys: Keys, cells: Cells, places: Places, size: Int, cell: Int) -> Int:
-    """Take a cell out, if it is in; return how many there are now."""
+    """Remove a cell, if it is in the heap; return the new size."""
     hole = np.int64(places[cell])
     if hole == 0:
         return size

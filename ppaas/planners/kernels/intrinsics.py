@@ -1,4 +1,4 @@
-"""Functions for kernels that are written as LLVM instructions, since numba has nothing like them."""
+"""Decorator for functions of kernels that emit LLVM instructions, for operations that numba lacks."""
 
 import inspect
 from collections.abc import Callable
@@ -9,13 +9,21 @@ from numba.extending import intrinsic
 
 number = types.int64
 ARRAY = None
-"""Stands for an array of any type among the types of parameters."""
+"""Placeholder among parameter types: an array of any element type."""
 
 
 def operation(result: Any, *parameters: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Make a function that emits instructions one that kernels can call.
+    """Make a numba intrinsic of a function that emits LLVM instructions.
 
-    It is given the builder and what it is called with: values as they are, of an array where its elements begin.
+    The function is called with the builder and the arguments: scalars and rows as values, arrays as a pointer to their
+    first element.
+
+    Parameters
+    ----------
+    result : numba type
+        Type of the result; ``types.none`` for none.
+    *parameters : numba type or `ARRAY`
+        Types of the arguments.
     """
 
     def decorate(emit: Callable[..., Any]) -> Callable[..., Any]:

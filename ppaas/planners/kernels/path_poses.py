@@ -1,4 +1,4 @@
-"""Kernels: from the cells of a path to its poses, on several threads, and to what it costs."""
+"""Kernels: poses of a path of cells, on several threads, and its cost."""
 
 import math
 from typing import Any
@@ -8,7 +8,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 BLOCK = 4096
-"""Cells that a thread takes at a time: some 10 µs of work."""
+"""Cells in a parallel task: about 10 µs of work."""
 
 Int = int | np.signedinteger[Any]
 Cells = NDArray[np.int32]
@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _lay(cells: Cells, frame: Floats, headings: Floats, poses: Floats, block: Int) -> None:
+def _fill_block(cells: Cells, frame: Floats, headings: Floats, poses: Floats, block: Int) -> None:
     resolution, left, bottom, cosine, sine = frame[0], frame[1], frame[2], frame[3], frame[4]
     for at in range(block * BLOCK, min((block + 1) * BLOCK, len(cells))):
         down, right = 0, 0
@@ -31,8 +31,8 @@ def _lay(cells: Cells, frame: Floats, headings: Floats, poses: Floats, block: In
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def lay_poses(cells: Cells, frame: Floats, headings: Floats, poses: Floats, threads: int) -> None:
-    """Put a pose at the centre of each cell, which heads for the next one.
+def fill_poses(cells: Cells, frame: Floats, headings: Floats, poses: Floats, threads: int) -> None:
+    """Compute a pose at the centre of each cell, heading for the next one.
 
     Parameters
     ----------
@@ -41,33 +41,33 @@ def lay_poses(cells: Cells, frame: Floats, headings: Floats, poses: Floats, thre
     frame : (5,) array
         Resolution [m], x and y of the origin [m], cosine and sine of its heading.
     headings : (3, 3, 2) array
-        qz, qw of a move, by its rows and its columns from −1 on; the last pose has that of no move.
+        qz, qw of each move; index = its rows + 1, its columns + 1. The last pose has the heading of no move, (0, 0).
     poses : (n, 7) array
-        Out.
+        Out: x, y, z and quaternion.
     threads : int
-        With one, no parallel region is entered.
+        With one thread, no parallel region is entered.
     """
     blocks = (len(cells) + BLOCK - 1) // BLOCK
     if threads == 1 or blocks == 1:
         for block in range(blocks):
-            _lay(cells, frame, headings, poses, block)
+            _fill_block(cells, frame, headings, poses, block)
     else:
         for block in prange(blocks):
-            _lay(cells, frame, headings, poses, block)
+            _fill_block(cells, frame, headings, poses, block)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def add_costs(cells: Cells, costs: Costs, weights: Floats) -> float:
-    """Return what a path costs.
+    """Return the cost of a path.
 
     Parameters
     ----------
     cells : (n, 2) int32 array
         Row, column, each a neighbour of the one before.
     costs : (n,) uint8 array
-        Of these cells.
+        Costs of these cells.
     weights : (256,) array
-        What each cost weighs; a move weighs what the cell that it leaves does.
+        Weight of each cost; a move weighs as much as the cell that it leaves.
     """
     cost = 0.0
     for at in range(len(cells) - 1):
@@ -80,5 +80,5 @@ def warm() -> None:
     """Compile and call each kernel once."""
     cells, headings, weights = np.zeros((1, 2), np.int32), np.zeros((3, 3, 2)), np.zeros(256)
     headings.flags.writeable = False
-    lay_poses(cells, np.zeros(5), headings, np.zeros((1, 7)), 1)
+    fill_poses(cells, np.zeros(5), headings, np.zeros((1, 7)), 1)
     add_costs(cells, np.zeros(1, np.uint8), weights)

@@ -1,6 +1,6 @@
-"""Kernel: numbers of a table written as decimal text between pieces that stay the same.
+"""Kernel: write the numbers of a table as decimal text, between constant pieces of text.
 
-Places are unsigned: an index that cannot count from the end needs no look whether it does, which halves the time.
+Indices are unsigned: numba then omits the check for negative indices, which halves the time.
 """
 
 from typing import Any
@@ -14,16 +14,16 @@ Place = np.unsignedinteger[Any]
 Length = int | np.signedinteger[Any]
 
 SCALE = 10**9
-"""Numbers are written to the billionth: of a metre, that is the size of a molecule."""
+"""Numbers are rounded to 10⁻⁹: a nanometre."""
 
-MOST = 9.0e9
-"""No number may be as large: its billionths would not fit 64 bits."""
+MAX_MAGNITUDE = 9.0e9
+"""Exclusive bound of the magnitude of a number: scaled by 10⁹, a larger one would overflow 64 bits."""
 
 WIDEST = 21
 """Bytes of the longest number: sign, ten digits, point, nine digits."""
 
 BLOCK = 8
-"""Bytes that are copied at a time; so many may be read and written behind the last."""
+"""Bytes copied at once. Up to this many bytes beyond the last one may be read and written."""
 
 _1, _2, _3, _4, _5, _6, _7 = (np.uint64(number) for number in range(1, BLOCK))
 _10, _BLOCK, _SCALE = np.uint64(10), np.uint64(BLOCK), np.uint64(SCALE)
@@ -33,7 +33,7 @@ _ZERO, _MINUS, _POINT = np.uint64(ord("0")), ord("-"), ord(".")
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _write_number(value: float, text: Text, at: Place) -> Place:
-    """Write a number with one to nine decimals at a place of the text; return the place behind it."""
+    """Write a number with one to nine decimals at an index of the text; return the index behind it."""
     scaled = np.uint64(np.rint(abs(value) * SCALE))
     if value < 0.0 and scaled > 0:
         text[at] = _MINUS
@@ -67,10 +67,10 @@ def _write_number(value: float, text: Text, at: Place) -> Place:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _copy(source: Text, begin: Place, end: Place, text: Text, at: Place) -> Place:
-    """Copy a part to a place of the text, up to ``BLOCK`` - 1 bytes more than it has; return the place behind it."""
+    """Copy bytes ``begin`` to ``end`` to an index of the text, in whole blocks; return the index behind them."""
     behind = at + (end - begin)
     while begin < end:
-        # All are read before any is written: then it is one load and one store.
+        # All reads come before the writes, so that LLVM merges them into one load and one store.
         a, b, c, d = source[begin], source[begin + _1], source[begin + _2], source[begin + _3]
         e, f, g, h = source[begin + _4], source[begin + _5], source[begin + _6], source[begin + _7]
         text[at], text[at + _1], text[at + _2], text[at + _3] = a, b, c, d
@@ -82,7 +82,7 @@ def _copy(source: Text, begin: Place, end: Place, text: Text, at: Place) -> Plac
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _changed(rows: NDArray[np.float64], row: int) -> int:
-    """Return how many columns there are up to the last in which a row is another than the one before."""
+    """Return the number of columns up to the last one in which a row differs from the row before."""
     changed = int(rows.shape[1])
     while row > 0 and changed > 0 and rows[row, changed - 1] == rows[row - 1, changed - 1]:
         changed -= 1
@@ -91,30 +91,30 @@ def _changed(rows: NDArray[np.float64], row: int) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_rows(rows: NDArray[np.float64], pieces: Text, ends: NDArray[np.uint64], text: Text) -> Length:
-    """Write each row as piece, number, piece, …, number, piece; return the length.
+    """Write each row as piece, number, piece, …, number, piece; return the length, or 0 if a number is too large.
 
-    It is 0 where a number is too large to be written. What is at the end of a row as in the row before is copied from
-    there: paths run straight ahead for long.
+    Trailing columns that are equal to those of the row before are copied from its text: on straight segments of a path
+    the orientation does not change.
 
     Parameters
     ----------
     rows : (n, m) array
-        Below ``MOST``.
+        Numbers, whose magnitude must be below `MAX_MAGNITUDE`.
     pieces : (p + ``BLOCK``,) array
-        The m + 1 pieces of a row, one behind the other.
+        The m + 1 pieces of a row, concatenated (p bytes).
     ends : (m + 1,) array
-        Where each of them ends.
+        Index behind each piece.
     text : array
-        Filled from its beginning: n · (p + m · ``WIDEST``) + ``BLOCK`` bytes are enough.
+        Out: the text, from index 0 on; n · (p + m · ``WIDEST``) + ``BLOCK`` bytes suffice.
     """
     at, columns = np.uint64(0), int(rows.shape[1])
-    behind = np.zeros(columns + 1, np.uint64)  # where the row before begins, and where each of its numbers ends
+    behind = np.zeros(columns + 1, np.uint64)  # index of the begin of the row before, and behind each of its numbers
     for row in range(rows.shape[0]):
         changed, old_end = _changed(rows, row), at
         piece, old = np.uint64(0), behind[changed]
         behind[0] = at
         for column in range(changed):
-            if not abs(rows[row, column]) < MOST:
+            if not abs(rows[row, column]) < MAX_MAGNITUDE:
                 return 0
             at = _write_number(rows[row, column], text, _copy(pieces, piece, ends[column], text, at))
             piece, behind[column + 1] = ends[column], at
@@ -128,6 +128,6 @@ def write_rows(rows: NDArray[np.float64], pieces: Text, ends: NDArray[np.uint64]
 
 
 def warm() -> None:
-    """Compile, or load what was compiled."""
+    """Compile and call the kernel once."""
     pieces, text = np.frombuffer(bytes(1 + BLOCK), np.uint8), np.zeros(1 + WIDEST + BLOCK, np.uint8)
     write_rows(np.zeros((1, 1)), pieces, np.ones(2, np.uint64), text)

@@ -1,4 +1,4 @@
-"""Kernel: tell the CPU which memory is looked at soon, so that it comes while other work is done."""
+"""Kernel: prefetch instructions, which load memory into the cache while the CPU does other work."""
 
 from collections.abc import Callable
 from typing import Any, cast
@@ -9,12 +9,12 @@ from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 LINE = 16
-"""Numbers of 32 bits that memory brings at once."""
+"""32-bit numbers in a cache line."""
 
-WORDS_A_LINE = LINE // 2
-"""Numbers of 64 bits, likewise."""
-OCTETS_A_LINE = 4 * LINE
-"""Numbers of 8 bits."""
+WORDS_PER_LINE = LINE // 2
+"""64-bit numbers in a cache line."""
+BYTES_PER_LINE = 4 * LINE
+"""Bytes in a cache line."""
 
 Fetch = Callable[[NDArray[Any], Any], None]
 
@@ -39,6 +39,6 @@ def _fetching(into: int) -> Fetch:
 
 
 fetch = _fetching(_NEAREST)
-"""Begin to bring what lies at an index of an array; nothing happens where that is outside of all memory."""
-fetch_close = _fetching(_SECOND)
-"""The same, but only as far as the second cache, where far more lines that lie a power of two apart have room."""
+"""Prefetch an element of an array into the first-level cache; an address outside of mapped memory is ignored."""
+fetch_to_l2 = _fetching(_SECOND)
+"""Prefetch an element into the second-level cache, which can hold more lines at power-of-two distances."""

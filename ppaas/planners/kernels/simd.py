@@ -1,10 +1,10 @@
-"""A row of 32 unsigned numbers as one value of a kernel, and what can be done with it.
+"""SIMD operations of kernels on a row of 32 unsigned 32-bit numbers.
 
-numba has no vectors of its own. Here a row is LLVM's ``<32 x i32>``, and each function below becomes a few of its
-instructions. LLVM cuts them to what a CPU has: two registers of AVX-512, four of AVX2, eight of SSE2 or NEON. Sums
-wrap around; comparisons are unsigned.
+numba has no vector types. Here a row is LLVM's ``<32 x i32>``, and each function below emits a few vector instructions.
+LLVM splits them into the registers of the CPU: two of AVX-512, four of AVX2, eight of SSE2 or NEON. Sums wrap around;
+comparisons are unsigned.
 
-A set of lanes is an integer with one bit a lane, the lowest for lane 0.
+A set of lanes is an integer with one bit per lane; the lowest bit is lane 0.
 """
 
 from typing import Any
@@ -81,13 +81,13 @@ def load(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Value:
 
 @operation(number, ARRAY, types.intp)
 def pick(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Value:
-    """Return one number of a uint32 array; unlike numba's own way it does not ask whether the index is negative."""
+    """Return one number of a uint32 array, without numba's check for a negative index."""
     return builder.zext(builder.load(builder.gep(data, [index])), _LONG)
 
 
 @operation(types.none, ARRAY, types.intp, number)
 def put(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, value: ir.Value) -> None:
-    """Write one number to a uint32 array, without asking either."""
+    """Write one number to a uint32 array, without that check."""
     builder.store(builder.trunc(value, _NUMBER), builder.gep(data, [index]))
 
 
@@ -100,8 +100,8 @@ def load_bytes(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Val
 
 
 @operation(row, ARRAY, types.intp)
-def load_octets(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Value:
-    """Return the 128 numbers of a uint8 array from ``index`` on, four a lane, as they lie in memory."""
+def load_packed_bytes(builder: ir.IRBuilder, data: ir.Value, index: ir.Value) -> ir.Value:
+    """Return the 128 numbers of a uint8 array from ``index`` on, four in each lane, in memory order."""
     loaded = builder.load(_pointer(builder, data, index, _ROW))
     loaded.align = 1
     return loaded
@@ -115,9 +115,9 @@ def store(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, values: ir.Val
 
 @operation(types.none, ARRAY, types.intp, row)
 def stream(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, values: ir.Value) -> None:
-    """Write a row past the caches, to where a line of memory begins, so that what was there need not be fetched.
+    """Write a row past the caches (non-temporal store), at an index aligned to a cache line.
 
-    Other threads see it after the next atomic step of this one.
+    The previous contents need not be loaded. Other threads see it after the next atomic operation of this thread.
     """
     written = builder.store(values, _pointer(builder, data, index, _ROW))
     written.align = 64
@@ -132,7 +132,7 @@ def store_bytes(builder: ir.IRBuilder, data: ir.Value, index: ir.Value, values: 
 
 @operation(row, number)
 def splat(builder: ir.IRBuilder, scalar: ir.Value) -> ir.Value:
-    """Return a row of one number."""
+    """Return a row with one number in all lanes."""
     return _splat(builder, scalar)
 
 
@@ -174,25 +174,25 @@ def shift_left(builder: ir.IRBuilder, values: ir.Value, by: ir.Value) -> ir.Valu
 
 @operation(row, row, row)
 def both(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
-    """Return the bits that both have."""
+    """Return the bitwise and."""
     return builder.and_(a, b)
 
 
 @operation(row, row, row)
 def either(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
-    """Return the bits that any of both has."""
+    """Return the bitwise or."""
     return builder.or_(a, b)
 
 
 @operation(row, row, row)
 def differing(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
-    """Return the bits in which they differ."""
+    """Return the bitwise exclusive or."""
     return builder.xor(a, b)
 
 
 @operation(row, row, row)
 def least(builder: ir.IRBuilder, a: ir.Value, b: ir.Value) -> ir.Value:
-    """Return in each lane the lesser number."""
+    """Return the minimum in each lane."""
     return _least(builder, a, b)
 
 
@@ -227,26 +227,26 @@ def where(builder: ir.IRBuilder, chosen: ir.Value, yes: ir.Value, no: ir.Value) 
 
 
 def _moved_from(sources: list[int]) -> list[int]:
-    """Return the mask that takes lanes of a first row, and of a second where they are outside."""
+    """Return the shuffle mask that takes lanes of a first row, and of a second one where they are out of range."""
     return [source if 0 <= source < LANES else LANES + source % LANES for source in sources]
 
 
 @operation(row, row, number)
 def from_left(builder: ir.IRBuilder, values: ir.Value, entering: ir.Value) -> ir.Value:
-    """Move a row one lane up; the number given comes in at lane 0."""
+    """Shift a row one lane up; ``entering`` becomes lane 0."""
     mask = _constant(_moved_from([lane - 1 for lane in range(LANES)]))
     return builder.shuffle_vector(values, _splat(builder, entering), mask)
 
 
 @operation(row, row, number)
 def from_right(builder: ir.IRBuilder, values: ir.Value, entering: ir.Value) -> ir.Value:
-    """Move a row one lane down; the number given comes in at lane 31."""
+    """Shift a row one lane down; ``entering`` becomes lane 31."""
     mask = _constant(_moved_from([lane + 1 for lane in range(LANES)]))
     return builder.shuffle_vector(values, _splat(builder, entering), mask)
 
 
 def _lane_by(values: ir.Value, by: int, beyond: ir.Value, builder: ir.IRBuilder) -> ir.Value:
-    """Return a row moved so many lanes up; what comes in is of another row."""
+    """Return a row shifted ``by`` lanes up; vacated lanes are taken from ``beyond``."""
     return builder.shuffle_vector(values, beyond, _constant(_moved_from([lane - by for lane in range(LANES)])))
 
 
@@ -260,34 +260,34 @@ def _scanned(builder: ir.IRBuilder, values: ir.Value, sign: int, sets: tuple[ir.
 
 @operation(row, row)
 def least_up_to(builder: ir.IRBuilder, values: ir.Value) -> ir.Value:
-    """Return in each lane the least of it and all lanes below."""
+    """Return the prefix minima: in each lane the least of it and all lanes below."""
     return _scanned(builder, values, 1)
 
 
 @operation(row, row)
 def least_from(builder: ir.IRBuilder, values: ir.Value) -> ir.Value:
-    """Return in each lane the least of it and all lanes above."""
+    """Return the suffix minima: in each lane the least of it and all lanes above."""
     return _scanned(builder, values, -1)
 
 
 @operation(row, row, lanes, lanes, lanes, lanes, lanes)
 def least_up_to_in(builder: ir.IRBuilder, values: ir.Value, *runs: ir.Value) -> ir.Value:
-    """Return in each lane the least of it and the lanes below in the same run.
+    """Return in each lane the least of it and the lanes below in the same run (segmented scan).
 
-    The sets tell which lanes have in their run at least 1, 2, 4, 8 and 16 lanes below them.
+    The five sets are the lanes that have at least 1, 2, 4, 8 and 16 lanes below them in their run.
     """
     return _scanned(builder, values, 1, runs)
 
 
 @operation(row, row, lanes, lanes, lanes, lanes, lanes)
 def least_from_in(builder: ir.IRBuilder, values: ir.Value, *runs: ir.Value) -> ir.Value:
-    """Return in each lane the least of it and the lanes above in the same run; the sets tell of lanes above."""
+    """Return in each lane the least of it and the lanes above in the same run; the sets count lanes above."""
     return _scanned(builder, values, -1, runs)
 
 
 @operation(row, row)
 def sum_up_to(builder: ir.IRBuilder, values: ir.Value) -> ir.Value:
-    """Return in each lane the sum of it and all lanes below."""
+    """Return the prefix sums: in each lane the sum of it and all lanes below."""
     none = _constant([0] * LANES)
     for stage in range(5):
         values = builder.add(values, _lane_by(values, 1 << stage, none, builder))
@@ -312,17 +312,17 @@ def _of_bits(builder: ir.IRBuilder, name: str, bits: ir.Value, *more: ir.Value) 
 
 @operation(number, lanes)
 def first_lane(builder: ir.IRBuilder, bits: ir.Value) -> ir.Value:
-    """Return the number of the first lane of a set that is not empty."""
+    """Return the number of the first lane of a set, which must not be empty."""
     return _of_bits(builder, "llvm.cttz", bits, ir.Constant(_BIT, 1))
 
 
 @operation(lanes, lanes)
 def mirrored(builder: ir.IRBuilder, bits: ir.Value) -> ir.Value:
-    """Return a set of lanes with lane 0 in place of lane 31 and so on."""
+    """Return a set of lanes in reverse order: lane 0 becomes lane 31."""
     return _of_bits(builder, "llvm.bitreverse", bits)
 
 
 @operation(number, lanes)
 def size(builder: ir.IRBuilder, bits: ir.Value) -> ir.Value:
-    """Return how many lanes are in a set."""
+    """Return the number of lanes in a set."""
     return _of_bits(builder, "llvm.ctpop", bits)

@@ -1,4 +1,4 @@
-"""Kernel: the smoothest points near given ones, solved at once instead of step by step."""
+"""Kernel: smooth points near given ones, by a direct solution instead of an iteration."""
 
 import numpy as np
 from numba import njit
@@ -9,23 +9,24 @@ Floats = NDArray[np.float64]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def relax(points: Floats, near: Floats, even: float, found: Floats) -> None:
-    """Find the points y for which near·(x − y) + even·(y before + y after − 2y) is zero.
+    """Solve near·(x − y) + even·(y[i − 1] + y[i + 1] − 2y) = 0 for the points y.
 
-    These equations are tridiagonal, and solved as such (Thomas' algorithm).
+    The system is tridiagonal, and solved by Thomas' algorithm.
 
     Parameters
     ----------
     points : (n, 2) array
         The points x.
     near : (n,) array
-        How strongly each is drawn to its place: zero or more; infinite if it stays there, as both ends must.
+        Data weight of each point, at least 0; infinite for fixed points, which both ends must be.
     even : float
-        How strongly each is drawn to the two beside it: zero or more; above zero where ``near`` is zero.
+        Smoothness weight, at least 0; above 0 if a ``near`` is 0.
     found : (n, 2) array
         Out: the points y.
     """
     count = points.shape[0]
     ratios = np.empty(count)
+    # Forward elimination.
     for at in range(count):
         ratios[at] = 0.0
         stays = near[at] == np.inf
@@ -36,6 +37,7 @@ def relax(points: Floats, near: Floats, even: float, found: Floats) -> None:
             found[at, axis] = points[at, axis]
             if not stays:
                 found[at, axis] = (near[at] * points[at, axis] + even * found[at - 1, axis]) / pivot
+    # Back substitution.
     for at in range(count - 2, 0, -1):
         for axis in range(2):
             found[at, axis] += ratios[at] * found[at + 1, axis]

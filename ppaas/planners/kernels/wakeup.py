@@ -1,6 +1,6 @@
-"""Kernel parts: wake a thread that sleeps, and sleep until woken, without Python: a byte goes through a pipe.
+"""Kernel parts: sleep, and wake a sleeping thread by a byte through a pipe, without Python.
 
-What is compiled calls the C library itself, so neither needs the interpreter, for which threads of Python wait in turn.
+The compiled code calls the C library directly, so neither side needs the interpreter lock (GIL).
 """
 
 from llvmlite import ir
@@ -21,20 +21,20 @@ def _transfer(builder: ir.IRBuilder, how: str, pipe: ir.Value) -> None:
 
 
 @operation(types.none, number)
-def hear(builder: ir.IRBuilder, pipe: ir.Value) -> None:
-    """Sleep until a byte comes out of a pipe, or a signal wakes this thread."""
+def wait_for_byte(builder: ir.IRBuilder, pipe: ir.Value) -> None:
+    """Sleep until a byte can be read from a pipe, or a signal interrupts the thread."""
     _transfer(builder, "read", pipe)
 
 
 @operation(types.none, number)
-def ring(builder: ir.IRBuilder, pipe: ir.Value) -> None:
-    """Put a byte into a pipe, unless it is full."""
+def send_byte(builder: ir.IRBuilder, pipe: ir.Value) -> None:
+    """Write a byte to a pipe, unless it is full."""
     _transfer(builder, "write", pipe)
 
 
 @operation(types.none, number)
-def doze(builder: ir.IRBuilder, microseconds: ir.Value) -> None:
-    """Sleep for a while, of less than a second."""
+def sleep(builder: ir.IRBuilder, microseconds: ir.Value) -> None:
+    """Sleep for less than a second."""
     kind = ir.FunctionType(_INT, [_INT])
     function = get_or_insert_function(builder.module, kind, "usleep")  # type: ignore[no-untyped-call]
     builder.call(function, [builder.trunc(microseconds, _INT)])

@@ -1,1 +1,1 @@
-"""Hybrid A* on a lattice of poses, for robots with a smallest turning radius."""
+"""Hybrid A* on a lattice of poses, for robots with a minimum turning radius."""

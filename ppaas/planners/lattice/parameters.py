@@ -1,4 +1,4 @@
-"""The parameters of the kinematic planner, with the names and the defaults of Nav2's SmacPlannerHybrid."""
+"""Parameters of the kinematic planner, with the names and defaults of Nav2's SmacPlannerHybrid."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -14,55 +14,57 @@ DUBIN, REEDS_SHEPP = "DUBIN", "REEDS_SHEPP"
 
 _AT_LEAST_ONE = ("reverse_penalty", "non_straight_penalty", "analytic_expansion_ratio")
 _ABOVE_ZERO = ("max_planning_time", "minimum_turning_radius")
-MOST_BINS = 720
+MAX_BINS = 720
+"""Largest number of heading bins: half a degree each."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LatticeParameters:
-    """What can be set.
+    """Parameters of the planner ``lattice``.
 
     Parameters
     ----------
     allow_unknown : bool
-        Whether paths may lead through unknown cells, which cost a little more than the worst known ones.
+        Whether paths may cross unknown cells, which cost slightly more than the most expensive known ones.
     tolerance : float
-        If the goal is blocked, the free cell nearest to it within this distance will do [m], or within that of the
-        request where it is larger.
+        If the goal is blocked, the nearest free cell within this distance replaces it [m]. The larger of this and the
+        request's tolerance is used.
     max_iterations : int
-        Most nodes that are worked off; −1 for as many as it takes.
+        Maximum number of expanded nodes; −1 for no limit.
     max_planning_time : float
-        Most time, or that of the request where it is less [s].
+        Time limit [s]. The smaller of this and the request's timeout is used.
     motion_model_for_search : str
-        ``DUBIN`` drives forward only, ``REEDS_SHEPP`` backward as well.
+        ``DUBIN`` drives forward only, ``REEDS_SHEPP`` also backward.
     minimum_turning_radius : float
-        Of the circle on which the robot turns most sharply [m]; a cell at least.
+        Radius of the sharpest turn [m]; at least the size of a cell is used.
     angle_quantization_bins : int
-        Bins of headings, from 8 to `MOST_BINS`: a turn of the search is a few bins.
+        Number of heading bins, from 8 to `MAX_BINS`. A motion of the search turns by a few bins.
     allow_primitive_interpolation : bool
-        Whether the search also turns by less than its sharpest turn, down to a bin.
+        Whether the search also uses gentler turns than the sharpest one, down to one bin.
     analytic_expansion_ratio : float
-        The curve to the goal is tried each time so many nodes were worked off as the distance to the goal holds
-        this many cells.
+        The number of nodes expanded between two attempts of the analytic curve to the goal is the distance to the goal
+        [cells] divided by this ratio.
     analytic_expansion_max_length : float
-        Longest curve to the goal that is tried [m]; five turning radii at least.
+        Length limit of the analytic curve to the goal [m]; at least five turning radii are used.
     reverse_penalty, non_straight_penalty : float
-        What a length weighs that is driven backward, and in a turn; 1 at least.
+        Factors on the length driven in reverse, and in a turn; at least 1.
     change_penalty : float
-        What a turn weighs more that follows a straight piece or a turn to the other side.
+        Added to the factor of a turn that follows a straight piece or a turn to the other side.
     cost_penalty : float
-        What a cell of cost 252 weighs more than a free one; from 0 to 4.
+        Additional weight of a cell of cost 252 over one of cost 0, from 0 to 4.
     retrospective_penalty : float
-        By how much less a length weighs in the search than in its estimates, which draws it on; below 1.
+        Amount by which the search reduces the weight of driven lengths relative to its estimates, which makes it prefer
+        nodes near the goal; below 1.
     smooth_path : bool
-        Whether the path is made cheaper by curves that leave out bends of it.
+        Whether to shorten the path by curves that cut its bends.
     footprint : sequence of pairs
-        Corners of the robot's outline, x, y in its frame [m]; the smallest convex outline around them counts. No
-        part of it touches a lethal cell. Without it the robot is its centre, which keeps out of inscribed cells.
+        Corners of the robot's outline, x, y in its frame [m]; its convex hull is used. No part of it touches a lethal
+        cell. Without a footprint the robot is a point, which keeps out of inscribed cells.
 
     Raises
     ------
     InvalidParameter
-        One is of the wrong type or out of range; the text names it.
+        A parameter has the wrong type or is out of range; the text names it.
     """
 
     allow_unknown: bool = True
@@ -91,16 +93,20 @@ class LatticeParameters:
                 _check_range(field.name, value)
         if self.motion_model_for_search not in (DUBIN, REEDS_SHEPP):
             raise InvalidParameter(
-                f"motion_model_for_search is {DUBIN} or {REEDS_SHEPP}, not {self.motion_model_for_search!r}"
+                f"motion_model_for_search must be {DUBIN} or {REEDS_SHEPP}, not {self.motion_model_for_search!r}"
             )
-        if not 8 <= self.angle_quantization_bins <= MOST_BINS:
-            raise InvalidParameter(f"angle_quantization_bins must be from 8 to {MOST_BINS}")
-        if self.cost_penalty > 4.0 or self.retrospective_penalty >= 1.0:
-            raise InvalidParameter("cost_penalty must be 4 at most, and retrospective_penalty below 1")
+        if not 8 <= self.angle_quantization_bins <= MAX_BINS:
+            raise InvalidParameter(
+                f"angle_quantization_bins must be from 8 to {MAX_BINS}, not {self.angle_quantization_bins}"
+            )
+        if self.cost_penalty > 4.0:
+            raise InvalidParameter(f"cost_penalty must be at most 4, not {self.cost_penalty}")
+        if self.retrospective_penalty >= 1.0:
+            raise InvalidParameter(f"retrospective_penalty must be below 1, not {self.retrospective_penalty}")
         self.outline()
 
     def outline(self) -> NDArray[np.float64]:
-        """Return the (n, 2) corners of the convex outline of the footprint, counter-clockwise [m]; none without one."""
+        """Return the (n, 2) corners of the convex hull of the footprint, counter-clockwise [m]; empty without one."""
         if not len(self.footprint):
             return np.empty((0, 2))
         try:
@@ -108,7 +114,7 @@ class LatticeParameters:
         except (TypeError, ValueError) as error:
             raise InvalidParameter(f"footprint must be a list of corners x, y [m]: {error}") from error
         if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3 or not np.isfinite(corners).all():
-            raise InvalidParameter("footprint must be a list of three corners x, y [m] or more")
+            raise InvalidParameter("footprint must be a list of at least three corners x, y [m]")
         return convex_outline(corners)
 
 

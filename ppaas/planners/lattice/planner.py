@@ -1,4 +1,4 @@
-"""Paths for robots that cannot turn on the spot."""
+"""Planner for robots that cannot turn on the spot."""
 
 import math
 from collections.abc import Callable
@@ -17,33 +17,34 @@ from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.planners.ends import Ends, place_ends
 from ppaas.planners.field.cost_field import CostField
 from ppaas.planners.kernels import indexed_heap
-from ppaas.planners.lattice.ground import lay_ground
 from ppaas.planners.lattice.kernels import driving, dubins, hybrid_astar, pose_tree, reeds_shepp, shortcuts, steering
-from ppaas.planners.lattice.kernels.driving import Ground, fits, looks
+from ppaas.planners.lattice.kernels.driving import DrivingSurface, fits, sample_count
 from ppaas.planners.lattice.kernels.hybrid_astar import EXHAUSTED, PAUSED
 from ppaas.planners.lattice.kernels.shortcuts import trace
 from ppaas.planners.lattice.parameters import DUBIN, LatticeParameters
 from ppaas.planners.lattice.search import PoseSearch, car_of, motions_of
 from ppaas.planners.lattice.smoothing import smooth
+from ppaas.planners.lattice.surface import prepare_surface
 from ppaas.planners.path import path_cost, path_length
 from ppaas.planners.traits import Traits
 from ppaas.planners.watch import Watch
 
 Floats = NDArray[np.float64]
 
-NONE = 1e-9
-"""A leg that is shorter is none [cells]."""
+MIN_LEG = 1e-9
+"""Shorter legs are dropped [cells]."""
 
 DOUBTFUL = 5_000
-"""Nodes after which it is also asked from the goal whether there is a way at all: what a hard plan takes."""
+"""Expanded nodes after which a backward search from the goal also checks whether a path exists: the effort of a hard
+plan."""
 
 
 class Lattice(Planner):
-    """Searches over poses, with arcs and straight pieces, as Nav2's SmacPlannerHybrid does (hybrid A*).
+    """Hybrid A* over poses, with arcs and straight pieces, like Nav2's SmacPlannerHybrid.
 
-    The path begins exactly at the start and ends exactly at the goal, heading included. It is curved nowhere more
-    sharply than the turning radius allows; where it changes gear, its poses go on looking the way the robot looks.
-    Cells that it crosses are free, and where it crosses from one to another diagonally both beside them are.
+    The path begins exactly at the start and ends exactly at the goal, including the heading. Its curvature never
+    exceeds that of the minimum turning radius. Poses always have the heading of the robot, also in reverse. All cells
+    that the path crosses are free, and where it crosses diagonally from one cell to another, so are the two beside.
 
     Parameters
     ----------
@@ -65,17 +66,17 @@ class Lattice(Planner):
         Raises
         ------
         InvalidInput
-            A pose that is not finite, a negative tolerance or timeout.
+            A pose is not finite, or the tolerance or the timeout is negative.
         StartOutsideMap, GoalOutsideMap, StartOccupied, GoalOccupied, NoValidPath, PlanTimeout, PlanCancelled
         """
         parameters = self.parameters
         request = replace(request, timeout=min(request.timeout, parameters.max_planning_time))
         watch = Watch(request)
         watch.check()
-        roomy = replace(request, tolerance=max(request.tolerance, parameters.tolerance))
-        ends = place_ends(costmap, roomy, allow_unknown=parameters.allow_unknown, check=watch.check)
-        legs, ground, expanded = self._search(costmap, request, ends, watch.check)
-        points = _points(ground, legs, bool(len(ends.escape)))
+        tolerant = replace(request, tolerance=max(request.tolerance, parameters.tolerance))
+        ends = place_ends(costmap, tolerant, allow_unknown=parameters.allow_unknown, check=watch.check)
+        legs, surface, expanded = self._search(costmap, request, ends, watch.check)
+        points = _points(surface, legs, bool(len(ends.escape)))
         poses = _poses(costmap, points, request.start, ends.goal_pose)
         cells = _cells(points, costmap, request.start, ends)
         return PlanResult(
@@ -90,60 +91,61 @@ class Lattice(Planner):
 
     def _search(
         self, costmap: Costmap, request: PlanRequest, ends: Ends, check: Callable[[], None]
-    ) -> tuple[Floats, Ground, int]:
-        """Return the legs of a path, what they lie on, and how many nodes were worked off for them."""
+    ) -> tuple[Floats, DrivingSurface, int]:
+        """Return the legs of a path, the surface that they lie on, and the number of expanded nodes."""
         parameters = self.parameters
         start, goal = _in_cells(costmap, request.start), _in_cells(costmap, ends.goal_pose)
-        ground = lay_ground(costmap, start, parameters, check)
-        _check_outline(ground, start, goal, request.start, ends.goal_pose)
+        surface = prepare_surface(costmap, start, parameters, check)
+        _check_outline(surface, start, goal, request.start, ends.goal_pose)
         field = CostField(
-            Costmap(ground.costs, costmap.info), np.array([ends.goal]), threads=request.threads, check=check
+            Costmap(surface.costs, costmap.info), np.array([ends.goal]), threads=request.threads, check=check
         )
         if not field.grow(ends.start):
-            raise NoValidPath(_unconnected(request, ends, parameters))
+            raise NoValidPath(_no_path_message(request, ends, parameters))
         field.grow()
         values = field.values()
         leaving = float(values[ends.start]) if len(ends.escape) else math.nan
         car = car_of(parameters, costmap.info.resolution)
         motions = motions_of(car, interpolated=parameters.allow_primitive_interpolation)
-        search = PoseSearch(ground, car, values, motions=motions, leaving=leaving, start=start, goal=goal)
+        search = PoseSearch(surface, car, values, motions=motions, leaving=leaving, start=start, goal=goal)
         if not self._found(search, check):
-            raise NoValidPath(_unconnected(request, ends, parameters))
+            raise NoValidPath(_no_path_message(request, ends, parameters))
         legs = search.legs()
         if parameters.smooth_path:
-            legs = smooth(ground, car, legs, check)
-        return legs, ground, search.expanded
+            legs = smooth(surface, car, legs, check)
+        return legs, surface, search.expanded
 
     def _found(self, search: PoseSearch, check: Callable[[], None]) -> bool:
-        """Return whether there is a way: a search from either end that comes to an end without one shows there is none.
+        """Return whether a path exists.
 
-        The two take turns, each as far as the other, so it takes no more than twice what the shorter one does.
+        The forward search alternates with a backward one, with equal numbers of nodes. If either is exhausted without
+        a path, there is none; finding that out takes at most twice the effort of the cheaper search.
 
         Raises
         ------
         PlanTimeout
-            No way was known after the most nodes that may be worked off.
+            No path was found within ``max_iterations`` nodes.
         """
         most = self.parameters.max_iterations if self.parameters.max_iterations > 0 else 1 << 62
         allowed = min(DOUBTFUL, most)
         outcome, backward = search.run(check, allowed), None
         while outcome == PAUSED and allowed < most:
             backward = backward or search.from_goal()
-            if not search.has_way and backward.run(check, allowed) == EXHAUSTED:
+            if not search.has_path and backward.run(check, allowed) == EXHAUSTED:
                 return False
-            allowed = most if search.has_way else min(2 * allowed, most)
+            allowed = most if search.has_path else min(2 * allowed, most)
             outcome = search.run(check, allowed)
-        if outcome == PAUSED and not search.has_way:
+        if outcome == PAUSED and not search.has_path:
             raise PlanTimeout(
-                f"no path after {most} nodes; raise max_iterations, plan to a goal that is nearer, or choose another "
-                "heading there"
+                f"no path found after {most} nodes; raise max_iterations, choose a nearer goal, or another heading at "
+                "the goal"
             )
         return outcome != EXHAUSTED
 
 
 @cache
 def _load_kernels() -> None:
-    """Compile the kernels, or load them, before there is a request: there is a limit to the time a plan takes."""
+    """Compile or load the kernels before the first request, whose time limit would else include compilation."""
     for kernels in (indexed_heap, reeds_shepp, dubins, driving, pose_tree, steering, hybrid_astar, shortcuts):
         kernels.warm()
     cell = Costmap(np.zeros((1, 1), np.uint8), GridInfo(1.0, 1, 1))
@@ -158,17 +160,17 @@ def _in_cells(costmap: Costmap, pose: Pose2D) -> Pose2D:
     return Pose2D(x / info.resolution, y / info.resolution, theta)
 
 
-def _points(ground: Ground, legs: Floats, leaving: bool) -> Floats:
-    """Return the (n, 3) points along some legs, less than a cell apart, in cells: x, y, theta."""
-    legs = legs[np.abs(legs[:, 4]) > NONE]
-    count = sum(looks(ground, curvature, length) for curvature, length in legs[:, 3:5].tolist())
+def _points(surface: DrivingSurface, legs: Floats, leaving: bool) -> Floats:
+    """Return the (n, 3) points x, y, theta along legs, in cells, less than a cell apart."""
+    legs = legs[np.abs(legs[:, 4]) > MIN_LEG]
+    count = sum(sample_count(surface, curvature, length) for curvature, length in legs[:, 3:5].tolist())
     points = np.empty((count, 3))
-    trace(ground, legs, leaving, points)
+    trace(surface, legs, leaving, points)
     return points
 
 
 def _poses(costmap: Costmap, points: Floats, start: Pose2D, goal: Pose2D) -> Poses:
-    """Return the (n, 7) poses of a path, whose ends are those asked for."""
+    """Return the (n, 7) poses of a path with the given ends."""
     info = costmap.info
     cosine, sine = math.cos(info.origin.theta), math.sin(info.origin.theta)
     x, y = points[:, 0] * info.resolution, points[:, 1] * info.resolution
@@ -185,7 +187,7 @@ def _poses(costmap: Costmap, points: Floats, start: Pose2D, goal: Pose2D) -> Pos
 
 
 def _cells(points: Floats, costmap: Costmap, start: Pose2D, ends: Ends) -> NDArray[np.int32]:
-    """Return the (n, 2) cells in which the points lie, each once in a row."""
+    """Return the (n, 2) cells that contain the points, without consecutive duplicates."""
     first = costmap.info.to_cells((start.x, start.y))
     cells = np.vstack((first, np.floor(points[:, 1::-1]))).astype(np.int32)
     cells[-1] = ends.goal
@@ -193,27 +195,32 @@ def _cells(points: Floats, costmap: Costmap, start: Pose2D, ends: Ends) -> NDArr
     return cells[np.concatenate(([True], moved))]
 
 
-def _check_outline(ground: Ground, start: Pose2D, goal: Pose2D, asked: Pose2D, aim: Pose2D) -> None:
-    """Raise if the outline of the robot touches an obstacle at either end."""
-    if not len(ground.corners):
+def _check_outline(surface: DrivingSurface, start: Pose2D, goal: Pose2D, start_pose: Pose2D, goal_pose: Pose2D) -> None:
+    """Raise if the outline touches an obstacle at either end; the error states the poses in the frame of the map."""
+    if not len(surface.corners):
         return
-    if not fits(ground, start.x, start.y, math.cos(start.theta), math.sin(start.theta)):
-        raise StartOccupied(f"the footprint at {_spot(asked)} touches an obstacle; correct the pose or the footprint")
-    if not fits(ground, goal.x, goal.y, math.cos(goal.theta), math.sin(goal.theta)):
-        raise GoalOccupied(f"the footprint would touch an obstacle at {_spot(aim)}; choose another pose")
+    if not fits(surface, start.x, start.y, math.cos(start.theta), math.sin(start.theta)):
+        raise StartOccupied(
+            f"the footprint at the start {_format_pose(start_pose)} touches an obstacle; "
+            "correct the pose or the footprint"
+        )
+    if not fits(surface, goal.x, goal.y, math.cos(goal.theta), math.sin(goal.theta)):
+        raise GoalOccupied(
+            f"the footprint would touch an obstacle at the goal {_format_pose(goal_pose)}; choose another pose"
+        )
 
 
-def _spot(pose: Pose2D) -> str:
+def _format_pose(pose: Pose2D) -> str:
     return f"x={pose.x:.3f} y={pose.y:.3f} yaw={wrap_angle(pose.theta):.3f}"
 
 
-def _unconnected(request: PlanRequest, ends: Ends, parameters: LatticeParameters) -> str:
+def _no_path_message(request: PlanRequest, ends: Ends, parameters: LatticeParameters) -> str:
     hint = (
-        "; let it back up too (motion_model_for_search: REEDS_SHEPP),"
+        "allow driving in reverse (motion_model_for_search: REEDS_SHEPP), "
         if parameters.motion_model_for_search == DUBIN
-        else ";"
+        else ""
     )
     return (
-        f"no free way from {_spot(request.start)} to {_spot(ends.goal_pose)} that a robot with a turning radius of "
-        f"{parameters.minimum_turning_radius} m can drive{hint} clear the costmap, or choose another goal or heading"
+        f"no free path from {_format_pose(request.start)} to {_format_pose(ends.goal_pose)} for a turning radius of "
+        f"{parameters.minimum_turning_radius} m; {hint}clear the costmap, or choose another goal or heading"
     )

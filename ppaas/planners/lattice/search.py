@@ -1,4 +1,4 @@
-"""The search of the kinematic planner: hybrid A* in slices, and what it found as legs."""
+"""Search of the kinematic planner: hybrid A* in slices, and its result as legs."""
 
 import math
 from collections.abc import Callable
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
 from ppaas.planners.kernels.indexed_heap import put
-from ppaas.planners.lattice.kernels.driving import Ground
+from ppaas.planners.lattice.kernels.driving import DrivingSurface
 from ppaas.planners.lattice.kernels.hybrid_astar import (
     COUNT,
     CURVATURE,
@@ -23,22 +23,22 @@ from ppaas.planners.lattice.kernels.hybrid_astar import (
     expand,
 )  # fmt: skip
 from ppaas.planners.lattice.kernels.hybrid_astar import NODES as NODE_COUNT
-from ppaas.planners.lattice.kernels.pose_tree import MOTION, PARENT, Tree, fill_table
-from ppaas.planners.lattice.kernels.reeds_shepp import MOST_PIECES
+from ppaas.planners.lattice.kernels.pose_tree import MOTION, PARENT, PoseTree, fill_table
+from ppaas.planners.lattice.kernels.reeds_shepp import MAX_PIECES
 from ppaas.planners.lattice.kernels.steering import LEG, Car, curve, drive_curve
 from ppaas.planners.lattice.parameters import REEDS_SHEPP, LatticeParameters
 
 Floats = NDArray[np.float64]
 
 SLICE_NODES = 100
-"""Nodes worked off between two checks: about 2 ms."""
+"""Nodes expanded between two checks: about 2 ms."""
 
-FIRST_ROOM = 1 << 13
-"""Nodes that the tree has room for to begin with."""
+INITIAL_CAPACITY = 1 << 13
+"""Initial capacity of the tree [nodes]."""
 
 
 def car_of(parameters: LatticeParameters, resolution: float) -> Car:
-    """Return how the robot moves, on cells of that edge [m]."""
+    """Return the kinematics of the robot in units of cells, whose size is ``resolution`` [m]."""
     radius = max(1.0, parameters.minimum_turning_radius / resolution)
     return Car(
         radius=radius,
@@ -53,10 +53,10 @@ def car_of(parameters: LatticeParameters, resolution: float) -> Car:
 
 
 def motions_of(car: Car, *, interpolated: bool) -> Floats:
-    """Return the (n, 3) motions from a node: curvature [1/cell], length [cells], bins turned by.
+    """Return the (n, 3) motion primitives: curvature [1/cell], length [cells], heading change [bins].
 
-    All are as long as the sharpest turn: it leads out of its cell, as it is longer than a diagonal, and turns by
-    whole bins, so that after any of them the heading is a whole number of bins from that at the start.
+    All are as long as the sharpest turn. Its chord is at least a cell's diagonal, so it leaves its cell, and it turns
+    by whole bins: after any motion the heading differs from that at the start by a whole number of bins.
     """
     bin_ = 2.0 * math.pi / car.bins
     sharpest = math.ceil(2.0 * math.asin(math.sqrt(0.5) / car.radius) / bin_ - 1e-9)
@@ -69,62 +69,70 @@ def motions_of(car: Car, *, interpolated: bool) -> Floats:
 
 
 class PoseSearch:
-    """A search for the cheapest way from one pose to another.
+    """Search for the cheapest path from one pose to another.
 
     Parameters
     ----------
-    ground : Ground
+    surface : DrivingSurface
     car : Car
     field : (height, width) array
         Cost-to-go of each cell.
     motions : (n, 3) array
-        As ``motions_of`` gives them.
+        Motion primitives, as returned by ``motions_of``.
     leaving : float
-        What counts in a blocked cell, for a robot that begins in one; NaN for one that does not.
+        Cost-to-go of blocked cells, for a robot that starts in one; NaN if the start is free.
     start, goal : Pose2D
         In cells.
     """
 
     def __init__(
-        self, ground: Ground, car: Car, field: Floats, *, motions: Floats, leaving: float, start: Pose2D, goal: Pose2D
+        self,
+        surface: DrivingSurface,
+        car: Car,
+        field: Floats,
+        *,
+        motions: Floats,
+        leaving: float,
+        start: Pose2D,
+        goal: Pose2D,
     ) -> None:
-        self._ground, self._car, self._motions = ground, car, motions
+        self._surface, self._car, self._motions = surface, car, motions
         self._field, self._outside = field, leaving
         self._goal = np.array(goal)
         self._state = np.zeros(STATE_SIZE, np.int64)
         self._best = np.array([math.inf])
-        self._tree = _room(FIRST_ROOM)
+        self._tree = _empty_tree(INITIAL_CAPACITY)
         tree = self._tree
-        tree.spots[0] = start
-        tree.worths[0] = 0.0
+        tree.poses[0] = start
+        tree.costs[0] = 0.0
         tree.links[0] = -1, -1, 0, 0, not math.isnan(leaving)  # PARENT, MOTION, BIN, CLOSED, LEAVING
-        tree.keys[0] = (math.floor(start.y) * ground.costs.shape[1] + math.floor(start.x)) * car.bins
+        tree.keys[0] = (math.floor(start.y) * surface.costs.shape[1] + math.floor(start.x)) * car.bins
         fill_table(tree.keys, tree.table, 0, 1)
         self._state[NODE_COUNT] = 1
         self._state[SIZE] = put(tree.heap, tree.entries, tree.places, 0, 0, 0.0, 0.0)
 
     @property
     def expanded(self) -> int:
-        """How many nodes were worked off."""
+        """Number of expanded nodes."""
         return int(self._state[COUNT])
 
     @property
-    def has_way(self) -> bool:
-        """Whether a way to the goal is known, if perhaps not the cheapest."""
+    def has_path(self) -> bool:
+        """Whether a path to the goal is known, although perhaps not the cheapest."""
         return bool(self._best[0] < math.inf)
 
     def run(self, check: Callable[[], None], most: int) -> int:
-        """Search until it is over, or ``most`` nodes were worked off in all.
+        """Search until the result is final, or ``most`` nodes have been expanded in total.
 
         Returns
         -------
         int
-            `FOUND`: the cheapest way is known. `EXHAUSTED`: there is none. `PAUSED`: there is more to work off.
+            `FOUND`: the cheapest path is known. `EXHAUSTED`: there is none. `PAUSED`: the limit is reached.
         """
         while self.expanded < most:
             check()
             outcome = expand(
-                self._ground, self._car, self._field, self._outside, self._goal, self._motions, self._tree,
+                self._surface, self._car, self._field, self._outside, self._goal, self._motions, self._tree,
                 self._state, self._best, min(SLICE_NODES, most - self.expanded),
             )  # fmt: skip
             if outcome == POOL_EMPTY:
@@ -134,19 +142,19 @@ class PoseSearch:
         return PAUSED
 
     def from_goal(self) -> "PoseSearch":
-        """Return a search from the goal backward to the start, which tries no curve: it can only end or go on.
+        """Return a search backward from the goal, without analytic curves: it can only be exhausted or continue.
 
-        Where the robot cannot come to stand as it is to stand at the goal, in a dead end that it is to face out of,
-        it ends sooner than that from the start, which goes on over all the rest of the map.
+        If the goal pose cannot be reached, such as one that faces out of a dead end, the backward search is exhausted
+        soon, whereas the forward search would expand the rest of the map.
         """
-        ends = Pose2D(*self._goal.tolist()), Pose2D(*self._tree.spots[0].tolist())
+        ends = Pose2D(*self._goal.tolist()), Pose2D(*self._tree.poses[0].tolist())
         return PoseSearch(
-            self._ground, self._car._replace(longest=-1.0), self._field,
+            self._surface, self._car._replace(longest=-1.0), self._field,
             motions=self._motions * np.array((1.0, -1.0, -1.0)), leaving=math.nan, start=ends[0], goal=ends[1],
         )  # fmt: skip
 
     def legs(self) -> Floats:
-        """Return the (n, LEG) legs of the best way: x, y, theta where each begins, its curvature, length and cost."""
+        """Return the (n, LEG) legs of the best path: x, y, theta at its begin, curvature, length and cost of each."""
         tree, motions = self._tree, self._motions
         node, chain = int(self._state[LAST]), []
         while node >= 0:
@@ -155,19 +163,19 @@ class PoseSearch:
         nodes = np.array(chain[::-1])
         by = tree.links[nodes[1:], MOTION]
         driven = np.column_stack(
-            (tree.spots[nodes[:-1]], motions[by][:, [CURVATURE, LENGTH]], np.diff(tree.worths[nodes]))
+            (tree.poses[nodes[:-1]], motions[by][:, [CURVATURE, LENGTH]], np.diff(tree.costs[nodes]))
         )
-        last = np.empty((MOST_PIECES, LEG))
-        x, y, theta = tree.spots[nodes[-1]].tolist()
+        last = np.empty((MAX_PIECES, LEG))
+        x, y, theta = tree.poses[nodes[-1]].tolist()
         before = float(motions[by[-1], CURVATURE]) if len(by) else 0.0
         word = curve(self._car, x, y, theta, *self._goal.tolist())
-        _, count = drive_curve(self._ground, self._car, x, y, theta, before, word, math.inf, last)
+        _, count = drive_curve(self._surface, self._car, x, y, theta, before, word, math.inf, last)
         return np.concatenate((driven, last[:count]))
 
     def _grow(self, check: Callable[[], None]) -> None:
         old, count = self._tree, int(self._state[NODE_COUNT])
-        tree = _room(2 * len(old.keys))
-        for before, after in ((old.spots, tree.spots), (old.worths, tree.worths), (old.links, tree.links),
+        tree = _empty_tree(2 * len(old.keys))
+        for before, after in ((old.poses, tree.poses), (old.costs, tree.costs), (old.links, tree.links),
                               (old.keys, tree.keys), (old.heap, tree.heap), (old.entries, tree.entries),
                               (old.places, tree.places)):  # fmt: skip
             check()
@@ -178,10 +186,10 @@ class PoseSearch:
         self._tree = tree
 
 
-def _room(nodes: int) -> Tree:
-    return Tree(
-        spots=np.empty((nodes, 3)),
-        worths=np.empty(nodes),
+def _empty_tree(nodes: int) -> PoseTree:
+    return PoseTree(
+        poses=np.empty((nodes, 3)),
+        costs=np.empty(nodes),
         links=np.empty((nodes, 5), np.int32),
         keys=np.empty(nodes, np.int64),
         table=np.full(2 * nodes, -1, np.int32),

@@ -1,4 +1,4 @@
-"""Bends taken out of a kinematic path: curves that join poses of it at less cost."""
+"""Smoothing of a kinematic path: shortcuts by curves that connect two of its poses at less cost."""
 
 from collections.abc import Callable
 
@@ -6,70 +6,70 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE
-from ppaas.planners.lattice.kernels.driving import Ground
-from ppaas.planners.lattice.kernels.reeds_shepp import MOST_PIECES
+from ppaas.planners.lattice.kernels.driving import DrivingSurface
+from ppaas.planners.lattice.kernels.reeds_shepp import MAX_PIECES
 from ppaas.planners.lattice.kernels.shortcuts import cut, join
 from ppaas.planners.lattice.kernels.steering import LEG, Car
 
 Floats = NDArray[np.float64]
 
 PASSES = 3
-"""How often at most; each time other poses of the path are tried."""
+"""Maximum number of passes; each tries other poses of the path."""
 
-MOST_POSES = 72
-"""Poses of the path that are tried in a pass: the work grows with their square."""
+MAX_POSES = 72
+"""Maximum number of poses tried in a pass: the work grows with their square."""
 
 SLICE_POSES = 4
-"""Poses from which curves are tried between two checks: some milliseconds."""
+"""Poses from which curves are tried between two checks: a few milliseconds."""
 
-WORTH_MORE = 0.995
-"""A pass that leaves more than this part of the cost is the last."""
+LAST_PASS_RATIO = 0.995
+"""A pass that reduces the cost to no less than this fraction is the last."""
 
 
-def smooth(ground: Ground, car: Car, legs: Floats, check: Callable[[], None]) -> Floats:
+def smooth(surface: DrivingSurface, car: Car, legs: Floats, check: Callable[[], None]) -> Floats:
     """Return the (n, LEG) legs of a path that costs no more.
 
     Parameters
     ----------
-    ground : Ground
+    surface : DrivingSurface
     car : Car
     legs : (m, LEG) array
-        Of the path so far. Those that begin in a blocked cell stay as they are.
+        Legs of the path. Those that begin in a blocked cell are not changed.
     check : callable
-        Called every few milliseconds; what it raises ends the work.
+        Called every few milliseconds; an exception from it ends the work.
     """
     rows, columns = np.floor(legs[:, 1]).astype(np.int64), np.floor(legs[:, 0]).astype(np.int64)
-    free = int(np.argmax(ground.costs[rows, columns] < INSCRIBED_INFLATED_OBSTACLE))
-    stays, path = legs[:free], legs[free:]
+    free = int(np.argmax(surface.costs[rows, columns] < INSCRIBED_INFLATED_OBSTACLE))
+    unchanged, path = legs[:free], legs[free:]
     cost = float(path[:, 5].sum())
     for number in range(PASSES):
-        path = _shortened(ground, car, path, number, check)
+        path = _shortened(surface, car, path, number, check)
         before, cost = cost, float(path[:, 5].sum())
-        if cost > before * WORTH_MORE:
+        if cost > before * LAST_PASS_RATIO:
             break
-    return np.concatenate((stays, path))
+    return np.concatenate((unchanged, path))
 
 
-def _shortened(ground: Ground, car: Car, legs: Floats, number: int, check: Callable[[], None]) -> Floats:
+def _shortened(surface: DrivingSurface, car: Car, legs: Floats, number: int, check: Callable[[], None]) -> Floats:
     """Return the legs after one pass."""
     check()
     total = float(np.abs(legs[:, 4]).sum())
-    spacing = max(1.0, total / MOST_POSES / 2.0)
+    spacing = max(1.0, total / MAX_POSES / 2.0)
     parts = np.empty((len(legs) + int(total / spacing) + 1, LEG))
-    legs = parts[: cut(ground, car, legs, spacing, parts)]
-    # Among the ends of all parts, one every two spacings; in every second pass those between.
+    legs = parts[: cut(surface, car, legs, spacing, parts)]
+    # Pick one end of a part every two spacings; odd passes pick those in between.
     driven = np.concatenate(([0.0], np.cumsum(np.abs(legs[:, 4]))))
     wanted = np.arange(0.5 * (number % 2), total / (2.0 * spacing), 1.0) * 2.0 * spacing
     picks = np.unique(np.concatenate(([0], np.searchsorted(driven[:-1], wanted), [len(legs)])))
     along = np.concatenate(([0.0], np.cumsum(legs[:, 5])))[picks]
-    spots = np.concatenate((legs[:, :3], [_end(legs)]))[picks]
+    poses = np.concatenate((legs[:, :3], [_end(legs)]))[picks]
     count = len(picks)
-    worths, origins = along.copy(), np.arange(-1, count - 1, dtype=np.int32)
-    curves, counts = np.empty((count, MOST_PIECES, LEG)), np.zeros(count, np.int32)
+    costs, origins = along.copy(), np.arange(-1, count - 1, dtype=np.int32)
+    curves, counts = np.empty((count, MAX_PIECES, LEG)), np.zeros(count, np.int32)
     for first in range(0, count - 1, SLICE_POSES):
         check()
         last = min(first + SLICE_POSES, count - 1)
-        join(ground, car, spots, along, worths, origins, curves, counts, first, last)
+        join(surface, car, poses, along, costs, origins, curves, counts, first, last)
     chosen = []
     at = count - 1
     while at > 0:
@@ -80,7 +80,7 @@ def _shortened(ground: Ground, car: Car, legs: Floats, number: int, check: Calla
 
 
 def _end(legs: Floats) -> tuple[float, float, float]:
-    """Return x, y, theta where the last leg ends."""
+    """Return x, y, theta at the end of the last leg."""
     x, y, theta, curvature, length, _ = legs[-1].tolist()
     turn = curvature * length
     chord = length * float(np.sinc(0.5 * turn / np.pi))

@@ -1,4 +1,4 @@
-"""Planners in space: the interface, the registry, one algorithm a file."""
+"""Planners in space: interface, registry, and one module for each algorithm."""
 
 from ppaas.planners.base3d import PlanRequest3D, Pose3D, VolumePlanner
 from ppaas.planners.registry3d import create, planner_names

@@ -1,26 +1,26 @@
-"""The bucket queue of the propagation kernel in space: its arrays, and how they grow."""
+"""Arrays of the bucket queue of the propagation kernel in space, and their growth."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.planners.volume.kernels.layout import CHUNK, MOST_CHUNKS, RING
+from ppaas.planners.volume.kernels.layout import CHUNK, MAX_CHUNKS, RING
 from ppaas.planners.volume.kernels.propagation import BUCKET, COUNT, FREE, SPARE, STATE_SIZE
 
 
-class BucketQueue:
-    """A ring of buckets whose chunks come out of one pool.
+class VoxelBucketQueue:
+    """Ring of buckets, each a linked list of chunks from one pool.
 
     Parameters
     ----------
     voxels : (n,) uint32 array
-        What is in it to begin with.
+        Initial contents.
     bucket : int
-        The bucket they are all in, the lowest.
+        Number of the bucket that holds all of them, the lowest one.
     """
 
     def __init__(self, voxels: NDArray[np.uint32], bucket: int) -> None:
         taken = -(-len(voxels) // CHUNK)
-        chunks = taken + 2 * MOST_CHUNKS
+        chunks = taken + 2 * MAX_CHUNKS
         self.pool = np.empty((chunks, CHUNK), np.uint32)
         self.pool.ravel()[: len(voxels)] = voxels
         self.links = np.arange(1, chunks + 1, dtype=np.int32)
@@ -35,12 +35,12 @@ class BucketQueue:
         self.state[BUCKET], self.state[FREE], self.state[SPARE] = bucket, taken, chunks - taken
 
     @property
-    def worked_off(self) -> int:
-        """How many voxels were worked off, each as often as it was."""
+    def expanded(self) -> int:
+        """Number of expansions; a voxel expanded twice counts twice."""
         return int(self.state[COUNT])
 
     def grow(self) -> None:
-        """Enlarge the pool by half; the voxels in the queue stay in it."""
+        """Enlarge the pool by half; the queued voxels remain in it."""
         chunks = len(self.pool)
         more = chunks // 2
         self.pool = np.concatenate((self.pool, np.empty((more, CHUNK), np.uint32)))

@@ -1,4 +1,4 @@
-"""Where a plan in space begins and ends: from the poses asked for to voxels that a planner can join."""
+"""Ends of a plan in space: from the requested poses to the free voxels that a planner connects."""
 
 import math
 from dataclasses import dataclass
@@ -14,15 +14,15 @@ from ppaas.planners.weights import passable
 
 
 @dataclass(frozen=True, slots=True)
-class Ends:
-    """The two voxels to join, and the poses that belong to them.
+class VoxelEnds:
+    """The start and goal voxels of a plan.
 
     Parameters
     ----------
     start, goal : (layer, row, column)
         Free voxels.
     start_pose, goal_pose : Pose3D
-        As asked for, or the free place that stands for it, with the heading asked for.
+        The requested pose, or the place of the free voxel that replaces it, with the requested heading.
     """
 
     start: Voxel
@@ -31,8 +31,8 @@ class Ends:
     goal_pose: Pose3D
 
 
-def place_ends(costmap: VoxelCostmap, request: PlanRequest3D, *, allow_unknown: bool) -> Ends:
-    """Find the voxels in which a plan begins and ends.
+def place_ends(costmap: VoxelCostmap, request: PlanRequest3D, *, allow_unknown: bool) -> VoxelEnds:
+    """Return the voxels in which a plan begins and ends.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def place_ends(costmap: VoxelCostmap, request: PlanRequest3D, *, allow_unknown: 
     open_costs = passable(allow_unknown)
     start, start_pose = _place(costmap, "start", request.start, request.tolerance, open_costs)
     goal, goal_pose = _place(costmap, "goal", request.goal, request.tolerance, open_costs)
-    return Ends(start, goal, start_pose, goal_pose)
+    return VoxelEnds(start, goal, start_pose, goal_pose)
 
 
 _OUTSIDE: dict[str, type[PlanningError]] = {"start": StartOutsideMap, "goal": GoalOutsideMap}
@@ -52,21 +52,21 @@ def _place(
     costmap: VoxelCostmap, what: str, pose: Pose3D, tolerance: float, open_costs: NDArray[np.bool_]
 ) -> tuple[Voxel, Pose3D]:
     info = costmap.info
-    # A pose may be finite and yet too far away to be counted in voxels.
+    # Clip first: the voxel index of a finite but very distant pose would overflow.
     near = np.clip(pose[:3], np.subtract(info.origin, info.resolution), _end(costmap) + info.resolution)
     layer, row, column = costmap.nearest(near).tolist()
     if not (0 <= layer < info.depth and 0 <= row < info.height and 0 <= column < info.width):
         raise _OUTSIDE[what](
-            f"the {what} {_spot(pose)} lies outside the map; it spans from {_spot(Pose3D(*info.origin))} to "
-            f"{_spot(Pose3D(*_end(costmap).tolist()))}: give a pose inside, in the frame of the map"
+            f"the {what} {_format_xyz(pose)} is outside the map; the map covers {_format_xyz(Pose3D(*info.origin))} to "
+            f"{_format_xyz(Pose3D(*_end(costmap).tolist()))}: give a pose inside, in the frame of the map"
         )
     if open_costs[costmap.data[layer, row, column]]:
         return (layer, row, column), pose
     free = _free_near(costmap, pose, (layer, row, column), tolerance, open_costs)
     if free is None:
         raise _OCCUPIED[what](
-            f"at the {what} {_spot(pose)} the robot would hit something, or has nothing to stand on, and no free place "
-            f"is within the tolerance of {tolerance} m; choose another {what} or a larger tolerance"
+            f"the {what} {_format_xyz(pose)} is blocked: the robot would touch an obstacle, or has no floor below it. "
+            f"No free place is within the tolerance of {tolerance} m; choose another {what} or a larger tolerance"
         )
     x, y, z = costmap.places(free).tolist()
     return free, Pose3D(x, y, z, pose.theta)
@@ -75,7 +75,7 @@ def _place(
 def _free_near(
     costmap: VoxelCostmap, pose: Pose3D, voxel: Voxel, tolerance: float, open_costs: NDArray[np.bool_]
 ) -> Voxel | None:
-    """Return the free voxel whose place is nearest to a pose, no further than the tolerance."""
+    """Return the free voxel whose place is nearest to a pose, within the tolerance; None if there is none."""
     info = costmap.info
     margin = math.ceil(min(tolerance / info.resolution, sum(info.shape))) + 1
     low = np.maximum(0, np.subtract(voxel, margin))
@@ -99,5 +99,5 @@ def _end(costmap: VoxelCostmap) -> NDArray[np.float64]:
     return np.add(info.origin, np.multiply(info.shape[::-1], info.resolution))
 
 
-def _spot(pose: Pose3D) -> str:
+def _format_xyz(pose: Pose3D) -> str:
     return f"x={pose.x:.3f} y={pose.y:.3f} z={pose.z:.3f}"

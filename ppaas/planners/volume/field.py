@@ -1,8 +1,8 @@
-"""The field of costs-to-go in space: what it costs to reach the nearest goal from each voxel.
+"""Cost field in space: the cost of the cheapest path from each voxel to the nearest goal.
 
-The value of a voxel is the least, over its 26 neighbours n, of value(n) + w(voxel)·(1, √2 or √3), and 0 at a goal; a
-diagonal move needs all voxels free in the cube of two, or square of two, that it crosses. Weights are those of
-`ppaas.planners.weights`. The field is exact in fixed point, and the same for any slicing of the work.
+The value of a voxel is the minimum, over its 26 neighbours n, of value(n) + w(voxel)·(1, √2 or √3), and 0 at a goal. A
+diagonal move needs all voxels free in the 2×2 square or 2×2×2 cube that it crosses. Weights are those of
+`ppaas.planners.weights`. The field is exact in fixed point, and identical for any slicing of the work.
 """
 
 from collections.abc import Callable
@@ -14,27 +14,27 @@ from ppaas.costmap.voxels import VoxelCostmap
 from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidInput, NoValidPath
 from ppaas.maps.voxels import Voxel, only_read
 from ppaas.planners.kernels.moves import PAUSED, POOL_EMPTY, SETTLED
-from ppaas.planners.volume.bucket_queue import BucketQueue
+from ppaas.planners.volume.bucket_queue import VoxelBucketQueue
 from ppaas.planners.volume.kernels.descent import descend
 from ppaas.planners.volume.kernels.layout import AT_GOAL, BLOCKED, BUCKET_SHIFT, UNREACHED
 from ppaas.planners.volume.kernels.propagation import TOO_LONG, least_left, propagate
-from ppaas.planners.volume.kernels.setup import lay
+from ppaas.planners.volume.kernels.setup import pad_layers
 from ppaas.planners.volume.weights import fixed_weights_3d
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import NEUTRAL, SCALE, passable
 
 SLICE_VOXELS = 10_000
-"""Voxels worked off between two checks: about 2 ms."""
+"""Voxels expanded between two checks: about 2 ms."""
 SLICE_WALKED = 20_000
-"""Voxels walked along between two checks."""
-SLICE_LAID = 1 << 20
+"""Voxels of a path written between two checks."""
+SLICE_SETUP = 1 << 20
 """Voxels set up between two checks."""
 
 
 class VoxelField:
-    """A field that grows from its goals, in slices: outward, or only as far as one voxel needs it.
+    """Cost field that grows from its goals in slices, outward or towards one voxel.
 
-    It takes five bytes a voxel, and the queue four for each voxel that waits in it.
+    It uses five bytes per voxel, and the queue four per queued voxel.
 
     Parameters
     ----------
@@ -43,16 +43,16 @@ class VoxelField:
     goals : (n, 3) array
         Layer, row, column of free voxels on the map.
     target : (layer, row, column), optional
-        The one voxel whose value is wanted: then the field grows towards it (A*). With one goal only.
+        The only voxel whose value is wanted: the field then grows towards it (A*). Requires a single goal.
     allow_unknown : bool
         Whether unknown voxels may be entered.
     check : callable
-        Called at least every few milliseconds of work; what it raises ends the work.
+        Called at least every few milliseconds of work; an exception from it ends the work.
 
     Raises
     ------
     InvalidInput
-        No goals, goals that are no rows of three, or a target and more than one goal.
+        ``goals`` is empty or not an (n, 3) array, or there are a target and several goals.
     GoalOutsideMap, GoalOccupied
     """
 
@@ -70,7 +70,7 @@ class VoxelField:
         depth, height, width = costmap.info.shape
         self._shape = depth + 2, height + 2, width + 2
         self._weights = fixed_weights_3d()
-        self._costs, self._field = self._laid(costmap, passable(allow_unknown))
+        self._costs, self._field = self._padded(costmap, passable(allow_unknown))
         self._aim = target
         self._least = self._weights[:, 0].copy() if target is not None else np.zeros(3, np.int64)
         padded = np.asarray(goals, np.int64) + 1
@@ -78,27 +78,27 @@ class VoxelField:
         self._field[flat] = AT_GOAL
         layers, rows, columns = np.subtract(goals[0], target).tolist() if target is not None else (0, 0, 0)
         bucket = (AT_GOAL + int(least_left(layers, rows, columns, self._least))) >> BUCKET_SHIFT
-        self._queue = BucketQueue(flat.astype(np.uint32), bucket)
+        self._queue = VoxelBucketQueue(flat.astype(np.uint32), bucket)
 
     @property
     def settled(self) -> int:
-        """How many voxels were worked off; towards a target some of them twice."""
-        return self._queue.worked_off
+        """Number of expanded voxels; with a target some count twice."""
+        return self._queue.expanded
 
     def grow(self, target: Voxel | None = None) -> bool:
-        """Let it grow until the value of ``target`` is final, or all over the map.
+        """Grow the field until the value of ``target`` is final, or over the whole map.
 
-        A field that grows towards a target grows until that one's value is final.
+        If the constructor was given a target, that one is used.
 
         Returns
         -------
         bool
-            Whether the target can be reached; without one, true.
+            Whether the target can be reached; true without a target.
 
         Raises
         ------
         NoValidPath
-            Ways are so long that their costs cannot be told: more than a million free voxels.
+            Path costs exceed 32 bits: more than a million free voxels.
         """
         wanted = self._aim if self._aim is not None else target
         flat = -1 if wanted is None else self._flat(wanted)
@@ -113,7 +113,9 @@ class VoxelField:
             if outcome == POOL_EMPTY:
                 q.grow()
             elif outcome == TOO_LONG:
-                raise NoValidPath("the way is longer than a million free voxels: plan at a coarser depth")
+                raise NoValidPath(
+                    "the path is longer than a million free voxels; plan at a coarser depth of the octomap"
+                )
             elif outcome != PAUSED:
                 return bool(outcome == SETTLED or wanted is None or self._field[flat] < UNREACHED)
 
@@ -133,7 +135,7 @@ class VoxelField:
         return cells[:count].copy()
 
     def values(self) -> NDArray[np.float64]:
-        """Return the (depth, height, width) costs-to-go; infinite where blocked or not reached."""
+        """Return the (depth, height, width) costs-to-go; infinite if blocked or not reached."""
         inner = self._field.reshape(self._shape)[1:-1, 1:-1, 1:-1]
         reached = (inner != BLOCKED) & (inner != UNREACHED)
         return np.where(reached, (inner.astype(np.float64) - AT_GOAL) / SCALE, np.inf)
@@ -142,26 +144,28 @@ class VoxelField:
         layer, row, column = voxel
         return ((layer + 1) * self._shape[1] + row + 1) * self._shape[2] + column + 1
 
-    def _laid(
+    def _padded(
         self, costmap: VoxelCostmap, open_costs: NDArray[np.bool_]
     ) -> tuple[NDArray[np.uint8], NDArray[np.uint32]]:
         costs, field = np.empty(self._shape, np.uint8), np.empty(self._shape, np.uint32)
         source = only_read(costmap.data)
-        layers = max(1, SLICE_LAID // (self._shape[1] * self._shape[2]))
+        layers = max(1, SLICE_SETUP // (self._shape[1] * self._shape[2]))
         for first in range(0, self._shape[0], layers):
             self._check()
-            lay(source, open_costs, costs, field, first, min(first + layers, self._shape[0]))
+            pad_layers(source, open_costs, costs, field, first, min(first + layers, self._shape[0]))
         return costs.ravel(), field.ravel()
 
 
 def _check_goals(costmap: VoxelCostmap, goals: NDArray[np.integer], target: Voxel | None, allow_unknown: bool) -> None:
     if goals.ndim != 2 or goals.shape[1:] != (3,) or not len(goals):
-        raise InvalidInput(f"goals are one or more rows of layer, row, column, not an array of shape {goals.shape}")
+        raise InvalidInput(f"goals must be one or more rows of layer, row, column, not an array of shape {goals.shape}")
     if target is not None and len(goals) > 1:
-        raise InvalidInput("a field grows towards a target from one goal only")
+        raise InvalidInput(f"a field with a target takes one goal, not {len(goals)}")
     outside = (goals < 0).any(axis=1) | (goals >= costmap.info.shape).any(axis=1)
     if outside.any():
-        raise GoalOutsideMap(f"voxel {goals[outside][0].tolist()} is outside the {costmap.info.shape} map")
+        raise GoalOutsideMap(
+            f"the goal in voxel {goals[outside][0].tolist()} is outside the map, whose shape is {costmap.info.shape}"
+        )
     blocked = ~passable(allow_unknown)[costmap.data[tuple(goals.T)]]
     if blocked.any():
-        raise GoalOccupied(f"voxel {goals[blocked][0].tolist()} is not free; choose a free one")
+        raise GoalOccupied(f"the goal in voxel {goals[blocked][0].tolist()} is blocked; choose a free voxel")

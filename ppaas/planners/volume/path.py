@@ -1,4 +1,4 @@
-"""From the voxels of a path to its poses, cost and length."""
+"""Poses, cost and length of a path of voxels."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +10,9 @@ from ppaas.planners.weights import exact_weights
 
 
 def path_cost(costmap: VoxelCostmap, cells: NDArray[np.int32]) -> float:
-    """Recount what a path costs, in float64.
+    """Return the cost of a path, computed in float64.
 
-    As in the plane a move weighs what the voxel nearer to the start weighs: all count but the goal's.
+    As in the plane, a move weighs as much as the voxel nearer to the start. All voxels count except the goal.
 
     Parameters
     ----------
@@ -26,10 +26,10 @@ def path_cost(costmap: VoxelCostmap, cells: NDArray[np.int32]) -> float:
 
 
 def path_poses(costmap: VoxelCostmap, cells: NDArray[np.int32], start: Pose3D, goal: Pose3D) -> Poses:
-    """Return the (n, 7) poses of a path: the places of its voxels, with ``start`` and ``goal`` themselves at its ends.
+    """Return the (n, 7) poses of a path: the places of its voxels, with ``start`` and ``goal`` at its ends.
 
-    Each heads for the next one; one that goes straight up or down keeps its heading. Where both ends lie in one voxel,
-    the only pose is the goal.
+    Each pose heads for the next one; a vertical move keeps the heading. If both ends are in one voxel, the only pose is
+    the goal.
     """
     points = costmap.places(cells)
     points[0] = start[:3]

@@ -1,7 +1,7 @@
-"""What moves in space weigh in fixed point: those of the plane, and √3 for a diagonal through a corner.
+"""Weights of moves in space in fixed point: those of the plane, and √3 for a diagonal over three axes.
 
-It is rounded to the nearest unit as the other diagonal is, and weighs more; so `RELATIVE_ERROR` of
-`ppaas.planners.weights` bounds its error as well.
+The √3 diagonal is rounded to the nearest unit like the √2 one, and weighs more, so `RELATIVE_ERROR` of
+`ppaas.planners.weights` also bounds its relative error.
 """
 
 import math
@@ -13,6 +13,6 @@ from ppaas.planners.weights import fixed_weights
 
 
 def fixed_weights_3d() -> NDArray[np.int64]:
-    """Return the (3, 256) weights of moves along one, two and three axes in fixed point; 254 has none and reads 0."""
+    """Return the (3, 256) weights of moves along one, two and three axes in fixed point; that of 254 is 0."""
     flat = fixed_weights()
     return np.vstack((flat, np.rint(flat[0] * math.sqrt(3.0)).astype(np.int64)))

@@ -1,4 +1,4 @@
-"""Slow, obvious twins of the planner of straight lines: what lies on a line, and the cheapest path of all lines."""
+"""Slow, obvious twins of Theta*: the cells on a line, and the cheapest path of lines."""
 
 import heapq
 import itertools
@@ -13,9 +13,9 @@ Cell = tuple[int, int]
 
 
 def crossed(begin: Cell, end: Cell) -> tuple[list[tuple[Cell, float]], list[Cell]]:
-    """Return the cells on the line between two centres, each with its share of the line, and those it only touches.
+    """Return the cells on a line between two centres with their shares of it, and the cells that it only touches.
 
-    Where the line crosses an edge of cells is marked, in whole numbers; between two marks it is in one cell.
+    The crossings of cell borders are computed in integers; between two crossings the line is in one cell.
     """
     down, right = end[0] - begin[0], end[1] - begin[1]
     rows, columns = max(abs(down), 1), max(abs(right), 1)
@@ -45,7 +45,7 @@ def line(costs: NDArray[np.uint8], begin: Cell, end: Cell, allow_unknown: bool =
 
 
 def cheapest(costs: NDArray[np.uint8], start: Cell, goal: Cell, allow_unknown: bool = True) -> float:
-    """Return what the cheapest path of lines between any cells costs: all of them are tried."""
+    """Return the cost of the cheapest path of lines between cells, by trying all lines."""
     best = {start: 0.0}
     queue = [(0.0, start)]
     done: set[Cell] = set()

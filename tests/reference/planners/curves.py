@@ -1,4 +1,4 @@
-"""Slow, obvious twins of the shortest curves: every word written out, and its lengths found by solving for them."""
+"""Slow, obvious twins of the shortest curves: all words written out, with lengths found by a numerical solver."""
 
 import itertools
 import math
@@ -9,7 +9,7 @@ from scipy.optimize import fsolve
 
 QUARTER = math.pi / 2
 
-# Each letter is a piece: what it turns to, its gear, and its length: one of the unknowns, or a quarter turn.
+# Each piece is its direction (L, S, R), its gear (+, -), and its length: an unknown t, u, v, or a quarter turn q.
 REEDS_SHEPP_WORDS = [
     "L+t R-u L+v", "L+t R-u L-v", "L+t R+u L-v",
     "L+t S+u L+v", "L+t S+u R+v",
@@ -27,25 +27,25 @@ Piece = tuple[float, float]
 
 
 def end_of(pieces: Sequence[Piece], steps: int = 400) -> Goal:
-    """Return where pieces of (curvature, signed length) lead from the origin, by small straight steps."""
+    """Return the end of pieces of (curvature, signed length) from the origin, by small straight steps."""
     place, heading = 0j, 0.0
     for curvature, length in pieces:
         for _ in range(steps):
             step = length / steps
             middle = heading + curvature * step / 2
-            # What a straight step is too long for the arc that it stands for is of the third order.
+            # Chord length of the step's arc, up to the third order.
             place += step * (1 - (curvature * step) ** 2 / 24) * complex(math.cos(middle), math.sin(middle))
             heading += curvature * step
     return place.real, place.imag, heading
 
 
 def same_heading(a: float, b: float) -> float:
-    """Return how far two headings are apart [rad]."""
+    """Return the absolute difference of two headings [rad]."""
     return abs(math.remainder(a - b, 2 * math.pi))
 
 
 def shortest(words: Sequence[str], goal: Goal, swap_gears: bool) -> float:
-    """Return the least length of all words that lead to a goal, each solved from many guesses."""
+    """Return the least length of all words that lead to a goal, each solved from many initial guesses."""
     best = math.inf
     for word in words:
         for gears, side in itertools.product((1, -1) if swap_gears else (1,), (1, -1)):

@@ -1,4 +1,4 @@
-"""Slow, obvious twins of the planner's kernels: the definition of a cost field, with a heap and in float64."""
+"""Slow, obvious twins of the cost field: its definition, with a heap and in float64."""
 
 import heapq
 import math
@@ -10,7 +10,7 @@ MOVES = [(dr, dc) for dr in (-1, 0, 1) for dc in (-1, 0, 1) if (dr, dc) != (0, 0
 
 
 def weight(cost: int, allow_unknown: bool) -> float:
-    """Return what a cell of that cost weighs; infinite if blocked."""
+    """Return the weight of a cell of this cost; infinite if blocked."""
     if cost == 255:
         return 253.0 if allow_unknown else math.inf
     return 50.0 + 0.8 * cost if cost < 253 else math.inf
@@ -46,7 +46,7 @@ def cost_field(
 
 
 def edges(costs: NDArray[np.uint8], allow_unknown: bool = True) -> list[tuple[int, int, float]]:
-    """Return all moves of the field as (from, to, weight), cells by their flat index: for a graph library."""
+    """Return all moves as (from, to, weight) for a graph library; cells are flat indices."""
     height, width = costs.shape
     found = []
     for row in range(height):
@@ -64,9 +64,9 @@ def edges(costs: NDArray[np.uint8], allow_unknown: bool = True) -> list[tuple[in
 
 
 def fixed_field(costs: NDArray[np.uint8], goals: list[tuple[int, int]], allow_unknown: bool = True) -> list[list[int]]:
-    """Return the field in whole units, 85 to one, a diagonal rounded to the nearest; −1 where not reached.
+    """Return the field in fixed point, 85 units per unit of weight, diagonals rounded; −1 if not reached.
 
-    By sweeping over all cells until nothing changes (Bellman and Ford).
+    It is computed by sweeps over all cells until nothing changes (Bellman-Ford).
     """
     height, width = costs.shape
     units = [[weight(int(c), allow_unknown) * 85 for c in row] for row in costs]

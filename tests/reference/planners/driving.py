@@ -1,4 +1,4 @@
-"""Slow, obvious twin of driving over a costmap: where the robot is, which cells it touches, what it costs."""
+"""Slow, obvious twin of driving over a costmap: poses, touched cells, and cost."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -11,7 +11,7 @@ Corners = Sequence[tuple[float, float]]
 
 
 def pose_along(start: Pose, curvature: float, length: float) -> Pose:
-    """Return the pose after a piece: on a circle, turned about its centre."""
+    """Return the pose at the end of a piece, by rotation about the centre of its circle."""
     x, y, theta = start
     if curvature == 0.0:
         return x + length * math.cos(theta), y + length * math.sin(theta), theta
@@ -21,7 +21,7 @@ def pose_along(start: Pose, curvature: float, length: float) -> Pose:
 
 
 def touches(corners: Corners, row: int, column: int) -> bool:
-    """Tell whether a convex polygon and a cell have a point in common: no line parts them."""
+    """Return whether a convex polygon and a cell intersect, by the separating axis theorem."""
     cell = [(column + i, row + j) for i in (0, 1) for j in (0, 1)]
     edges = [(b[0] - a[0], b[1] - a[1]) for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)]
     for nx, ny in [(1.0, 0.0), (0.0, 1.0), *((-dy, dx) for dx, dy in edges)]:
@@ -40,7 +40,7 @@ def placed(corners: Corners, pose: Pose) -> list[tuple[float, float]]:
 
 
 def outline_is_free(lethal: NDArray[np.bool_], corners: Corners, outside: bool) -> bool:
-    """Tell whether a robot touches no lethal cell, nor, unless it may, any outside the map."""
+    """Return whether a robot touches no lethal cell, and none outside the map unless ``outside``."""
     height, width = lethal.shape
     xs, ys = [x for x, _ in corners], [y for _, y in corners]
     for row in range(math.floor(min(ys)) - 1, math.floor(max(ys)) + 2):
@@ -53,7 +53,7 @@ def outline_is_free(lethal: NDArray[np.bool_], corners: Corners, outside: bool) 
 
 
 def points(start: Pose, curvature: float, length: float, reach: float) -> Iterator[Pose]:
-    """Yield the poses looked at along a piece: no part of the robot moves by more than 0.95 cells between two."""
+    """Yield the sampled poses along a piece: no part of the robot moves by more than 0.95 cells between two."""
     count = max(1, math.ceil(abs(length) * (1 + abs(curvature) * reach) / 0.95))
     for number in range(1, count + 1):
         yield pose_along(start, curvature, length * number / count)
@@ -67,7 +67,7 @@ def drive(
     corners: Corners = (),
     outside: bool = True,
 ) -> float:
-    """Return what a piece costs a robot that begins free, infinite in a collision."""
+    """Return the cost of a piece for a robot that starts free; infinite in a collision."""
     reach = max((math.hypot(*corner) for corner in corners), default=0.0)
     row, column = math.floor(start[1]), math.floor(start[0])
     passed = list(points(start, *piece, reach))

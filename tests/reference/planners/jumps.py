@@ -13,13 +13,13 @@ Cell = tuple[int, int]
 
 
 def units_of(cost: int, allow_unknown: bool) -> int:
-    """Return what a cell weighs in fifths of one; 0 if blocked."""
+    """Return five times the weight of a cell, an integer; 0 if blocked."""
     exact = weight(cost, allow_unknown)
     return round(exact * 5) if math.isfinite(exact) else 0
 
 
 def unit_values(costs: NDArray[np.uint8], goal: Cell, allow_unknown: bool) -> dict[Cell, int]:
-    """Return the cost-to-go of each cell that reaches the goal, 5741 or 8119 times the weights, by a heap."""
+    """Return the cost-to-go of each cell that reaches the goal; a move is 5741 or 8119 times the unit weight."""
     units = {cell: units_of(int(costs[cell]), allow_unknown) for cell in np.ndindex(costs.shape)}
     free = {cell for cell, unit in units.items() if unit}
     values = {goal: 0}
@@ -40,7 +40,7 @@ def unit_values(costs: NDArray[np.uint8], goal: Cell, allow_unknown: bool) -> di
 
 
 def unit_cost(costs: NDArray[np.uint8], cells: NDArray[np.int32], allow_unknown: bool) -> int:
-    """Return what a path weighs in the same units; all cells count but the last."""
+    """Return the cost of a path in the same units; all cells count except the last."""
     total = 0
     for (row, column), (r, c) in itertools.pairwise(cells.tolist()):
         total += units_of(int(costs[row, column]), allow_unknown) * (8119 if row != r and column != c else 5741)
@@ -48,11 +48,11 @@ def unit_cost(costs: NDArray[np.uint8], cells: NDArray[np.int32], allow_unknown:
 
 
 def kept_neighbours(free: set[Cell], came: Cell | None) -> set[Cell]:
-    """Return the neighbours of (0, 0) that a path from a neighbour ``came`` must be followed to.
+    """Return the neighbours of (0, 0) to which a path from a neighbour ``came`` must continue.
 
-    The definition of Harabor and Grastien: all but those to which a way within the nine cells that leaves (0, 0) out is
-    no longer than the one through it, if the path came straight, or shorter, if it came diagonally. From nowhere (None)
-    all moves are kept that cut no corner.
+    The definition of Harabor and Grastien: a neighbour is pruned if a path within the nine cells that avoids (0, 0) is
+    no longer than the one through it, after a straight move, or shorter, after a diagonal move. At the start (None) all
+    moves that cut no corner are kept.
     """
     allowed = {(down, right) for down, right in MOVES if {(down, right), (down, 0), (0, right)} <= free | {(0, 0)}}
     if came is None:
@@ -70,14 +70,14 @@ def kept_neighbours(free: set[Cell], came: Cell | None) -> set[Cell]:
 
 
 def kept_by_weights(weights: dict[Cell, float], came: Cell) -> set[Cell]:
-    """Return the neighbours of (0, 0) to which no way within nine free cells is cheaper than that through (0, 0)."""
+    """Return the neighbours of (0, 0) to which no path within nine free cells is cheaper than that through (0, 0)."""
     around = _ways(set(weights), came, weights)
     first = math.hypot(*came) * weights[0, 0]
     return {to for to in MOVES if to != came and first + math.hypot(*to) * weights[to] < around[to] + 1e-9}
 
 
 def _ways(free: set[Cell], start: Cell, weights: dict[Cell, float] | None = None) -> dict[Cell, float]:
-    """Return what cheapest ways from a cell within the nine around (0, 0), and not through it, cost."""
+    """Return the costs of the cheapest paths from a cell within the nine around (0, 0) that avoid (0, 0)."""
     lengths = {start: 0.0}
     queue = [(0.0, start)]
     while queue:
@@ -94,7 +94,7 @@ def _ways(free: set[Cell], start: Cell, weights: dict[Cell, float] | None = None
 
 
 def ends_of_jumps(units: NDArray[np.int64]) -> dict[str, NDArray[np.bool_]]:
-    """Return the planes of a map whose cells weigh so much, 0 for blocked; what is beyond is blocked."""
+    """Return the bit planes of a map with these weights; 0 is blocked, as is everything beyond the map."""
     height, width = units.shape
 
     def at(row: int, column: int) -> int:

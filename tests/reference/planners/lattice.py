@@ -1,4 +1,4 @@
-"""Slow, obvious twin of hybrid A*: nodes in a dictionary, a queue of the standard library, driving by its twin."""
+"""Slow, obvious twin of hybrid A*: nodes in a dictionary, a heap of the standard library, the twin of driving."""
 
 import heapq
 import math
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.planners.lattice.kernels.dubins import dubins
-from ppaas.planners.lattice.kernels.reeds_shepp import MOST_PIECES, Word, reeds_shepp, spell
+from ppaas.planners.lattice.kernels.reeds_shepp import MAX_PIECES, CurveWord, reeds_shepp, spell
 from ppaas.planners.lattice.kernels.steering import Car
 from tests.reference.planners import driving
 
@@ -18,7 +18,7 @@ Piece = tuple[float, float]
 
 @dataclass
 class World:
-    """What is driven on, and by whom."""
+    """The costmap and the robot."""
 
     costs: NDArray[np.uint8]
     rates: NDArray[np.float64]
@@ -27,7 +27,7 @@ class World:
 
 @dataclass
 class Node:
-    """The cheapest way to a cell and a bin of headings."""
+    """The cheapest pose of a cell and heading bin."""
 
     pose: Pose
     cost: float
@@ -37,28 +37,28 @@ class Node:
 
 
 def weigh(car: Car, piece: Piece, before: float) -> float:
-    """Return what a length of a piece costs after one of the curvature ``before``."""
+    """Return the factor on the length of a piece that follows one of the curvature ``before``."""
     curvature, length = piece
     turning = 1.0 if curvature == 0 else car.turn + (0.0 if curvature * before > 0 else car.change)
     return turning * (car.reverse if length < 0 else 1.0)
 
 
 def curve(car: Car, start: Pose, goal: Pose) -> tuple[float, list[Piece]]:
-    """Return what the cheapest curve costs on the flat, and its pieces, in cells."""
+    """Return the cost of the cheapest curve without obstacles, and its pieces, in cells."""
     (x, y, theta), (gx, gy, gtheta) = start, goal
     dx, dy = (gx - x) / car.radius, (gy - y) / car.radius
     local = dx * math.cos(theta) + dy * math.sin(theta), dy * math.cos(theta) - dx * math.sin(theta), gtheta - theta
-    words: list[Word] = [dubins(*local, car.turn)]
+    words: list[CurveWord] = [dubins(*local, car.turn)]
     if car.backing:
         words.append(reeds_shepp(*local, car.reverse, car.turn))
     word = min(words, key=lambda w: w.cost)
-    pieces = np.empty((MOST_PIECES, 2))
+    pieces = np.empty((MAX_PIECES, 2))
     count = spell(word, pieces)
     return word.cost * car.radius, [(k / car.radius, s * car.radius) for k, s in pieces[:count].tolist()]
 
 
 def cost_of(world: World, start: Pose, pieces: list[Piece], before: float) -> float:
-    """Return what some pieces cost, infinite in a collision."""
+    """Return the cost of pieces; infinite in a collision."""
     total = 0.0
     for piece in pieces:
         total += driving.drive(world.costs, world.rates, start, piece) * weigh(world.car, piece, before)
@@ -70,7 +70,7 @@ def search(
     world: World, field: NDArray[np.float64], motions: list[tuple[float, float, int]], start: Pose, goal: Pose,
     greed: float,
 ) -> tuple[float, int]:  # fmt: skip
-    """Return the cost of the way found, infinite without one, and how many nodes were worked off."""
+    """Return the cost of the path, infinite if there is none, and the number of expanded nodes."""
     car = world.car
 
     def left(pose: Pose) -> float:

@@ -1,4 +1,4 @@
-"""Slow, obvious twin of navfn's kernels: the same rules, cell by cell, in single precision as navfn has them."""
+"""Slow, obvious twin of navfn's kernels: the same rules, cell by cell, in single precision as in navfn."""
 
 import math
 from collections.abc import Callable
@@ -12,14 +12,14 @@ F = np.float32
 
 
 def weight(cost: int, allow_unknown: bool = True) -> int | None:
-    """Return the whole weight of a cell of that cost; None if blocked."""
+    """Return the integer weight of a cell of this cost; None if blocked."""
     if cost == 255:
         return 253 if allow_unknown else None
     return min(253, 50 + 8 * cost // 10) if cost < 253 else None
 
 
 def wave(across: np.float32, along: np.float32, crossing: int) -> np.float32:
-    """Return the potential of a cell whose lower neighbours on the two axes have these."""
+    """Return the potential of a cell from those of its lower neighbours on the two axes."""
     low, high = min(across, along), max(across, along)
     if high - low >= crossing:
         return F(low + F(crossing))
@@ -31,7 +31,7 @@ def wave(across: np.float32, along: np.float32, crossing: int) -> np.float32:
 def potentials(
     costs: NDArray[np.uint8], goal: Cell, start: Cell | None = None, *, allow_unknown: bool = True, astar: bool = False
 ) -> NDArray[np.float32]:
-    """Return the potentials of all cells, or until the start has one."""
+    """Return the potentials of all cells, or those computed until the start has one."""
     weights = {cell: weight(int(costs[cell]), allow_unknown) for cell in np.ndindex(costs.shape)}
     found = np.full((costs.shape[0] + 1, costs.shape[1] + 1), np.inf, F)  # index −1 is beyond the map as well
     found[goal] = 0.0
@@ -61,7 +61,7 @@ def potentials(
 
 
 def _pull(shape: tuple[int, ...], start: Cell | None) -> NDArray[np.float32]:
-    """Return what the straight distance to the start counts in the order of A*; nothing without a start."""
+    """Return the weighted straight distance to the start, for the priority of A*; zeros without a start."""
     if start is None:
         return np.zeros(shape, F)
     rows, columns = np.indices(shape).astype(F)
@@ -74,7 +74,7 @@ def _put(cell: Cell, weights: dict[Cell, int | None], into: list[Cell], waiting:
 
 
 def walk(values: NDArray[np.float32], start: Cell, goal: Cell) -> tuple[list[Cell], list[tuple[float, float]]]:
-    """Return the cells and the points of the way down, half a cell at a time or from cell to cell."""
+    """Return the cells and points of the descent, in steps of half a cell or from cell to cell."""
 
     def of(row: int, column: int) -> float:
         inside = 0 <= row < values.shape[0] and 0 <= column < values.shape[1]

@@ -1,4 +1,4 @@
-"""A path as its definition says: poses and cost, cell by cell."""
+"""Slow, obvious twins of a path's poses and cost, cell by cell."""
 
 import itertools
 import math
@@ -25,7 +25,7 @@ def slow_poses(costmap: Costmap, cells: list[tuple[int, int]], start: Pose2D, go
 
 
 def slow_cost(costmap: Costmap, cells: list[tuple[int, int]]) -> float:
-    """Return what the moves of a path cost."""
+    """Return the cost of the moves of a path."""
     return math.fsum(
         (50.0 + 0.8 * float(costmap.data[here])) * math.dist(here, there) for here, there in itertools.pairwise(cells)
     )

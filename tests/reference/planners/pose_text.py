@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 
 def number_text(value: float) -> str:
-    """Return a number rounded to the billionth, with one decimal at least and no zeros behind the others."""
+    """Return a number rounded to nine decimals, without trailing zeros but with at least one decimal."""
     billionths = round(abs(value) * 10**9)
     sign = "-" if value < 0.0 and billionths else ""
     whole, rest = divmod(billionths, 10**9)

@@ -1,4 +1,4 @@
-"""Slow, obvious twin of the smoother: nav2_smoother's steps, repeated until nothing moves any more."""
+"""Slow, obvious twin of the smoother: nav2_smoother's iteration, repeated until it converges."""
 
 import math
 
@@ -6,7 +6,7 @@ Points = list[list[float]]
 
 
 def relax(points: Points, near: list[float], even: float, rounds: int) -> Points:
-    """Return where points x, y come to rest; those infinitely near their places stay."""
+    """Return the converged points x, y; those with an infinite data weight are fixed."""
     found = [list(point) for point in points]
     for _ in range(rounds):
         for at in range(1, len(points) - 1):

@@ -1,4 +1,4 @@
-"""Slow, obvious twins of the planners' kernels in space: the definition of a field of costs, with a heap."""
+"""Slow, obvious twins of the cost field in space: its definition, with a heap."""
 
 import heapq
 import itertools
@@ -16,7 +16,7 @@ MOVES = [move for move in itertools.product((-1, 0, 1), repeat=3) if any(move)]
 
 
 def steps_from(costs: NDArray[np.uint8], voxel: Voxel, allow_unknown: bool) -> Iterator[tuple[Voxel, int]]:
-    """Yield each neighbour that may be entered, and along how many axes the move goes: all in its cube must be free."""
+    """Yield each neighbour that may be entered, and the number of axes of the move; its whole cube must be free."""
     for move in MOVES:
         cube = list(itertools.product(*({at, at + step} for at, step in zip(voxel, move, strict=True))))
         inside = all(0 <= index < size for corner in cube for index, size in zip(corner, costs.shape, strict=True))
@@ -29,7 +29,7 @@ def steps_from(costs: NDArray[np.uint8], voxel: Voxel, allow_unknown: bool) -> I
 def cost_field(
     costs: NDArray[np.uint8], goals: list[Voxel], allow_unknown: bool = True, *, units: int | None = None
 ) -> NDArray[np.float64]:
-    """Return the cost-to-go of each voxel; with ``units`` in whole ones, so many to one, each move rounded."""
+    """Return the cost-to-go of each voxel; with ``units``, in fixed point with that scale, each move rounded."""
     field = np.full(costs.shape, math.inf)
     queue = [(0.0, goal) for goal in goals]
     for goal in goals:
@@ -48,7 +48,7 @@ def cost_field(
 
 
 def edges(costs: NDArray[np.uint8], allow_unknown: bool = True) -> list[tuple[int, int, float]]:
-    """Return all moves of the field as (from, to, weight), voxels by their flat index: for a graph library."""
+    """Return all moves as (from, to, weight) for a graph library; voxels are flat indices."""
     found = []
     for voxel in np.ndindex(costs.shape):
         if math.isfinite(weight(int(costs[voxel]), allow_unknown)):

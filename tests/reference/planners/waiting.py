@@ -1,8 +1,8 @@
-"""What waits, in the order of whom to take: the slow and obvious way."""
+"""Slow, obvious twin of the priority queue of tiles."""
 
 
 class Waiting:
-    """Tiles that wait with a key, and who woke them."""
+    """Queued tiles with their keys, and the reasons for which they were woken."""
 
     def __init__(self) -> None:
         self.keys: dict[int, int] = {}
@@ -10,22 +10,22 @@ class Waiting:
         self.busy: set[int] = set()
 
     def wake(self, tile: int, key: int, reason: int) -> bool:
-        """Let a tile wait with a key, unless it waits with a lesser one; return whether it was idle."""
+        """Queue a tile with a key, or lower its key to it; return whether it was idle."""
         idle = tile not in self.keys and tile not in self.busy
         self.keys[tile] = min(key, self.keys.get(tile, key))
         self.reasons.setdefault(tile, set()).add(reason)
         return idle
 
     def least(self) -> int | None:
-        """Return the least key of those that nobody works on."""
+        """Return the least key of the queued tiles that are not being worked on."""
         return min((key for tile, key in self.keys.items() if tile not in self.busy), default=None)
 
     def take(self, tile: int) -> tuple[int, set[int]]:
-        """Let somebody work on a tile; return with which key it waited, and for which reasons."""
+        """Take a tile from the queue; return its key and its reasons."""
         self.busy.add(tile)
         return self.keys.pop(tile), self.reasons.pop(tile)
 
     def let_go(self, tile: int) -> bool:
-        """End the work on a tile; return whether it waits again."""
+        """End the work on a tile; return whether it is queued again."""
         self.busy.remove(tile)
         return tile in self.keys

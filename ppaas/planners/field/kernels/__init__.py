@@ -1,4 +1,4 @@
-"""Kernels of fields of costs-to-go, compiled by numba."""
+"""Kernels of cost fields, compiled by numba."""
 
 from ppaas.kernel_cache import watch_all_kernels
 

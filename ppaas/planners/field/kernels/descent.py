@@ -1,4 +1,4 @@
-"""Kernel: walk down a field of costs, along exact equality."""
+"""Kernel: descend a cost field, along exact equality of values."""
 
 import numpy as np
 from numba import njit
@@ -15,21 +15,22 @@ def descend(
     field: Field, costs: NDArray[np.uint8], stride: int, weights: Ints,
     cells: NDArray[np.int32], count: int, budget: int,
 ) -> int:  # fmt: skip
-    """Go on with a path for up to ``budget`` cells; return how many it has now.
+    """Extend a path by up to ``budget`` cells; return its new length.
 
-    From each cell it goes to a neighbour of which the cell has its value; straight on where it may, so that of all
-    cheapest paths one with few turns is taken. In a field whose values are final there always is one.
+    Each step goes to a neighbour n with value(n) + weight of the move = value(cell). It keeps the direction of the last
+    step if possible, which selects one of the cheapest paths with few turns. In a field with final values there is
+    always such a neighbour.
 
     Parameters
     ----------
     field, costs, stride, weights
-        As in `ppaas.planners.field.kernels.propagation`; the value of the last cell so far must be final.
+        As in `ppaas.planners.field.kernels.propagation`; the value of the last cell of the path must be final.
     cells : (m, 2) int32 array
-        Row, column on the map; rows up to ``count`` are filled, at least one.
+        Row, column on the map. Rows up to ``count``, at least one, are filled. In and out.
     count : int
-        Cells so far.
+        Length of the path so far.
     budget : int
-        Most cells to add.
+        Maximum number of cells to add.
     """
     rows = np.array([0, 1, 0, -1, 1, 1, -1, -1])
     columns = np.array([1, 0, -1, 0, 1, -1, -1, 1])
@@ -66,7 +67,7 @@ def descend(
 
 
 def warm() -> None:
-    """Compile and call the kernel once, for narrow and for wide fields."""
+    """Compile and call the kernel once, for 32-bit and 64-bit fields."""
     weights = np.ones((2, 256), np.int64)
     for field in (np.zeros(9, np.uint32), np.zeros(9, np.int64)):
         field[4] = AT_GOAL

@@ -1,9 +1,9 @@
-"""Kernel: grow a field of costs from its goals outward, with a bucket queue.
+"""Kernel: grow a cost field from its goals outward, with a bucket queue.
 
 Dial's algorithm (1969) with buckets as wide as the least weight allows (Denardo and Fox, 1979): no move ends in the
-bucket it began in, so all values in the lowest bucket are final and each cell is worked off once, in any order within
-its bucket. A bucket is a linked list of chunks out of one pool; cells whose value fell again since they were put in
-are left where they are and skipped.
+bucket where it began, so all values in the lowest bucket are final, and each cell is expanded once, in any order within
+its bucket. A bucket is a linked list of chunks from one pool. If the value of a queued cell falls, the cell is queued
+again, and its stale entry is skipped later (lazy deletion).
 """
 
 from typing import Any
@@ -17,7 +17,7 @@ from ppaas.planners.field.kernels.layout import (
     AT_GOAL,
     BUCKET_SHIFT,
     CHUNK,
-    MOST_CHUNKS,
+    MAX_CHUNKS,
     RING,
     UNREACHED,
     UNREACHED_WIDE,
@@ -31,17 +31,17 @@ Links = NDArray[np.int32]
 Field = NDArray[np.uint32] | NDArray[np.int64]
 
 TOO_NARROW = 4
-"""The next values may not fit the field's type: widen it and call again."""
+"""The next values may exceed the field's type: convert it to int64 and call again."""
 
 STATE_SIZE = 5
 BUCKET, FREE, SPARE, COUNT, EMPTY = range(STATE_SIZE)
-"""Of the queue's state: number of the lowest bucket, first free chunk, free chunks, cells settled, empty buckets
-passed in a row."""
+"""Elements of the queue's state: number of the lowest bucket, first free chunk, number of free chunks, settled cells,
+consecutive empty buckets."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def seed(field: Field, cells: Ints, pool: Pool, links: Links, heads: Links, fills: Links, state: Ints) -> None:
-    """Put the goals into an empty queue, whose pool must hold them. A cell named twice is put in once."""
+    """Insert the goals into an empty queue, whose pool must be large enough; duplicates are inserted once."""
     for cell in cells:
         if np.int64(field[cell]) == AT_GOAL:
             continue
@@ -62,28 +62,29 @@ def _follow(
     field: Field, costs: NDArray[np.uint8], stride: int, weights: Ints,
     cell: Int, came: Int, value: Int, old: Int, most: Int,
 ) -> tuple[Int, Int, Int, Int]:  # fmt: skip
-    """Go on through a corridor one cell wide, where nothing has to be chosen and no queue is needed.
+    """Follow a corridor one cell wide, where each cell has a single successor and no queue is needed.
 
-    Cells passed may be bettered once more, as any cell in the queue; all that could follow from that is done again.
-    No diagonal move leads out of a corridor that does not cost less from the cell before.
+    Values of passed cells may still be improved later, as those of queued cells; the corridor is then followed again.
+    Diagonal moves out of a corridor need not be tried: they cost no less than moves from the cell before.
 
     Parameters
     ----------
     field, costs, stride, weights
         As in `propagate`.
     cell, came : int
-        Where the corridor may begin, and the cardinal move by which it was reached.
+        First cell, and the offset of the cardinal move by which it was reached.
     value, old : int
-        What the cell has now, and had before.
+        New and previous value of the cell.
     most : int
-        Values up to which it goes on.
+        Stop at values of at least this.
 
     Returns
     -------
     cell, value, old : int
-        The first cell where ways part, with its values; −1 where the corridor ends, or nothing is bettered in it.
+        The first cell with several successors, with its new and previous value; the cell is −1 if the corridor is a
+        dead end, or nothing is improved in it.
     passed : int
-        Cells that it left behind.
+        Number of cells passed.
     """
     passed: Int = 0
     aside: Int = stride if came in (-1, 1) else 1
@@ -92,7 +93,7 @@ def _follow(
         one, other = np.int64(field[cell + aside] > 0), np.int64(field[cell - aside] > 0)
         if ahead + one + other != 1:
             return (cell if ahead + one + other else -1), value, old, passed
-        # Sums instead of branches: where a corridor turns cannot be foretold.
+        # Arithmetic instead of branches, which would be mispredicted at every turn of the corridor.
         came, aside = ahead * came + (one - other) * aside, ahead * aside + (one + other) * came
         cell += came
         passed += 1
@@ -109,31 +110,31 @@ def propagate(
     field: Field, costs: NDArray[np.uint8], stride: int, weights: Ints,
     pool: Pool, links: Links, heads: Links, fills: Links, state: Ints, target: int, limit: int, budget: int,
 ) -> int:  # fmt: skip
-    """Work off about ``budget`` cells and tell why it stopped.
+    """Expand about ``budget`` cells and return why the kernel stopped.
 
     Parameters
     ----------
     field : (n,) uint32 or int64 array
-        Values, as in `ppaas.planners.field.kernels.layout`.
+        Values, as in `ppaas.planners.field.kernels.layout`. In and out.
     costs : (n,) uint8 array
-        Costs of the cells.
+        Costs of the cells, padded.
     stride : int
-        Elements in a row.
+        Number of elements in a row.
     weights : (2, 256) int64 array
-        What entering a cell of that cost weighs, on a cardinal and on a diagonal move.
+        Weight of entering a cell of each cost, on a cardinal and on a diagonal move.
     pool : (chunks, CHUNK) uint32 array
-        Cells in the queue.
+        Queued cells. In and out, as the other arrays of the queue.
     links : (chunks,) int32 array
-        The chunk after each, in its bucket or among the free ones; −1 ends.
+        Next chunk of each chunk, in its bucket or in the free list; −1 at the end.
     heads, fills : (RING,) int32 array
-        First chunk of each bucket, and cells in it; a bucket without chunks has −1 and CHUNK.
+        First chunk of each bucket, and the number of cells in it; −1 and CHUNK for a bucket without chunks.
     state : (STATE_SIZE,) int64 array
     target : int
-        Cell whose value is wanted; −1 to go on until all are reached.
+        Cell whose value is wanted; −1 to reach all.
     limit : int
-        Most that a value may be.
+        Largest value that the field can hold.
     budget : int
-        Cells to work off before it pauses, give or take a chunk.
+        Number of cells to expand in this call, up to a chunk more.
 
     Returns
     -------
@@ -149,11 +150,12 @@ def propagate(
             return SETTLED
         if low + ((1 << BUCKET_SHIFT) * RING) > limit:
             return TOO_NARROW
+        # Expand the lowest bucket, chunk by chunk.
         slot = bucket & (RING - 1)
         while heads[slot] >= 0:
             if state[COUNT] >= end:
                 return PAUSED
-            if state[SPARE] < MOST_CHUNKS:
+            if state[SPARE] < MAX_CHUNKS:
                 return POOL_EMPTY
             chunk = heads[slot]
             fill = fills[slot]
@@ -163,9 +165,10 @@ def propagate(
             for entry in range(fill):
                 cell = np.int64(pool[chunk, entry])
                 value = np.int64(field[cell])
-                if value < low:
+                if value < low:  # a stale entry: the cell was settled from a lower bucket
                     continue
                 settled += 1
+                # Relax the moves to its free neighbours; diagonal ones need both cells beside them free.
                 open_sides = 0
                 for move in range(8):
                     if open_sides & NEEDS[move] != NEEDS[move]:
@@ -189,7 +192,8 @@ def propagate(
                             continue
                     later = new >> BUCKET_SHIFT
                     if later == old >> BUCKET_SHIFT:
-                        continue  # it is in that bucket already
+                        continue  # already queued in that bucket
+                    # Append it to its bucket; take a chunk from the free list if the first one is full.
                     later &= RING - 1
                     if fills[later] == CHUNK:
                         fresh = state[FREE]
@@ -202,9 +206,11 @@ def propagate(
                     fills[later] += 1
             state[COUNT] += settled
             state[EMPTY] = -1
+            # Return the chunk to the free list.
             links[chunk] = state[FREE]
             state[FREE] = chunk
             state[SPARE] += 1
+        # Advance to the next bucket; after a whole ring of empty ones the queue is empty.
         state[EMPTY] += 1
         bucket += 1
         state[BUCKET] = bucket
@@ -213,9 +219,9 @@ def propagate(
 
 
 def warm() -> None:
-    """Compile and call each kernel once, for narrow and for wide fields."""
+    """Compile and call each kernel once, for 32-bit and 64-bit fields."""
     weights = np.full((2, 256), 1 << BUCKET_SHIFT, np.int64)
-    chunks = 1 + MOST_CHUNKS
+    chunks = 1 + MAX_CHUNKS
     narrow, wide = np.zeros(9, np.uint32), np.zeros(9, np.int64)
     narrow[4], wide[4] = UNREACHED, UNREACHED_WIDE
     for field in (narrow, wide):

@@ -1,4 +1,4 @@
-"""Kernel: lay out the padded costs and the empty field, row by row."""
+"""Kernel: initialize the padded costs and the empty field, row by row."""
 
 import numpy as np
 from numba import njit
@@ -12,7 +12,7 @@ Field = NDArray[np.uint32]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _lay_row(source: Bytes, allow_unknown: bool, costs: Bytes, field: Field, row: int) -> None:
+def _pad_row(source: Bytes, allow_unknown: bool, costs: Bytes, field: Field, row: int) -> None:
     height, width = source.shape
     costs[row, 0] = costs[row, width + 1] = 255
     field[row, 0] = field[row, width + 1] = BLOCKED
@@ -29,8 +29,8 @@ def _lay_row(source: Bytes, allow_unknown: bool, costs: Bytes, field: Field, row
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lay(source: Bytes, allow_unknown: bool, costs: Bytes, field: Field, first: int, last: int) -> None:
-    """Fill rows ``first`` to ``last`` of the padded arrays.
+def pad_rows(source: Bytes, allow_unknown: bool, costs: Bytes, field: Field, first: int, last: int) -> None:
+    """Initialize rows ``first`` to ``last`` of the padded arrays.
 
     Parameters
     ----------
@@ -39,14 +39,14 @@ def lay(source: Bytes, allow_unknown: bool, costs: Bytes, field: Field, first: i
     allow_unknown : bool
         Whether unknown cells may be entered.
     costs : (height + 2, width + 2) uint8 array
-        Out: the same with a margin.
+        Out: costs with a margin.
     field : (height + 2, width + 2) uint32 array
-        Out: unreached, or blocked.
+        Out: `UNREACHED` or `BLOCKED`.
     first, last : int
-        Padded rows to fill, ``last`` excluded.
+        Range of padded rows, ``last`` excluded.
     """
     for row in range(first, last):
-        _lay_row(source, allow_unknown, costs, field, row)
+        _pad_row(source, allow_unknown, costs, field, row)
 
 
 def warm() -> None:
@@ -54,4 +54,4 @@ def warm() -> None:
     source = np.zeros((1, 1), np.uint8)
     source.flags.writeable = False
     for cells in (source, np.zeros((1, 1), np.uint8)):
-        lay(cells, True, np.empty((3, 3), np.uint8), np.empty((3, 3), np.uint32), 0, 3)
+        pad_rows(cells, True, np.empty((3, 3), np.uint8), np.empty((3, 3), np.uint32), 0, 3)

@@ -1,8 +1,8 @@
-"""Kernel: grow a field of costs outward from a start, where a move weighs what the cell weighs that it leaves.
+"""Kernel: grow a cost field outward from a start, where a move weighs as much as the cell that it leaves.
 
-A cell waits in one list from when it is reached until its value is final. In each round the cells are taken whose value
-is less than the lowest plus the least weight: no move can lower one of them any more (Dial's buckets, 1969, as in
-propagation, with one bucket at a time).
+Open cells are in one list from when they are reached until their value is final. Each round expands all cells whose
+value is below the lowest one plus the least weight: no move can lower those any more. That is Dial's algorithm (1969)
+as in ``propagation``, with a single bucket.
 """
 
 from typing import Any
@@ -19,42 +19,43 @@ Ints = NDArray[np.int64]
 BLOCKED = -1.0
 
 EXHAUSTED, FOUND, PAUSED, FULL = range(4)
-"""Why it stopped: no cell is left; all targets have their final values; the slice is used up; the list needs more room,
-and both of these want another call."""
+"""Reasons to stop: no open cell is left; the values of all targets are final; the budget is used up; the list is full.
+After the last two, call again (with a larger list)."""
 
 STATE_SIZE = 2
 WAITING, TARGET = range(STATE_SIZE)
-"""Of the search's state: cells in the list; targets that are done."""
+"""Elements of the search's state: number of open cells; number of targets with final values."""
 
 SQRT2 = 1.4142135623730951
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def leave(
+def grow_from_start(
     values: NDArray[np.float64], costs: NDArray[np.uint8], stride: int, weights: NDArray[np.float64], least: float,
     waiting: NDArray[np.uint32], state: Ints, targets: Ints, budget: int,
 ) -> int:  # fmt: skip
-    """Work off whole rounds of about ``budget`` cells in all and tell why it stopped.
+    """Run whole rounds that expand about ``budget`` cells in total, and return why the kernel stopped.
 
     Parameters
     ----------
     values : (n,) float64 array
-        0 at the start, infinite where not reached, ``BLOCKED``; padded by a blocked cell on each side.
+        Cost from the start: 0 at the start, infinite if not reached, `BLOCKED`; padded by a blocked cell on each side.
+        In and out.
     costs : (n,) uint8 array
         Costs of the cells.
     stride : int
-        Elements in a row.
+        Number of elements in a row.
     weights : (256,) float64 array
-        What leaving a cell of each cost weighs.
+        Weight of leaving a cell of each cost.
     least : float
-        Of these, the least.
+        The least of them.
     waiting : (capacity,) uint32 array
-        The list.
+        The list of open cells. In and out.
     state : (STATE_SIZE,) int64 array
     targets : (m,) int64 array
         Cells whose values are wanted.
     budget : int
-        Cells to work off before it pauses.
+        Number of cells to expand before it pauses.
 
     Returns
     -------
@@ -75,7 +76,7 @@ def leave(
             return PAUSED
         if 9 * state[WAITING] > waiting.size:
             return FULL
-        # The cells of this round go to the end of the list, and those that they reach behind them.
+        # Partition the list: the cells of this round move to its end; cells that they reach are appended behind them.
         place, first, behind = 0, state[WAITING], state[WAITING]
         while place < first:
             here = waiting[place]
@@ -102,6 +103,7 @@ def leave(
                     if old == np.inf:
                         waiting[last] = neighbour
                         last += 1
+        # Remove the expanded cells: move the appended ones to their place.
         done += behind - first
         for place in range(last - behind):
             waiting[first + place] = waiting[behind + place]
@@ -114,4 +116,4 @@ def warm() -> None:
     values = np.full(12, BLOCKED)
     values[5], values[6] = 0.0, np.inf
     waiting, state = np.full(64, 5, np.uint32), np.array([1, 0])
-    leave(values, np.zeros(12, np.uint8), 4, np.ones(256), 1.0, waiting, state, np.array([6]), 9)
+    grow_from_start(values, np.zeros(12, np.uint8), 4, np.ones(256), 1.0, waiting, state, np.array([6]), 9)

@@ -1,4 +1,4 @@
-"""Kernel parts: what a tile takes from its neighbours, and which of them it wakes."""
+"""Kernel parts: moves across the borders of a tile, and which neighbours they improve."""
 
 from typing import Any
 
@@ -43,24 +43,24 @@ Bytes = NDArray[np.uint8]
 
 
 @bare
-def look_around(tile: Int, across: Int, tiles: Int, marks: Bytes, scratch: Numbers) -> None:
-    """Write to scratch memory which tiles are around one, and in which of them, and in it, somebody has been."""
+def find_neighbours(tile: Int, across: Int, tiles: Int, marks: Bytes, scratch: Numbers) -> None:
+    """Write the numbers of a tile's neighbours to scratch memory, and which of them, and itself, have been visited."""
     column = tile % across
     at_left, at_right = column == 0, column == across - 1
     at_top, at_bottom = tile < across, tile + across >= tiles
-    _note(TOP, at_top, tile - across, tiles, marks, scratch)
-    _note(BOTTOM, at_bottom, tile + across, tiles, marks, scratch)
-    _note(LEFT, at_left, tile - 1, tiles, marks, scratch)
-    _note(RIGHT, at_right, tile + 1, tiles, marks, scratch)
-    _note(TOP_LEFT, at_top or at_left, tile - across - 1, tiles, marks, scratch)
-    _note(TOP_RIGHT, at_top or at_right, tile - across + 1, tiles, marks, scratch)
-    _note(BOTTOM_LEFT, at_bottom or at_left, tile + across - 1, tiles, marks, scratch)
-    _note(BOTTOM_RIGHT, at_bottom or at_right, tile + across + 1, tiles, marks, scratch)
+    _set_neighbour(TOP, at_top, tile - across, tiles, marks, scratch)
+    _set_neighbour(BOTTOM, at_bottom, tile + across, tiles, marks, scratch)
+    _set_neighbour(LEFT, at_left, tile - 1, tiles, marks, scratch)
+    _set_neighbour(RIGHT, at_right, tile + 1, tiles, marks, scratch)
+    _set_neighbour(TOP_LEFT, at_top or at_left, tile - across - 1, tiles, marks, scratch)
+    _set_neighbour(TOP_RIGHT, at_top or at_right, tile - across + 1, tiles, marks, scratch)
+    _set_neighbour(BOTTOM_LEFT, at_bottom or at_left, tile + across - 1, tiles, marks, scratch)
+    _set_neighbour(BOTTOM_RIGHT, at_bottom or at_right, tile + across + 1, tiles, marks, scratch)
     scratch[SEEN + SELF] = tile if marks[tile] & TOUCHED else tiles
 
 
 @joined
-def _note(move: Int, is_outside: bool, other: Int, tiles: Int, marks: Bytes, scratch: Numbers) -> None:
+def _set_neighbour(move: Int, is_outside: bool, other: Int, tiles: Int, marks: Bytes, scratch: Numbers) -> None:
     neighbour = tiles if is_outside else other
     scratch[BESIDE + move] = neighbour
     scratch[SEEN + move] = neighbour if atomics.read(marks, neighbour) & TOUCHED else tiles
@@ -68,14 +68,14 @@ def _note(move: Int, is_outside: bool, other: Int, tiles: Int, marks: Bytes, scr
 
 @joined
 def beside(scratch: Numbers, move: Int) -> Int:
-    """Return the tile on one side, or at one corner, of the one worked on."""
+    """Return the neighbour of the current tile on one side or at one corner."""
     number: Int = simd.pick(scratch, BESIDE + move)
     return number
 
 
 @joined
 def seen(scratch: Numbers, move: Int) -> Int:
-    """Return the same for its values, or with `SELF` the tile worked on: the outside where nobody has been."""
+    """Return the tile whose values to read: the neighbour, or the current tile (`SELF`); if unvisited, the outside."""
     number: Int = simd.pick(scratch, SEEN + move)
     return number
 
@@ -88,7 +88,7 @@ def edge(tables: Numbers, tile: Int, side: Int) -> Any:
 
 @joined
 def free_along(tables: Numbers, tile: Int, side: Int) -> Int:
-    """Return which cells of a tile along one of its sides are free."""
+    """Return the free cells of a tile along one of its sides, as lanes."""
     line = COLUMNS + (side & 1) if side in (LEFT, RIGHT) else FREE + (LAST if side == BOTTOM else 0)
     number: Int = simd.pick(tables, tile * TABLE + line)
     return number
@@ -96,7 +96,7 @@ def free_along(tables: Numbers, tile: Int, side: Int) -> Int:
 
 @bare
 def _weights_along(tables: Numbers, costs: Bytes, tile: Int, side: Int, scratch: Numbers) -> Any:
-    """Return what the cells of a tile along one of its sides weigh."""
+    """Return the weights of the cells of a tile along one of its sides."""
     first = tile * CELLS + (LAST * SIDE if side == BOTTOM else LAST if side == RIGHT else 0)
     if tables[tile * TABLE + KIND] != MIXED:
         return weighed(simd.splat(np.int64(tables[tile * TABLE + COST])))
@@ -111,18 +111,18 @@ def _weights_along(tables: Numbers, costs: Bytes, tile: Int, side: Int, scratch:
 def crossed(
     tables: Numbers, costs: Bytes, tile: Int, side: Int, values: Any, near: Int, before: Any, scratch: Numbers
 ) -> Any:
-    """Return the values of the cells of a tile along one of its sides after all moves from those beside it.
+    """Return the values of the cells of a tile along one of its sides after all moves from the cells beside it.
 
     Parameters
     ----------
     tables, costs, tile, side, scratch
-        The tile that is moved into, and where.
+        The tile that is entered, and its side.
     values : row
-        Of the cells beside it.
+        Values of the cells beside it.
     near : lanes
-        Which of those are free.
+        The free ones of those.
     before : row
-        Values of its own cells.
+        Values of its own cells along that side.
     """
     free = free_along(tables, tile, side)
     weights, both = _weights_along(tables, costs, tile, side, scratch), free & near
@@ -131,7 +131,7 @@ def crossed(
 
 @bare
 def wake_side(tables: Numbers, costs: Bytes, tile: Int, side: Int, values: Any, scratch: Numbers) -> Int:
-    """Return the least value that a tile's edge would give to the neighbour there; `UNREACHED` if it betters none."""
+    """Return the least value that the current tile improves in the neighbour on a side; `UNREACHED` if none."""
     other, facing = beside(scratch, side), side ^ 1
     before = edge(tables, seen(scratch, side), facing)
     after = crossed(tables, costs, other, facing, values, free_along(tables, tile, side), before, scratch)
@@ -141,7 +141,7 @@ def wake_side(tables: Numbers, costs: Bytes, tile: Int, side: Int, values: Any, 
 
 @bare
 def _is_passable(tables: Numbers, move: Int, scratch: Numbers) -> bool:
-    """Return whether a diagonal move over a corner of the tile worked on cuts no obstacle."""
+    """Return whether both cells beside a diagonal move over a corner of the current tile are free."""
     down, right = move in (BOTTOM_LEFT, BOTTOM_RIGHT), move in (TOP_RIGHT, BOTTOM_RIGHT)
     above, aside = beside(scratch, BOTTOM if down else TOP), beside(scratch, RIGHT if right else LEFT)
     column, row = (LAST if right else 0), (LAST if down else 0)
@@ -152,21 +152,21 @@ def _is_passable(tables: Numbers, move: Int, scratch: Numbers) -> bool:
 
 @bare
 def over_corner(tables: Numbers, costs: Bytes, tile: Int, move: Int, into: bool, scratch: Numbers) -> Int:
-    """Return the value that a diagonal move over a corner of a tile gives.
+    """Return the value of the cell that a diagonal move over a corner of the current tile enters.
 
     Parameters
     ----------
     tables, costs, tile, scratch
-        The tile worked on.
+        The current tile.
     move : int
-        Which corner.
+        The corner.
     into : bool
         Whether the move leads into the tile, not out of it.
 
     Returns
     -------
     int
-        `UNREACHED` where the move cannot be made or betters nothing.
+        `UNREACHED` if the move is blocked or improves nothing.
     """
     other = beside(scratch, move)
     source, target, back = (move, tile, move) if into else (SELF, other, move ^ 3)
@@ -187,7 +187,7 @@ def over_corner(tables: Numbers, costs: Bytes, tile: Int, move: Int, into: bool,
 
 @joined
 def value_at(tables: Numbers, tile: Int, move: Int) -> Int:
-    """Return the value of the cell of a tile at a corner."""
+    """Return the value of the corner cell of a tile."""
     side = BOTTOM if move in (BOTTOM_LEFT, BOTTOM_RIGHT) else TOP
     lane = LAST if move in (TOP_RIGHT, BOTTOM_RIGHT) else 0
     number: Int = simd.pick(tables, tile * TABLE + EDGES + side * SIDE + lane)
@@ -196,5 +196,5 @@ def value_at(tables: Numbers, tile: Int, move: Int) -> Int:
 
 @joined
 def too_long(values: Any) -> bool:
-    """Return whether a value of a line is so large that others may be too large for the field."""
+    """Return whether a value of a line exceeds `LIMIT`, so that later ones might not fit 32 bits."""
     return bool(simd.less(simd.splat(LIMIT), values) & simd.less(values, simd.splat(UNREACHED)))

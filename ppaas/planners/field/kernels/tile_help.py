@@ -1,43 +1,42 @@
-"""Kernel: call other threads to help with a field of tiles, and send them away.
+"""Kernel: call helper threads to a tile field, and release them.
 
-Each helper has a *box*, in which what it is to help with is written before it is woken. The first word of a box tells
-whose it is: nobody's, somebody's who is just writing into it, or that of one field, given by the address of its state,
-with a bit for whether the helper was called, or has come. It changes by compare-and-swap: so a helper that has not
-come yet can be sent away without waiting for it, and one that comes too late finds nothing.
-"""
+Each helper has a mailbox (*box*). The caller writes the helper's task into it before it wakes the helper. The first
+word of the box is its owner: `NOBODY`; `WRITTEN` while a caller is writing; or the address of a field's state, plus a
+flag that the helper has been called or has arrived. The word changes by compare-and-swap only. So a call can be revoked
+without waiting as long as the helper has not arrived, and a helper that arrives too late finds no task."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.planners.field.kernels.tile_record import RECORD, SCRATCH_MEMORY, STATE, note
+from ppaas.planners.field.kernels.tile_record import RECORD, SCRATCH_MEMORY, STATE, store_array
 from ppaas.planners.field.kernels.tile_rows import SCRATCH
 from ppaas.planners.field.kernels.tile_state import ALIGNED, APART, CALLED, LINE, STOP, THREADS
 from ppaas.planners.kernels import atomics
-from ppaas.planners.kernels.addresses import address_of, longs_of
+from ppaas.planners.kernels.addresses import address_of, int64s_of
 from ppaas.planners.kernels.jit_decorators import bare
-from ppaas.planners.kernels.wakeup import doze, hear, ring
+from ppaas.planners.kernels.wakeup import send_byte, sleep, wait_for_byte
 
 Int = int | np.signedinteger[Any]
 Ints = NDArray[np.int64]
 
 WORD, HEARS, RINGS, OVER, THREAD, FIELD_RECORD = 0, *range(LINE, LINE + 5)
-"""Of a box: whose it is; both ends of the pipe that wakes its helper, and whether that is to end for good; which of the
-threads of a field the helper is to be, and where the record of that field lies, followed by how long it is."""
+"""Elements of a box: owner; read and write end of the pipe that wakes the helper; whether the helper must exit; number
+of the thread in the field; address of the field's record, followed by its length."""
 BOX = 2 * LINE
-"""Numbers of a box."""
+"""Length of a box [int64 numbers]."""
 
 NOBODY, WRITTEN = 0, 1
 _CALLED, _CAME = 1, 2
-"""What is added to the address of a field's state, which is a multiple of `ALIGNED`."""
-PATIENCE = 50
-"""How long who waits for helpers sleeps before it looks again [µs]."""
+"""Flags added to the address of a field's state, which is a multiple of `ALIGNED`."""
+POLL_INTERVAL = 50
+"""Time between two polls for helpers to leave [µs]."""
 
 
 @bare
 def _claim(boxes: Ints) -> Int:
-    """Return the number of a box that was nobody's and is ours to write into now, or −1."""
+    """Claim a free box for writing and return its number; −1 if there is none."""
     for number in range(len(boxes)):
         if atomics.replace(boxes[number], WORD, NOBODY, WRITTEN):
             return np.int64(number)
@@ -46,16 +45,16 @@ def _claim(boxes: Ints) -> Int:
 
 @bare
 def call_one(boxes: Ints, record: Ints) -> bool:
-    """Call one more helper to a field; return false if there is none, or no more may work at it.
+    """Call one more helper to a field; return false if no helper is free, or the field has its maximum of threads.
 
     Parameters
     ----------
     boxes : (n, BOX) int64 array
-        Of all helpers who may be called.
+        Mailboxes of all available helpers.
     record : (RECORD,) int64 array
         As in `ppaas.planners.field.kernels.tile_record`.
     """
-    state, threads = longs_of(record, STATE), record[SCRATCH_MEMORY + 1] // SCRATCH
+    state, threads = int64s_of(record, STATE), record[SCRATCH_MEMORY + 1] // SCRATCH
     thread = 1
     while thread < threads and atomics.read(state, THREADS + thread * APART + CALLED):
         thread += 1
@@ -66,17 +65,17 @@ def call_one(boxes: Ints, record: Ints) -> bool:
     box[THREAD], box[FIELD_RECORD], box[FIELD_RECORD + 1] = thread, address_of(record), len(record)
     atomics.write(state, THREADS + thread * APART + CALLED, 1)
     atomics.write(box, WORD, address_of(state) + _CALLED)
-    ring(box[RINGS])
+    send_byte(box[RINGS])
     return True
 
 
 @bare
-def send_away(boxes: Ints, record: Ints) -> None:
-    """Tell all helpers of a field to leave, and do not wait for them: one may have been put aside for a while.
+def release_helpers(boxes: Ints, record: Ints) -> None:
+    """Ask all helpers of a field to leave, without waiting: the scheduler may have preempted one.
 
-    Those who were called and have not come yet never will.
+    Calls of helpers that have not arrived yet are revoked.
     """
-    state = longs_of(record, STATE)
+    state = int64s_of(record, STATE)
     atomics.write(state, STOP, 1)
     called = address_of(state) + _CALLED
     for number in range(len(boxes)):
@@ -87,31 +86,31 @@ def send_away(boxes: Ints, record: Ints) -> None:
 
 
 @bare
-def comes(box: Ints) -> bool:
-    """Sleep until called, and come; return false when it is over."""
+def wait_for_call(box: Ints) -> bool:
+    """Sleep until called, and accept the call; return false if the helper must exit."""
     while not atomics.read(box, OVER):
         word = atomics.read(box, WORD)
         if word % ALIGNED == _CALLED and atomics.replace(box, WORD, word, word - _CALLED + _CAME):
             return True
-        hear(box[HEARS])
+        wait_for_byte(box[HEARS])
     return False
 
 
 @bare
-def leave(box: Ints) -> None:
-    """Be free to be called by anybody."""
+def finish(box: Ints) -> None:
+    """Mark the helper as free."""
     atomics.write(box, WORD, NOBODY)
 
 
 @bare
-def rest() -> None:
-    """Sleep for a moment, as who waits for helpers does before it looks again."""
-    doze(PATIENCE)
+def wait_briefly() -> None:
+    """Sleep for `POLL_INTERVAL`."""
+    sleep(POLL_INTERVAL)
 
 
 def warm() -> None:
-    """Compile and call each kernel once that Python calls."""
-    rest()
+    """Compile and call each kernel that Python calls."""
+    wait_briefly()
     record, state = np.zeros(RECORD, np.int64), np.zeros(THREADS, np.int64)
-    note(record, STATE, state)
-    send_away(np.zeros((0, BOX), np.int64), record)
+    store_array(record, STATE, state)
+    release_helpers(np.zeros((0, BOX), np.int64), record)

@@ -1,19 +1,19 @@
-"""How a map is cut into tiles, for the kernels that share them.
+"""Layout of tiles, for the kernels that share them.
 
 A tile is 32×32 cells, so that one row of it is one row of `ppaas.planners.kernels.simd`. Tiles are numbered row by row;
-those at the far edges of the map are filled up with blocked cells. One more stands for all that is outside. The field
-holds one tile after the other: cell (r, c) of tile t is element 1024·t + 32·r + c, its cost-to-go in fixed point, or
-`UNREACHED`, which blocked cells have too.
+those at the far edges of the map are padded with blocked cells. One additional tile stands for everything outside. The
+field stores tile after tile: cell (r, c) of tile t is element 1024·t + 32·r + c, its cost-to-go in fixed point, or
+`UNREACHED`, also for blocked cells.
 
-Rows are drawn here with the first on top: a tile's neighbour at the top holds the rows before its own.
+"Top" means the first row: a tile's neighbour at the top holds the rows before its own.
 
-Each tile has an entry in ``tables``, `TABLE` numbers long:
+Each tile has an entry of `TABLE` numbers in ``tables``:
 
-- `EDGES`: the values of its top row, bottom row, left column and right column, 32 each, once somebody has been there.
-  Its neighbours read these alone; only the thread that works on the tile writes them.
-- `FREE`: which cells are free, one number a row, then one for the left and one for the right column, the lowest bit for
-  the first.
-- `KIND`: how its cells weigh. `COST`: what its free cells cost, if all the same.
+- `EDGES`: values of its top row, bottom row, left column and right column, 32 each, valid once the tile has been
+  visited. Neighbours read only these; only the thread that works on the tile writes them.
+- `FREE`: bit sets of its free cells: one number per row, then one each for the left and the right column; the lowest
+  bit is the first cell.
+- `KIND`: one of `BLOCKED`, `OPEN`, `WALLED`, `MIXED`. `COST`: the cost of its free cells, if they all have the same.
 """
 
 import numpy as np
@@ -25,20 +25,20 @@ CELLS = SIDE * SIDE
 CELL_SHIFT = 10
 
 UNREACHED = 0xFF000000
-"""Sixteen million below the most there is: what is added to it within a tile does not wrap around."""
+"""Value of unreached cells. It is 16 million below 2³², so that weights added to it within a tile do not overflow."""
 
 LIMIT = UNREACHED - (1 << 26)
-"""As long as no value at the edge of a tile is above, none within is cut off: a path through all 1024 cells of a tile
-weighs less than 2²⁵."""
+"""Bound of the values at the edges of tiles. Below it, values within a tile cannot overflow: a path through all its
+1024 cells weighs less than 2²⁵."""
 
 TOP, BOTTOM, LEFT, RIGHT, TOP_LEFT, TOP_RIGHT, BOTTOM_LEFT, BOTTOM_RIGHT = (np.int64(move) for move in range(8))
-"""The neighbours of a tile, and the bits that tell which of them woke it. Of Python's numbers numba would compile what
-they are given to once for each."""
+"""Neighbours of a tile, and numbers of the bits that record which of them woke it. They are numpy integers, because
+numba would compile a specialization for each literal Python integer."""
 GOAL = 8
-"""Bit of a tile that is woken because a goal lies in it."""
+"""Number of the bit of a tile that was woken because it contains a goal."""
 
-TOUCHED, LAID = 1, 2
-"""Marks of a tile: somebody has been there; its table is filled."""
+TOUCHED, FILLED = 1, 2
+"""Marks of a tile: it has been visited; its table is filled."""
 
 EDGES = 0
 FREE = 4 * SIDE
@@ -48,16 +48,17 @@ COST = KIND + 1
 TABLE = 176
 
 BLOCKED, OPEN, WALLED, MIXED = range(4)
-"""Kinds: no cell is free; all are, at one cost; some are, at one cost; costs differ."""
+"""Kinds of tiles: no free cell; all cells free, at one cost; some cells free, at one cost; free cells of several
+costs."""
 
 ALL = 0xFFFFFFFF
-"""The set of all lanes."""
+"""The set of all 32 lanes."""
 
 BASE, FACTOR, UNKNOWN = (int(fixed_weights()[0, cost]) for cost in (0, 1, 255))
 FACTOR -= BASE
-"""In fixed point a cell weighs BASE + FACTOR·cost, an unknown one UNKNOWN."""
+"""Weights in fixed point: BASE + FACTOR·cost for a known cell, UNKNOWN for an unknown one."""
 
 ROOT, HALF, ROOT_SHIFT = 46_341, 1 << 14, 15
-"""A diagonal weighs (w·ROOT + HALF) >> ROOT_SHIFT, which for all weights there are is w·√2 rounded."""
+"""A diagonal move weighs (w·ROOT + HALF) >> ROOT_SHIFT, which equals w·√2 rounded for all possible weights w."""
 
 LETHAL = np.uint8(254)

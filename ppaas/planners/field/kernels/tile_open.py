@@ -1,11 +1,11 @@
-"""Kernel part: settle a tile without obstacles whose cells all cost the same.
+"""Kernel part: relax a tile without obstacles whose cells all cost the same.
 
-Between two cells of such a tile the cheapest way is straight: diagonal moves first, then cardinal ones. So one sweep
-down and one up, which take what enters from the sides along, and after them one look along each row, find all values;
-no value has to be looked at twice. Which sweeps are needed the edges tell.
+Between two cells of such a tile a cheapest path has its diagonal moves first, then its cardinal ones. One sweep down
+and one up, which include what enters from the sides, and one pass along each row then find all values. The edges tell
+which sweeps are needed.
 
-A way that enters from a side can begin with its diagonal moves only if the cells there are free that these go past. So
-beside a wall such a tile is settled as any other.
+A path that enters from a side can begin with diagonal moves only if the cells beside them are free. A tile next to a
+partly blocked side is therefore relaxed like any other.
 """
 
 from typing import Any
@@ -38,7 +38,7 @@ Int = int | np.signedinteger[Any]
 Numbers = NDArray[np.uint32]
 
 FROM_LEFT, FROM_RIGHT, BESIDE_LEFT, BESIDE_RIGHT = (SPARE + SIDE * line for line in range(4))
-"""Lines of scratch memory for what stands beside each row, to move in diagonally and straight."""
+"""Lines of scratch memory: for each row, the values beside it that may enter by diagonal and by straight moves."""
 
 FROM_ABOVE = 1 << TOP | 1 << TOP_LEFT | 1 << TOP_RIGHT | 1 << GOAL
 FROM_BELOW = 1 << BOTTOM | 1 << BOTTOM_LEFT | 1 << BOTTOM_RIGHT | 1 << GOAL
@@ -46,7 +46,7 @@ FROM_BELOW = 1 << BOTTOM | 1 << BOTTOM_LEFT | 1 << BOTTOM_RIGHT | 1 << GOAL
 
 @joined
 def is_open_beside(tables: Numbers, scratch: Numbers) -> bool:
-    """Return whether of the cells beside the tile on its left, and of those on its right, all are free or none."""
+    """Return whether the cells beside the tile on its left are all free or all blocked, and those on its right too."""
     left = free_along(tables, beside(scratch, LEFT), RIGHT)
     right = free_along(tables, beside(scratch, RIGHT), LEFT)
     return left in (0, ALL) and right in (0, ALL)
@@ -54,7 +54,7 @@ def is_open_beside(tables: Numbers, scratch: Numbers) -> bool:
 
 @joined
 def _enters(slanting: Any, straight: Any, edge_values: Any, weights: Any, diagonals: Any) -> bool:
-    """Return whether a diagonal move from beside the tile betters what a straight one gives."""
+    """Return whether a diagonal move from beside the tile gives a lower value than a straight one."""
     return bool(simd.less(simd.add(slanting, diagonals), simd.least(simd.add(straight, weights), edge_values)))
 
 
@@ -66,11 +66,11 @@ def _stepped(source: Any, before: Any, at_left: Int, at_right: Int, free: Int, w
 
 
 @bare
-def _pour(
+def _sweep_open(
     field: Numbers, at: Int, step: Int, source: Any, free: Int, weights: Any, diagonals: Any, fresh: bool,
     scratch: Numbers,
 ) -> None:  # fmt: skip
-    """Carry values from row to row, all the way through the tile; ``free`` are those of the row that it comes from."""
+    """Propagate values from row to row through the whole tile; ``free`` are the free cells of the source row."""
     row: Int = 0 if step > 0 else LAST
     for _ in range(SIDE):
         before = simd.splat(UNREACHED) if fresh else simd.load(field, at + row * SIDE)
@@ -82,8 +82,8 @@ def _pour(
 
 
 @bare
-def _look_along(values: Numbers, at: Int, weight: Int, scratch: Numbers) -> None:
-    """Carry values along each row, both ways."""
+def _relax_rows(values: Numbers, at: Int, weight: Int, scratch: Numbers) -> None:
+    """Propagate values along each row in both directions, by prefix minima."""
     weights = simd.splat(weight)
     rising = simd.multiply(simd.ramp(), weights)
     falling = simd.subtract(simd.splat(LAST * weight), rising)
@@ -103,14 +103,14 @@ def _look_along(values: Numbers, at: Int, weight: Int, scratch: Numbers) -> None
 
 
 @bare
-def _flow(
+def _sweep_if_needed(
     values: Numbers, at: Int, tables: Numbers, step: Int, woken: Int, fresh: bool, weights: Any, diagonals: Any,
     scratch: Numbers,
 ) -> Int:  # fmt: skip
-    """Carry values down, or up, with what enters from both sides, if that betters any; return the lines done.
+    """Propagate values down or up, with what enters from both sides, if that improves any; return the lines done.
 
-    A diagonal move from beside betters something only where it does so in the column at the edge: if a straight move
-    gives as much in each row, then by way of those rows all that is behind is reached as well.
+    A diagonal move from beside the tile improves a value only if it improves one in the edge column: if a straight move
+    gives as little in each row of that column, it does so for all cells behind it as well.
     """
     down = step > 0
     left, right = edge(tables, seen(scratch, LEFT), RIGHT), edge(tables, seen(scratch, RIGHT), LEFT)
@@ -131,33 +131,36 @@ def _flow(
     facing = BOTTOM if down else TOP
     source = edge(tables, seen(scratch, TOP if down else BOTTOM), facing)
     free = free_along(tables, beside(scratch, TOP if down else BOTTOM), facing)
-    _pour(values, at, step, source, free, weights, diagonals, fresh, scratch)
+    _sweep_open(values, at, step, source, free, weights, diagonals, fresh, scratch)
     return SIDE
 
 
 @bare
-def spread(values: Numbers, at: Int, tables: Numbers, tile: Int, reasons: Int, fresh: bool, scratch: Numbers) -> Int:
-    """Settle a tile within; return the lines done, two as one: they take half the time of others.
+def relax_open(
+    values: Numbers, at: Int, tables: Numbers, tile: Int, reasons: Int, fresh: bool, scratch: Numbers
+) -> Int:
+    """Relax an open tile; return half the lines done, since they take half the time of those of other tiles.
 
     Parameters
     ----------
     values : uint32 array
+        Array that holds the tile's values. In and out.
     at : int
-        Where in it the tile's values lie; if it is fresh, nothing is there yet.
+        Index of its first value; if ``fresh``, the values are uninitialized.
     tables, tile, reasons, scratch
         As in `ppaas.planners.field.kernels.tile_growth`.
     fresh : bool
-        Whether nobody has been there.
+        Whether the tile is visited for the first time.
     """
     weights = weighed(simd.splat(np.int64(tables[tile * TABLE + COST])))
     diagonals = slanted(weights)
-    work: Int = _flow(values, at, tables, FORTH, reasons & FROM_ABOVE, fresh, weights, diagonals, scratch)
+    work: Int = _sweep_if_needed(values, at, tables, FORTH, reasons & FROM_ABOVE, fresh, weights, diagonals, scratch)
     fresh &= work == 0
-    work += _flow(values, at, tables, BACK, reasons & FROM_BELOW, fresh, weights, diagonals, scratch)
+    work += _sweep_if_needed(values, at, tables, BACK, reasons & FROM_BELOW, fresh, weights, diagonals, scratch)
     if fresh and work == 0:
         for row in range(SIDE):
             simd.store(values, at + row * SIDE, simd.splat(UNREACHED))
     simd.store(scratch, BESIDE_LEFT, edge(tables, seen(scratch, LEFT), RIGHT))
     simd.store(scratch, BESIDE_RIGHT, edge(tables, seen(scratch, RIGHT), LEFT))
-    _look_along(values, at, np.int64(simd.least_of(weights)), scratch)
+    _relax_rows(values, at, np.int64(simd.least_of(weights)), scratch)
     return (work + SIDE) >> 1

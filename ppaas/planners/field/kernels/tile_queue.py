@@ -1,27 +1,25 @@
-"""Kernel parts: which tiles wait, which comes first, and who works on it: for any number of threads, without a lock.
+"""Kernel parts: lock-free priority queue of tiles for any number of threads.
 
-All that is known of a tile is in one number, its *word*, so that it changes in one step:
+The state of a tile is one number, its *word*, which changes atomically:
 
-- the topmost bit: somebody works on it;
-- 22 bits, its *key*: about the least value that a neighbour would better in it, in units of 1024; the greatest there
-  is if it does not wait;
+- the highest bit: a thread is working on the tile;
+- 22 bits, its *key*: the least value that a neighbour would improve in it, in units of 1024; the maximum if the tile is
+  not queued;
 - 9 bits: which neighbours woke it.
 
-Words are compared as they are, so the least is that of the tile to be taken next. So that not all have to be looked at,
-there is a *hint* for each group of tiles: no greater than the least word of those that wait for somebody, but for
-moments in which a thread, which looks again before it goes on, has not yet put right what it raised too high.
+The queued tile with the least word is next. To find it without reading all words, there is a *hint* for each group of
+tiles: a lower bound of the words of its queued tiles. A hint may be too high for a moment, until the thread that raised
+it has checked the words again and corrected it.
 
-Threads prefer tiles of *their own* groups, which lie in bands across the map: most neighbours of a tile are then worked
-on by the same thread, and what it reads of them is in its own core's cache. A tile of others is taken if it is nearer
-by more than `AWAY`: so no thread hurries far ahead, and none is out of work as long as there is any.
+Each thread *owns* groups in bands across the map and prefers their tiles: most neighbours of a tile are then processed
+by the same thread, and are in the cache of its core. A thread takes a tile of another thread if its key is lower by
+more than `AWAY`. So no thread runs far ahead, and none is idle as long as tiles are queued.
 
-The hints of a thread's own groups lie side by side, in its *part* of them, and no line of memory holds those of two
-threads. It looks at the other parts only now and then: each look fetches what another core has just written, which that
-core has to fetch back.
+The hints of a thread's groups are contiguous, its *part*, and no cache line holds hints of two threads. A thread reads
+the other parts only occasionally: each read takes the cache line from the core that writes to it.
 
-Nothing is lost: who lowers a word looks at its hint after that, and who raises a hint looks at the words after that. As
-the order of all these steps is the same for all threads, one of the two sees what the other did.
-"""
+No update is lost: a thread that lowers a word reads the hint afterwards, and a thread that raises a hint reads the
+words afterwards. All these steps are sequentially consistent, so at least one of the two sees the other's change."""
 
 from typing import Any
 
@@ -36,31 +34,32 @@ Int = int | np.signedinteger[Any]
 Numbers = NDArray[np.uint32]
 
 GROUP = 4 * SIDE
-"""Tiles of a group."""
+"""Tiles in a group."""
 REASONS = (1 << 9) - 1
+"""Mask of the bits of neighbours that woke a tile."""
 UNIT_SHIFT = 10
 KEY_SHIFT = 9
 IDLE = (1 << 31) - 1 - REASONS
-"""The word of a tile that does not wait, and the hint of a group in which none does."""
+"""Word of a tile that is not queued, and hint of a group without queued tiles."""
 BUSY = 1 << 31
-"""The bit of a tile that somebody works on."""
+"""Bit of a tile that a thread is working on."""
 NONE = -1
 """No tile."""
 LOOK_AFTER = 8
-"""So many tiles of its own a thread takes in turn between two looks at others'."""
+"""Number of own tiles that a thread takes between two reads of the other parts."""
 AWAY = (SIDE * BASE >> UNIT_SHIFT) << KEY_SHIFT
-"""How much greater words of others' groups count: what a straight way through a tile weighs at least."""
+"""Penalty on words of other threads' groups: the least weight of a straight path through a tile."""
 
 
 @bare
 def wake(words: Numbers, hints: Numbers, places: Numbers, tile: Int, value: Int, reason: Int) -> bool:
-    """Let a tile wait with a value, unless it waits with a lesser one; return whether it was idle."""
+    """Queue a tile with a value, or lower its key to it; return whether it was idle before."""
     key = (value >> UNIT_SHIFT) << KEY_SHIFT
     while True:
         word = atomics.read(words, tile)
-        rest = word & ~REASONS & ~BUSY
-        woken = min(rest, key) | (word & (REASONS | BUSY)) | 1 << reason
-        # Even if it stays as it was: who takes the tile is to see what was written before this.
+        old_key = word & ~REASONS & ~BUSY
+        woken = min(old_key, key) | (word & (REASONS | BUSY)) | 1 << reason
+        # Also if the word is unchanged: the thread that takes the tile must see what was written before this step.
         if atomics.replace(words, tile, word, woken):
             break
     if not word & BUSY:
@@ -70,7 +69,7 @@ def wake(words: Numbers, hints: Numbers, places: Numbers, tile: Int, value: Int,
 
 @bare
 def let_go(words: Numbers, hints: Numbers, places: Numbers, tile: Int) -> bool:
-    """End the work on a tile; return whether it waits again, because somebody woke it meanwhile."""
+    """End the work on a tile; return whether it is queued again, because it was woken meanwhile."""
     while True:
         word = atomics.read(words, tile)
         if atomics.replace(words, tile, word, word & ~BUSY):
@@ -82,14 +81,15 @@ def let_go(words: Numbers, hints: Numbers, places: Numbers, tile: Int) -> bool:
 
 
 @bare
-def lay_places(places: Numbers, groups: Int, threads: Int) -> None:
-    """Deal the groups to the threads in bands, two for each on small maps.
+def deal_groups(places: Numbers, groups: Int, threads: Int) -> None:
+    """Assign the groups to the threads in bands, at least two bands per thread if there are enough groups.
 
     Parameters
     ----------
     places : (groups + threads · part_size(groups, threads),) uint32 array
-        Out: where the hint of each group is; behind them, for each hint, of which group it is.
+        Out: index of the hint of each group; behind them the group of each hint.
     groups, threads : int
+        Numbers of groups and of threads.
     """
     each, part = band(groups, threads), part_size(groups, threads)
     for group in range(groups):
@@ -101,13 +101,13 @@ def lay_places(places: Numbers, groups: Int, threads: Int) -> None:
 
 @joined
 def band(groups: Int, threads: Int) -> Int:
-    """Return how many groups side by side are one thread's own."""
+    """Return the number of successive groups in a band."""
     return max(1, min(groups // (2 * threads), SIDE // threads))
 
 
 @joined
 def part_size(groups: Int, threads: Int) -> Int:
-    """Return how many hints there are for each thread, those without a group included: a multiple of 32."""
+    """Return the number of hints per thread, including unused ones: a multiple of 32."""
     each: Int = band(groups, threads)
     turns = -(-groups // (each * threads))
     return -(-turns * each // SIDE) * SIDE
@@ -117,23 +117,29 @@ def part_size(groups: Int, threads: Int) -> Int:
 def take(
     words: Numbers, hints: Numbers, places: Numbers, bound: Int, begin: Int, count: Int, looks: bool
 ) -> tuple[Int, Int]:
-    """Take the tile to be worked on next.
+    """Take the next tile from the queue.
 
     Parameters
     ----------
-    words, hints, places
+    words : (n,) uint32 array
+        Word of each tile, padded to whole groups. In and out.
+    hints : (m,) uint32 array
+        Hints of the groups. In and out.
+    places : uint32 array
+        As in `deal_groups`.
     bound : int
-        Tiles with this word or a greater one are left alone.
+        Tiles with this word or a greater one are not taken.
     begin, count : int
-        Where the thread's own part of the hints is.
+        The thread's own part of the hints.
     looks : bool
-        Whether it looks at others' tiles even if one of its own waits.
+        Whether to read the other parts even if a tile of its own is queued.
 
     Returns
     -------
     tile : int
-        `NONE` if there is none below the bound.
+        The tile, or `NONE` if there is none below the bound.
     word : int
+        Its word.
     """
     while True:
         hint, place = _least(hints, begin, count)
@@ -154,27 +160,27 @@ def take(
 
 @bare
 def until_look(before: Int, is_own: bool) -> Int:
-    """Return how many tiles a thread takes yet before it looks at others': none as long as theirs are nearer.
+    """Return how many more tiles a thread takes before it reads the other parts; 0 after a tile of another thread.
 
     Parameters
     ----------
     before : int
-        The same, before it took the last tile.
+        The last result.
     is_own : bool
-        Whether that was one of its own.
+        Whether the tile taken last was the thread's own.
     """
     return 0 if not is_own else before - 1 if before > 0 else LOOK_AFTER - 1
 
 
 @bare
 def waits(hints: Numbers, bound: Int) -> bool:
-    """Return whether a tile waits below a bound."""
+    """Return whether a tile below a bound is queued."""
     return bool(_least(hints, np.int64(0), len(hints))[0] < bound)
 
 
 @joined
 def _least(numbers: Numbers, begin: Int, count: Int) -> tuple[Int, Int]:
-    """Return the least of so many numbers, a multiple of 32, and where it was."""
+    """Return the least of ``count`` numbers, a multiple of 32, and its index."""
     best = simd.load(numbers, begin)
     for at in range(begin + SIDE, begin + count, SIDE):
         best = simd.least(best, simd.load(numbers, at))
@@ -185,7 +191,7 @@ def _least(numbers: Numbers, begin: Int, count: Int) -> tuple[Int, Int]:
         if other != ALL:
             found = at + simd.first_lane(~other)
             break
-    # As it was when it was the least: by now it may be another.
+    # Other threads may have changed the number since.
     return least, found
 
 
@@ -198,7 +204,7 @@ def _lower_hint(hints: Numbers, places: Numbers, tile: Int, word: Int) -> None:
 
 @bare
 def _raise_hint(words: Numbers, hints: Numbers, group: Int, place: Int, hint: Int) -> None:
-    """Set a hint to what it should be, if it is as it was and should be greater."""
+    """Raise a hint to the least key of its group, unless another thread has changed it."""
     key = _key_of(words, group)
     if key > hint and atomics.replace(hints, place, hint, key):
         atomics.fence()

@@ -1,18 +1,20 @@
-"""Kernel parts: what is told of a field of tiles in one array of numbers, among them where its other arrays lie.
+"""Kernel parts: record of a tile field, one int64 array with its parameters and the addresses of its arrays.
 
-To call a kernel with a dozen arrays takes as long as a tile; and a helper without Python can be told only numbers.
+Passing a dozen arrays to a kernel takes as long as processing a tile, and a helper thread without Python can only be
+given numbers.
 
-Of the map: `HEIGHT`, `WIDTH`, `UNKNOWN`, and at `SOURCE` its costs, as in `tile_setup`. Of the field: how many tiles it
-has `ACROSS`, and how many `TILES` in all; at `TARGET` the element whose value is wanted, −1 to go on until all are
-reached; and of each of these arrays the address, followed by its length:
+Parameters of the map: `HEIGHT`, `WIDTH`, `UNKNOWN` as in `tile_setup`. Parameters of the field: `ACROSS`, the number of
+tiles in a row; `TILES`, their number in total; `TARGET`, the element whose value is wanted, or −1 to reach all. Each
+array is its address followed by its length:
 
-- `FIELD`, `TABLES`, `COSTS`: as in `tile_layout`.
-- `MARKS`: (tiles + 1) uint8, for each tile whether somebody has been there, and whether its table is filled.
+- `SOURCE`: (height · width) uint8, the costs of the map, read-only.
+- `FIELD`, `TABLES`, `COSTS`: as in `tile_layout` and `tile_setup`.
+- `MARKS`: (tiles + 1) uint8, for each tile whether it has been visited, and whether its table is filled.
 - `WORDS`, `HINTS`, `PLACES`: as in `ppaas.planners.field.kernels.tile_queue`.
-- `SCRATCH_MEMORY`: (threads · `SCRATCH`) uint32, a part for each thread that may ever work at this field.
+- `SCRATCH_MEMORY`: (threads · `SCRATCH`) uint32, a part for each thread of this field.
 - `STATE`: as in `ppaas.planners.field.kernels.tile_state`.
 
-Whoever calls a kernel with it holds the arrays until the last helper has left.
+The caller of a kernel must hold the arrays until the last helper has left.
 """
 
 from typing import Any
@@ -26,12 +28,12 @@ from ppaas.planners.kernels.jit_decorators import bare
 HEIGHT, WIDTH, UNKNOWN, ACROSS, TILES, TARGET = range(6)
 SOURCE, FIELD, TABLES, COSTS, MARKS, WORDS, HINTS, PLACES, SCRATCH_MEMORY, STATE = range(6, 26, 2)
 RECORD = 26
-"""Numbers of a record."""
+"""Length of a record [int64 numbers]."""
 
 
 @bare
-def note(record: NDArray[np.int64], place: int, array: NDArray[Any]) -> None:
-    """Write into a record where an array lies."""
+def store_array(record: NDArray[np.int64], place: int, array: NDArray[Any]) -> None:
+    """Write address and length of an array into a record."""
     record[place], record[place + 1] = address_of(array), len(array)
 
 
@@ -40,4 +42,4 @@ def warm() -> None:
     record, read_only = np.zeros(RECORD, np.int64), np.zeros(1, np.uint8)
     read_only.flags.writeable = False
     for array in (record, read_only, np.zeros(1, np.uint8), np.zeros(1, np.uint32)):
-        note(record, SOURCE, array)
+        store_array(record, SOURCE, array)

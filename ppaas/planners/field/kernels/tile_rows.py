@@ -1,18 +1,18 @@
-"""Kernel parts: the rows of a tile, swept down and up until nothing changes.
+"""Kernel parts: sweeps over the rows of a tile, down and up until nothing changes.
 
-A *sweep* carries values from row to row in one direction. Each row that it betters is then settled along itself as
-well: where a step to the left or right betters anything, values are carried along the whole row at once, as far as its
-cells are free. So one sweep finds all ways that never turn back up, or down, however often they turn aside.
+A *sweep* propagates values from row to row in one direction. Each row that it improves is then relaxed along itself:
+if a step to the left or right improves anything, values are propagated along the whole row at once, within its runs of
+free cells. One sweep thus finds all paths that never turn back up (or down), with any number of turns sideways.
 
-Values stay where they are, in the field. What else a sweep needs of a tile lies in a thread's scratch memory:
+The values themselves are in the field. The scratch memory of a thread holds the rest:
 
-- `EDGES`: its top row, bottom row, left column and right column, as they are after the work.
-- `FREE`: which cells of each row are free.
-- `RIGHTWARD`, `LEFTWARD`: of each row the free cells with a free one before them, on the left or right, then those
-  with 2, 4, 8 and 16.
-- `WEIGHTS`, `DIAGONALS`: what its cells weigh, on cardinal and diagonal moves: 32 rows, or one that holds for all.
-- `SUMS`: if one holds for all, what the first 1, 2, … 32 cells of a row weigh together.
-- `ENTER_LEFT`, `ENTER_RIGHT`: values that come into each row at its ends, from beside the tile.
+- `EDGES`: values of the tile's top row, bottom row, left column and right column after the visit.
+- `FREE`: bit set of the free cells of each row.
+- `RIGHTWARD`, `LEFTWARD`: for each row the free cells with at least 1 free cell before them, on the left or right; then
+  those with at least 2, 4, 8 and 16.
+- `WEIGHTS`, `DIAGONALS`: weights of cardinal and diagonal moves into its cells: 32 rows, or one that applies to all.
+- `SUMS`: prefix sums of the weights of a row, if one applies to all rows.
+- `ENTER_LEFT`, `ENTER_RIGHT`: values that enter each row at its ends, from beside the tile.
 """
 
 from typing import Any
@@ -39,28 +39,29 @@ SUMS = DIAGONALS + SIDE * SIDE
 ENTER_LEFT = SUMS + SIDE
 ENTER_RIGHT = ENTER_LEFT + SIDE
 BESIDE = ENTER_RIGHT + SIDE
-"""Behind them: the numbers of the tile's eight neighbours, by move."""
+"""Offset of the numbers of the tile's eight neighbours, by move."""
 SEEN = BESIDE + 8
-"""The same, but for those in which nobody has been the number of the outside, which nobody reaches either; last, the
-tile itself."""
+"""Offset of the same numbers for reading values: unvisited neighbours are replaced by the outside tile, whose values
+are all unreached; the ninth is the tile itself."""
 SELF = np.int64(8)
+"""Index of the tile itself in `SEEN`."""
 KEYS = SEEN + 9
-"""With what each neighbour is to be woken."""
+"""Offset of the values with which the neighbours are to be woken."""
 SPARE = BESIDE + SIDE
-"""Behind them: four rows more."""
+"""Offset of four more rows."""
 KEPT = KEYS + 8
-"""The tile whose values lie behind `TILE`; the number of the outside if they are no tile's."""
+"""Offset of the number of the tile whose values are in `TILE`; the number of the outside tile if there is none."""
 TILE = SPARE + 4 * SIDE
-"""Behind them: the values of a tile that is settled, which go to the field when the next is worked on."""
+"""Offset of the values of a finished tile, which are written to the field during the next visit."""
 CHANGES = TILE + SIDE * SIDE
-"""Behind them: eight rows for `ppaas.planners.field.kernels.tile_groups`."""
+"""Offset of eight rows for `ppaas.planners.field.kernels.tile_groups`."""
 SCRATCH = -(-(CHANGES + 8 * SIDE) // (2 * SIDE)) * 2 * SIDE
-"""Numbers in the scratch memory of one thread: whole lines of memory."""
+"""Length of the scratch memory of one thread [uint32 numbers], a multiple of the cache line."""
 
 FORTH, BACK = np.int64(1), np.int64(-1)
-"""From a row to the next; see `ppaas.planners.field.kernels.tile_layout` on why these are no numbers of Python."""
+"""Step from a row to the next; numpy integers for the reason given in `ppaas.planners.field.kernels.tile_layout`."""
 MOST = 1 << 20
-"""More than the cells of a row weigh together, and less than what is left above `UNREACHED`."""
+"""Offset that keeps prefix sums positive: more than the weight of a whole row, and less than 2³² − `UNREACHED`."""
 
 
 @joined
@@ -74,9 +75,9 @@ def relaxed(source: Any, target: Any, free: Int, left: Int, right: Int, weights:
     free : lanes
         Free cells of the target.
     left, right : lanes
-        Those of them into which a diagonal move may come from the left, and from the right.
+        Those of them that a diagonal move may enter from the left, and from the right.
     weights, diagonals : row
-        What the cells of the target weigh.
+        Weights of cardinal and diagonal moves into the cells of the target.
     """
     none = simd.splat(UNREACHED)
     from_left = simd.where(left, simd.from_left(source, UNREACHED), none)
@@ -87,21 +88,21 @@ def relaxed(source: Any, target: Any, free: Int, left: Int, right: Int, weights:
 
 @joined
 def weighed(costs: Any) -> Any:
-    """Return what cells of these costs weigh."""
+    """Return the weights of cells with these costs."""
     known = simd.add(simd.multiply(costs, simd.splat(FACTOR)), simd.splat(BASE))
     return simd.where(simd.unlike(costs, simd.splat(255)), known, simd.splat(UNKNOWN))
 
 
 @joined
 def slanted(weights: Any) -> Any:
-    """Return what diagonal moves into cells of these weights weigh."""
+    """Return the weights of diagonal moves into cells of these weights."""
     product = simd.add(simd.multiply(weights, simd.splat(ROOT)), simd.splat(HALF))
     return simd.shift_right(product, simd.splat(ROOT_SHIFT))
 
 
 @bare
-def lay_runs(scratch: Numbers, free: Any) -> None:
-    """Tell which cells of each row are free, and before how long runs of free cells they lie."""
+def store_runs(scratch: Numbers, free: Any) -> None:
+    """Store the free cells of each row, and the lengths of the runs of free cells before them, by doubling."""
     simd.store(scratch, FREE, free)
     rightward, leftward = free, free
     for doubling in range(5):
@@ -114,10 +115,10 @@ def lay_runs(scratch: Numbers, free: Any) -> None:
 
 @joined
 def _moved_right(values: Any, sums: Any, scratch: Numbers, row: Int) -> Any:
-    """Return what moves to the right along a row give, however many.
+    """Return the values of a row after any number of moves to the right.
 
-    A move from one cell to a later one weighs the difference of their sums, so what is least after them is what was
-    least less its own sum. To stay above 0, that is `MOST` more.
+    The path from one cell to a later one weighs the difference of their prefix sums S. The new value of cell j is
+    therefore S(j) + min over i ≤ j of (value(i) − S(i)): a prefix minimum. `MOST` keeps the differences positive.
     """
     by_sum = simd.subtract(simd.splat(MOST), sums)
     at = RIGHTWARD + row
@@ -130,7 +131,7 @@ def _moved_right(values: Any, sums: Any, scratch: Numbers, row: Int) -> Any:
 
 @joined
 def _moved_left(values: Any, sums: Any, weights: Any, scratch: Numbers, row: Int) -> Any:
-    """Return the same for moves to the left: they weigh what lies before each cell, less what lies before the last."""
+    """Return the same for moves to the left, whose weight is the difference of the sums before the two cells."""
     before = simd.subtract(sums, weights)
     at = LEFTWARD + row
     least = simd.least_from_in(
@@ -141,7 +142,7 @@ def _moved_left(values: Any, sums: Any, weights: Any, scratch: Numbers, row: Int
 
 
 @joined
-def _settled_along(values: Any, weights: Any, stride: Int, scratch: Numbers, row: Int) -> Any:
+def _relaxed_along(values: Any, weights: Any, stride: Int, scratch: Numbers, row: Int) -> Any:
     """Return the values of a row after all moves along it."""
     none = simd.splat(UNREACHED)
     from_left = simd.where(simd.pick(scratch, RIGHTWARD + row), simd.from_left(values, UNREACHED), none)
@@ -155,7 +156,7 @@ def _settled_along(values: Any, weights: Any, stride: Int, scratch: Numbers, row
 
 @joined
 def _entered(values: Any, scratch: Numbers, row: Int) -> Any:
-    """Return the values of a row with what comes into it from beside the tile."""
+    """Return the values of a row with those that enter at its ends from beside the tile."""
     at_right = simd.where(1 << LAST, simd.splat(simd.pick(scratch, ENTER_RIGHT + row)), simd.splat(UNREACHED))
     return simd.least(values, simd.where(1, simd.splat(simd.pick(scratch, ENTER_LEFT + row)), at_right))
 
@@ -172,33 +173,34 @@ def sweep(
     pending: Int,
     entered: Int,
 ) -> tuple[Int, Int]:
-    """Carry values from row to row in one direction, as far as they change.
+    """Propagate values from row to row in one direction, as long as they change.
 
     Parameters
     ----------
     field : uint32 array
+        In and out.
     at : int
-        Where the tile begins.
+        Index of the tile's first value.
     scratch : uint32 array
     step : int
         `FORTH`, from the first row on, or `BACK`, from the last.
     stride : int
-        From the weights of a row to those of the next: 0 or 32.
+        Offset from the weights of a row to those of the next: 0 or 32.
     source : row
         Values of the row before the tile, in that direction.
     near : lanes
         Free cells of that row.
     pending : int
-        The rows to be done, the lowest bit for the one it begins with.
+        Bit set of the rows to process; the lowest bit is the first row in that direction.
     entered : int
-        Those of them that something comes into from beside.
+        Those of them that values enter from beside the tile.
 
     Returns
     -------
     changed : int
-        The rows that it changed, the lowest bit for the one it begins with.
+        Bit set of the changed rows, in the same order.
     work : int
-        Rows that it did.
+        Number of rows processed.
     """
     order = simd.first_lane(pending)
     row = order if step > 0 else LAST - order
@@ -214,9 +216,9 @@ def sweep(
         target = _entered(before, scratch, row) if enters else before
         values = relaxed(source, target, near, right, left, weights, diagonals)
         different = simd.less(values, before) | enters
-        # As a branch: what is foretold rightly need not wait for the row before.
+        # A branch, not a select: if predicted correctly, it does not wait for the previous row.
         if different:
-            source = _settled_along(values, weights, stride, scratch, row)
+            source = _relaxed_along(values, weights, stride, scratch, row)
             simd.store(field, at + row * SIDE, source)
             changed |= 1 << order
         else:
@@ -224,6 +226,6 @@ def sweep(
         order += 1
         row += step
         work += 1
-        # Rows between two that changed are done too: a branch foretold wrongly costs more than they do.
+        # Rows between two changed ones are processed too: a mispredicted branch costs more.
         more = order < SIDE and (pending >> order | different) != 0
     return changed, work

@@ -1,33 +1,33 @@
-"""Kernel: help with fields of tiles, one after another, without Python."""
+"""Kernel: main loop of a helper thread of tile fields, without Python."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.planners.field.kernels.tile_growth import grow_tiles
-from ppaas.planners.field.kernels.tile_help import BOX, FIELD_RECORD, OVER, THREAD, comes, leave
-from ppaas.planners.kernels.addresses import longs_of
+from ppaas.planners.field.kernels.tile_help import BOX, FIELD_RECORD, OVER, THREAD, finish, wait_for_call
+from ppaas.planners.kernels.addresses import int64s_of
 from ppaas.planners.kernels.jit_decorators import bare
 
 Ints = NDArray[np.int64]
 
 ENDLESS = 1 << 62
-"""Lines of tiles: a helper is told when to stop."""
+"""Budget of a helper, which runs until it is asked to stop."""
 
 
 @bare
 def serve(box: Ints, nobody: Ints) -> None:
-    """Come whenever called, until it is over.
+    """Wait for calls and help with each, until the process exits.
 
     Parameters
     ----------
     box : (BOX,) int64 array
-        As in `ppaas.planners.field.kernels.tile_help`.
+        Mailbox, as in `ppaas.planners.field.kernels.tile_help`.
     nobody : (0, BOX) int64 array
-        The boxes of those whom a helper may call.
+        The helpers that a helper may call: none.
     """
-    while comes(box):
-        grow_tiles(longs_of(box, FIELD_RECORD), nobody, box[THREAD], ENDLESS)
-        leave(box)
+    while wait_for_call(box):
+        grow_tiles(int64s_of(box, FIELD_RECORD), nobody, box[THREAD], ENDLESS)
+        finish(box)
 
 
 def warm() -> None:

@@ -1,4 +1,4 @@
-"""Kernel: lay out the table of a tile: which of its cells are free, and what they cost."""
+"""Kernel: fill the table of a tile: which of its cells are free, and their costs."""
 
 from typing import Any
 
@@ -12,9 +12,9 @@ from ppaas.planners.field.kernels.tile_layout import (
     CELLS,
     COLUMNS,
     COST,
+    FILLED,
     FREE,
     KIND,
-    LAID,
     LETHAL,
     MIXED,
     OPEN,
@@ -35,7 +35,7 @@ from ppaas.planners.field.kernels.tile_record import (
     WIDTH,
 )
 from ppaas.planners.kernels import simd
-from ppaas.planners.kernels.addresses import map_of, numbers_of, octets_of
+from ppaas.planners.kernels.addresses import bytes_of, readonly_bytes_of, uint32s_of
 from ppaas.planners.kernels.jit_decorators import bare
 
 Int = int | np.signedinteger[Any]
@@ -46,7 +46,7 @@ Tables = NDArray[np.uint32]
 
 @bare
 def _describe(cells: Bytes, at: Int, stride: Int, unknown: Int, tables: Tables, table: Int) -> Int:
-    """Fill one table from 32 rows of costs that begin at ``at`` and lie ``stride`` apart; return the tile's kind."""
+    """Fill one table from 32 rows of costs that begin at ``at``, ``stride`` elements apart; return the tile's kind."""
     some, every, mixed, left, right = 0, ALL, 0, 0, 0
     cost: Int = -1
     for row in range(SIDE):
@@ -70,8 +70,8 @@ def _describe(cells: Bytes, at: Int, stride: Int, unknown: Int, tables: Tables, 
 
 
 @bare
-def _keep_part(source: Bytes, at: Int, width: Int, rows: Int, columns: Int, costs: Bytes, kept: Int) -> None:
-    """Keep the costs of a tile that is not all on the map, filled up with blocked cells."""
+def _copy_partial(source: Bytes, at: Int, width: Int, rows: Int, columns: Int, costs: Bytes, kept: Int) -> None:
+    """Copy the costs of a tile that is partly off the map, padded with blocked cells."""
     blocked = simd.splat(np.int64(LETHAL))
     for row in range(SIDE):
         begin, to = at + row * width, kept + row * SIDE
@@ -85,7 +85,7 @@ def _keep_part(source: Bytes, at: Int, width: Int, rows: Int, columns: Int, cost
 
 
 @bare
-def lay_tile(
+def fill_tile(
     source: Bytes, height: Int, width: Int, unknown: Int, across: Int, tile: Int, costs: Bytes, tables: Tables
 ) -> None:
     """Fill the table of one tile.
@@ -95,15 +95,15 @@ def lay_tile(
     source : (height · width,) uint8 array
         Costs of the map.
     height, width : int
-        Of the map.
+        Size of the map.
     unknown : lanes
         `ALL` if unknown cells are free, else 0.
     across : int
-        Tiles side by side.
+        Number of tiles in a row.
     tile : int
-        Which.
+        Number of the tile.
     costs : (tiles · CELLS,) uint8 array
-        Out: its costs, if they differ.
+        Out: costs of the tile, if its free cells have several, or it is partly off the map.
     tables : ((tiles + 1) · TABLE,) uint32 array
         Out: as in `ppaas.planners.field.kernels.tile_layout`.
     """
@@ -115,13 +115,13 @@ def lay_tile(
         for row in range(SIDE if kind == MIXED else 0):
             simd.store_bytes(costs, kept + row * SIDE, simd.load_bytes(source, (top + row) * width + left))
         return
-    _keep_part(source, top * width + left, width, rows, columns, costs, kept)
+    _copy_partial(source, top * width + left, width, rows, columns, costs, kept)
     _describe(costs, kept, np.int64(SIDE), unknown, tables, table)
 
 
 @bare
-def lay_sample(record: Ints, step: int) -> tuple[int, int]:
-    """Fill the table of each ``step``-th tile.
+def fill_sample(record: Ints, step: int) -> tuple[int, int]:
+    """Fill the table of every ``step``-th tile, and count free cells and forks.
 
     Parameters
     ----------
@@ -132,18 +132,18 @@ def lay_sample(record: Ints, step: int) -> tuple[int, int]:
     Returns
     -------
     free : int
-        How many cells of theirs are free.
+        Number of free cells of these tiles.
     forks : int
-        How many of those have free ones on three of their four sides, or on all, within the tile.
+        Number of free cells with at least three free cardinal neighbours within the tile.
     """
-    source, height, width, unknown = map_of(record, SOURCE), record[HEIGHT], record[WIDTH], record[UNKNOWN]
+    source, height, width, unknown = readonly_bytes_of(record, SOURCE), record[HEIGHT], record[WIDTH], record[UNKNOWN]
     across, tiles = record[ACROSS], record[TILES]
-    costs, tables, marks = octets_of(record, COSTS), numbers_of(record, TABLES), octets_of(record, MARKS)
+    costs, tables, marks = bytes_of(record, COSTS), uint32s_of(record, TABLES), bytes_of(record, MARKS)
     free, forks = 0, 0
     for tile in range(0, tiles, step):
-        if not marks[tile] & LAID:
-            lay_tile(source, height, width, unknown, across, tile, costs, tables)
-            marks[tile] |= LAID
+        if not marks[tile] & FILLED:
+            fill_tile(source, height, width, unknown, across, tile, costs, tables)
+            marks[tile] |= FILLED
         above, cells, below = np.int64(0), np.int64(0), np.int64(tables[tile * TABLE + FREE])
         for row in range(SIDE):
             above, cells = cells, below
@@ -155,5 +155,5 @@ def lay_sample(record: Ints, step: int) -> tuple[int, int]:
 
 
 def warm() -> None:
-    """Compile and call the kernel once that Python calls."""
-    lay_sample(np.zeros(RECORD, np.int64), 1)
+    """Compile and call the kernel that Python calls."""
+    fill_sample(np.zeros(RECORD, np.int64), 1)

@@ -1,20 +1,22 @@
-"""What the threads that grow a field of tiles tell each other: an array of int64.
+"""Shared state of the threads that grow a tile field: an array of int64.
 
-- `STOP`: whether all are to leave.
-- `ACTIVE`: how many threads may still wake a tile.
-- `OVERLONG`: whether values grow too large.
-- From `THREADS` on `APART` numbers for each thread, the planner's own before its helpers: at `WAITING` how many tiles
-  it woke less those it took, at `LINES` those of tiles that it did, at `CALLED` whether it was called and has not left.
+- `STOP`: whether all threads must leave.
+- `ACTIVE`: number of threads that may still queue a tile.
+- `OVERLONG`: whether values have become too large for 32 bits.
+- From `THREADS` on, `APART` numbers for each thread; thread 0 is the planner's own, the others are helpers. `WAITING`:
+  tiles that it queued minus tiles that it took; `LINES`: lines of tiles that it processed; `CALLED`: whether it has
+  been called and has not left.
 """
 
 LINE = 8
-"""Numbers of a cache line: what one thread often writes lies as far from what others read."""
+"""Numbers in a cache line. Numbers that one thread writes often are in another line than those that others read."""
 STOP, ACTIVE, OVERLONG, THREADS = (LINE * place for place in range(4))
 ALIGNED = 8 * LINE
-"""Bytes of a line: it begins at a multiple of so many."""
+"""Size and alignment of a cache line [bytes]."""
 WAITING, LINES, CALLED, APART = 0, 1, LINE, 2 * LINE
+"""Offsets in the numbers of a thread, and their count."""
 
 
 def state_size(threads: int) -> int:
-    """Return how many numbers the state has for so many threads."""
+    """Return the length of the state for a number of threads."""
     return THREADS + threads * APART

@@ -1,4 +1,4 @@
-"""Kernels: read a field of tiles: walk down it, count what is settled, lay it out row by row."""
+"""Kernels that read a tile field: descend it, count settled cells, copy it row by row."""
 
 from typing import Any
 
@@ -34,26 +34,26 @@ def descend_tiles(
     field: Numbers, tables: Numbers, marks: Marks, source: NDArray[np.uint8], height: int, width: int, across: int,
     weights: Ints, cells: NDArray[np.int32], count: int, budget: int,
 ) -> int:  # fmt: skip
-    """Go on with a path for up to ``budget`` cells; return how many it has now.
+    """Extend a path by up to ``budget`` cells; return its new length.
 
-    It chooses as `ppaas.planners.field.kernels.descent.descend` does.
+    It selects the same path as `ppaas.planners.field.kernels.descent.descend`.
 
     Parameters
     ----------
     field, tables, marks, across
-        As in `ppaas.planners.field.kernels.tile_growth`; the value of the last cell so far must be final.
+        As in `ppaas.planners.field.kernels.tile_record`; the value of the last cell of the path must be final.
     source : (height · width,) uint8 array
         Costs of the map.
     height, width : int
-        Of the map.
+        Size of the map.
     weights : (2, 256) int64 array
-        What entering a cell of that cost weighs, on a cardinal and on a diagonal move.
+        Weight of entering a cell of each cost, on a cardinal and on a diagonal move.
     cells : (m, 2) int32 array
-        Row, column on the map; rows up to ``count`` are filled, at least one.
+        Row, column on the map. Rows up to ``count``, at least one, are filled. In and out.
     count : int
-        Cells so far.
+        Length of the path so far.
     budget : int
-        Most cells to add.
+        Maximum number of cells to add.
     """
     rows = np.array([0, 1, 0, -1, 1, 1, -1, -1])
     columns = np.array([1, 0, -1, 0, 1, -1, -1, 1])
@@ -92,7 +92,7 @@ def descend_tiles(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def count_up_to(field: Numbers, marks: Marks, first: int, last: int, most: int) -> int:
-    """Return how many cells of tiles ``first`` to ``last`` have a value of at most ``most``."""
+    """Return the number of cells of tiles ``first`` to ``last`` whose value is at most ``most``."""
     count: Int = 0
     above = simd.splat(most + 1)
     for tile in range(first, last):
@@ -106,7 +106,7 @@ def count_up_to(field: Numbers, marks: Marks, first: int, last: int, most: int) 
 def read_rows(
     field: Numbers, marks: Marks, across: int, first: int, last: int, scale: float, values: NDArray[np.float64]
 ) -> None:
-    """Write rows ``first`` to ``last`` of the field to ``values``, divided by ``scale``; infinite where not reached."""
+    """Write rows ``first`` to ``last`` of the field to ``values``, divided by ``scale``; infinite if not reached."""
     width = values.shape[1]
     for row in range(first, last):
         for left in range(0, width, SIDE):

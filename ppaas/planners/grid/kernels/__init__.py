@@ -1,4 +1,4 @@
-"""Kernels of searches from cell to cell, compiled by numba."""
+"""Kernels of the planners on a grid, compiled by numba."""
 
 from ppaas.kernel_cache import watch_all_kernels
 

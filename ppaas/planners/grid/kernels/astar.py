@@ -1,11 +1,12 @@
-"""Kernel: grow a field of costs from its goal towards one cell: A* (Hart, Nilsson and Raphael, 1968).
+"""Kernel: grow a cost field from its goal towards one cell by A* (Hart, Nilsson and Raphael, 1968).
 
-What is left from a cell to the target is estimated by the octile distance at the least weights there are. No move
-lowers value and estimate together (the estimate is consistent), so a cell is worked off with its final value, but for
-the few that a bucket wider than one takes too early: their value falls again, and they are worked off again.
+The heuristic is the octile distance to the target with the least weights of the map. It is consistent, so cells are
+expanded with their final value, except for a few that a bucket of width above 1 yields too early: their value falls
+again, and they are expanded again.
 
-A cell's element of the field is ``base`` + 2·value, and 1 more while it waits in the queue; so one comparison with what
-is written tells whether a new value is less, and what searches before have left is never less.
+The element of a cell is ``base`` + 2·value, plus 1 while it is queued. A single comparison with the element tells
+whether a new value is lower, because elements of earlier searches are never lower (see
+`ppaas.planners.grid.reusable_values`).
 """
 
 import numpy as np
@@ -20,25 +21,27 @@ Bytes = NDArray[np.uint8]
 Links = NDArray[np.int32]
 
 COUNT, BEST, EXTRA_STATE = RING_STATE, RING_STATE + 1, 2
-"""Behind the ring's state: cells settled, −1 before the search has begun; the least value of the target so far."""
+"""Elements of the state behind the ring's: number of settled cells, −1 before the search has begun; least value of the
+target so far."""
 
 UNKNOWN_YET = np.int64(1 << 62)
+"""Value of a target that has not been reached."""
 
 DOWN = (0, 0, -1, 1, -1, -1, 1, 1)
 RIGHT = (-1, 1, 0, 0, -1, 1, -1, 1)
-"""Rows and columns that each move leads on; diagonal moves last, so that they are taken from a bucket first."""
+"""Rows and columns of each move. Diagonal moves are last, so that they are popped from a bucket first."""
 
 
 @bare
 def octile(down: int, right: int, cardinal: int, diagonal: int) -> int:
-    """Return the least that any path over so many rows and columns can weigh."""
+    """Return the octile distance: the least weight of a path over a number of rows and columns."""
     down, right = abs(down), abs(right)
     return int(min(down, right) * diagonal + abs(down - right) * cardinal)
 
 
 @bare
 def divide(cell: int, stride: int) -> tuple[int, int]:
-    """Return row and column of an element; unsigned and short, which is the fastest division there is."""
+    """Return row and column of an element; 32-bit unsigned division is the fastest."""
     row = int(np.int64(np.uint32(cell) // np.uint32(stride)))
     return row, cell - row * stride
 
@@ -49,28 +52,28 @@ def aim(
     heads: Links, marks: NDArray[np.uint64], pool: Links, state: Ints,
     base: int, ceiling: int, goal: int, target: int, budget: int,
 ) -> int:  # fmt: skip
-    """Work off up to ``budget`` cells and tell why it stopped.
+    """Expand up to ``budget`` cells and return why the kernel stopped.
 
     Parameters
     ----------
     field : (n,) int64 array
-        Values; see above.
+        Elements as described in the module. In and out.
     costs : (n,) uint8 array
         Costs of the padded map.
     stride : int
-        Elements in a row of it.
+        Number of elements in a row.
     weights : (2, 256) int64 array
-        What a cardinal and a diagonal move into a cell of each cost weighs; 0 is blocked.
+        Weight of a cardinal and of a diagonal move into a cell of each cost; 0 is blocked.
     least : (2,) int64 array
-        The least of both.
+        Least weight of both kinds of moves on this map.
     heads, marks, pool, state
-        The queue, and what the search remembers.
+        Queue (`ppaas.planners.grid.kernels.bucket_ring`) and state of the search. In and out.
     base, ceiling : int
-        Both even; what is written in this search is from the one to below the other, what was written before is above.
+        Range of the elements of this search: base ≤ element < ceiling. Both are even; older elements are above.
     goal, target : int
-        Cell to begin at, and cell whose value is wanted.
+        Cell where the field begins, and cell whose value is wanted.
     budget : int
-        Cells to work off before it pauses.
+        Number of cells to expand in this call.
 
     Returns
     -------
@@ -78,7 +81,7 @@ def aim(
         EXHAUSTED, SETTLED, PAUSED or POOL_EMPTY.
     """
     target_row, target_column = divide(target, stride)
-    if state[COUNT] < 0:
+    if state[COUNT] < 0:  # first call: queue the goal
         row, column = divide(goal, stride)
         left = octile(row - target_row, column - target_column, least[0], least[1])
         empty(heads, marks, state, left)
@@ -95,7 +98,7 @@ def aim(
         if cell < 0 or state[BUCKET] << state[SHIFT] >= state[BEST]:
             return SETTLED if state[BEST] < UNKNOWN_YET else EXHAUSTED
         waiting = field[cell]
-        if waiting & 1 == 0:
+        if waiting & 1 == 0:  # a stale entry: expanded already
             continue
         value = (waiting - base) >> 1
         row, column = divide(cell, stride)
@@ -103,6 +106,7 @@ def aim(
             continue
         field[cell] = waiting - 1
         state[COUNT] += 1
+        # Relax the moves to its free neighbours; prune those that cannot lead to a better path to the target.
         open_sides = 0
         for move in range(8):
             if open_sides & NEEDS[move] != NEEDS[move]:
@@ -123,7 +127,7 @@ def aim(
             if neighbour == target:
                 state[BEST] = new
             if old < ceiling and old & 1 == 0:
-                state[COUNT] -= 1  # it is to be settled again
+                state[COUNT] -= 1  # it was settled and will be again
             field[neighbour] = element
             push(heads, marks, pool, state, neighbour, new + left)
 
@@ -132,21 +136,21 @@ def aim(
 def walk(
     field: Ints, costs: Bytes, stride: int, weights: Ints, base: int, cells: Links, count: int, budget: int
 ) -> int:
-    """Go on with a path to the goal for up to ``budget`` cells; return how many it has now.
+    """Extend a path to the goal by up to ``budget`` cells; return its new length.
 
-    From each cell it goes to a neighbour of which the cell has its value; straight on where it may, so that of all
-    cheapest paths one with few turns is taken.
+    Each step goes to a neighbour n with value(n) + weight of the move = value(cell). It keeps the direction of the last
+    step if possible, which selects one of the cheapest paths with few turns.
 
     Parameters
     ----------
     field, costs, stride, weights, base
         As in `aim`, which must have settled the first cell of the path.
     cells : (m, 2) int32 array
-        Row, column on the map; rows up to ``count`` are filled, at least one.
+        Row, column on the map. Rows up to ``count``, at least one, are filled. In and out.
     count : int
-        Cells so far.
+        Length of the path so far.
     budget : int
-        Most cells to add.
+        Maximum number of cells to add.
     """
     row, column = np.int64(cells[count - 1, 0]), np.int64(cells[count - 1, 1])
     ahead = 0

@@ -1,11 +1,17 @@
-"""Kernel: a queue of cells by whole keys that never fall below the last one taken, as in A*.
+"""Kernel: monotone bucket queue of cells with integer keys, which never fall below the last key popped, as in A*.
 
-A ring of buckets (Dial, 1969), each a linked list in one pool, with a tree of marks over them: a bit for each bucket
-that holds anything, a bit for each such word, and so on. So a queue whose keys lie far apart costs no more than one
-whose keys are dense: three words are looked at. Within a bucket the last one in is the first one out.
+It is a ring of buckets (Dial, 1969), each a linked list in one pool. A tree of bit sets over the buckets marks those
+that are not empty: one bit per bucket, one bit per non-zero word of these, and so on. Finding the next bucket reads at
+most a few words, also if keys are sparse. Within a bucket the order is last in, first out.
 
-``heads`` has the first entry of each bucket, 0 if none; ``pool`` the cell and the next entry of each entry. All arrays
-are handed over one by one: to take them out of a tuple costs as much as the work.
+Arrays of the queue:
+
+- ``heads``: (SLOTS,) int32, first entry of each bucket; 0 if it is empty.
+- ``marks``: (MARKS,) uint64, the tree of bit sets.
+- ``pool``: (capacity + 1, 2) int32, cell and next entry of each entry; entry 0 is unused.
+- ``state``: int64, see below.
+
+They are passed one by one, since unpacking a tuple takes as long as the operations.
 """
 
 import numpy as np
@@ -23,19 +29,19 @@ SLOTS = 1 << SLOT_BITS
 _WORDS = SLOTS >> 6
 _TOP = _WORDS + (_WORDS >> 6)
 MARKS = _TOP + 1
-"""Words in the tree: one bit a bucket, one a word of those, one a word of these."""
+"""Words in the tree: one bit per bucket, one per word of those, and one per word of these."""
 
 RING_STATE = 5
 BUCKET, SHIFT, SIZE, USED, FREE = range(RING_STATE)
-"""Of the state: number of the lowest bucket, width of a bucket as a power of two, entries in the queue, entries ever
-used, the first that is free again (0 if none)."""
+"""Elements of the state: number of the lowest bucket, log₂ of the width of a bucket, entries in the queue, entries of
+the pool ever used, first entry of the free list (0 if empty)."""
 
 _ALL = np.uint64(0xFFFFFFFFFFFFFFFF)
 
 
 @inlined
 def push(heads: Links, marks: Marks, pool: Links, state: Ints, cell: int, key: int) -> None:
-    """Put a cell in; the pool must have room, and the key be less than ``SLOTS`` buckets above the lowest."""
+    """Insert a cell; the pool must not be full, and the key must be less than ``SLOTS`` buckets above the lowest."""
     entry = state[FREE]
     if entry:
         state[FREE] = pool[entry, 1]
@@ -56,7 +62,7 @@ def push(heads: Links, marks: Marks, pool: Links, state: Ints, cell: int, key: i
 
 @bare
 def _next_slot(marks: Marks, slot: int) -> int:
-    """Return the first slot with anything in it, from one on and around; there must be one."""
+    """Return the first non-empty slot from ``slot`` on, wrapping around; there must be one."""
     word = marks[slot >> 6] & (_ALL << np.uint64(slot & 63))
     if word != 0:
         return int((slot & ~63) + trailing_zeros(word))
@@ -87,7 +93,7 @@ def _unmark(marks: Marks, slot: int) -> None:
 
 @inlined
 def pop(heads: Links, marks: Marks, pool: Links, state: Ints) -> int:
-    """Take a cell out of the lowest bucket; −1 if the queue is empty."""
+    """Remove and return a cell of the lowest bucket; −1 if the queue is empty."""
     if state[SIZE] == 0:
         return -1
     slot = state[BUCKET] & (SLOTS - 1)
@@ -106,7 +112,7 @@ def pop(heads: Links, marks: Marks, pool: Links, state: Ints) -> int:
 
 @bare
 def empty(heads: Links, marks: Marks, state: Ints, key: int) -> None:
-    """Throw out what is in the queue, whose keys will be ``key`` or more."""
+    """Clear the queue; its next keys will be ``key`` or more."""
     slot = np.int64(0)
     while marks[_TOP] != 0:
         slot = _next_slot(marks, slot)

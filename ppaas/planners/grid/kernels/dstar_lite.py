@@ -1,12 +1,12 @@
-"""Kernels: keep a field of costs-to-go right while the map changes and the robot moves: D* Lite.
+"""Kernels of D* Lite: repair a cost field when the map changes and the robot moves.
 
-Source: Koenig and Likhachev, "D* Lite", 2002, in its optimized version (figure 4). Each cell has two values: the one it
-had when it was last worked off (g in the paper, ``field`` here), and the one that follows from its neighbours' (rhs,
-``ahead`` here). Cells of which the two differ wait in a heap, those first that may concern the robot's way. Only they
-are worked off; what a change does not reach is not touched.
+Source: Koenig and Likhachev, "D* Lite", 2002, optimized version (figure 4). Each cell has two values: the one that it
+had when it was last expanded (g in the paper, ``field`` here), and the one that follows from its neighbours (rhs,
+``ahead`` here). Inconsistent cells, whose two values differ, are in a heap; its keys put those first that may affect
+the robot's path. Only these are expanded; cells that a change does not affect are not touched.
 
-Both values are costs-to-go in fixed point plus ``AT_GOAL``, as in `ppaas.planners.field.kernels.layout`. No move leads
-to or past a blocked cell, so a cell that becomes blocked is taken out at once: its neighbours are all that it concerns.
+Both values are costs-to-go in fixed point plus ``AT_GOAL``, as in `ppaas.planners.field.kernels.layout`. No move enters
+a blocked cell or passes its corner, so a cell that becomes blocked is removed at once: it affects only its neighbours.
 """
 
 from typing import Any
@@ -24,20 +24,20 @@ Ints = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
 Places = NDArray[np.int32]
 State = tuple[Ints, Ints, Bytes, int, Ints, Ints, Ints, NDArray[np.float64], Places, Places, Ints]
-"""What ``repair`` and ``amend`` take first."""
+"""Types of the leading arguments of ``repair`` and ``amend``."""
 
 FAR = np.int64(1 << 60)
-"""Not reached: more than any path costs, and sums with it do not wrap around."""
+"""Value of unreached cells (infinity in the paper): more than any path costs, and sums with it do not overflow."""
 
 STATE_SIZE = 5
 SIZE, COUNT, START, GOAL, MOVED = range(STATE_SIZE)
-"""Of the field's state: cells in the heap, cells worked off, where the robot stands, where it goes, and the sum of the
-estimates of its moves so far (k_m in the paper): keys made before are that much too low, which does no harm."""
+"""Elements of the state: cells in the heap, expansions, the robot's cell, the goal, and the sum of the heuristics of
+the robot's moves so far (k_m in the paper), by which earlier keys are too low; the algorithm allows for that."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _follow(field: Ints, costs: Bytes, weights: Ints, offsets: Ints, cell: Int) -> Int:
-    """Return the value of a cell that follows from those of its neighbours."""
+def _rhs(field: Ints, costs: Bytes, weights: Ints, offsets: Ints, cell: Int) -> Int:
+    """Return the rhs of a cell: the minimum over its neighbours of their value plus the weight of the move."""
     least = FAR
     open_sides = 0
     for move in range(8):
@@ -57,7 +57,7 @@ def _queue(
     field: Ints, ahead: Ints, stride: Int, least: Ints,
     keys: NDArray[np.float64], cells: Places, places: Places, state: Ints, cell: Int,
 ) -> None:  # fmt: skip
-    """Have a cell wait with its key if its two values differ, else not."""
+    """Insert a cell with its key if it is inconsistent, or update its key; else remove it (UpdateVertex)."""
     if field[cell] != ahead[cell]:
         value = min(field[cell], ahead[cell])
         total = value + octile(cell, state[START], stride, least[0], least[1]) + state[MOVED]
@@ -71,35 +71,39 @@ def repair(
     field: Ints, ahead: Ints, costs: Bytes, stride: int, weights: Ints, offsets: Ints, least: Ints,
     keys: NDArray[np.float64], cells: Places, places: Places, state: Ints, budget: int,
 ) -> int:  # fmt: skip
-    """Work off up to ``budget`` cells and tell why it stopped.
+    """Expand up to ``budget`` cells (ComputeShortestPath) and return why the kernel stopped.
 
     Parameters
     ----------
     field, ahead : (n,) int64 array
-        Both values of each cell of the padded map.
+        g and rhs of each cell of the padded map. In and out.
     costs : (n,) uint8 array
+        Costs of the cells.
     stride : int
-        Elements in a row.
+        Number of elements in a row.
     weights : (2, 256) int64 array
-        Of cardinal and of diagonal moves from a cell of each cost.
+        Weights of cardinal and diagonal moves from a cell of each cost; 0 for blocked costs.
     offsets : (8,) int64 array
-        From a cell to its neighbours, in the order that ``NEEDS`` counts on.
+        Offsets of the neighbours of a cell, in the order of ``NEEDS``.
     least : (2,) int64 array
-        Least weight of a cardinal and of a diagonal move.
+        Least weight of a cardinal and of a diagonal move, for the heuristic.
     keys, cells, places
-        The heap's: value, estimate and ``MOVED`` together, then the value; see `ppaas.planners.kernels.indexed_heap`.
+        The heap, as in `ppaas.planners.kernels.indexed_heap`. Keys: min(g, rhs) + heuristic + k_m, then min(g, rhs).
     state : (STATE_SIZE,) int64 array
+        In and out.
     budget : int
+        Maximum number of heap operations in this call.
 
     Returns
     -------
     int
-        SETTLED if both values of the start are final, EXHAUSTED if it has none, PAUSED.
+        SETTLED if g and rhs of the robot's cell are final, EXHAUSTED if there is no path from it, or PAUSED.
     """
     start, goal = state[START], state[GOAL]
     for _ in range(budget):
         if state[SIZE] == 0:
             return SETTLED if field[start] < FAR else EXHAUSTED
+        # The robot's cell is final if it is consistent and no key in the heap is lower than its own.
         value = min(field[start], ahead[start])
         total = float(value + state[MOVED])
         if field[start] == ahead[start] and not (
@@ -109,14 +113,16 @@ def repair(
         cell = np.int64(cells[1])
         value = min(field[cell], ahead[cell])
         total = float(value + octile(cell, start, stride, least[0], least[1]) + state[MOVED])
-        if keys[1, 0] < total:  # its key was made before the robot moved on
+        if keys[1, 0] < total:  # the key is outdated: the robot has moved since
             state[SIZE] = put(keys, cells, places, state[SIZE], cell, total, float(value))
             continue
+        # Expand: an overconsistent cell takes its rhs; an underconsistent one becomes unreached first.
         state[COUNT] += 1
         old = field[cell]
         lower = old > ahead[cell]
         field[cell] = ahead[cell] if lower else FAR
         _queue(field, ahead, stride, least, keys, cells, places, state, cell)
+        # Update the rhs of its neighbours.
         open_sides = 0
         for move in range(8):
             if open_sides & NEEDS[move] != NEEDS[move]:
@@ -134,7 +140,7 @@ def repair(
                     continue
                 ahead[neighbour] = field[cell] + weight
             elif ahead[neighbour] == old + weight:
-                ahead[neighbour] = _follow(field, costs, weights, offsets, neighbour)
+                ahead[neighbour] = _rhs(field, costs, weights, offsets, neighbour)
             else:
                 continue
             _queue(field, ahead, stride, least, keys, cells, places, state, neighbour)
@@ -146,15 +152,16 @@ def amend(
     field: Ints, ahead: Ints, costs: Bytes, stride: int, weights: Ints, offsets: Ints, least: Ints,
     keys: NDArray[np.float64], cells: Places, places: Places, state: Ints, changed: Ints, new_costs: Bytes,
 ) -> None:  # fmt: skip
-    """Give cells other costs, and queue all that those concern.
+    """Change the costs of cells, and queue all cells that become inconsistent.
 
     Parameters
     ----------
     field, ahead, costs, stride, weights, offsets, least, keys, cells, places, state
-        As in ``repair``; weights are 0 for costs that block.
+        As in ``repair``.
     changed : (m,) int64 array
-        Cells of the padded map; the goal may change, but not become blocked.
+        Changed cells of the padded map; the goal must not become blocked.
     new_costs : (m,) uint8 array
+        Their new costs.
     """
     for index in range(changed.size):
         cell, cost = changed[index], new_costs[index]
@@ -165,12 +172,12 @@ def amend(
             field[cell], ahead[cell] = BLOCKED, FAR
         elif is_open and not was_open:
             field[cell] = FAR
-        # A graded change concerns the cell alone, whose moves weigh something else now; others, its neighbours as well.
+        # A cell that stays free only affects its own rhs. One that becomes free or blocked also affects its neighbours.
         for move in range(-1, 8 if was_open != is_open else 0):
             near = cell if move < 0 else cell + offsets[move]
             if field[near] == BLOCKED or near == state[GOAL]:
                 continue
-            ahead[near] = _follow(field, costs, weights, offsets, near)
+            ahead[near] = _rhs(field, costs, weights, offsets, near)
             _queue(field, ahead, stride, least, keys, cells, places, state, near)
 
 

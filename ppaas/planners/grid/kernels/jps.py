@@ -1,20 +1,20 @@
-"""Kernel: jump point search (Harabor and Grastien, 2011) where no corner is cut (2012, 2014), on weighted maps too.
+"""Kernel: jump point search (Harabor and Grastien, 2011) without corner cutting (2012, 2014), also on weighted maps.
 
-Of all cheapest paths that differ only in the order of their moves one is followed, the one with its diagonal moves
-first. That needs the neighbours of a cell to weigh alike. At a mixed cell, where they do not, a path may go on wherever
-the cell before does not lead for less (after Carlson and others, "Optimal Pathfinding on Weighted Grid Maps", 2023).
-What is left is estimated as in A*, from which this differs in its moves: whole jumps, and from a diagonal jump the
-straight ones beside it at once.
+Of all cheapest paths that differ only in the order of their moves, only the one with its diagonal moves first is
+followed. This symmetry requires that the neighbours of a cell weigh the same. At a *mixed* cell they do not; from there
+a path may continue to every neighbour that the previous cell does not reach at less cost (after Carlson et al.,
+"Optimal Pathfinding on Weighted Grid Maps", 2023). The heuristic is that of A*. The moves differ: the search takes
+whole jumps, and the straight jumps beside a diagonal one at once.
 
-A cell may be come to from several sides with the same value, and go on in other directions from each. All of them are
-followed: a cell waits with a set of directions, and is worked off again if more are found. So each cheapest path of
-the kind above is found, whatever ties there are.
+A cell may be reached from several sides with the same value, each with other directions to continue in. All of them are
+followed: a node stores a set of directions, and is expanded again if more are added. So the search finds all cheapest
+paths of the kind above, also in case of ties.
 
-A search grows from the goal towards the start, as fields do: a move weighs what the cell entered weighs. All cells
-entered in one jump weigh the same, for between any two that follow each other there is one that is not mixed.
+The search grows from the goal towards the start, like cost fields: a move weighs as much as the cell entered. All cells
+entered in one jump weigh the same, because of any two successive cells at least one is not mixed.
 
-A node is two numbers for each cell: ``base`` + value, and parent · 2¹⁶ + directions followed · 2⁸ + directions still to
-follow. To the parent a path leads straight and then diagonally.
+A node is two numbers per cell: ``base`` + value, and parent · 2¹⁶ + directions followed · 2⁸ + directions still to
+follow. The path from a node to its parent is straight first, then diagonal.
 """
 
 import numpy as np
@@ -35,15 +35,16 @@ Bytes = NDArray[np.uint8]
 Links = NDArray[np.int32]
 Words = NDArray[np.uint64]
 Query = tuple[int, int, int, int, int, int, int, int, int]
-"""Base; row and column of the target; cells in a row; what the cheapest cardinal move weighs; bits in a plane of the
-rows; where the planes of the columns begin; bits in a column; bits in a plane of the columns."""
+"""Parameters of a query: base; row and column of the target; cells in a row; weight of the cheapest cardinal move; bits
+in a plane of the rows; first bit of the planes of the columns; bits in a column; bits in a plane of the columns."""
 
 COUNT, BEST, WORK, EXTRA_STATE = RING_STATE, RING_STATE + 1, RING_STATE + 2, 3
-"""Behind the ring's state: cells worked off, −1 before the search has begun; the least value of the target so far;
-looks at words."""
+"""Elements of the state behind the ring's: expansions, −1 before the search has begun; least value of the target so
+far; words scanned."""
 
 LONGEST = 64
-"""Moves of a diagonal jump, at most: after that it goes on as a new one, which waits its turn if it leads away."""
+"""Maximum number of moves of a diagonal jump. It then ends in a node, which is expanded later if it leads away from the
+target."""
 
 _TURNS = turns().ravel()
 _PARENT, _SET = 16, 255
@@ -54,7 +55,7 @@ def _arrive(
     planes: Words, nodes: Ints, heads: Links, marks: Words, pool: Links, state: Ints, query: Query,
     row: int, column: int, value: int, came: int, parent: int,
 ) -> None:  # fmt: skip
-    """Let a jump end in a cell."""
+    """End a jump in a cell: update its node, and queue it if it has new directions to follow."""
     base, target_row, target_column, stride, least, plane, _, _, _ = query
     cell = row * stride + column
     place = np.uint64(cell)
@@ -88,10 +89,10 @@ def _jump_straight(
     planes: Words, nodes: Ints, heads: Links, marks: Words, pool: Links, state: Ints, query: Query,
     row: int, column: int, value: int, direction: int, weight: int, parent: int,
 ) -> None:  # fmt: skip
-    """Jump from a cell in one of the directions 0 to 3."""
+    """Jump from a cell in one of the directions 0 to 3, by scanning 64 cells per word."""
     _, target_row, target_column, stride, _, plane, columns, height, turned = query
     if direction & 1:
-        # Along a column: its planes lie behind those of the rows.
+        # Along a column; the planes of the columns are behind those of the rows.
         line, size, at, target_at = columns + column * height, turned, row, target_row
         in_line = column == target_column
     else:
@@ -121,12 +122,12 @@ def _jump(
     planes: Words, nodes: Ints, heads: Links, marks: Words, pool: Links, state: Ints, query: Query,
     row: int, column: int, value: int, direction: int, weight: int, parent: int,
 ) -> None:  # fmt: skip
-    """Jump from a cell in any direction: if diagonally, then straight on from each cell on the way as well."""
+    """Jump from a cell in any direction; from each cell of a diagonal jump also jump in its two straight directions."""
     _, target_row, target_column, stride, _, plane, _, _, _ = query
     is_diagonal = direction > 3
     down, right = DOWN[direction], RIGHT[direction]
     diagonal = weight // CARDINAL * DIAGONAL
-    # The corner of the square of four cells that a diagonal move leads over.
+    # First bit of the 2×2 square that a diagonal move crosses, relative to the cell.
     corner = SQUARE * plane + min(down, 0) * stride + min(right, 0)
     for step in range(1, LONGEST + 1):
         if is_diagonal:
@@ -151,26 +152,28 @@ def jump(
     planes: Words, costs: Bytes, weights: Ints, nodes: Ints,
     heads: Links, marks: Words, pool: Links, state: Ints, query: Query, goal: int, room: int, budget: int,
 ) -> int:  # fmt: skip
-    """Work off cells with about ``budget`` looks at words and tell why it stopped.
+    """Expand cells, scanning about ``budget`` words, and return why the kernel stopped.
 
     Parameters
     ----------
     planes : (words,) uint64 array
-        The planes of `ppaas.planners.grid.kernels.jump_planes`, of rows and then of columns.
+        Bit planes of `ppaas.planners.grid.kernels.jump_planes`, of the rows and then of the columns.
     costs : (n,) uint8 array
         Costs of the padded map.
     weights : (256,) int64 array
-        What a cardinal move into a cell of each cost weighs.
+        Weight of a cardinal move into a cell of each cost; 0 is blocked.
     nodes : (n, 2) int64 array
-        See above.
+        Nodes as described in the module. In and out.
     heads, marks, pool, state
-        The queue, and what the search remembers.
+        Queue (`ppaas.planners.grid.kernels.bucket_ring`) and state of the search. In and out.
     query : tuple of int
+        See `Query`.
     goal : int
-        Cell to begin at.
+        Cell where the search begins.
     room : int
-        Entries of the pool that working off one cell can take.
+        Maximum number of queue entries that expanding one cell adds.
     budget : int
+        Number of words to scan in this call, up to one expansion more.
 
     Returns
     -------
@@ -215,19 +218,27 @@ def jump(
 
 @bare
 def unwind(nodes: Ints, stride: int, node: int, cells: Links, count: int, budget: int) -> tuple[int, int]:
-    """Go on with a path for about ``budget`` cells; return at which node it is then, −1 at its end, and its length.
+    """Extend a path by about ``budget`` cells, along the parents of nodes.
 
     Parameters
     ----------
     nodes, stride
         As in `jump`.
     node : int
-        Cell that the path has come to, as it is in the padded map; it was reached.
+        Cell of the padded map that the path has reached; it must be a reached node.
     cells : (m, 2) int32 array
-        Row, column on the map; rows up to ``count`` are filled. There must be room for the budget and a jump more.
+        Row, column on the map; rows up to ``count`` are filled. It must have room for the budget plus a jump.
     count : int
-        Cells so far, without that of the node.
+        Length of the path so far, without the node.
     budget : int
+        Number of cells to add, up to a jump more.
+
+    Returns
+    -------
+    node : int
+        Cell that the path has reached now; −1 at its end.
+    count : int
+        Its new length.
     """
     end = count + budget
     row, column = divide(node, stride)
@@ -238,7 +249,7 @@ def unwind(nodes: Ints, stride: int, node: int, cells: Links, count: int, budget
             cells[count, 0], cells[count, 1] = row - 1, column - 1
             count += 1
             down, right = end_row - row, end_column - column
-            # Straight until it is as far down as right.
+            # Move along the longer axis only, until both distances are equal; then diagonally.
             if abs(down) >= abs(right):
                 row += np.sign(down)
             if abs(right) >= abs(down):

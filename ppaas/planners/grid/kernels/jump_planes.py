@@ -1,13 +1,12 @@
-"""Kernel: where jumps end, as bits: prepared once for a map.
+"""Kernel: bit planes of the ends of straight jumps, computed once per map.
 
-A jump in a straight line ends before a blocked cell, at a cell beside which an obstacle ends (only there a cheapest
-path need turn), and at a *mixed* cell: one that has, within its eight neighbours and itself, free cells of two costs,
-where the symmetry that jumps live by is broken. All three are known from the map alone, so that 64 cells of a jump are
-one look at a word: block-based scanning (Harabor and Grastien, "Improving Jump Point Search", 2014) with its masks
-worked out beforehand.
+A straight jump ends before a blocked cell; at a cell beside which an obstacle ends (only there must a cheapest path be
+able to turn); and at a *mixed* cell, which has free cells of different costs among itself and its eight neighbours, so
+that the symmetry behind jumps does not hold. All three depend on the map only. A jump then scans 64 cells per word:
+block-based scanning (Harabor and Grastien, "Improving Jump Point Search", 2014) with precomputed masks.
 
 Planes are (plane, line, word) arrays of bits, see `ppaas.planners.kernels.bits`. Lines are the rows of the padded map,
-or its columns; what is beyond it is blocked.
+or its columns; everything beyond it counts as blocked.
 """
 
 import numpy as np
@@ -19,8 +18,8 @@ Bytes = NDArray[np.uint8]
 Ints = NDArray[np.int64]
 
 FREE, MIXED, AHEAD, BACK, SQUARE = range(5)
-"""Planes: free cells; mixed cells; where jumps end towards higher positions, and towards lower ones; cells that are
-free together with the next one in the line and both of these in the line above, over which a diagonal move leads."""
+"""Planes: free cells; mixed cells; ends of jumps towards higher positions, and towards lower ones; first cells of a
+free 2×2 square with the next cell of the line and the two cells of the next line, which a diagonal move may cross."""
 
 _1, _63 = np.uint64(1), np.uint64(63)
 
@@ -32,15 +31,15 @@ def mark_cells(costs: Bytes, weights: Ints, one_cost: bool, rows: Planes, first:
     Parameters
     ----------
     costs : (height, width) uint8 array
-        Of the padded map.
+        Costs of the padded map.
     weights : (256,) int64 array
-        By cost; 0 is blocked.
+        Weight of each cost; 0 is blocked.
     one_cost : bool
         Whether all free cells cost the same, so that none is mixed.
     rows : (5, height, words) uint64 array
-        Out.
+        Out: the planes `FREE` and `MIXED`.
     first, last : int
-        ``last`` excluded.
+        Range of rows, ``last`` excluded.
     """
     height, width = costs.shape
     for row in range(first, last):
@@ -67,7 +66,7 @@ def mark_cells(costs: Bytes, weights: Ints, one_cost: bool, rows: Planes, first:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _transposed(source: Planes, plane: int, line: int, word: int, block: Planes) -> None:
-    """Turn a square of 64 by 64 bits (Warren, "Hacker's Delight", 2012, 7–3); lines that are not there are blank."""
+    """Transpose a block of 64×64 bits (Warren, "Hacker's Delight", 2012, 7–3); lines beyond the map are zero."""
     for i in range(64):
         block[i] = source[plane, line + i, word] if line + i < source.shape[1] else np.uint64(0)
     width, mask = np.uint64(32), np.uint64(0x00000000FFFFFFFF)
@@ -85,7 +84,7 @@ def _transposed(source: Planes, plane: int, line: int, word: int, block: Planes)
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def turn(rows: Planes, columns: Planes, first: int, last: int) -> None:
-    """Write the planes of free and of mixed cells by columns; ``first`` to ``last`` are words of the columns."""
+    """Write words ``first`` to ``last`` of the columns' planes `FREE` and `MIXED`, by transposing the rows' planes."""
     block = np.empty(64, np.uint64)
     for plane in (FREE, MIXED):
         for word in range(first, last):
@@ -97,9 +96,9 @@ def turn(rows: Planes, columns: Planes, first: int, last: int) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mark_jumps(planes: Planes, first: int, last: int) -> None:
-    """Write the other planes of lines ``first`` to ``last``, rows or columns, from those of free and mixed cells.
+    """Write the other planes for lines ``first`` to ``last`` (rows or columns), from those of free and mixed cells.
 
-    A jump ends where a cell beside the line is free and the one before it, which was passed, is not.
+    An obstacle beside the line ends where a cell of an adjacent line is free and the one before it is blocked.
     """
     words = planes.shape[2]
     blank = np.uint64(0)

@@ -1,9 +1,9 @@
-"""Where a path may go on from a cell that it came to, as a table for the kernel of jump point search.
+"""Table of the directions in which a path continues from a cell, for the kernel of jump point search.
 
-Directions are 0 to 7: towards higher columns, higher rows, lower columns, lower rows, and the diagonals behind each of
-these: 4 is between 0 and 1, 7 between 3 and 0. A set of them is a number with a bit for each.
+Directions are 0 to 7: towards higher columns, higher rows, lower columns, lower rows, and the diagonals between these:
+4 is between 0 and 1, 7 between 3 and 0. A set of directions is a number with one bit for each.
 
-A neighbourhood is a number of nine bits, one for each free cell: the row below in the lowest three, by column.
+A neighbourhood is a number of nine bits, one for each free cell: the lower row in the lowest three bits, by column.
 """
 
 import numpy as np
@@ -11,33 +11,33 @@ from numpy.typing import NDArray
 
 DOWN = (0, 1, 0, -1, 1, 1, -1, -1)
 RIGHT = (1, 0, -1, 0, 1, -1, -1, 1)
-"""Rows and columns that each direction leads on."""
+"""Rows and columns of a move in each direction."""
 
 ANY = 8
-"""In the place of a direction: from wherever, to all free neighbours."""
+"""Index of the table for the start of a search, which continues to all free neighbours."""
 
 MIXED = 9
-"""In the place of a direction, with that added: to a cell whose neighbours do not all weigh the same."""
+"""Added to a direction as the index of the table for a mixed cell, whose neighbours do not all weigh the same."""
 
 
 def _free(down: int, right: int) -> NDArray[np.bool_]:
-    """Return for each neighbourhood whether one of its cells is free."""
+    """Return for each neighbourhood whether the cell at an offset is free."""
     return np.asarray((np.arange(512) >> ((down + 1) * 3 + right + 1)) & 1, np.bool_)
 
 
 def _allowed(direction: int) -> NDArray[np.bool_]:
-    """Return for each neighbourhood whether a move may be made: a diagonal one between two free cells only."""
+    """Return for each neighbourhood whether a move is possible; a diagonal one needs both cells beside it free."""
     down, right = DOWN[direction], RIGHT[direction]
     return _free(down, right) & _free(down, 0) & _free(0, right)
 
 
 def _parts(direction: int) -> tuple[int, int]:
-    """Return the two cardinal directions that a diagonal one is between."""
+    """Return the two cardinal directions that enclose a diagonal one."""
     return direction - 4, (direction - 3) & 3
 
 
 def _straight(direction: int) -> NDArray[np.bool_]:
-    """Return where to go on after a cardinal move: straight on, and to a side where an obstacle has just ended."""
+    """Return the directions after a cardinal move: straight on, and to a side where an obstacle has just ended."""
     into = np.zeros((8, 512), np.bool_)
     into[direction] = True
     for side in ((direction + 1) & 3, (direction - 1) & 3):
@@ -50,7 +50,7 @@ def _straight(direction: int) -> NDArray[np.bool_]:
 
 
 def _mixed(direction: int) -> NDArray[np.bool_]:
-    """Return where to go on whatever cells weigh: not where the cell before leads with one straight move, nor back."""
+    """Return the directions at a mixed cell: all except back, and to cells adjacent to the previous one."""
     into = np.ones((8, 512), np.bool_)
     for onward in range(8):
         beside = (DOWN[onward] + DOWN[direction], RIGHT[onward] + RIGHT[direction])
@@ -59,7 +59,7 @@ def _mixed(direction: int) -> NDArray[np.bool_]:
 
 
 def turns() -> NDArray[np.uint8]:
-    """Return the (17, 512) sets of directions to go on in, by direction come from and neighbourhood."""
+    """Return the (17, 512) sets of directions to continue in, by incoming direction and neighbourhood."""
     table = np.zeros((MIXED + 8, 512), np.uint8)
     for came in range(MIXED + 8):
         into = np.ones((8, 512), np.bool_)

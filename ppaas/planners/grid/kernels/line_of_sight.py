@@ -1,13 +1,11 @@
-"""Kernels: what lies on the straight line between the centres of two cells, in whole numbers.
+"""Kernels: traversal of the cells on the straight line between the centres of two cells, in integers.
 
-A line over ``down`` rows and ``right`` columns crosses its i-th vertical edge at (2i − 1)/(2·right) of its length and
-its j-th horizontal one at (2j − 1)/(2·down). Times 2·down·right both are whole, so nothing is rounded: a line is the
-same from either end, and where both are equal it goes through a corner. There it is a diagonal move, which needs both
-cells beside it free, as everywhere on the grid.
+A line over ``down`` rows and ``right`` columns crosses its i-th vertical cell border at (2i − 1)/(2·right) of its
+length, and its j-th horizontal one at (2j − 1)/(2·down). Multiplied by 2·down·right both are integers, so nothing is
+rounded: a line is the same from either end, and it passes exactly through a corner where both are equal. There it makes
+a diagonal move, which needs both cells beside it free, as everywhere on the grid.
 
 Source of the traversal: Amanatides and Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", 1987.
-
-numba's cache of a kernel looks at the kernel's own file alone: after a change here, remove the ``*.nbi`` files.
 """
 
 import math
@@ -24,33 +22,34 @@ Ints = NDArray[np.int64]
 _1 = np.int64(1)
 
 HIDDEN = -1.0
-"""No line of sight."""
+"""Result without a line of sight."""
 
 HAIR = 1e-9
-"""A cost must be lower by this part of itself to count as lower: rounding must not send a search back and forth."""
+"""Relative tolerance: a cost counts as lower only by more than this, so that rounding does not cause endless
+updates."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def weigh(costs: Costs, stride: Int, weights: Ints, cell: Int, down: Int, right: Int) -> float:
-    """Return the integral of the weights along a line, or `HIDDEN` where it meets a blocked cell.
+    """Return the integral of the weights along a line, or `HIDDEN` if it crosses a blocked cell.
 
     Parameters
     ----------
     costs : (n,) uint8 array
         Costs of the cells, padded with blocked ones as in `ppaas.planners.field.kernels.layout`.
     stride : int
-        Elements in a row.
+        Number of elements in a row.
     weights : (256,) int64 array
-        What a cell of that cost weighs for each unit of length; 0 if blocked.
+        Weight per length of a cell of each cost; 0 is blocked.
     cell : int
-        Where the line begins: an element of ``costs``.
+        Begin of the line: an element of ``costs``.
     down, right : int
-        Rows and columns to where it ends; that cell must be on the map.
+        Rows and columns from its begin to its end, which must be on the map.
     """
     rows, columns = abs(np.int64(down)), abs(np.int64(right))
     row_step = stride if down > 0 else -stride
     column_step = 1 if right > 0 else -1
-    # Parts of the line, in whole numbers: a cell is `2·columns` high and `2·rows` wide; an axis not moved along is 1.
+    # Positions along the line in integer units: `tall` between two rows, `wide` between two columns, `end` in total.
     tall, wide = 2 * max(columns, _1), 2 * max(rows, _1)
     end = max(rows, _1) * max(columns, _1) * 2
     next_row = tall >> 1 if rows > 0 else end + 1
@@ -90,16 +89,16 @@ def weigh(costs: Costs, stride: Int, weights: Ints, cell: Int, down: Int, right:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def trace(down: int, right: int, cells: NDArray[np.int32], points: NDArray[np.float64]) -> int:
-    """Write the cells that a line enters, and the middle of its way through each; return how many.
+    """Write the cells that a line enters, and its midpoint within each; return their number.
 
     Parameters
     ----------
     down, right : int
-        Rows and columns from where it begins to where it ends.
+        Rows and columns from its begin to its end.
     cells : (≥ |down| + |right|, 2) int32 array
-        Out: row, column, seen from the first cell, which is not written; each a neighbour of the one before.
+        Out: row, column relative to the first cell, which is not written; each a neighbour of the one before.
     points : (≥ |down| + |right|, 2) float64 array
-        Out: row, column of the middles, in the same way; of the last cell its centre.
+        Out: row, column of the midpoints, relative to the first cell; for the last cell its centre.
     """
     rows, columns = abs(down), abs(right)
     row_step, column_step = (1 if down > 0 else -1), (1 if right > 0 else -1)

@@ -1,13 +1,13 @@
 """Kernel: grow a navigation function from its goal, as navfn does.
 
-The potential of a cell is interpolated from the lower of its neighbours left and right and the lower of those above and
-below, as if a plane wave came from both; one that is not lower by the cell's whole weight than the other counts. Cells
-to work off are in three buffers: those of this cycle, those of the next one, and those beyond the threshold, which
-rises when the first two are empty. So cells come roughly by their potential, and are worked off again where it falls.
+The potential of a cell is interpolated from the lower one of its left and right neighbours and the lower one of those
+above and below, by a plane-wave approximation. If the two differ by at least the weight of the cell, only the lower one
+counts. Queued cells are in three buffers: those of the current cycle, of the next one, and beyond a priority threshold,
+which rises when the first two are empty. So cells are expanded approximately in the order of their potential, and again
+if it falls.
 
-The arrays are padded by a cell on each side, as in `ppaas.planners.field.kernels.layout`. Potentials are single
-precision and infinite where not reached; a cell that must not be entered is marked as waiting for ever, so that it
-never is put in.
+The arrays are padded by a cell on each side, as in `ppaas.planners.field.kernels.layout`. Potentials are in single
+precision, and infinite if not reached. Blocked cells are always marked as waiting, so that they are never queued.
 """
 
 from typing import Any
@@ -24,29 +24,30 @@ Flags = NDArray[np.bool_]
 Cells = NDArray[np.uint32]
 
 EXHAUSTED, FOUND, PAUSED, FULL, TOO_FAR = range(5)
-"""Why it stopped: no cell is left; the target is reached; the slice is used up; the buffers need more room, and both of
-these want another call; potentials are too high for single precision."""
+"""Reasons to stop: no queued cell is left; the target is reached; the budget is used up (call again); the buffers are
+full (enlarge them and call again); potentials are too high for single precision."""
 
 STATE_SIZE = 6
 CURRENT, NEXT, BEYOND, COUNT, COUNT_BEYOND, REACHED = range(STATE_SIZE)
-"""Of the search's state: which rows of the buffers are whose, cells in the first and in the last, cells reached."""
+"""Elements of the state: rows of the buffers for the current cycle, the next one, and beyond the threshold; cells in
+the first and in the last of these; number of reached cells."""
 
 NEUTRAL = np.float32(50.0)
 RISE = np.float32(100.0)
-"""By which the threshold rises: twice the neutral cost."""
+"""Increment of the threshold: twice the neutral cost."""
 
 HIGHEST = np.float32(1 << 28)
-"""Beyond this threshold single precision is too coarse to tell one cell's potential from the next one's."""
+"""Highest threshold: beyond it single precision cannot distinguish the potentials of adjacent cells."""
 
 INVERSE_SQRT2 = np.float32(0.707106781)
-"""No cell's potential falls for a neighbour's that is not lower by this part of its weight."""
+"""A neighbour is queued if its potential exceeds that of the cell by more than this fraction of its weight."""
 
 _1 = np.uint64(1)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _interpolate(across: np.float32, along: np.float32, weight: np.float32) -> np.float32:
-    """Return the potential of a cell between two neighbours, by a quadratic approximation of the plane wave's."""
+    """Return the potential of a cell from those of two neighbours: navfn's quadratic approximation of a plane wave."""
     least, apart = min(across, along), abs(across - along)
     if apart >= weight:
         return least + weight
@@ -59,29 +60,31 @@ def expand(
     potentials: Floats, weights: Bytes, waiting: Flags, stride: int, buffers: Cells, state: Ints,
     threshold: Floats, target: int, pull: np.float32, budget: int,
 ) -> int:  # fmt: skip
-    """Work off whole cycles of about ``budget`` cells in all, and tell why it stopped.
+    """Run whole cycles that expand about ``budget`` cells in total, and return why the kernel stopped.
 
     Parameters
     ----------
     potentials : (n,) float32 array
-        Infinite where not reached, 0 at the goal.
+        Potentials: 0 at the goal, infinite if not reached. In and out.
     weights : (n,) uint8 array
-        What it costs to cross each cell.
+        Weight of crossing each cell.
     waiting : (n,) bool array
-        Whether a cell is in a buffer, or blocked.
+        Whether a cell is in a buffer, or blocked. In and out.
     stride : int
-        Elements in a row.
+        Number of elements in a row.
     buffers : (3, capacity) uint32 array
-        Cells of this cycle, of the next, and beyond the threshold, in the rows that ``state`` names.
+        Cells of the current cycle, of the next one, and beyond the threshold, in the rows given by ``state``. In and
+        out.
     state : (STATE_SIZE,) int64 array
+        In and out.
     threshold : (1,) float32 array
-        Potential from which on a cell's neighbours are put off.
+        Priority from which the neighbours of a cell are deferred. In and out.
     target : int
-        Cell that is to be reached; −1 to go on until all are.
+        Cell to reach; −1 to reach all.
     pull : float32
-        What the straight distance from the target counts beside the potential; 0 for Dijkstra's order.
+        Weight of the straight distance to the target in the priority; 0 for Dijkstra's order.
     budget : int
-        Cells to work off before it pauses.
+        Number of cells to expand before it pauses.
 
     Returns
     -------
@@ -104,12 +107,13 @@ def expand(
         limit = threshold[0]
         if limit > HIGHEST:
             return TOO_FAR
+        # One cycle: expand all cells of the current buffer.
         for entry in range(count):
             waiting[buffers[current, entry]] = False
         following, beyond = state[NEXT], state[BEYOND]
         count_next, count_beyond, reached = 0, state[COUNT_BEYOND], 0
         for entry in range(count):
-            # Unsigned, as in pose_text: no index counts from the end.
+            # Unsigned indices, as in `bits`: without the check for negative ones.
             cell = np.uint64(buffers[current, entry])
             left, right = potentials[cell - _1], potentials[cell + _1]
             below, above = potentials[cell - row_length], potentials[cell + row_length]
@@ -136,6 +140,7 @@ def expand(
                 count_beyond = at
             else:
                 count_next = at
+        # Swap the buffers; if the next one is empty, raise the threshold and continue with the deferred cells.
         done += count
         state[REACHED] += reached
         state[CURRENT], state[NEXT], state[COUNT], state[COUNT_BEYOND] = following, current, count_next, count_beyond

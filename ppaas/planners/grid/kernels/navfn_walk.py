@@ -1,9 +1,9 @@
-"""Kernel: walk down the gradient of a navigation function, as navfn's path does.
+"""Kernel: descend the gradient of a navigation function, as navfn's path does.
 
-A step of half a cell goes along the normalised gradient, interpolated between the four cells around. Where one of the
-nine cells around the nearest is not reached, or the gradient leads nowhere, the walk goes to the lowest neighbour of
-that cell instead. So it always ends: whenever it comes to another cell, that one's potential is lower, and a reached
-cell has a lower neighbour unless it is the goal. And it never leaves the cells that were reached, nor cuts a corner.
+Each step is half a cell along the normalized gradient, interpolated between the four nearest cells. If one of the nine
+cells around the nearest one is not reached, or the gradient vanishes, the walk goes to the lowest neighbour of that
+cell instead. The walk always ends: each further cell has a lower potential, and every reached cell except the goal has
+a lower neighbour. It never leaves the reached cells, and cuts no corners.
 """
 
 from typing import Any
@@ -16,15 +16,16 @@ Int = int | np.signedinteger[Any]
 Floats = NDArray[np.float32]
 
 STEP = 0.5
-"""Cells."""
+"""Length of a step [cells]."""
 
 LONGEST_STAY = 4
-"""Steps within one cell before the walk goes on to its lowest neighbour: three cross a cell from corner to corner."""
+"""Maximum number of steps within one cell, before the walk goes to its lowest neighbour: three steps cross a cell
+diagonally."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _slope(potentials: Floats, cell: Int, apart: Int) -> float:
-    """Return how fast the potential falls from one neighbour of a reached cell to that on the other side."""
+    """Return the decrease of the potential across a reached cell, from ``cell − apart`` to ``cell + apart``."""
     here, slope = np.float64(potentials[cell]), 0.0
     if potentials[cell - apart] < np.inf:
         slope += potentials[cell - apart] - here
@@ -35,7 +36,7 @@ def _slope(potentials: Floats, cell: Int, apart: Int) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gradient(potentials: Floats, stride: int, row: float, column: float) -> tuple[float, float]:
-    """Return the direction downhill at a place between four reached cells: row, column, of about unit length."""
+    """Return the downhill direction at a place between four reached cells: row, column, of about unit length."""
     first_row, first_column = np.int64(np.floor(row)), np.int64(np.floor(column))
     up, right = row - first_row, column - first_column
     along_rows, along_columns = 0.0, 0.0
@@ -53,7 +54,7 @@ def _gradient(potentials: Floats, stride: int, row: float, column: float) -> tup
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _surrounded(potentials: Floats, stride: int, cell: Int) -> bool:
-    """Tell whether a cell and the eight around it are reached."""
+    """Return whether a cell and its eight neighbours are reached."""
     for first in (cell - stride - 1, cell - 1, cell + stride - 1):
         for beside in range(3):
             if not potentials[first + beside] < np.inf:
@@ -63,7 +64,7 @@ def _surrounded(potentials: Floats, stride: int, cell: Int) -> bool:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _lowest(potentials: Floats, stride: int, cell: Int) -> Int:
-    """Return the lowest neighbour of a reached cell; a diagonal one needs both cells beside the move."""
+    """Return the lowest neighbour of a reached cell; a diagonal move needs both cells beside it reached."""
     lowest = cell
     for down in (-stride, 0, stride):
         for right in (-1, 0, 1):
@@ -75,7 +76,7 @@ def _lowest(potentials: Floats, stride: int, cell: Int) -> Int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _add(potentials: Floats, stride: int, cells: NDArray[np.int32], count: Int, row: Int, column: Int) -> Int:
-    """Add a cell to a path of neighbours, in place of the last one if that is a corner that need not be gone round."""
+    """Append a cell to a path; it replaces the last cell if a diagonal move can bypass that one."""
     if count > 1:
         last_row, last_column = np.int64(cells[count - 2, 0]) + 1, np.int64(cells[count - 2, 1]) + 1
         if abs(row - last_row) == 1 and abs(column - last_column) == 1:
@@ -90,31 +91,33 @@ def walk(
     potentials: Floats, stride: int, goal: int, place: NDArray[np.float64], stay: Int,
     cells: NDArray[np.int32], points: NDArray[np.float64],
 ) -> tuple[Int, Int, Int]:  # fmt: skip
-    """Walk on until the goal is reached or the arrays are full.
+    """Continue the walk until the goal is reached or the arrays are full.
 
     Parameters
     ----------
     potentials : (n,) float32 array
-        Padded, infinite where not reached; the place where the walk begins is reached.
+        Padded potentials, infinite if not reached; the cell where the walk begins must be reached.
     stride : int
-        Elements in a row.
+        Number of elements in a row.
     goal : int
         The cell of potential 0.
     place : (2,) float64 array
-        Row and column, padded, where the walk is; whole numbers are centres. In and out.
+        Current row and column on the padded map; whole numbers are centres. In and out.
     stay : int
-        Steps taken so far within the cell it is in.
+        Number of steps taken so far within the current cell.
     cells : (m, 2) int32 array
-        Out: row, column on the map of the cells walked through, from the one where it is to the goal; each is a
-        neighbour of the one before, and where two moves make a diagonal one, they are one.
+        Out: row, column on the map of the crossed cells, from the current one on; each is a neighbour of the one
+        before, and two cardinal moves that can be replaced by a diagonal one are.
     points : (m, 2) float64 array
-        Out: where each step began, in rows and columns of the map.
+        Out: row, column on the map of the begin of each step.
 
     Returns
     -------
-    tuple of int
-        How many cells and points there are, and the stay. The last cell is the goal if it was reached; else another
-        call goes on, and may begin in that cell again.
+    cells, points : int
+        Numbers of cells and points written. The last cell is the goal if it was reached; otherwise the next call
+        continues, and may begin in that cell again.
+    stay : int
+        Number of steps taken within the last cell.
     """
     count: Int = 0
     before: Int = -1

@@ -1,4 +1,4 @@
-"""Kernel: copy a map with a blocked margin around it, and note which costs it has."""
+"""Kernel: copy a map with a blocked margin, and find out which costs occur in it."""
 
 import numpy as np
 from numba import njit
@@ -18,11 +18,11 @@ def pad(source: Bytes, costs: Bytes, occurring: NDArray[np.bool_], first: int, l
     source : (height, width) uint8 array
         Costs of the map.
     costs : (height + 2, stride) uint8 array
-        Out: the same with a lethal margin; stride is width + 2 or more.
+        Out: costs with a lethal margin; stride is at least width + 2.
     occurring : (256,) bool array
-        Set for each cost met.
+        Out: set to true for each cost that occurs.
     first, last : int
-        Padded rows to fill, ``last`` excluded.
+        Range of padded rows, ``last`` excluded.
     """
     height, width = source.shape
     for row in range(first, last):
@@ -38,7 +38,7 @@ def pad(source: Bytes, costs: Bytes, occurring: NDArray[np.bool_], first: int, l
 
 
 def warm() -> None:
-    """Compile and call the kernel once, for maps that may be written to and for those that may not."""
+    """Compile and call the kernel once, for writable and for read-only maps."""
     source = np.zeros((1, 1), np.uint8)
     source.flags.writeable = False
     for cells in (source, np.zeros((1, 1), np.uint8)):

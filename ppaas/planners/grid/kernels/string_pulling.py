@@ -1,4 +1,4 @@
-"""Kernel: pull the corners of a path of straight lines to where it costs least."""
+"""Kernel: string pulling, which moves and removes corners of a path of straight lines to lower its cost."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ def _between(costs: Bytes, stride: Int, weights: Ints, begin: Int, end: Int) -> 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _two_lines(costs: Bytes, stride: Int, weights: Ints, begin: Int, corner: Int, end: Int, most: float) -> float:
-    """Return what two lines that meet in a corner cost; infinitely much if hidden or no less than ``most``."""
+    """Return the cost of two lines that meet in a corner; infinite if one is hidden, or from ``most`` on."""
     first = _between(costs, stride, weights, begin, corner)
     if first == HIDDEN or first >= most:
         return np.inf
@@ -33,7 +33,7 @@ def _two_lines(costs: Bytes, stride: Int, weights: Ints, begin: Int, corner: Int
 def _cheaper_beside(
     costs: Bytes, stride: Int, weights: Ints, offsets: Ints, begin: Int, centre: Int, end: Int, most: float
 ) -> tuple[int, float]:
-    """Return the neighbour of a cell that is the best corner between two others, and its cost; −1 for none."""
+    """Return the neighbour of ``centre`` that is the cheapest corner, and its cost; −1 if none is below ``most``."""
     best, most = -1, most * (1.0 - HAIR)
     for move in range(8):
         corner = centre + offsets[move]
@@ -49,30 +49,30 @@ def _cheaper_beside(
 def tauten(
     costs: Bytes, stride: int, weights: Ints, offsets: Ints, corners: Ints, count: int, at: int
 ) -> tuple[int, int]:
-    """Improve one corner: leave it out if the straight line costs no more; else move it where that costs less.
+    """Improve one corner: remove it if the straight line costs no more; else move it to a cheaper neighbour.
 
-    Where one corner cannot be bettered, it and the next may give way to a neighbour of one of them: the lines between
-    centres that pass an obstacle closely are often two rows and one column, of which single corners find none.
+    If a corner cannot be improved, the kernel tries to replace it and the next one by a neighbour of either. Close to
+    obstacles this finds improvements that need two corners to change at once.
 
     Parameters
     ----------
     costs, stride, weights
         As in `ppaas.planners.grid.kernels.line_of_sight.weigh`.
     offsets : (8,) int64 array
-        From a cell to its neighbours: where a corner may be moved in one step.
+        Offsets of the neighbours of a cell: the moves of a corner in one step.
     corners : (m,) int64 array
-        Cells; those up to ``count`` are the path.
+        Cells of the corners; the first ``count`` are the path. In and out.
     count : int
-        Corners of the path, both ends included.
+        Number of corners, including both ends.
     at : int
-        Which to improve: neither end.
+        Index of the corner to improve; neither end.
 
     Returns
     -------
     count : int
-        Corners that are left.
+        Number of corners that are left.
     next : int
-        Which to improve next; ``count − 1`` where all are done.
+        Index of the corner to improve next; ``count − 1`` if all are done.
     """
     begin, corner, end = corners[at - 1], corners[at], corners[at + 1]
     now = _two_lines(costs, stride, weights, begin, corner, end, np.inf)
@@ -99,7 +99,7 @@ def tauten(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def along(costs: Bytes, stride: int, weights: Ints, corners: Ints, count: int) -> float:
-    """Return what a path costs that runs straight from each corner to the next."""
+    """Return the cost of a path that runs straight from each corner to the next."""
     total = 0.0
     for at in range(count - 1):
         total += _between(costs, stride, weights, corners[at], corners[at + 1])

@@ -1,19 +1,19 @@
-"""Kernel: search for a path of straight lines between cells of any distance: Lazy Theta*.
+"""Kernel: Lazy Theta*, the search for a path of straight lines between cells.
 
 Sources: Daniel, Nash, Koenig and Felner, "Theta*: Any-Angle Path Planning on Grids", 2010; Nash, Koenig and Tovey,
-"Lazy Theta*: Any-Angle Path Planning and Path Length Analysis in 3D", 2010. A cell is guessed to be reached straight
-from the parent of the cell that found it; whether it is, and what that costs, is looked up only when the cell is first
-in the queue. Four things differ:
+"Lazy Theta*: Any-Angle Path Planning and Path Length Analysis in 3D", 2010. A cell is assumed to be reached by a
+straight line from the parent of the cell that found it; line of sight and cost are only checked when the cell is
+popped. Four things differ from the papers:
 
-- What is left to the target is estimated from a field of costs-to-go in moves from cell to cell. That is up to 8 % more
-  than straight lines cost, so most of it is counted: the fewer cells are worked off.
-- Lines over cells of several costs are guessed to be as dear for each unit of length as the two lines they cut short.
-- A cell whose guess was too good goes back into the queue with what it truly costs.
-- A cell that was worked off is worked off again where one of its neighbours gives it a lower cost.
+- The heuristic is the cost field of moves from cell to cell. It is up to 8 % higher than the cost of straight lines, so
+  it is multiplied by `LEAN`: the higher the factor, the fewer cells are expanded.
+- The cost per length of a line over cells of several costs is assumed to be that of the two lines that it replaces.
+- A cell whose assumed cost was too low is queued again with its true cost.
+- An expanded cell is expanded again if one of its neighbours gives it a lower cost.
 
-By the last two a cell costs no more than by any moves over cells that were worked off. On the cheapest path in moves
-the estimate is never more than is left in moves; so, as in A*, the target is not reached before that path could be
-taken: where all cells weigh the same, no path in moves is shorter than the one found.
+By the last two, no cell costs more than by moves over expanded cells. On the cheapest path of moves the heuristic never
+exceeds the remaining cost of moves. Therefore, as in A*, the target is not expanded before that path has been
+considered: on maps of one cost, no path of moves is shorter than the one found.
 """
 
 import math
@@ -33,25 +33,25 @@ Ints = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
 
 UNSEEN, GUESSED, KNOWN, DONE = range(4)
-"""What is known of a cell: nothing, a cost that may be too low, a cost, and that it was worked off."""
+"""Status of a cell: not seen; assumed cost, which may be too low; true cost; expanded."""
 
 SPAN = 128
-"""To weigh a line of as many cells takes about as long as to work off one."""
+"""Number of cells of a line whose check takes as long as an expansion."""
 
 STATE_SIZE = 2
 SIZE, COUNT = range(STATE_SIZE)
-"""Of the search's state: cells in the heap, cells worked off."""
+"""Elements of the state: cells in the heap, expansions."""
 
 LEAN = 0.95
-"""The part of the costs-to-go that is counted: 0.924 would never be too much, 1 keeps to the cheapest path in moves. Of
-this much, paths are 0.1 % longer than of 0.924, and a third of the cells are worked off."""
+"""Factor on the cost field as the heuristic. 0.924 is admissible; 1 makes the search follow the cheapest path of moves.
+With 0.95, paths are 0.1 % longer than with 0.924, and a third as many cells are expanded."""
 
 SQRT2 = math.sqrt(2.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _place(cell: Int, stride: Int) -> tuple[Int, Int]:
-    """Return row and column of a cell on the padded map; unsigned and short, which is the fastest division there is."""
+    """Return row and column of a cell on the padded map; 32-bit unsigned division is the fastest."""
     row = np.int64(np.uint32(cell) // np.uint32(stride))
     return row, cell - row * stride
 
@@ -66,9 +66,9 @@ def _reveal(
     costs: Bytes, stride: Int, weights: Ints, offsets: Ints, value: NDArray[np.float64], parent: NDArray[np.int32],
     status: Bytes, cell: Int,
 ) -> int:  # fmt: skip
-    """Give a guessed cell the least that it costs from its parent or from a neighbour that was worked off.
+    """Replace the assumed cost of a cell by the true one: from its parent, if visible, or from an expanded neighbour.
 
-    Returns how many rows and columns the line to its parent leads over.
+    Returns the number of rows plus columns of the line to its parent.
     """
     begin = np.int64(parent[cell])
     down, right = cell // stride - begin // stride, cell % stride - begin % stride
@@ -104,33 +104,34 @@ def find(
     keys: NDArray[np.float64], cells: NDArray[np.int32], places: NDArray[np.int32], state: Ints,
     target: int, budget: int,
 ) -> int:  # fmt: skip
-    """Work off up to ``budget`` cells and tell why it stopped.
+    """Expand up to ``budget`` cells and return why the kernel stopped.
 
     Parameters
     ----------
     costs, stride, weights
         As in `ppaas.planners.grid.kernels.line_of_sight.weigh`.
     offsets : (8,) int64 array
-        From a cell to its neighbours, the four cardinal ones first, in the order that ``NEEDS`` counts on.
+        Offsets of the neighbours of a cell, cardinal ones first, in the order of ``NEEDS``.
     least : float
         Least weight of any cell.
     toward : (height, width) float64 array
-        Costs-to-go in moves, of the map without its margin, in whole weights.
+        Cost field of moves, of the map without its margin, in units of weight.
     most : float
-        Cells from which more is left than this are not looked at.
+        Cells whose cost-to-go exceeds this are skipped.
     value : (n,) float64 array
-        What each cell costs that is seen.
+        Cost from the start of each seen cell. In and out.
     parent : (n,) int32 array
-        The cell from which it is reached in a straight line; itself at the start.
+        Begin of the straight line to each seen cell; the start is its own parent. In and out.
     status : (n,) uint8 array
-        UNSEEN, GUESSED, KNOWN or DONE.
+        UNSEEN, GUESSED, KNOWN or DONE. In and out.
     keys, cells, places
-        The heap's: cost and estimate together, then the estimate; see `ppaas.planners.kernels.indexed_heap`.
+        The heap, as in `ppaas.planners.kernels.indexed_heap`. Keys: cost + heuristic, then the heuristic. In and out.
     state : (STATE_SIZE,) int64 array
+        In and out.
     target : int
         Cell to reach.
     budget : int
-        Cells to take from the heap before it pauses; `SPAN` cells on a line count as one more.
+        Number of cells to pop in this call; each `SPAN` cells on a checked line count as one more.
 
     Returns
     -------
@@ -143,6 +144,7 @@ def find(
         budget -= 1
         if state[SIZE] == 0:
             return EXHAUSTED
+        # Pop: check the line of sight of an assumed cost first (SetVertex in the paper).
         cell = np.int64(cells[1])
         if status[cell] == GUESSED:
             guess = value[cell]
@@ -162,6 +164,7 @@ def find(
         begin_row, begin_column = _place(begin, stride)
         row, column = _place(cell, stride)
         before, so_far = _distance(row - begin_row, column - begin_column), value[cell] - value[begin]
+        # Expand: assume that unseen neighbours are visible from the parent; improve known ones by the move itself.
         open_sides = 0
         for move in range(8):
             if open_sides & NEEDS[move] != NEEDS[move]:

@@ -37,7 +37,7 @@ from ppaas.planners.hub_labels.kernels.terrain import (
 )
 from ppaas.planners.kernels import simd
 from ppaas.planners.kernels.jit_decorators import bare, joined
-from ppaas.planners.kernels.prefetch import LINE, WORDS_A_LINE, fetch
+from ppaas.planners.kernels.prefetch import LINE, WORDS_PER_LINE, fetch
 
 lanes: Any = simd  # `operation` returns intrinsics, which mypy takes for their generators
 
@@ -63,7 +63,7 @@ def prefetch_end(terrain: Words, row: int, column: int) -> None:
     """Prefetch the lines of the map around an end."""
     across = row_line(terrain, row) + (column >> 6) * row_stride(terrain)
     along = column_line(terrain, column) + (row >> 6) * column_stride(terrain)
-    for line in range(-WORDS_A_LINE, 2 * WORDS_A_LINE, WORDS_A_LINE):
+    for line in range(-WORDS_PER_LINE, 2 * WORDS_PER_LINE, WORDS_PER_LINE):
         fetch(terrain, np.int64(across + line))
         fetch(terrain, np.int64(along + line))
     for right in (-1, 1):

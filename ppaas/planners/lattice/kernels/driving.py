@@ -1,8 +1,9 @@
-"""Kernel: drive along an arc or a straight piece over a costmap: what it costs, and whether the robot fits.
+"""Kernel: cost and collision check of one arc or straight piece on a costmap.
 
-All is in cells: x along the columns, y along the rows, the cell (row, column) from (column, row) to one further.
-A point is looked at at most a cell after the one before, and where two follow each other diagonally both cells beside
-them must be open too: so no cell is crossed that was not looked at, and the cells of a drive are a path of the grid.
+Units are cells: x runs along the columns and y along the rows; the cell (row, column) is the square from (column, row)
+to (column + 1, row + 1). A piece is sampled at points less than a cell apart. Where two successive points are in
+diagonal neighbours, the two cells beside them must be free too. So no crossed cell is missed, and the cells of a drive
+form a path on the grid.
 """
 
 import math
@@ -18,17 +19,30 @@ from ppaas.cost_values import LETHAL_OBSTACLE as LETHAL
 Floats = NDArray[np.float64]
 
 STEP = 0.95
-"""Most that any part of the robot moves between two looks [cells]: less than one, so that nothing slips through."""
+"""Maximum motion of any point of the robot between two samples [cells]: below one, so that no obstacle is missed."""
 
 
-class Ground(NamedTuple):
-    """What is driven on, and who drives.
+class DrivingSurface(NamedTuple):
+    """The map that is driven on, and the outline of the robot.
 
-    ``costs`` (height, width) uint8 array: ``BLOCKED`` to the robot's centre, ``LETHAL`` to any part of it; ``rates``
-    (256,): what a cell's length costs by it. ``corners`` (n, 2): the robot's convex outline, counter-clockwise, and
-    ``reach`` its furthest corner; ``sums`` (height, width + 1) int32: lethal cells before each, along its row; both
-    empty for a robot that is its centre alone. ``outside``: whether the outline may stick out of the map. A robot
-    that begins in a blocked cell may go ``escape`` far from ``x``, ``y`` until it is free.
+    Attributes
+    ----------
+    costs : (height, width) uint8 array
+        Costs. ``BLOCKED`` and above block the robot's centre, ``LETHAL`` blocks any part of it.
+    rates : (256,) float64 array
+        Cost per length of a cell, by its cost byte [1/cell].
+    corners : (n, 2) float64 array
+        Corners of the robot's convex outline, counter-clockwise, in its frame [cells]; empty for a point robot.
+    reach : float
+        Distance of the furthest corner from the robot's origin [cells].
+    sums : (height, width + 1) int32 array
+        Prefix sums of lethal cells: their number before each column of a row; empty for a point robot.
+    outside : bool
+        Whether the outline may extend beyond the map.
+    x, y : float
+        Start of the plan [cells].
+    escape : float
+        Maximum distance from ``x``, ``y`` within which a robot that starts in a blocked cell must be free [cells].
     """
 
     costs: NDArray[np.uint8]
@@ -42,8 +56,8 @@ class Ground(NamedTuple):
     escape: float
 
 
-class Reached(NamedTuple):
-    """Where a drive ended, what it cost (infinite in a collision), and whether the robot still is to be freed."""
+class DriveOutcome(NamedTuple):
+    """Result of a drive: cost (infinite after a collision), final pose, and whether the cell is still blocked."""
 
     cost: float
     x: float
@@ -53,21 +67,25 @@ class Reached(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def fits(ground: Ground, x: float, y: float, cosine: float, sine: float) -> bool:
-    """Tell whether the robot's outline touches no lethal cell, from its lowest row to its highest."""
-    corners, sums = ground.corners, ground.sums
+def fits(surface: DrivingSurface, x: float, y: float, cosine: float, sine: float) -> bool:
+    """Return whether the robot's outline at x, y touches no lethal cell; the heading is given by cosine and sine.
+
+    The convex outline is scan-converted: for each row, the span of columns that it covers is the range of the edges
+    clipped to the row. The prefix sums then tell in constant time whether the span contains a lethal cell.
+    """
+    corners, sums = surface.corners, surface.sums
     count = len(corners)
     low, high = math.inf, -math.inf
     for corner in range(count):
         at = y + sine * corners[corner, 0] + cosine * corners[corner, 1]
         low, high = min(low, at), max(high, at)
     first, last = math.floor(low), math.floor(high)
-    height, width = ground.costs.shape
-    if not ground.outside and (first < 0 or last >= height):
+    height, width = surface.costs.shape
+    if not surface.outside and (first < 0 or last >= height):
         return False
     for row in range(max(first, 0), min(last, height - 1) + 1):
         left, right = math.inf, -math.inf
-        for corner in range(count):  # an edge at a time: the part of it that is in this row
+        for corner in range(count):  # clip each edge to this row
             after = corner + 1 if corner + 1 < count else 0
             ax = x + cosine * corners[corner, 0] - sine * corners[corner, 1]
             ay = y + sine * corners[corner, 0] + cosine * corners[corner, 1]
@@ -80,7 +98,7 @@ def fits(ground: Ground, x: float, y: float, cosine: float, sine: float) -> bool
             end = ax if by == ay else ax + (min(max(by, row), row + 1) - ay) * slope
             left, right = min(left, begin, end), max(right, begin, end)
         from_, to = math.floor(left), math.floor(right)
-        if not ground.outside and (from_ < 0 or to >= width):
+        if not surface.outside and (from_ < 0 or to >= width):
             return False
         from_, to = max(from_, 0), min(to, width - 1)
         if from_ <= to and sums[row, to + 1] > sums[row, from_]:
@@ -89,42 +107,50 @@ def fits(ground: Ground, x: float, y: float, cosine: float, sine: float) -> bool
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def looks(ground: Ground, curvature: float, length: float) -> int:
-    """Return how many points are looked at on a piece."""
-    return max(1, math.ceil(abs(length) * (1.0 + abs(curvature) * ground.reach) / STEP))
+def sample_count(surface: DrivingSurface, curvature: float, length: float) -> int:
+    """Return the number of samples on a piece, at most `STEP` of motion apart for every point of the robot."""
+    return max(1, math.ceil(abs(length) * (1.0 + abs(curvature) * surface.reach) / STEP))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _may_enter(ground: Ground, row: int, column: int, leaving: bool) -> bool:
-    inside = 0 <= row < ground.costs.shape[0] and 0 <= column < ground.costs.shape[1]
-    return inside and (ground.costs[row, column] < BLOCKED or (leaving and ground.costs[row, column] != LETHAL))
+def _may_enter(surface: DrivingSurface, row: int, column: int, leaving: bool) -> bool:
+    inside = 0 <= row < surface.costs.shape[0] and 0 <= column < surface.costs.shape[1]
+    return inside and (surface.costs[row, column] < BLOCKED or (leaving and surface.costs[row, column] != LETHAL))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def drive(
-    ground: Ground, x: float, y: float, theta: float, curvature: float, length: float, leaving: bool, points: Floats
-) -> Reached:
-    """Drive along one piece.
+    surface: DrivingSurface,
+    x: float,
+    y: float,
+    theta: float,
+    curvature: float,
+    length: float,
+    leaving: bool,
+    points: Floats,
+) -> DriveOutcome:
+    """Drive along one piece, and return its end and cost.
 
     Parameters
     ----------
-    ground : Ground
+    surface : DrivingSurface
     x, y, theta : float
-        Where it begins.
+        Pose at the begin [cells, rad].
     curvature, length : float
-        Of the piece [1/cell, cells]; a negative length is backed up.
+        Curvature [1/cell] and length [cells] of the piece; a negative length is driven in reverse.
     leaving : bool
-        Whether the robot still stands in a blocked cell.
+        Whether the robot is still in a blocked cell, which it started in.
     points : (n, 3) array
-        Out: x, y, theta of the points looked at; none are written where n is 0.
+        Out: x, y, theta of the samples; not written if n is 0.
     """
-    count = looks(ground, curvature, length)
+    count = sample_count(surface, curvature, length)
     turn = curvature * length / count
     chord = 2.0 * math.sin(0.5 * turn) / curvature if turn != 0.0 else length / count
     dx, dy = chord * math.cos(theta + 0.5 * turn), chord * math.sin(theta + 0.5 * turn)
     cosine, sine = math.cos(turn), math.sin(turn)
     ahead, aside = math.cos(theta), math.sin(theta)
     row, column = math.floor(y), math.floor(x)
+    # Samples are equal chords; each is the last one rotated by the same angle, without trigonometric functions.
     sum_of_rates = 0.0
     for number in range(1, count + 1):
         x += dx
@@ -132,35 +158,35 @@ def drive(
         dx, dy = cosine * dx - sine * dy, sine * dx + cosine * dy
         before, beside = row, column
         row, column = math.floor(y), math.floor(x)
-        if not _may_enter(ground, row, column, leaving):
-            return Reached(math.inf, x, y, theta, leaving)
+        if not _may_enter(surface, row, column, leaving):
+            return DriveOutcome(math.inf, x, y, theta, leaving)
         if (row != before and column != beside) and not (
-            _may_enter(ground, before, column, leaving) and _may_enter(ground, row, beside, leaving)
+            _may_enter(surface, before, column, leaving) and _may_enter(surface, row, beside, leaving)
         ):
-            return Reached(math.inf, x, y, theta, leaving)
+            return DriveOutcome(math.inf, x, y, theta, leaving)
         if leaving:
-            leaving = ground.costs[row, column] >= BLOCKED
-            if leaving and math.hypot(x - ground.x, y - ground.y) > ground.escape:
-                return Reached(math.inf, x, y, theta, leaving)
-        if len(ground.corners):
+            leaving = surface.costs[row, column] >= BLOCKED
+            if leaving and math.hypot(x - surface.x, y - surface.y) > surface.escape:
+                return DriveOutcome(math.inf, x, y, theta, leaving)
+        if len(surface.corners):
             ahead, aside = cosine * ahead - sine * aside, sine * ahead + cosine * aside
-            if not fits(ground, x, y, ahead, aside):
-                return Reached(math.inf, x, y, theta, leaving)
-        sum_of_rates += ground.rates[ground.costs[row, column]]
+            if not fits(surface, x, y, ahead, aside):
+                return DriveOutcome(math.inf, x, y, theta, leaving)
+        sum_of_rates += surface.rates[surface.costs[row, column]]
         if len(points):
             points[number - 1, 0], points[number - 1, 1] = x, y
             points[number - 1, 2] = theta + number * turn
-    return Reached(sum_of_rates * abs(length) / count, x, y, theta + curvature * length, leaving)
+    return DriveOutcome(sum_of_rates * abs(length) / count, x, y, theta + curvature * length, leaving)
 
 
-def level_ground(costs: NDArray[np.uint8]) -> Ground:
-    """Return the ground of a robot that is its centre alone, where no cell costs more than another."""
-    return Ground(
+def flat_surface(costs: NDArray[np.uint8]) -> DrivingSurface:
+    """Return the surface of a point robot on which all cells have the same rate."""
+    return DrivingSurface(
         costs, np.ones(256), np.empty((0, 2)), 0.0, np.empty((0, 0), np.int32), True, 0.0, 0.0, 0.0
     )  # fmt: skip
 
 
 def warm() -> None:
     """Compile and call each kernel once."""
-    ground = level_ground(np.zeros((9, 9), np.uint8))
-    drive(ground, 1.0, 1.0, 0.0, 0.0, 2.0, False, np.empty((0, 3)))
+    surface = flat_surface(np.zeros((9, 9), np.uint8))
+    drive(surface, 1.0, 1.0, 0.0, 0.0, 2.0, False, np.empty((0, 3)))

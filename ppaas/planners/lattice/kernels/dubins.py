@@ -1,43 +1,45 @@
-"""Kernel: the shortest curve of a car that only goes forward (Dubins, 1957).
+"""Kernel: shortest curve of a car that drives forward only (Dubins, 1957).
 
-All is in radii, as in `reeds_shepp`, whose words these are too: its first three families with all pieces driven
-forward, as they are and with left and right swapped. The middle arc of the third is the long way.
+Lengths are in turning radii, as in `reeds_shepp`. The result uses its words: families 0 to 2 (LSL, LSR, LRL) with all
+pieces driven forward, plain and mirrored (RSR, RSL, RLR). The middle arc of LRL and RLR is longer than π.
 """
 
 import math
 
 from numba import njit
 
-from ppaas.planners.lattice.kernels.reeds_shepp import MIRROR, SLACK, Word
+from ppaas.planners.lattice.kernels.reeds_shepp import MIRROR, SLACK, CurveWord
 
 TURN = 2.0 * math.pi
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _ahead(angle: float) -> float:
-    """Bring an angle into [0, 2π); what rounding made of none is none, and not a whole circle."""
+    """Wrap an angle to [0, 2π); within `SLACK` below 2π it becomes 0, so that rounding does not add a full circle."""
     angle -= TURN * math.floor(angle / TURN)
     return angle if 0.0 <= angle <= TURN - SLACK else 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def dubins(x: float, y: float, theta: float, turn: float) -> Word:
+def dubins(x: float, y: float, theta: float, turn: float) -> CurveWord:
     """Return the cheapest word to a goal.
 
     Parameters
     ----------
     x, y, theta : float
-        The goal, from the start [radii, rad].
+        The goal in the frame of the start [radii, rad].
     turn : float
-        What a length weighs on an arc; with 1 the cheapest word is the shortest.
+        Factor on the length of arcs; with 1 the cheapest word is the shortest.
     """
-    best = Word(0, 0, 0.0, 0.0, 0.0, math.inf)
+    best = CurveWord(0, 0, 0.0, 0.0, 0.0, math.inf)
     for symmetry in (0, MIRROR):
         gy, phi = (-y, -theta) if symmetry else (y, theta)
         for family in range(3):
             side = -1.0 if family == 1 else 1.0
+            # a, b: from the centre of the first circle, on the left of the start, to that of the last one.
             a, b = x - side * math.sin(phi), gy - 1.0 + side * math.cos(phi)
             apart, bearing = math.hypot(a, b), math.atan2(b, a)
+            # t, u, v: lengths of the first, middle and last piece.
             if family == 0:
                 t, u = _ahead(bearing), apart
                 v = _ahead(phi - t)
@@ -53,7 +55,7 @@ def dubins(x: float, y: float, theta: float, turn: float) -> Word:
                 continue
             cost = turn * (t + v) + u * (turn if family == 2 else 1.0)
             if cost < best.cost:
-                best = Word(family, symmetry, t, u, v, cost)
+                best = CurveWord(family, symmetry, t, u, v, cost)
     return best
 
 

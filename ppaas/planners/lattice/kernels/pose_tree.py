@@ -1,4 +1,4 @@
-"""Kernel: the nodes of a search over poses, found by their cell and heading."""
+"""Kernel: nodes of a search over poses, with a hash table by cell and heading bin."""
 
 from typing import NamedTuple
 
@@ -11,20 +11,33 @@ Links = NDArray[np.int32]
 Keys = NDArray[np.int64]
 
 PARENT, MOTION, BIN, CLOSED, LEAVING = range(5)
-"""Of a node's links: the node before it, the motion from there, its bin of headings, and two marks."""
+"""Columns of ``links``: parent node, motion from it, heading bin, and two flags: whether the node is closed, and
+whether the robot is still leaving the blocked cells that it started in."""
 
 
-class Tree(NamedTuple):
-    """The nodes reached, in arrays with room for more.
+class PoseTree(NamedTuple):
+    """Search tree and queue, with a capacity of n nodes.
 
-    ``spots`` (n, 3): x, y, theta; ``worths`` (n,): what it cost to get there; ``links`` (n, 5) int32;
-    ``keys`` (n,) int64: cell and bin; ``table`` (m,) int32: nodes by hash of their key, −1 where none, m a power of
-    two; ``heap`` (n + 2, 2), ``entries`` (n + 2,) int32 and ``places`` (n,) int32: as in
-    `ppaas.planners.kernels.indexed_heap`.
+    Attributes
+    ----------
+    poses : (n, 3) float64 array
+        x, y, theta of each node [cells, rad].
+    costs : (n,) float64 array
+        Cost from the start.
+    links : (n, 5) int32 array
+        PARENT, MOTION, BIN, CLOSED, LEAVING.
+    keys : (n,) int64 array
+        Index of the cell · number of bins + bin.
+    table : (m,) int32 array
+        Open-addressing hash table of the nodes by key; −1 is free, m is a power of two.
+    heap : (n + 2, 2) float64 array
+    entries : (n + 2,) int32 array
+    places : (n,) int32 array
+        The queue, as in `ppaas.planners.kernels.indexed_heap`.
     """
 
-    spots: Floats
-    worths: Floats
+    poses: Floats
+    costs: Floats
     links: Links
     keys: Keys
     table: Links
@@ -35,7 +48,7 @@ class Tree(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def find(keys: Keys, table: Links, key: int) -> int:
-    """Return the place of a key in the hash table, or the free one where it belongs."""
+    """Return the slot of a key in the hash table, or the free slot to insert it (linear probing)."""
     mask = len(table) - 1
     at = (((key * 0x2545F4914F6CDD1D) >> 20) ^ key) & mask
     while table[at] >= 0 and keys[table[at]] != key:
@@ -45,7 +58,7 @@ def find(keys: Keys, table: Links, key: int) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def fill_table(keys: Keys, table: Links, first: int, last: int) -> None:
-    """Put some nodes into a table that does not have them yet."""
+    """Insert nodes ``first`` to ``last``, ``last`` excluded, which are not in the table."""
     for node in range(first, last):
         table[find(keys, table, keys[node])] = node
 

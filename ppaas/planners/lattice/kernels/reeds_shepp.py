@@ -1,9 +1,9 @@
-"""Kernel: the shortest curve of a car that goes forward and backward (Reeds and Shepp, 1990).
+"""Kernel: shortest curve of a car that drives forward and backward (Reeds and Shepp, 1990).
 
-All is in radii: the car turns on circles of radius 1, starts at the origin and looks along x. Their 48 words are eight
-formulas of section 8 and their symmetries: driven with the gears swapped (the goal mirrored in the y axis), with left
-and right swapped (in the x axis), and from the goal to the start. Two formulas of the paper are misprinted, 8.3 and
-8.4, and are one here.
+Lengths are in turning radii: the car turns on circles of radius 1, starts at the origin and faces along x. The 48 words
+of the paper are the eight formulas of its section 8 under three symmetries: swapped gears (the goal mirrored in the y
+axis), swapped left and right (mirrored in the x axis), and reversed order (from the goal to the start). Formulas 8.3
+and 8.4 are misprinted in the paper; here they are one formula.
 """
 
 import math
@@ -14,20 +14,23 @@ from numba import njit
 from numpy.typing import NDArray
 
 QUARTER = 0.5 * math.pi
+"""Length of a quarter turn."""
 SLACK = 1e-10
-"""A piece that should go one way may go the other by so little: what rounding makes of none."""
+"""Tolerance of the signs of lengths: a piece of length zero may come out slightly negative."""
 
 FAMILIES = 8
-"""L+S+L+, L+S+R+, L+R-L, L+R+L-R-, L+R-L-R+, L+R-S-L-, L+R-S-R-, L+R-S-L-R+; a piece without a sign has either."""
+"""The formulas: L+S+L+, L+S+R+, L+R-L, L+R+L-R-, L+R-L-R+, L+R-S-L-, L+R-S-R-, L+R-S-L-R+. + is forward, - is reverse;
+a piece without a sign may be either."""
 
 SWAP_GEARS, MIRROR, BACKWARDS = 1, 2, 4
 """Symmetries, one bit each."""
 
-MOST_PIECES = 5
+MAX_PIECES = 5
+"""Largest number of pieces of a curve."""
 
 
-class Word(NamedTuple):
-    """A curve: its family and symmetries, the free lengths of its pieces, and what it costs."""
+class CurveWord(NamedTuple):
+    """A curve: its family and symmetries, the lengths t, u, v of its free pieces [radii], and its cost [radii]."""
 
     family: int
     symmetry: int
@@ -39,13 +42,13 @@ class Word(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def wrap(angle: float) -> float:
-    """Bring an angle into [−π, π)."""
+    """Wrap an angle to [−π, π)."""
     return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _outer(u: float, w: float, x: float, y: float, phi: float) -> tuple[float, float]:
-    """Return first and last piece of L R L R whose inner ones are ``u`` and ``w`` (8.5 and 8.6 of the paper)."""
+    """Return the first and last piece of L R L R with the inner pieces ``u`` and ``w`` (formulas 8.5 and 8.6)."""
     difference = wrap(u - w)
     a = math.sin(u) - math.sin(difference)
     b = math.cos(u) - math.cos(difference) - 1.0
@@ -60,9 +63,27 @@ def _outer(u: float, w: float, x: float, y: float, phi: float) -> tuple[float, f
 def _solve(
     family: int, a: float, b: float, apart: float, bearing: float, phi: float, most: float
 ) -> tuple[bool, float, float, float]:
-    """Return whether a family leads to a goal in less than ``most``, and the free lengths t, u, v of its pieces.
+    """Solve one family for the lengths of its pieces (section 8 of the paper).
 
-    ``a``, ``b`` is where the circle that it ends on lies from the one it begins on; ``apart``, ``bearing`` the same.
+    Parameters
+    ----------
+    family : int
+        Index in `FAMILIES`.
+    a, b : float
+        Centre of the last circle, relative to that of the first one [radii].
+    apart, bearing : float
+        The same in polar coordinates [radii, rad].
+    phi : float
+        Heading at the goal [rad].
+    most : float
+        Solutions whose length is at least this are skipped.
+
+    Returns
+    -------
+    found : bool
+        Whether there is a solution.
+    t, u, v : float
+        Lengths of the free pieces, negative in reverse.
     """
     t, u, v, found = 0.0, 0.0, 0.0, False
     if family == 0:
@@ -92,7 +113,7 @@ def _solve(
             t, u = wrap(bearing + QUARTER), 2.0 - apart
             v = wrap(t + QUARTER - phi)
             found = t >= -SLACK and v <= SLACK
-    elif apart >= 2.0:  # straight along a tangent that the circles have on opposite sides
+    elif apart >= 2.0:  # families 1, 5 and 7: the straight piece is an inner tangent of the circles
         straight = math.sqrt(apart * apart - 4.0)
         if straight - 4.0 + math.pi < most:
             t = wrap(bearing + math.atan2(2.0, straight) + (0.0 if family == 1 else QUARTER))
@@ -110,7 +131,10 @@ def _solve(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _cost(family: int, t: float, u: float, v: float, flipped: bool, reverse: float, turn: float) -> float:
-    """Return what the pieces of a word cost: a length weighs ``turn`` on an arc, and ``reverse`` when backing up."""
+    """Return the cost of a word: lengths weigh ``turn`` times as much on an arc, and ``reverse`` times in reverse.
+
+    ``flipped`` tells that the gears are swapped.
+    """
     ahead, back = (reverse, 1.0) if flipped else (1.0, reverse)
     cost = turn * (abs(t) * (ahead if t > 0.0 else back) + abs(v) * (ahead if v > 0.0 else back))
     middle = abs(u) * (ahead if u > 0.0 else back)
@@ -126,17 +150,17 @@ def _cost(family: int, t: float, u: float, v: float, flipped: bool, reverse: flo
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def reeds_shepp(x: float, y: float, theta: float, reverse: float, turn: float) -> Word:
+def reeds_shepp(x: float, y: float, theta: float, reverse: float, turn: float) -> CurveWord:
     """Return the cheapest word to a goal.
 
     Parameters
     ----------
     x, y, theta : float
-        The goal, from the start [radii, rad].
+        The goal in the frame of the start [radii, rad].
     reverse, turn : float
-        What a length weighs when backing up, and on an arc; with 1 and 1 the cheapest word is the shortest.
+        Factors on the length driven in reverse, and on arcs; with 1 and 1 the cheapest word is the shortest.
     """
-    best = Word(0, 0, 0.0, 0.0, 0.0, math.inf)
+    best = CurveWord(0, 0, 0.0, 0.0, 0.0, math.inf)
     sine, cosine = math.sin(theta), math.cos(theta)
     for symmetry in range(8):
         backwards, swapped, mirrored = symmetry & BACKWARDS, symmetry & SWAP_GEARS, symmetry & MIRROR
@@ -147,31 +171,31 @@ def reeds_shepp(x: float, y: float, theta: float, reverse: float, turn: float) -
             gy = -gy
         turned = bool(swapped) != bool(mirrored)
         phi, side = wrap(-theta if turned else theta), -sine if turned else sine
-        for same in (True, False):  # whether it ends, as it began, on the circle to its left
+        for same in (True, False):  # whether the last arc is a left turn, like the first
             a, b = (gx - side, gy - 1.0 + cosine) if same else (gx + side, gy - 1.0 - cosine)
             apart, bearing = math.hypot(a, b), math.atan2(b, a)
             for family in range(FAMILIES):
                 if same != (family in (0, 2, 5)):
                     continue
-                if backwards and family not in (2, 5, 6):  # read from its end, each of the others is one of them
+                if backwards and family not in (2, 5, 6):  # reversing the others only yields words covered above
                     continue
                 found, t, u, v = _solve(family, a, b, apart, bearing, phi, best.cost)
                 if found:
                     cost = _cost(family, t, u, v, swapped != 0, reverse, turn)
                     if cost < best.cost:
-                        best = Word(family, symmetry, t, u, v, cost)
+                        best = CurveWord(family, symmetry, t, u, v, cost)
     return best
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def spell(word: Word, pieces: NDArray[np.float64]) -> int:
-    """Write the pieces of a word, and return how many they are.
+def spell(word: CurveWord, pieces: NDArray[np.float64]) -> int:
+    """Write the pieces of a word, and return their number.
 
     Parameters
     ----------
-    word : Word
-    pieces : (MOST_PIECES, 2) float64 array
-        Out: curvature (1 left, 0 straight, −1 right) and length, negative when backing up.
+    word : CurveWord
+    pieces : (MAX_PIECES, 2) float64 array
+        Out: curvature (1 left, 0 straight, −1 right) and length, negative in reverse [radii].
     """
     quarter, family, u = -QUARTER, word.family, word.u
     pieces[0, 0], pieces[0, 1] = 1.0, word.t
@@ -200,4 +224,4 @@ def spell(word: Word, pieces: NDArray[np.float64]) -> int:
 
 def warm() -> None:
     """Compile and call each kernel once."""
-    spell(reeds_shepp(1.0, 2.0, 3.0, 1.0, 1.0), np.empty((MOST_PIECES, 2)))
+    spell(reeds_shepp(1.0, 2.0, 3.0, 1.0, 1.0), np.empty((MAX_PIECES, 2)))

@@ -1,7 +1,7 @@
-"""Kernel: make a path of arcs and straight pieces cheaper by curves that leave out what is between two of its poses.
+"""Kernel: shortcuts of a path of arcs and straight pieces, by curves between two of its poses.
 
-Which poses to join is a cheapest path itself, from the first to the last: each may be left along the old path or by a
-curve to any later one.
+The best set of shortcuts is a shortest path in an acyclic graph, found by dynamic programming: its nodes are poses of
+the path; its edges are the old path to the next pose, and a curve to each later pose.
 """
 
 import math
@@ -10,85 +10,89 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ppaas.planners.lattice.kernels.driving import Ground, drive, level_ground, looks
-from ppaas.planners.lattice.kernels.reeds_shepp import MOST_PIECES
+from ppaas.planners.lattice.kernels.driving import DrivingSurface, drive, flat_surface, sample_count
+from ppaas.planners.lattice.kernels.reeds_shepp import MAX_PIECES
 from ppaas.planners.lattice.kernels.steering import LEG, Car, curve, drive_curve, weight
 
 Floats = NDArray[np.float64]
 Counts = NDArray[np.int32]
 
 GAIN = 1e-6
-"""A curve that is not cheaper by so much is no shortcut."""
+"""Least saving of a shortcut [cells of cost]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def join(
-    ground: Ground, car: Car, spots: Floats, along: Floats, worths: Floats, origins: Counts, legs: Floats,
+    surface: DrivingSurface, car: Car, poses: Floats, along: Floats, costs: Floats, origins: Counts, legs: Floats,
     counts: Counts, first: int, last: int,
 ) -> None:  # fmt: skip
-    """Try the curves from some poses to all later ones.
+    """Try the curves from poses ``first`` to ``last`` to all later ones, and update the best costs.
 
     Parameters
     ----------
-    ground : Ground
+    surface : DrivingSurface
     car : Car
-    spots : (n, 3) array
-        The poses: x, y, theta.
-    along, worths : (n,) array
-        What it costs to get to each on the old path, and at best so far; the same at first.
+    poses : (n, 3) float64 array
+        x, y, theta [cells, rad].
+    along : (n,) float64 array
+        Cost of each pose along the old path.
+    costs : (n,) float64 array
+        Least cost of each pose so far; equal to ``along`` at first. In and out.
     origins : (n,) int32 array
-        The pose from which it is best reached.
-    legs, counts : (n, MOST_PIECES, LEG) and (n,) int32 array
-        The curve from there; with a count of 0 it is the old path.
+        Predecessor of each pose on its best path. In and out.
+    legs : (n, MAX_PIECES, LEG) float64 array
+        Legs of the curve from the predecessor. In and out.
+    counts : (n,) int32 array
+        Number of legs of that curve; 0 if the old path is best. In and out.
     first, last : int
-        From which poses, ``last`` excluded; each after all poses before it.
+        Range of poses, ``last`` excluded. All poses before ``first`` must have been done.
     """
-    trial = np.empty((MOST_PIECES, LEG))
+    trial = np.empty((MAX_PIECES, LEG))
     for at in range(first, last):
-        x, y, theta = spots[at]
-        old = worths[at] + along[at + 1] - along[at]
-        if old < worths[at + 1]:
-            worths[at + 1], origins[at + 1], counts[at + 1] = old, at, 0
-        for to in range(at + 1, len(spots)):
-            most = worths[to] - worths[at] - GAIN
-            if math.hypot(spots[to, 0] - x, spots[to, 1] - y) * ground.rates[0] >= most:
+        x, y, theta = poses[at]
+        old = costs[at] + along[at + 1] - along[at]
+        if old < costs[at + 1]:
+            costs[at + 1], origins[at + 1], counts[at + 1] = old, at, 0
+        for to in range(at + 1, len(poses)):
+            most = costs[to] - costs[at] - GAIN
+            if math.hypot(poses[to, 0] - x, poses[to, 1] - y) * surface.rates[0] >= most:
                 continue
-            word = curve(car, x, y, theta, spots[to, 0], spots[to, 1], spots[to, 2])
-            if word.cost * car.radius * ground.rates[0] >= most:
+            word = curve(car, x, y, theta, poses[to, 0], poses[to, 1], poses[to, 2])
+            if word.cost * car.radius * surface.rates[0] >= most:
                 continue
-            cost, count = drive_curve(ground, car, x, y, theta, 0.0, word, most, trial)
+            cost, count = drive_curve(surface, car, x, y, theta, 0.0, word, most, trial)
             if count:
-                worths[to], origins[to], counts[to] = worths[at] + cost, at, count
+                costs[to], origins[to], counts[to] = costs[at] + cost, at, count
                 legs[to] = trial
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def cut(ground: Ground, car: Car, legs: Floats, longest: float, parts: Floats) -> int:
-    """Cut long legs where points of them were looked at, and return how many parts they are.
+def cut(surface: DrivingSurface, car: Car, legs: Floats, longest: float, parts: Floats) -> int:
+    """Divide long legs at their samples, and return the number of parts.
 
     Parameters
     ----------
-    ground : Ground
+    surface : DrivingSurface
     car : Car
-    legs : (n, LEG) array
-        Of a robot that stands free.
+    legs : (n, LEG) float64 array
+        Legs; the robot must be free at the begin of the first.
     longest : float
-        No part is much longer [cells].
-    parts : (m, LEG) array
-        Out: the parts of all legs, in order; n + total length / ``longest`` rows are enough.
+        Approximate maximum length of a part [cells].
+    parts : (m, LEG) float64 array
+        Out: the parts of all legs, in order; n + total length / ``longest`` rows suffice.
     """
     count = 0
     nothing = np.empty((0, 3))
     for leg in range(len(legs)):
         x, y, theta, curvature, length, _ = legs[leg]
-        points = looks(ground, curvature, length)
+        points = sample_count(surface, curvature, length)
         pieces = min(points, int(abs(length) / longest) + 1)
         first, begin = 0, count
         for piece in range(pieces):
             last = points * (piece + 1) // pieces
             part = length * (last - first) / points
-            reached = drive(ground, x, y, theta, curvature, part, False, nothing)
-            if reached.cost == math.inf:  # rounding brought a point over the edge of its cell: leave the leg whole
+            reached = drive(surface, x, y, theta, curvature, part, False, nothing)
+            if reached.cost == math.inf:  # rounding moved a sample across a cell border: keep the leg whole
                 parts[begin] = legs[leg]
                 count = begin + 1
                 break
@@ -100,33 +104,33 @@ def cut(ground: Ground, car: Car, legs: Floats, longest: float, parts: Floats) -
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def trace(ground: Ground, legs: Floats, leaving: bool, points: Floats) -> int:
-    """Write the points that are looked at along some legs, and return how many they are.
+def trace(surface: DrivingSurface, legs: Floats, leaving: bool, points: Floats) -> int:
+    """Write the samples along legs, and return their number.
 
     Parameters
     ----------
-    ground : Ground
-    legs : (n, LEG) array
+    surface : DrivingSurface
+    legs : (n, LEG) float64 array
     leaving : bool
-        Whether the robot stands in a blocked cell where the first begins.
-    points : (m, 3) array
-        Out: x, y, theta, without where the first leg begins.
+        Whether the robot is in a blocked cell at the begin of the first leg.
+    points : (m, 3) float64 array
+        Out: x, y, theta of the samples, without the begin of the first leg.
     """
     count = 0
     for leg in range(len(legs)):
         x, y, theta, curvature, length, _ = legs[leg]
-        reached = drive(ground, x, y, theta, curvature, length, leaving, points[count:])
+        reached = drive(surface, x, y, theta, curvature, length, leaving, points[count:])
         leaving = reached.leaving
-        count += looks(ground, curvature, length)
+        count += sample_count(surface, curvature, length)
     return count
 
 
 def warm() -> None:
     """Compile and call each kernel once."""
-    ground, car = level_ground(np.zeros((9, 9), np.uint8)), Car(1.0, True, 72, 2.0, 1.2, 0.0, 3.5, 9.0)
+    surface, car = flat_surface(np.zeros((9, 9), np.uint8)), Car(1.0, True, 72, 2.0, 1.2, 0.0, 3.5, 9.0)
     legs = np.array([[1.0, 1.0, 0.0, 0.0, 2.0, 2.0]])
-    cut(ground, car, legs, 1.0, np.empty((4, LEG)))
-    trace(ground, legs, False, np.empty((9, 3)))
-    spots, along = np.array([[1.0, 1.0, 0.0], [3.0, 1.0, 0.0]]), np.array([0.0, 2.0])
+    cut(surface, car, legs, 1.0, np.empty((4, LEG)))
+    trace(surface, legs, False, np.empty((9, 3)))
+    poses, along = np.array([[1.0, 1.0, 0.0], [3.0, 1.0, 0.0]]), np.array([0.0, 2.0])
     counts = np.zeros(2, np.int32)
-    join(ground, car, spots, along, along.copy(), counts.copy(), np.empty((2, MOST_PIECES, LEG)), counts, 0, 1)
+    join(surface, car, poses, along, along.copy(), counts.copy(), np.empty((2, MAX_PIECES, LEG)), counts, 0, 1)

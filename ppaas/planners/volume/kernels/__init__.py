@@ -1,4 +1,4 @@
-"""Compiled inner loops of the planners in space; import from the modules."""
+"""Kernels of the planners in space, compiled by numba."""
 
 from ppaas.kernel_cache import watch_all_kernels
 

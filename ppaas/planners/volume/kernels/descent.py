@@ -1,4 +1,4 @@
-"""Kernel: walk down a field of costs in space, along exact equality."""
+"""Kernel: descend a cost field in space, along exact equality of values."""
 
 import numpy as np
 from numba import njit
@@ -12,21 +12,21 @@ def descend(
     field: NDArray[np.uint32], costs: NDArray[np.uint8], stride: int, plane: int, weights: NDArray[np.int64],
     cells: NDArray[np.int32], count: int, budget: int,
 ) -> int:  # fmt: skip
-    """Go on with a path for up to ``budget`` voxels; return how many it has now.
+    """Extend a path by up to ``budget`` voxels; return its new length.
 
-    From each voxel it goes to a neighbour of which the voxel has its value; straight on where it may, so that of all
-    cheapest paths one with few turns is taken.
+    Each step goes to a neighbour n with value(n) + weight of the move = value(voxel). It keeps the direction of the
+    last step if possible, which selects one of the cheapest paths with few turns.
 
     Parameters
     ----------
     field, costs, stride, plane, weights
-        As in `ppaas.planners.volume.kernels.propagation`; the value of the last voxel so far must be final.
+        As in `ppaas.planners.volume.kernels.propagation`; the value of the last voxel of the path must be final.
     cells : (m, 3) int32 array
-        Layer, row, column on the map; rows up to ``count`` are filled, at least one.
+        Layer, row, column on the map. Rows up to ``count``, at least one, are filled. In and out.
     count : int
-        Voxels so far.
+        Length of the path so far.
     budget : int
-        Most voxels to add.
+        Maximum number of voxels to add.
     """
     ahead = -1
     if count > 1:

@@ -1,10 +1,11 @@
-"""How the arrays of a field in space are laid out, and the 26 moves, for the kernels that share them.
+"""Layout of the arrays of a cost field in space, and the 26 moves.
 
-All arrays have one voxel more on each side of the map, so that no kernel asks whether a neighbour exists. A voxel
-(layer, row, column) of the map is element (layer + 1)·plane + (row + 1)·stride + column + 1 of the flat arrays, with
-stride = width + 2 and plane = (height + 2)·stride.
+All arrays have a margin of one voxel on each side of the map, so that kernels need no bounds checks for neighbours. The
+voxel (layer, row, column) of the map is element (layer + 1)·plane + (row + 1)·stride + column + 1 of the flat arrays,
+with stride = width + 2 and plane = (height + 2)·stride.
 
-The value of a voxel is its cost-to-go in fixed point plus `AT_GOAL`; a blocked one has `BLOCKED`, below any value.
+The value of a voxel is its cost-to-go in fixed point plus `AT_GOAL`. Blocked voxels have the value `BLOCKED`, below any
+other.
 """
 
 import itertools
@@ -15,21 +16,22 @@ BLOCKED = 0
 AT_GOAL = 1
 UNREACHED = np.uint32(0xFFFFFFFF)
 
-MOST_VALUE = 0xFFFF0000
-"""No value may come near `UNREACHED`: a million free voxels, which no way through a map of that size has."""
+MAX_VALUE = 0xFFFF0000
+"""Largest value: about a million free voxels. Greater ones could collide with `UNREACHED`."""
 
 BUCKET_SHIFT = 12
-"""A bucket holds 2¹² = 4096 values: less than the least weight, 4250, so no move ends in the bucket it began in."""
+"""A bucket holds 2¹² = 4096 values: less than the least weight, 4250, so no move ends in the bucket where it began."""
 
 RING = 32
-"""Buckets in the ring, a power of two. The longest move weighs 37 248; with the distance to the target, which it may
-take the search away from, as much again: at most 19 buckets ahead."""
+"""Number of buckets in the ring, a power of two. The most expensive move weighs 37 248, and may increase the estimate
+by as much: keys are at most 19 buckets ahead."""
 
 CHUNK = 256
 """Voxels in one chunk of the pool."""
 
-MOST_CHUNKS = 26 + RING
-"""Chunks that working off one chunk can take: each voxel has 26 neighbours, and each bucket may begin one."""
+MAX_CHUNKS = 26 + RING
+"""Maximum number of chunks that expanding one chunk can fill: 26 neighbours per voxel, and one partly filled chunk per
+bucket."""
 
 
 def _all_moves() -> list[tuple[int, ...]]:
@@ -38,7 +40,7 @@ def _all_moves() -> list[tuple[int, ...]]:
 
 
 def _needed(move: tuple[int, ...]) -> int:
-    """Return the bits of the moves with one axis less; those need in turn what they need."""
+    """Return the bits of the moves along one axis less; those have requirements of their own."""
     bits = 0
     for axis in range(3):
         shorter = tuple(0 if other == axis else step for other, step in enumerate(move))
@@ -55,7 +57,7 @@ DOWN = tuple(move[1] for move in MOVES)
 RIGHT = tuple(move[2] for move in MOVES)
 
 KINDS = tuple(sum(map(abs, move)) - 1 for move in MOVES)
-"""Axes of each move, less one: which weight it has."""
+"""Number of axes of each move, minus one: the row of its weight."""
 
 NEEDS = tuple(_needed(move) for move in MOVES)
-"""For each move which of the earlier ones must be open, one bit each: no corner is cut."""
+"""For each move, the bits of the earlier moves that must be free, so that it cuts no corner."""

@@ -1,9 +1,9 @@
-"""Kernel: grow a field of costs in space, outward or towards a target, with a bucket queue.
+"""Kernel: grow a cost field in space, outward or towards a target, with a bucket queue.
 
 Outward it is Dial's algorithm (1969) with wide buckets, as in `ppaas.planners.field.kernels.propagation`: all values in
-the lowest bucket are final, and each voxel is worked off once. Towards a target it is A* (Hart, Nilsson, Raphael, 1968)
-with the same buckets, by value plus the least that the way left can cost. There a voxel may be worked off again, if its
-value falls while its own bucket is the lowest; when a bucket is empty, all values in it are final.
+the lowest bucket are final, and each voxel is expanded once. Towards a target it is A* (Hart, Nilsson and Raphael,
+1968) with the same buckets, keyed by the value plus a lower bound of the remaining cost. A voxel is then expanded again
+if its value falls while its bucket is the lowest one; once a bucket is empty, all values in it are final.
 """
 
 import numpy as np
@@ -17,8 +17,8 @@ from ppaas.planners.volume.kernels.layout import (
     CHUNK,
     DOWN,
     KINDS,
-    MOST_CHUNKS,
-    MOST_VALUE,
+    MAX_CHUNKS,
+    MAX_VALUE,
     NEEDS,
     RIGHT,
     RING,
@@ -31,22 +31,24 @@ Links = NDArray[np.int32]
 Pool = NDArray[np.uint32]
 
 TOO_LONG = 4
-"""The next values may not fit the field."""
+"""The next values may exceed `MAX_VALUE`."""
 
 STATE_SIZE = 6
 BUCKET, FREE, SPARE, COUNT, EMPTY, TOUCHED = range(STATE_SIZE)
-"""Of the queue's state: number of the lowest bucket, first free chunk, free chunks, voxels worked off, empty buckets
-passed in a row, and what ``_touch`` gave last."""
+"""Elements of the queue's state: number of the lowest bucket, first free chunk, number of free chunks, expansions,
+consecutive empty buckets, and the last result of ``_touch``."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def least_left(layers: int, rows: int, columns: int, least: Ints) -> int:
-    """Return what the shortest way over so many layers, rows and columns costs, all of it free.
+    """Return the cost of the shortest path over a distance in an empty map: the heuristic of A*.
 
     Parameters
     ----------
+    layers, rows, columns : int
+        The distance along each axis, of either sign.
     least : (3,) int64 array
-        Weights of free voxels, on moves along one, two and three axes; zeros to search in all directions alike.
+        Weights of moves into free voxels along one, two and three axes; zeros to search without a heuristic.
     """
     layers, rows, columns = abs(layers), abs(rows), abs(columns)
     most, fewest = max(layers, rows, columns), min(layers, rows, columns)
@@ -56,10 +58,10 @@ def least_left(layers: int, rows: int, columns: int, least: Ints) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _touch(field: NDArray[np.uint32], costs: NDArray[np.uint8], stride: int, plane: int, voxels: Pool) -> int:
-    """Read what lies around some voxels, so that it is at hand when they are worked off.
+    """Read the neighbourhoods of voxels into the cache before they are expanded.
 
-    The nine rows around a voxel are as many lines of the cache, and here none waits for another; without this a large
-    field takes almost twice as long. What is returned must be kept, or the compiler leaves all of it out.
+    The nine rows around a voxel are in nine cache lines, and the loads here do not depend on each other. Without this a
+    large field takes almost twice as long. The caller must store the result, or the compiler removes the loads.
     """
     seen = 0
     for voxel in voxels:
@@ -75,31 +77,31 @@ def propagate(
     field: NDArray[np.uint32], costs: NDArray[np.uint8], stride: int, plane: int, weights: Ints, least: Ints,
     pool: Pool, links: Links, heads: Links, fills: Links, state: Ints, target: int, budget: int,
 ) -> int:  # fmt: skip
-    """Work off about ``budget`` voxels and tell why it stopped.
+    """Expand about ``budget`` voxels and return why the kernel stopped.
 
     Parameters
     ----------
     field : (n,) uint32 array
-        Values, as in `ppaas.planners.volume.kernels.layout`.
+        Values, as in `ppaas.planners.volume.kernels.layout`. In and out.
     costs : (n,) uint8 array
         Costs of the voxels.
     stride, plane : int
-        Elements in a row and in a layer.
+        Number of elements in a row and in a layer.
     weights : (3, 256) int64 array
-        What entering a voxel of that cost weighs, on a move along one, two and three axes.
+        Weight of entering a voxel of each cost, on a move along one, two and three axes.
     least : (3,) int64 array
-        As in ``least_left``: the weights of free voxels to aim at the target, zeros not to.
+        As in ``least_left``: weights of free voxels for A* towards the target, zeros for Dijkstra's order.
     pool : (chunks, CHUNK) uint32 array
-        Voxels in the queue.
+        Queued voxels. In and out, as the other arrays of the queue.
     links : (chunks,) int32 array
-        The chunk after each, in its bucket or among the free ones; −1 ends.
+        Next chunk of each chunk, in its bucket or in the free list; −1 at the end.
     heads, fills : (RING,) int32 array
-        First chunk of each bucket, and voxels in it; a bucket without chunks has −1 and CHUNK.
+        First chunk of each bucket, and the number of voxels in it; −1 and CHUNK for a bucket without chunks.
     state : (STATE_SIZE,) int64 array
     target : int
-        Voxel whose value is wanted; −1 to go on until all are reached.
+        Voxel whose value is wanted; −1 to reach all.
     budget : int
-        Voxels to work off before it pauses, give or take a chunk.
+        Number of voxels to expand in this call, up to a chunk more.
 
     Returns
     -------
@@ -117,13 +119,14 @@ def propagate(
         low = bucket << BUCKET_SHIFT
         if target >= 0 and field[target] != UNREACHED and np.int64(field[target]) < low:
             return SETTLED
-        if low + (RING << BUCKET_SHIFT) > MOST_VALUE:
+        if low + (RING << BUCKET_SHIFT) > MAX_VALUE:
             return TOO_LONG
+        # Expand the lowest bucket, chunk by chunk; relaxations may add chunks to it again.
         slot = bucket & (RING - 1)
         while heads[slot] >= 0:
             if state[COUNT] >= end:
                 return PAUSED
-            if state[SPARE] < MOST_CHUNKS:
+            if state[SPARE] < MAX_CHUNKS:
                 return POOL_EMPTY
             chunk, fill = heads[slot], fills[slot]
             heads[slot], fills[slot] = links[chunk], CHUNK
@@ -137,9 +140,10 @@ def propagate(
                     row = target % plane // stride - voxel % plane // stride
                     column = target % stride - voxel % stride
                     left = least_left(layer, row, column, least)
-                if value + left < low:
+                if value + left < low:  # a stale entry: the voxel was expanded with a lower value
                     continue
                 state[COUNT] += 1
+                # Relax the moves to its free neighbours that cut no corner.
                 open_moves = 0
                 for move in range(26):
                     if open_moves & NEEDS[move] != NEEDS[move]:
@@ -160,8 +164,9 @@ def propagate(
                         left = least_left(layer - UP[move], row - DOWN[move], column - RIGHT[move], least)
                     later = (new + left) >> BUCKET_SHIFT
                     if later == (old + left) >> BUCKET_SHIFT and later != bucket:
-                        continue  # it is in that bucket already, and not yet worked off
+                        continue  # already queued in that bucket, and not yet expanded
                     later &= RING - 1
+                    # Append it to its bucket; take a chunk from the free list if the first one is full.
                     if fills[later] == CHUNK:
                         fresh = state[FREE]
                         state[FREE] = links[fresh]
@@ -173,6 +178,7 @@ def propagate(
             links[chunk] = state[FREE]
             state[FREE] = chunk
             state[SPARE] += 1
+        # Advance to the next bucket; after a whole ring of empty ones the queue is empty.
         state[EMPTY] += 1
         state[BUCKET] += 1
         if state[EMPTY] >= RING:
@@ -184,7 +190,7 @@ def warm() -> None:
     field = np.zeros(27, np.uint32)
     field[13] = UNREACHED
     weights = np.full((3, 256), 1 << BUCKET_SHIFT, np.int64)
-    chunks = 1 + MOST_CHUNKS
+    chunks = 1 + MAX_CHUNKS
     propagate(
         field, np.zeros(27, np.uint8), 3, 9, weights, np.zeros(3, np.int64), np.empty((chunks, CHUNK), np.uint32),
         np.arange(1, chunks + 1, dtype=np.int32), np.full(RING, -1, np.int32), np.full(RING, CHUNK, np.int32),

@@ -1,4 +1,4 @@
-"""Kernel: lay out the padded costs and the empty field, layer by layer."""
+"""Kernel: initialize the padded costs and the empty field, layer by layer."""
 
 import numpy as np
 from numba import njit
@@ -9,7 +9,7 @@ from ppaas.planners.volume.kernels.layout import BLOCKED, UNREACHED
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lay(
+def pad_layers(
     source: NDArray[np.uint8], open_costs: NDArray[np.bool_], costs: NDArray[np.uint8], field: NDArray[np.uint32],
     first: int, last: int,
 ) -> None:  # fmt: skip
@@ -20,11 +20,13 @@ def lay(
     source : (depth, height, width) uint8 array
         Costs of the map.
     open_costs : (256,) bool array
-        Whether a voxel of that cost may be entered.
+        Whether a voxel of each cost may be entered.
     costs : (depth + 2, height + 2, width + 2) uint8 array
-        Out: the same with a margin.
+        Out: costs with a margin.
     field : (depth + 2, height + 2, width + 2) uint32 array
-        Out: unreached, or blocked.
+        Out: `UNREACHED` or `BLOCKED`.
+    first, last : int
+        Range of layers.
     """
     depth, height, width = source.shape
     for layer in range(first, last):
@@ -42,4 +44,4 @@ def lay(
 def warm() -> None:
     """Compile and call the kernel once."""
     source, shape = only_read(np.zeros((1, 1, 1), np.uint8)), (3, 3, 3)
-    lay(source, np.ones(256, np.bool_), np.empty(shape, np.uint8), np.empty(shape, np.uint32), 0, 3)
+    pad_layers(source, np.ones(256, np.bool_), np.empty(shape, np.uint8), np.empty(shape, np.uint32), 0, 3)

@@ -1,4 +1,4 @@
-"""An array makes room, and what it held stays."""
+"""A doubled array keeps its items."""
 
 import numpy as np
 import pytest
@@ -8,9 +8,7 @@ from ppaas.planners.watch import proceed
 
 
 @pytest.mark.parametrize("shape", [(1,), (7,), (5, 2)])
-def test_what_was_there_is_at_the_beginning_of_twice_as_much(
-    shape: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_doubled_array_begins_with_the_old_items(shape: tuple[int, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(array_growth, "SLICE_COPIED", 12)
     before = np.arange(np.prod(shape), dtype=np.int32).reshape(shape)
     after = array_growth.doubled(before, proceed)

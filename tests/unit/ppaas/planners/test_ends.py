@@ -22,24 +22,24 @@ def ends(map_, start, goal, allow_unknown=True, check=go_on, **request):
     return place_ends(map_, ask, allow_unknown=allow_unknown, check=check)
 
 
-def test_free_ends_are_taken_as_they_are():
+def test_free_ends_are_unchanged():
     found = ends(grids.costmap("...", 0.1), (0, 0), (0, 2))
     assert (found.start, found.goal, len(found.escape)) == ((0, 0), (0, 2), 0)
     assert found.goal_pose == grids.centre(grids.costmap("...", 0.1), 0, 2, 0.5)
 
 
-def test_the_way_out_is_the_shortest_and_does_not_pass_obstacles():
+def test_the_escape_is_the_shortest_path_around_obstacles():
     map_ = grids.costmap("#ii.\n###i\niii.\n#iii", resolution=0.1)
     assert escape(map_, (1, 1), passable(True), go_on).tolist() == [[1, 1], [1, 2], [1, 3]]
 
 
-def test_no_way_out_cuts_the_corner_of_an_obstacle():
+def test_no_escape_cuts_the_corner_of_an_obstacle():
     map_ = grids.costmap("#.\ni#", resolution=0.1)
-    with pytest.raises(StartOccupied, match="drive it out"):
+    with pytest.raises(StartOccupied, match="drive the robot out"):
         ends(map_, (0, 0), (1, 1))
 
 
-def test_a_way_out_ends_at_two_metres():
+def test_an_escape_is_at_most_two_metres_long():
     map_ = grids.costmap("i" * 21 + ".", resolution=0.1)
     assert ends(map_, (0, 1), (0, 21)).start == (0, 21)
     with pytest.raises(StartOccupied, match=r"2\.0 m"):
@@ -52,7 +52,7 @@ def test_a_robot_in_an_unknown_cell_may_leave_it_even_where_plans_may_not_enter(
     assert ends(map_, (0, 0), (0, 3), allow_unknown=True).start == (0, 0)
 
 
-def test_looking_for_a_way_out_can_be_stopped():
+def test_the_search_for_an_escape_can_be_cancelled():
     def stop():
         raise PlanCancelled("enough")
 
@@ -62,7 +62,7 @@ def test_looking_for_a_way_out_can_be_stopped():
 
 @given(grids.cost_arrays(), st.data(), st.floats(0.0, 12.0))
 @settings(deadline=None, max_examples=150)
-def test_the_cell_that_stands_for_a_blocked_goal_is_the_nearest_of_all(costs, data, tolerance):
+def test_a_blocked_goal_is_replaced_by_the_nearest_free_cell(costs, data, tolerance):
     costs[0, 0] = 0
     map_ = grids.of(costs, 1.0, Pose2D(2.0, -1.0, 0.7))
     goal = data.draw(st.tuples(st.integers(0, costs.shape[0] - 1), st.integers(0, costs.shape[1] - 1)))
@@ -79,5 +79,5 @@ def test_the_cell_that_stands_for_a_blocked_goal_is_the_nearest_of_all(costs, da
         assert found.goal_pose.theta == 0.5
 
 
-def test_any_tolerance_will_do_even_an_infinite_one():
+def test_an_infinite_tolerance_is_allowed():
     assert ends(grids.costmap(".####", 0.1), (0, 0), (0, 4), tolerance=math.inf).goal == (0, 0)

@@ -15,16 +15,16 @@ with_two_cpus = pytest.mark.skipif(len(CPUS) < 2, reason="one CPU: no other to r
 
 @pytest.fixture
 def asleep():
-    """Threads of which one has worked and sleeps, what has it work, and its number."""
+    """Yield helper threads with one sleeping thread, its executor, and its native id."""
     threads = HelperThreads()
-    with ThreadPoolExecutor(1, initializer=threads.enlist) as executor:
+    with ThreadPoolExecutor(1, initializer=threads.register) as executor:
         yield threads, executor, executor.submit(threading.get_native_id).result()
 
 
 @with_two_cpus
-def test_a_helper_runs_where_the_caller_does_not(asleep):
+def test_a_helper_does_not_run_on_the_callers_cpu(asleep):
     threads, executor, helper = asleep
-    threads.keep_off()
+    threads.move_off_this_cpu()
     allowed = executor.submit(lambda: os.sched_getaffinity(0)).result()
     assert allowed == os.sched_getaffinity(helper)
     assert allowed < CPUS
@@ -32,14 +32,14 @@ def test_a_helper_runs_where_the_caller_does_not(asleep):
 
 
 @with_two_cpus
-def test_a_helper_keeps_to_the_cpus_that_the_caller_is_given_meanwhile(asleep):
+def test_a_helper_follows_a_change_of_the_callers_affinity(asleep):
     placed, executor, _ = asleep
     found = []
 
     def call():
         for cpus in ({min(CPUS)}, {max(CPUS)}, CPUS):
             os.sched_setaffinity(0, cpus)  # of this thread alone
-            placed.keep_off()
+            placed.move_off_this_cpu()
             found.append(executor.submit(lambda: os.sched_getaffinity(0)).result())
 
     caller = threading.Thread(target=call)
@@ -49,38 +49,38 @@ def test_a_helper_keeps_to_the_cpus_that_the_caller_is_given_meanwhile(asleep):
     assert len(CPUS - found[2]) == 1
 
 
-def test_what_is_so_already_is_not_asked_for_again(asleep, monkeypatch):
+def test_an_unchanged_affinity_is_not_set_again(asleep, monkeypatch):
     threads, _, helper = asleep
     asked, here = [], 0
     monkeypatch.setattr(helper_threads, "_sched_getcpu", lambda: lambda: here)
     monkeypatch.setattr(os, "sched_getaffinity", lambda thread: {0, 1, 2})
     monkeypatch.setattr(os, "sched_setaffinity", lambda thread, cpus: asked.append((thread, cpus)))
     for here in (0, 0, 2, 2, 0):  # noqa: B007 - looked at by the function above
-        threads.keep_off()
+        threads.move_off_this_cpu()
     assert asked == [(helper, {1, 2}), (helper, {0, 1}), (helper, {1, 2})]
 
 
-def test_where_cpus_cannot_be_chosen_helpers_work_all_the_same(asleep, monkeypatch):
+def test_helpers_work_where_the_affinity_cannot_be_set(asleep, monkeypatch):
     threads, executor, _ = asleep
 
     def refuse(thread, cpus):
         raise PermissionError("not in here")
 
     monkeypatch.setattr(os, "sched_setaffinity", refuse)
-    threads.keep_off()
+    threads.move_off_this_cpu()
     assert executor.submit(lambda: 7).result() == 7
 
 
-def test_nor_are_cpus_needed_that_can_be_told_apart(asleep, monkeypatch):
+def test_helpers_work_without_sched_getcpu(asleep, monkeypatch):
     threads, executor, _ = asleep
     monkeypatch.setattr(helper_threads, "_sched_getcpu", lambda: None)
     monkeypatch.delattr(os, "sched_setaffinity", raising=False)
-    threads.keep_off()
+    threads.move_off_this_cpu()
     assert executor.submit(lambda: 7).result() == 7
 
 
 @pytest.mark.parametrize("helpers", [-1, 0, 2])
-def test_each_slice_is_done_once_by_whoever_comes_first(helpers):
+def test_each_slice_is_processed_once(helpers):
     done = []
     share(range(200), done.append, helpers=helpers, check=proceed)
     assert sorted(done) == list(range(200))
@@ -103,7 +103,7 @@ def test_the_check_ends_the_work_on_slices():
     assert done == [0]
 
 
-def test_what_goes_wrong_with_a_helper_is_told():
+def test_an_error_in_a_helper_is_raised():
     begun, failed = threading.Event(), threading.Event()
 
     def work(one):
@@ -119,7 +119,7 @@ def test_what_goes_wrong_with_a_helper_is_told():
         share(range(2), work, helpers=1, check=proceed)
 
 
-def test_who_has_not_begun_when_all_is_done_is_not_waited_for():
+def test_a_helper_that_has_not_begun_is_not_waited_for():
     gate, others = threading.Event(), ThreadPoolExecutor(1)
     busy = others.submit(
         share, range(os.cpu_count() + 1), lambda one: gate.wait(), helpers=os.cpu_count(), check=proceed
@@ -131,7 +131,7 @@ def test_who_has_not_begun_when_all_is_done_is_not_waited_for():
     assert sorted(done) == [0, 1, 2]
 
 
-def test_a_process_that_is_forked_gets_threads_of_its_own():
+def test_a_forked_process_gets_its_own_threads():
     both = threading.Barrier(2, timeout=30)
     share(range(2), lambda one: both.wait(), helpers=1, check=proceed)
     child = os.fork()

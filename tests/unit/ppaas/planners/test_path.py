@@ -64,7 +64,7 @@ def test_equal_moves_have_equal_headings_wherever_they_are_made():
     assert len(np.unique(poses[1:-2, 5:], axis=0)) == 1
 
 
-def test_where_both_ends_lie_in_one_cell_the_goal_is_all():
+def test_with_both_ends_in_one_cell_the_goal_is_the_only_pose():
     costmap, cells = _costmap(), np.array([(3, 4)], np.int32)
     start, goal = _ends(costmap, cells)
     assert path_poses(costmap, cells, start, goal).tolist() == [
@@ -73,7 +73,7 @@ def test_where_both_ends_lie_in_one_cell_the_goal_is_all():
     assert path_cost(costmap, cells) == 0.0
 
 
-def test_a_path_through_centres_is_the_same_told_by_fractions():
+def test_a_path_through_centres_has_the_same_poses_by_points():
     costmap, cells = _costmap(), _walk(2, 30)
     ends = _ends(costmap, cells)
     poses, through = path_poses(costmap, cells, *ends), poses_through(costmap, cells.astype(np.float64), *ends)

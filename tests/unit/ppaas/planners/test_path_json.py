@@ -12,13 +12,17 @@ from ppaas.errors import InvalidInput
 from ppaas.messages import decode, encode
 from ppaas.messages.nav_msgs import Path
 from ppaas.messages.std_msgs import Header, Time
-from ppaas.planners.kernels.pose_text import BLOCK, MOST, WIDEST, write_rows
+from ppaas.planners.kernels.pose_text import BLOCK, MAX_MAGNITUDE, WIDEST, write_rows
 from ppaas.planners.path_json import path_message, rows_text
 from tests.reference.planners import pose_text as twin
 
-numbers = st.floats(-1e9, 1e9) | st.floats(-1e-8, 1e-8) | st.floats(-MOST, MOST, exclude_min=True, exclude_max=True)
+numbers = (
+    st.floats(-1e9, 1e9)
+    | st.floats(-1e-8, 1e-8)
+    | st.floats(-MAX_MAGNITUDE, MAX_MAGNITUDE, exclude_min=True, exclude_max=True)
+)
 few = st.sampled_from([0.0, -0.0, 1.0, -12.75])
-"""So few that rows often end as the one before does."""
+"""So few numbers that rows often end like the row before."""
 
 numbers = numbers | few
 tables = st.integers(1, 4).flatmap(
@@ -47,13 +51,13 @@ def test_the_kernel_writes_what_its_twin_does(rows: list[list[float]], pieces: l
 
 @settings(deadline=None)
 @given(st.lists(st.lists(st.floats(-1e6, 1e6), min_size=7, max_size=7)))
-def test_what_is_read_is_what_was_written_to_half_a_billionth(rows: list[list[float]]) -> None:
+def test_numbers_are_read_back_within_half_a_billionth(rows: list[list[float]]) -> None:
     read = json.loads(rows_text(np.array(rows).reshape(-1, 7)))
     assert len(read) == len(rows)
     np.testing.assert_allclose(np.array(read).reshape(-1, 7), np.array(rows).reshape(-1, 7), rtol=0.0, atol=6e-10)
 
 
-def test_decimals_end_where_nothing_follows() -> None:
+def test_trailing_zeros_are_omitted() -> None:
     assert json.loads(rows_text(POSES)) == [
         [1.25, -2.5, 0.0, 0.0, 0.0, 0.389418342, 0.921060994],
         [333333.333333333, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0],
@@ -61,7 +65,7 @@ def test_decimals_end_where_nothing_follows() -> None:
     assert rows_text(POSES[:1]).startswith("[[1.25,-2.5,0.0,0.0,")
 
 
-def test_a_path_is_told_as_ros_tells_it_each_pose_with_the_header_of_all() -> None:
+def test_the_message_has_the_form_of_ros_and_each_pose_the_header_of_the_path() -> None:
     header = Header(7, Time(3, 4), 'the "map"')
     path = decode(Path, encode(path_message(POSES, header)))
     assert path.header == header
@@ -78,8 +82,8 @@ def test_no_poses_are_an_empty_list() -> None:
     assert decode(Path, encode(path_message(none, Header()))).poses == []
 
 
-@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf, MOST, -1e300])
-def test_a_number_that_has_no_such_text_is_refused(number: float) -> None:
+@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf, MAX_MAGNITUDE, -1e300])
+def test_a_number_out_of_range_is_refused(number: float) -> None:
     poses = POSES.copy()
     poses[1, 1] = number
     with pytest.raises(InvalidInput, match="nearer"):

@@ -1,4 +1,4 @@
-"""When a map is prepared again, and when not."""
+"""Reuse of prepared maps."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from tests.support.world import grids
 
 
 class StraightAcross(Prepared):
-    """Goes along the row of the start."""
+    """Search that follows the row of the start."""
 
     nbytes = 0
     expanded = 7
@@ -24,7 +24,7 @@ class StraightAcross(Prepared):
 
 
 class Straight(PreparedPlanner):
-    """Counts how often it prepares."""
+    """Planner that counts its preparations."""
 
     name = "straight"
     purpose = "For tests."
@@ -34,7 +34,7 @@ class Straight(PreparedPlanner):
         self.prepared_data = []
 
     def prepare(self, costmap, *, threads=1, check=lambda: None):
-        """Prepare, and note it."""
+        """Count a preparation."""
         self.prepared_data.append(costmap.data)
         return StraightAcross()
 
@@ -44,7 +44,7 @@ def plan(planner, costmap):
     return planner.plan(costmap, PlanRequest(*ends))
 
 
-def test_a_map_that_nobody_writes_to_is_prepared_once() -> None:
+def test_a_read_only_map_is_prepared_once() -> None:
     planner, costmap = Straight(), grids.costmap("...")
     costmap.data.flags.writeable = False
     results = [plan(planner, costmap) for _ in range(3)]
@@ -53,7 +53,7 @@ def test_a_map_that_nobody_writes_to_is_prepared_once() -> None:
     assert {(result.expanded, result.cost) for result in results} == {(7, 100.0)}
 
 
-def test_a_map_that_may_change_is_prepared_for_each_plan() -> None:
+def test_a_writable_map_is_prepared_for_each_plan() -> None:
     planner, costmap = Straight(), grids.costmap("...")
     plan(planner, costmap)
     plan(planner, costmap)

@@ -18,12 +18,12 @@ def test_the_names_of_ros_are_known():
     assert isinstance(create("nav2_smac_planner/SmacPlanner2D"), AStar)
 
 
-def test_an_unknown_name_is_told_with_the_names_there_are():
+def test_an_unknown_name_is_refused_with_the_known_names():
     with pytest.raises(NotFound, match=r"unknown planner 'teleport'; known: .*dijkstra"):
         create("teleport")
 
 
-def test_a_parameter_that_is_none_is_refused_with_those_there_are():
+def test_an_unknown_parameter_is_refused_with_the_known_ones():
     with pytest.raises(InvalidParameter, match="'navfn' has no parameter 'colour'; known: allow_unknown, use_astar"):
         create("navfn", colour="red")
 

@@ -1,4 +1,4 @@
-"""A smoothed path turns less, keeps its ends, and comes into no obstacle."""
+"""A smoothed path turns less, keeps its ends, and enters no obstacle."""
 
 import itertools
 import math
@@ -20,13 +20,13 @@ from tests.support.world import grids
 
 
 def bends(poses):
-    """Return how much a path turns at each pose between its ends."""
+    """Return the turn of a path at each inner pose [rad]."""
     steps = np.diff(poses[:, :2], axis=0)
     return np.abs(np.diff(np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))))
 
 
 def assert_free(map_, poses, allow_unknown=True):
-    """Look at a hundred points of each step."""
+    """Assert that a hundred points of each step are free."""
     parts = np.linspace(0.0, 1.0, 101)[:, None]
     for begin, end in itertools.pairwise(poses[:, :2]):
         cells = map_.info.to_cells(begin + parts * (end - begin))
@@ -35,7 +35,7 @@ def assert_free(map_, poses, allow_unknown=True):
 
 @given(st.integers(0, 2**32 - 1), st.integers(2, 12), st.sampled_from([0.0, 0.1, 0.3, 2.0]))
 @settings(deadline=None, max_examples=50)
-def test_points_come_to_rest_where_the_twin_does(seed, count, even):
+def test_points_equal_the_fixed_point_of_the_twin(seed, count, even):
     rng = np.random.default_rng(seed)
     points, near = rng.normal(size=(count, 2)), rng.choice([0.1, 0.2, 3.0, np.inf], count)
     near[[0, -1]] = np.inf
@@ -90,7 +90,7 @@ def test_a_bend_in_the_open_is_cut_and_each_pose_heads_for_the_next():
     assert (smooth[:, 2] == 0.25).all()
 
 
-def test_only_near_an_obstacle_it_is_drawn_back():
+def test_only_poses_near_an_obstacle_are_moved_back():
     costs = np.zeros((12, 40), np.uint8)
     costs[:6, 8] = 254
     map_ = grids.of(costs)
@@ -105,21 +105,21 @@ def test_only_near_an_obstacle_it_is_drawn_back():
     assert np.hypot(*(smooth - path)[:, :2].T)[away > 9.0].max() > 0.1
 
 
-def test_where_the_path_is_not_free_itself_it_stays():
+def test_a_path_that_is_not_free_is_unchanged():
     map_ = grids.costmap("#iii....\n" * 3, resolution=0.1)
     result = create("dijkstra", smooth=True).plan(map_, PlanRequest(grids.centre(map_, 1, 1), grids.centre(map_, 2, 7)))
     straight = create("dijkstra").plan(map_, PlanRequest(grids.centre(map_, 1, 1), grids.centre(map_, 2, 7)))
     assert np.array_equal(result.poses[:3, :2], straight.poses[:3, :2])
 
 
-def test_poses_far_apart_stay():
+def test_poses_far_apart_are_unchanged():
     map_ = grids.of(np.zeros((9, 9), np.uint8))
     poses = poses_along(np.array([(1.5, 1.5), (4.5, 4.5), (1.5, 7.5)]))
     assert np.array_equal(smooth_path(map_, poses)[:, :2], poses[:, :2])
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])
-def test_a_path_without_a_pose_between_its_ends_stays(count):
+def test_a_path_without_inner_poses_is_unchanged(count):
     poses = poses_along(np.array([(1.5, 1.5), (2.5, 2.5)])[:count])
     smooth = smooth_path(grids.of(np.zeros((9, 9), np.uint8)), poses)
     assert np.array_equal(smooth, poses)
@@ -127,20 +127,20 @@ def test_a_path_without_a_pose_between_its_ends_stays(count):
 
 
 @pytest.mark.parametrize("weights", [(0.0, 0.0), (-0.1, 0.3), (0.2, -0.3), (math.nan, 1.0), (1.0, math.inf)])
-def test_weights_that_cannot_be_are_refused(weights):
+def test_invalid_weights_are_refused(weights):
     poses = poses_along(np.array([(1.5, 1.5), (2.5, 2.5), (3.5, 3.5)]))
     with pytest.raises(InvalidInput, match="w_data and w_smooth"):
         smooth_path(grids.of(np.zeros((9, 9), np.uint8)), poses, w_data=weights[0], w_smooth=weights[1])
 
 
 @pytest.mark.parametrize("poses", [np.zeros((4, 3)), np.zeros(7), np.full((3, 7), np.nan)])
-def test_what_is_no_path_is_refused(poses):
+def test_an_invalid_path_is_refused(poses):
     with pytest.raises(InvalidInput, match=r"\(n, 7\)"):
         smooth_path(grids.of(np.zeros((9, 9), np.uint8)), poses)
 
 
 @pytest.mark.parametrize("name", ["dijkstra", "astar", "theta_star", "dstar_lite"])
-def test_planners_smooth_if_they_are_told_to(name):
+def test_planners_smooth_on_request(name):
     map_ = grids.of(np.zeros((20, 30), np.uint8))
     map_.data[:15, 12] = 254
     request = PlanRequest(Pose2D(2.5, 2.5), Pose2D(27.5, 4.5))

@@ -37,7 +37,7 @@ def by_the_twin(costs, starts, goals, allow_unknown):
 
 @given(scenes(), st.sampled_from([0, 1, 1000]), st.integers(1, 3))
 @settings(deadline=None, max_examples=120)
-def test_it_is_that_of_the_twin_from_either_side_on_any_threads(scene, start_field_takes, threads):
+def test_the_matrix_equals_the_twins_with_fields_of_starts_or_goals_on_any_threads(scene, start_field_takes, threads):
     costs, starts, goals, allow_unknown = scene
     map_ = grids.of(costs)
     with pytest.MonkeyPatch.context() as patch:
@@ -50,7 +50,7 @@ def test_it_is_that_of_the_twin_from_either_side_on_any_threads(scene, start_fie
 
 @given(scenes())
 @settings(deadline=None, max_examples=80)
-def test_the_field_of_a_start_is_that_of_the_twin(scene):
+def test_the_field_of_a_start_equals_the_twins(scene):
     costs, starts, goals, allow_unknown = scene
     values = StartField(grids.of(costs), starts[0], allow_unknown=allow_unknown).grow(np.array(goals))
     np.testing.assert_allclose(values, by_the_twin(costs, starts[:1], goals, allow_unknown)[0], rtol=1e-12)
@@ -72,7 +72,7 @@ def request(start, goal):
 
 
 @pytest.mark.parametrize(("starts", "goals"), [(2, 40), (40, 2)])
-def test_it_is_what_plans_cost_also_of_robots_that_stand_too_near_to_obstacles(starts, goals):
+def test_the_matrix_equals_the_costs_of_plans_also_from_inflated_cells(starts, goals):
     rng = np.random.default_rng(5)
     costs = rng.choice(np.array([0, 90, 200, 253, 254], np.uint8), (40, 40), p=[0.4, 0.2, 0.2, 0.1, 0.1])
     map_, planner = grids.of(costs, 0.5, Pose2D(3.0, -4.0, 0.6)), create("dijkstra")
@@ -86,7 +86,7 @@ def test_it_is_what_plans_cost_also_of_robots_that_stand_too_near_to_obstacles(s
     assert np.isfinite(matrix).any()
 
 
-def test_where_all_cells_cost_the_same_the_fewer_ends_get_fields_whichever_they_are():
+def test_on_a_uniform_map_fields_are_grown_from_starts_or_goals_whichever_are_fewer():
     map_, told = grids.of(np.zeros((30, 30), np.uint8)), []
     many, few = centres(map_, np.argwhere(map_.data == 0)[::40]), [(0.5, 0.5), (7.2, 3.1)]
     there = cost_matrix(map_, few, many, progress=lambda done, total: told.append((done, total)))
@@ -95,7 +95,7 @@ def test_where_all_cells_cost_the_same_the_fewer_ends_get_fields_whichever_they_
     np.testing.assert_allclose(there, back.T, rtol=2 * RELATIVE_ERROR)
 
 
-def test_of_no_start_or_no_goal_the_matrix_is_empty():
+def test_without_starts_or_goals_the_matrix_is_empty():
     map_ = grids.costmap("...")
     assert cost_matrix(map_, [], [(0.5, 0.5)]).shape == (0, 1)
     assert cost_matrix(map_, [(0.5, 0.5), (1.5, 0.5)], np.empty((0, 2))).shape == (2, 0)
@@ -114,18 +114,18 @@ def test_of_no_start_or_no_goal_the_matrix_is_empty():
         ([(0.5, 0.5, 0.0, 1.0)], [(0.5, 0.5)], InvalidInput),
     ],
 )
-def test_ends_that_cannot_be_are_refused(starts, goals, error):
+def test_invalid_ends_are_refused(starts, goals, error):
     with pytest.raises(error):
         cost_matrix(grids.costmap("..#."), starts, goals)
 
 
-def test_no_thread_is_refused():
-    with pytest.raises(InvalidInput, match="at least one thread"):
+def test_zero_threads_are_refused():
+    with pytest.raises(InvalidInput, match="threads must be at least 1"):
         cost_matrix(grids.costmap("."), [(0.5, 0.5)], [(0.5, 0.5)], threads=0)
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_the_check_ends_it(threads):
+def test_an_error_of_the_check_ends_the_work(threads):
     asked = itertools.count()
 
     def check():

@@ -1,4 +1,4 @@
-"""The paths by which programs already import these keep working."""
+"""Documented import paths keep working."""
 
 from ppaas.planners import cost_matrix as documented_cost_matrix
 from ppaas.planners import many

@@ -16,7 +16,7 @@ from tests.support.world import grids
 
 @pytest.fixture(scope="module")
 def scene():
-    """Return a map and requests: some share goals, some cannot be met."""
+    """Return a map and requests: some share goals, some have no path."""
     rng = np.random.default_rng(1)
     costs = rng.choice(np.array([0, 80, 253, 254], np.uint8), (50, 60), p=[0.6, 0.2, 0.1, 0.1])
     map_ = grids.of(costs, 0.1)
@@ -41,7 +41,7 @@ def alone(planner, map_, request):
 
 @pytest.mark.parametrize("threads", [1, 2, 3])
 @pytest.mark.parametrize("name", ["dijkstra", "astar", "navfn"])
-def test_each_is_answered_as_alone_on_any_threads(scene, name, threads):
+def test_each_answer_equals_that_of_a_single_plan_on_any_threads(scene, name, threads):
     map_, requests = scene
     answers = plan_many(create(name), map_, requests, threads=threads)
     expected = [alone(create(name), map_, request) for request in requests]
@@ -51,7 +51,7 @@ def test_each_is_answered_as_alone_on_any_threads(scene, name, threads):
     assert all(answer.planner == name for answer in answers if not isinstance(answer, PlanningError))
 
 
-def test_with_every_planner_installed_each_is_answered_as_alone():
+def test_each_answer_equals_that_of_a_single_plan_for_every_planner():
     map_ = grids.of(np.zeros((12, 12), np.uint8))
     requests = [PlanRequest(Pose2D(1.5, 1.5), Pose2D(9.5, n + 0.5)) for n in range(2, 6)]
     for name in planner_names():
@@ -77,7 +77,7 @@ def test_one_field_is_grown_for_all_requests_of_a_goal(scene, monkeypatch):
 
 
 class Counting(PreparedPlanner):
-    """Prepares nothing, and counts how often."""
+    """Planner that counts its preparations, which do nothing."""
 
     name = "counting"
     purpose = "for this test"
@@ -105,7 +105,7 @@ def test_a_planner_that_prepares_maps_does_so_once_even_if_the_map_could_be_writ
     assert [len(answer.cells) for answer in answers] == list(range(2, 11))
 
 
-def test_what_was_prepared_of_a_map_that_may_change_is_not_kept():
+def test_the_preparation_of_a_writable_map_is_not_kept():
     map_, planner = grids.costmap(".........."), Counting()
     request = PlanRequest(Pose2D(0.5, 0.5), Pose2D(3.5, 0.5))
     plan_many(planner, map_, [request])
@@ -114,7 +114,7 @@ def test_what_was_prepared_of_a_map_that_may_change_is_not_kept():
     assert next(Counting.prepared_times) == before + 2
 
 
-def test_it_tells_how_many_are_answered(scene):
+def test_progress_counts_the_answers(scene):
     map_, requests = scene
     told = []
     plan_many(create("astar"), map_, requests[:5], threads=2, progress=lambda done, total: told.append((done, total)))
@@ -161,20 +161,20 @@ def test_the_check_ends_them_all(scene, threads, error):
         plan_many(create("astar"), map_, requests, threads=threads, check=check)
 
 
-def test_a_request_that_cannot_be_is_told_by_its_number_before_anything_is_planned(scene):
+def test_an_invalid_request_is_refused_by_number_before_planning(scene):
     map_, requests = scene
     wrong = PlanRequest(Pose2D(float("nan"), 0.0), Pose2D(1.0, 1.0))
     with pytest.raises(InvalidInput, match="request 3: the start must be finite"):
         plan_many(create("dijkstra"), map_, [*requests[:3], wrong], progress=lambda *_: pytest.fail("was begun"))
-    with pytest.raises(InvalidInput, match="at least one thread"):
+    with pytest.raises(InvalidInput, match="threads must be at least 1"):
         plan_many(create("dijkstra"), map_, requests, threads=0)
 
 
-def test_no_request_is_no_answer():
+def test_no_requests_give_no_answers():
     assert plan_many(create("dijkstra"), grids.costmap("."), []) == []
 
 
-def test_a_way_that_is_none_is_an_answer():
+def test_a_missing_path_is_an_answer():
     map_ = Costmap(np.array([[0, 254, 0]], np.uint8), grids.costmap("...").info)
     answers = plan_many(create("dijkstra"), map_, [PlanRequest(Pose2D(0.5, 0.5), Pose2D(2.5, 0.5))])
     assert isinstance(answers[0], NoValidPath)

@@ -3,23 +3,23 @@ import threading
 import pytest
 
 from ppaas.errors import InvalidInput
-from ppaas.planners.batch.workers import work_off
+from ppaas.planners.batch.workers import run_jobs
 from ppaas.planners.watch import proceed
 
 
 def ignore(job):
-    """Be told of a job."""
+    """Do nothing when a job is done."""
 
 
 @pytest.mark.parametrize("threads", [1, 2, 5])
-def test_what_came_of_the_jobs_is_in_their_order(threads):
+def test_results_are_in_the_order_of_the_jobs(threads):
     told = []
     workers = [lambda job, check: job * job] * threads
-    assert work_off(workers, range(40), check=proceed, done=told.append) == [n * n for n in range(40)]
+    assert run_jobs(workers, range(40), check=proceed, done=told.append) == [n * n for n in range(40)]
     assert sorted(told) == list(range(40))
 
 
-def test_two_workers_are_at_work_at_a_time_and_neither_twice():
+def test_two_workers_run_at_once_and_neither_runs_two_jobs_at_once():
     both = threading.Barrier(2, timeout=30)
     busy = {0: 0, 1: 0}
 
@@ -32,12 +32,12 @@ def test_two_workers_are_at_work_at_a_time_and_neither_twice():
 
         return work
 
-    work_off([worker(0), worker(1)], range(6), check=proceed, done=ignore)
+    run_jobs([worker(0), worker(1)], range(6), check=proceed, done=ignore)
 
 
-def test_they_are_told_of_in_the_thread_of_the_caller():
+def test_done_is_called_in_the_callers_thread():
     told = []
-    work_off([lambda job, check: None] * 3, "abc", check=proceed, done=lambda job: told.append(threading.get_ident()))
+    run_jobs([lambda job, check: None] * 3, "abc", check=proceed, done=lambda job: told.append(threading.get_ident()))
     assert set(told) == {threading.get_ident()}
 
 
@@ -53,11 +53,11 @@ def test_the_first_error_ends_all(threads):
             check()
 
     with pytest.raises(InvalidInput, match="no"):
-        work_off([work] * threads, range(100), check=proceed, done=ignore)
+        run_jobs([work] * threads, range(100), check=proceed, done=ignore)
     assert len(begun) < 100
 
 
-def test_what_the_check_raises_ends_all():
+def test_an_error_of_the_check_ends_all_jobs():
     def stop():
         raise InvalidInput("enough")
 
@@ -65,8 +65,8 @@ def test_what_the_check_raises_ends_all():
         check()
 
     with pytest.raises(InvalidInput, match="enough"):
-        work_off([work, work], range(10), check=stop, done=ignore)
+        run_jobs([work, work], range(10), check=stop, done=ignore)
 
 
-def test_no_job_is_no_work():
-    assert work_off([ignore], [], check=proceed, done=ignore) == []
+def test_no_jobs_give_no_results():
+    assert run_jobs([ignore], [], check=proceed, done=ignore) == []

@@ -46,7 +46,7 @@ def test_the_field_agrees_with_scipy_on_larger_grids(seed):
     np.testing.assert_allclose(cost_field(grids.of(costs), cells=goal), exact, rtol=RELATIVE_ERROR)
 
 
-def test_a_way_longer_than_32_bits_can_tell_is_exact():
+def test_a_path_cost_beyond_32_bits_is_exact():
     snake = np.zeros((1_201, 1_801), np.uint8)
     snake[1::2] = 254
     snake[1::4, -1] = 0
@@ -101,7 +101,7 @@ def test_a_cell_behind_walls_is_infinitely_far():
         ({"cells": (0, 2), "allow_unknown": False}, GoalOccupied),
     ],
 )
-def test_goals_that_cannot_be_are_refused(arguments, error):
+def test_invalid_goals_are_refused(arguments, error):
     with pytest.raises(error):
         cost_field(grids.costmap(".#?"), **arguments)
 

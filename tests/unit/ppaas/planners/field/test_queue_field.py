@@ -27,7 +27,7 @@ def test_slices_of_any_size_give_the_same_field(monkeypatch):
     whole = QueueField(map_, goal)
     whole.grow()
     monkeypatch.setattr(queue_field, "SLICE_CELLS", 1)
-    monkeypatch.setattr(queue_field, "SLICE_LAID", 1)
+    monkeypatch.setattr(queue_field, "SLICE_SETUP", 1)
     sliced = QueueField(map_, goal, threads=2)
     sliced.grow()
     assert np.array_equal(sliced.values(), whole.values())
@@ -56,7 +56,7 @@ def test_a_pool_that_runs_out_grows_and_loses_nothing():
 
 @given(grids.scenes())
 @settings(deadline=None, max_examples=60)
-def test_a_field_that_outgrows_32_bits_carries_on_in_64(scene):
+def test_a_field_beyond_32_bits_continues_in_64(scene):
     costs, goals, allow_unknown = scene
     narrow = QueueField(grids.of(costs), np.array(goals), allow_unknown=allow_unknown)
     widened = QueueField(grids.of(costs), np.array(goals), allow_unknown=allow_unknown)
@@ -69,7 +69,7 @@ def test_a_field_that_outgrows_32_bits_carries_on_in_64(scene):
 
 
 def maze(seed, size=61):
-    """Carve corridors one cell wide, at random, with some ways around."""
+    """Carve random corridors one cell wide, with some loops."""
     rng, cells = np.random.default_rng(seed), np.full((size, size), 254, np.uint8)
     stack = [(1, 1)]
     cells[1, 1] = 0

@@ -44,7 +44,7 @@ def test_threads_are_started_as_they_are_needed_and_no_more_than_there_are_cpus(
     assert len(alive()) == before + os.cpu_count()
 
 
-def test_many_who_need_them_at_a_time_get_the_same(helpers):
+def test_concurrent_callers_get_the_same_helpers(helpers):
     before, ready = len(alive()), threading.Barrier(8)
 
     def need():
@@ -59,7 +59,7 @@ def test_many_who_need_them_at_a_time_get_the_same(helpers):
     assert len(alive()) == before + 1
 
 
-def test_closed_they_all_end(helpers):
+def test_closing_ends_all_threads(helpers):
     before = len(alive())
     helpers.boxes(2)
     helpers.close()
@@ -68,13 +68,13 @@ def test_closed_they_all_end(helpers):
 
 
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one CPU: no other to run on")
-def test_they_are_kept_off_the_cpu_of_the_caller(helpers):
+def test_helpers_are_moved_off_the_callers_cpu(helpers):
     helpers.boxes(1)
     (helper,) = set(alive()) & set(helpers._threads)
     assert len(os.sched_getaffinity(0) - os.sched_getaffinity(helper.native_id)) == 1
 
 
-def test_who_rings_at_one_that_nobody_called_finds_it_asleep_again(helpers):
+def test_a_stray_byte_leaves_an_uncalled_helper_asleep(helpers):
     (box,) = helpers.boxes(1)
     for _ in range(100_000):  # more than a pipe has room for
         try:
@@ -91,7 +91,7 @@ def grown():
     return field.values()
 
 
-def test_a_process_that_is_forked_has_helpers_of_its_own():
+def test_a_forked_process_has_its_own_helpers():
     expected = grown()
     child = os.fork()
     if not child:
@@ -104,15 +104,15 @@ def test_a_process_that_is_forked_has_helpers_of_its_own():
 @pytest.mark.parametrize(
     "ending", ["", "raise SystemExit(0)", "import os, signal; os.kill(os.getpid(), signal.SIGTERM)"]
 )
-def test_a_process_that_has_helpers_ends_like_any_other(ending):
+def test_a_process_with_helpers_exits_normally(ending):
     command = (sys.executable, "-c", A_FIELD + ending)
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == (-15 if "SIGTERM" in ending else 0)
     assert not done.stderr
 
 
-def test_a_helper_needs_no_interpreter():
-    """A thread of Python that computes without end holds up neither the caller's nor its helper's kernel."""
+def test_a_helper_does_not_need_the_interpreter_lock():
+    """A Python thread in an endless loop blocks neither the caller's nor its helper's kernel."""
     expected, over = grown(), threading.Event()
 
     def compute():

@@ -1,4 +1,4 @@
-"""A* finds what Dijkstra's algorithm finds, and looks at no more cells for it."""
+"""A* finds paths as cheap as Dijkstra's algorithm, and settles no more cells."""
 
 import math
 
@@ -21,7 +21,7 @@ def both(costs, start, goal, **parameters):
 
 
 def assert_as_cheap(astar, dijkstra):
-    """Each is cheapest in units of its own; those of A* are finer."""
+    """Assert equal costs: each path is the cheapest in its planner's own units, which are finer for A*."""
     assert dijkstra.cost * (1 - 2 * weights.RELATIVE_ERROR) <= astar.cost + 1e-9
     assert astar.cost <= dijkstra.cost * (1 + 2 * units.RELATIVE_ERROR) + 1e-9
 
@@ -42,7 +42,7 @@ def test_it_finds_as_cheap_a_path_and_settles_no_more_cells(costs, data, allow_u
 
 @pytest.mark.parametrize("blocked", [0.0, 0.1, 0.3])
 @pytest.mark.parametrize("graded", [False, True])
-def test_so_it_does_on_large_maps(blocked, graded):
+def test_on_large_maps_it_finds_as_cheap_a_path_and_settles_no_more_cells(blocked, graded):
     rng = np.random.default_rng(11)
     costs = rng.integers(0, 200, (500, 700)).astype(np.uint8) if graded else np.zeros((500, 700), np.uint8)
     costs[rng.random(costs.shape) < blocked] = 254

@@ -1,4 +1,4 @@
-"""What A* and jump point search have in common: prepared maps, whole units, searches one after another."""
+"""Common behaviour of A* and jump point search: prepared maps, integer weights, successive searches."""
 
 import itertools
 import math
@@ -24,7 +24,7 @@ COSTS = [
     [0, 0, 0, 0, 0, 0, 100, 254, 255],
     [0, 0, 1, 2, 128, 252, 253, 254, 255],
 ]
-"""One cost; areas of one cost, now and then another; graded."""
+"""Kinds of costs: uniform; uniform areas with few exceptions; graded."""
 
 
 @st.composite
@@ -71,7 +71,7 @@ def test_one_search_after_another_finds_what_the_twin_finds(kind, scene, allow_u
 @KINDS
 @given(scenes())
 @settings(deadline=None)
-def test_slices_of_one_cell_little_room_and_few_numbers_give_the_same(kind, scene):
+def test_slices_of_one_cell_and_small_capacities_give_the_same_paths(kind, scene):
     costs, queries = scene
     whole = kind().prepare(grids.of(costs))
     with pytest.MonkeyPatch.context() as patch:
@@ -80,7 +80,7 @@ def test_slices_of_one_cell_little_room_and_few_numbers_give_the_same(kind, scen
         for name in ("SLICE_WORK", "SLICE_UNWOUND"):
             patch.setattr(jump_search, name, 1)
         patch.setattr(jump_search, "FIRST_CELLS", 1)
-        patch.setattr(bucket_ring, "FIRST_ROOM", 1)
+        patch.setattr(bucket_ring, "INITIAL_CAPACITY", 1)
         patch.setattr(reusable_values, "LOWEST", -1)
         sliced = kind().prepare(grids.of(costs))
         for query in queries:
@@ -102,7 +102,7 @@ def test_kernels_are_compiled_once_for_maps_of_every_kind():
 
 
 @KINDS
-def test_a_search_that_was_ended_half_way_leaves_nothing_behind(kind, monkeypatch):
+def test_an_interrupted_search_does_not_affect_the_next(kind, monkeypatch):
     monkeypatch.setattr(astar_search, "SLICE_CELLS", 1_000)
     monkeypatch.setattr(jump_search, "SLICE_WORK", 1_000)
     rng = np.random.default_rng(2)

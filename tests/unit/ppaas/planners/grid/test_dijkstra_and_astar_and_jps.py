@@ -30,12 +30,12 @@ from tests.support.world import grids
 WALLED_IN = np.zeros((1_500, 1_500), np.uint8)
 WALLED_IN[:2, :2] = 254
 WALLED_IN[0, 0] = 0
-"""Every other cell is worked off before it is known that there is no way to (0, 0)."""
+"""A map without a path to (0, 0), on which all other cells are expanded."""
 
 
 @pytest.fixture(scope="module", params=[Dijkstra, AStar, JumpPointSearch], ids=["dijkstra", "astar", "jps"])
 def kind(request):
-    """Return one planner after the other: all of this holds of each."""
+    """Return each of the planners: all tests run with each."""
     return request.param
 
 
@@ -51,7 +51,7 @@ def plan(kind):
 
 
 def assert_walkable(costmap, cells, allow_unknown=True):
-    """Each cell free, each move to a neighbour, each diagonal past two free cells."""
+    """Assert that all cells are free, all moves go to neighbours, and no diagonal move cuts a corner."""
 
     def free(cell):
         return math.isfinite(twin.weight(int(costmap.data[cell]), allow_unknown))
@@ -133,7 +133,7 @@ def test_a_row_of_32768_cells_at_the_highest_cost_is_walked_to_its_end(plan):
     assert result.cost == pytest.approx(32_767 * 251.6)
 
 
-def test_a_gap_between_two_diagonal_walls_is_no_way(plan):
+def test_no_path_leads_between_two_diagonal_walls(plan):
     with pytest.raises(NoValidPath):
         plan(grids.costmap(".#\n#."), (0, 1), (1, 0))
 
@@ -161,7 +161,7 @@ def test_a_robot_too_close_to_a_wall_is_led_out_first(plan):
     assert result.cost == pytest.approx(3 * (50 + 0.8 * 253) + 3 * 50.0)
 
 
-def test_a_goal_in_a_wall_gives_way_to_the_nearest_free_cell_within_the_tolerance(plan):
+def test_a_goal_in_a_wall_is_replaced_by_the_nearest_free_cell_within_the_tolerance(plan):
     map_ = grids.costmap("....##", resolution=0.1)
     result = plan(map_, (0, 0), (0, 5), tolerance=0.21)
     assert result.cells[-1].tolist() == [0, 3]
@@ -190,7 +190,7 @@ def test_each_failure_has_its_type_and_says_where(plan, kind, start, goal, error
 @pytest.mark.parametrize(
     "wrong", [{"tolerance": -0.1}, {"tolerance": math.nan}, {"timeout": -1.0}, {"timeout": math.nan}, {"threads": 0}]
 )
-def test_a_request_that_cannot_be_is_refused(plan, wrong):
+def test_an_invalid_request_is_refused(plan, wrong):
     with pytest.raises(InvalidInput):
         plan(grids.costmap(".."), (0, 0), (0, 1), **wrong)
 

@@ -1,4 +1,4 @@
-"""However the map changes and the robot moves, paths are as cheap as those found afresh, with little work."""
+"""After any map changes and robot moves, paths are as cheap as those of a new search, and little work is done."""
 
 import itertools
 
@@ -17,7 +17,7 @@ from ppaas.maps.grid import GridInfo
 from ppaas.planners import PlanRequest, create
 from ppaas.planners.field.cost_field import CostField
 from ppaas.planners.grid.dstar_lite import DStarLite
-from ppaas.planners.grid.dstar_lite_field import LivingField
+from ppaas.planners.grid.dstar_lite_field import DStarLiteField
 from ppaas.planners.weights import RELATIVE_ERROR, fixed_weights, passable
 from tests.reference.planners import dijkstra as twin
 from tests.support.world import grids
@@ -31,14 +31,14 @@ def plan(planner, costs, start, goal, **request):
 
 
 def in_fixed_point(costs, cells):
-    """Return what a path weighs in whole units."""
+    """Return the weight of a path in fixed point."""
     diagonal = (np.abs(np.diff(cells, axis=0)).sum(axis=1) == 2).astype(int)
     return int(fixed_weights()[diagonal, costs[tuple(cells[:-1].T)]].sum())
 
 
 @st.composite
 def histories(draw):
-    """Draw a goal, and several times what the map is then and where the robot stands."""
+    """Draw a goal, and a history of maps and robot cells."""
     shape = draw(st.tuples(st.integers(1, 9), st.integers(1, 9)))
     allow_unknown = draw(st.booleans())
     costs = draw(hnp.arrays(np.uint8, shape, elements=KINDS))
@@ -73,13 +73,13 @@ def test_after_any_changes_and_moves_a_path_weighs_what_the_twin_says_to_the_las
 
 
 @pytest.mark.parametrize("graded", [False, True])
-def test_so_it_does_on_a_larger_map_along_a_whole_drive(graded):
+def test_on_a_larger_map_paths_along_a_whole_drive_weigh_what_the_twin_says(graded):
     rng = np.random.default_rng(8)
     costs = rng.integers(0, 200 if graded else 1, (150, 170)).astype(np.uint8)
     costs[rng.random(costs.shape) < 0.2] = 254
     costs[:4, :4] = costs[-4:, -4:] = 0
     goal, start = (147, 167), (2, 2)
-    field = LivingField(grids.of(costs), goal)
+    field = DStarLiteField(grids.of(costs), goal)
     fresh = 0
     for step in range(40):
         row, column = (int(rng.integers(0, size - 9)) for size in costs.shape)
@@ -114,13 +114,13 @@ def test_real_maps_are_replanned_on_as_cheaply_as_planned_afresh(data):
         assert result.expanded < plan(DStarLite(), costs, start, goal).expanded
 
 
-# -- what is touched ---------------------------------------------------------------------------------------------------
+# -- expansions -------------------------------------------------------------------------------------------------------
 
 SPECKLED = np.where(np.random.default_rng(3).random((300, 300)) < 0.2, 254, 0).astype(np.uint8)
 SPECKLED[:9, :9] = SPECKLED[-9:, -9:] = 0
 
 
-def test_where_nothing_changed_nothing_is_worked_off_again():
+def test_without_changes_no_cell_is_expanded_again():
     planner = DStarLite()
     first = plan(planner, SPECKLED, (4, 4), (295, 295))
     again = plan(planner, SPECKLED.copy(), (4, 4), (295, 295))
@@ -147,7 +147,7 @@ def test_an_obstacle_that_appears_before_the_robot_touches_few_cells():
     assert not costs[tuple(result.cells.T)].any()
 
 
-def test_changes_behind_the_robot_are_taken_in_and_hardly_worked_off():
+def test_changes_behind_the_robot_cause_few_expansions():
     planner, costs = DStarLite(), SPECKLED.copy()
     cells = plan(planner, costs, (4, 4), (295, 295)).cells
     start = tuple(cells[150].tolist())
@@ -168,7 +168,7 @@ def test_a_map_that_changed_all_over_is_planned_on_as_well(share):
         assert plan(planner, costs, (4, 4), (295, 295)).cost == pytest.approx(expected, rel=2 * RELATIVE_ERROR)
 
 
-def test_another_goal_and_another_size_begin_anew():
+def test_another_goal_or_map_size_starts_a_new_field():
     planner = DStarLite()
     for shape, goal in (((300, 300), (295, 295)), ((300, 300), (295, 200)), ((200, 250), (199, 200)), ((9, 9), (8, 8))):
         costs = SPECKLED[: shape[0], : shape[1]].copy()
@@ -179,10 +179,10 @@ def test_another_goal_and_another_size_begin_anew():
         assert result.expanded >= len(result.cells) - 1
 
 
-# -- ends, and being ended ---------------------------------------------------------------------------------------------
+# -- ends and cancellation --------------------------------------------------------------------------------------------
 
 
-def test_a_way_that_is_closed_and_opened_again():
+def test_a_path_that_is_closed_and_opened_again():
     planner, costs = DStarLite(), np.zeros((9, 9), np.uint8)
     before = plan(planner, costs, (4, 0), (4, 8))
     costs[:, 4] = 254
@@ -218,14 +218,14 @@ def test_a_row_of_32768_cells_at_the_highest_cost_is_walked_to_its_end():
     assert len(result.poses) == 32_768
 
 
-def test_a_field_in_which_the_robot_has_moved_too_far_is_grown_anew(monkeypatch):
-    monkeypatch.setattr("ppaas.planners.grid.dstar_lite_field.MOST_MOVED", 2.5 * 4250)
+def test_a_new_field_is_grown_after_the_robot_has_moved_too_far(monkeypatch):
+    monkeypatch.setattr("ppaas.planners.grid.dstar_lite_field.MAX_MOVED", 2.5 * 4250)
     planner = DStarLite()
     expanded = [plan(planner, SPECKLED[:9, :9], (0, column), (0, 8)).expanded for column in range(5)]
     assert expanded == [9, 0, 0, 0, 5]
 
 
-def test_planning_that_was_cancelled_goes_on_where_it_was_ended():
+def test_a_cancelled_plan_is_resumed_by_the_next():
     planner = DStarLite()
     for most in range(3, 40, 4):
         asked = itertools.count()
@@ -250,7 +250,7 @@ def test_the_deadline_ends_the_work():
         plan(DStarLite(), SPECKLED, (4, 4), (295, 295), clock=tick, timeout=1.0)
 
 
-def test_two_planners_do_not_share_what_they_keep_and_the_map_is_only_read():
+def test_two_planners_do_not_share_fields_and_only_read_the_map():
     costs = SPECKLED.copy()
     costs.flags.writeable = False
     one, two = DStarLite(), DStarLite()

@@ -34,7 +34,7 @@ def plan(costmap, start, goal, *, allow_unknown=True, use_astar=False, **request
 
 
 def steps_inside(cells, points):
-    """Return in which cells the straight lines between points lie, tried every fiftieth of a cell."""
+    """Return the cells that the straight lines between points cross, sampled every fiftieth of a cell."""
     inside = set()
     for one, other in itertools.pairwise(points):
         for part in np.linspace(0.0, 1.0, 60):
@@ -184,7 +184,7 @@ def test_a_goal_that_is_not_free_is_refused_or_moved_within_the_tolerance():
     assert plan(map_, (0, 0), (0, 4), tolerance=1.5).cells[-1].tolist() == [0, 3]
 
 
-def test_a_way_too_long_for_single_precision_is_told(monkeypatch):
+def test_a_path_too_long_for_single_precision_is_refused(monkeypatch):
     function = NavigationFunction(grids.of(np.zeros((1, 50), np.uint8)), (0, 0))
     function._threshold[0] = 2.0**29
     with pytest.raises(InvalidPlanner, match="choose dijkstra"):
@@ -202,7 +202,7 @@ def test_it_can_be_cancelled_and_timed_out():
 
 
 @pytest.mark.parametrize("alias", ["navfn/NavfnROS", "nav2_navfn_planner/NavfnPlanner"])
-def test_it_is_known_by_the_names_of_ros(alias):
+def test_it_is_found_by_its_ros_names(alias):
     planner = create(alias, use_astar=True)
     assert isinstance(planner, NavFn)
     assert planner.use_astar

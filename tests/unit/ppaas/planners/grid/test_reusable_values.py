@@ -1,9 +1,9 @@
 from ppaas.planners.grid import reusable_values as module
-from ppaas.planners.grid.reusable_values import FreshValues
+from ppaas.planners.grid.reusable_values import ReusableValues
 
 
-def test_what_a_search_writes_is_less_than_all_that_was_written_before():
-    fresh, least = FreshValues((4,), 11), 0
+def test_the_values_of_a_search_are_below_those_of_earlier_searches():
+    fresh, least = ReusableValues((4,), 11), 0
     for _ in range(5):
         base = fresh.begin()
         assert base % 2 == 0
@@ -13,9 +13,9 @@ def test_what_a_search_writes_is_less_than_all_that_was_written_before():
         least = base
 
 
-def test_when_the_numbers_are_used_up_it_begins_again_with_zeros(monkeypatch):
+def test_when_the_range_is_used_up_the_array_is_replaced(monkeypatch):
     monkeypatch.setattr(module, "LOWEST", -30)
-    fresh = FreshValues((3,), 10)
+    fresh = ReusableValues((3,), 10)
     bases = []
     for _ in range(7):
         bases.append(fresh.begin())

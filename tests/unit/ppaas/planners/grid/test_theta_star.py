@@ -1,4 +1,4 @@
-"""Paths of straight lines are free, as cheap as they say, and between the best of all lines and the best moves."""
+"""Paths of straight lines are free, cost what they state, and cost between the optimal lines and the optimal moves."""
 
 import itertools
 import math
@@ -15,7 +15,7 @@ from ppaas.maps.formats.movingai import parse_map, parse_scenario
 from ppaas.planners import PlanRequest, create
 from ppaas.planners.field.cost_field import cost_field
 from ppaas.planners.grid.theta_star import ThetaStar
-from ppaas.planners.grid.theta_star_search import StraightSearch, crossed
+from ppaas.planners.grid.theta_star_search import ThetaStarSearch, crossed
 from ppaas.planners.watch import proceed
 from tests.reference.planners import any_angle as twin
 from tests.reference.planners import dijkstra as moves
@@ -34,7 +34,7 @@ def free_ends(costs, data, allow_unknown=True):
 
 
 def assert_free_chain(costs, cells, allow_unknown=True):
-    """Each cell free and a neighbour of the one before, each diagonal past two free cells."""
+    """Assert that all cells are free neighbours of the one before, and no diagonal move cuts a corner."""
     for (r, c), (row, column) in itertools.pairwise(map(tuple, cells.tolist())):
         assert max(abs(r - row), abs(c - column)) == 1
         for cell in ((r, c), (row, column), (r, column), (row, c)):
@@ -64,7 +64,7 @@ def test_it_costs_what_the_twin_finds_along_its_lines(costs, data):
     start, goal = free_ends(costs, data)
     field = cost_field(grids.of(costs), cells=goal)
     assume(math.isfinite(field[start]))
-    search = StraightSearch(grids.of(costs), field, True, proceed)
+    search = ThetaStarSearch(grids.of(costs), field, True, proceed)
     guessed = search.corners(start, goal)
     before = search.cost(guessed)
     corners = search.tautened(guessed)
@@ -112,7 +112,7 @@ def test_on_small_maps_it_is_near_the_best_of_all_lines(graded, most):
 
 
 @pytest.mark.parametrize("name", ["dao/arena2", "mazes/maze512-8-0", "random/random512-35-2"])
-def test_real_maps_are_crossed_on_shorter_ways_than_in_moves(data, name):
+def test_on_real_maps_paths_are_shorter_than_paths_of_moves(data, name):
     file = data / "movingai" / f"{name}.map"
     grid, queries = parse_map(file.read_bytes()), parse_scenario(file.with_suffix(".map.scen").read_bytes())
     map_ = grids.of(np.where(grid.data == 0, 0, 254).astype(np.uint8))
@@ -183,7 +183,7 @@ def test_a_robot_too_close_to_a_wall_is_led_out_first():
     assert result.cost == pytest.approx(3 * (50 + 0.8 * 253) + 50 * math.hypot(1, 3))
 
 
-def test_a_goal_in_a_wall_gives_way_to_the_nearest_free_cell_within_the_tolerance():
+def test_a_goal_in_a_wall_is_replaced_by_the_nearest_free_cell_within_the_tolerance():
     map_ = grids.costmap("....##", resolution=0.1)
     assert plan(map_, (0, 0), (0, 5), tolerance=0.21).cells[-1].tolist() == [0, 3]
     with pytest.raises(GoalOccupied):

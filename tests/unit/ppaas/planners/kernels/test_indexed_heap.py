@@ -1,4 +1,4 @@
-"""The heap is a sorted list of keys from which cells may be taken anywhere."""
+"""The heap behaves like a sorted list of keys from which any cell may be removed."""
 
 import numpy as np
 from hypothesis import given, settings

@@ -68,7 +68,7 @@ def lanes(truths):
 
 @given(ROWS, ROWS)
 @settings(deadline=None, max_examples=50)
-def test_what_is_done_with_two_rows_is_done_lane_by_lane(a, b):
+def test_operations_on_two_rows_work_lane_by_lane(a, b):
     out = np.empty(224, np.uint32)
     assert of_two(a, b, out) == (lanes(a != b), lanes(a < b))
     expected = [a + b, a - b, a * b, a & b, np.minimum(a, b), a >> (b & 31), a << (b & 31)]
@@ -77,7 +77,7 @@ def test_what_is_done_with_two_rows_is_done_lane_by_lane(a, b):
 
 @given(ROWS, SETS, st.integers(0, 2**32 - 1))
 @settings(deadline=None, max_examples=50)
-def test_what_is_done_with_one_row_is_what_numpy_does(a, chosen, number):
+def test_operations_on_one_row_equal_those_of_numpy(a, chosen, number):
     out = np.empty(192, np.uint32)
     assert of_one(a, chosen, number, out) == a.min()
     expected = [
@@ -114,7 +114,7 @@ def test_bytes_are_compared_with_a_number(octets, number):
 
 
 def run_around(free, lane):
-    """Return where the run of free lanes that a lane is in begins and ends; a lane that is not free is alone."""
+    """Return begin and end of the run of free lanes that contains a lane; a blocked lane is a run of its own."""
     first = last = lane
     while free >> lane & 1 and first > 0 and free >> (first - 1) & 1:
         first -= 1
@@ -125,7 +125,7 @@ def run_around(free, lane):
 
 @given(ROWS, SETS)
 @settings(deadline=None, max_examples=50)
-def test_the_least_of_a_run_goes_no_farther_than_the_run(a, free):
+def test_prefix_minima_of_runs_do_not_cross_their_borders(a, free):
     around = [run_around(free, lane) for lane in range(32)]
     reaches = [
         [lane - first for lane, (first, _) in enumerate(around)],

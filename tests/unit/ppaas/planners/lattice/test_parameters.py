@@ -1,4 +1,4 @@
-"""The parameters of the kinematic planner are Nav2's, and what cannot be is refused."""
+"""The parameters of the kinematic planner are Nav2's, and invalid values are refused."""
 
 import math
 
@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import convex_outline
 from ppaas.planners import create
-from ppaas.planners.lattice.ground import reweighed
 from ppaas.planners.lattice.parameters import LatticeParameters
+from ppaas.planners.lattice.surface import reweighted_costs
 from ppaas.planners.weights import exact_weights
 
 
@@ -20,27 +20,27 @@ from ppaas.planners.weights import exact_weights
     [
         ({"minimum_turning_radius": 0.0}, "minimum_turning_radius must be above 0"),
         ({"minimum_turning_radius": math.nan}, "minimum_turning_radius must be finite"),
-        ({"motion_model_for_search": "MOORE"}, "motion_model_for_search is DUBIN or REEDS_SHEPP"),
+        ({"motion_model_for_search": "MOORE"}, "motion_model_for_search must be DUBIN or REEDS_SHEPP"),
         ({"angle_quantization_bins": 4}, "angle_quantization_bins"),
         ({"angle_quantization_bins": 72.5}, "angle_quantization_bins must be a number of type int"),
         ({"reverse_penalty": 0.5}, "reverse_penalty must be at least 1"),
-        ({"cost_penalty": 4.5}, "cost_penalty must be 4 at most"),
-        ({"retrospective_penalty": 1.0}, "retrospective_penalty below 1"),
+        ({"cost_penalty": 4.5}, "cost_penalty must be at most 4"),
+        ({"retrospective_penalty": 1.0}, "retrospective_penalty must be below 1"),
         ({"allow_unknown": 1}, "allow_unknown must be true or false"),
         ({"max_planning_time": "5"}, "max_planning_time must be a number"),
-        ({"footprint": [[0.1, 0.2], [0.3, 0.4]]}, "footprint must be a list of three corners"),
+        ({"footprint": [[0.1, 0.2], [0.3, 0.4]]}, "footprint must be a list of at least three corners"),
         ({"footprint": [[0.1, 0.2], [0.3]]}, "footprint must be a list of corners"),
         ({"footprint": [[0.1, math.nan], [0.3, 0.2], [0.3, 0.4]]}, "footprint"),
         ({"footprint": "round"}, "footprint"),
         ({"lattice_filepath": "a.json"}, "lattice_filepath"),
     ],
 )
-def test_what_cannot_be_is_refused_by_name(parameters, text):
+def test_invalid_parameters_are_refused_by_name(parameters, text):
     with pytest.raises(InvalidParameter, match=text):
         create("lattice", **parameters)
 
 
-def test_no_limit_on_poses_is_spelled_as_in_nav2():
+def test_an_unlimited_number_of_nodes_is_spelled_as_in_nav2():
     assert LatticeParameters(max_iterations=-1).max_iterations == -1
 
 
@@ -61,8 +61,8 @@ def test_an_outline_is_convex_and_holds_all_points(seed):
 
 
 @given(st.floats(0.0, 4.0), st.booleans())
-def test_costs_weigh_as_penalised_and_what_is_closed_stays_closed(penalty, allow_unknown):
-    table = reweighed(LatticeParameters(cost_penalty=penalty, allow_unknown=allow_unknown))
+def test_costs_follow_the_penalty_and_blocked_costs_stay_blocked(penalty, allow_unknown):
+    table = reweighted_costs(LatticeParameters(cost_penalty=penalty, allow_unknown=allow_unknown))
     weighed = exact_weights()[table[:253]] / 50.0
     wanted = 1.0 + penalty * np.arange(253) / 252.0
     assert (np.abs(weighed - wanted) <= 0.0161).all()

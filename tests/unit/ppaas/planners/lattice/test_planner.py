@@ -1,4 +1,4 @@
-"""The kinematic planner gives paths that a robot with a smallest turning radius can drive."""
+"""The kinematic planner returns paths that a robot with a minimum turning radius can drive."""
 
 import math
 
@@ -22,9 +22,8 @@ from ppaas.errors import (
 )
 from ppaas.geometry import Pose2D, yaw_of
 from ppaas.planners import PlanRequest, create
-from ppaas.planners.lattice import planner as lattice
 from ppaas.planners.lattice import search
-from ppaas.planners.lattice.planner import Lattice
+from ppaas.planners.lattice.planner import DOUBTFUL, Lattice
 from robots.client.map_files import read_map_file
 from tests.support.world import grids
 from tests.support.world.drivable import assert_drivable
@@ -35,7 +34,7 @@ BOTH = {"motion_model_for_search": "REEDS_SHEPP"}
 
 
 def walled(height, width, *rooms, resolution=0.05):
-    """Return a map that is solid but for some rooms: bottom, top, left, right."""
+    """Return a map of obstacles with some free rooms: bottom, top, left, right."""
     costs = np.full((height, width), 254, np.uint8)
     for bottom, top, left, right in rooms:
         costs[bottom:top, left:right] = 0
@@ -43,7 +42,7 @@ def walled(height, width, *rooms, resolution=0.05):
 
 
 def planned(costmap, start, goal, *, radius=0.4, footprint=(), **parameters):
-    """Plan, check all that must be so of the path, and return it and how often it changes gear."""
+    """Plan, check the invariants of the path, and return it and its number of gear changes."""
     planner = create("lattice", minimum_turning_radius=radius, footprint=footprint, **parameters)
     result = planner.plan(costmap, PlanRequest(start, goal))
     backing = parameters.get("motion_model_for_search") == "REEDS_SHEPP"
@@ -102,7 +101,7 @@ def test_in_the_open_it_takes_the_shortest_curve():
     assert result.length == pytest.approx(math.pi, abs=0.01)
 
 
-def test_backing_up_far_is_dearer_than_turning_round():
+def test_reversing_far_costs_more_than_turning_round():
     open_ = grids.of(np.zeros((100, 200), np.uint8), 0.1)
     start, goal = Pose2D(18.0, 5.0, EAST), Pose2D(2.0, 5.0, EAST)
     cheap, _ = planned(open_, start, goal, reverse_penalty=1.0, **BOTH)
@@ -114,7 +113,7 @@ def test_backing_up_far_is_dearer_than_turning_round():
     assert np.hypot(*steps[forward].T).sum() > 14.0
 
 
-def test_costs_are_kept_out_of_as_they_are_penalised():
+def test_a_higher_cost_penalty_keeps_the_path_out_of_high_costs():
     costs = np.zeros((60, 100), np.uint8)
     costs[25:35, 30:70] = 200
     map_ = grids.of(costs, 0.1)
@@ -127,7 +126,7 @@ def test_costs_are_kept_out_of_as_they_are_penalised():
 
 @given(st.integers(0, 10_000), st.booleans(), st.booleans())
 @settings(deadline=None, max_examples=40)
-def test_whatever_is_found_can_be_driven(seed, backing, outlined):
+def test_every_path_can_be_driven(seed, backing, outlined):
     rng = np.random.default_rng(seed)
     costs = rng.choice([0, 60, 252], (50, 60)).astype(np.uint8)
     costs[rng.random(costs.shape) < 0.01] = 254
@@ -194,7 +193,7 @@ def test_a_robot_too_close_to_a_wall_drives_out_and_stays_out():
     assert result.length == pytest.approx(2.25)
 
 
-def test_a_blocked_goal_gives_way_within_the_tolerance():
+def test_a_blocked_goal_is_replaced_within_the_tolerance():
     costs = np.zeros((40, 60), np.uint8)
     costs[:, 50:] = 254
     map_ = grids.of(costs, 0.05)
@@ -222,7 +221,7 @@ def test_each_failure_has_its_type_and_says_where(start, goal, error, text):
         Lattice().plan(grids.costmap(".#."), PlanRequest(start, goal))
 
 
-def test_a_footprint_that_touches_an_obstacle_at_either_end_is_told():
+def test_a_footprint_that_touches_an_obstacle_at_either_end_is_refused():
     map_ = walled(40, 60, (10, 30, 5, 55))
     free, close = Pose2D(1.5, 1.0, EAST), Pose2D(1.5, 0.65, EAST)
     planner = create("lattice", footprint=FOOTPRINT, **BOTH)
@@ -233,7 +232,7 @@ def test_a_footprint_that_touches_an_obstacle_at_either_end_is_told():
 
 
 HARD = walled(400, 400, (10, 390, 10, 200), (10, 390, 220, 390), (200, 206, 200, 220), resolution=0.05)
-"""Two halls; the robot would have to turn on the spot to leave the door as it is asked to."""
+"""Two halls; the robot would have to turn on the spot to leave the door with the requested heading."""
 HARD_ENDS = Pose2D(2.0, 2.0, EAST), Pose2D(10.5, 10.15, NORTH)
 
 
@@ -264,16 +263,16 @@ def test_the_deadline_is_that_of_the_request_or_of_the_planner(asked, allowed):
     assert clock() == 100.25 + allowed
 
 
-def test_no_more_nodes_are_worked_off_than_allowed():
+def test_no_more_nodes_are_expanded_than_allowed():
     with pytest.raises(PlanTimeout, match="max_iterations"):
         Lattice(max_iterations=30).plan(HARD, PlanRequest(HARD_ENDS[0], Pose2D(15.0, 15.0, NORTH)))
 
 
 YARD = walled(600, 600, (50, 599, 1, 599), (20, 50, 80, 92))
-"""Much open ground with a dead end to its side, 0.6 m wide and 1.5 m deep."""
+"""A large open area with a dead end to its side, 0.6 m wide and 1.5 m deep."""
 
 
-def test_a_heading_that_nobody_can_arrive_with_is_told_before_all_the_map_is_searched():
+def test_an_unreachable_heading_is_refused_without_searching_the_whole_map():
     asked = 0
 
     def cancelled():
@@ -284,12 +283,12 @@ def test_a_heading_that_nobody_can_arrive_with_is_told_before_all_the_map_is_sea
     request = PlanRequest(Pose2D(20.0, 20.0, EAST), Pose2D(*IN_BAY, NORTH), cancelled=cancelled)
     with pytest.raises(NoValidPath, match="another goal or heading"):
         Lattice(tolerance=0.0, max_planning_time=1e9).plan(YARD, request)
-    assert asked < 2 * lattice.DOUBTFUL / search.SLICE_NODES + 100
+    assert asked < 2 * DOUBTFUL / search.SLICE_NODES + 100
     planned(YARD, Pose2D(20.0, 20.0, EAST), Pose2D(*IN_BAY, SOUTH))
     planned(YARD, Pose2D(20.0, 20.0, EAST), Pose2D(*IN_BAY, NORTH), **BOTH)
 
 
-def test_a_heading_that_takes_more_room_to_turn_than_there_is_ends_the_search_in_the_smaller_part_of_the_map():
+def test_an_unreachable_heading_only_costs_a_search_of_the_smaller_part_of_the_map():
     dead_end = walled(300, 300, (130, 150, 1, 260), (100, 210, 250, 299), (210, 299, 1, 299))
     asked = 0
 
@@ -306,7 +305,7 @@ def test_a_heading_that_takes_more_room_to_turn_than_there_is_ends_the_search_in
     planned(dead_end, Pose2D(7.0, 12.0, EAST), Pose2D(9.0, 7.0, WEST), radius=2.0)
 
 
-def test_nothing_counts_that_was_in_memory_before(monkeypatch):
+def test_uninitialized_memory_does_not_affect_the_path(monkeypatch):
     start, goal = Pose2D(*IN_BAY, SOUTH), Pose2D(*IN_CORRIDOR, WEST)
     expected = planned(BAY, start, goal, footprint=FOOTPRINT, **BOTH)[0]
     clean = np.empty
@@ -331,7 +330,7 @@ def test_the_costmap_is_only_read():
     assert np.array_equal(data, before)
 
 
-def test_a_map_of_one_cell_and_one_of_one_row_are_driven_on():
+def test_maps_of_one_cell_and_of_one_row_work():
     assert Lattice().plan(grids.costmap("."), PlanRequest(Pose2D(0.5, 0.5), Pose2D(0.5, 0.5))).length == 0.0
     row = Costmap(np.zeros((1, 300), np.uint8), grids.of(np.zeros((1, 300), np.uint8), 0.05).info)
     result, _ = planned(row, Pose2D(0.2, 0.025, EAST), Pose2D(14.0, 0.025, EAST))

@@ -34,12 +34,12 @@ from tests.support.world import grids, voxels
 WALLED_IN = np.zeros((60, 60, 60), np.uint8)
 WALLED_IN[:2, :2, :2] = 254
 WALLED_IN[0, 0, 0] = 0
-"""Every other voxel is worked off before it is known that there is no way to (0, 0, 0)."""
+"""A map without a path to (0, 0, 0), on which all other voxels are expanded."""
 
 
 @pytest.fixture(params=["dijkstra3d", "astar3d"])
 def name(request):
-    """Return one planner after the other: all of this holds of each."""
+    """Return each of the planners: all tests run with each."""
     return request.param
 
 
@@ -55,7 +55,7 @@ def plan(name):
 
 
 def walkable(costs, cells, allow_unknown=True):
-    """Tell whether each move is one that the twin knows."""
+    """Return whether each move is one that the twin allows."""
     moves = itertools.pairwise(map(tuple, cells.tolist()))
     return all(there in dict(voxel_field.steps_from(costs, here, allow_unknown)) for here, there in moves)
 
@@ -72,7 +72,7 @@ def test_the_path_is_walkable_and_as_cheap_as_the_twin_says(name, costs, data, a
     least = voxel_field.cost_field(costs, [goal], allow_unknown)[start]
     planner = create(name, allow_unknown=allow_unknown)
     if math.isinf(least):
-        with pytest.raises(NoValidPath, match="no free way in space"):
+        with pytest.raises(NoValidPath, match="no free path in space"):
             planner.plan(map_, request)
         return
     result = planner.plan(map_, request)
@@ -131,7 +131,7 @@ def test_of_equally_cheap_paths_one_with_few_turns_is_taken(plan):
     assert np.any(np.diff(moves, axis=0) != 0, axis=1).sum() == 2
 
 
-def test_a_blocked_end_gives_way_to_the_nearest_free_place_within_the_tolerance(plan):
+def test_a_blocked_end_is_replaced_by_the_nearest_free_place_within_the_tolerance(plan):
     costs = np.zeros((5, 5, 9), np.uint8)
     costs[:, :, 6:] = 253
     map_ = voxels.costmap(costs, 0.1)
@@ -164,12 +164,12 @@ def test_each_failure_has_its_type_and_says_where(name, start, goal, error, text
 
 
 @pytest.mark.parametrize("wrong", [{"tolerance": -0.1}, {"timeout": math.nan}, {"threads": 0}])
-def test_a_request_that_cannot_be_is_refused(plan, wrong):
+def test_an_invalid_request_is_refused(plan, wrong):
     with pytest.raises(InvalidInput):
         plan(voxels.costmap(np.zeros((1, 1, 2), np.uint8)), (0, 0, 0), (0, 0, 1), **wrong)
 
 
-def test_a_map_or_a_request_of_the_plane_is_refused_with_what_to_give(name):
+def test_a_map_or_a_request_of_the_plane_is_refused_with_a_hint(name):
     flat, ends = grids.costmap(".."), (Pose3D(0.5, 0.5, 0.0), Pose3D(1.5, 0.5, 0.0))
     with pytest.raises(InvalidPlanner, match="inflate_voxels"):
         create(name).plan(flat, PlanRequest3D(*ends))
@@ -251,7 +251,7 @@ def building(data):
 
 
 def touched(scene, pose, radius, height):
-    """Tell whether an upright cylinder overlaps a voxel that is not free, seen voxel by voxel."""
+    """Return whether an upright cylinder overlaps a voxel that is not free, checked voxel by voxel."""
     edge = scene.info.resolution
     middle, reach = scene.info.to_voxels(pose), np.array([math.ceil(height / edge), 4, 4])
     low, high = np.maximum(0, middle - reach), np.minimum(scene.info.shape, middle + reach + 1)
@@ -261,7 +261,7 @@ def touched(scene, pose, radius, height):
 
 
 @pytest.mark.parametrize("ground", [True, False])
-def test_between_two_rooms_of_a_scanned_building_nothing_is_touched(name, building, ground):
+def test_a_path_between_two_rooms_of_a_scanned_building_touches_nothing(name, building, ground):
     robot = Cylinder(0.18, 0.42)
     costs = inflate_voxels(building, robot, ground=ground, max_step=0.16)
     start, goal = (Pose3D(-5.96, -1.08, 0.08), Pose3D(27.64, -1.08, 0.08))

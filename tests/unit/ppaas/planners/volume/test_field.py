@@ -78,7 +78,7 @@ def test_towards_a_target_its_value_is_that_of_the_whole_field(scene, data):
         assert field.values()[target] == whole
 
 
-def test_towards_a_target_the_value_of_all_that_lies_nearer_than_it_is_final():
+def test_towards_a_target_all_values_below_its_own_are_final():
     costs = noise(3, (30, 30, 30), blocked=0.3)
     few = voxels.free_voxels(costs, True)[::1_500]
     for start, goal in itertools.pairwise(few):
@@ -96,7 +96,7 @@ def test_slices_of_any_size_give_the_same_field(monkeypatch):
     goal = voxels.free_voxels(costs, True)[7]
     whole = grown(costs, [goal])
     monkeypatch.setattr(field_module, "SLICE_VOXELS", 1)
-    monkeypatch.setattr(field_module, "SLICE_LAID", 1)
+    monkeypatch.setattr(field_module, "SLICE_SETUP", 1)
     monkeypatch.setattr(field_module, "SLICE_WALKED", 1)
     sliced = grown(costs, [goal])
     assert np.array_equal(sliced.values(), whole.values())
@@ -104,7 +104,7 @@ def test_slices_of_any_size_give_the_same_field(monkeypatch):
     assert np.array_equal(sliced.path_from(start), whole.path_from(start))
 
 
-def test_each_reached_voxel_is_worked_off_once():
+def test_each_reached_voxel_is_expanded_once():
     costs = noise(7, (25, 25, 25))
     field = grown(costs, [voxels.free_voxels(costs, True)[0]])
     assert field.settled == np.isfinite(field.values()).sum()
@@ -129,7 +129,7 @@ def test_the_field_and_its_queue_take_no_more_than_eight_bytes_a_voxel():
         assert taken <= 8 * costs.size
 
 
-def test_early_stop_leaves_the_rest_and_aiming_more_of_it():
+def test_early_stop_leaves_the_rest_unsettled_and_a_target_leaves_more():
     costs = np.zeros((50, 50, 50), np.uint8)
     outward = VoxelField(voxels.costmap(costs), np.array([(25, 25, 25)]))
     aimed = VoxelField(voxels.costmap(costs), np.array([(25, 25, 25)]), target=(25, 25, 35))
@@ -140,7 +140,7 @@ def test_early_stop_leaves_the_rest_and_aiming_more_of_it():
         assert field.path_from((25, 25, 35)).tolist() == [[25, 25, c] for c in range(35, 24, -1)]
 
 
-def test_a_way_longer_than_the_field_can_tell_is_refused():
+def test_a_path_too_long_for_the_field_is_refused():
     snake = np.full((1, 401, 1_001), 255, np.uint8)
     snake[0, 1::2] = 254
     snake[0, 1::4, -1] = 255
@@ -164,7 +164,7 @@ def test_a_way_longer_than_the_field_can_tell_is_refused():
         (np.array([[0, 0, 2]]), GoalOccupied),
     ],
 )
-def test_goals_that_cannot_be_are_refused(goals, error):
+def test_invalid_goals_are_refused(goals, error):
     with pytest.raises(error):
         VoxelField(voxels.costmap(np.array([[[0, 254, 255]]], np.uint8)), goals, allow_unknown=False)
 

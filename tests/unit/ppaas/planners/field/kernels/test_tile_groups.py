@@ -1,20 +1,20 @@
-"""Tiles that are laid out together have the tables that each would have alone."""
+"""Tiles that are filled as a group have the same tables as single tiles."""
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ppaas.planners.field.kernels.tile_groups import FEW, MANY, lay_around
+from ppaas.planners.field.kernels.tile_groups import FEW, MANY, fill_around
 from ppaas.planners.field.kernels.tile_layout import (
     ALL,
     BLOCKED,
     CELLS,
     COLUMNS,
     COST,
+    FILLED,
     FREE,
     KIND,
-    LAID,
     MIXED,
     OPEN,
     SIDE,
@@ -29,11 +29,11 @@ COSTS_OF_TILES = (0, 0, 0, 7, 252, 253, 254, 255)
 
 @bare
 def lay(source, height, width, unknown, across, tiles, tile, costs, tables, marks, scratch, is_far):
-    lay_around(source, height, width, unknown, across, tiles, tile, costs, tables, marks, scratch, is_far)
+    fill_around(source, height, width, unknown, across, tiles, tile, costs, tables, marks, scratch, is_far)
 
 
 def laid(map_, tile, allow_unknown, is_far):
-    """Return the marks, the tables and the kept costs after one tile was come to."""
+    """Return the marks, the tables and the copied costs after a visit to one tile."""
     source = map_.reshape(-1)
     source.flags.writeable = False
     across = -(-map_.shape[1] // SIDE)
@@ -45,7 +45,7 @@ def laid(map_, tile, allow_unknown, is_far):
 
 
 def described(map_, tile, allow_unknown):
-    """Return what is known of a tile, cell by cell: its cells, which are free, the kind, and the cost."""
+    """Return the expected table of a tile, computed cell by cell: its cells, the free ones, the kind, and the cost."""
     across = -(-map_.shape[1] // SIDE)
     top, left = tile // across * SIDE, tile % across * SIDE
     cells = np.full((SIDE, SIDE), 254, np.uint8)
@@ -63,7 +63,7 @@ def bits(row):
 
 def check(map_, tile, allow_unknown=True, is_far=True):
     marks, tables, costs = laid(map_, tile, allow_unknown, is_far)
-    for other in np.flatnonzero(marks & LAID):
+    for other in np.flatnonzero(marks & FILLED):
         cells, free, kind, found = described(map_, other, allow_unknown)
         assert tables[other, FREE : FREE + SIDE].tolist() == [bits(row) for row in free]
         assert tables[other, COLUMNS : COLUMNS + 2].tolist() == [bits(free[:, 0]), bits(free[:, -1])]
@@ -72,12 +72,12 @@ def check(map_, tile, allow_unknown=True, is_far=True):
             assert (costs[other] == cells).all()
         else:
             assert [tables[other, COST]] == (list(found) or [0])
-    return marks & LAID != 0
+    return marks & FILLED != 0
 
 
 @st.composite
 def maps(draw):
-    """Draw maps whose tiles are often all of one cost, but for a cell or two."""
+    """Draw maps whose tiles often have one cost, except for a cell or two."""
     height, width = draw(st.integers(1, 100)), draw(st.integers(1, 1_200))
     across, down = -(-width // SIDE), -(-height // SIDE)
     rng = np.random.default_rng(draw(st.integers(0, 1 << 32)))
@@ -89,12 +89,12 @@ def maps(draw):
 
 @given(maps(), st.booleans(), st.booleans())
 @settings(deadline=None, max_examples=60)
-def test_tiles_have_the_tables_they_would_have_alone(drawn, allow_unknown, is_far):
+def test_a_group_has_the_same_tables_as_single_tiles(drawn, allow_unknown, is_far):
     check(*drawn, allow_unknown, is_far)
 
 
 @pytest.mark.parametrize("column", range(SIDE))
-def test_a_cell_that_differs_is_seen_wherever_it_is(column):
+def test_a_single_different_cell_is_detected_in_any_column(column):
     map_ = np.zeros((SIDE, FEW * SIDE), np.uint8)
     for tile in range(FEW):
         map_[(column * 7 + tile * 5) % SIDE, tile * SIDE + (column + tile) % SIDE] = 254 - tile % 2 * 100
@@ -105,7 +105,7 @@ def test_a_cell_that_differs_is_seen_wherever_it_is(column):
     ("across", "is_far", "group"),
     [(FEW - 1, True, FEW), (3 * FEW, True, FEW), (MANY, False, FEW), (MANY, True, MANY), (2 * MANY + 3, True, MANY)],
 )
-def test_the_tiles_around_are_laid_out_and_all_of_their_groups(across, is_far, group):
+def test_the_neighbours_and_their_groups_are_filled(across, is_far, group):
     map_ = np.zeros((5 * SIDE, across * SIDE - 1), np.uint8)
     for tile in (0, across + group % across, 2 * across - 1, 4 * across):
         row, column = divmod(tile, across)

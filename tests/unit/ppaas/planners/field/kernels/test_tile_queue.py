@@ -15,7 +15,7 @@ from ppaas.planners.field.kernels.tile_queue import (
     NONE,
     REASONS,
     UNIT_SHIFT,
-    lay_places,
+    deal_groups,
     let_go,
     part_size,
     take,
@@ -39,7 +39,7 @@ def empty(threads=1):
 
 def places_of(groups, threads):
     places = np.zeros(groups + threads * part_size(groups, threads), np.uint32)
-    lay_places(places, groups, threads)
+    deal_groups(places, groups, threads)
     return places
 
 
@@ -53,7 +53,7 @@ def reasons_of(word):
 
 @given(st.lists(STEPS, max_size=60))
 @settings(deadline=None, max_examples=150)
-def test_tiles_are_taken_by_their_keys_with_all_that_woke_them(steps):
+def test_tiles_are_taken_in_the_order_of_their_keys_with_all_reasons(steps):
     words, hints, places = empty()
     twin, at_work = Waiting(), []
     for step in steps:
@@ -74,7 +74,7 @@ def test_tiles_are_taken_by_their_keys_with_all_that_woke_them(steps):
             assert wake(words, hints, places, tile, value, reason) == twin.wake(tile, value >> UNIT_SHIFT, reason)
 
 
-def test_nothing_is_taken_from_the_bound_on():
+def test_no_tile_at_or_above_the_bound_is_taken():
     words, hints, places = empty()
     wake(words, hints, places, 700, 5 << UNIT_SHIFT, 3)
     assert take_any(words, hints, places, 5 << KEY_SHIFT) == (NONE, 5 << KEY_SHIFT)
@@ -86,9 +86,7 @@ def test_nothing_is_taken_from_the_bound_on():
     st.integers(0, 5 * AWAY), st.integers(2, 3), st.integers(0, 2), st.booleans(),
 )  # fmt: skip
 @settings(deadline=None, max_examples=200)
-def test_a_thread_takes_from_its_own_groups_what_is_not_much_farther_and_else_what_there_is(
-    keys, bound, threads, number, looks
-):
+def test_a_thread_prefers_its_own_groups_unless_another_key_is_much_lower(keys, bound, threads, number, looks):
     words, hints, places = empty(threads)
     part = part_size(GROUPS, threads)
     for tile, key in keys.items():
@@ -111,7 +109,7 @@ def test_a_thread_takes_from_its_own_groups_what_is_not_much_farther_and_else_wh
 
 @pytest.mark.parametrize("groups", [1, 8, 32, 200])
 @pytest.mark.parametrize("threads", [1, 2, 3, 7, 16, 40])
-def test_each_group_has_one_hint_in_the_part_of_one_thread_and_of_many_each_thread_has_some(threads, groups):
+def test_each_group_has_one_hint_in_one_part_and_every_thread_owns_groups(threads, groups):
     places, part = places_of(groups, threads), part_size(groups, threads)
     assert part % SIDE == 0
     assert len(set(places[:groups])) == groups
@@ -122,7 +120,7 @@ def test_each_group_has_one_hint_in_the_part_of_one_thread_and_of_many_each_thre
 
 
 @given(st.lists(st.booleans(), max_size=50))
-def test_a_thread_looks_at_others_tiles_after_some_of_its_own_and_after_each_of_theirs(took_own):
+def test_a_thread_reads_other_parts_after_some_own_tiles_and_after_each_foreign_one(took_own):
     left, since = 0, LOOK_AFTER
     for own in took_own:
         looked = left <= 0
@@ -131,13 +129,13 @@ def test_a_thread_looks_at_others_tiles_after_some_of_its_own_and_after_each_of_
         since = LOOK_AFTER if not own else 1 if looked else since + 1
 
 
-def test_threads_that_wake_and_take_at_a_time_lose_nothing_and_are_never_at_the_same_tile():
+def test_concurrent_threads_lose_no_tile_and_never_share_one():
     words, hints, places = empty()
     threads, each = 6, 3_000
     busy = np.zeros(TILES, np.int64)
 
     def push_on(number):
-        """Wake a tile and take one, again and again; return the least number of tiles that was ever at work."""
+        """Repeatedly wake a tile and take one; return the number of tiles taken."""
         rng, taken = np.random.default_rng(number), 0
         for _ in range(each):
             wake(words, hints, places, int(rng.integers(4 * GROUP)), int(rng.integers(UNREACHED)), number)

@@ -1,14 +1,14 @@
-"""The queue gives out cells by their buckets, whatever lies between them."""
+"""The queue pops cells by bucket, however far apart the buckets are."""
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ppaas.planners.grid.bucket_ring import KeyRing
+from ppaas.planners.grid.bucket_ring import BucketRing
 from ppaas.planners.grid.kernels.bucket_ring import BUCKET, FREE, SIZE, SLOTS, USED, empty, pop, push
 from ppaas.planners.kernels.jit_decorators import bare
 from ppaas.planners.watch import proceed
 
-# Near ones, and such as leave whole words of marks empty, up to the furthest that is allowed.
+# Distances of keys: small ones, and ones that leave whole words of marks empty, up to the largest allowed.
 STEPS = st.one_of(st.integers(0, 3), st.integers(0, 5_000), st.integers(0, SLOTS // 2))
 OPERATIONS = st.lists(st.one_of(STEPS, st.none()), max_size=200)
 
@@ -29,8 +29,8 @@ def arrays(ring):
 
 @given(OPERATIONS, st.integers(1, 1 << 30), st.integers(0, 1 << 12))
 @settings(deadline=None)
-def test_cells_come_out_by_bucket_the_last_one_first(operations, span, grain):
-    ring = KeyRing(span, grain, 200, 0)
+def test_cells_are_popped_by_bucket_last_in_first_out(operations, span, grain):
+    ring = BucketRing(span, grain, 200, 0)
     width = 1 << int(ring.state[1])
     inside: dict[int, list[int]] = {}
     lowest = 0
@@ -54,8 +54,8 @@ def test_cells_come_out_by_bucket_the_last_one_first(operations, span, grain):
 
 @given(st.lists(STEPS, max_size=50), st.integers(0, 1 << 40))
 @settings(deadline=None)
-def test_what_is_thrown_out_leaves_nothing_behind(steps, key):
-    ring = KeyRing(SLOTS // 2, 1, 50, 0)
+def test_a_cleared_queue_is_empty(steps, key):
+    ring = BucketRing(SLOTS // 2, 1, 50, 0)
     for cell, step in enumerate(steps):
         put(*arrays(ring), cell, step)
     empty(ring.heads, ring.marks, ring.state, key)
@@ -66,8 +66,8 @@ def test_what_is_thrown_out_leaves_nothing_behind(steps, key):
     assert take(*arrays(ring)) == 7
 
 
-def test_room_that_was_made_keeps_what_is_inside():
-    ring = KeyRing(100, 1, 0, 0)
+def test_growing_the_queue_keeps_its_entries():
+    ring = BucketRing(100, 1, 0, 0)
     room = len(ring.pool) - 1
     for cell in range(room):
         put(*arrays(ring), cell, 5)

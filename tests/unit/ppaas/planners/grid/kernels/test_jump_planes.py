@@ -14,7 +14,7 @@ PLANES = {"free": FREE, "mixed": MIXED, "ahead": AHEAD, "back": BACK, "square": 
 
 
 def bits_of(planes, plane, shape):
-    """Return a plane as an array of truths, without the margin."""
+    """Return a plane as a bool array, without the margin."""
     flags = np.unpackbits(planes[plane].view(np.uint8), axis=1, bitorder="little").astype(bool)
     return flags[1 : shape[0] + 1, 1 : shape[1] + 1]
 
@@ -29,18 +29,18 @@ def assert_planes(costs, allow_unknown=True):
 
 @given(grids.cost_arrays(), st.booleans())
 @settings(deadline=None)
-def test_the_planes_are_the_twins(costs, allow_unknown):
+def test_the_planes_equal_the_twins(costs, allow_unknown):
     assert_planes(costs, allow_unknown)
 
 
 @given(hnp.arrays(np.uint8, (1, 200), elements=st.sampled_from([0, 0, 0, 254])))
 @settings(deadline=None, max_examples=20)
-def test_so_they_are_across_words(row):
+def test_the_planes_equal_the_twins_across_words(row):
     assert_planes(np.vstack((row, np.roll(row, 1), row[:, ::-1])))
 
 
 @pytest.mark.parametrize("costs", [[0, 254], [0, 0, 0, 0, 9, 200, 253, 255]], ids=["one cost", "graded"])
-def test_so_they_are_on_maps_of_several_words_and_blocks_of_lines(costs):
+def test_the_planes_equal_the_twins_on_several_words_and_blocks(costs):
     rng = np.random.default_rng(5)
     assert_planes(rng.choice(np.array(costs, np.uint8), (141, 133)))
 

@@ -1,4 +1,4 @@
-"""The table of turns is what the definition of pruned neighbours says."""
+"""The table of turns follows the definition of pruned neighbours."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ CELLS = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
 
 
 def neighbourhoods(*free):
-    """Return all in which (0, 0) and these are free."""
+    """Return all neighbourhoods in which (0, 0) and these cells are free."""
     found = (({cell for bit, cell in enumerate(CELLS) if n >> bit & 1}, n) for n in range(512))
     return [(cells, number) for cells, number in found if {(0, 0), *free} <= cells]
 
@@ -32,13 +32,13 @@ def test_after_a_diagonal_move_all_neighbours_are_kept_that_the_definition_keeps
             assert directions(turns()[came, number]) == twin.kept_neighbours(free, (-down, -right)), (came, free)
 
 
-def test_from_wherever_all_moves_are_kept_that_cut_no_corner():
+def test_from_the_start_all_moves_that_cut_no_corner_are_kept():
     for free, number in neighbourhoods():
         assert directions(turns()[ANY, number]) == twin.kept_neighbours(free, None)
 
 
 def test_at_a_mixed_cell_no_move_is_dropped_that_may_be_on_a_cheapest_path():
-    """Whatever the cells weigh: the dropped ones are those that the cell before makes itself, for less."""
+    """For any weights: the previous cell reaches the cells of the dropped moves at less cost."""
     rng = np.random.default_rng(8)
     for came in range(8):
         parent = (-DOWN[came], -RIGHT[came])

@@ -1,4 +1,4 @@
-"""What lies on a line between two centres is what the twin finds, exactly."""
+"""The cells on a line between two centres are exactly those of the twin."""
 
 import itertools
 import math
@@ -38,7 +38,7 @@ def test_a_line_weighs_what_the_twin_says(costs, data, allow_unknown):
 
 @given(st.integers(0, 5), st.data())
 @settings(deadline=None, max_examples=200)
-def test_and_the_same_in_both_directions_to_the_last_bit(seed, data):
+def test_a_line_weighs_exactly_the_same_in_both_directions(seed, data):
     costs = np.random.default_rng(seed).integers(0, 256, (30, 40)).astype(np.uint8)
     costs[costs > 252] = 9
     begin, end = drawn(data, costs), drawn(data, costs)
@@ -80,7 +80,7 @@ def test_a_line_over_32768_columns_is_exact():
     assert seen(costs, (0, 0), (1, 32_767)) == math.inf
 
 
-def test_the_twin_knows_a_line_by_heart():
+def test_the_twin_gives_a_line_computed_by_hand():
     inside, touched = twin.crossed((0, 0), (1, 3))
     assert inside == [((0, 0), 1 / 6), ((0, 1), 1 / 3), ((1, 2), 1 / 3), ((1, 3), 1 / 6)]
     assert sorted(touched) == [(0, 2), (1, 1)]

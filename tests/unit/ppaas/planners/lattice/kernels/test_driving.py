@@ -1,4 +1,4 @@
-"""Driving over a costmap costs what its twin says, and collides where that does."""
+"""Driving over a costmap has the cost and the collisions of its twin."""
 
 import math
 
@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ppaas.geometry import convex_outline
-from ppaas.planners.lattice.kernels.driving import Ground, drive, fits, level_ground
+from ppaas.planners.lattice.kernels.driving import DrivingSurface, drive, fits, flat_surface
 from tests.reference.planners import driving as twin
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -21,38 +21,38 @@ def random_ground(rng, *, outlined):
     sums = np.zeros((12, 15), np.int32)
     np.cumsum(costs == 254, axis=1, out=sums[:, 1:])
     reach = float(np.hypot(*corners.T).max(initial=0.0))
-    return Ground(costs, rng.uniform(0.5, 3.0, 256), corners, reach, sums, bool(rng.integers(2)), 0.0, 0.0, 0.0)
+    return DrivingSurface(costs, rng.uniform(0.5, 3.0, 256), corners, reach, sums, bool(rng.integers(2)), 0.0, 0.0, 0.0)
 
 
 @given(SEEDS)
 @settings(deadline=None, max_examples=300)
-def test_an_outline_fits_where_its_twin_says(seed):
+def test_the_outline_check_equals_the_twins(seed):
     rng = np.random.default_rng(seed)
-    ground = random_ground(rng, outlined=True)
+    surface = random_ground(rng, outlined=True)
     pose = (*rng.uniform(-1.0, 14.0, 2).tolist(), rng.uniform(-7.0, 7.0))
-    free = fits(ground, pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2]))
-    corners = twin.placed(ground.corners.tolist(), pose)
-    assert free == twin.outline_is_free(ground.costs == 254, corners, ground.outside)
+    free = fits(surface, pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2]))
+    corners = twin.placed(surface.corners.tolist(), pose)
+    assert free == twin.outline_is_free(surface.costs == 254, corners, surface.outside)
 
 
 @given(SEEDS, st.booleans())
 @settings(deadline=None, max_examples=300)
-def test_a_piece_costs_what_its_twin_says_and_ends_where_it_does(seed, outlined):
+def test_cost_and_end_of_a_piece_equal_the_twins(seed, outlined):
     rng = np.random.default_rng(seed)
-    ground = random_ground(rng, outlined=outlined)
+    surface = random_ground(rng, outlined=outlined)
     start = (*rng.uniform((0.0, 0.0), (14.0, 12.0)).tolist(), rng.uniform(-4.0, 4.0))
     piece = float(rng.choice([0.0, 0.3, -1.0])), rng.uniform(-4.0, 4.0)
-    reached = drive(ground, *start, *piece, False, NOTHING)
-    cost = twin.drive(ground.costs, ground.rates, start, piece, ground.corners.tolist(), ground.outside)
+    reached = drive(surface, *start, *piece, False, NOTHING)
+    cost = twin.drive(surface.costs, surface.rates, start, piece, surface.corners.tolist(), surface.outside)
     assert reached.cost == pytest.approx(cost)
     if math.isfinite(cost):
         np.testing.assert_allclose(reached[1:4], twin.pose_along(start, *piece), atol=1e-9)
 
 
-def test_the_points_looked_at_are_less_than_a_cell_apart():
-    ground = level_ground(np.zeros((40, 40), np.uint8))
+def test_samples_are_less_than_a_cell_apart():
+    surface = flat_surface(np.zeros((40, 40), np.uint8))
     points = np.full((40, 3), np.nan)
-    reached = drive(ground, 5.0, 5.0, 0.5, 0.1, 20.0, False, points)
+    reached = drive(surface, 5.0, 5.0, 0.5, 0.1, 20.0, False, points)
     count = int(np.isfinite(points[:, 0]).sum())
     assert tuple(points[count - 1]) == pytest.approx((reached.x, reached.y, reached.theta))
     steps = np.hypot(*np.diff(np.vstack(([5.0, 5.0], points[:count, :2])), axis=0).T)
@@ -63,19 +63,19 @@ def test_the_points_looked_at_are_less_than_a_cell_apart():
 def test_no_corner_is_cut(start):
     costs = np.zeros((3, 3), np.uint8)
     costs[1, 1] = 253
-    ground = level_ground(costs)
+    surface = flat_surface(costs)
     theta = math.atan2(start[0] - start[1], start[1] - start[0])
-    assert drive(ground, *start, theta, 0.0, math.sqrt(2.0), False, NOTHING).cost == math.inf
+    assert drive(surface, *start, theta, 0.0, math.sqrt(2.0), False, NOTHING).cost == math.inf
 
 
 def test_a_robot_in_a_blocked_cell_may_leave_but_not_come_back_nor_cross_a_lethal_one():
     costs = np.array([[253, 253, 0, 0, 253, 0], [254, 0, 0, 0, 0, 0]], np.uint8)
-    ground = level_ground(costs)._replace(x=0.5, y=0.5, escape=3.0)
+    surface = flat_surface(costs)._replace(x=0.5, y=0.5, escape=3.0)
     east, north = 0.0, math.pi / 2
-    assert math.isfinite(drive(ground, 0.5, 0.5, east, 0.0, 3.0, True, NOTHING).cost)
-    assert not drive(ground, 0.5, 0.5, east, 0.0, 3.0, True, NOTHING).leaving
-    assert drive(ground, 0.5, 0.5, east, 0.0, 1.0, True, NOTHING).leaving
-    assert drive(ground, 0.5, 0.5, east, 0.0, 4.5, True, NOTHING).cost == math.inf
-    assert drive(ground, 0.5, 0.5, north, 0.0, 1.0, True, NOTHING).cost == math.inf
-    assert drive(ground, 0.5, 0.5, east, 0.0, 3.0, False, NOTHING).cost == math.inf
-    assert drive(ground._replace(escape=0.5), 0.5, 0.5, east, 0.0, 3.0, True, NOTHING).cost == math.inf
+    assert math.isfinite(drive(surface, 0.5, 0.5, east, 0.0, 3.0, True, NOTHING).cost)
+    assert not drive(surface, 0.5, 0.5, east, 0.0, 3.0, True, NOTHING).leaving
+    assert drive(surface, 0.5, 0.5, east, 0.0, 1.0, True, NOTHING).leaving
+    assert drive(surface, 0.5, 0.5, east, 0.0, 4.5, True, NOTHING).cost == math.inf
+    assert drive(surface, 0.5, 0.5, north, 0.0, 1.0, True, NOTHING).cost == math.inf
+    assert drive(surface, 0.5, 0.5, east, 0.0, 3.0, False, NOTHING).cost == math.inf
+    assert drive(surface._replace(escape=0.5), 0.5, 0.5, east, 0.0, 3.0, True, NOTHING).cost == math.inf

@@ -33,10 +33,10 @@ def test_a_curve_forward_ends_at_its_goal_and_never_backs_up(goal, turn):
         ((0.0, -4.0, math.pi), math.pi + 2.0),  # a quarter, straight, and a quarter more
     ],
 )
-def test_lengths_forward_that_are_known(goal, length):
+def test_known_forward_lengths(goal, length):
     assert dubins(*goal, 1.0).cost == pytest.approx(length, abs=1e-9)
 
 
-def test_a_rounding_of_no_turn_is_no_circle():
+def test_a_turn_rounded_below_zero_is_not_a_full_circle():
     assert dubins(3.0, 0.0, -1e-16, 1.0).cost == pytest.approx(3.0)
     assert dubins(3.0, -1e-17, 1e-17, 1.0).cost == pytest.approx(3.0)

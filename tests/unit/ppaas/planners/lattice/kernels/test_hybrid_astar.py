@@ -1,4 +1,4 @@
-"""Hybrid A* works off what its twin does and finds what it finds."""
+"""Hybrid A* expands the same nodes as its twin and finds the same paths."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
-from ppaas.planners.lattice.kernels.driving import level_ground
+from ppaas.planners.lattice.kernels.driving import flat_surface
 from ppaas.planners.lattice.kernels.hybrid_astar import GREED
 from ppaas.planners.lattice.kernels.pose_tree import fill_table, find
 from ppaas.planners.lattice.kernels.steering import Car
@@ -17,7 +17,7 @@ from tests.reference.planners import lattice as twin
 
 
 def random_world(seed):
-    """Return a world in which no two ways cost the same, and two poses in it."""
+    """Return a world without ties between paths, and two poses in it."""
     rng = np.random.default_rng(seed)
     costs = rng.integers(0, 100, (24, 26)).astype(np.uint8)
     costs[rng.random(costs.shape) < 0.04] = 254
@@ -29,13 +29,13 @@ def random_world(seed):
 
 
 def searched(seed):
-    """Return what the kernel and its twin find, each as cost and nodes worked off; and check the legs of the way."""
+    """Return cost and number of expanded nodes of the kernel and of its twin; check the legs of the path."""
     world, (start, goal) = random_world(seed)
     field = dijkstra.cost_field(world.costs, [(math.floor(goal.y), math.floor(goal.x))])
     motions = motions_of(world.car, interpolated=seed % 3 == 0)
     turns = [(k, s, int(turned)) for k, s, turned in motions.tolist()]
-    ground = level_ground(world.costs)._replace(rates=world.rates)
-    search = PoseSearch(ground, world.car, field, motions=motions, leaving=math.nan, start=start, goal=goal)
+    surface = flat_surface(world.costs)._replace(rates=world.rates)
+    search = PoseSearch(surface, world.car, field, motions=motions, leaving=math.nan, start=start, goal=goal)
     cost = math.inf
     if search.run(proceed, 1 << 15):
         legs = search.legs()
@@ -45,7 +45,7 @@ def searched(seed):
     return (cost, search.expanded), twin.search(world, field, turns, tuple(start), tuple(goal), GREED)
 
 
-def test_the_search_finds_what_its_twin_finds_and_works_off_the_same_nodes_but_where_two_are_equally_good():
+def test_the_search_finds_the_same_path_and_expands_the_same_nodes_as_its_twin_except_for_ties():
     found = [searched(seed) for seed in range(16)]
     for (cost, _), (twins, _) in found:
         assert math.isfinite(cost) == math.isfinite(twins)

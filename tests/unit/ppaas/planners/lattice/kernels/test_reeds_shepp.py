@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ppaas.planners.lattice.kernels.dubins import dubins
-from ppaas.planners.lattice.kernels.reeds_shepp import FAMILIES, MOST_PIECES, reeds_shepp, spell
+from ppaas.planners.lattice.kernels.reeds_shepp import FAMILIES, MAX_PIECES, reeds_shepp, spell
 from tests.reference.planners import curves as twin
 
 NUMBERS = st.floats(-8.0, 8.0)
@@ -19,7 +19,7 @@ WEIGHTS = st.floats(1.0, 4.0)
 
 
 def pieces_of(word):
-    pieces = np.empty((MOST_PIECES, 2))
+    pieces = np.empty((MAX_PIECES, 2))
     count = spell(word, pieces)
     return pieces[:count].tolist()
 
@@ -35,7 +35,7 @@ def weighed(pieces, reverse, turn):
 
 
 def seen_from(goal, other):
-    """Return the origin as the goal sees it, if ``other`` is the origin: what is left to drive on the way back."""
+    """Return the pose ``other`` in the mirrored frame of the goal; for the origin it is the goal of the way back."""
     (x, y, theta), (ox, oy, otheta) = goal, other
     c, s = math.cos(theta), math.sin(theta)
     return c * (ox - x) + s * (oy - y), c * (oy - y) - s * (ox - x), otheta - theta
@@ -52,7 +52,7 @@ def test_a_curve_ends_at_its_goal_and_costs_what_it_says(goal, reverse, turn):
 
 @given(GOALS)
 @settings(deadline=None, max_examples=200)
-def test_it_is_as_long_as_the_way_back_no_shorter_than_the_straight_line_and_no_longer_than_forward_only(goal):
+def test_the_length_is_that_of_the_way_back_and_between_the_straight_line_and_dubins(goal):
     length = reeds_shepp(*goal, 1.0, 1.0).cost
     assert length == pytest.approx(reeds_shepp(*seen_from(goal, (0, 0, 0)), 1.0, 1.0).cost, abs=1e-6)
     assert math.hypot(*goal[:2]) - 1e-9 <= length <= dubins(*goal, 1.0).cost + 1e-9
@@ -67,7 +67,7 @@ def test_mirrored_goals_are_as_far(goal):
     assert length == pytest.approx(reeds_shepp(-x, y, -theta, 1.0, 1.0).cost, abs=1e-9)
 
 
-def test_lengths_are_those_of_a_twin_that_solves_every_word_from_many_guesses():
+def test_lengths_equal_those_of_the_twin():
     rng = np.random.default_rng(4)
     for _ in range(3):
         goal = (*rng.uniform(-3.0, 3.0, 2).tolist(), rng.uniform(-math.pi, math.pi))
@@ -88,7 +88,7 @@ def test_lengths_are_those_of_a_twin_that_solves_every_word_from_many_guesses():
         ((1.0, 1.0, math.pi / 2), math.pi / 2),
     ],
 )
-def test_lengths_that_are_known(goal, length):
+def test_known_lengths(goal, length):
     assert reeds_shepp(*goal, 1.0, 1.0).cost == pytest.approx(length, abs=1e-9)
 
 

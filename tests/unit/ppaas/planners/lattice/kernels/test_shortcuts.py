@@ -1,12 +1,12 @@
-"""Shortcuts are the cheapest there are, and cutting a path changes nothing of it."""
+"""The shortcuts are optimal, and dividing a path does not change it."""
 
 import math
 
 import numpy as np
 import pytest
 
-from ppaas.planners.lattice.kernels.driving import level_ground
-from ppaas.planners.lattice.kernels.reeds_shepp import MOST_PIECES
+from ppaas.planners.lattice.kernels.driving import flat_surface
+from ppaas.planners.lattice.kernels.reeds_shepp import MAX_PIECES
 from ppaas.planners.lattice.kernels.shortcuts import cut, join, trace
 from ppaas.planners.lattice.kernels.steering import LEG, Car
 from tests.reference.planners import driving
@@ -16,32 +16,32 @@ CAR = Car(3.0, True, 72, 2.0, 1.2, 0.0, 3.5, 9.0)
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_joining_poses_costs_what_the_cheapest_of_all_chains_of_curves_does(seed):
+def test_the_cost_equals_that_of_the_cheapest_chain_of_curves(seed):
     rng = np.random.default_rng(seed)
     costs = np.where(rng.random((30, 30)) < 0.02, 254, rng.integers(0, 60, (30, 30))).astype(np.uint8)
     rates = 1.0 + 0.016 * np.arange(256.0)
-    spots = np.column_stack((rng.uniform(4.0, 26.0, (6, 2)), rng.uniform(-3.0, 3.0, 6)))
+    poses = np.column_stack((rng.uniform(4.0, 26.0, (6, 2)), rng.uniform(-3.0, 3.0, 6)))
     along = np.cumsum(rng.uniform(30.0, 60.0, 6)) - 30.0
     world, best = twin.World(costs, rates, CAR), along.copy()
     for at in range(6):
         for to in range(at + 1, 6):
-            start, goal = tuple(spots[at].tolist()), tuple(spots[to].tolist())
+            start, goal = tuple(poses[at].tolist()), tuple(poses[to].tolist())
             curve = twin.cost_of(world, start, twin.curve(CAR, start, goal)[1], 0.0)
             old = along[to] - along[at] if to == at + 1 else math.inf
             best[to] = min(best[to], best[at] + curve, best[at] + old)
-    worths, origins, counts = along.copy(), np.arange(-1, 5, dtype=np.int32), np.zeros(6, np.int32)
-    legs = np.empty((6, MOST_PIECES, LEG))
-    ground = level_ground(costs)._replace(rates=rates)
+    least, origins, counts = along.copy(), np.arange(-1, 5, dtype=np.int32), np.zeros(6, np.int32)
+    legs = np.empty((6, MAX_PIECES, LEG))
+    surface = flat_surface(costs)._replace(rates=rates)
     for first in (0, 2):
-        join(ground, CAR, spots, along, worths, origins, legs, counts, first, min(first + 3, 5))
-    np.testing.assert_allclose(worths, best, atol=1e-5)
+        join(surface, CAR, poses, along, least, origins, legs, counts, first, min(first + 3, 5))
+    np.testing.assert_allclose(least, best, atol=1e-5)
     for to in range(1, 6):
         way = legs[to, : counts[to], 5].sum() if counts[to] else along[to] - along[to - 1]
-        assert worths[to] == pytest.approx(worths[origins[to]] + way, abs=1e-5)
+        assert least[to] == pytest.approx(least[origins[to]] + way, abs=1e-5)
 
 
 def random_legs(rng):
-    """Return legs one behind the other, anywhere on an empty map, and their ends."""
+    """Return random successive legs on an empty map, and their ends."""
     pose, legs = (40.0, 40.0, rng.uniform(-3.0, 3.0)), []
     for _ in range(6):
         piece = float(rng.choice([0.0, 1.0 / 3.0, -0.2])), rng.uniform(-8.0, 8.0)
@@ -51,17 +51,17 @@ def random_legs(rng):
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_a_path_that_was_cut_leads_over_the_same_points_in_parts_that_are_short(seed):
+def test_a_divided_path_has_the_same_samples_and_short_parts(seed):
     legs = random_legs(np.random.default_rng(seed))
-    ground = level_ground(np.zeros((90, 90), np.uint8))
+    surface = flat_surface(np.zeros((90, 90), np.uint8))
     parts = np.empty((100, LEG))
-    parts = parts[: cut(ground, CAR, legs, 1.5, parts)]
+    parts = parts[: cut(surface, CAR, legs, 1.5, parts)]
     assert np.abs(parts[:, 4]).max() < 1.5 + 1.0
     assert np.abs(parts[:, 4]).sum() == pytest.approx(np.abs(legs[:, 4]).sum())
     assert parts[:, 5].sum() == pytest.approx(legs[:, 5].sum())
     whole, cut_up = np.full((200, 3), np.nan), np.full((200, 3), np.nan)
-    count = trace(ground, legs, False, whole)
-    assert trace(ground, parts, False, cut_up) == count
+    count = trace(surface, legs, False, whole)
+    assert trace(surface, parts, False, cut_up) == count
     np.testing.assert_allclose(cut_up[:count], whole[:count], atol=1e-9)
     expected = [p for x, y, theta, k, s, _ in legs.tolist() for p in driving.points((x, y, theta), k, s, 0.0)]
     np.testing.assert_allclose(whole[:count], expected, atol=1e-9)

@@ -1,4 +1,4 @@
-"""Nobody waits for a compiler: what ``warm`` compiled is all that reading, planning and looking for collisions need."""
+"""Reading, planning and collision checks need no kernels beyond those that ``warm`` compiles."""
 
 import subprocess
 import sys
