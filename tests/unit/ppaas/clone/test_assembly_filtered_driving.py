@@ -64,7 +64,7 @@ def test_where_no_way_is_left_the_goal_is_given_up_at_once():
     driving = driven(masks={"keepout": mask(NEAR_DOOR, FAR_DOOR)}, parameters=KEEPOUT)
     assert driving.last_status() is Status.ABORTED
     assert len(driving.way) < 20
-    assert "no free way" in driving.results[-1].status.text
+    assert "no free path" in driving.results[-1].status.text
 
 
 def test_a_goal_to_keep_out_of_is_refused_and_one_beside_it_is_reached():
@@ -114,5 +114,5 @@ def test_a_speed_mask_that_makes_no_limits_is_an_error_that_names_it():
 def test_a_robot_that_stands_where_it_is_to_keep_out_is_told_so_and_drives_nowhere():
     driving = driven(masks={"keepout": mask((0.5, 0.5, 1.5, 1.5))}, parameters=KEEPOUT)
     assert driving.last_status() is Status.ABORTED
-    assert "stands in an obstacle" in driving.results[-1].status.text
+    assert "is in an obstacle" in driving.results[-1].status.text
     assert max(pose.distance_to(START) for pose, _ in driving.way) < 0.05
