@@ -4,7 +4,7 @@
 PYTHON ?= $(shell for python in python3.11 python3; do \
 	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$python && break; done)
 VENV ?= .venv
-# Passed on: `make test PYTEST_ARGS="tests/wire -x"`, `make demo DEMO_ARGS=…`.
+# Passed on: `make test PYTEST_ARGS="tests/unit/ppaas/wire -x"`, `make demo DEMO_ARGS=…`.
 PYTEST_ARGS ?=
 # Tests of robots that drive mostly wait, so more processes than cores share them (tests/ci/shares.py).
 TEST_PROCESSES ?= 5
@@ -61,7 +61,7 @@ test-ray: $(INSTALLED) ## Run the tests over a real Ray cluster, whose nodes joi
 
 schemathesis: $(INSTALLED) ## Send the REST service some ten thousand requests, good and bad, made from its description
 	@echo "schemathesis: 150 examples an operation; prints how each was answered"
-	PPAAS_SCHEMATHESIS_EXAMPLES=150 $(BIN)/python -m pytest -n 0 --timeout 1800 tests/unit/endpoints/test_schemathesis.py $(PYTEST_ARGS)
+	PPAAS_SCHEMATHESIS_EXAMPLES=150 $(BIN)/python -m pytest -n 0 --timeout 1800 tests/unit/endpoints/test_app_schemathesis.py $(PYTEST_ARGS)
 
 joints: $(INSTALLED) ## Run the load-bearing joints of the engine for a minute each
 	@echo "joints: 60 s each, over real processes"
