@@ -12,7 +12,7 @@ from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.localization.parameters import AmclParameters
 from ppaas.navigation.parameters import MoveBaseParameters
-from ppaas.navigation.passive_safety import GivingWay
+from ppaas.navigation.passive_safety import PassiveSafety
 from ppaas.nodes.amcl.node import AmclNode
 from ppaas.nodes.base import Context, Node
 from ppaas.nodes.graph import Graph
@@ -136,7 +136,7 @@ def _move_base(
             context,
             layers=layers, surroundings=surroundings, planner=planner, path_planners=path_planners,
             controller=controller, recoveries=recovering, parameters=driving, threads=threads,
-            processor=processor, giving_way=GivingWay(body.robot_radius, body.limits.acc_lim_x),
+            processor=processor, passive_safety=PassiveSafety(body.robot_radius, body.limits.acc_lim_x),
             speed_filter=speed_filter,
         )  # fmt: skip
 

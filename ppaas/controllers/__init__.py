@@ -1,4 +1,4 @@
-"""Local planners: the interface, the registry, and what all of them share; one package below for each algorithm."""
+"""Local planners: the interface, the registry and shared parts; each algorithm has a package below."""
 
 from ppaas.controllers.base import Controller, ControlRequest, Velocity, VelocityLimits
 from ppaas.controllers.registry import controller_names, create

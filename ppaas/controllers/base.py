@@ -1,6 +1,6 @@
-"""What a local planner is given and what it gives.
+"""Interface of local planners: what a controller receives in each control cycle and what it returns.
 
-The interface of ``nav_core::BaseLocalPlanner``: a plan is set once, then velocities are asked for every cycle.
+As in ``nav_core::BaseLocalPlanner``, a plan is set once, and a velocity is computed every cycle.
 """
 
 import math
@@ -15,7 +15,7 @@ from ppaas.geometry import Pose2D, Poses
 
 
 class NoValidControl(PPaaSError):
-    """No velocity is free of collision."""
+    """Every velocity would lead to a collision."""
 
     slug = "no-valid-control"
 
@@ -29,7 +29,7 @@ class Velocity(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class VelocityLimits:
-    """What the base can do, with the names of base_local_planner [m/s, rad/s, m/s², rad/s²]."""
+    """Limits of the base, named as in base_local_planner [m/s, rad/s, m/s², rad/s²]."""
 
     max_vel_x: float = 0.5
     min_vel_x: float = 0.0
@@ -39,13 +39,21 @@ class VelocityLimits:
 
 
 class SpeedLimit(NamedTuple):
-    """How fast a robot is to drive at most: so many m/s, and no more than a part of what it may at other times."""
+    """Temporary speed limit.
+
+    Parameters
+    ----------
+    speed : float
+        Fastest speed [m/s].
+    part : float
+        Largest part of the base's own ``max_vel_x``.
+    """
 
     speed: float = math.inf
     part: float = 1.0
 
     def of(self, limits: VelocityLimits, slowest: float) -> float:
-        """Return the fastest that it is to drive [m/s]: no less than ``slowest``, below which no base moves."""
+        """Return the fastest speed allowed [m/s], at least ``slowest``, below which the base does not move."""
         return max(min(self.speed, self.part * limits.max_vel_x), min(slowest, limits.max_vel_x))
 
 
@@ -54,24 +62,24 @@ NO_LIMIT = SpeedLimit()
 
 @dataclass(frozen=True, slots=True)
 class ControlRequest:
-    """What is known at one control cycle.
+    """Input of one control cycle.
 
     Parameters
     ----------
     pose : Pose2D
-        Of the robot, in the frame of the plan and the local costmap.
+        Pose of the robot in the frame of the plan and the local costmap.
     velocity : Velocity
-        As odometry measured it.
+        Velocity measured by odometry.
     costmap : Costmap
-        Local: a window around the robot.
+        Local costmap: a window around the robot.
     period : float
-        Seconds until the next cycle.
+        Time until the next cycle [s].
     threads : int
-        Most threads that kernels may use.
+        Largest number of threads that kernels may use.
     movers : tuple of MovingObstacle
-        Who moves there now, in the frame of the plan. They are in the costmap, too, where they are.
+        Moving obstacles in the frame of the plan. The costmap contains them too, at their current positions.
     speed_limit : SpeedLimit
-        What it is to keep to here and now, beside the limits of its base.
+        Limit at this place and time, in addition to the limits of the base.
     """
 
     pose: Pose2D
@@ -83,7 +91,7 @@ class ControlRequest:
     speed_limit: SpeedLimit = NO_LIMIT
 
     def check(self) -> None:
-        """Let it pass if a controller can work with it.
+        """Check that the numbers are finite.
 
         Raises
         ------
@@ -104,11 +112,11 @@ class Controller(ABC):
     name: ClassVar[str]
     purpose: ClassVar[str]
     predicts: ClassVar[bool] = False
-    """Whether it minds where movers will be; else the costmap tells it of where they will be as of obstacles."""
+    """Whether it predicts moving obstacles itself; otherwise the costmap contains their predicted positions."""
 
     @abstractmethod
     def set_plan(self, poses: Poses) -> None:
-        """Follow this (n, 7) plan from now on."""
+        """Follow this plan (n, 7) from now on."""
 
     @abstractmethod
     def compute_velocity(self, request: ControlRequest) -> Velocity:
@@ -122,4 +130,4 @@ class Controller(ABC):
 
     @abstractmethod
     def is_goal_reached(self, pose: Pose2D, velocity: Velocity) -> bool:
-        """Tell whether the end of the plan is reached within the tolerances and the robot stands still."""
+        """Return whether the robot stands still at the end of the plan, within the tolerances."""

@@ -1,4 +1,4 @@
-"""What every local planner's parameters have in common: limits, tolerances, and the robot's disc."""
+"""Parameters that all local planners share: limits, goal tolerances and the robot's outline."""
 
 import math
 from dataclasses import dataclass, fields
@@ -12,39 +12,39 @@ from ppaas.parameters import check_not_negative, check_scalar
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriveParameters(VelocityLimits):
-    """Parameters of a local planner; those of one algorithm add their own, and say what of them must be above 0.
+    """Parameters of a local planner; each algorithm derives from them and adds its own.
 
     Parameters
     ----------
     max_vel_x, min_vel_x : float
-        Fastest and slowest forward speed [m/s]; a negative one lets it back up.
+        Fastest and slowest forward speed [m/s]; a negative ``min_vel_x`` allows reversing.
     min_vel_trans : float
-        Below this speed a real base does not move [m/s].
+        Speed below which a real base does not move [m/s].
     max_vel_theta, min_vel_theta : float
-        Fastest turn, and slowest on the spot: below it a real base does not move [rad/s].
+        Fastest turn, and slowest turn in place, below which a real base does not move [rad/s].
     acc_lim_x, acc_lim_theta : float
-        Acceleration and braking [m/s², rad/s²].
+        Limits of acceleration and braking [m/s², rad/s²].
     xy_goal_tolerance, yaw_goal_tolerance : float
-        How near is there [m, rad].
+        Distance and angle within which the goal is reached [m, rad].
     trans_stopped_vel, rot_stopped_vel : float
-        Slower than this is standing still [m/s, rad/s].
+        Speeds below which the robot stands still [m/s, rad/s].
     rotate_threshold : float
-        Within the tolerance, a goal that lies off the heading by more than this need not be approached [rad].
+        Angle from the heading above which a goal within the tolerance is not approached any more [rad].
     robot_radius : float
-        Of the robot's disc [m].
+        Radius of the robot [m].
     footprint : tuple of (x, y)
-        Corners of its outline, which lies around the origin, in order [m]; none for a disc.
+        Corners of the outline around the robot's origin, in order [m]; empty for a disc.
     allow_unknown : bool
-        Whether unknown cells, and those outside the costmap, count as free.
+        Whether unknown cells, and cells outside the costmap, count as free.
 
     Raises
     ------
     InvalidParameter
-        One is no number, not finite or out of range; the text names it.
+        A value is not a number, not finite or out of range; the text names the parameter.
     """
 
     POSITIVE: ClassVar[frozenset[str]] = frozenset({"max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta"})
-    """Names of those that may not be 0; all but ``min_vel_x`` may not be less."""
+    """Names of the parameters that must be above 0; all others except ``min_vel_x`` must be at least 0."""
 
     min_vel_trans: float = 0.05
     min_vel_theta: float = 0.2
@@ -68,5 +68,5 @@ class DriveParameters(VelocityLimits):
                 check_not_negative(field.name, value, zero=field.name not in self.POSITIVE)
         if max(self.min_vel_x, self.min_vel_trans) > self.max_vel_x or self.min_vel_theta > self.max_vel_theta:
             raise InvalidParameter(
-                "min_vel_x, min_vel_trans and min_vel_theta must not be above max_vel_x, max_vel_theta"
+                "min_vel_x and min_vel_trans must be at most max_vel_x, and min_vel_theta at most max_vel_theta"
             )

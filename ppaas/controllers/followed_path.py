@@ -1,4 +1,4 @@
-"""The plan a robot follows: where it is along it, and what lies ahead."""
+"""Plan that a robot follows, and the robot's progress along it."""
 
 import math
 
@@ -12,33 +12,37 @@ from ppaas.geometry import Pose2D, Poses, yaw_of
 Floats = NDArray[np.float64]
 
 SEARCH_AHEAD = 1.0
-"""How far along the plan the robot is looked for from where it was [m]; so it skips no loop of the plan."""
+"""Length of the plan ahead of the last position in which the robot is searched, so that no loop is skipped [m]."""
+
 LOST = 1.0
-"""Further than this from where it was looked for, it is looked for along the whole plan [m]."""
+"""Distance from the plan above which the robot is searched along the whole plan [m]."""
+
 SPACING = 0.05
+"""Distance between points of `FollowedPath.ahead` [m], larger if there would be more than `MOST_POINTS`."""
+
 MOST_POINTS = 64
 
 
 class FollowedPath:
-    """A plan with arc lengths.
+    """Plan with arc lengths.
 
     Parameters
     ----------
     poses : (n, 7) array
-        At least one.
+        At least one row.
 
     Raises
     ------
     InvalidInput
-        No pose, another shape, or not finite.
+        The array is empty, has another shape, or is not finite.
     """
 
     def __init__(self, poses: Poses) -> None:
         poses = np.asarray(poses, dtype=np.float64)
         if poses.ndim != 2 or poses.shape[1] != 7 or not len(poses):
-            raise InvalidInput(f"a plan is an array of one or more rows of 7, not of shape {poses.shape}")
+            raise InvalidInput(f"a plan must have shape (n, 7) with at least one row, not {poses.shape}")
         if not np.isfinite(poses).all():
-            raise InvalidInput("a plan must be finite")
+            raise InvalidInput("the numbers of a plan must be finite")
         self._points: Floats = poses[:, :2].copy()
         steps = np.diff(self._points, axis=0)
         self._along: Floats = np.concatenate(([0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))))
@@ -47,7 +51,7 @@ class FollowedPath:
         self.end = Pose2D(x, y, yaw_of(qx, qy, qz, qw))
 
     def locate(self, pose: Pose2D) -> None:
-        """Note how far the robot has come; from there it is looked for further on, and everywhere if it is lost."""
+        """Update the robot's position along the plan: searched ahead of the last one, and everywhere if that fails."""
         before = -1
         while self._reached > before:
             before = self._reached
@@ -57,26 +61,26 @@ class FollowedPath:
             self._reached, _ = self._nearest(pose, 0, len(self._points))
 
     def to_go(self, pose: Pose2D) -> float:
-        """Return the way to the end: straight to where it was located, then along the plan [m]."""
+        """Return the remaining distance to the end of the plan [m]."""
         here = self._points[self._reached]
         along = float(self._along[-1] - self._along[self._reached])
         return max(pose.distance_to(self.end), along - math.hypot(here[0] - pose.x, here[1] - pose.y))
 
     def point_ahead(self, distance: float) -> tuple[float, float]:
-        """Return the point of the plan that lies ``distance`` [m] on, or its end."""
+        """Return the point of the plan ``distance`` [m] ahead of the robot, or its end."""
         s = self._along[self._reached] + distance
         x, y = (float(np.interp(s, self._along, self._points[:, axis])) for axis in (0, 1))
         return x, y
 
     def ahead(self, distance: float, costmap: Costmap) -> tuple[Floats, Floats]:
-        """Return the plan from where the robot is to ``distance`` [m] on, or to the edge of the costmap.
+        """Return the plan from the robot to ``distance`` [m] ahead, or to the edge of the costmap.
 
         Returns
         -------
         points : (m, 2) array
             x, y [m], evenly spaced.
         remaining : (m,) array
-            Way from each to the last [m].
+            Distance from each point to the last, along the plan [m].
         """
         first = max(0.0, self._along[self._reached] - SPACING)
         last = min(self._along[-1], self._along[self._reached] + distance)

@@ -1,4 +1,4 @@
-"""What a base with limited acceleration can do in one cycle."""
+"""Motion of a base with limited acceleration in one control cycle."""
 
 import math
 from typing import Protocol
@@ -8,7 +8,7 @@ from ppaas.geometry import Pose2D, wrap_angle
 
 
 class TurnLimits(Protocol):
-    """What of a controller's parameters limits how it stops and turns on the spot."""
+    """Parameters of a controller that limit braking and turning in place."""
 
     @property
     def acc_lim_x(self) -> float: ...  # noqa: D102
@@ -21,7 +21,7 @@ class TurnLimits(Protocol):
 
 
 def advance(pose: Pose2D, velocity: Velocity, seconds: float) -> Pose2D:
-    """Return where a robot is after keeping a velocity for some time, along the arc."""
+    """Return the pose of a robot after it has kept a velocity for a time, along an arc."""
     turned = velocity.angular * seconds
     half = 0.5 * turned
     chord = velocity.linear * seconds * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
@@ -32,7 +32,7 @@ def advance(pose: Pose2D, velocity: Velocity, seconds: float) -> Pose2D:
 
 
 def in_force(commanded: Velocity, measured: Velocity, limits: TurnLimits, late: float) -> Velocity:
-    """Return the last command if what was measured, so many seconds late, can be explained by it; else the latter."""
+    """Return the last command if the measured velocity, ``late`` seconds old, is consistent with it; otherwise that."""
     linear_off = abs(commanded.linear - measured.linear)
     angular_off = abs(commanded.angular - measured.angular)
     explained = linear_off <= limits.acc_lim_x * late and angular_off <= limits.acc_lim_theta * late
@@ -40,17 +40,17 @@ def in_force(commanded: Velocity, measured: Velocity, limits: TurnLimits, late: 
 
 
 def brake(velocity: Velocity, limits: TurnLimits, period: float) -> Velocity:
-    """Return the velocity after one cycle of braking, along the same arc as far as turning can brake as fast."""
+    """Return the velocity after one cycle of braking, on the same arc as far as ``acc_lim_theta`` allows."""
     linear = towards(velocity.linear, 0.0, limits.acc_lim_x * period)
     part = linear / velocity.linear if linear else 0.0
     return Velocity(linear, towards(velocity.angular, part * velocity.angular, limits.acc_lim_theta * period))
 
 
 def turn(error: float, velocity: Velocity, limits: TurnLimits, period: float) -> Velocity:
-    """Return the velocity for turning on the spot by ``error`` [rad], no faster than can be stopped in time."""
+    """Return the velocity for turning in place by ``error`` [rad], slow enough to stop in time."""
     if abs(velocity.linear) > limits.acc_lim_x * period:
         return brake(velocity, limits, period)
-    # Half the braking allowed, and never past the target within a cycle: odometry comes late.
+    # Brakes with half of what is allowed, and never passes the target within a cycle, since odometry is late.
     fastest = min(limits.max_vel_theta, math.sqrt(limits.acc_lim_theta * abs(error)), abs(error) / (2.0 * period))
     wanted = math.copysign(max(fastest, limits.min_vel_theta), error)
     step = limits.acc_lim_theta * period
@@ -61,5 +61,5 @@ def turn(error: float, velocity: Velocity, limits: TurnLimits, period: float) ->
 
 
 def towards(value: float, target: float, step: float) -> float:
-    """Return a value that is nearer to a target by ``step``, and not beyond it."""
+    """Return the value moved towards a target by at most ``step``."""
     return value + min(step, max(-step, target - value))

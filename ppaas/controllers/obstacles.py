@@ -1,4 +1,4 @@
-"""What of a local costmap a robot may not touch."""
+"""Obstacles of a local costmap, and the clearance that a robot must keep from them."""
 
 import math
 
@@ -11,24 +11,25 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.kernels.distance import distance_serial
 
 CORNER = math.sqrt(0.5)
-"""From the middle of a cell, by which it is told, to its corners [cells]."""
+"""Distance from the centre of a cell to its corners [cells]."""
+
 ROUNDING = 1e-4
-"""A robot that stays where it is has kept its clearance [m]."""
+"""Slack of a clearance, so that a robot that does not move keeps it in spite of rounding [m]."""
 
 
 def distance_to_lethal(costmap: Costmap, *, allow_unknown: bool) -> Field:
-    """Return how far the middle of each cell is from that of the nearest lethal one [m].
+    """Return the distance from the centre of each cell to the centre of the nearest lethal cell [m].
 
     Parameters
     ----------
     costmap : Costmap
     allow_unknown : bool
-        Whether unknown cells are none of these.
+        Whether unknown cells are not lethal.
 
     Returns
     -------
     (height, width) array
-        More than the costmap is long where there is none.
+        Larger than the costmap's diagonal if there is no lethal cell.
     """
     lethal = costmap.data == LETHAL_OBSTACLE
     if not allow_unknown:
@@ -37,17 +38,19 @@ def distance_to_lethal(costmap: Costmap, *, allow_unknown: bool) -> Field:
 
 
 def clearance_to_keep(distance: Field, resolution: float, body: Body, pose: Pose2D) -> float:
-    """Return what a robot must keep clear of the middles of cells [m]: their corners, or what it does not touch yet.
+    """Return the clearance to the centres of lethal cells that a robot must keep [m].
 
-    A robot that touches something already may stay, or get away, and come no nearer to it.
+    It is half the diagonal of a cell, or the current clearance if that is less: a robot that already touches something
+    may stay or move away, but not nearer.
 
     Parameters
     ----------
     distance : (height, width) array
-        To obstacles [m].
+        Distances to obstacles [m].
     resolution : float
         Edge of a cell [m].
     body : Body
+        Outline of the robot.
     pose : Pose2D
         In the frame of the grid.
     """
@@ -56,26 +59,26 @@ def clearance_to_keep(distance: Field, resolution: float, body: Body, pose: Pose
 
 
 class Room:
-    """What a robot has around it to move in.
+    """Free space around a robot.
 
     Parameters
     ----------
     costmap : Costmap
     body : Body
-        Of the robot.
+        Outline of the robot.
     pose : Pose2D
-        Where it begins to move, in the frame of the costmap.
+        Start of motions, in the frame of the costmap.
     allow_unknown : bool
         Whether unknown cells are free.
 
     Attributes
     ----------
     distance : (height, width) array
-        To obstacles [m].
+        Distances to obstacles [m].
     start : Pose2D
-        Where it begins, in the frame of the grid.
+        Start of motions, in the frame of the grid.
     least : float
-        What it must keep clear of the middles of cells [m].
+        Clearance to the centres of lethal cells that must be kept [m].
     """
 
     def __init__(self, costmap: Costmap, body: Body, pose: Pose2D, *, allow_unknown: bool) -> None:
@@ -85,7 +88,7 @@ class Room:
         self.least = clearance_to_keep(self.distance, self._resolution, body, self.start)
 
     def is_for(self, length: float, turn: float) -> bool:
-        """Tell whether the robot can drive along an arc so long [m] that turns it so far [rad]."""
+        """Return whether the robot can drive along an arc of a length [m] and a turn [rad]."""
         x, y, theta = map(float, self.start)
         motion = (float(length), float(turn))
         free = clearance_along(self.distance, self._resolution, self._body, (x, y, theta), motion)

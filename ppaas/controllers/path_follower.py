@@ -1,4 +1,4 @@
-"""What local planners that drive along a plan and stop at its end have in common."""
+"""Base class of local planners that drive along a plan and stop at its end."""
 
 from ppaas.controllers.arrival import Arrival
 from ppaas.controllers.base import Controller, Velocity
@@ -10,7 +10,7 @@ from ppaas.geometry import Pose2D, Poses
 
 
 class PathFollower(Controller):
-    """Keeps the plan, and knows whether the robot has arrived at its end.
+    """Holds the plan, and detects arrival at its end.
 
     Parameters
     ----------
@@ -23,12 +23,12 @@ class PathFollower(Controller):
         self._arrival = Arrival(parameters, self._body)
 
     def set_plan(self, poses: Poses) -> None:
-        """Follow this plan from now on; to the same goal, what was reached of it stays reached.
+        """Follow this plan from now on; a new plan to the same goal does not undo an arrival.
 
         Raises
         ------
         InvalidInput
-            No pose, not rows of 7, or not finite.
+            The plan is empty, has another shape than (n, 7), or is not finite.
         """
         path = FollowedPath(poses)
         if self._arrival.head_for(path.end):
@@ -36,11 +36,11 @@ class PathFollower(Controller):
         self._path = path
 
     def is_goal_reached(self, pose: Pose2D, velocity: Velocity) -> bool:
-        """Tell whether the robot stands at the end of the plan, within the tolerances."""
+        """Return whether the robot stands still at the end of the plan, within the tolerances."""
         return self._arrival.is_reached(pose, velocity, self._plan().end)
 
     def _begin_anew(self) -> None:
-        """Forget what holds for one goal alone."""
+        """Reset the state that belongs to a single goal."""
 
     def _plan(self) -> FollowedPath:
         if self._path is None:

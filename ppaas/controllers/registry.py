@@ -1,4 +1,4 @@
-"""Local planners by name."""
+"""Registry of local planners by name."""
 
 from typing import Any
 
@@ -20,18 +20,18 @@ CONTROLLERS: PluginRegistry[Controller] = PluginRegistry(
 
 
 def create(name: str, **parameters: Any) -> Controller:
-    """Make a local planner by its name or its ROS alias.
+    """Return a new local planner by its name or its ROS alias.
 
     Raises
     ------
     NotFound
         No local planner of that name is installed.
     InvalidParameter
-        It takes no such parameter.
+        A parameter is unknown or invalid.
     """
     return CONTROLLERS.create(name, parameters)
 
 
 def controller_names() -> tuple[str, ...]:
-    """Return the names of all local planners installed."""
+    """Return the names of all installed local planners."""
     return CONTROLLERS.names()

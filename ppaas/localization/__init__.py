@@ -1,1 +1,1 @@
-"""Localization: where a robot stands in its map, told from its odometry and its laser."""
+"""Localization: adaptive Monte Carlo localization of a robot in its map, from odometry and laser scans."""

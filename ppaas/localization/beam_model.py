@@ -1,4 +1,4 @@
-"""The beam model of the laser (*Probabilistic Robotics*, 6.3): by how far each beam would go in the map."""
+"""Beam model of the laser (*Probabilistic Robotics*, 6.3): compares each range with the range cast in the map."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from ppaas.thread_budget import Threads
 
 
 class BeamModel(SensorModel):
-    """``beam``. It takes several times as long as a likelihood field."""
+    """Sensor model ``beam``, several times as slow as a likelihood field."""
 
     def __init__(self, layers: MapLayers, parameters: AmclParameters, threads: Threads) -> None:
         super().__init__(layers, parameters, threads)
@@ -27,9 +27,9 @@ class BeamModel(SensorModel):
         return choose_rays(scan, laser, self._parameters.laser_max_beams)
 
     def points(self, beams: NDArray[np.float64], range_max: float) -> NDArray[np.float64]:
-        """Return the ends of the rays that are shorter than ``range_max``."""
-        x, y, angle, gone = beams[beams[:, 3] < range_max].T
-        return np.column_stack((x + gone * np.cos(angle), y + gone * np.sin(angle)))
+        """Return the end points of the beams that are shorter than ``range_max``."""
+        x, y, angle, length = beams[beams[:, 3] < range_max].T
+        return np.column_stack((x + length * np.cos(angle), y + length * np.sin(angle)))
 
     def _sums(
         self, particles: NDArray[np.float64], beams: NDArray[np.float64], range_max: float, *, parallel: bool

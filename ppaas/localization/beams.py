@@ -1,4 +1,4 @@
-"""From ``sensor_msgs/LaserScan`` to the beams that localization compares with the map."""
+"""Selection of the beams of a ``sensor_msgs/LaserScan`` that localization compares with the map."""
 
 import math
 
@@ -10,19 +10,19 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.sensor_msgs import LaserScan
 
 MAX_RANGES = 100_000
-"""Most ranges a scan may have; a real laser has some thousand."""
+"""Largest number of ranges in a scan; real lasers have a few thousand."""
 
 SPACING = 0.1
-"""Edge of the cells in each of which one point counts [m]."""
+"""Edge of the cells of which each contributes at most one point [m]."""
 
 
 def check_count(scan: LaserScan) -> None:
-    """Refuse a scan with another number of ranges than its angles are for; some drivers are one off.
+    """Check that the number of ranges of a scan matches its angles, to within one: some drivers are one off.
 
     Raises
     ------
     InvalidInput
-        The angles are not finite, or for more ranges, or for fewer.
+        The angles are not finite, or do not match the number of ranges.
     """
     _check_angles(scan)
     if not math.isfinite(scan.angle_max) or scan.angle_increment == 0.0:
@@ -30,8 +30,8 @@ def check_count(scan: LaserScan) -> None:
     expected = (scan.angle_max - scan.angle_min) / scan.angle_increment + 1.0
     if abs(expected - len(scan.ranges)) > 1.5:
         raise InvalidInput(
-            f"a scan from angle_min {scan.angle_min:g} to angle_max {scan.angle_max:g} by {scan.angle_increment:g} rad "
-            f"has {expected:.0f} ranges, not {len(scan.ranges)}"
+            f"a scan from angle_min {scan.angle_min:g} to angle_max {scan.angle_max:g} in steps of "
+            f"{scan.angle_increment:g} rad must have {expected:.0f} ranges, not {len(scan.ranges)}"
         )
 
 
@@ -44,14 +44,14 @@ def _check_angles(scan: LaserScan) -> None:
 
 
 def scan_points(scan: LaserScan, laser: Pose2D) -> NDArray[np.float64]:
-    """Return the end points of the beams that hit something.
+    """Return the end points of all beams with a reading.
 
     Parameters
     ----------
     scan : LaserScan
-        Null, NaN, infinity and what lies outside (range_min, range_max) is no reading.
+        Null, NaN, infinity and values outside (range_min, range_max) are not readings.
     laser : Pose2D
-        Of the sensor in the frame that the points are wanted in.
+        Pose of the sensor in the frame of the points returned.
 
     Returns
     -------
@@ -75,17 +75,17 @@ def scan_points(scan: LaserScan, laser: Pose2D) -> NDArray[np.float64]:
 
 
 def choose_beams(points: NDArray[np.float64], max_beams: int) -> NDArray[np.float64]:
-    """Return at most so many of a scan's points, spread over what it sees and not over its angles.
+    """Return at most ``max_beams`` points of a scan, spread evenly over the surfaces seen instead of over the angles.
 
-    A box that is not in the map, close in front of the robot, takes up half of the beams, and would drag the pose until
-    it fits some wall. One point in each cell of ``SPACING`` gives it no more weight than its length.
+    An unmapped box close in front of the robot takes up half of the beams, and would pull the pose until the box
+    matches some wall. With one point per cell of edge ``SPACING``, it counts in proportion to its length only.
 
     Parameters
     ----------
     points : (n, 2) or (n, 4) array
-        x, y [m], in the order of the beams; what else a row tells goes with them.
+        x, y [m], in the order of the beams; further columns are returned unchanged.
     max_beams : int
-        Most points to return.
+        Largest number of points to return.
     """
     cells = np.floor(points / SPACING).astype(np.int64)
     _, first = np.unique(cells[:, 0] * (1 << 32) + cells[:, 1], return_index=True)
@@ -95,26 +95,27 @@ def choose_beams(points: NDArray[np.float64], max_beams: int) -> NDArray[np.floa
 
 
 def choose_rays(scan: LaserScan, laser: Pose2D, max_beams: int) -> NDArray[np.float64]:
-    """Return at most so many of a scan's beams, spread over its angles: also those that met nothing.
+    """Return at most ``max_beams`` beams of a scan, spread evenly over its angles, including beams without a hit.
 
     Parameters
     ----------
     scan : LaserScan
-        Null, infinity and what is not below range_max met nothing; NaN and what is not above range_min is no reading.
+        Null, infinity and values from range_max up mean no hit; NaN and values up to range_min are not readings.
     laser : Pose2D
-        Of the sensor in the robot's frame.
+        Pose of the sensor in the robot's frame.
     max_beams : int
-        Most beams to return.
+        Largest number of beams to return.
 
     Returns
     -------
     (m, 4) array
-        x, y of the laser [m], direction of the beam in the robot's frame [rad], and range, ``range_max`` at most [m].
+        x, y of the laser [m], direction of the beam [rad], both in the robot's frame, and range, at most
+        ``range_max`` [m].
 
     Raises
     ------
     InvalidInput
-        As `scan_points`.
+        See `scan_points`.
     """
     _check_angles(scan)
     ranges = np.array([math.inf if value is None else value for value in scan.ranges], dtype=np.float64)

@@ -1,6 +1,6 @@
-"""Beams that end at people who crowd around a robot: they say nothing of where it is.
+"""Distance filter: leaves out beams that end at people who crowd around a robot, since they do not tell its pose.
 
-As the distance filter in Fox, Burgard, Thrun, *Markov Localization for Mobile Robots in Dynamic Environments* (1999).
+Fox, Burgard, Thrun, *Markov Localization for Mobile Robots in Dynamic Environments* (1999).
 """
 
 import numpy as np
@@ -11,21 +11,21 @@ from ppaas.geometry import Pose2D
 from ppaas.localization.kernels.sight import stopped_short
 
 NEAR, BEYOND = 2.0, 0.2
-"""A beam ended at somebody if it was shorter than this, and the map lets it go so much farther at least [m]."""
+"""A beam ends at a person if it is shorter than `NEAR` and at least `BEYOND` shorter than in the map [m]."""
 
 MANY = 0.25
-"""There is a crowd where more than this part of the beams ended so. Fewer do where the pose is a little off, too."""
+"""Part of the beams above which the robot is taken to be in a crowd. A pose that is slightly off explains fewer."""
 
 
-def at_people(pose: Pose2D, points: NDArray[np.float64], layers: MapLayers) -> NDArray[np.bool_]:
-    """Tell which beams ended at people of a crowd; none where there is no crowd.
+def ends_at_people(pose: Pose2D, points: NDArray[np.float64], layers: MapLayers) -> NDArray[np.bool_]:
+    """Return which beams end at people of a crowd; all False if there is no crowd.
 
     Parameters
     ----------
     pose : Pose2D
-        About where the robot is, in the map frame.
+        Approximate pose of the robot in the map frame.
     points : (n, 2) array
-        Where beams ended, in the robot's frame [m].
+        End points of beams in the robot's frame [m].
     layers : MapLayers
         The map; its ``distance`` is read.
 

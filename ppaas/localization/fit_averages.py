@@ -1,4 +1,4 @@
-"""When a robot counts as lost: where its scans fit worse of late than they did.
+"""Short- and long-term averages of scan likelihood, which show whether a robot may be lost.
 
 Thrun, Burgard, Fox, *Probabilistic Robotics*, table 8.3 (augmented Monte Carlo localization).
 """
@@ -6,19 +6,19 @@ Thrun, Burgard, Fox, *Probabilistic Robotics*, table 8.3 (augmented Monte Carlo 
 import numpy as np
 
 AMISS = 0.1
-"""Scans fit now better and now worse: only a short average that is by this part below the long one tells something."""
+"""Part by which the short-term average must fall below the long-term one to be significant."""
 
 
 class FitAverages:
-    """How well scans fit, on average over long and over short, and what that says.
+    """Exponential averages of how well scans fit the map, one over a long and one over a short time.
 
-    Until there are as many scans as an average is over, it is their mean: else the long one would be for a thousand
-    scans what the first one happened to be.
+    Until 1/alpha scans have arrived, an average is their plain mean: otherwise the first scan would dominate the
+    long-term average for a thousand scans.
 
     Parameters
     ----------
     slow, fast : float
-        Part of an average that the newest scan is; with 0, nothing is ever amiss.
+        Weights (alpha) of the newest scan in the long-term and short-term averages; with 0, `amiss` is always False.
     """
 
     def __init__(self, slow: float, fast: float) -> None:
@@ -27,18 +27,18 @@ class FitAverages:
         self._count = 0
 
     def note(self, fit: float) -> None:
-        """Take note of how well a scan fits, weighed over the particles."""
+        """Add a scan by its fit, averaged over the particles by weight."""
         self._count += 1
         parts = np.where(self._alphas > 0.0, np.maximum(self._alphas, 1.0 / self._count), 0.0)
         self._averages = self._averages + parts * (fit - self._averages)
 
     @property
     def amiss(self) -> bool:
-        """Tell whether scans fit worse of late."""
+        """Whether recent scans fit significantly worse than earlier ones."""
         slow, fast = self._averages
         return bool(fast < (1.0 - AMISS) * slow)
 
     def forget(self) -> None:
-        """Begin anew."""
+        """Start over without any scan."""
         self._averages = np.zeros(2)
         self._count = 0

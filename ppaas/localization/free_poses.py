@@ -1,4 +1,4 @@
-"""Poses all over the free cells of a map."""
+"""Uniform sampling of poses in the free cells of a map."""
 
 import math
 
@@ -11,7 +11,7 @@ from ppaas.maps.grid import GridMap
 
 
 class FreePoses:
-    """Draws poses, evenly spread.
+    """Draws poses uniformly from the free cells of a map.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ class FreePoses:
 
     @property
     def area(self) -> float:
-        """Of all free cells [m²].
+        """Area of all free cells [m²].
 
         Raises
         ------
@@ -34,7 +34,7 @@ class FreePoses:
         return float(self._below()[-1]) * self._grid.info.resolution**2
 
     def draw(self, count: int, random: np.random.Generator) -> NDArray[np.float64]:
-        """Return (count, 3) x, y [m], theta [rad].
+        """Return poses (count, 3): x, y [m], theta [rad] in the map frame.
 
         Raises
         ------
@@ -47,9 +47,9 @@ class FreePoses:
         return np.column_stack((centres, random.uniform(-math.pi, math.pi, count)))
 
     def _below(self) -> NDArray[np.int64]:
-        """Return, for each row, how many cells are free in it and in those below; counted once, when it is wanted."""
+        """Return for each row the number of free cells in it and all rows below it, counted at the first call."""
         if self._counted is None:
             self._counted = count_free(self._grid.data)
         if not self._counted[-1]:
-            raise InvalidMap("the map has no free cell: a robot can be nowhere in it; publish one that has")
+            raise InvalidMap("the map has no free cell, so no robot can be in it; publish a map with free cells")
         return self._counted

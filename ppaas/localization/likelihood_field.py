@@ -1,4 +1,4 @@
-"""Models of the laser by how far from an obstacle each beam ends."""
+"""Likelihood fields (*Probabilistic Robotics*, 6.4): rate each beam by the distance from its end to an obstacle."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.geometry import Pose2D
 from ppaas.localization.beams import choose_beams, scan_points
-from ppaas.localization.distance_filter import at_people
+from ppaas.localization.distance_filter import ends_at_people
 from ppaas.localization.kernels import likelihood_field
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.sensor_model import Fit, SensorModel
@@ -14,19 +14,20 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.thread_budget import Threads
 
 _LEAST = 1e-300
+"""Smallest likelihood, so that its logarithm is finite."""
 
 
 class LikelihoodField(SensorModel):
-    """``likelihood_field``: by how far from an obstacle each beam ends."""
+    """Sensor model ``likelihood_field``, which sums up the cubes of the beams' likelihoods."""
 
     def __init__(self, layers: MapLayers, parameters: AmclParameters, threads: Threads) -> None:
         super().__init__(layers, parameters, threads)
         self._layers = layers
         self._table: tuple[float, NDArray[np.int64]] | None = None
 
-    def telling(self, beams: NDArray[np.float64], pose: Pose2D) -> NDArray[np.float64]:
-        """Return those that did not end at people who crowd around the robot."""
-        return beams[~at_people(pose, beams, self._layers)]
+    def informative(self, beams: NDArray[np.float64], pose: Pose2D) -> NDArray[np.float64]:
+        """Return the beams that do not end at people who crowd around the robot."""
+        return beams[~ends_at_people(pose, beams, self._layers)]
 
     def _choose(self, scan: LaserScan, laser: Pose2D) -> NDArray[np.float64]:
         return choose_beams(scan_points(scan, laser), self._parameters.laser_max_beams)
@@ -48,19 +49,19 @@ class LikelihoodField(SensorModel):
                 p.laser_sigma_hit,
                 p.laser_likelihood_max_dist,
             )
-            added = np.rint(self._added(likelihoods) * likelihood_field.ONE).astype(np.int64)
-            self._table = range_max, added
+            terms = np.rint(self._terms(likelihoods) * likelihood_field.ONE).astype(np.int64)
+            self._table = range_max, terms
         return self._table[1]
 
-    def _added(self, likelihoods: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return what a beam of some likelihood adds."""
+    def _terms(self, likelihoods: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the terms that beams of these likelihoods add to the sum of a particle."""
         return likelihoods**3
 
 
 class LikelihoodFieldProb(LikelihoodField):
-    """``likelihood_field_prob``: the same, and the beams are taken for independent."""
+    """Sensor model ``likelihood_field_prob``, which multiplies the likelihoods as if beams were independent."""
 
-    def _added(self, likelihoods: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _terms(self, likelihoods: NDArray[np.float64]) -> NDArray[np.float64]:
         logarithms: NDArray[np.float64] = np.log(np.maximum(likelihoods, _LEAST))
         return logarithms
 

@@ -1,7 +1,7 @@
-"""Models of odometry: what of a motion is noise.
+"""Odometry models: move particles by a measured motion plus noise.
 
-amcl's ``diff`` and ``omni`` (``amcl_odom.cpp``) take the variance for the standard deviation, which the ``-corrected``
-ones do not: those are *Probabilistic Robotics*, table 5.6.
+The ``-corrected`` models are those of *Probabilistic Robotics*, table 5.6. amcl's ``diff`` and ``omni``
+(``amcl_odom.cpp``) use the variance as the standard deviation.
 """
 
 import math
@@ -17,22 +17,22 @@ from ppaas.localization.parameters import AmclParameters
 from ppaas.thread_budget import Threads
 
 PARALLEL_FROM = 1 << 13
-"""Particles below which one thread is as fast as many."""
+"""Number of particles below which one thread is as fast as several."""
 
 _TURN_IN_PLACE = 0.01
-"""Below this distance [m] a motion has no direction worth speaking of (``amcl_odom.cpp``)."""
+"""Distance below which a motion counts as a turn in place, since its direction is noise [m] (``amcl_odom.cpp``)."""
 
 _CORRECTED = "-corrected"
 
 
 class OdometryModel(ABC):
-    """Moves particles by what odometry measured, with noise.
+    """Moves particles by the motion that odometry measured, plus noise.
 
     Parameters
     ----------
     parameters : AmclParameters
     threads : callable
-        Returns the most threads that kernels may use now; the result is the same for any number.
+        Returns the largest number of threads that kernels may use now; it does not affect the result.
     """
 
     def __init__(self, parameters: AmclParameters, threads: Threads) -> None:
@@ -51,7 +51,7 @@ class OdometryModel(ABC):
         before, after : Pose2D
             Poses of the robot in the odometry frame.
         random : numpy.random.Generator
-            Of the noise.
+            Source of the noise.
         """
         moved, variances = self._measured(before, after)
         first, second, third = (math.sqrt(v) if self._corrected else v for v in variances)
@@ -61,14 +61,14 @@ class OdometryModel(ABC):
 
     @abstractmethod
     def _measured(self, before: Pose2D, after: Pose2D) -> tuple[motion.Motion, motion.Motion]:
-        """Return the motion, and the variances of what noise is added to."""
+        """Return the three components of the motion, and the variance of the noise of each."""
 
     @abstractmethod
     def _kernel(self, *, parallel: bool) -> motion.Move: ...
 
 
 class Differential(OdometryModel):
-    """``diff``: turn, straight line, turn."""
+    """Model ``diff``: a turn, a straight line, and another turn."""
 
     def _measured(self, before: Pose2D, after: Pose2D) -> tuple[motion.Motion, motion.Motion]:
         distance = before.distance_to(after)
@@ -85,7 +85,7 @@ class Differential(OdometryModel):
 
 
 class Omnidirectional(OdometryModel):
-    """``omni``: in any direction, whatever the heading."""
+    """Model ``omni``: a translation in any direction, and a turn."""
 
     def _measured(self, before: Pose2D, after: Pose2D) -> tuple[motion.Motion, motion.Motion]:
         distance, turn = before.distance_to(after), wrap_angle(after.theta - before.theta)
@@ -99,7 +99,7 @@ class Omnidirectional(OdometryModel):
 
 
 def odometry_model(parameters: AmclParameters, threads: Threads) -> OdometryModel:
-    """Return the model that ``odom_model_type`` names."""
+    """Return the odometry model named by ``odom_model_type``."""
     kind = Omnidirectional if parameters.odom_model_type.startswith("omni") else Differential
     return kind(parameters, threads)
 
@@ -109,5 +109,5 @@ def _heading(before: Pose2D, after: Pose2D) -> float:
 
 
 def _from_straight(turn: float) -> float:
-    """Return how far a turn is from going straight ahead or straight back, so that reversing is no half turn."""
+    """Return the angle between a turn and straight ahead or straight back, so that reversing is not a half turn."""
     return min(abs(wrap_angle(turn)), abs(wrap_angle(turn - math.pi)))

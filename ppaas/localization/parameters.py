@@ -1,4 +1,4 @@
-"""Parameters of localization, with the names of amcl."""
+"""Parameters of localization, named as in amcl."""
 
 import math
 from typing import Literal
@@ -13,17 +13,20 @@ OdomModel = Literal["diff", "omni", "diff-corrected", "omni-corrected"]
 
 
 class AmclParameters(Parameters, frozen=True):
-    """Parameters of ``AmclNode`` and ``ParticleFilter``; metres, radians, seconds.
+    """Parameters of ``AmclNode`` and ``ParticleFilter``, in metres, radians and seconds.
 
-    Names are amcl's, and so are the defaults but for these: fewer particles, and 0.2 instead of 0.5 m around the start
-    (a container is small, and a robot tells where it starts); updates after 0.1 m or 0.2 rad instead of 0.2 m or π/6
-    (the pose drifts with the odometry between two updates); 60 beams instead of 30; the corrected model of odometry,
-    whose noise is a standard deviation as its name says, and 0.02 of it instead of 0.2 (odometry is better than that,
-    and the pose is held more closely).
+    Names and defaults are amcl's, with these exceptions:
 
-    ``laser_min_range`` and ``laser_max_range`` are what the scan says where they are negative. ``odom_alpha5`` is for
-    robots that drive sideways. A robot is looked for all over the map where the fit of the scans, averaged by
-    ``recovery_alpha_fast``, falls by a tenth below that by ``recovery_alpha_slow``; with 0, none is.
+    - fewer particles, and a standard deviation of 0.2 m instead of 0.5 m around the start: a container is small, and a
+      robot states where it starts;
+    - updates after 0.1 m or 0.2 rad instead of 0.2 m or π/6: between updates the pose drifts with the odometry;
+    - 60 beams instead of 30;
+    - the corrected odometry model, whose noise is a standard deviation, with 0.02 instead of 0.2: odometry is better
+      than that, and the pose is tracked more closely.
+
+    If ``laser_min_range`` or ``laser_max_range`` is negative, the value of the scan is used. ``odom_alpha5`` is for
+    robots that drive sideways. The robot is searched for on the whole map if the fit of its scans, averaged with
+    ``recovery_alpha_fast``, falls a tenth below the average with ``recovery_alpha_slow``; 0 disables this.
     """
 
     min_particles: int = 500
@@ -63,7 +66,7 @@ class AmclParameters(Parameters, frozen=True):
         """Check the ranges."""
         if not 1 <= self.min_particles <= self.max_particles <= MAX_PARTICLES:
             raise InvalidParameter(
-                f"min_particles must be from 1 to max_particles, and that at most {MAX_PARTICLES}, "
+                f"min_particles must be from 1 to max_particles, and max_particles at most {MAX_PARTICLES}, "
                 f"not {self.min_particles} and {self.max_particles}"
             )
         for name in _POSITIVE:
@@ -86,7 +89,7 @@ class AmclParameters(Parameters, frozen=True):
         slow, fast = self.recovery_alpha_slow, self.recovery_alpha_fast
         if not (slow == fast == 0.0 or slow < fast <= 1.0):
             raise InvalidParameter(
-                "recovery_alpha_slow must be below recovery_alpha_fast, and that at most 1, or both 0, "
+                "recovery_alpha_slow must be below recovery_alpha_fast, which is at most 1, or both must be 0, "
                 f"not {slow} and {fast}"
             )
 

@@ -1,4 +1,4 @@
-"""Adaptive Monte Carlo localization: particles that are moved, weighed by scans, and drawn anew, as many as it takes.
+"""Adaptive Monte Carlo localization: a particle filter with KLD sampling.
 
 Thrun, Burgard, Fox, *Probabilistic Robotics* (2005), tables 5.6, 6.3, 8.3 and 8.4; names and defaults are amcl's.
 """
@@ -13,17 +13,17 @@ from ppaas.localization.kernels.resample import draw_low_variance, enough
 from ppaas.localization.odometry import odometry_model
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.pose_estimate import PoseEstimate, estimate
-from ppaas.localization.pose_search import Found, Search
-from ppaas.localization.relocalization import Seeker
+from ppaas.localization.pose_search import PoseCandidates, PoseSearch
+from ppaas.localization.relocalization import Relocalizer
 from ppaas.localization.sensor_model_choice import sensor_model
 from ppaas.thread_budget import Threads, one_thread
 
 BLUR = np.array((0.05, 0.05, 0.02))
-"""Around a place that was found, so that no two particles are the same [m, m, rad]."""
+"""Standard deviation of particles around a pose candidate, so that no two are the same [m, m, rad]."""
 
 
 class ParticleFilter:
-    """Tracks a robot in a map.
+    """Tracks the pose of a robot in a map.
 
     Parameters
     ----------
@@ -32,65 +32,65 @@ class ParticleFilter:
     parameters : AmclParameters
         The same seed and the same input give the same particles.
     threads : callable
-        Returns the most threads that kernels may use now; the result is the same for any number.
+        Returns the largest number of threads that kernels may use now; it does not affect the result.
 
     Attributes
     ----------
     particles : (n, 3) array
         x, y [m], theta [rad].
     weights : (n,) array
-        Sum 1.
+        Weights of the particles, with sum 1.
     estimate : PoseEstimate
-        Of the last update.
+        Result of the last update.
     """
 
     def __init__(self, layers: MapLayers, parameters: AmclParameters, threads: Threads = one_thread) -> None:
         self._parameters = parameters
         self._random = np.random.default_rng(parameters.seed)
         self._odometry = odometry_model(parameters, threads)
-        self._seeker = Seeker(layers, parameters, self._random)
+        self._relocalizer = Relocalizer(layers, parameters, self._random)
         self.sensor = sensor_model(layers, parameters, threads)
         self.initialise(Pose2D(0.0, 0.0), np.zeros((3, 3)))
 
-    # -- where it begins -----------------------------------------------------------------------------------------------
+    # -- initial particles ---------------------------------------------------------------------------------------------
 
     def initialise(self, pose: Pose2D, covariance: NDArray[np.float64]) -> None:
-        """Start anew around a pose.
+        """Start over with particles around a pose.
 
         Parameters
         ----------
         pose : Pose2D
             In the map frame.
         covariance : (3, 3) array
-            Of x [m], y [m], theta [rad].
+            Covariance of x [m], y [m], theta [rad].
 
         Raises
         ------
         InvalidInput
-            Not finite, or no covariance.
+            A number is not finite, or the covariance is not positive semi-definite.
         """
         if not (pose.is_finite() and np.isfinite(covariance).all()):
             raise InvalidInput("an initial pose and its covariance must be finite")
         values, vectors = np.linalg.eigh((covariance + covariance.T) / 2.0)
         if values.min() < -1e-9:
-            raise InvalidInput("the covariance of an initial pose must not be negative")
+            raise InvalidInput("the covariance of an initial pose must be positive semi-definite")
         spread = vectors * np.sqrt(np.maximum(values, 0.0))
         count = self._parameters.max_particles
         self._begin(np.array(pose) + self._random.standard_normal((count, 3)) @ spread.T)
-        self._seeker.begin(searching=False)
+        self._relocalizer.begin(searching=False)
         self._scattered = False
         self.estimate = PoseEstimate(pose, covariance)
 
     def initialise_globally(self) -> None:
-        """Start anew all over the free cells; what is found by the next scan takes their place.
+        """Start over with particles in all free cells, until the search with the next scan finds better ones.
 
         Raises
         ------
         InvalidMap
             No cell of the map is free.
         """
-        self._begin(self._seeker.free.draw(self._parameters.max_particles, self._random))
-        self._seeker.begin(searching=True)
+        self._begin(self._relocalizer.free.draw(self._parameters.max_particles, self._random))
+        self._relocalizer.begin(searching=True)
         self._scattered = True
         self.estimate = estimate(self.particles, self.weights)
 
@@ -104,31 +104,31 @@ class ParticleFilter:
         self.weights: NDArray[np.float64] = np.full(len(particles), 1.0 / len(particles))
 
     def rebase(self, jump: Pose2D) -> None:
-        """Take note that odometry began anew; ``jump`` is the pose of its new frame in the one before."""
+        """Continue after a reset of the odometry; ``jump`` is the pose of the new odometry frame in the old one."""
         if self._odom is not None:
             self._odom = jump.inverse() @ self._odom
-            self._seeker.rebase(jump)
+            self._relocalizer.rebase(jump)
 
     # -- updates -------------------------------------------------------------------------------------------------------
 
     def needs_update(self, odom: Pose2D) -> bool:
-        """Tell whether the robot has moved enough since the last update, or there was none yet."""
+        """Return whether the robot has moved far enough since the last update, or there was none yet."""
         if self._odom is None:
             return True
         moved = self._odom.distance_to(odom) >= self._parameters.update_min_d
         return moved or abs(wrap_angle(odom.theta - self._odom.theta)) >= self._parameters.update_min_a
 
     def update(self, odom: Pose2D, beams: NDArray[np.float64], range_max: float) -> PoseEstimate:
-        """Move the particles by odometry, weigh them by a scan, and draw anew.
+        """Move the particles by odometry, weight them by a scan, and resample.
 
         Parameters
         ----------
         odom : Pose2D
             Pose of the robot in the odometry frame when the scan was taken.
         beams : (m, k) array
-            Of the scan, as ``sensor.beams`` gives them; with none the odometry alone counts.
+            Beams of the scan from ``sensor.beams``; if empty, only the odometry is used.
         range_max : float
-            Longest range of the laser, as ``sensor.range_max`` gives it [m].
+            Longest range of the laser from ``sensor.range_max`` [m].
 
         Returns
         -------
@@ -143,24 +143,24 @@ class ParticleFilter:
         fit = self._weigh(beams, range_max, about) if len(beams) else None
         self.estimate = estimate(self.particles, self.weights)
         if fit is not None:
-            self._seeker.note(fit, odom, self.sensor.points(beams, range_max), self.estimate.pose)
+            self._relocalizer.note(fit, odom, self.sensor.points(beams, range_max), self.estimate.pose)
         self._updates += 1
         if self._updates % self._parameters.resample_interval == 0:
             self._resample()
         return self.estimate
 
     def _weigh(self, beams: NDArray[np.float64], range_max: float, about: Pose2D) -> float:
-        """Weigh the particles, which are about there unless the robot is lost; return how well the scan fits."""
+        """Weight the particles, which are near ``about`` unless the robot is lost; return how well the scan fits."""
         fit = self.sensor.fit(self.particles, beams, range_max)
-        fits = float((self.weights * fit.fits).sum())
-        telling = beams if self.searching else self.sensor.telling(beams, about)
-        if not len(telling):
-            return fits
-        if len(telling) < len(beams):
-            fit = self.sensor.fit(self.particles, telling, range_max)
+        mean_fit = float((self.weights * fit.fits).sum())
+        informative = beams if self.searching else self.sensor.informative(beams, about)
+        if not len(informative):
+            return mean_fit
+        if len(informative) < len(beams):
+            fit = self.sensor.fit(self.particles, informative, range_max)
         self.weights *= fit.weights
         self.weights /= self.weights.sum()
-        return fits
+        return mean_fit
 
     def _resample(self) -> None:
         p = self._parameters
@@ -175,21 +175,21 @@ class ParticleFilter:
 
     @property
     def searching(self) -> bool:
-        """Tell whether the robot may be anywhere, and was not found yet."""
-        return self._seeker.searching
+        """Whether the robot may be anywhere on the map, and was not found yet."""
+        return self._relocalizer.searching
 
-    def next_search(self) -> Search | None:
-        """Return where to look now, once; its ``run`` takes long, and what it returns is for `adopt`."""
-        return self._seeker.next_search()
+    def next_search(self) -> PoseSearch | None:
+        """Return the search to run next, once, or None; ``run`` takes long, and its result goes to `adopt`."""
+        return self._relocalizer.next_search()
 
-    def adopt(self, found: Found) -> bool:
-        """Draw particles where the robot may be; tell whether any were.
+    def adopt(self, found: PoseCandidates) -> bool:
+        """Redraw particles from the candidates of a search; return whether any were redrawn.
 
-        None are where all has begun anew meanwhile, or where the robot is most likely where it is taken to be.
+        None are if the filter was restarted in the meantime, or if the robot is most likely at its current estimate.
         """
-        if self._odom is None or not self._seeker.is_current(found):
+        if self._odom is None or not self._relocalizer.is_current(found):
             return False
-        share = self._seeker.share_anew(found)
+        share = self._relocalizer.redraw_share(found)
         if not share:
             return False
         moved = found.search.odom.inverse() @ self._odom
@@ -200,5 +200,5 @@ class ParticleFilter:
         self._set(np.concatenate((self.particles[self._drawn(self.weights, count - anew)], drawn)))
         self._scattered = False
         self.estimate = estimate(self.particles, self.weights)
-        self._seeker.judge(poses, found.weights, self.estimate)
+        self._relocalizer.judge(poses, found.weights, self.estimate)
         return True

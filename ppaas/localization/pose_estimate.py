@@ -1,4 +1,4 @@
-"""From weighted particles to one pose."""
+"""Pose estimate: the heaviest cluster of weighted particles."""
 
 import math
 from dataclasses import dataclass
@@ -11,21 +11,24 @@ from ppaas.localization.kernels.cluster import heaviest_bin, moments_around
 
 _CLUSTER_RADIUS = 0.75
 _CLUSTER_TURN = math.radians(45.0)
+"""Size of a cluster around its mean [m, rad]."""
+
 _SHIFTS = 3
+"""Iterations of mean shift."""
 
 
 @dataclass(frozen=True, slots=True)
 class PoseEstimate:
-    """A pose and how sure it is.
+    """Estimated pose and its uncertainty.
 
     Parameters
     ----------
     pose : Pose2D
         In the map frame.
     covariance : (3, 3) array
-        Of x [m], y [m], theta [rad].
+        Covariance of x [m], y [m], theta [rad].
     share : float
-        Which part of the weight is near this pose; the rest says that the robot is elsewhere.
+        Part of the total weight that is near this pose; the remaining particles are elsewhere.
     """
 
     pose: Pose2D
@@ -36,7 +39,7 @@ class PoseEstimate:
 def estimate(particles: NDArray[np.float64], weights: NDArray[np.float64]) -> PoseEstimate:
     """Return mean and covariance of the heaviest cluster.
 
-    The cluster is found by mean shift from the heaviest bin, so a second cluster elsewhere does not draw the mean
+    The cluster is found by mean shift from the heaviest bin, so a second cluster elsewhere does not pull the mean
     into a wall between the two.
 
     Parameters
@@ -44,7 +47,7 @@ def estimate(particles: NDArray[np.float64], weights: NDArray[np.float64]) -> Po
     particles : (n, 3) array
         x, y [m], theta [rad].
     weights : (n,) array
-        Sum 1.
+        Weights with sum 1.
     """
     pose = Pose2D(*particles[heaviest_bin(particles, weights)].tolist())
     for _ in range(_SHIFTS):
@@ -54,7 +57,7 @@ def estimate(particles: NDArray[np.float64], weights: NDArray[np.float64]) -> Po
 
 
 def weight_around(particles: NDArray[np.float64], weights: NDArray[np.float64], pose: Pose2D) -> float:
-    """Return which weight is as near to a pose as a cluster is wide.
+    """Return the total weight of the particles within a cluster's size of a pose.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""Where in a map a robot may be, by all that its laser saw on the last metres.
+"""Global pose search: candidate poses on the whole map, from the scans of the last metres.
 
 As in Lenser and Veloso, *Sensor Resetting Localization for Poorly Modelled Mobile Robots* (2000), particles are drawn
-where the sensors say that the robot is. Of many poses all over the map those that fit best are kept; each is moved
-little by little to where it fits better. Without that, a pose near the robot fits worse than many that only look alike.
+from what the sensors see. Of many random poses the search keeps those that fit best, and improves each in small random
+steps. Without these steps a pose near the true one fits worse than many poses in places that merely look similar.
 """
 
 import math
@@ -15,36 +15,48 @@ from numpy.typing import NDArray
 from ppaas.geometry import Pose2D
 from ppaas.localization.beams import choose_beams
 from ppaas.localization.free_poses import FreePoses
-from ppaas.localization.scan_match import Match
+from ppaas.localization.scan_match import ScanMatch
 
 TRIES_PER_AREA = 250.0
-"""Poses tried for each square metre that is free: one in 0.4 m by 0.4 m by 10°."""
+"""Random poses per square metre of free space: one in 0.4 m by 0.4 m by 10°."""
 
 LEAST_TRIES, TRIES = 20_000, 400_000
-"""But no fewer, and no more in all."""
+"""Smallest and largest number of random poses."""
 
 CHUNK = 1 << 14
-"""Poses that are tried at a time: memory does not grow with how many are tried, and who waits is not kept waiting."""
+"""Poses rated at once: it bounds the memory, and the time until a cancellation is noticed."""
 
 KEPT = 3000
-"""Poses that are moved to where they fit better, at first."""
+"""Best poses that the first round improves."""
 
 AROUND = 8
-"""Poses that are tried around each, itself among them."""
+"""Poses tried around each pose of a round, itself included."""
 
 BIN, BIN_TURN = 0.3, math.radians(6.0)
-"""Of two that are nearer to each other than about this [m, rad], the better is kept."""
+"""Size of a bin, of which only the best pose is kept [m, rad]."""
 
 COARSE_BEAMS, FINE_BEAMS = 30, 200
-"""Beams that are compared with the map, out of all that were seen."""
+"""Beams compared with the map, chosen from all that were seen."""
 
 LOOK = 0.1
-"""After so many metres what a laser sees says something new."""
+"""Distance after which a scan is taken to be independent of the one before [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Round:
-    """How far around a pose others are tried [m, rad], how many of them are kept, and by what they are compared."""
+    """Round of improvement.
+
+    Parameters
+    ----------
+    reach, turn : float
+        Standard deviations of the random steps [m, rad].
+    kept : int
+        Largest number of poses that remain.
+    beams : int
+        Number of beams compared with the map.
+    wide : float
+        Factor of the standard deviation of a beam's end; a wider one smooths the fit.
+    """
 
     reach: float
     turn: float
@@ -62,60 +74,61 @@ _ROUNDS = (
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
-    """Poses that fit.
+class PoseCandidates:
+    """Result of a search: candidate poses of the robot.
 
     Parameters
     ----------
-    search : Search
+    search : PoseSearch
+        The search that found them.
     poses : (n, 3) array
-        x, y [m], theta [rad] in the map frame, no two of them at one place; the best first.
+        x, y [m], theta [rad] in the map frame, the best first; at most one per bin.
     weights : (n,) array
-        How likely each is, sum 1.
-    told : float
-        How likely the place is where the robot was taken to be, against all of these.
+        Likelihoods of the poses, with sum 1.
+    believed_odds : float
+        Likelihood of the pose that was believed before the search, divided by that of all candidates together.
     """
 
-    search: "Search"
+    search: "PoseSearch"
     poses: NDArray[np.float64]
     weights: NDArray[np.float64]
-    told: float
+    believed_odds: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Search:
-    """One look over the whole map. It shares nothing that changes: it may run in another thread.
+class PoseSearch:
+    """Search of the whole map. It shares no mutable state, so it may run in another thread.
 
     Parameters
     ----------
     free : FreePoses
-    match : Match
-        Compares with the map.
+    match : ScanMatch
+        Rates poses against the map.
     seen : (m, 4) array
-        x, y where beams ended, and where they began, in the robot's frame [m].
+        x, y of the ends of beams, and x, y of their origins, in the robot's frame [m].
     metres : float
-        Way on which that was seen [m].
+        Distance driven while these beams were measured [m].
     odom : Pose2D
-        Of the robot in the odometry frame when the last of it was seen.
-    told : Pose2D
-        Where the robot was taken to be then.
+        Pose of the robot in the odometry frame at the newest of these beams.
+    believed : Pose2D
+        Estimated pose of the robot in the map frame at that time.
     lost : bool
-        It may be anywhere already: where it was taken to be has no more to say for it than elsewhere.
+        The robot may be anywhere already, so its estimated pose gets no preference.
     seed : int
-        The same seed finds the same.
+        The same seed gives the same result.
     """
 
     free: FreePoses
-    match: Match
+    match: ScanMatch
     seen: NDArray[np.float64]
     metres: float
     odom: Pose2D
-    told: Pose2D
+    believed: Pose2D
     lost: bool
     seed: int
 
-    def run(self, cancelled: Callable[[], bool]) -> Found | None:
-        """Return poses that fit, or None if it was cancelled.
+    def run(self, cancelled: Callable[[], bool]) -> PoseCandidates | None:
+        """Return candidate poses, or None if the search was cancelled.
 
         Raises
         ------
@@ -132,7 +145,7 @@ class Search:
         return None if poses is None else self._weighed(poses, fits, random)
 
     def _drawn(self, random: np.random.Generator, cancelled: Callable[[], bool]) -> NDArray[np.float64] | None:
-        """Return the best of many poses all over the map."""
+        """Return the `KEPT` best of many random poses."""
         beams = choose_beams(self.seen[:, :2], COARSE_BEAMS)
         tries = int(min(max(TRIES_PER_AREA * self.free.area, LEAST_TRIES), TRIES))
         kept, known = np.empty((0, 3)), np.empty(0)
@@ -149,7 +162,7 @@ class Search:
     def _improved(
         self, poses: NDArray[np.float64], step: _Round, random: np.random.Generator
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return for each pose the best around it, and how well it fits; the best first, and one at each place."""
+        """Return the best pose around each pose and its fit, sorted by fit, at most one per bin."""
         tried = np.repeat(poses[:, np.newaxis], AROUND, axis=1)
         tried[:, 1:] += random.standard_normal(tried[:, 1:].shape) * (step.reach, step.reach, step.turn)
         beams = choose_beams(self.seen[:, :2], step.beams)
@@ -161,33 +174,36 @@ class Search:
         apart = _apart(poses)[: step.kept]
         return poses[apart], known[apart]
 
-    def _weighed(self, poses: NDArray[np.float64], fits: NDArray[np.float64], random: np.random.Generator) -> Found:
-        """Weigh each pose by how well all fits, as if each look had weighed it."""
+    def _weighed(
+        self, poses: NDArray[np.float64], fits: NDArray[np.float64], random: np.random.Generator
+    ) -> PoseCandidates:
+        """Weight each pose by its fit, to the power of the number of independent scans."""
         looks = 1.0 + self.metres / LOOK
-        here, known = np.array([self.told]), np.empty(0)
+        here, known = np.array([self.believed]), np.empty(0)
         for step in _ROUNDS[1:]:
             here, known = self._improved(here, step, random)
         weights = _likely(fits, looks)
         together = np.concatenate((known, fits)) if self.lost else self._accounts(np.concatenate((here, poses)))
-        told, *elsewhere = _likely(together, looks).tolist()
-        return Found(self, poses, weights / weights.sum(), told / max(sum(elsewhere), 1e-300))
+        believed, *elsewhere = _likely(together, looks).tolist()
+        return PoseCandidates(self, poses, weights / weights.sum(), believed / max(sum(elsewhere), 1e-300))
 
     def _accounts(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how well the map accounts for what was seen, whoever stood in the way.
+        """Return how well the map explains the beams, given that people may have stopped some of them.
 
-        Points that people left fit here and there by chance, better than where the robot is if they are most of what it
-        sees. So against where a robot that may be there is taken to be counts only what people do not account for.
+        Beams that ended at people fit other places by chance, and better than the true pose if most beams ended so.
+        Therefore only beams that people cannot explain count against the believed pose.
         """
         return self.match.accounts(poses, choose_beams(self.seen, FINE_BEAMS))
 
 
 def _likely(fits: NDArray[np.float64], looks: float) -> NDArray[np.float64]:
+    """Return likelihoods of poses from their fits, relative to the best."""
     likely: NDArray[np.float64] = (fits / max(float(fits.max()), 1e-9)) ** looks
     return likely
 
 
 def _apart(poses: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return, ascending, the first pose of each bin."""
+    """Return the index of the first pose of each bin, in ascending order."""
     cells = np.floor(poses / (BIN, BIN, BIN_TURN)).astype(np.int64)
     cells[:, 2] %= round(2.0 * math.pi / BIN_TURN)
     keys = (cells[:, 0] << 40) ^ ((cells[:, 1] & 0xFFFFF) << 16) ^ cells[:, 2]

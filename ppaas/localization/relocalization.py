@@ -1,4 +1,4 @@
-"""Whether a robot is lost, and what is looked for then."""
+"""Relocalization: decides whether a robot is lost, and which search of the map to run then."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,33 +9,32 @@ from ppaas.localization.fit_averages import FitAverages
 from ppaas.localization.free_poses import FreePoses
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.pose_estimate import PoseEstimate, weight_around
-from ppaas.localization.pose_search import Found, Search
-from ppaas.localization.scan_history import History
-from ppaas.localization.scan_match import Match
+from ppaas.localization.pose_search import PoseCandidates, PoseSearch
+from ppaas.localization.scan_history import ScanHistory
+from ppaas.localization.scan_match import ScanMatch
 
 FOUND = 0.8
-"""Part of the weight at one place that ends the search: of the particles, and of all that was found."""
-
+"""Part of the weight near one pose, both of particles and of candidates, at which the robot counts as found."""
 
 LOST = 0.1
-"""How likely a robot is lost whose scans fit worse of late, before anything is looked for."""
+"""Prior probability that a robot is lost whose recent scans fit worse."""
 
 LEAST_SHARE, MOST_SHARE = 0.05, 0.9
-"""Part of the particles that are drawn anew for a robot that is lost, at least and at most."""
+"""Smallest and largest part of the particles that are redrawn for a lost robot."""
 
 
-class Seeker:
-    """Says where in the map to look, for as long as a robot may be anywhere, and keeps what is needed for that.
+class Relocalizer:
+    """Notices that a robot may be lost, and provides searches of the map until it is found.
 
-    A robot whose scans fit worse of late is suspected to be lost: all over the map is looked for where it could be, but
-    it counts as lost only where it is more likely in one of those places than where it is taken to be.
+    A robot whose recent scans fit worse is suspected to be lost: the whole map is searched for it. It counts as lost
+    only if it is more likely at one of the candidates found than at its estimated pose.
 
     Parameters
     ----------
     layers : MapLayers
     parameters : AmclParameters
     random : numpy.random.Generator
-        Seeds searches.
+        Source of the seeds of searches.
 
     Attributes
     ----------
@@ -47,83 +46,84 @@ class Seeker:
         self.free = FreePoses(layers.grid)
         self.searching = False
         self._suspected = False
-        self._match = Match(layers, parameters)
+        self._match = ScanMatch(layers, parameters)
         self._random = random
         self._averages = FitAverages(parameters.recovery_alpha_slow, parameters.recovery_alpha_fast)
-        self._history = History()
-        self._wanted: Search | None = None
-        self._under_way: Search | None = None
+        self._history = ScanHistory()
+        self._wanted: PoseSearch | None = None
+        self._under_way: PoseSearch | None = None
 
     def begin(self, *, searching: bool) -> None:
-        """Forget all, and take the robot for lost or not; what is found of what was looked for before is no use."""
+        """Start over with a robot that is lost (``searching``) or not; results of earlier searches are discarded."""
         self.searching, self._suspected = searching, False
         self._averages.forget()
-        self._look_anew()
+        self._restart_history()
 
-    def _look_anew(self) -> None:
+    def _restart_history(self) -> None:
         self._history.forget()
         self._wanted = self._under_way = None
 
     def rebase(self, jump: Pose2D) -> None:
-        """Take note that odometry began anew; ``jump`` is the pose of its new frame in the one before."""
+        """Continue after a reset of the odometry; ``jump`` is the pose of the new odometry frame in the old one."""
         self._history.rebase(jump)
         self._wanted = self._under_way = None
 
-    def note(self, fit: float, odom: Pose2D, points: NDArray[np.float64], told: Pose2D) -> None:
-        """Take note of a scan.
+    def note(self, fit: float, odom: Pose2D, points: NDArray[np.float64], believed: Pose2D) -> None:
+        """Add a scan.
 
         Parameters
         ----------
         fit : float
-            How well it fits, weighed over the particles.
+            Fit of the scan, averaged over the particles by weight.
         odom : Pose2D
-            Of the robot in the odometry frame.
+            Pose of the robot in the odometry frame.
         points : (n, 2) array
-            Where its beams ended, in the robot's frame [m].
-        told : Pose2D
-            Where the robot is taken to be.
+            End points of the beams in the robot's frame [m].
+        believed : Pose2D
+            Estimated pose of the robot in the map frame.
         """
         self._averages.note(fit)
         if not self.searching and self._averages.amiss != self._suspected:
             self._suspected = self._averages.amiss
-            self._look_anew()
+            self._restart_history()
         if (self.searching or self._suspected) and len(points) and self._history.note(odom, points):
             seed = int(self._random.integers(1 << 62))
             seen, metres = self._history.seen(), self._history.metres
-            self._wanted = Search(self.free, self._match, seen, metres, odom, told, self.searching, seed)
+            self._wanted = PoseSearch(self.free, self._match, seen, metres, odom, believed, self.searching, seed)
 
-    def next_search(self) -> Search | None:
-        """Return what to look for now, once, or None; what is found of what was returned before is no use then."""
+    def next_search(self) -> PoseSearch | None:
+        """Return the search to run next, once, or None; it makes the result of the search before it obsolete."""
         wanted, self._wanted = self._wanted, None
         if wanted is not None:
             self._under_way = wanted
         return wanted
 
-    def is_current(self, found: Found) -> bool:
-        """Tell whether that was looked for last."""
+    def is_current(self, found: PoseCandidates) -> bool:
+        """Return whether these candidates are the result of the latest search."""
         return found.search is self._under_way
 
-    def share_anew(self, found: Found) -> float:
-        """Return which part of the particles is to be drawn where the robot may be."""
+    def redraw_share(self, found: PoseCandidates) -> float:
+        """Return the part of the particles to redraw from the candidates; 0 if the robot does not count as lost."""
         if not self.searching:
-            self.searching = LOST / len(found.poses) > (1.0 - LOST) * found.told
+            self.searching = LOST / len(found.poses) > (1.0 - LOST) * found.believed_odds
         if not self.searching:
             if self._history.full:
-                self.begin(searching=False)  # scans fit worse here, and nowhere better
+                self.begin(searching=False)  # scans fit worse here, but no better elsewhere
             return 0.0
-        return min(max(1.0 - found.told / max(found.told, float(found.weights[0])), LEAST_SHARE), MOST_SHARE)
+        odds = found.believed_odds
+        return min(max(1.0 - odds / max(odds, float(found.weights[0])), LEAST_SHARE), MOST_SHARE)
 
     def judge(self, poses: NDArray[np.float64], weights: NDArray[np.float64], estimate: PoseEstimate) -> None:
-        """End the search where the particles and what was found agree on one place.
+        """End the search if the particles and the candidates agree on one pose.
 
         Parameters
         ----------
         poses : (n, 3) array
-            That were found, where the robot would be now in each case: x, y [m], theta [rad].
+            Candidates, moved to the current time by odometry: x, y [m], theta [rad].
         weights : (n,) array
-            Sum 1.
+            Their weights with sum 1.
         estimate : PoseEstimate
-            Of the particles.
+            Estimate of the particles.
         """
         if estimate.share >= FOUND and weight_around(poses, weights, estimate.pose) >= FOUND:
             self.begin(searching=False)

@@ -1,4 +1,4 @@
-"""What the laser has seen on the last metres: where one scan fits many places, several fit few."""
+"""Scans of the last metres: one scan fits many places of a map, several together fit few."""
 
 import math
 from collections import deque
@@ -10,27 +10,27 @@ from numpy.typing import NDArray
 from ppaas.geometry import Pose2D, wrap_angle
 
 SPACING, SPACING_TURN = 0.4, 0.6
-"""A scan is kept where the robot was so far from, or so turned against, the one before [m, rad]."""
+"""Distance or turn from the scan before at which a scan is kept [m, rad]."""
 
 SCANS = 12
-"""Most scans that are kept: odometry has drifted since the older ones."""
+"""Number of scans kept; odometry has drifted too far since older ones."""
 
 
-class History:
-    """Scans and where odometry was."""
+class ScanHistory:
+    """The last scans with the odometry of each."""
 
     def __init__(self) -> None:
         self._scans: deque[tuple[Pose2D, NDArray[np.float64]]] = deque(maxlen=SCANS)
 
     def note(self, odom: Pose2D, points: NDArray[np.float64]) -> bool:
-        """Keep a scan, unless the robot has not moved; tell whether it was kept.
+        """Keep a scan if the robot has moved since the last one; return whether it was kept.
 
         Parameters
         ----------
         odom : Pose2D
-            Of the robot in the odometry frame.
+            Pose of the robot in the odometry frame.
         points : (n, 2) array
-            Where beams ended, in the robot's frame [m].
+            End points of beams in the robot's frame [m].
         """
         if self._scans:
             last = self._scans[-1][0]
@@ -40,34 +40,34 @@ class History:
         return True
 
     def seen(self) -> NDArray[np.float64]:
-        """Return all that was seen, in the robot's frame when the newest scan was kept.
+        """Return the beams of all scans, in the robot's frame at the newest scan.
 
         Returns
         -------
         (m, 4) array
-            x, y where a beam ended, and where the robot was that saw it [m].
+            x, y of the end of a beam, and x, y of the robot that measured it [m].
         """
         here = self._scans[-1][0].inverse()
         return np.concatenate([_rays(points, here @ odom) for odom, points in self._scans])
 
     @property
     def metres(self) -> float:
-        """How far the robot drove from the oldest scan to the newest."""
+        """Distance driven from the oldest scan to the newest [m]."""
         poses = [odom for odom, _ in self._scans]
         return sum((before.distance_to(after) for before, after in pairwise(poses)), 0.0)
 
     @property
     def full(self) -> bool:
-        """Tell whether each scan takes the place of an older one."""
+        """Whether each new scan replaces an older one."""
         return len(self._scans) == SCANS
 
     def rebase(self, jump: Pose2D) -> None:
-        """Take note that odometry began anew; ``jump`` is the pose of its new frame in the one before."""
+        """Continue after a reset of the odometry; ``jump`` is the pose of the new odometry frame in the old one."""
         back = jump.inverse()
         self._scans = deque(((back @ odom, points) for odom, points in self._scans), SCANS)
 
     def forget(self) -> None:
-        """Begin anew."""
+        """Remove all scans."""
         self._scans.clear()
 
 

@@ -1,4 +1,4 @@
-"""How well what was seen fits the map, whatever model of the laser weighs the particles."""
+"""Scan matching: rates how well beams fit the map, independent of the sensor model that weights the particles."""
 
 import math
 
@@ -11,11 +11,11 @@ from ppaas.localization.kernels.sight import account_for
 from ppaas.localization.parameters import AmclParameters
 
 SOMEBODY = 0.5
-"""How well that somebody stands there accounts for a ray that ends in the open."""
+"""Rating of a beam that ends in free space, where a person may stand."""
 
 
-class Match:
-    """Compares points with a map, by how far each is from an obstacle.
+class ScanMatch:
+    """Rates poses by the distances from the ends of beams to the nearest obstacles.
 
     Parameters
     ----------
@@ -27,21 +27,21 @@ class Match:
     def __init__(self, layers: MapLayers, parameters: AmclParameters) -> None:
         info = layers.grid.info
         self._distance, self._resolution, self._origin = layers.distance, info.resolution, np.array(info.origin)
-        # As narrow as what the likelihood field adds to a weight: the cube of a Gaussian.
+        # The likelihood field adds the cube of a Gaussian to a weight: as narrow as a Gaussian of σ/√3.
         self._sigma = parameters.laser_sigma_hit / math.sqrt(3.0)
         self._far = parameters.laser_likelihood_max_dist
 
     def fits(self, poses: NDArray[np.float64], points: NDArray[np.float64], wide: float = 1.0) -> NDArray[np.float64]:
-        """Return how well points fit as seen from each of some poses, from 0 to 1.
+        """Return how well points fit the map as seen from each pose, from 0 to 1.
 
         Parameters
         ----------
         poses : (n, 3) array
             x, y [m], theta [rad] in the map frame.
         points : (m, 2) array
-            In the robot's frame [m]; one at least.
+            End points of beams in the robot's frame [m]; at least one.
         wide : float
-            How many times as far a point may be off.
+            Factor of the standard deviation of a point.
         """
         gauss = likelihood_field.likelihoods(self._resolution, 1.0, 0.0, wide * self._sigma, self._far)
         table = np.rint(gauss * likelihood_field.ONE).astype(np.int64)
@@ -50,17 +50,17 @@ class Match:
         return found
 
     def accounts(self, poses: NDArray[np.float64], rays: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how well the map accounts for rays as seen from each of some poses, from 0 to 1.
+        """Return how well the map explains rays as seen from each pose, from 0 to 1.
 
-        Unlike `fits`, it holds against a pose that walls would have been in the way, and less that rays end in the
-        open: people stand there, who are in no map.
+        Unlike `fits`, it rates a ray low that would have had to pass through a wall, and is more lenient with a ray
+        that ends in free space, where an unmapped person may stand.
 
         Parameters
         ----------
         poses : (n, 3) array
             x, y [m], theta [rad] in the map frame.
         rays : (m, 4) array
-            x, y where each ended, and where it began, in the robot's frame [m]; one at least.
+            x, y of the end and x, y of the origin of each ray, in the robot's frame [m]; at least one.
         """
         sums: NDArray[np.float64] = account_for(
             poses, rays, self._distance, self._resolution, self._origin, self._sigma, SOMEBODY

@@ -1,4 +1,4 @@
-"""Telling a laser that is covered, broken or switched off from one around which there is nothing."""
+"""Plausibility check of scans: detects a laser that is covered, broken or switched off."""
 
 from collections.abc import Callable
 
@@ -11,34 +11,34 @@ from ppaas.localization.kernels.sight import to_walls
 from ppaas.messages.sensor_msgs import LaserScan
 
 MOST_RAYS = 36
-"""Beams of a scan that are compared with the map, at most."""
+"""Largest number of beams of a scan that are compared with the map."""
 
 IN_REACH, MARGIN = 0.9, 0.3
-"""A wall that a laser should see is no farther than this part of its longest range, and farther than its shortest by
-this [m]."""
+"""A laser must see a wall that is nearer than this part of its longest range, and farther by this than its shortest
+range [m]."""
 
 SHOULD_SEE = 0.5
-"""Part of its beams that should see one, from which on a laser that sees nothing is blind."""
+"""Part of the beams that must see a wall, from which a laser without readings counts as blind."""
 
 
-def check_sight(scan: LaserScan, layers: MapLayers, place: Callable[[], Pose2D | None]) -> None:
-    """Refuse a scan of a laser that sees nothing, though it should: its robot would drive blind.
+def check_plausible(scan: LaserScan, layers: MapLayers, place: Callable[[], Pose2D | None]) -> None:
+    """Reject a scan without readings if the laser must see walls: its robot would drive blind.
 
-    That a beam has no reading tells nothing by itself: drivers say null, NaN, infinity or 0 where nothing is in reach.
+    A single beam without a reading is normal: drivers report null, NaN, infinity or 0 if nothing is in reach.
 
     Parameters
     ----------
     scan : LaserScan
-        Its angles are finite.
+        Its angles must be finite.
     layers : MapLayers
         The map.
     place : callable
-        Returns where the laser is taken to be in the map, if that is known; asked only where no beam has a reading.
+        Returns the estimated pose of the laser in the map frame, or None; called only if no beam has a reading.
 
     Raises
     ------
     InvalidInput
-        No beam has a reading, where the map has walls in sight of half of them.
+        No beam has a reading, although by the map half of them should see a wall.
     """
     ranges = scan.ranges
     if not ranges or any(each is not None and scan.range_min <= each < scan.range_max for each in ranges):
@@ -52,6 +52,6 @@ def check_sight(scan: LaserScan, layers: MapLayers, place: Callable[[], Pose2D |
     in_sight = (away > scan.range_min + MARGIN) & (away < IN_REACH * scan.range_max)
     if np.mean(in_sight) >= SHOULD_SEE:
         raise InvalidInput(
-            "no beam of a scan has a reading, and by the map half of them should: is the laser on, and the robot where "
-            "it is taken to be?"
+            "no beam of the scan has a reading, although by the map half of them should: check that the laser is on, "
+            "and that the robot is at its estimated pose"
         )

@@ -1,7 +1,7 @@
-"""What a model of the laser is: it tells how well a scan fits the map as seen from each particle.
+"""Interface of sensor models: how well a scan fits the map as seen from each particle.
 
-*Probabilistic Robotics*, chapter 6, as amcl has them (``amcl_laser.cpp``). The beams of one scan are not independent:
-``likelihood_field`` and ``beam`` do not multiply their likelihoods, but sum up the cubes.
+*Probabilistic Robotics*, chapter 6, as in amcl (``amcl_laser.cpp``). The beams of a scan are not independent: instead
+of multiplying their likelihoods, ``likelihood_field`` and ``beam`` sum up the cubes.
 """
 
 from abc import ABC, abstractmethod
@@ -19,18 +19,18 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.thread_budget import Threads
 
 PARALLEL_FROM = 1 << 18
-"""Beams of particles below which one thread does: where others want the cores too, waiting for them costs more."""
+"""Particles times beams below which one thread is used: on busy cores, waiting for threads costs more."""
 
 
 class Fit(NamedTuple):
-    """What a scan says of particles.
+    """Fit of a scan from the pose of each particle.
 
     Parameters
     ----------
     weights : (n,) array
-        By which theirs are multiplied.
+        Factors of the particles' weights.
     fits : (n,) array
-        How well a beam fits in the mean: the same scale for any number of beams.
+        Mean fit of a beam, comparable between scans with different numbers of beams.
     """
 
     weights: NDArray[np.float64]
@@ -38,7 +38,7 @@ class Fit(NamedTuple):
 
 
 class SensorModel(ABC):
-    """A model of the laser in one map.
+    """Model of the laser on one map.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class SensorModel(ABC):
         The map; its ``distance`` is read.
     parameters : AmclParameters
     threads : callable
-        Returns the most threads that kernels may use now; the result is the same for any number.
+        Returns the largest number of threads that kernels may use now; it does not affect the result.
     """
 
     def __init__(self, layers: MapLayers, parameters: AmclParameters, threads: Threads) -> None:
@@ -56,7 +56,7 @@ class SensorModel(ABC):
         self._threads = threads
 
     def beams(self, scan: LaserScan, laser: Pose2D) -> NDArray[np.float64]:
-        """Return what of a scan is compared with the map: a row a beam, in the robot's frame.
+        """Return the beams of a scan to compare with the map, one per row, in the robot's frame.
 
         Raises
         ------
@@ -68,31 +68,31 @@ class SensorModel(ABC):
         )
 
     def points(self, beams: NDArray[np.float64], range_max: float) -> NDArray[np.float64]:
-        """Return where beams ended that hit something: (n, 2), in the robot's frame [m].
+        """Return the end points of beams that hit something: (n, 2), in the robot's frame [m].
 
         Parameters
         ----------
         beams : (m, k) array
-            Of `beams`.
+            Result of `beams`.
         range_max : float
-            Of `range_max` [m].
+            Result of `range_max` [m].
         """
         return beams
 
-    def telling(self, beams: NDArray[np.float64], pose: Pose2D) -> NDArray[np.float64]:
-        """Return the beams that tell where a robot is that is about there: all, if a model reckons with people itself.
+    def informative(self, beams: NDArray[np.float64], pose: Pose2D) -> NDArray[np.float64]:
+        """Return the beams that tell where a robot near ``pose`` is; all of them if the model itself includes people.
 
         Parameters
         ----------
         beams : (m, k) array
-            Of `beams`.
+            Result of `beams`.
         pose : Pose2D
             In the map frame.
         """
         return beams
 
     def range_max(self, scan: LaserScan) -> float:
-        """Return from which range on a beam met nothing [m]."""
+        """Return the range from which on a beam has hit nothing [m]."""
         most = self._parameters.laser_max_range
         return scan.range_max if most < 0.0 else min(scan.range_max, most)
 
@@ -107,9 +107,9 @@ class SensorModel(ABC):
         particles : (n, 3) array
             x, y [m], theta [rad] in the map frame.
         beams : (m, k) array
-            Of `beams`; one at least.
+            Result of `beams`; at least one row.
         range_max : float
-            Of `range_max` [m].
+            Result of `range_max` [m].
         """
         wanted = self._threads() if len(particles) * len(beams) >= PARALLEL_FROM else 1
         with at_most(wanted) as threads:

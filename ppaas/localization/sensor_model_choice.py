@@ -1,4 +1,4 @@
-"""Which model of the laser parameters name."""
+"""Choice of the sensor model by its name in the parameters."""
 
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.localization.likelihood_field import LikelihoodField, LikelihoodFieldProb
@@ -13,10 +13,10 @@ _FIELDS: dict[str, type[SensorModel]] = {
 
 
 def sensor_model(layers: MapLayers, parameters: AmclParameters, threads: Threads) -> SensorModel:
-    """Return the model that ``laser_model_type`` names."""
+    """Return the sensor model named by ``laser_model_type``."""
     kind = _FIELDS.get(parameters.laser_model_type)
     if kind is None:
-        # Few want it, and its kernels would be in every container.
+        # Rarely used: imported only here, so that not every container loads its kernels.
         from ppaas.localization.beam_model import BeamModel  # noqa: PLC0415
 
         kind = BeamModel

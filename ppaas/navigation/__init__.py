@@ -1,1 +1,1 @@
-"""Navigation: Move Base as a pure state machine, events in and orders out."""
+"""Navigation: Move Base as a state machine without I/O; events go in, orders come out."""

@@ -1,4 +1,4 @@
-"""How the goals of an action stand: at most one is active, and those that ended are told of for a while."""
+"""Goals of an action server: the active goal, and those that ended recently."""
 
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
@@ -7,20 +7,20 @@ from ppaas.messages.actionlib_msgs import Status
 from ppaas.navigation.events import CancelReceived
 
 STATUS_LIST_TIMEOUT = 5.0
-"""Seconds that a goal is told of after its end, as in actionlib."""
+"""Time for which a goal stays in the status list after its end, as in actionlib [s]."""
 
 
 class ActionGoal(Protocol):
-    """What is told of any goal: its id, and when it was given [s]."""
+    """Goal of any action."""
 
     @property
     def id(self) -> str:
-        """Unique; a goal whose id is known already is the same goal, sent again."""
+        """Unique id; a goal with a known id is the same goal, sent again."""
         ...
 
     @property
     def stamp(self) -> float:
-        """For cancelling "all up to then"."""
+        """Time of the request, for cancels of all goals up to a time [s]."""
         ...
 
 
@@ -29,7 +29,7 @@ G = TypeVar("G", bound=ActionGoal)
 
 @dataclass(slots=True)
 class GoalState(Generic[G]):
-    """A goal and how it stands."""
+    """Goal, its status and the text of its status; ``ended`` is the time of its end [s]."""
 
     goal: G
     status: Status
@@ -38,27 +38,27 @@ class GoalState(Generic[G]):
 
 
 class GoalList(Generic[G]):
-    """The goals that a server of an action knows of."""
+    """Goals that an action server knows: at most one active goal, and those that ended recently."""
 
     def __init__(self) -> None:
         self.active: GoalState[G] | None = None
         self._ended: list[GoalState[G]] = []
 
     def states(self, now: float) -> list[GoalState[G]]:
-        """Return the goals to be told of, oldest first."""
+        """Return the goals of the status list, oldest first."""
         self._ended = [state for state in self._ended if now - state.ended <= STATUS_LIST_TIMEOUT]
         return [*self._ended, *([self.active] if self.active else [])]
 
     def knows(self, goal_id: str, now: float) -> bool:
-        """Tell whether a goal of this id is active, or ended a short while ago."""
+        """Return whether a goal with this id is active or ended recently."""
         return any(state.goal.id == goal_id for state in self.states(now))
 
     def accept(self, goal: G) -> None:
-        """Make a goal the active one; there must be none."""
+        """Make a goal the active one; no other may be active."""
         self.active = GoalState(goal, Status.ACTIVE, "This goal has been accepted by the simple action server")
 
     def cancelled_by(self, event: CancelReceived) -> bool:
-        """Tell whether a cancel means the active goal."""
+        """Return whether a cancel applies to the active goal."""
         return self.active is not None and cancels(event, self.active.goal)
 
     def end(self, now: float, status: Status, text: str) -> GoalState[G]:
@@ -72,7 +72,7 @@ class GoalList(Generic[G]):
 
 
 def cancels(event: CancelReceived, goal: ActionGoal) -> bool:
-    """Tell whether a cancel means a goal: by id, by stamp, or because it means all."""
+    """Return whether a cancel applies to a goal: by id, by stamp, or because it cancels all goals."""
     everything = not event.id and event.stamp == 0.0
     up_to = event.stamp != 0.0 and goal.stamp <= event.stamp
     return everything or up_to or event.id == goal.id

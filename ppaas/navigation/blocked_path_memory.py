@@ -1,8 +1,8 @@
-"""Where plans were found blocked on the way: waited for, then shut, so that no robot runs to and fro between two ways.
+"""Memory of blocked paths, which keeps a robot from oscillating between two routes.
 
-A gap that is as wide as the robot by a hair is open in one scan and shut in the next, and people come and go. So a
-detour is not taken before the shorter way has been waited for, about as long as the detour takes. Who turns to another
-way must keep to that way, though the first is free again as soon as nobody looks.
+A gap hardly wider than the robot looks open in one scan and closed in the next, and people come and go. So before
+taking a detour, the robot waits about as long as the detour would take. Once on the detour it stays there: the places
+that blocked the first route are closed in its costmap for a while, even if they look free when no sensor sees them.
 """
 
 import math
@@ -18,46 +18,61 @@ from ppaas.maps.discs import stamp_disc
 from ppaas.planners.base import PlanResult
 
 LONGER = 1.0
-"""A plan that is longer than what is left of the one before by more than this, and a tenth, leads another way [m]."""
+"""A new plan is a detour if it is longer than the rest of the last one by more than this and by a tenth [m]."""
+
 WAIT = 10.0
-"""For how long a way that is shut is waited for at most [s]; less, a second for each metre, where that saves less."""
+"""Longest time to wait for a blocked path [s]; one second per metre of the detour if that is less."""
+
 FIRST, LONGEST = 30.0, 240.0
-"""For how long a place is shut, twice as long each time that it is found so again [s]."""
+"""Time for which a place is closed at first, and at most; doubled each time it is found blocked again [s]."""
+
 RADIUS = 0.3
-"""Of what is shut around each blocked point of a plan [m]."""
+"""Radius of the disc that is closed around each blocked cell of a plan [m]."""
+
 FOLLOWED = 1.0
-"""A goal that is no farther from the one before is that one, which moved: the way there is the same [m]."""
+"""Distance up to which a new goal counts as the old one, which has moved [m]."""
+
 CLEAR = 0.6
-"""Nothing is shut nearer than this to the robot, or to its goal [m]."""
+"""Distance to the robot and to its goal within which nothing is closed [m]."""
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
-    """Where it is shut, (n, 2) row, column; until when, and for how long it was said to be [s]."""
+class BlockedPath:
+    """Blocked part of a path.
+
+    Parameters
+    ----------
+    cells : (n, 2) array
+        row, column of the cells that are closed.
+    until : float
+        End of the closure [s].
+    seconds : float
+        Duration of the closure [s].
+    """
 
     cells: NDArray[np.int64]
     until: float
     seconds: float
 
 
-class ShutPlaces:
-    """What was found shut on the way to one goal, which may move."""
+class BlockedPathMemory:
+    """Blocked paths to one goal, which may move."""
 
     def __init__(self) -> None:
         self._goal: Pose2D | None = None
         self._plan: PlanResult | None = None
         self._blocked_since = math.inf
-        self._places: list[Place] = []
+        self._places: list[BlockedPath] = []
 
     def head_for(self, goal: Pose2D) -> None:
-        """Take the goal from now on; forget all if it is another than before."""
+        """Set the goal; forget all blocked paths if it is another one than before."""
         before, self._goal = self._goal, goal
         if before is None or before.distance_to(goal) > FOLLOWED:
             self._plan, self._blocked_since = None, math.inf
             self._places.clear()
 
     def mark(self, costmap: Costmap, now: float) -> Costmap:
-        """Return a costmap in which what is shut now is occupied; what was given is not written to."""
+        """Return a copy of a costmap in which closed places are occupied, or the costmap itself if there are none."""
         places = [place for place in self._places if now < place.until]
         if not places:
             return costmap
@@ -69,23 +84,23 @@ class ShutPlaces:
         return Costmap(data, costmap.info, costmap.indexes)
 
     def take(self, plan: object, costmap: Costmap, pose: Pose2D, now: float) -> float:
-        """Take what a planner found; where it leads another way, the one that is followed was shut somewhere.
+        """Check whether a new plan is a detour around a blocked part of the last plan.
 
         Parameters
         ----------
         plan : PlanResult or object
-            Anything else is no plan: with no way left, nothing is shut any more.
+            The new plan. Anything else means that there is none; then all closed places are opened.
         costmap : Costmap
-            On which it was made.
+            Costmap on which it was made.
         pose : Pose2D
-            Of the robot.
+            Pose of the robot.
         now : float
-            [s].
+            Current time [s].
 
         Returns
         -------
         float
-            0: the plan is to be followed. Else it is a detour of so many metres, which is not to be taken yet.
+            0 if the robot should follow the plan; otherwise the length of a detour that it should not take yet [m].
         """
         if not isinstance(plan, PlanResult):
             self._places.clear()
@@ -99,14 +114,14 @@ class ShutPlaces:
                 self._blocked_since = min(self._blocked_since, now)
                 if now - self._blocked_since < min(WAIT, longer):
                     return longer
-                self._shut(blocked, (costmap.info.to_cells(pose[:2]), rest[-1]), now, costmap.info.resolution)
+                self._close(blocked, (costmap.info.to_cells(pose[:2]), rest[-1]), now, costmap.info.resolution)
         self._plan, self._blocked_since = plan, math.inf
         return 0.0
 
-    def _shut(
+    def _close(
         self, cells: NDArray[np.int64], ends: tuple[NDArray[np.int64], ...], now: float, resolution: float
     ) -> None:
-        """Shut cells of a plan, but for those that are near to its ends."""
+        """Close cells of a plan, except those near its ends."""
         for end in ends:
             cells = cells[np.hypot(*(cells - end).T) * resolution > CLEAR]
         if not len(cells):
@@ -116,11 +131,11 @@ class ShutPlaces:
                 seconds = min(2.0 * place.seconds, LONGEST)
                 self._places[index] = replace(place, cells=cells, until=now + seconds, seconds=seconds)
                 return
-        self._places.append(Place(cells, now + FIRST, FIRST))
+        self._places.append(BlockedPath(cells, now + FIRST, FIRST))
 
 
 def _rest(plan: PlanResult, costmap: Costmap, pose: Pose2D) -> tuple[NDArray[np.int64], float]:
-    """Return the cells of a plan that are still to go, and how long that is [m]."""
+    """Return the remaining cells of a plan, and their length [m]."""
     apart = np.hypot(*(plan.cells - costmap.info.to_cells(pose[:2])).T)
     rest = plan.cells[int(np.argmin(apart)) :].astype(np.int64)
     steps = np.abs(np.diff(rest, axis=0)).sum(axis=1)
@@ -128,7 +143,7 @@ def _rest(plan: PlanResult, costmap: Costmap, pose: Pose2D) -> tuple[NDArray[np.
 
 
 def _blocked(rest: NDArray[np.int64], costmap: Costmap) -> NDArray[np.int64]:
-    """Return the cells of a way in which the robot would touch something."""
+    """Return the cells in which the robot would touch something."""
     costs = costmap.data[rest[:, 0], rest[:, 1]]
     blocked: NDArray[np.int64] = rest[(costs >= INSCRIBED_INFLATED_OBSTACLE) & (costs != NO_INFORMATION)]
     return blocked

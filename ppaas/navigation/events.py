@@ -1,26 +1,26 @@
-"""What Move Base is told. Every event carries the time [s] at which it happened, by one clock."""
+"""Events of Move Base's state machine. Each carries the time at which it happened, by one clock [s]."""
 
 from dataclasses import dataclass
 
 from ppaas.controllers.base import Velocity
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D, Poses
-from ppaas.navigation.progress_checker import Disobedience
+from ppaas.navigation.progress_checker import ProgressFailure
 from ppaas.plans.stored import Origin
 
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """Where to go.
+    """Goal of Move Base.
 
     Parameters
     ----------
     id : str
-        Unique; a goal whose id is known already is the same goal, sent again.
+        Unique id; a goal with a known id is the same goal, sent again.
     pose : Pose2D
         In the map frame.
     stamp : float
-        When it was given, for cancelling "all up to then" [s].
+        Time of the request, for cancels of all goals up to a time [s].
     """
 
     id: str
@@ -30,7 +30,7 @@ class Goal:
 
 @dataclass(frozen=True, slots=True)
 class GoalReceived:
-    """A goal that can be taken came in: it takes the place of the one before."""
+    """A valid goal was received; it replaces the active one."""
 
     now: float
     goal: Goal
@@ -38,7 +38,7 @@ class GoalReceived:
 
 @dataclass(frozen=True, slots=True)
 class CancelReceived:
-    """``actionlib_msgs/GoalID`` on the cancel topic: id and stamp empty mean every goal."""
+    """A cancel was received (``actionlib_msgs/GoalID``); with empty id and stamp it applies to every goal."""
 
     now: float
     id: str = ""
@@ -47,7 +47,7 @@ class CancelReceived:
 
 @dataclass(frozen=True, slots=True)
 class PlanSucceeded:
-    """The answer to the ``RequestPlan`` of that number, and where it came from."""
+    """Planning for the ``RequestPlan`` of this number succeeded; ``origin`` is computed, reused or stitched."""
 
     now: float
     number: int
@@ -57,9 +57,9 @@ class PlanSucceeded:
 
 @dataclass(frozen=True, slots=True)
 class PlanFailed:
-    """There is no plan for the ``RequestPlan`` of that number.
+    """Planning for the ``RequestPlan`` of this number failed.
 
-    ``final`` says that neither clearing obstacles nor turning on the spot can change it.
+    ``final`` means that no recovery behaviour can change that.
     """
 
     now: float
@@ -70,7 +70,7 @@ class PlanFailed:
 
 @dataclass(frozen=True, slots=True)
 class PlanDeferred:
-    """There is a plan for the ``RequestPlan`` of that number, but for now it is better to wait, for this reason."""
+    """There is a plan for the ``RequestPlan`` of this number, but for the given reason the robot should wait."""
 
     now: float
     number: int
@@ -79,27 +79,27 @@ class PlanDeferred:
 
 @dataclass(frozen=True, slots=True)
 class ControlTick:
-    """The next control cycle.
+    """A control cycle begins.
 
     Parameters
     ----------
     pose : Pose2D, optional
-        Of the robot in the map frame; None if it is not known well enough to move.
+        Pose of the robot in the map frame; None if it is not known well enough to move.
     reason : str
-        Why not.
-    disobedience : Disobedience, optional
-        Why the robot is to stand though its pose is known: its base does not do what it is told.
+        Why the pose is not known.
+    no_progress : ProgressFailure, optional
+        Set if the robot should stop because its base does not follow commands.
     """
 
     now: float
     pose: Pose2D | None
     reason: str = ""
-    disobedience: Disobedience | None = None
+    no_progress: ProgressFailure | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class VelocityComputed:
-    """The answer to ``ComputeVelocity``; or the goal is reached, and the robot stands."""
+    """Answer to ``ComputeVelocity``; ``goal_reached`` means that the robot stands at its goal."""
 
     now: float
     velocity: Velocity
@@ -108,7 +108,7 @@ class VelocityComputed:
 
 @dataclass(frozen=True, slots=True)
 class ControlFailed:
-    """The answer to ``ComputeVelocity``: no velocity is free of collision."""
+    """Answer to ``ComputeVelocity``: every velocity would lead to a collision."""
 
     now: float
     reason: str = ""
@@ -116,7 +116,7 @@ class ControlFailed:
 
 @dataclass(frozen=True, slots=True)
 class RecoveryStepped:
-    """The answer to ``Recover``: the behaviour goes on with this velocity."""
+    """Answer to ``Recover``: the behaviour continues with this velocity."""
 
     now: float
     velocity: Velocity
@@ -124,7 +124,7 @@ class RecoveryStepped:
 
 @dataclass(frozen=True, slots=True)
 class RecoveryEnded:
-    """The answer to ``Recover``: the behaviour is done, or was given up for this reason."""
+    """Answer to ``Recover``: the behaviour is done, or failed for the given reason."""
 
     now: float
     reason: str = ""

@@ -1,4 +1,4 @@
-"""Move Base as a pure state machine: events in, orders out.
+"""State machine of Move Base: takes events and returns orders.
 
 States, patience and recoveries are those of ``move_base.cpp`` (ros-planning/navigation)::
 
@@ -9,12 +9,15 @@ States, patience and recoveries are those of ``move_base.cpp`` (ros-planning/nav
                └─CLEARING◄──────────┘
                    └── no recovery is left ──► ABORTED
 
-Four things differ. A planning error that no recovery can change (``PlanFailed.final``) aborts the goal at once with
-the planner's reason. A plan that could not be renewed while it is followed is given up after planner_patience: the way
-is blocked, and move_base would creep up to what blocks it. And while the robot's pose is not known, or a plan is
-deferred since a better one may be free in a moment, Move Base stands, says why in the status of the goal, and counts no
-patience. A base that does not do what it is told is not pushed: the robot stands, says so, and is tried again now and
-then, until controller_patience ends in recovery.
+It differs in four ways:
+
+- A planning error that no recovery can change (``PlanFailed.final``) aborts the goal at once with its reason.
+- A plan that cannot be renewed while the robot follows it is given up after planner_patience, since the path is
+  blocked; move_base would drive up to the obstacle.
+- While the robot's pose is unknown, or a plan is deferred because a better one may become free, the robot stands, the
+  status of the goal gives the reason, and patience does not run out.
+- If the base does not follow commands, the robot stands, the status says so, and it is tried again at intervals; after
+  controller_patience recovery begins.
 """
 
 from collections import Counter
@@ -55,7 +58,7 @@ from ppaas.navigation.orders import (
 )
 from ppaas.navigation.oscillation import Oscillation
 from ppaas.navigation.parameters import MoveBaseParameters
-from ppaas.navigation.progress_checker import Disobedience
+from ppaas.navigation.progress_checker import ProgressFailure
 from ppaas.plans.stored import Origin
 
 GOAL_REACHED = "Goal reached."
@@ -64,7 +67,7 @@ NO_PLAN = "Failed to find a valid plan."
 
 
 class State(Enum):
-    """What is being done for the active goal."""
+    """What Move Base does for the active goal."""
 
     PLANNING = "planning"
     CONTROLLING = "controlling"
@@ -72,16 +75,16 @@ class State(Enum):
 
 
 class Trigger(Enum):
-    """Why recovery began; the value is what the goal is aborted with when no recovery is left."""
+    """Reason for recovery; its value is the text with which the goal is aborted when no recovery is left."""
 
     PLANNING = "Failed to find a valid plan. Even after executing recovery behaviors."
     CONTROLLING = "Failed to find a valid control. Even after executing recovery behaviors."
     OSCILLATION = "Robot is oscillating. Even after executing recovery behaviors."
-    DISOBEDIENCE = "Robot does not move as it is told. Even after executing recovery behaviors."
+    NO_PROGRESS = "Robot does not follow cmd_vel. Even after executing recovery behaviors."
 
 
-STUCK = frozenset({Trigger.OSCILLATION, Trigger.DISOBEDIENCE})
-"""It recovered from these where it has left its place."""
+STUCK = frozenset({Trigger.OSCILLATION, Trigger.NO_PROGRESS})
+"""Triggers of which the robot has recovered as soon as it has moved away."""
 
 
 class MoveBase:
@@ -90,7 +93,7 @@ class MoveBase:
     Parameters
     ----------
     parameters : MoveBaseParameters
-        With the names of move_base.
+        Named as in move_base.
     recoveries : sequence of str
         Names of the recovery behaviours, in the order in which they are tried.
     """
@@ -117,7 +120,7 @@ class MoveBase:
         self._trigger = Trigger.PLANNING
 
     def handle(self, event: Event) -> list[Order]:
-        """Take an event and return what to do about it, in order."""
+        """Handle an event and return the resulting orders in sequence."""
         self._orders = []
         match event:
             case GoalReceived():
@@ -129,7 +132,7 @@ class MoveBase:
         return self._orders
 
     def _on_progress(self, event: Event) -> None:
-        """Take what concerns the active goal; what comes too late for the state it is in is dropped."""
+        """Handle an event of the active goal; events that no longer fit the state are dropped."""
         match event:
             case ControlTick():
                 self._on_tick(event)
@@ -189,7 +192,7 @@ class MoveBase:
         assert active is not None
         self._orders.append(PublishFeedback(active.goal, event.pose))
         left = self._oscillation.has_left(event.now, event.pose)
-        # A recovery that moves the robot is no sign that it gets on.
+        # A motion by a recovery behaviour does not mean that the robot has recovered.
         if left and self._trigger in STUCK and self.state is not State.CLEARING:
             self._recovery_index = 0
         match self.state:
@@ -198,8 +201,8 @@ class MoveBase:
                 if self._moving:
                     self._stop()
                 self._request_plan(event.now)
-            case State.CONTROLLING if event.disobedience is not None:
-                self._stand(event.now, event.disobedience)
+            case State.CONTROLLING if event.no_progress is not None:
+                self._stand(event.now, event.no_progress)
             case State.CONTROLLING:
                 self._control(event.now, event.pose)
             case State.CLEARING:
@@ -207,14 +210,14 @@ class MoveBase:
                 self._recovery_begins = False
 
     def _wait(self, event: ControlTick) -> None:
-        """Stand still until the pose is known again; nothing was tried meanwhile, so patience does not run out."""
-        self._count_anew(event.now)
+        """Stand still until the pose is known again, and restart patience since nothing was tried."""
+        self._restart_patience(event.now)
         self._pause(event.reason)
 
-    def _stand(self, now: float, why: Disobedience) -> None:
-        """Stand, since the base does not obey; recover if that has not ended within controller_patience."""
+    def _stand(self, now: float, why: ProgressFailure) -> None:
+        """Stand still, since the base does not follow commands; recover after controller_patience."""
         if now > why.since + self.parameters.controller_patience:
-            self._recover(now, Trigger.DISOBEDIENCE, why.reason)
+            self._recover(now, Trigger.NO_PROGRESS, why.reason)
             return
         self._last_valid_control = now
         self._pause(why.reason)
@@ -224,8 +227,8 @@ class MoveBase:
         if self._moving:
             self._stop()
 
-    def _count_anew(self, now: float) -> None:
-        """Let patience begin anew: nothing was tried in vain."""
+    def _restart_patience(self, now: float) -> None:
+        """Count planner_patience, controller_patience and oscillation_timeout from now on."""
         self._last_valid_plan = self._last_valid_control = now
         self._oscillation.reset(now)
 
@@ -240,15 +243,15 @@ class MoveBase:
 
     def _on_velocity(self, event: VelocityComputed) -> None:
         if event.goal_reached:
-            self._end(event.now, Status.SUCCEEDED, f"{GOAL_REACHED} {self._told_origins()}")
+            self._end(event.now, Status.SUCCEEDED, f"{GOAL_REACHED} {self._origins_text()}")
             return
         self._last_valid_control = event.now
         if self._trigger is Trigger.CONTROLLING:
             self._recovery_index = 0
         self._send(event.velocity)
 
-    def _told_origins(self) -> str:
-        """Say where the plans to the goal came from."""
+    def _origins_text(self) -> str:
+        """Return how many plans to the goal were computed and reused."""
         return f"Plans: {', '.join(f'{count} {origin}' for origin, count in sorted(self._origins.items()))}."
 
     def _on_no_velocity(self, event: ControlFailed) -> None:
@@ -319,11 +322,11 @@ class MoveBase:
             self._recover(event.now, Trigger.PLANNING, str(event.error))
 
     def _on_plan_deferred(self, event: PlanDeferred) -> None:
-        """Stand until there is a plan to follow: who drove up to what is in the way would keep it there."""
+        """Stand still until there is a plan to follow: a robot that drives up to people keeps them from moving away."""
         if event.number != self._pending:
             return
         self._pending = None
-        self._count_anew(event.now)
+        self._restart_patience(event.now)
         self.state = State.PLANNING
         self._deferred = f"waiting: {event.reason}"
 
@@ -342,7 +345,7 @@ class MoveBase:
 
     def _recovered(self, event: RecoveryEnded) -> None:
         if event.reason:
-            self._say(f"{self._recoveries[self._recovery_index]} was given up: {event.reason}")
+            self._say(f"{self._recoveries[self._recovery_index]} failed: {event.reason}")
         self._recovery_index += 1
         self._oscillation.reset(event.now)
         self._plan_anew(event.now)

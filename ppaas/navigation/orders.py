@@ -1,4 +1,4 @@
-"""What Move Base wants done. Whoever runs it carries the orders out one after the other."""
+"""Orders of Move Base's state machine, which the node executes one after the other."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from ppaas.navigation.events import Goal
 
 @dataclass(frozen=True, slots=True)
 class RequestPlan:
-    """Plan from where the robot is; answer with ``PlanSucceeded`` or ``PlanFailed`` of this number, now or later."""
+    """Plan from the robot's pose; answer with ``PlanSucceeded``, ``PlanFailed`` or ``PlanDeferred``, now or later."""
 
     number: int
     goal: Pose2D
@@ -18,47 +18,47 @@ class RequestPlan:
 
 @dataclass(frozen=True, slots=True)
 class CancelPlan:
-    """The plan of this number is no longer wanted; no answer is needed."""
+    """Cancel the plan of this number; no answer is needed."""
 
     number: int
 
 
 @dataclass(frozen=True, slots=True)
 class FollowPlan:
-    """Give this (n, 7) plan to the local planner."""
+    """Pass this plan (n, 7) to the local planner."""
 
     poses: Poses
 
 
 @dataclass(frozen=True, slots=True)
 class ComputeVelocity:
-    """Ask the local planner; answer with ``VelocityComputed`` or ``ControlFailed``."""
+    """Compute a velocity with the local planner; answer with ``VelocityComputed`` or ``ControlFailed``."""
 
     pose: Pose2D
 
 
 @dataclass(frozen=True, slots=True)
 class SendVelocity:
-    """Tell the base to move."""
+    """Send a velocity to the base."""
 
     velocity: Velocity
 
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """Tell the base to stand still."""
+    """Stop the base."""
 
 
 @dataclass(frozen=True, slots=True)
 class Recover:
-    """Run the recovery behaviour of this place in the list; answer with ``RecoveryStepped`` or ``RecoveryEnded``.
+    """Run one cycle of a recovery behaviour; answer with ``RecoveryStepped`` or ``RecoveryEnded``.
 
     Parameters
     ----------
     index : int
-        From 0.
+        Index of the behaviour in the list, from 0.
     pose : Pose2D
-        Of the robot.
+        Pose of the robot in the map frame.
     begin : bool
         Whether this is the first cycle of a run.
     """
@@ -70,19 +70,19 @@ class Recover:
 
 @dataclass(frozen=True, slots=True)
 class PublishGoal:
-    """Publish what is now headed for."""
+    """Publish the goal that the robot now drives to."""
 
     goal: Goal
 
 
 @dataclass(frozen=True, slots=True)
 class PublishStatus:
-    """The status of a goal, or its text, has changed."""
+    """Publish the status list, since the status of a goal or its text has changed."""
 
 
 @dataclass(frozen=True, slots=True)
 class PublishFeedback:
-    """Publish where the robot is on its way to the active goal."""
+    """Publish the robot's pose as feedback of the active goal."""
 
     goal: Goal
     pose: Pose2D
@@ -90,7 +90,7 @@ class PublishFeedback:
 
 @dataclass(frozen=True, slots=True)
 class PublishResult:
-    """The goal has ended; there is exactly one for each goal that was received."""
+    """Publish the result of a goal that has ended; there is exactly one for each goal received."""
 
     goal: Goal
     status: Status

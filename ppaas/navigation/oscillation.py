@@ -1,17 +1,17 @@
-"""Telling whether a robot goes to and fro without getting anywhere."""
+"""Oscillation check: detects a robot that moves without getting anywhere."""
 
 from ppaas.geometry import Pose2D
 
 
 class Oscillation:
-    """Watches how long a robot has not left its place.
+    """Measures how long a robot has stayed within a distance of one place.
 
     Parameters
     ----------
     distance : float
-        What counts as leaving [m].
+        Distance at which it has left the place [m].
     timeout : float
-        How long it may stay [s]; 0: for ever.
+        Time for which it may stay [s]; 0 means forever.
     """
 
     def __init__(self, distance: float, timeout: float) -> None:
@@ -21,11 +21,11 @@ class Oscillation:
         self._since = 0.0
 
     def reset(self, now: float) -> None:
-        """Begin to count anew."""
+        """Restart the timeout."""
         self._since = now
 
     def has_left(self, now: float, pose: Pose2D) -> bool:
-        """Take the robot's pose, and tell whether it has left its place since the last one it kept to."""
+        """Update the robot's pose; return whether it has left its last place."""
         if self._place is not None and pose.distance_to(self._place) < self._distance:
             return False
         self._place = pose
@@ -33,5 +33,5 @@ class Oscillation:
         return True
 
     def timed_out(self, now: float) -> bool:
-        """Tell whether it has stayed for too long."""
+        """Return whether it has stayed longer than the timeout."""
         return self._timeout > 0.0 and now - self._since > self._timeout

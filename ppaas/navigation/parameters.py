@@ -7,16 +7,16 @@ from ppaas.parameters import Parameters
 from ppaas.plans.stored import LARGEST_TOLERANCE
 
 MAX_RECOVERIES = 32
-"""Most recovery behaviours in a row."""
+"""Largest number of recovery behaviours in the list."""
 
 
 class RecoveryBehavior(Parameters, frozen=True):
-    """One of Move Base's recovery behaviours.
+    """One entry of Move Base's list of recovery behaviours.
 
     Parameters
     ----------
     name : str
-        What it is called in status texts, and what its own parameters are given under.
+        Name in status texts, and key of the behaviour's own parameters.
     type : str
         Name or ROS alias of a plug-in.
     """
@@ -26,44 +26,44 @@ class RecoveryBehavior(Parameters, frozen=True):
 
 
 class MoveBaseParameters(Parameters, frozen=True):
-    """Parameters of Move Base with the names of move_base; hertz, seconds, metres, radians.
+    """Parameters of Move Base, named as in move_base, in hertz, seconds, metres and radians.
 
-    Two defaults differ from move_base's: a robot across a network is controlled at 10 Hz instead of 20, and it plans
-    anew once a second instead of only when control fails, so that it takes note of obstacles that came later.
+    One default differs from move_base's: the robot plans again once a second instead of only when control fails, so
+    that new obstacles are taken into account.
 
     Parameters
     ----------
     base_global_planner, base_local_planner : str
         Names or ROS aliases of plug-ins.
     planner_frequency, controller_frequency : float
-        How often to plan while driving (0: only when control fails), and how often to send a velocity [Hz].
+        Rate of planning while driving (0: only when control fails), and of velocities [Hz].
     planner_patience, controller_patience : float
-        How long plans or velocities may fail before recovery begins [s].
+        Time for which planning or control may fail before recovery begins [s].
     max_planning_retries : int
-        How many plans may fail before recovery begins; −1: as many as planner_patience allows.
+        Number of plans that may fail before recovery begins; −1 means as many as planner_patience allows.
     oscillation_timeout, oscillation_distance : float
-        A robot that does not leave this distance [m] for so long oscillates [s]; 0: it never does.
+        A robot that stays within this distance [m] for this time [s] oscillates; 0 disables the check.
     recovery_behavior_enabled : bool
-        Whether to recover at all.
+        Whether recovery behaviours run at all.
     recovery_behaviors : list of {name, type}, optional
-        What to try, in order. One may come again, under its name or under another. Without the list those of
-        move_base: ``conservative_reset``, ``rotate_recovery``, ``aggressive_reset``, ``rotate_recovery``.
+        Behaviours in the order in which they are tried; one may occur several times. The default is move_base's:
+        ``conservative_reset``, ``rotate_recovery``, ``aggressive_reset``, ``rotate_recovery``.
     clearing_rotation_allowed : bool
-        Whether those of move_base include turning on the spot.
+        Whether the default list includes ``rotate_recovery``.
     conservative_reset_dist : float
-        The first of those of move_base clears obstacles farther away than this [m].
+        Distance beyond which ``conservative_reset`` of the default list clears obstacles [m].
     transform_tolerance : float
-        How old the robot's pose may be, and its laser scan, before it is stopped [s].
+        Largest age of the robot's pose and laser scan, above which it is stopped [s].
     default_tolerance : float
-        If the goal is blocked, a free place within this distance will do [m].
+        Distance from a blocked goal within which a free position is accepted instead [m].
     planner_timeout : float
-        Longest time for one plan [s].
+        Time limit of a plan [s].
     reuse_plans : bool
-        Whether a plan that is kept will do where it comes sooner than one that is computed.
+        Whether a stored plan may be used where that is faster than planning.
     reuse_tolerance : float
-        How far the ends of such a plan may be from the robot and the goal [m]; they are joined.
+        Largest distance of the ends of such a plan from the robot and the goal [m]; the gaps are closed.
     reuse_bound : float
-        By how much of the cheapest cost such a plan may be dearer.
+        Largest part by which the cost of such a plan may exceed the lowest cost.
     """
 
     base_global_planner: str = "dijkstra"
@@ -104,18 +104,18 @@ class MoveBaseParameters(Parameters, frozen=True):
 
 
 def check_behaviors(behaviors: tuple[RecoveryBehavior, ...]) -> None:
-    """Check that each has a name, that names mean one thing, and that there is an end to them.
+    """Check that each behaviour has a name, that a name has one type, and that the list is not too long.
 
     Raises
     ------
     InvalidParameter
-        Not so.
+        One of these does not hold.
     """
     types: dict[str, str] = {}
     for each in behaviors:
         if not each.name:
-            raise InvalidParameter(f"recovery_behaviors: that of type {each.type!r} has no name")
+            raise InvalidParameter(f"recovery_behaviors: the behaviour of type {each.type!r} has no name")
         if types.setdefault(each.name, each.type) != each.type:
-            raise InvalidParameter(f"recovery_behaviors: {each.name!r} is of two types; give one another name")
+            raise InvalidParameter(f"recovery_behaviors: {each.name!r} has two types; rename one of them")
     if len(behaviors) > MAX_RECOVERIES:
-        raise InvalidParameter(f"recovery_behaviors: at most {MAX_RECOVERIES} may be tried, not {len(behaviors)}")
+        raise InvalidParameter(f"recovery_behaviors: at most {MAX_RECOVERIES} are allowed, not {len(behaviors)}")

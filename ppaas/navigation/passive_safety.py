@@ -1,8 +1,8 @@
-"""How fast a robot drives towards those who come towards it: so that it stands before they could touch.
+"""Passive motion safety: slows a robot down so that it stands before it can touch an approaching person.
 
-That is passive motion safety: not every touch can be kept from, since others move too, but none is the robot's doing
-(Bouraine, Fraichard and Salhi, *Provably safe navigation for mobile robots with limited field-of-views*, 2012). People
-turn without a warning, so it does not count that somebody would pass by if they walked straight on.
+Contacts cannot be ruled out, since others move too, but the robot does not cause them (Bouraine, Fraichard, Salhi,
+*Provably Safe Navigation for Mobile Robots with Limited Field-of-Views*, 2012). People turn without warning, so a
+person counts even if they would pass by if they walked straight on.
 """
 
 import math
@@ -14,21 +14,22 @@ from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.geometry import Pose2D, wrap_angle
 
 REACTION = 0.25
-"""From when somebody is somewhere until the robot brakes because of it: a scan, a cycle and a command [s]."""
+"""Reaction time of the robot: the time of a scan, a control cycle and a command [s]."""
+
 MARGIN = 0.1
-"""What is left between them, and how far off an outline may be seen [m]."""
+"""Distance kept between the outlines, which includes the error of the laser [m]."""
 
 
 @dataclass(frozen=True, slots=True)
-class GivingWay:
-    """Slows a robot down before those who come near.
+class PassiveSafety:
+    """Slows a robot down in front of approaching people.
 
     Parameters
     ----------
     robot_radius : float
-        [m].
+        Radius of the robot [m].
     acc_lim_x : float
-        How the robot brakes [m/s²].
+        Deceleration of the robot [m/s²].
     """
 
     robot_radius: float
@@ -44,7 +45,7 @@ class GivingWay:
         return Velocity(part * velocity.linear, part * velocity.angular)
 
     def _fastest(self, pose: Pose2D, heading: float, mover: MovingObstacle) -> float:
-        """Return from which speed it can stop before a mover is there [m/s]; infinite for who does not come near."""
+        """Return the speed from which the robot can stop before a mover is there [m/s]; infinite if it moves away."""
         right, up = pose.x - mover.x, pose.y - mover.y
         apart = math.hypot(right, up)
         if apart == 0.0 or abs(wrap_angle(math.atan2(-up, -right) - heading)) >= 0.5 * math.pi:
@@ -52,8 +53,8 @@ class GivingWay:
         closing = (mover.vx * right + mover.vy * up) / apart
         if closing <= 0.0:
             return math.inf
-        # Until it stands, the robot comes speed · REACTION + speed² / (2 acceleration) nearer, and the mover as long
-        # as that takes, at its own speed.
+        # Until it stands, the robot drives speed · REACTION + speed² / (2 acceleration); during that time the mover
+        # approaches at its own speed. Solved for the largest speed at which they do not meet.
         room = apart - self.robot_radius - mover.radius - MARGIN - closing * REACTION
         seconds = REACTION + closing / self.acc_lim_x
         return max(self.acc_lim_x * (math.sqrt(max(seconds**2 + 2.0 * room / self.acc_lim_x, 0.0)) - seconds), 0.0)

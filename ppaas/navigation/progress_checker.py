@@ -1,4 +1,4 @@
-"""Whether a base does what it is told: the velocities that were sent, against the way that its odometry tells."""
+"""Progress checker: compares the velocities sent to the base with the motion measured by odometry."""
 
 from dataclasses import dataclass
 
@@ -6,115 +6,117 @@ from ppaas.controllers.base import Velocity
 from ppaas.geometry import Pose2D, wrap_angle
 
 WINDOW = 2.0
-"""Over which what was asked for and what was done are compared [s]; a link is late by a small part of it."""
+"""Length of a comparison window [s]; the delay of the network is a small part of it."""
 
 HOLD = 2.0
-"""A base that did not obey is left standing for so long before it is tried again [s]."""
+"""Time for which a base that does not follow commands stands before it is tried again [s]."""
 
 LEAST = 0.2
-"""Part of what was asked for that must be done at least."""
+"""Smallest part of the commanded motion that the base must make."""
 
 FAR, TURN = 0.1, 0.5
-"""Less that is asked for in a window tells nothing [m, rad]."""
+"""Commanded motion in a window below which it is not significant [m, rad]."""
 
 GAP, JUMP = 0.5, 1.0
-"""Nothing is compared across a longer gap [s], nor where odometry jumped by more [m]."""
+"""Longest gap [s] and largest jump of odometry [m] across which motions are compared."""
 
 FORGOTTEN = 10.0
-"""After so long without telling either way what was found is no more of now [s]."""
+"""Time without a significant window after which a failure is forgotten [s]."""
 
 
 @dataclass(frozen=True, slots=True)
-class Disobedience:
-    """That a base does not do what it is told.
+class ProgressFailure:
+    """A base that does not follow commands.
 
     Parameters
     ----------
     since : float
-        When that began [s].
+        Start of the first window in which it did not [s].
     reason : str
+        Text for the status of the goal.
     """
 
     since: float
     reason: str
 
 
-class _Sums:
-    """What was asked for and done in a window, driving and turning [m, rad]: to and fro is nothing of either."""
+class _Window:
+    """Sums of commanded and measured motion in a window [m, rad]; motions back and forth cancel out."""
 
     def __init__(self, began: float) -> None:
         self.began = began
         self._seconds = 0.0
-        self._asked, self._done = Velocity(), Velocity()
+        self._commanded, self._measured = Velocity(), Velocity()
 
     def add(self, seconds: float, sent: Velocity, step: Pose2D) -> None:
-        asked, done = self._asked, self._done
+        commanded, measured = self._commanded, self._measured
         self._seconds += seconds
-        self._asked = Velocity(asked.linear + sent.linear * seconds, asked.angular + sent.angular * seconds)
-        self._done = Velocity(done.linear + step.x, done.angular + wrap_angle(step.theta))
+        self._commanded = Velocity(commanded.linear + sent.linear * seconds, commanded.angular + sent.angular * seconds)
+        self._measured = Velocity(measured.linear + step.x, measured.angular + wrap_angle(step.theta))
 
     @property
-    def tell(self) -> bool:
-        return abs(self._asked.linear) >= FAR or abs(self._asked.angular) >= TURN
+    def significant(self) -> bool:
+        return abs(self._commanded.linear) >= FAR or abs(self._commanded.angular) >= TURN
 
-    def complaint(self) -> str:
-        for asked, done, least, unit in (
-            (self._asked.linear, self._done.linear, FAR, "m/s"),
-            (self._asked.angular, self._done.angular, TURN, "rad/s"),
+    def failure(self) -> str:
+        """Return why the base does not follow commands, or an empty text if it does."""
+        for commanded, measured, least, unit in (
+            (self._commanded.linear, self._measured.linear, FAR, "m/s"),
+            (self._commanded.angular, self._measured.angular, TURN, "rad/s"),
         ):
-            if abs(asked) >= least and done / asked < LEAST:
-                sent, driven = asked / self._seconds, done / self._seconds
-                told = f"{sent:.2f} {unit} were sent, and {driven:.2f} {unit} were driven"
-                return f"the base does not do what it is told: {told}"
+            if abs(commanded) >= least and measured / commanded < LEAST:
+                sent, driven = commanded / self._seconds, measured / self._seconds
+                return f"the base does not follow cmd_vel: {sent:.2f} {unit} commanded, {driven:.2f} {unit} driven"
         return ""
 
 
-class Obedience:
-    """Compares what is sent with what is done, window by window.
+class ProgressChecker:
+    """Compares commanded and measured motion, window by window.
 
-    Where they differ the base is to be left standing for a while; then it may be tried again for a window.
+    If they differ, the robot must stand for `HOLD`; then it is tried again for a window.
     """
 
     def __init__(self) -> None:
         self._last: tuple[float, Pose2D] | None = None
-        self._sums = _Sums(0.0)
-        self._found: Disobedience | None = None
-        self._held_until = self._told_at = float("-inf")
+        self._window = _Window(0.0)
+        self._failure: ProgressFailure | None = None
+        self._held_until = self._judged_at = float("-inf")
 
-    def look(self, now: float, sent: Velocity, odom: Pose2D) -> Disobedience | None:
-        """Take what was sent since the last look, and where odometry has come; tell why the robot is to stand now.
+    def look(self, now: float, sent: Velocity, odom: Pose2D) -> ProgressFailure | None:
+        """Add a control cycle; return the failure because of which the robot must stand now, or None.
 
         Parameters
         ----------
         now : float
-            [s].
+            Current time [s].
         sent : Velocity
+            Velocity sent since the last call.
         odom : Pose2D
-            In the odometry frame.
+            Pose of the robot in the odometry frame.
         """
         last, self._last = self._last, (now, odom)
         if now < self._held_until:
-            self._sums = _Sums(now)
-            return self._found
+            self._window = _Window(now)
+            return self._failure
         if last is None or now - last[0] > GAP or odom.distance_to(last[1]) > JUMP:
-            self._sums = _Sums(now)
+            self._window = _Window(now)
             return None
-        self._sums.add(now - last[0], sent, last[1].inverse() @ odom)
-        if now - self._sums.began < WINDOW:
+        self._window.add(now - last[0], sent, last[1].inverse() @ odom)
+        if now - self._window.began < WINDOW:
             return None
         self._judge(now)
-        return self._found if now < self._held_until else None
+        return self._failure if now < self._held_until else None
 
     def _judge(self, now: float) -> None:
-        sums, self._sums = self._sums, _Sums(now)
-        if not sums.tell:
-            if now - self._told_at > FORGOTTEN:
-                self._found = None
+        window, self._window = self._window, _Window(now)
+        if not window.significant:
+            if now - self._judged_at > FORGOTTEN:
+                self._failure = None
             return
-        self._told_at = now
-        complaint = sums.complaint()
-        if not complaint:
-            self._found = None
+        self._judged_at = now
+        reason = window.failure()
+        if not reason:
+            self._failure = None
             return
-        since = sums.began if self._found is None else self._found.since
-        self._found, self._held_until = Disobedience(since, complaint), now + HOLD
+        since = window.began if self._failure is None else self._failure.since
+        self._failure, self._held_until = ProgressFailure(since, reason), now + HOLD

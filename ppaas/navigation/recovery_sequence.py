@@ -1,4 +1,4 @@
-"""What Move Base tries when it is stuck: the list it was given, or that of move_base."""
+"""Recovery behaviours of Move Base: those of its parameters, or move_base's default list."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ AGGRESSIVE = RecoveryBehavior("aggressive_reset", "clear_costmap_recovery")
 
 
 def recovery_behaviors(parameters: MoveBaseParameters) -> tuple[RecoveryBehavior, ...]:
-    """Return what is tried, in order (``loadRecoveryBehaviors``, ``loadDefaultRecoveryBehaviors``)."""
+    """Return the behaviours in order (``loadRecoveryBehaviors``, ``loadDefaultRecoveryBehaviors``)."""
     if not parameters.recovery_behavior_enabled:
         return ()
     if parameters.recovery_behaviors is not None:
@@ -21,7 +21,7 @@ def recovery_behaviors(parameters: MoveBaseParameters) -> tuple[RecoveryBehavior
 
 
 def recovery_defaults(parameters: MoveBaseParameters) -> dict[str, dict[str, Any]]:
-    """Return what move_base presets of its own behaviours' parameters, by their names."""
+    """Return the parameters that move_base presets for the behaviours of its default list, by their names."""
     if parameters.recovery_behaviors is not None:
         return {}
     return {

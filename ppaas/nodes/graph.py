@@ -15,7 +15,7 @@ from ppaas.errors import Conflict, NotFound, PPaaSError
 from ppaas.messages.message import Message
 from ppaas.nodes.base import Checkpoint, Context, Node, Payload, Reply, Service
 from ppaas.nodes.jobs import GraphJob, GraphTimer, Worker, run_inline
-from ppaas.nodes.node_context import Tenancy
+from ppaas.nodes.node_context import NodeContext
 from ppaas.nodes.run_times import RunTimes
 from ppaas.nodes.topic_bus import TopicBus
 
@@ -40,7 +40,7 @@ class Graph(TopicBus):
         self._clock = clock
         self._stamp_clock = stamp_clock
         self.nodes: dict[str, Node] = {}
-        self._tenancies: dict[str, Tenancy] = {}
+        self._contexts: dict[str, NodeContext] = {}
         self.services: dict[str, Service] = {}
         self._servers: dict[str, Node] = {}
         self._with_goals: list[Node] = []
@@ -57,9 +57,9 @@ class Graph(TopicBus):
         Conflict
             A node of that name, or a server of one of its services, is here already; or a topic has another type.
         """
-        tenancy = Tenancy(self, self.times)
-        node = make(tenancy)
-        tenancy.node = node.name
+        context = NodeContext(self, self.times)
+        node = make(context)
+        context.node = node.name
         if node.name in self.nodes:
             raise Conflict(f"node {node.name!r} runs here already")
         for topic in (*node.subscribes, *node.publishes):
@@ -70,7 +70,7 @@ class Graph(TopicBus):
             self.services[service.name] = service
             self._servers[service.name] = node
         self.nodes[node.name] = node
-        self._tenancies[node.name] = tenancy
+        self._contexts[node.name] = context
         if type(node).busy is not Node.busy:
             self._with_goals.append(node)
         node.start()
@@ -89,7 +89,7 @@ class Graph(TopicBus):
         if node is None:
             raise NotFound("node", name, list(self.nodes))
         state = node.checkpoint()
-        self._tenancies.pop(name).end()
+        self._contexts.pop(name).end()
         self._with_goals = [other for other in self._with_goals if other is not node]
         for service in node.services:
             del self.services[service.name], self._servers[service.name]
@@ -151,7 +151,7 @@ class Graph(TopicBus):
         def on_call(answer: Reply) -> None:
             self.times.run(server.name, partial(server.on_call, service, request, answer))
 
-        self._tenancies[server.name].serve(on_call, reply)
+        self._contexts[server.name].serve(on_call, reply)
         self._drain()
 
     # -- timers and jobs: the Context that nodes are given -----------------------------------------------------------

@@ -24,7 +24,7 @@ class _HeldTimer:
         self._among.discard(self)
 
 
-class Tenancy:
+class NodeContext:
     """The context of one node: its home's, until the node leaves.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Recovery behaviours: the interface, the registry, one behaviour a file."""
+"""Recovery behaviours: the interface, the registry, and one module per behaviour."""
 
 from ppaas.recoveries.base import Recovery, RecoveryFailed, RecoveryRequest
 from ppaas.recoveries.registry import create, recovery_names

@@ -1,4 +1,4 @@
-"""Backs up a little, if there is room behind (``nav2_behaviors/back_up.hpp``, ``drive_on_heading.hpp``)."""
+"""Recovery ``back_up``: backs up a short distance (``nav2_behaviors/back_up.hpp``, ``drive_on_heading.hpp``)."""
 
 from typing import Any, ClassVar
 
@@ -15,13 +15,13 @@ class BackUpParameters(Parameters, frozen=True):
     Parameters
     ----------
     backup_dist : float
-        How far [m].
+        Distance [m].
     backup_speed : float
-        How fast [m/s].
+        Speed [m/s].
     time_allowance : float
-        How long it may take before it is given up [s].
+        Time limit [s].
     simulate_ahead_time : float
-        How far ahead the way must be free [s].
+        Time ahead for which the robot must be free of collisions [s].
     """
 
     backup_dist: Positive = 0.3
@@ -31,7 +31,7 @@ class BackUpParameters(Parameters, frozen=True):
 
 
 class BackUpRecovery(Recovery):
-    """Drives straight backwards, and only where the local costmap is free.
+    """Drives straight back while the local costmap behind the robot is free.
 
     Parameters
     ----------
@@ -48,26 +48,26 @@ class BackUpRecovery(Recovery):
         self._began = 0.0
 
     def start(self, request: RecoveryRequest) -> None:
-        """Take note of the place."""
+        """Record the pose and the time."""
         self._from = request.pose
         self._began = request.now
 
     def step(self, request: RecoveryRequest) -> Velocity | None:
-        """Back up, until far enough.
+        """Back up until the distance is driven.
 
         Raises
         ------
         RecoveryFailed
-            The way back is not free, or it takes too long.
+            There is an obstacle behind the robot, or the time limit has passed.
         """
         p = self.parameters
-        gone = request.pose.distance_to(self._from)
-        if gone >= p.backup_dist:
+        driven = request.pose.distance_to(self._from)
+        if driven >= p.backup_dist:
             return None
         if request.now - self._began > p.time_allowance:
-            raise RecoveryFailed(f"backed up {gone:.2f} m of {p.backup_dist:g} m in {p.time_allowance:g} s")
+            raise RecoveryFailed(f"backed up only {driven:.2f} m of {p.backup_dist:g} m in {p.time_allowance:g} s")
         back = Velocity(-p.backup_speed, 0.0)
-        ahead = min(p.simulate_ahead_time, (p.backup_dist - gone) / p.backup_speed)
+        ahead = min(p.simulate_ahead_time, (p.backup_dist - driven) / p.backup_speed)
         if not is_free(request.costmap, request.pose, back, ahead):
-            raise RecoveryFailed(f"the way back is not free after {gone:.2f} m of {p.backup_dist:g} m")
+            raise RecoveryFailed(f"the space behind is not free after {driven:.2f} m of {p.backup_dist:g} m")
         return back

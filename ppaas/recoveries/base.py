@@ -1,7 +1,7 @@
-"""What a recovery behaviour is given and what it gives.
+"""Interface of recovery behaviours.
 
-The interface of ``nav_core::RecoveryBehavior``, one control cycle at a time: ``runBehavior`` blocks until it is done,
-and here a goal may be cancelled, or the robot's pose be lost, in the middle of it.
+It follows ``nav_core::RecoveryBehavior``, but runs one control cycle per call: ``runBehavior`` blocks until it is done,
+whereas here the goal can be cancelled, or the robot's pose be lost, while a behaviour runs.
 """
 
 from abc import ABC, abstractmethod
@@ -17,37 +17,38 @@ from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 
 Positive = Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]
-"""Of a parameter: above 0, and finite."""
+"""Type of a parameter that is above 0 and finite."""
 
 NotNegative = Annotated[float, msgspec.Meta(ge=0.0, le=1e6)]
+"""Type of a parameter that is at least 0 and finite."""
 
 AffectedMaps = Literal["local", "global", "both"]
-"""Where obstacles are forgotten: in the window around the robot, in what lies behind it, or in both."""
+"""Where obstacles are cleared: in the window around the robot, in the memory outside it, or in both."""
 
 Clear = Callable[[Pose2D, float, AffectedMaps], None]
-"""Forget the obstacles seen that are farther than so much [m] from a pose."""
+"""Clears observed obstacles that are farther from a pose than a distance [m]."""
 
 
 class RecoveryFailed(PPaaSError):
-    """The behaviour cannot do what it is for, or not all of it; the next one may."""
+    """The behaviour failed, or succeeded only in part; the next behaviour is tried."""
 
     slug = "recovery-failed"
 
 
 @dataclass(frozen=True, slots=True)
 class RecoveryRequest:
-    """What is known at one control cycle, and what may be done about it.
+    """Input of one control cycle.
 
     Parameters
     ----------
     now : float
-        By the clock that all cycles of one run share [s].
+        Time, by the same clock in all cycles of a run [s].
     pose : Pose2D
-        Of the robot, in the frame of the costmap.
+        Pose of the robot in the frame of the costmap.
     costmap : Costmap
-        Local: a window around the robot.
+        Local costmap: a window around the robot.
     clear : callable
-        Forgets obstacles.
+        Clears obstacles, see `Clear`.
     """
 
     now: float
@@ -59,7 +60,7 @@ class RecoveryRequest:
 class Recovery(ABC):
     """A recovery behaviour, found by an entry point in the group ``ppaas.recoveries``.
 
-    It may be run many times, one run at a time; a run that was broken off is followed by another ``start``.
+    It may run many times, but only one run at once; ``start`` may be called again before a run has ended.
     """
 
     name: ClassVar[str]
@@ -72,7 +73,7 @@ class Recovery(ABC):
         Raises
         ------
         RecoveryFailed
-            It cannot be done here; the text says why.
+            It cannot run here; the text says why.
         """
 
     @abstractmethod
@@ -82,5 +83,5 @@ class Recovery(ABC):
         Raises
         ------
         RecoveryFailed
-            It cannot be gone on with; the text says why.
+            It cannot continue; the text says why.
         """

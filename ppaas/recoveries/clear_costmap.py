@@ -1,4 +1,4 @@
-"""Forgets obstacles that were seen a while ago and may not be there any more (``clear_costmap_recovery.cpp``)."""
+"""Recovery ``clear_costmap_recovery``: clears observed obstacles that may be gone (``clear_costmap_recovery.cpp``)."""
 
 from typing import Any, ClassVar
 
@@ -8,7 +8,7 @@ from ppaas.parameters import Parameters, read_parameters
 from ppaas.recoveries.base import AffectedMaps, NotNegative, Recovery, RecoveryRequest
 
 LAYERS = ("obstacles", "obstacle_layer")
-"""What ROS calls the one layer that can be cleared: what was seen. The map itself stays."""
+"""ROS names of the only layer that can be cleared, the observed obstacles. The map itself stays."""
 
 
 class ClearCostmapParameters(Parameters, frozen=True):
@@ -17,11 +17,11 @@ class ClearCostmapParameters(Parameters, frozen=True):
     Parameters
     ----------
     reset_distance : float
-        Obstacles farther away than this are forgotten [m]; 0: all.
+        Distance beyond which obstacles are cleared [m]; 0 clears all.
     affected_maps : {"both", "local", "global"}
-        The window around the robot, or what is remembered of what lies behind it.
+        Whether to clear the window around the robot, the memory of obstacles outside it, or both.
     layer_names : list of str
-        The layers to clear.
+        Layers to clear.
     """
 
     reset_distance: NotNegative = 3.0
@@ -32,11 +32,11 @@ class ClearCostmapParameters(Parameters, frozen=True):
         """Check that the layers can be cleared."""
         unknown = [layer for layer in self.layer_names if layer not in LAYERS]
         if unknown:
-            raise InvalidParameter(f"layer_names: there is no layer {unknown[0]!r}; known: {', '.join(LAYERS)}")
+            raise InvalidParameter(f"layer_names: unknown layer {unknown[0]!r}; known: {', '.join(LAYERS)}")
 
 
 class ClearCostmapRecovery(Recovery):
-    """Forgets what was seen farther away than a distance.
+    """Clears observed obstacles farther away than a distance.
 
     Parameters
     ----------
@@ -45,16 +45,16 @@ class ClearCostmapRecovery(Recovery):
     """
 
     name: ClassVar[str] = "clear_costmap_recovery"
-    purpose: ClassVar[str] = "Forgets obstacles seen farther away than reset_distance."
+    purpose: ClassVar[str] = "Clears observed obstacles farther away than reset_distance."
 
     def __init__(self, **parameters: Any) -> None:
         self.parameters = read_parameters(ClearCostmapParameters, self.name, parameters)
 
     def start(self, request: RecoveryRequest) -> None:
-        """Forget."""
+        """Clear the obstacles."""
         if self.parameters.layer_names:
             request.clear(request.pose, self.parameters.reset_distance, self.parameters.affected_maps)
 
     def step(self, request: RecoveryRequest) -> Velocity | None:
-        """Be done."""
+        """Return None: the behaviour is done after ``start``."""
         return None

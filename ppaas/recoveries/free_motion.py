@@ -1,4 +1,4 @@
-"""Whether a robot may move blindly: backwards, say, where no plan leads."""
+"""Collision check of motions that follow no plan, such as backing up."""
 
 import math
 
@@ -12,25 +12,25 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
 
 WAY_OUT = 0.1
-"""A robot that stands nearer to an obstacle than it may must be clear of it after so much [m]."""
+"""Distance within which a robot that stands too near to an obstacle must leave it [m]."""
 
 
 def is_free(costmap: Costmap, pose: Pose2D, velocity: Velocity, seconds: float) -> bool:
-    """Tell whether a round robot that keeps a velocity for some time touches nothing.
+    """Return whether a round robot can keep a velocity for a time without touching anything.
 
-    Who stands within the inscribed radius of an obstacle, as in front of one that came near, may leave it: such cells
-    are passed over, but not longer than `WAY_OUT`. So a robot between two obstacles stays where it is.
+    A robot within the inscribed radius of an obstacle, for example of a person who came near, may leave it: inscribed
+    cells are ignored for a distance of at most `WAY_OUT`. So a robot between two obstacles stays where it is.
 
     Parameters
     ----------
     costmap : Costmap
-        Local; unknown cells, and all beyond its edge, are not free.
+        Local costmap; unknown cells, and cells outside it, are not free.
     pose : Pose2D
-        Of the robot, in the frame of the costmap.
+        Pose of the robot in the frame of the costmap.
     velocity : Velocity
-        Kept along an arc.
+        Velocity, kept along an arc.
     seconds : float
-        For so long.
+        Duration of the motion [s].
     """
     speed = abs(velocity.linear)
     if speed == 0.0:
@@ -38,11 +38,11 @@ def is_free(costmap: Costmap, pose: Pose2D, velocity: Velocity, seconds: float) 
     leaving = _costs(costmap, [pose])[0] == INSCRIBED_INFLATED_OBSTACLE
     length = max(speed * seconds, WAY_OUT) if leaving else speed * seconds
     count = math.ceil(length / (0.5 * costmap.info.resolution)) + 1
-    ways = np.linspace(0.0, length, count)
-    costs = _costs(costmap, [advance(pose, velocity, way / speed) for way in ways.tolist()])
+    distances = np.linspace(0.0, length, count)
+    costs = _costs(costmap, [advance(pose, velocity, distance / speed) for distance in distances.tolist()])
     blocked = costs >= INSCRIBED_INFLATED_OBSTACLE
     if leaving:
-        blocked &= (ways >= WAY_OUT) | (costs > INSCRIBED_INFLATED_OBSTACLE)
+        blocked &= (distances >= WAY_OUT) | (costs > INSCRIBED_INFLATED_OBSTACLE)
     return not blocked.any()
 
 

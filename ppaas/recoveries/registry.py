@@ -1,4 +1,4 @@
-"""Recovery behaviours by name."""
+"""Registry of recovery behaviours by name."""
 
 from typing import Any
 
@@ -21,18 +21,18 @@ RECOVERIES: PluginRegistry[Recovery] = PluginRegistry(
 
 
 def create(name: str, **parameters: Any) -> Recovery:
-    """Make a recovery behaviour by its name or its ROS alias.
+    """Return a new recovery behaviour by its name or its ROS alias.
 
     Raises
     ------
     NotFound
-        None of that name is installed; the text lists those there are.
+        No behaviour of that name is installed; the text lists those that are.
     InvalidParameter
-        It takes no such parameter.
+        A parameter is unknown or invalid.
     """
     return RECOVERIES.create(name, parameters)
 
 
 def recovery_names() -> tuple[str, ...]:
-    """Return the names of all recovery behaviours installed."""
+    """Return the names of all installed recovery behaviours."""
     return RECOVERIES.names()

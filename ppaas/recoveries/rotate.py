@@ -1,4 +1,4 @@
-"""Turns once round on the spot, so that the laser sees what is behind (``rotate_recovery.cpp``)."""
+"""Recovery ``rotate_recovery``: a full turn in place, so that the laser sees all around (``rotate_recovery.cpp``)."""
 
 import math
 from typing import Any, ClassVar
@@ -18,9 +18,9 @@ class RotateParameters(Parameters, frozen=True):
     max_rotational_vel, min_in_place_rotational_vel : float
         Fastest and slowest turn [rad/s].
     acc_lim_th : float
-        Of braking [rad/s²].
+        Deceleration [rad/s²].
     rotation_patience : float
-        How long a turn may take before it is given up [s].
+        Time limit [s].
     """
 
     max_rotational_vel: Positive = 1.0
@@ -29,16 +29,15 @@ class RotateParameters(Parameters, frozen=True):
     rotation_patience: Positive = 20.0
 
     def __post_init__(self) -> None:
-        """Check that the slowest is no faster than the fastest."""
+        """Check that the slowest turn is not faster than the fastest."""
         if self.min_in_place_rotational_vel > self.max_rotational_vel:
-            raise InvalidParameter("min_in_place_rotational_vel must not be above max_rotational_vel")
+            raise InvalidParameter("min_in_place_rotational_vel must be at most max_rotational_vel")
 
 
 class RotateRecovery(Recovery):
-    """Turns once round on the spot.
+    """Turns the robot in place by 360°, as fast as it can brake before the end.
 
-    As fast as the rest of the turn lets it brake. A round robot that turns on the spot touches nothing it did not
-    touch before, so nothing is checked.
+    Collisions are not checked: a round robot that turns in place touches nothing new.
 
     Parameters
     ----------
@@ -47,7 +46,7 @@ class RotateRecovery(Recovery):
     """
 
     name: ClassVar[str] = "rotate_recovery"
-    purpose: ClassVar[str] = "Turns once round on the spot, so that the laser sees what is behind."
+    purpose: ClassVar[str] = "Turns in place by 360°, so that the laser sees all around."
 
     def __init__(self, **parameters: Any) -> None:
         self.parameters = read_parameters(RotateParameters, self.name, parameters)
@@ -56,18 +55,18 @@ class RotateRecovery(Recovery):
         self._began = 0.0
 
     def start(self, request: RecoveryRequest) -> None:
-        """Take note of the heading."""
+        """Record the heading and the time."""
         self._left = 2.0 * math.pi
         self._heading = request.pose.theta
         self._began = request.now
 
     def step(self, request: RecoveryRequest) -> Velocity | None:
-        """Turn on, until once round.
+        """Turn until 360° are done.
 
         Raises
         ------
         RecoveryFailed
-            It takes too long.
+            The time limit has passed.
         """
         p = self.parameters
         self._left -= wrap_angle(request.pose.theta - self._heading)
@@ -75,6 +74,6 @@ class RotateRecovery(Recovery):
         if self._left <= 0.0:
             return None
         if request.now - self._began > p.rotation_patience:
-            raise RecoveryFailed(f"{self._left:.1f} rad of the turn were left after {p.rotation_patience:g} s")
+            raise RecoveryFailed(f"{self._left:.1f} rad of the turn remained after {p.rotation_patience:g} s")
         speed = math.sqrt(2.0 * p.acc_lim_th * self._left)
         return Velocity(0.0, min(max(speed, p.min_in_place_rotational_vel), p.max_rotational_vel))

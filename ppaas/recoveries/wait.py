@@ -1,4 +1,4 @@
-"""Stands still for a while: what is in the way may go away by itself (``nav2_behaviors/wait.hpp``)."""
+"""Recovery ``wait``: stands still for a time, in case the obstacle moves away (``nav2_behaviors/wait.hpp``)."""
 
 from typing import Any, ClassVar
 
@@ -13,7 +13,7 @@ class WaitParameters(Parameters, frozen=True):
     Parameters
     ----------
     wait_duration : float
-        How long [s].
+        Time to wait [s].
     """
 
     wait_duration: NotNegative = 5.0
@@ -29,16 +29,16 @@ class WaitRecovery(Recovery):
     """
 
     name: ClassVar[str] = "wait"
-    purpose: ClassVar[str] = "Stands still for wait_duration: what is in the way may go away."
+    purpose: ClassVar[str] = "Stands still for wait_duration, in case the obstacle moves away."
 
     def __init__(self, **parameters: Any) -> None:
         self.parameters = read_parameters(WaitParameters, self.name, parameters)
         self._began = 0.0
 
     def start(self, request: RecoveryRequest) -> None:
-        """Take note of the time."""
+        """Record the time."""
         self._began = request.now
 
     def step(self, request: RecoveryRequest) -> Velocity | None:
-        """Stand, until the time is over."""
+        """Stand still until the time has passed."""
         return None if request.now - self._began >= self.parameters.wait_duration else Velocity()

@@ -1,1 +1,1 @@
-"""Dynamic window approach: the best of the velocities that the robot can reach within one cycle."""
+"""Dynamic window approach: chooses the best of the velocities that the robot can reach within one cycle."""

@@ -1,4 +1,7 @@
-"""The dynamic window approach: try what can be reached within a cycle, and take what serves the plan best."""
+"""Dynamic window approach: rolls out the velocities reachable within a cycle, and takes the best.
+
+Fox, Burgard, Thrun, *The Dynamic Window Approach to Collision Avoidance* (1997), as in ROS's ``dwa_local_planner``.
+"""
 
 import math
 from typing import Any, ClassVar
@@ -13,15 +16,15 @@ from ppaas.controllers.path_follower import PathFollower
 from ppaas.geometry import wrap_angle
 
 ALIGNED = 0.2
-"""A turn on the spot ends when the path leads off by less than this [rad]."""
+"""Angle to the path at which a turn in place ends [rad]."""
 
 
 class DynamicWindow(PathFollower):
-    """Drives a differential drive, a disc or of any outline, along a plan.
+    """Drives a differential drive of any outline along a plan.
 
-    Far off the path's heading it turns on the spot. Otherwise it rolls out the velocities that can be reached within
-    a cycle and takes the best. At the goal it stops, then turns to the heading asked for; once within
-    ``xy_goal_tolerance`` it need not come nearer again unless it leaves twice that (or gets another goal).
+    If the path leads in another direction, it turns in place. Otherwise it rolls out the velocities that can be
+    reached within a cycle, and takes the best. At the goal it stops, then turns to the requested heading; see
+    `ppaas.controllers.arrival.Arrival`.
 
     Parameters
     ----------
@@ -30,7 +33,7 @@ class DynamicWindow(PathFollower):
     """
 
     name: ClassVar[str] = "dwa"
-    purpose: ClassVar[str] = "Dynamic window: drives around what the plan does not know of, within acceleration limits."
+    purpose: ClassVar[str] = "Dynamic window: drives around obstacles near the plan, within acceleration limits."
 
     def __init__(self, **parameters: Any) -> None:
         self.parameters = DwaParameters(**parameters)
@@ -62,7 +65,7 @@ class DynamicWindow(PathFollower):
         self._turning = False
 
     def _velocity_now(self, request: ControlRequest) -> Velocity:
-        """Return the last command if odometry, one cycle late, can be explained by it, else what was measured."""
+        """Return the last command if it explains the odometry, which is one cycle late; otherwise the odometry."""
         return in_force(self._commanded, request.velocity, self.parameters, 2.0 * request.period)
 
     def _choose(self, path: FollowedPath, request: ControlRequest, velocity: Velocity) -> Velocity:
@@ -87,5 +90,5 @@ class DynamicWindow(PathFollower):
             if rollouts.can_turn(command.angular):
                 return command
         raise NoValidControl(
-            f"every velocity from x={pose.x:.3f} y={pose.y:.3f} leads into an obstacle; stop, then plan anew or recover"
+            f"every velocity from x={pose.x:.3f} y={pose.y:.3f} leads to a collision; stop, then plan again or recover"
         )

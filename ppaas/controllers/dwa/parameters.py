@@ -1,4 +1,4 @@
-"""The parameters of the dynamic window, with the names and mostly the defaults of dwa_local_planner."""
+"""Parameters of the dynamic window approach, with the names and most defaults of dwa_local_planner."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -9,34 +9,35 @@ from ppaas.errors import InvalidParameter
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DwaParameters(DriveParameters):
-    """What can be set, beside what all local planners have.
+    """Parameters in addition to those of all local planners.
 
     Parameters
     ----------
     sim_time : float
-        How far rollouts look ahead [s].
+        Duration of rollouts [s].
     sim_granularity : float
         Step of a rollout [m].
     vx_samples, vth_samples : int
-        Forward and turning speeds tried.
+        Number of forward and turning speeds tried.
     path_distance_bias, goal_distance_bias : float
-        What a metre off the path, and a metre still to go, count.
+        Weights of the distance to the path, and of the remaining distance along it [1/m].
     occdist_scale : float
-        What a unit of the highest cost met counts.
+        Weight of the highest cost on the rollout.
     forward_point_distance : float
-        A point so far in front of the robot should be on the path too [m].
+        Distance in front of the robot of a second point that should be on the path [m].
     cost_slowdown : float
-        Part of the speed that is taken off where the cost is highest, 0 to 1.
+        Part by which the speed is reduced where the cost is highest, from 0 to below 1.
     rotate_threshold : float
-        It turns on the spot if the path leads off by more than this [rad].
+        Angle to the path above which the robot turns in place [rad].
     robot_radius : float
-        Of its disc [m]. Without a footprint collisions are read off the inflated costmap; this sets how far ahead it
-        looks for the way the path leads, and how far it may go to leave an inscribed cell.
+        Radius of the robot [m]. Without a footprint, collisions are read from the inflated costmap; the radius then
+        sets how far ahead the direction of the path is taken, and how far the robot may drive to leave an inscribed
+        cell.
 
     Raises
     ------
     InvalidParameter
-        One is no number, not finite or out of range; the text names it.
+        A value is not a number, not finite or out of range; the text names the parameter.
     """
 
     POSITIVE: ClassVar[frozenset[str]] = DriveParameters.POSITIVE | {
@@ -56,4 +57,6 @@ class DwaParameters(DriveParameters):
     def __post_init__(self) -> None:
         DriveParameters.__post_init__(self)
         if self.cost_slowdown >= 1.0:
-            raise InvalidParameter(f"cost_slowdown must be below 1, not {self.cost_slowdown}: the robot would stop")
+            raise InvalidParameter(
+                f"cost_slowdown must be below 1, not {self.cost_slowdown}: the robot would stop near obstacles"
+            )

@@ -1,4 +1,4 @@
-"""What the velocities at hand would lead to, at one cycle: the dynamic window between its limits and its kernel."""
+"""Rollouts of one control cycle: samples the dynamic window, and scores the samples with the kernel."""
 
 import math
 
@@ -16,25 +16,25 @@ from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
 from ppaas.costmap.costmap import Costmap
 
 NOTHING = np.ones((1, 1), np.float32)
-"""What discs need not be told of: they are read off the inflated costmap."""
+"""Placeholder of the distance field for a disc, which is checked against the inflated costmap."""
 
 HEADINGS = 12
-"""Headings tried on each side for a turn that sets the robot free."""
+"""Number of headings tried on each side of the path for a turn out of a blocked pose."""
 
 
 class Rollouts:
-    """Rolls velocities out from where the robot will be when they take effect.
+    """Rolls out velocities from the pose of the robot when they will take effect.
 
     Parameters
     ----------
     parameters : DwaParameters
     body : Body
-        Of the robot.
+        Outline of the robot.
     path : FollowedPath
-        On which the robot was located.
+        Path on which the robot was located.
     request : ControlRequest
     velocity : Velocity
-        The one in force until a new one takes effect, a cycle from now.
+        Velocity until the new one takes effect, one cycle from now.
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class Rollouts:
             self._outline = Outline(body, self._room.distance, self._room.least)
 
     def best(self) -> Velocity | None:
-        """Return the best velocity that can be reached within the cycle, or None if each would collide."""
+        """Return the best velocity that can be reached within the cycle, or None if all would collide."""
         samples = window(self._velocity, self._fastest(), self._parameters, self._period)
         scores = self._score(samples, self._begin.theta)
         best = int(np.argmin(scores))
@@ -71,10 +71,9 @@ class Rollouts:
         return Velocity(linear, angular)
 
     def turn_to_free(self, off: float) -> float | None:
-        """Return the turn [rad] to the best heading in which the robot could go straight on at its slowest, or None.
+        """Return the turn to the best heading in which the robot can drive straight on slowly, or None [rad].
 
-        Only headings that lead on are tried: no further than ``rotate_threshold`` from that of the path, which is
-        ``off`` [rad] from the robot's.
+        Only headings within ``rotate_threshold`` of the path's are tried; the path's is ``off`` [rad] from the robot's.
         """
         p = self._parameters
         turns = off + np.linspace(-p.rotate_threshold, p.rotate_threshold, 2 * HEADINGS + 1)
@@ -84,7 +83,7 @@ class Rollouts:
         return float(turns[best]) if scores[best] < BLOCKED else None
 
     def can_turn(self, turning: float) -> bool:
-        """Tell whether the robot can turn on the spot at some speed [rad/s] until it can be stopped; a disc can."""
+        """Return whether the robot can turn in place at this speed [rad/s] until it stops; a disc always can."""
         if self._room is None:
             return True
         p, period = self._parameters, self._period
@@ -92,7 +91,7 @@ class Rollouts:
         return self._room.is_for(0.0, turn)
 
     def _fastest(self) -> float:
-        """Return the speed [m/s] from which the robot can stop at the goal; less where obstacles are near."""
+        """Return the speed from which the robot can stop at the goal, reduced near obstacles [m/s]."""
         p = self._parameters
         near = 0.0 if self._cost_here == NO_INFORMATION else min(1.0, self._cost_here / INSCRIBED_INFLATED_OBSTACLE)
         slowed = p.max_vel_x * (1.0 - p.cost_slowdown * near)
@@ -125,26 +124,26 @@ class Rollouts:
 
 
 def frame_of(costmap: Costmap) -> Frame:
-    """Return where a costmap lies, for the kernel."""
+    """Return the origin and resolution of a costmap for the kernel."""
     x, y, theta = costmap.info.origin
     return Frame(float(x), float(y), math.cos(theta), math.sin(theta), float(costmap.info.resolution))
 
 
 def window(velocity: Velocity, fastest: float, limits: DwaParameters, period: float) -> NDArray[np.float64]:
-    """Return the velocities that can be reached within one cycle, as samples.
+    """Return samples of the velocities that can be reached within one cycle.
 
-    Standing still is not among them, nor what is too slow for a base to follow: who stands before an obstacle must be
-    told so. Instead there is always the slowest that it can follow.
+    Standing still and speeds too low for the base are not included, so that a robot in front of an obstacle reports
+    that no velocity is valid. If nothing else remains, the slowest speed that the base can follow is included.
 
     Parameters
     ----------
     velocity : Velocity
-        Now.
+        Current velocity.
     fastest : float
-        Most that the forward speed should be [m/s].
+        Fastest forward speed [m/s].
     limits : DwaParameters
     period : float
-        Of a cycle [s].
+        Duration of a cycle [s].
 
     Returns
     -------

@@ -1,1 +1,1 @@
-"""Model predictive path integral control: many random rollouts, averaged by their costs."""
+"""Model predictive path integral control (MPPI): averages random command sequences by their costs."""

@@ -1,4 +1,8 @@
-"""Model predictive path integral control: try hundreds of command sequences, and take their mean by what they cost."""
+"""Model predictive path integral control: averages hundreds of random command sequences, weighted by their costs.
+
+Williams, Aldrich, Theodorou, *Model Predictive Path Integral Control: From Theory to Parallel Computation* (2017),
+with parameters named as in Nav2's MPPI controller.
+"""
 
 import math
 from collections import deque
@@ -22,15 +26,15 @@ from ppaas.kernel_threads import at_most
 Floats = NDArray[np.float64]
 
 ROUNDING = 1e-4
-"""A robot that stays where it is has kept its clearance [m]."""
+"""Slack of a clearance, so that a robot that does not move keeps it in spite of rounding [m]."""
 
 
 class PathIntegral(PathFollower):
-    """Drives a differential drive of any outline along a plan, as fast as what is near allows.
+    """Drives a differential drive of any outline along a plan, as fast as nearby obstacles allow.
 
-    Each cycle begins with the sequence of commands that the last one ended with. It is varied, each variant is rolled
-    out from where the commands under way will have brought the robot, and the mean of all, weighted by what they cost,
-    is kept. What is sent is its first command. Within the tolerance of the goal it stops and turns as `dwa` does.
+    Each cycle starts from the command sequence of the last one. Random variations of it are rolled out from the pose
+    to which the commands sent so far will bring the robot, and their mean, weighted by cost, becomes the new sequence.
+    Its first command is sent. Within the tolerance of the goal it stops and turns as `dwa` does.
 
     Parameters
     ----------
@@ -47,7 +51,7 @@ class PathIntegral(PathFollower):
         p = self.parameters
         super().__init__(p)
         self._noise = draw(p)
-        # Whatever the sequence kept is, to stop and to turn on the spot are tried too.
+        # Stopping and turning in place to either side are always tried too.
         self._plain = np.array((((0.0, 0.0),), ((0.0, p.max_vel_theta),), ((0.0, -p.max_vel_theta),)))
         self._sequence: Floats = np.zeros((p.time_steps, 2))
         self._sent: deque[Velocity] = deque([Velocity()], maxlen=64)
@@ -58,7 +62,7 @@ class PathIntegral(PathFollower):
         Raises
         ------
         NoValidControl
-            Every sequence would collide, or no way leads on: the caller must stop.
+            Every sequence would collide, or no path leads on: the caller must stop.
         InvalidInput
             No plan was set, or the pose, the velocity or the period is not finite.
         """
@@ -86,16 +90,16 @@ class PathIntegral(PathFollower):
         self._improve(request, terrain, start)
         linear, angular = self._first(period)
         if self._stands(request.velocity, linear, angular):
-            # So near to the goal a base moves too little, or not at all, to be worth its while.
+            # Commands that are too slow for the base are optimal only near the goal, or if no path leads on.
             if self._arrival.rest(request.pose, path.end):
                 return self._arrival.settle(request, path.end, commanded)
             raise NoValidControl(
-                f"nothing leads on from x={request.pose.x:.3f} y={request.pose.y:.3f}; plan anew or recover"
+                f"no command leads on from x={request.pose.x:.3f} y={request.pose.y:.3f}; plan again or recover"
             )
         return Velocity(linear, angular)
 
     def _stands(self, measured: Velocity, linear: float, angular: float) -> bool:
-        """Tell whether it neither moves nor would: such a command is below what a base can follow."""
+        """Return whether the robot stands still and would go on to: the commands are too slow for the base."""
         p = self.parameters
         moves = abs(measured.linear) > p.trans_stopped_vel or abs(measured.angular) > p.rot_stopped_vel
         return (
@@ -105,12 +109,12 @@ class PathIntegral(PathFollower):
         )
 
     def _start(self, request: ControlRequest, commanded: Velocity) -> Floats:
-        """Return where the robot is, and how fast, when the next command takes effect; in the frame of the grid."""
+        """Return pose, velocity and last command at the time the next command takes effect, in the grid's frame."""
         p, period = self.parameters, request.period
         pose, velocity = request.costmap.info.origin.inverse() @ request.pose, request.velocity
         left, age = p.command_delay, math.ceil(p.command_delay / period - 1e-9)
         for k in range(age, 0, -1):
-            # The command sent k cycles ago is in force until the one after it arrives.
+            # The command sent k cycles ago is effective until the next one arrives.
             seconds = left - (k - 1) * period
             target = self._sent[-k] if k <= len(self._sent) else Velocity()
             pose, velocity = self._drive(pose, velocity, target, seconds)
@@ -150,7 +154,7 @@ class PathIntegral(PathFollower):
                 costs = roll_out(commands, start, terrain, base, self._body, critics)
             best = int(np.argmin(costs))
             if costs[best] >= p.collision_cost:
-                raise NoValidControl("every sequence of commands would collide; stop, then plan anew or recover")
+                raise NoValidControl("every command sequence would collide; stop, then plan again or recover")
             self._sequence = self._mean(commands, costs)
             checked = self._sequence[None].copy()
             if roll_out_serial(checked, start, terrain, base, self._body, critics)[0] >= p.collision_cost:
@@ -158,6 +162,7 @@ class PathIntegral(PathFollower):
             self._sequence = checked[0]
 
     def _mean(self, commands: Floats, costs: Floats) -> Floats:
+        """Return the mean of the sequences, weighted by exp(-cost / temperature)."""
         p = self.parameters
         change = commands - self._sequence
         effort = 0.5 * p.gamma * np.einsum("nki,nki->n", change, change / np.square((p.vx_std, p.wz_std)))
@@ -175,7 +180,7 @@ class PathIntegral(PathFollower):
         )  # fmt: skip
 
     def _first(self, period: float) -> tuple[float, float]:
-        """Return what to send: the first command, or where cycles are longer than steps, the last before the next."""
+        """Return the velocity to send: the mean of the commands until the next cycle."""
         p = self.parameters
         steps = max(1, min(round(period / p.model_dt), p.time_steps))
         linear, angular = self._sequence[:steps].mean(axis=0).tolist()
@@ -183,11 +188,11 @@ class PathIntegral(PathFollower):
 
 
 def _part(lag: float, dt: float) -> float:
-    """Return how much of what is missing to the command motors make up for in ``dt`` [s]."""
+    """Return the part of the difference to the command by which motors get nearer within ``dt`` [s]."""
     return -math.expm1(-dt / lag) if lag > 0.0 else 1.0
 
 
 def _shifted(sequence: Floats, steps: float) -> Floats:
-    """Return a sequence so many steps later; its last command goes on."""
+    """Return a sequence shifted by a number of steps; its last command is repeated."""
     at = np.arange(len(sequence)) + steps
     return np.stack([np.interp(at, np.arange(len(sequence)), sequence[:, axis]) for axis in (0, 1)], axis=-1)

@@ -1,4 +1,4 @@
-"""The variants of a sequence of commands that are tried each cycle."""
+"""Random deviations of the command sequences that are tried in each cycle."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,13 +6,13 @@ from numpy.typing import NDArray
 from ppaas.controllers.mppi.parameters import MppiParameters
 
 MEMORY = 0.8
-"""What of a deviation is left a step later: motors do not follow what flutters."""
+"""Correlation of a deviation with that of the step before, since motors cannot follow white noise."""
 
 
 def draw(parameters: MppiParameters) -> NDArray[np.float64]:
-    """Return (batch_size, time_steps, 2) deviations [m/s, rad/s]; the first is none.
+    """Return deviations (batch_size, time_steps, 2) of forward and turning speed [m/s, rad/s]; the first is zero.
 
-    For each there is one that turns the other way, so that the controller has no side that it prefers.
+    Each deviation has a mirror image that turns the other way, so that the controller prefers no side.
     """
     p = parameters
     half = (p.batch_size + 1) // 2

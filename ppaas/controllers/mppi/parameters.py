@@ -1,4 +1,4 @@
-"""The parameters of the path integral controller: limits as base_local_planner names them, all else as Nav2's MPPI."""
+"""Parameters of the path integral controller: limits named as in base_local_planner, all others as in Nav2's MPPI."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -9,7 +9,7 @@ from ppaas.errors import InvalidParameter
 LEAST_SAMPLES, MOST_SAMPLES = 8, 1 << 16
 MOST_STEPS = 1 << 10
 MOST_DELAY = 2.0
-"""A robot whose commands take longer [s] is not to be driven from afar."""
+"""Largest ``command_delay`` [s]; a robot with a longer one must not be driven remotely."""
 
 _BOUNDS = (
     ("batch_size", LEAST_SAMPLES, MOST_SAMPLES), ("time_steps", 1, MOST_STEPS), ("iteration_count", 1, 100),
@@ -19,52 +19,52 @@ _BOUNDS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MppiParameters(DriveParameters):
-    """What can be set, beside what all local planners have.
+    """Parameters in addition to those of all local planners. Costs are in seconds of travel time.
 
     Parameters
     ----------
     batch_size : int
-        Sequences of commands that are tried each cycle.
+        Number of command sequences tried in each cycle.
     time_steps : int
-        Commands of a sequence.
+        Number of commands in a sequence.
     model_dt : float
-        How long each is kept [s].
+        Duration of each command [s].
     iteration_count : int
-        How often a cycle improves the sequence.
+        Number of improvements of the sequence in each cycle.
     temperature : float
-        How much dearer than the cheapest a sequence may be to count still [s].
+        Cost above the cheapest sequence at which a sequence's weight falls to 1/e [s].
     gamma : float
-        What it costs to change the sequence kept from the last cycle, as a part of the temperature.
+        Cost of changing the sequence of the last cycle, relative to the temperature.
     vx_std, wz_std : float
         Standard deviations of the commands tried [m/s, rad/s].
     command_delay : float
-        Until a command reaches the motors [s]; what was commanded in that time before is counted in.
+        Time until a command reaches the motors [s]; the commands sent during that time are taken into account.
     motor_lag : float
         Time constant with which the motors follow [s].
     collision_cost : float
-        Of a sequence that touches something [s].
+        Cost of a sequence that touches an obstacle [s].
     collision_margin_distance : float
-        Nearer than this to the middle of an occupied cell is touching it [m].
+        Distance to the centre of an occupied cell below which the robot touches it [m].
     critical_weight, critical_distance : float
-        Seconds that a second without any clearance costs, and the clearance from which it costs nothing [m].
+        Cost rate at zero clearance [s/s], and the clearance from which it is zero [m].
     repulsion_weight : float
-        Seconds that a second at full speed costs beside an obstacle.
+        Cost rate of full speed beside an obstacle [s/s].
     inflation_length : float
-        Clearance by which that falls to 1/e [m].
+        Clearance at which that rate falls to 1/e [m].
     prefer_forward_weight : float
-        Seconds that a second backwards would cost at the speed of ``max_vel_x``: the laser may not see there.
+        Cost rate of reversing at a speed of ``max_vel_x`` [s/s]: the laser may not see behind.
     turn_weight : float
-        What the seconds of a turn towards the way onwards count at the end of a sequence.
+        Weight of the time of a turn towards the path at the end of a sequence.
     moving_weight, moving_distance : float
-        Seconds that a second costs in which it would touch one that moves, while it stands or drives on beside (driving
-        up to it at full speed costs five times as much), and the distance from which it costs nothing [m].
+        Cost rate of touching a moving obstacle while standing or driving beside it [s/s], five times as high when
+        driving towards it at full speed; and the distance from which it is zero [m].
     seed : int
-        Of the commands tried; they are drawn once.
+        Seed of the deviations, which are drawn once.
 
     Raises
     ------
     InvalidParameter
-        One is no number, not finite or out of range; the text names it.
+        A value is not a number, not finite or out of range; the text names the parameter.
     """
 
     POSITIVE: ClassVar[frozenset[str]] = DriveParameters.POSITIVE | {

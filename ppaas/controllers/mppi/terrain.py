@@ -1,4 +1,4 @@
-"""What a local costmap and a plan mean to rollouts: how far obstacles are, and how many seconds it is to the goal."""
+"""Terrain of MPPI rollouts: distance to obstacles and travel time to the goal in each cell of the local costmap."""
 
 import math
 
@@ -17,20 +17,22 @@ from ppaas.planners.field.cost_field import CostField
 from ppaas.planners.weights import FACTOR, NEUTRAL, passable
 
 HIGHEST = INSCRIBED_INFLATED_OBSTACLE - 1
+"""Highest cost of a cell that a robot may enter."""
+
 FAR = 1e3
-"""What cells count to which no way leads [s]."""
+"""Travel time of cells from which no path leads to the goal [s]."""
 
 
 def terrain_of(request: ControlRequest, path: FollowedPath, parameters: MppiParameters) -> Terrain:
-    """Return what is to be driven over in this cycle.
+    """Return the terrain of this cycle.
 
-    The seconds to go are those of the cheapest way, at full speed, to the last free point of the plan that lies within
-    the costmap; what is near obstacles costs more, as it does planners.
+    Travel times are those of the cheapest path, at full speed, to the last free point of the plan within the costmap;
+    cells near obstacles cost more, as for global planners.
 
     Raises
     ------
     NoValidControl
-        No point of the plan is free, or no way leads there from the robot.
+        No point of the plan is free, or no path leads there from the robot.
     """
     costmap = _with_way_out(request.costmap, request.pose, parameters.robot_radius)
     resolution = costmap.info.resolution
@@ -39,7 +41,7 @@ def terrain_of(request: ControlRequest, path: FollowedPath, parameters: MppiPara
     seconds = (field.values() * (resolution / (NEUTRAL * parameters.max_vel_x))).astype(np.float32)
     here = costmap.info.cell_of(request.pose.x, request.pose.y)
     if here is None or not math.isfinite(seconds[here]):
-        raise NoValidControl("no way leads along the plan within the local costmap; plan anew or recover")
+        raise NoValidControl("no path leads along the plan within the local costmap; plan again or recover")
     worst = resolution * (NEUTRAL + FACTOR * HIGHEST) / (NEUTRAL * parameters.max_vel_x)
     fill_blocked(seconds, worst, FAR)
     distance = distance_to_lethal(costmap, allow_unknown=parameters.allow_unknown)
@@ -47,10 +49,10 @@ def terrain_of(request: ControlRequest, path: FollowedPath, parameters: MppiPara
 
 
 def _with_way_out(costmap: Costmap, pose: Pose2D, radius: float) -> Costmap:
-    """Return the costmap with inscribed cells around the robot opened, if it stands in one: it must get out."""
+    """Return the costmap, with inscribed cells around the robot opened if it stands in one, so that it can leave."""
     here = costmap.info.cell_of(pose.x, pose.y)
     if here is None:
-        raise NoValidControl("the robot is outside of its local costmap; stop until localization is corrected")
+        raise NoValidControl("the robot is outside its local costmap; stop until localization is corrected")
     if costmap.data[here] != INSCRIBED_INFLATED_OBSTACLE:
         return costmap
     data = costmap.data.copy()
@@ -61,13 +63,13 @@ def _with_way_out(costmap: Costmap, pose: Pose2D, radius: float) -> Costmap:
 
 
 def _movers(request: ControlRequest, delay: float) -> NDArray[np.float64]:
-    """Return (m, 5) rows of those that move, in the frame of the grid, when the next command takes effect."""
+    """Return moving obstacles (m, 5) at the time of the next command: x, y, vx, vy, radius in the grid's frame."""
     frame = request.costmap.info.origin.inverse()
     turn = Pose2D(0.0, 0.0, frame.theta)
     rows = np.empty((len(request.movers), 5))
     for row, mover in zip(rows, request.movers, strict=True):
-        there, way = frame @ Pose2D(*mover.after(delay)[:2]), turn @ Pose2D(mover.vx, mover.vy)
-        row[:] = there.x, there.y, way.x, way.y, mover.radius
+        position, velocity = frame @ Pose2D(*mover.after(delay)[:2]), turn @ Pose2D(mover.vx, mover.vy)
+        row[:] = position.x, position.y, velocity.x, velocity.y, mover.radius
     return rows
 
 
@@ -78,5 +80,5 @@ def _end(costmap: Costmap, path: FollowedPath, parameters: MppiParameters) -> ND
     cells = cells[((cells >= 0) & (cells < costmap.info.shape)).all(axis=1)]
     free = passable(parameters.allow_unknown)[costmap.data[cells[:, 0], cells[:, 1]]]
     if not free.any():
-        raise NoValidControl("no point of the plan is free within the local costmap; plan anew or recover")
+        raise NoValidControl("no point of the plan is free within the local costmap; plan again or recover")
     return cells[free][-1:]

@@ -1,4 +1,4 @@
-"""The point of a path that a robot steers to, and the legs of a path that turns back on itself."""
+"""Carrot: the point of a path that the robot steers towards; and the legs of a path that reverses direction."""
 
 import itertools
 import math
@@ -11,25 +11,25 @@ from ppaas.geometry import Pose2D, Poses
 Floats = NDArray[np.float64]
 
 STANDING = 1e-6
-"""Poses that are nearer to one another are in one place [m]."""
+"""Distance below which two poses are at the same position [m]."""
 
 
 def carrot_at(points: Floats, pose: Pose2D, distance: float) -> Pose2D:
-    """Return where a path first leaves a circle around the robot, in the frame of the robot; its heading means nothing.
+    """Return the point where a path first leaves a circle around the robot, in the robot's frame.
 
     Parameters
     ----------
     points : (m, 2) array
-        Of the path, from where the robot is [m]; at least one.
+        Path from the robot on [m]; at least one point.
     pose : Pose2D
-        Of the robot.
+        Pose of the robot.
     distance : float
         Radius of the circle [m].
 
     Returns
     -------
     Pose2D
-        The first point if all lie outside, the last if none does.
+        The first point of the path if all are outside, the last if all are inside. Its heading has no meaning.
     """
     offsets = points - (pose.x, pose.y)
     outside = np.hypot(offsets[:, 0], offsets[:, 1]) >= distance
@@ -44,13 +44,13 @@ def carrot_at(points: Floats, pose: Pose2D, distance: float) -> Pose2D:
 
 
 def curvature_to(carrot: Pose2D) -> float:
-    """Return the curvature of the arc from the robot to a point in its frame, to the left positive [1/m]."""
+    """Return the curvature of the arc from the robot to a point in its frame, positive to the left [1/m]."""
     squared = carrot.x * carrot.x + carrot.y * carrot.y
     return 2.0 * carrot.y / squared if squared > STANDING * STANDING else 0.0
 
 
 def legs_of(poses: Poses) -> list[Poses]:
-    """Split a plan where it turns back by more than a right angle; each leg begins where the one before ends."""
+    """Split a plan wherever it turns by more than a right angle; each leg starts at the end of the one before."""
     poses = np.asarray(poses, dtype=np.float64)
     steps = np.diff(poses[:, :2], axis=0)
     moves = np.flatnonzero(np.hypot(steps[:, 0], steps[:, 1]) > STANDING)

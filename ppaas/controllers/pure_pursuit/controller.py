@@ -1,4 +1,4 @@
-"""Regulated pure pursuit: steer along the arc to a point of the path ahead, as fast as the place allows."""
+"""Regulated pure pursuit: steers along an arc to a point ahead on the path, at a speed that suits the surroundings."""
 
 import math
 from collections import deque
@@ -19,11 +19,11 @@ from ppaas.cost_values import NO_INFORMATION
 from ppaas.geometry import Pose2D, Poses, wrap_angle
 
 SHORTER = 0.75
-"""If the way to a point is not free, one of the path so much nearer is tried."""
+"""Factor of the lookahead distance for the next try, if the arc to a point is not free."""
 
 
 class PurePursuit(PathFollower):
-    """Drives a differential drive of any outline along a plan, and stays on it: it goes around nothing by itself.
+    """Drives a differential drive of any outline along a plan, and stays on it: it does not drive around obstacles.
 
     Within the tolerance of the goal it stops and turns as `dwa` does.
 
@@ -45,12 +45,12 @@ class PurePursuit(PathFollower):
         self._commanded = Velocity()
 
     def set_plan(self, poses: Poses) -> None:
-        """Follow this plan from now on; to the same goal, what was reached of it stays reached.
+        """Follow this plan from now on; a new plan to the same goal does not undo an arrival.
 
         Raises
         ------
         InvalidInput
-            No pose, not rows of 7, or not finite.
+            The plan is empty, has another shape than (n, 7), or is not finite.
         """
         super().set_plan(poses)
         legs = legs_of(poses) if self.parameters.allow_reversing else [poses]
@@ -62,7 +62,7 @@ class PurePursuit(PathFollower):
         Raises
         ------
         NoValidControl
-            The way along the path is not free: the caller must stop.
+            The path ahead is not free: the caller must stop.
         InvalidInput
             No plan was set, or the pose, the velocity or the period is not finite.
         """
@@ -77,10 +77,10 @@ class PurePursuit(PathFollower):
         return self._commanded
 
     def _choose(self, request: ControlRequest, velocity: Velocity) -> Velocity:
-        """Return the command to the farthest point that the way is free to."""
+        """Return the command towards the farthest point whose arc is free."""
         p, pose = self.parameters, request.pose
         leg = self._legs[0]
-        free = _Way(p, self._body, request, velocity) if p.use_collision_detection else None
+        free = _CollisionCheck(p, self._body, request, velocity) if p.use_collision_detection else None
         lookahead = self._lookahead(velocity)
         while True:
             carrot = carrot_at(leg.ahead(2.0 * lookahead, request.costmap)[0], pose, lookahead)
@@ -89,7 +89,7 @@ class PurePursuit(PathFollower):
                 return command
             if lookahead <= p.min_lookahead_dist:
                 raise NoValidControl(
-                    f"the way along the plan from x={pose.x:.3f} y={pose.y:.3f} is not free; plan anew or recover"
+                    f"the plan ahead of x={pose.x:.3f} y={pose.y:.3f} is not free; plan again or recover"
                 )
             lookahead = max(SHORTER * lookahead, p.min_lookahead_dist)
 
@@ -126,7 +126,7 @@ class PurePursuit(PathFollower):
         return Velocity(linear, towards(velocity.angular, turning, p.acc_lim_theta * period))
 
     def _ahead(self, leg: FollowedPath, request: ControlRequest, curvature: float) -> float:
-        """Return the curvature that the speed follows [1/m]."""
+        """Return the curvature that limits the speed [1/m]."""
         p = self.parameters
         if not p.use_fixed_curvature_lookahead:
             return curvature
@@ -134,8 +134,8 @@ class PurePursuit(PathFollower):
         return curvature_to(carrot_at(points, request.pose, p.curvature_lookahead_dist))
 
 
-class _Way:
-    """What a command leads to, as far as it must be free, from where the robot is when it takes effect."""
+class _CollisionCheck:
+    """Checks commands for collisions, from the pose of the robot when they take effect."""
 
     def __init__(self, p: PurePursuitParameters, body: Body, request: ControlRequest, velocity: Velocity) -> None:
         self._seconds = p.max_allowed_time_to_collision_up_to_carrot
@@ -143,7 +143,7 @@ class _Way:
         self._room = Room(request.costmap, body, begin, allow_unknown=p.allow_unknown)
 
     def is_free(self, command: Velocity, carrot: Pose2D) -> bool:
-        """Tell whether the robot can go on so for the time that is asked for, or up to the point that it steers to."""
+        """Return whether the robot can keep a command for the required time, or until it reaches the carrot."""
         seconds = self._seconds
         if command.linear:
             seconds = min(seconds, math.hypot(carrot.x, carrot.y) / abs(command.linear))

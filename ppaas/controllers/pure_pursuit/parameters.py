@@ -1,4 +1,4 @@
-"""The parameters of regulated pure pursuit: limits as base_local_planner names them, all else as Nav2's controller."""
+"""Parameters of regulated pure pursuit: limits named as in base_local_planner, all others as in Nav2's controller."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -10,46 +10,46 @@ from ppaas.errors import InvalidParameter
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PurePursuitParameters(DriveParameters):
-    """What can be set, beside what all local planners have; ``max_vel_x`` is the speed that is wanted in the open.
+    """Parameters in addition to those of all local planners; ``max_vel_x`` is the desired speed in free space.
 
     Parameters
     ----------
     lookahead_dist : float
-        How far away the point of the path is that it steers to [m].
+        Distance to the point of the path that the robot steers towards (the carrot) [m].
     use_velocity_scaled_lookahead_dist : bool
-        Whether that is how far it comes in ``lookahead_time`` instead.
+        Whether that distance is instead the one driven in ``lookahead_time``.
     min_lookahead_dist, max_lookahead_dist : float
-        Limits of that [m]; down to the former it looks, too, for an arc that is free.
+        Limits of the scaled distance [m]; if an arc is not free, nearer carrots are tried down to the former.
     lookahead_time : float
-        See above [s].
+        Time of the scaled distance [s].
     use_fixed_curvature_lookahead, curvature_lookahead_dist : bool, float
-        Whether speed follows the curvature of the path to a point so far away [m], instead of that of the arc.
+        Whether the speed depends on the curvature to a point at that fixed distance [m], instead of the carrot's.
     use_rotate_to_heading : bool
-        Whether it turns on the spot where the path leads off.
+        Whether the robot turns in place if the path leads in another direction.
     rotate_to_heading_min_angle, rotate_to_heading_angular_vel : float
-        By how much that must be [rad], and how fast it turns then [rad/s].
+        Smallest angle of such a turn [rad], and its speed [rad/s].
     allow_reversing : bool
-        Whether it drives backwards to what is behind it, no faster than ``min_vel_x`` says, and so along a plan that
-        turns back on itself.
+        Whether the robot reverses towards a carrot behind it, at most at the speed of ``min_vel_x``, and follows plans
+        that reverse direction.
     use_regulated_linear_velocity_scaling : bool
-        Whether it is slower in curves.
+        Whether the robot slows down in curves.
     regulated_linear_scaling_min_radius, regulated_linear_scaling_min_speed : float
-        Radius from which it is slower [m], and the speed that neither a curve nor an obstacle takes away [m/s].
+        Radius of curves below which it slows down [m], and the lowest speed in curves and near obstacles [m/s].
     use_cost_regulated_linear_velocity_scaling : bool
-        Whether it is slower near obstacles.
+        Whether the robot slows down near obstacles.
     cost_scaling_dist, cost_scaling_gain : float
-        Distance from which it is slower [m], and what its speed there is multiplied with, at most 1.
+        Distance to obstacles below which it slows down [m], and the factor of its speed there, at most 1.
     inflation_cost_scaling_factor : float
-        That of the local costmap, to tell distances by costs [1/m].
+        Scaling factor of the local costmap, to convert costs into distances [1/m].
     approach_velocity_scaling_dist, min_approach_linear_velocity : float
-        How far from the end of the path it begins to be slower [m], and the least speed of that [m/s].
+        Distance from the end of the path at which the robot slows down [m], and its lowest speed there [m/s].
     use_collision_detection, max_allowed_time_to_collision_up_to_carrot : bool, float
-        Whether the way to that point must be free, for so many seconds.
+        Whether the arc to the carrot must be free of collisions, and for how long [s].
 
     Raises
     ------
     InvalidParameter
-        One is no number, not finite or out of range; the text names it.
+        A value is not a number, not finite or out of range; the text names the parameter.
     """
 
     POSITIVE: ClassVar[frozenset[str]] = DriveParameters.POSITIVE | {
@@ -85,10 +85,10 @@ class PurePursuitParameters(DriveParameters):
     def __post_init__(self) -> None:
         DriveParameters.__post_init__(self)
         if self.min_lookahead_dist > self.max_lookahead_dist:
-            raise InvalidParameter("min_lookahead_dist must not be above max_lookahead_dist")
+            raise InvalidParameter("min_lookahead_dist must be at most max_lookahead_dist")
         if self.cost_scaling_gain > 1.0:
             raise InvalidParameter(f"cost_scaling_gain must be at most 1, not {self.cost_scaling_gain}")
         if self.rotate_to_heading_angular_vel < self.min_vel_theta:
-            raise InvalidParameter("rotate_to_heading_angular_vel must not be below min_vel_theta")
+            raise InvalidParameter("rotate_to_heading_angular_vel must be at least min_vel_theta")
         if self.allow_reversing and self.min_vel_x >= 0.0:
-            raise InvalidParameter("allow_reversing wants a min_vel_x below 0: how fast it may drive backwards")
+            raise InvalidParameter("allow_reversing requires min_vel_x below 0, the fastest speed in reverse")

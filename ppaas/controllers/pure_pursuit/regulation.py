@@ -1,6 +1,6 @@
-"""How fast regulated pure pursuit drives: slower in curves, near obstacles, and towards the end of the path.
+"""Speed regulation of pure pursuit: slower in curves, near obstacles, and towards the end of the path.
 
-After Macenski, Singh, Martín and Ginés, "Regulated pure pursuit for robot path tracking" (2023), as Nav2 has it.
+Macenski, Singh, Martín, Ginés, *Regulated Pure Pursuit for Robot Path Tracking* (2023), as implemented in Nav2.
 """
 
 import math
@@ -10,17 +10,17 @@ from ppaas.cost_values import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, NO_INFORM
 
 
 def regulated_speed(parameters: PurePursuitParameters, curvature: float, cost: int, to_go: float) -> float:
-    """Return how fast to drive, in either direction [m/s].
+    """Return the speed in either direction [m/s].
 
     Parameters
     ----------
     parameters : PurePursuitParameters
     curvature : float
-        Of the arc [1/m].
+        Curvature of the arc [1/m].
     cost : int
-        Of the cell the robot is in.
+        Cost of the robot's cell.
     to_go : float
-        Way to the end of the path [m].
+        Remaining distance to the end of the path [m].
     """
     p = parameters
     kept = min(_kept_in_curve(p, curvature), _kept_near_obstacle(p, cost))
@@ -28,7 +28,7 @@ def regulated_speed(parameters: PurePursuitParameters, curvature: float, cost: i
     if to_go < p.approach_velocity_scaling_dist:
         part = to_go / p.approach_velocity_scaling_dist
         speed = min(speed, max(p.max_vel_x * part, p.min_approach_linear_velocity))
-    # No faster than it can stop from with half of its braking, nor than it can turn.
+    # Slow enough to stop at the end with half the braking allowed, and to turn along the arc.
     stoppable = max(math.sqrt(p.acc_lim_x * max(to_go, 0.0)), p.min_approach_linear_velocity)
     turnable = p.max_vel_theta / abs(curvature) if curvature else math.inf
     return min(speed, p.max_vel_x, stoppable, turnable)

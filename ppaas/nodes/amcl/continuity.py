@@ -1,4 +1,4 @@
-"""What breaks in a stream of scans and odometry: clocks that are set back, and bases that begin anew."""
+"""Continuity checks of scans and odometry: late scans, clocks that are set back, and odometry that is reset."""
 
 import logging
 
@@ -9,56 +9,56 @@ from ppaas.transforms.planar import CACHE_TIME
 logger = logging.getLogger(__name__)
 
 LATE = 1.0
-"""A scan that was taken longer than this before the newest odometry tells of a place that the robot has left [s]."""
+"""Age relative to the newest odometry above which a scan is rejected, since the robot has moved on [s]."""
 
 LONGEST_GAP = 5.0
-"""A robot whose odometry is farther than this from where it was at the checkpoint [m] has reset its odometry."""
+"""Distance from the odometry of the checkpoint above which odometry was reset in the meantime [m]."""
 
 SLACK, FASTEST = 1.0, 5.0
-"""Odometry that is farther from the last than this [m], and than this speed [m/s] brings it, began anew."""
+"""Odometry was reset if it jumped by more than `SLACK` [m] plus what `FASTEST` [m/s] allows."""
 
 
 class Continuity:
-    """The last scan that was used, and where odometry was then."""
+    """Stamp and odometry of the last scan that was used."""
 
     def __init__(self) -> None:
         self.odom: Pose2D | None = None
         self._stamp: float | None = None
 
     def check_stamp(self, stamp: float, newest: float | None) -> None:
-        """Refuse a scan that is older than the last one, or late.
+        """Reject a scan that is late or older than the last one.
 
-        A clock that was set back by more than tf keeps is believed.
+        A clock that was set back by more than the time that tf keeps is accepted.
 
         Parameters
         ----------
         stamp : float
-            Of the scan [s].
+            Stamp of the scan [s].
         newest : float or None
-            Of the newest odometry, if there is any [s].
+            Stamp of the newest odometry, if there is any [s].
 
         Raises
         ------
         InvalidInput
-            It is older, or late.
+            The scan is late, or older than the last one.
         """
         if newest is not None and LATE < newest - stamp <= CACHE_TIME:
             raise InvalidInput(
-                f"a scan was taken {newest - stamp:.1f} s before the newest odometry: send it sooner, and stamp both "
-                "by one clock"
+                f"the scan was taken {newest - stamp:.1f} s before the newest odometry: send scans sooner, and stamp "
+                "both with the same clock"
             )
         if self._stamp is None or stamp >= self._stamp:
             return
         if stamp >= self._stamp - CACHE_TIME:
             raise InvalidInput(
-                f"the stamp of a scan is {self._stamp - stamp:.3f} s before that of the last one: scans must be "
-                "sent in the order they were taken"
+                f"the stamp of the scan is {self._stamp - stamp:.3f} s before that of the last one: send scans in the "
+                "order in which they were taken"
             )
-        logger.warning("the clock of the scans went back by %.3f s: going on from there", self._stamp - stamp)
+        logger.warning("the clock of the scans was set back by %.3f s; continuing from there", self._stamp - stamp)
         self._stamp = None
 
     def note(self, odom: Pose2D, stamp: float) -> Pose2D | None:
-        """Take note of a scan that is used; return where odometry was before, if it began anew since the last one."""
+        """Record a scan that is used; return the odometry of the last one if it was reset since, otherwise None."""
         last, before = self.odom, self._stamp
         self.odom, self._stamp = odom, stamp
         if last is None:
@@ -66,5 +66,5 @@ class Continuity:
         apart = odom.distance_to(last)
         if apart <= SLACK + FASTEST * (stamp - before if before is not None else 0.0):
             return None
-        logger.warning("odometry jumped by %.2f m: the base began anew, and its robot is where it was", apart)
+        logger.warning("odometry jumped by %.2f m: taken as a reset of the odometry, not as a motion", apart)
         return last

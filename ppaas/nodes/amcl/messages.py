@@ -1,4 +1,4 @@
-"""What localization says: the particles, where the robot is, and where odometry lies in the map."""
+"""Messages of localization: particle cloud, pose with covariance, and initial pose."""
 
 from dataclasses import dataclass
 
@@ -14,12 +14,12 @@ from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import finite_pose
 
 _PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
-"""Where x, y and yaw stand in ROS's 6×6 covariance."""
+"""Indices of x, y and yaw in ROS's 6×6 covariance."""
 
 
 @dataclass(frozen=True, slots=True)
 class ParticleCloud:
-    """The particles, by reference; they become ``geometry_msgs/PoseArray`` where they leave the home."""
+    """Reference to the particles; converted to ``geometry_msgs/PoseArray`` only when they leave the executor."""
 
     particles: NDArray[np.float64]
     stamp: float
@@ -31,16 +31,16 @@ class ParticleCloud:
 
 
 def pose_message(pose: Pose2D, covariance: NDArray[np.float64], stamp: Time) -> PoseWithCovarianceStamped:
-    """Return ``amcl_pose``.
+    """Return the message for ``amcl_pose``.
 
     Parameters
     ----------
     pose : Pose2D
         In the map frame.
     covariance : (3, 3) array
-        Of x [m], y [m], theta [rad].
+        Covariance of x [m], y [m], theta [rad].
     stamp : Time
-        Of the scan that told it.
+        Stamp of the scan from which it was estimated.
     """
     spread = np.zeros((6, 6))
     spread[_PLANAR] = covariance
@@ -54,19 +54,19 @@ def read_initial_pose(message: PoseWithCovarianceStamped, info: GridInfo) -> tup
     Raises
     ------
     InvalidInput
-        It is not finite, has the wrong size, or lies outside of the map.
+        A number is not finite, the covariance has the wrong size, or the pose is outside the map.
     TransformError
-        It is given in another frame than the map's.
+        Its frame is not the map frame.
     """
     if message.header.frame_id.lstrip("/") not in ("", MAP):
-        raise TransformError(f"an initial pose is given in {MAP!r}, not in {message.header.frame_id!r}")
+        raise TransformError(f"an initial pose must be in frame {MAP!r}, not {message.header.frame_id!r}")
     pose = finite_pose(message.pose.pose, "an initial pose")
     if len(message.pose.covariance) != 36:
-        raise InvalidInput(f"a covariance has 36 numbers, not {len(message.pose.covariance)}")
+        raise InvalidInput(f"a covariance must have 36 numbers, not {len(message.pose.covariance)}")
     if info.cell_of(pose.x, pose.y) is None:
         raise InvalidInput(
-            f"an initial pose must lie in the map, whose {info.width * info.resolution:g} × "
-            f"{info.height * info.resolution:g} m begin at ({info.origin.x:g}, {info.origin.y:g}); "
-            f"({pose.x:g}, {pose.y:g}) does not"
+            f"the initial pose ({pose.x:g}, {pose.y:g}) is outside the map, which covers "
+            f"{info.width * info.resolution:g} × {info.height * info.resolution:g} m from "
+            f"({info.origin.x:g}, {info.origin.y:g})"
         )
     return pose, np.array(message.pose.covariance).reshape(6, 6)[_PLANAR]

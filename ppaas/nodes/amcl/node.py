@@ -1,4 +1,4 @@
-"""Localization as a node: tells where the odometry frame lies in the map."""
+"""Node ``amcl``: publishes the transform from the map frame to the odometry frame."""
 
 import logging
 from typing import ClassVar
@@ -12,8 +12,8 @@ from ppaas.geometry import Pose2D
 from ppaas.localization.beams import check_count
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.particle_filter import ParticleFilter
-from ppaas.localization.pose_search import Found
-from ppaas.localization.scan_plausibility import check_sight
+from ppaas.localization.pose_search import PoseCandidates
+from ppaas.localization.scan_plausibility import check_plausible
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
 from ppaas.messages.message import Empty, Message
 from ppaas.messages.sensor_msgs import LaserScan
@@ -36,7 +36,7 @@ NOMOTION_UPDATE = Service("request_nomotion_update", EmptyService)
 
 
 class AmclState(msgspec.Struct):
-    """What localization needs to go on elsewhere: where it was by the map and by odometry, and how sure."""
+    """Checkpoint of localization: pose in the map, its covariance, and odometry."""
 
     pose: tuple[float, float, float]
     covariance: list[list[float]]
@@ -45,26 +45,26 @@ class AmclState(msgspec.Struct):
 
 
 class AmclNode(Node):
-    """Takes scans, ``tf`` and ``initialpose``; gives ``tf`` map → odom, ``amcl_pose`` and ``particlecloud``.
+    """Subscribes to scans, ``tf`` and ``initialpose``; publishes ``tf`` map → odom, ``amcl_pose``, ``particlecloud``.
 
-    As amcl does, with one difference: map → odom and ``amcl_pose`` come with every scan, also when the robot has not
-    moved far enough for the particles to be updated, so that others hear of a robot that stands.
+    It behaves as amcl, with one difference: map → odom and ``amcl_pose`` are published for every scan, even if the
+    robot has not moved far enough for an update of the particles. So other robots know of a robot that stands still.
 
-    A scan waits until odometry has reached its stamp; a newer one takes its place. A stamp of zero means the latest
-    odometry. A base that begins anew is taken to stand where it was.
+    A scan waits until odometry has reached its stamp; a newer scan replaces it. A stamp of zero means the latest
+    odometry. If the odometry is reset, the robot is assumed not to have moved.
 
     Parameters
     ----------
     context : Context
-        Of its home.
+        The node's context.
     layers : MapLayers
         The map.
     initial_pose : Pose2D
-        In the map.
+        In the map frame.
     parameters : AmclParameters
-        With the names of amcl.
+        Named as in amcl.
     threads : callable
-        Returns the most threads that kernels may use now.
+        Returns the largest number of threads that kernels may use now.
     """
 
     name: ClassVar[str] = "amcl"
@@ -93,17 +93,17 @@ class AmclNode(Node):
         self._continuity = Continuity()
         self._restored: AmclState | None = None
         self._update_asked = False
-        self._looking = False
+        self._search_runs = False
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Take a scan, a transform or a pose to start anew from.
+        """Handle a scan, a transform or an initial pose.
 
         Raises
         ------
         InvalidInput
-            It is not finite, has the wrong size, lies outside of the map, or is older than the one before.
+            A number is not finite, a size is wrong, the pose is outside the map, or the scan is older than the last.
         TransformError
-            The frame of a scan or of an initial pose is not known, or its stamp lies too far back.
+            The frame of a scan or of an initial pose is unknown, or its stamp is older than what tf keeps.
         """
         if topic == topics.SCAN.name:
             self._on_scan(expect(message, LaserScan))
@@ -115,12 +115,12 @@ class AmclNode(Node):
             self._process_waiting()
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
-        """Look for the robot all over the map, or update with the next scan though the robot has not moved.
+        """Search for the robot on the whole map, or update with the next scan although the robot has not moved.
 
         Raises
         ------
         InvalidMap
-            The map has no free cell that the robot could be in.
+            The map has no free cell.
         """
         if service == GLOBAL_LOCALIZATION.name:
             self._filter.initialise_globally()
@@ -134,7 +134,7 @@ class AmclNode(Node):
     def _on_scan(self, scan: LaserScan) -> None:
         laser, newest = self._laser(scan), self._frames.tree.newest(BASE_LINK)
         check_count(scan)
-        check_sight(scan, self._layers, lambda: self._in_map(laser))
+        check_plausible(scan, self._layers, lambda: self._in_map(laser))
         stamp = tf_time(scan.header.stamp)
         if stamp:
             self._continuity.check_stamp(stamp, newest)
@@ -146,7 +146,7 @@ class AmclNode(Node):
         return self._frames.tree.lookup(BASE_LINK, frame or BASE_LINK)
 
     def _in_map(self, laser: Pose2D) -> Pose2D | None:
-        """Return where a laser is taken to be, if the robot was localized."""
+        """Return the estimated pose of the laser in the map frame, or None before the first estimate."""
         if self._map_to_odom is None:
             return None
         return self._map_to_odom @ self._frames.tree.lookup(ODOM, BASE_LINK) @ laser
@@ -160,16 +160,16 @@ class AmclNode(Node):
             return
         self._waiting = None
         odom = self._frames.tree.lookup(ODOM, BASE_LINK, stamp)
-        self._go_on(odom)
+        self._resume(odom)
         before = self._continuity.note(odom, stamp)
         if before is not None:
-            self._begin_odometry_anew(before, odom)
+            self._on_odometry_reset(before, odom)
         if self._update_asked or self._filter.needs_update(odom):
             self._update(scan, odom, stamp)
-        # As ROS, so that whoever waits for the pose of a scan finds it by its stamp, to the nanosecond.
-        self._tell(odom, stamp, scan.header.stamp if tf_time(scan.header.stamp) else Time.of(stamp))
+        # The scan's own stamp to the nanosecond, as in ROS: a client finds the pose of a scan by it.
+        self._publish_pose(odom, stamp, scan.header.stamp if tf_time(scan.header.stamp) else Time.of(stamp))
 
-    def _begin_odometry_anew(self, before: Pose2D, odom: Pose2D) -> None:
+    def _on_odometry_reset(self, before: Pose2D, odom: Pose2D) -> None:
         jump = before @ odom.inverse()
         self._filter.rebase(jump)
         if self._map_to_odom is not None:
@@ -181,24 +181,24 @@ class AmclNode(Node):
         estimate = self._filter.update(odom, sensor.beams(scan, self._laser(scan)), sensor.range_max(scan))
         self._map_to_odom = estimate.pose @ odom.inverse()
         self.context.publish(topics.PARTICLE_CLOUD.name, ParticleCloud(self._filter.particles, stamp))
-        self._look()
+        self._start_search()
 
-    def _look(self) -> None:
-        """Have a lost robot looked for all over the map, in a job: that takes longer than a cycle of control."""
-        search = None if self._looking else self._filter.next_search()
+    def _start_search(self) -> None:
+        """Start a search of the whole map for a lost robot, in a job: it takes longer than a control cycle."""
+        search = None if self._search_runs else self._filter.next_search()
         if search is not None:
-            self._looking = True
+            self._search_runs = True
             self.context.start(search.run, self._on_found)
 
-    def _on_found(self, found: Found | PPaaSError | None) -> None:
-        self._looking = False
+    def _on_found(self, found: PoseCandidates | PPaaSError | None) -> None:
+        self._search_runs = False
         if isinstance(found, PPaaSError):
-            logger.warning("a robot that is lost cannot be looked for: %s", found)
+            logger.warning("the search for a lost robot failed: %s", found)
         elif found is not None and self._filter.adopt(found):
             self._update_asked = True
-        self._look()
+        self._start_search()
 
-    def _tell(self, odom: Pose2D, stamp: float, moment: Time) -> None:
+    def _publish_pose(self, odom: Pose2D, stamp: float, moment: Time) -> None:
         assert self._map_to_odom is not None
         if self._parameters.tf_broadcast:
             good_until = Time.of(stamp + self._parameters.transform_tolerance)
@@ -207,10 +207,10 @@ class AmclNode(Node):
         covariance = self._filter.estimate.covariance
         self.context.publish(topics.AMCL_POSE.name, pose_message(self._map_to_odom @ odom, covariance, moment))
 
-    # -- going on elsewhere --------------------------------------------------------------------------------------------
+    # -- checkpoints ---------------------------------------------------------------------------------------------------
 
     def checkpoint(self) -> bytes:
-        """Return where the robot is."""
+        """Return the pose of the robot as JSON."""
         if self._restored is not None:
             return msgspec.json.encode(self._restored)
         estimate, odom = self._filter.estimate, self._continuity.odom
@@ -221,12 +221,12 @@ class AmclNode(Node):
         return msgspec.json.encode(state)
 
     def restore(self, state: bytes) -> None:
-        """Go on from there, and from how far odometry says the robot has come meanwhile."""
+        """Continue from a checkpoint; the next odometry adds how far the robot has moved since."""
         self._restored = msgspec.json.decode(state, type=AmclState)
         self._filter.initialise(Pose2D(*self._restored.pose), np.array(self._restored.covariance))
 
-    def _go_on(self, odom: Pose2D) -> None:
-        """With the first odometry after a restore, move on by what was missed, or go on to look for the robot."""
+    def _resume(self, odom: Pose2D) -> None:
+        """With the first odometry after a restore, add the motion that was missed, or resume the search."""
         if self._restored is None:
             return
         state, self._restored = self._restored, None

@@ -26,8 +26,8 @@ from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.navigation import events
 from ppaas.navigation.move_base import MoveBase
 from ppaas.navigation.parameters import MoveBaseParameters
-from ppaas.navigation.passive_safety import GivingWay
-from ppaas.navigation.progress_checker import Obedience
+from ppaas.navigation.passive_safety import PassiveSafety
+from ppaas.navigation.progress_checker import ProgressChecker
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Timer, Topic
 from ppaas.nodes.frames import BASE_LINK, MAP, ODOM
@@ -84,7 +84,7 @@ class MoveBaseNode(Node):
         Returns the most threads that kernels may use now.
     processor : PlanProcessor
         By which plans that are kept are found.
-    giving_way : GivingWay
+    passive_safety : PassiveSafety
         How fast it may drive towards whom it sees coming.
     speed_filter : SpeedFilter, optional
         How fast it may drive where.
@@ -121,12 +121,12 @@ class MoveBaseNode(Node):
         parameters: MoveBaseParameters,
         threads: Threads,
         processor: PlanProcessor,
-        giving_way: GivingWay,
+        passive_safety: PassiveSafety,
         speed_filter: SpeedFilter | None = None,
     ) -> None:
         super().__init__(context)
         self._limits = SpeedLimits(speed_filter)
-        self._obedience = Obedience()
+        self._progress_checker = ProgressChecker()
         self._layers = layers
         self._surroundings = surroundings
         self._planner = RobotPlanner(context, planner, layers.costmap, parameters, threads=threads, processor=processor)
@@ -138,7 +138,7 @@ class MoveBaseNode(Node):
             context, self._feed, self._machine.goals,
             costmap=layers.costmap, surroundings=surroundings, planner=self._planner, controller=controller,
             recoveries=[recovery for _, recovery in recoveries], topics=self._topics, limits=self._limits,
-            giving_way=giving_way, period=self._period, threads=threads,
+            passive_safety=passive_safety, period=self._period, threads=threads,
         )  # fmt: skip
         self._paths = PathServices(
             context, layers.costmap, parameters.base_global_planner, threads, processor=processor, tuned=path_planners
@@ -263,7 +263,9 @@ class MoveBaseNode(Node):
             self._feed(events.ControlTick(now, None, str(error)))
             return
         odom = self._surroundings.frames.tree.lookup(ODOM, BASE_LINK)
-        self._feed(events.ControlTick(now, pose, disobedience=self._obedience.look(now, self._executor.sent, odom)))
+        self._feed(
+            events.ControlTick(now, pose, no_progress=self._progress_checker.look(now, self._executor.sent, odom))
+        )
 
     # -- events ------------------------------------------------------------------------------------------------------
 

@@ -10,7 +10,7 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Twist, Vector3
 from ppaas.navigation import events, orders
 from ppaas.navigation.action_goals import GoalList
-from ppaas.navigation.passive_safety import GivingWay
+from ppaas.navigation.passive_safety import PassiveSafety
 from ppaas.nodes.base import Context
 from ppaas.nodes.move_base.action_topics import ActionTopics
 from ppaas.nodes.move_base.robot_planner import Detour, NoPlan, Planned, RobotPlanner
@@ -44,7 +44,7 @@ class OrderExecutor:
     topics : ActionTopics
     limits : SpeedLimits
         How fast the robot may drive.
-    giving_way : GivingWay
+    passive_safety : PassiveSafety
         How fast it may drive towards whom it sees coming.
     period : float
         Of the control cycle [s].
@@ -70,7 +70,7 @@ class OrderExecutor:
         recoveries: Sequence[Recovery],
         topics: ActionTopics,
         limits: SpeedLimits,
-        giving_way: GivingWay,
+        passive_safety: PassiveSafety,
         period: float,
         threads: Threads,
     ) -> None:
@@ -85,7 +85,7 @@ class OrderExecutor:
         self._recoveries = recoveries
         self._topics = topics
         self._limits = limits
-        self._giving_way = giving_way
+        self._passive_safety = passive_safety
         self._period = period
         self._threads = threads
 
@@ -142,7 +142,7 @@ class OrderExecutor:
             velocity = Velocity() if reached else self._controller.compute_velocity(request)
         except PPaaSError as error:
             return events.ControlFailed(self._context.now(), str(error))
-        velocity = self._giving_way.slowed(velocity, pose, around.walkers(self._context.now()))
+        velocity = self._passive_safety.slowed(velocity, pose, around.walkers(self._context.now()))
         return events.VelocityComputed(self._context.now(), velocity, reached)
 
     def _recover(self, order: orders.Recover) -> events.Event:

@@ -15,7 +15,7 @@ from ppaas.errors import (
     StartOutsideMap,
 )
 from ppaas.geometry import Pose2D
-from ppaas.navigation.blocked_path_memory import ShutPlaces
+from ppaas.navigation.blocked_path_memory import BlockedPathMemory
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.nodes.base import Context, Job
 from ppaas.nodes.planner_server.planner_queue import PlannerQueue
@@ -125,7 +125,7 @@ class RobotPlanner:
         self._now = context.now
         self._queue = PlannerQueue(context)
         self._job: Job | None = None
-        self._shut = ShutPlaces()
+        self._shut = BlockedPathMemory()
 
     def head_for(self, goal: Pose2D) -> None:
         """Take note of another goal, or where it has moved to."""

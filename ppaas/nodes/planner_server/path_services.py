@@ -13,7 +13,7 @@ from ppaas.messages.nav_msgs import GetPlanResponse
 from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
 from ppaas.nodes.base import Context, Job, Reply
 from ppaas.nodes.message_checks import finite_pose
-from ppaas.nodes.planner_server.plan_comparison import Comparison
+from ppaas.nodes.planner_server.plan_comparison import PlanComparison
 from ppaas.nodes.planner_server.planner_queue import PlannerQueue
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.planners.path_json import rows_text
@@ -82,7 +82,7 @@ class PathServices:
         tuned: Mapping[str, Planner] | None = None,
     ) -> None:
         self._processor = processor
-        self._comparison = Comparison(context, processor)
+        self._comparison = PlanComparison(context, processor)
         self._costmap = costmap
         self._default = default
         self._threads = threads

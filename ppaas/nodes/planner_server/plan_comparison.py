@@ -18,7 +18,7 @@ ONE_OF = 16
 TIMEOUT = 5.0
 
 
-class Comparison:
+class PlanComparison:
     """Has a planner of cheapest paths plan again what another has planned, when nobody waits for it any more.
 
     Parameters

@@ -364,7 +364,7 @@ class Ending(Node):
 
     name: ClassVar[str] = "ending"
     subscribes: ClassVar[tuple[Topic, ...]] = (Topic("end", String),)
-    publishes: ClassVar[tuple[Topic, ...]] = (Topic("ended", String, said_once=True),)
+    publishes: ClassVar[tuple[Topic, ...]] = (Topic("ended", String, published_once=True),)
     said = b""
 
     def on_message(self, topic: str, message: Payload) -> None:

@@ -19,7 +19,7 @@ from tests.support.world.planar_world import World, error_of, walled_map
 
 START, GOAL = Pose2D(1.0, 1.0, math.pi / 2), Pose2D(6.0, 6.0, 0.0)
 RADIUS = 0.18
-BLIND = "no beam of a scan has a reading, and by the map half of them should"
+BLIND = "no beam of the scan has a reading, although by the map half of them should"
 
 Scans = Callable[[LaserScan], LaserScan]
 Odometries = Callable[[Odometry], Odometry]
@@ -176,7 +176,7 @@ def test_a_base_that_does_not_obey_is_not_pushed_and_is_tried_again(commands: Co
     driving.failing.commands = commands
     begun, sent = driving.world.pose, len(driving.commands)
     driving.go_on(10.0)
-    assert any(text.startswith("waiting: the base does not do what it is told: ") for text in driving.texts)
+    assert any(text.startswith("waiting: the base does not follow cmd_vel: ") for text in driving.texts)
     assert begun.distance_to(driving.world.pose) < 0.6
     stops = [command.linear.x == 0.0 for command in driving.commands[sent:]]
     assert any(stops)
@@ -190,8 +190,8 @@ def test_a_base_that_never_obeys_is_given_up_with_the_reason():
     driving.run(150.0)
     assert driving.last_status() is Status.ABORTED
     text = driving.results[-1].status.text
-    assert text.startswith("Robot does not move as it is told. Even after executing recovery behaviors. ")
-    assert "the base does not do what it is told" in text
+    assert text.startswith("Robot does not follow cmd_vel. Even after executing recovery behaviors. ")
+    assert "the base does not follow cmd_vel" in text
     assert driving.stands()
 
 

@@ -88,7 +88,7 @@ def test_when_the_way_stays_blocked_each_behaviour_is_tried_once_and_the_goal_ab
     assert corridor.tried == IN_ORDER
     assert corridor.driving.last_status() is Status.ABORTED
     text = corridor.driving.results[-1].status.text
-    assert text.startswith("Failed to find a valid plan. Even after executing recovery behaviors. no free way")
+    assert text.startswith("Failed to find a valid plan. Even after executing recovery behaviors. no free path")
     assert (corridor.driving.command.linear.x, corridor.driving.command.angular.z) == (0.0, 0.0)
     assert corridor.driving.clearance > RADIUS
 
@@ -97,7 +97,7 @@ def test_a_robot_with_a_wall_behind_it_does_not_back_up_says_so_and_tries_the_ne
     corridor = Corridor(boxes=CLOSET)
     corridor.block_and_drive()
     assert corridor.tried == IN_ORDER
-    assert "back_up was given up: the way back is not free after 0.00 m of 0.3 m" in corridor.said
+    assert "back_up failed: the space behind is not free after 0.00 m of 0.3 m" in corridor.said
     assert not corridor.backwards
 
 

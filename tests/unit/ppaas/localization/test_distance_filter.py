@@ -7,7 +7,7 @@ import pytest
 
 from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D
-from ppaas.localization.distance_filter import MANY, NEAR, at_people
+from ppaas.localization.distance_filter import MANY, NEAR, ends_at_people
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.particle_filter import ParticleFilter
 from tests.support.world.planar_world import walled_map
@@ -29,23 +29,23 @@ def seen(people: int, others: int, away: float = 1.0) -> np.ndarray:
 
 
 def test_beams_that_end_at_people_of_a_crowd_are_told_from_those_that_end_at_a_wall() -> None:
-    np.testing.assert_array_equal(at_people(HERE, seen(20, 30), LAYERS), np.arange(50) < 20)
+    np.testing.assert_array_equal(ends_at_people(HERE, seen(20, 30), LAYERS), np.arange(50) < 20)
 
 
 @pytest.mark.parametrize("people", [0, 3, int(40 * MANY)])
 def test_a_few_people_are_no_crowd(people: int) -> None:
-    assert not at_people(HERE, seen(people, 40 - people), LAYERS).any()
+    assert not ends_at_people(HERE, seen(people, 40 - people), LAYERS).any()
 
 
 def test_walls_that_are_near_are_no_crowd() -> None:
     beside_the_wall = np.column_stack((np.linspace(-0.8, 0.8, 30), np.full(30, 0.1 - BESIDE.y)))
-    assert not at_people(BESIDE, beside_the_wall, LAYERS).any()
-    assert at_people(BESIDE, 0.6 * beside_the_wall, LAYERS).all()
+    assert not ends_at_people(BESIDE, beside_the_wall, LAYERS).any()
+    assert ends_at_people(BESIDE, 0.6 * beside_the_wall, LAYERS).all()
 
 
 def test_who_is_far_away_is_not_around_the_robot() -> None:
-    assert at_people(HERE, seen(20, 30, NEAR - 0.1), LAYERS).any()
-    assert not at_people(HERE, seen(20, 30, NEAR + 0.1), LAYERS).any()
+    assert ends_at_people(HERE, seen(20, 30, NEAR - 0.1), LAYERS).any()
+    assert not ends_at_people(HERE, seen(20, 30, NEAR + 0.1), LAYERS).any()
 
 
 @pytest.mark.parametrize("walls", [10, 0])

@@ -11,10 +11,10 @@ from ppaas.geometry import Pose2D
 from ppaas.localization.beams import scan_points
 from ppaas.localization.free_poses import FreePoses
 from ppaas.localization.parameters import AmclParameters
-from ppaas.localization.pose_search import BIN, BIN_TURN, Found, Search
-from ppaas.localization.relocalization import Seeker
-from ppaas.localization.scan_history import History
-from ppaas.localization.scan_match import Match
+from ppaas.localization.pose_search import BIN, BIN_TURN, PoseCandidates, PoseSearch
+from ppaas.localization.relocalization import Relocalizer
+from ppaas.localization.scan_history import ScanHistory
+from ppaas.localization.scan_match import ScanMatch
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridInfo, GridMap
 from tests.support.world.planar_world import World, walled_map
@@ -25,13 +25,13 @@ TRUE = Pose2D(7.4, 4.7, 2.0)
 HERE = Pose2D(0.0, 0.0, 0.0)
 
 
-def search(told: Pose2D = TRUE, metres: float = 2.0, seed: int = 1, grid: GridMap = GRID) -> Search:
+def search(told: Pose2D = TRUE, metres: float = 2.0, seed: int = 1, grid: GridMap = GRID) -> PoseSearch:
     layers = LAYERS if grid is GRID else build_layers(grid)
     seen = np.pad(scan_points(World(GRID, TRUE).scan(0.0), HERE), ((0, 0), (0, 2)))
-    return Search(FreePoses(grid), Match(layers, AmclParameters()), seen, metres, HERE, told, False, seed)
+    return PoseSearch(FreePoses(grid), ScanMatch(layers, AmclParameters()), seen, metres, HERE, told, False, seed)
 
 
-def found(**given: object) -> Found:
+def found(**given: object) -> PoseCandidates:
     poses = search(**given).run(bool)
     assert poses is not None
     return poses
@@ -55,8 +55,8 @@ def test_weights_are_ordered_and_sum_to_one_and_no_place_is_told_twice() -> None
 
 def test_a_robot_that_was_told_where_it_is_is_as_likely_there_as_at_the_best_place() -> None:
     places = found()
-    assert places.told > 0.5 * places.weights[0]
-    assert found(told=Pose2D(1.5, 4.0, 0.0)).told < 0.1 * places.weights[0]
+    assert places.believed_odds > 0.5 * places.weights[0]
+    assert found(told=Pose2D(1.5, 4.0, 0.0)).believed_odds < 0.1 * places.weights[0]
 
 
 def test_the_longer_the_way_the_surer_is_what_was_found() -> None:
@@ -83,13 +83,13 @@ OFFICE = office(seed=1)
 OFFICE_LAYERS = build_layers(OFFICE)
 
 
-def crowded(seed: int, people: int, told: Pose2D | None = None, *, lost: bool = False) -> Found:
+def crowded(seed: int, people: int, told: Pose2D | None = None, *, lost: bool = False) -> PoseCandidates:
     """Look for a robot that has driven around a circle with people around it, others at each look."""
     random = np.random.default_rng(seed)
     roomy = OFFICE.info.to_world(np.argwhere(OFFICE_LAYERS.distance > 1.2))
     start = Pose2D(*roomy[random.integers(len(roomy))], random.uniform(-math.pi, math.pi))
     rows, columns = np.indices(OFFICE.info.shape)
-    history, odom, step = History(), HERE, Pose2D(0.41, 0.0, 0.5)
+    history, odom, step = ScanHistory(), HERE, Pose2D(0.41, 0.0, 0.5)
     for look in range(8):
         odom = odom @ step if look else odom
         world = World(OFFICE, start @ odom, seed=seed)
@@ -98,15 +98,15 @@ def crowded(seed: int, people: int, told: Pose2D | None = None, *, lost: bool = 
             world.truth |= np.hypot(0.05 * columns - x, 0.05 * rows - y) <= 0.25
         history.note(odom, scan_points(world.scan(0.0), HERE))
     told = world.pose if told is None else told
-    match = Match(OFFICE_LAYERS, AmclParameters())
-    poses = Search(FreePoses(OFFICE), match, history.seen(), history.metres, odom, told, lost, seed).run(bool)
+    match = ScanMatch(OFFICE_LAYERS, AmclParameters())
+    poses = PoseSearch(FreePoses(OFFICE), match, history.seen(), history.metres, odom, told, lost, seed).run(bool)
     assert poses is not None
     return poses
 
 
-def is_lost(found: Found) -> bool:
-    seeker = Seeker(OFFICE_LAYERS, AmclParameters(), np.random.default_rng(1))
-    return seeker.share_anew(found) > 0.0
+def is_lost(found: PoseCandidates) -> bool:
+    relocalizer = Relocalizer(OFFICE_LAYERS, AmclParameters(), np.random.default_rng(1))
+    return relocalizer.redraw_share(found) > 0.0
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -123,5 +123,7 @@ def test_among_people_too_a_robot_that_was_carried_off_is_lost(seed: int) -> Non
 def test_where_a_robot_that_is_lost_was_taken_to_be_is_weighed_as_all_other_places_are(seed: int) -> None:
     best = Pose2D(*crowded(seed, people=12).poses[0])
     lost = crowded(seed, people=12, told=best, lost=True)
-    assert lost.told > 0.9 * lost.weights[0]
-    assert crowded(seed, people=12, told=best).told < 0.6 * lost.weights[0]  # people do not account for that place
+    assert lost.believed_odds > 0.9 * lost.weights[0]
+    assert (
+        crowded(seed, people=12, told=best).believed_odds < 0.6 * lost.weights[0]
+    )  # people do not account for that place

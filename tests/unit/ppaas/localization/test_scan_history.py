@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.geometry import Pose2D
-from ppaas.localization.scan_history import SCANS, SPACING, SPACING_TURN, History
+from ppaas.localization.scan_history import SCANS, SPACING, SPACING_TURN, ScanHistory
 
 POINT = np.array([[1.0, 0.0]])
 numbers = st.floats(-3.0, 3.0)
@@ -16,7 +16,7 @@ poses = st.builds(Pose2D, numbers, numbers, numbers)
 
 
 def test_a_scan_is_kept_only_where_the_robot_has_moved() -> None:
-    history = History()
+    history = ScanHistory()
     assert history.note(Pose2D(0.0, 0.0, 0.0), POINT)
     assert not history.note(Pose2D(0.9 * SPACING, 0.0, 0.9 * SPACING_TURN), POINT)
     assert history.note(Pose2D(0.0, 0.0, 1.1 * SPACING_TURN), POINT)
@@ -27,7 +27,7 @@ def test_a_scan_is_kept_only_where_the_robot_has_moved() -> None:
 @given(st.lists(poses, min_size=1, max_size=6))
 def test_a_wall_is_seen_where_it_is_from_wherever_it_was_seen(odoms: list[Pose2D]) -> None:
     wall = Pose2D(5.0, -2.0, 0.0)
-    history, last = History(), odoms[0]
+    history, last = ScanHistory(), odoms[0]
     for odom in odoms:
         x, y, _ = odom.inverse() @ wall
         if history.note(odom, np.array([[x, y]])):
@@ -42,7 +42,7 @@ def test_a_wall_is_seen_where_it_is_from_wherever_it_was_seen(odoms: list[Pose2D
 
 
 def test_the_oldest_scan_gives_way() -> None:
-    history = History()
+    history = ScanHistory()
     for i in range(SCANS + 3):
         assert history.full == (i >= SCANS)
         history.note(Pose2D(i, 0.0, 0.0), POINT)
@@ -51,7 +51,7 @@ def test_the_oldest_scan_gives_way() -> None:
 
 
 def test_odometry_that_began_anew_changes_nothing() -> None:
-    history, jump = History(), Pose2D(3.0, -1.0, math.pi / 3)
+    history, jump = ScanHistory(), Pose2D(3.0, -1.0, math.pi / 3)
     history.note(Pose2D(0.0, 0.0, 0.0), POINT)
     history.note(Pose2D(1.0, 0.0, 0.0), POINT)
     before = history.seen()

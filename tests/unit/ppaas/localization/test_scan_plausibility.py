@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.localization.scan_plausibility import check_sight
+from ppaas.localization.scan_plausibility import check_plausible
 from ppaas.messages.sensor_msgs import LaserScan
 from tests.support.world.planar_world import World, walled_map
 
@@ -27,34 +27,34 @@ NOTHING = pytest.mark.parametrize("nothing", [None, math.nan, math.inf, 8.0, 9.5
 
 @NOTHING
 def test_where_nothing_is_in_reach_a_laser_need_not_see_anything(nothing):
-    check_sight(scan_of(nothing), LAYERS, lambda: MIDDLE)
+    check_plausible(scan_of(nothing), LAYERS, lambda: MIDDLE)
 
 
 @NOTHING
 def test_where_walls_are_all_around_it_must(nothing):
-    with pytest.raises(InvalidInput, match="no beam of a scan has a reading"):
-        check_sight(scan_of(nothing), LAYERS, lambda: CORNER)
+    with pytest.raises(InvalidInput, match="no beam of the scan has a reading"):
+        check_plausible(scan_of(nothing), LAYERS, lambda: CORNER)
 
 
 AHEAD = {"first": -0.3, "last": 0.3}
 
 
 def test_what_it_must_see_lies_where_it_looks():
-    check_sight(scan_of(None, **AHEAD), LAYERS, lambda: Pose2D(CORNER.x, CORNER.y, math.pi / 4))
+    check_plausible(scan_of(None, **AHEAD), LAYERS, lambda: Pose2D(CORNER.x, CORNER.y, math.pi / 4))
     with pytest.raises(InvalidInput, match="by the map half of them should"):
-        check_sight(scan_of(None, **AHEAD), LAYERS, lambda: Pose2D(CORNER.x, CORNER.y, 1.25 * math.pi))
+        check_plausible(scan_of(None, **AHEAD), LAYERS, lambda: Pose2D(CORNER.x, CORNER.y, 1.25 * math.pi))
 
 
 def test_a_wall_that_is_too_near_to_be_seen_need_not_be_seen():
     before_the_wall = Pose2D(0.5, 12.0, math.pi)
     scan = scan_of(math.nan, **AHEAD)
     with pytest.raises(InvalidInput):
-        check_sight(scan, LAYERS, lambda: before_the_wall)
-    check_sight(replace(scan, range_min=0.45), LAYERS, lambda: before_the_wall)
+        check_plausible(scan, LAYERS, lambda: before_the_wall)
+    check_plausible(replace(scan, range_min=0.45), LAYERS, lambda: before_the_wall)
 
 
 def test_of_a_robot_that_was_not_localized_yet_nothing_is_known():
-    check_sight(scan_of(None), LAYERS, lambda: None)
+    check_plausible(scan_of(None), LAYERS, lambda: None)
 
 
 @pytest.mark.parametrize("others", [None, math.nan, 0.0])
@@ -62,13 +62,13 @@ def test_one_reading_is_enough(others):
     scan = scan_of(others)
     ranges = list(scan.ranges)
     ranges[7] = 1.0
-    check_sight(replace(scan, ranges=ranges), LAYERS, lambda: CORNER)
+    check_plausible(replace(scan, ranges=ranges), LAYERS, lambda: CORNER)
 
 
 @pytest.mark.parametrize("pose", [Pose2D(-40.0, 2.0, 0.0), Pose2D(0.01, 0.01, 0.0)])
 def test_outside_of_the_map_and_inside_of_a_wall_nothing_is_known_to_be_in_sight(pose):
-    check_sight(scan_of(None), LAYERS, lambda: pose)
+    check_plausible(scan_of(None), LAYERS, lambda: pose)
 
 
 def test_a_scan_without_ranges_is_not_for_this_check():
-    check_sight(replace(scan_of(None), ranges=[]), LAYERS, lambda: CORNER)
+    check_plausible(replace(scan_of(None), ranges=[]), LAYERS, lambda: CORNER)

@@ -8,7 +8,7 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import OCCUPIED, GridMap
-from ppaas.navigation.blocked_path_memory import CLEAR, FIRST, LONGEST, WAIT, ShutPlaces
+from ppaas.navigation.blocked_path_memory import CLEAR, FIRST, LONGEST, WAIT, BlockedPathMemory
 from ppaas.planners.base import PlanRequest, PlanResult
 from ppaas.planners.grid.dijkstra import Dijkstra
 from tests.support.world.rooms import room
@@ -39,7 +39,7 @@ def leads_by(found: PlanResult, door: tuple[float, float]) -> bool:
     return bool((np.hypot(*(found.poses[:, :2] - door).T) < 0.3).any())
 
 
-def seen_shut(places: ShutPlaces, now: float, pose: Pose2D = START) -> None:
+def seen_shut(places: BlockedPathMemory, now: float, pose: Pose2D = START) -> None:
     """Follow the plan through the near door, and until ``now`` find that shut for as long as it is waited for."""
     places.take(plan(OPEN), OPEN, START, now - WAIT - 1.0)
     assert places.take(plan(SHUT), SHUT, pose, now - WAIT) > 0.0
@@ -47,7 +47,7 @@ def seen_shut(places: ShutPlaces, now: float, pose: Pose2D = START) -> None:
 
 
 def test_a_detour_is_not_taken_while_the_way_before_may_open_again() -> None:
-    places = ShutPlaces()
+    places = BlockedPathMemory()
     assert places.take(plan(OPEN), OPEN, START, 0.0) == 0.0
     longer = plan(SHUT).length - plan(OPEN).length
     for now in (1.0, 2.0, 1.0 + WAIT - 0.1):
@@ -58,7 +58,7 @@ def test_a_detour_is_not_taken_while_the_way_before_may_open_again() -> None:
 
 
 def test_a_way_with_no_other_is_waited_for_from_when_it_was_blocked() -> None:
-    places = ShutPlaces()
+    places = BlockedPathMemory()
     places.take(plan(OPEN), OPEN, START, 0.0)
     assert places.take(None, SHUT, START, 1.0) == 0.0
     assert places.take(plan(SHUT), SHUT, START, WAIT) > 0.0
@@ -66,7 +66,7 @@ def test_a_way_with_no_other_is_waited_for_from_when_it_was_blocked() -> None:
 
 
 def test_a_detour_that_costs_less_than_waiting_is_taken_sooner() -> None:
-    places = ShutPlaces()
+    places = BlockedPathMemory()
     halfway = Pose2D(6.5, 1.0)
     through_near, through_far = plan(OPEN, halfway), plan(SHUT, halfway)
     longer = through_far.length - through_near.length
@@ -77,7 +77,7 @@ def test_a_detour_that_costs_less_than_waiting_is_taken_sooner() -> None:
 
 
 def test_who_turned_to_another_door_keeps_to_it_though_the_first_seems_open_again() -> None:
-    places = ShutPlaces()
+    places = BlockedPathMemory()
     seen_shut(places, 0.0)
     marked = places.mark(OPEN, 2.0)
     assert leads_by(plan(OPEN), NEAR_DOOR)
@@ -86,7 +86,7 @@ def test_who_turned_to_another_door_keeps_to_it_though_the_first_seems_open_agai
 
 
 def test_after_a_while_the_first_door_is_tried_again_and_each_time_later() -> None:
-    places = ShutPlaces()
+    places = BlockedPathMemory()
     now, waits = 0.0, []
     for _ in range(5):
         seen_shut(places, now)
@@ -97,7 +97,7 @@ def test_after_a_while_the_first_door_is_tried_again_and_each_time_later() -> No
 
 
 def test_a_plan_that_goes_around_something_in_the_same_way_shuts_nothing() -> None:
-    places = ShutPlaces()
+    places = BlockedPathMemory()
     blocked = OPEN.data.copy()
     places.take(plan(OPEN), OPEN, START, 0.0)
     row, column = OPEN.info.to_cells(plan(OPEN).poses[len(plan(OPEN).poses) // 4][:2])
@@ -108,7 +108,7 @@ def test_a_plan_that_goes_around_something_in_the_same_way_shuts_nothing() -> No
 
 
 def test_a_plan_that_is_longer_though_nothing_blocked_the_last_shuts_nothing() -> None:
-    places = ShutPlaces()
+    places = BlockedPathMemory()
     places.take(plan(OPEN), OPEN, START, 0.0)
     assert places.take(plan(SHUT), OPEN, START, 1.0) == 0.0
     assert places.mark(OPEN, 2.0) is OPEN
@@ -116,7 +116,7 @@ def test_a_plan_that_is_longer_though_nothing_blocked_the_last_shuts_nothing() -
 
 @pytest.mark.parametrize("ends", ["another goal", "no plan"])
 def test_it_forgets(ends: str) -> None:
-    places = ShutPlaces()
+    places = BlockedPathMemory()
     places.head_for(GOAL)
     seen_shut(places, 0.0)
     if ends == "no plan":
@@ -127,7 +127,7 @@ def test_it_forgets(ends: str) -> None:
 
 
 def test_a_goal_that_moves_is_the_same_goal() -> None:
-    places = ShutPlaces()
+    places = BlockedPathMemory()
     places.head_for(GOAL)
     seen_shut(places, 0.0)
     for step in range(1, 5):
@@ -136,7 +136,7 @@ def test_a_goal_that_moves_is_the_same_goal() -> None:
 
 
 def test_nothing_is_shut_where_the_robot_stands() -> None:
-    places = ShutPlaces()
+    places = BlockedPathMemory()
     here = Pose2D(NEAR_DOOR[0], NEAR_DOOR[1] - CLEAR + 0.1)
     seen_shut(places, 1.0, here)
     marked = places.mark(OPEN, 2.0)

@@ -237,7 +237,7 @@ def test_a_recovery_that_is_given_up_says_why_and_the_next_one_is_tried():
     driver.tick()
     driver.feed(RecoveryEnded(driver.now, "no room behind"))
     assert driver.of(PublishStatus)
-    assert driver.text == "conservative_reset was given up: no room behind"
+    assert driver.text == "conservative_reset failed: no room behind"
     driver.tick()
     driver.fail_plan()
     driver.tick()

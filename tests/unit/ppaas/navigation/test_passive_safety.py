@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from ppaas.controllers.base import Velocity
 from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.geometry import Pose2D
-from ppaas.navigation.passive_safety import MARGIN, REACTION, GivingWay
+from ppaas.navigation.passive_safety import MARGIN, REACTION, PassiveSafety
 
 RADIUS, PERSON, ACCELERATION = 0.18, 0.25, 1.0
 HERE, AHEAD = Pose2D(2.0, 1.0, math.pi / 2), Velocity(0.6, 0.3)
-GIVING_WAY = GivingWay(RADIUS, ACCELERATION)
+PASSIVE_SAFETY = PassiveSafety(RADIUS, ACCELERATION)
 
 
 def person(x: float, y: float, vx: float, vy: float) -> MovingObstacle:
@@ -33,7 +33,7 @@ def nearest(gap: float, walks: float, speed: float) -> float:
 @given(gap=st.floats(0.0, 4.0), walks=st.floats(0.05, 1.6), wanted=st.floats(0.01, 1.0))
 def test_it_stands_before_who_walks_up_to_it_is_there(gap: float, walks: float, wanted: float) -> None:
     coming = person(HERE.x, HERE.y + RADIUS + PERSON + gap, 0.0, -walks)
-    speed = GIVING_WAY.slowed(Velocity(wanted, 0.0), HERE, [coming]).linear
+    speed = PASSIVE_SAFETY.slowed(Velocity(wanted, 0.0), HERE, [coming]).linear
     assert 0.0 <= speed <= wanted
     if speed > 0.0:
         assert nearest(gap, walks, speed) >= MARGIN - 0.005
@@ -43,14 +43,14 @@ def test_it_stands_before_who_walks_up_to_it_is_there(gap: float, walks: float, 
 
 def test_it_keeps_to_its_arc_and_the_nearest_counts() -> None:
     far, near = person(2.0, 2.5, 0.0, -1.0), person(2.3, 2.1, -0.4, -1.0)
-    slowed = GIVING_WAY.slowed(AHEAD, HERE, [far, near])
-    assert slowed == GIVING_WAY.slowed(AHEAD, HERE, [near])
-    assert 0.0 < slowed.linear < GIVING_WAY.slowed(AHEAD, HERE, [far]).linear < AHEAD.linear
+    slowed = PASSIVE_SAFETY.slowed(AHEAD, HERE, [far, near])
+    assert slowed == PASSIVE_SAFETY.slowed(AHEAD, HERE, [near])
+    assert 0.0 < slowed.linear < PASSIVE_SAFETY.slowed(AHEAD, HERE, [far]).linear < AHEAD.linear
     assert slowed.angular / slowed.linear == pytest.approx(AHEAD.angular / AHEAD.linear)
 
 
 def test_it_stands_before_who_is_there() -> None:
-    assert GIVING_WAY.slowed(AHEAD, HERE, [person(2.0, 1.5, 0.0, -1.0)]) == Velocity(0.0, 0.0)
+    assert PASSIVE_SAFETY.slowed(AHEAD, HERE, [person(2.0, 1.5, 0.0, -1.0)]) == Velocity(0.0, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -64,11 +64,11 @@ def test_it_stands_before_who_is_there() -> None:
     ],
 )
 def test_nobody_else_slows_it(velocity: Velocity, mover: MovingObstacle) -> None:
-    assert GIVING_WAY.slowed(velocity, HERE, [mover]) == velocity
-    assert GIVING_WAY.slowed(velocity, HERE, []) == velocity
+    assert PASSIVE_SAFETY.slowed(velocity, HERE, [mover]) == velocity
+    assert PASSIVE_SAFETY.slowed(velocity, HERE, []) == velocity
 
 
 def test_backwards_those_behind_it_count() -> None:
     behind = person(2.0, 0.2, 0.0, 0.6)
-    slowed = GIVING_WAY.slowed(Velocity(-0.4, 0.0), HERE, [behind])
+    slowed = PASSIVE_SAFETY.slowed(Velocity(-0.4, 0.0), HERE, [behind])
     assert -0.4 < slowed.linear <= 0.0

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from ppaas.controllers.base import Velocity
 from ppaas.geometry import Pose2D
-from ppaas.navigation.progress_checker import FORGOTTEN, HOLD, LEAST, WINDOW, Disobedience, Obedience
+from ppaas.navigation.progress_checker import FORGOTTEN, HOLD, LEAST, WINDOW, ProgressChecker, ProgressFailure
 
 DT = 0.05
 
@@ -20,8 +20,8 @@ class Base:
         self.part = part
         self.odom = Pose2D(0.0, 0.0)
         self.now = 100.0
-        self.watch = Obedience()
-        self.found: list[Disobedience | None] = []
+        self.watch = ProgressChecker()
+        self.found: list[ProgressFailure | None] = []
         self._under_way = [Velocity()] * delay
 
     def drive(self, seconds: float, linear: float, angular: float = 0.0) -> None:
@@ -36,7 +36,7 @@ class Base:
             self.found.append(self.watch.look(self.now, sent, self.odom))
 
     @property
-    def complaints(self) -> list[Disobedience]:
+    def complaints(self) -> list[ProgressFailure]:
         return [each for each in self.found if each is not None]
 
 
@@ -46,7 +46,7 @@ def test_who_stands_still_while_told_to_drive_is_found_within_two_windows_and_he
     first = next(number for number, each in enumerate(base.found) if each is not None)
     assert (first + 1) * DT <= WINDOW + 2 * DT
     assert base.complaints[0].reason == (
-        "the base does not do what it is told: 0.30 m/s were sent, and 0.00 m/s were driven"
+        "the base does not follow cmd_vel: 0.30 m/s commanded, 0.00 m/s driven"
     )
     assert len(base.complaints) * DT <= HOLD
 
@@ -84,7 +84,7 @@ def test_what_was_found_is_forgotten_after_a_long_time_without_a_command():
 def test_a_base_that_does_not_turn_is_told_of_its_turning():
     base = Base(part=0.0)
     base.drive(2 * WINDOW, 0.0, 0.5)
-    assert base.complaints[0].reason.endswith("0.50 rad/s were sent, and 0.00 rad/s were driven")
+    assert base.complaints[0].reason.endswith("0.50 rad/s commanded, 0.00 rad/s driven")
 
 
 def test_a_base_that_turns_as_told_is_obedient_across_the_ends_of_the_circle():

@@ -45,5 +45,5 @@ def test_what_lies_beyond_its_distance_does_not_matter():
 
 def test_a_robot_that_does_not_get_back_gives_up():
     run = Run(create("back_up", time_allowance=1.0))
-    with pytest.raises(RecoveryFailed, match=r"backed up 0\.00 m of 0\.3 m in 1 s"):
+    with pytest.raises(RecoveryFailed, match=r"backed up only 0\.00 m of 0\.3 m in 1 s"):
         run.to_the_end(moves=False)

@@ -100,5 +100,5 @@ def test_a_behaviour_of_another_distribution_is_found_by_its_entry_point(monkeyp
 
 def test_a_plug_in_of_others_must_be_a_behaviour():
     registry = PluginRegistry("ppaas.planners", "recovery behaviour", Recovery, aliases={})
-    with pytest.raises(InvalidParameter, match="is no Recovery"):
+    with pytest.raises(InvalidParameter, match="is not a subclass of Recovery"):
         registry.load("dijkstra")

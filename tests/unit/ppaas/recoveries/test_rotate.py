@@ -19,6 +19,6 @@ def test_the_robot_turns_once_round_on_the_spot_as_often_as_it_is_asked_to():
 
 def test_a_robot_that_does_not_turn_is_given_up():
     run = Run(create("rotate_recovery", rotation_patience=2.0))
-    with pytest.raises(RecoveryFailed, match=r"6\.3 rad of the turn were left after 2 s"):
+    with pytest.raises(RecoveryFailed, match=r"6\.3 rad of the turn remained after 2 s"):
         run.to_the_end(moves=False)
     assert 20 <= len(run.velocities) <= 22

@@ -51,7 +51,7 @@ def test_what_costs_more_takes_longer():
 def test_a_wall_across_the_way_is_told():
     data = np.zeros((40, 60), np.uint8)
     data[:, 30] = 254
-    with pytest.raises(NoValidControl, match="no way"):
+    with pytest.raises(NoValidControl, match="no path"):
         terrain_of(request(data), path(), PARAMETERS)
 
 

@@ -307,5 +307,5 @@ def test_a_scan_of_which_every_second_range_is_nan_or_infinite_still_does():
 
 def test_an_initial_pose_outside_of_the_map_is_refused_by_where_the_map_lies():
     home = Home()
-    with pytest.raises(InvalidInput, match=r"6 × 5 m begin at \(0, 0\); \(7, 1\) does not"):
+    with pytest.raises(InvalidInput, match=r"\(7, 1\) is outside the map, which covers 6 × 5 m from \(0, 0\)"):
         home.graph.inject("initialpose", initial_pose(Pose2D(7.0, 1.0)))

@@ -2,7 +2,7 @@
 
 from ppaas import planners
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.planner_server.plan_comparison import ONE_OF, Comparison
+from ppaas.nodes.planner_server.plan_comparison import ONE_OF, PlanComparison
 from ppaas.planners.base import PlanRequest
 from ppaas.plans.history import PlannerHistory
 from ppaas.plans.reuse.setup import ReuseSetup
@@ -17,7 +17,7 @@ class Home:
 
     def __init__(self) -> None:
         self.noted = list[PlannerHistory]()
-        self.comparison = Comparison(Graph(), ReuseSetup("house", "v1", note=self.noted.append).processor(MAP, 0.2))
+        self.comparison = PlanComparison(Graph(), ReuseSetup("house", "v1", note=self.noted.append).processor(MAP, 0.2))
 
     def see(self, planner: str, times: int = 1) -> None:
         chosen = planners.create(planner)
