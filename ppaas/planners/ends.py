@@ -18,7 +18,7 @@ from ppaas.planners.weights import passable
 Cell = tuple[int, int]
 
 ESCAPE_DISTANCE = 2.0
-"""Maximum length of the way out for a robot that is too close to an obstacle [m]."""
+"""Maximum length of the escape path of a robot that is too close to an obstacle [m]."""
 
 _MOVES = ((0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1))
 
@@ -75,8 +75,8 @@ def place_ends(costmap: Costmap, request: PlanRequest, *, allow_unknown: bool, c
     goal = costmap.info.cell_of(request.goal.x, request.goal.y)
     if goal is None:
         raise GoalOutsideMap(f"the goal {_format_xy(request.goal)} is outside the map; {_extent(costmap)}")
-    way = escape(costmap, start, open_costs, check)
-    if not len(way):
+    escaping = escape(costmap, start, open_costs, check)
+    if not len(escaping):
         raise StartOccupied(
             f"the robot at {_format_xy(request.start)} is too close to an obstacle, and no free cell is within "
             f"{ESCAPE_DISTANCE} m; clear the costmap or drive the robot out by hand"
@@ -86,8 +86,8 @@ def place_ends(costmap: Costmap, request: PlanRequest, *, allow_unknown: bool, c
         goal = _free_cell_near(costmap, request, open_costs)
         x, y = costmap.info.to_world(goal).tolist()
         goal_pose = Pose2D(x, y, request.goal.theta)
-    row, column = way[-1].tolist()
-    return Ends((row, column), goal, way[:-1], goal_pose)
+    row, column = escaping[-1].tolist()
+    return Ends((row, column), goal, escaping[:-1], goal_pose)
 
 
 def escape(

@@ -41,7 +41,7 @@ def smooth_path(
     towards the midpoint of its neighbours with the weight 2·``w_smooth``. That is the fixed point of the iteration of
     nav2_smoother's ``SimpleSmoother``, which gives up where the smooth path would collide. Here the poses around a
     collision get a higher data weight, and more of them, until nothing collides. Where the original path is not free,
-    such as on the way out of an inflated area, it is unchanged.
+    such as on the escape from an inflated area, it is unchanged.
 
     Parameters
     ----------

@@ -203,7 +203,7 @@ def test_a_helper_that_finds_no_work_leaves():
 @pytest.mark.parametrize(("size", "asked"), [(500, False), (600, True)])
 def test_on_a_small_map_one_thread_works_longer_before_it_calls_helpers(size, asked):
     tiled = TileField(grids.of(np.zeros((size, size), np.uint8)), np.array([(250, 250)]), threads=2)
-    boxes_for(2)[0, FIELD_RECORD] = 0  # the record of a field that is gone may have lain at the same address
+    boxes_for(2)[0, FIELD_RECORD] = 0  # the record of a deleted field may have had the same address
     assert tiled.grow((250, 480))
     assert helps(1, tiled) == asked
 
