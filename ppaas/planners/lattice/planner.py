@@ -22,7 +22,7 @@ from ppaas.planners.lattice.kernels.driving import DrivingSurface, fits, sample_
 from ppaas.planners.lattice.kernels.hybrid_astar import EXHAUSTED, PAUSED
 from ppaas.planners.lattice.kernels.shortcuts import trace
 from ppaas.planners.lattice.parameters import DUBIN, LatticeParameters
-from ppaas.planners.lattice.search import PoseSearch, car_of, motions_of
+from ppaas.planners.lattice.search import HybridAStarSearch, car_of, motions_of
 from ppaas.planners.lattice.smoothing import smooth
 from ppaas.planners.lattice.surface import prepare_surface
 from ppaas.planners.path import path_cost, path_length
@@ -107,7 +107,7 @@ class Lattice(Planner):
         leaving = float(values[ends.start]) if len(ends.escape) else math.nan
         car = car_of(parameters, costmap.info.resolution)
         motions = motions_of(car, interpolated=parameters.allow_primitive_interpolation)
-        search = PoseSearch(surface, car, values, motions=motions, leaving=leaving, start=start, goal=goal)
+        search = HybridAStarSearch(surface, car, values, motions=motions, leaving=leaving, start=start, goal=goal)
         if not self._found(search, check):
             raise NoValidPath(_no_path_message(request, ends, parameters))
         legs = search.legs()
@@ -115,7 +115,7 @@ class Lattice(Planner):
             legs = smooth(surface, car, legs, check)
         return legs, surface, search.expanded
 
-    def _found(self, search: PoseSearch, check: Callable[[], None]) -> bool:
+    def _found(self, search: HybridAStarSearch, check: Callable[[], None]) -> bool:
         """Return whether a path exists.
 
         The forward search alternates with a backward one, with equal numbers of nodes. If either is exhausted without

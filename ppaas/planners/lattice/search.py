@@ -68,7 +68,7 @@ def motions_of(car: Car, *, interpolated: bool) -> Floats:
     return np.array(ahead + back)
 
 
-class PoseSearch:
+class HybridAStarSearch:
     """Search for the cheapest path from one pose to another.
 
     Parameters
@@ -141,14 +141,14 @@ class PoseSearch:
                 return int(outcome)
         return PAUSED
 
-    def from_goal(self) -> "PoseSearch":
+    def from_goal(self) -> "HybridAStarSearch":
         """Return a search backward from the goal, without analytic curves: it can only be exhausted or continue.
 
         If the goal pose cannot be reached, such as one that faces out of a dead end, the backward search is exhausted
         soon, whereas the forward search would expand the rest of the map.
         """
         ends = Pose2D(*self._goal.tolist()), Pose2D(*self._tree.poses[0].tolist())
-        return PoseSearch(
+        return HybridAStarSearch(
             self._surface, self._car._replace(longest=-1.0), self._field,
             motions=self._motions * np.array((1.0, -1.0, -1.0)), leaving=math.nan, start=ends[0], goal=ends[1],
         )  # fmt: skip

@@ -10,7 +10,7 @@ from ppaas.planners.lattice.kernels.driving import flat_surface
 from ppaas.planners.lattice.kernels.hybrid_astar import GREED
 from ppaas.planners.lattice.kernels.pose_tree import fill_table, find
 from ppaas.planners.lattice.kernels.steering import Car
-from ppaas.planners.lattice.search import PoseSearch, motions_of
+from ppaas.planners.lattice.search import HybridAStarSearch, motions_of
 from ppaas.planners.watch import proceed
 from tests.reference.planners import dijkstra
 from tests.reference.planners import lattice as twin
@@ -35,7 +35,7 @@ def searched(seed):
     motions = motions_of(world.car, interpolated=seed % 3 == 0)
     turns = [(k, s, int(turned)) for k, s, turned in motions.tolist()]
     surface = flat_surface(world.costs)._replace(rates=world.rates)
-    search = PoseSearch(surface, world.car, field, motions=motions, leaving=math.nan, start=start, goal=goal)
+    search = HybridAStarSearch(surface, world.car, field, motions=motions, leaving=math.nan, start=start, goal=goal)
     cost = math.inf
     if search.run(proceed, 1 << 15):
         legs = search.legs()
