@@ -8,7 +8,7 @@ from numba import config
 
 
 @contextmanager
-def at_most(threads: int) -> Iterator[int]:
+def limit_threads(threads: int) -> Iterator[int]:
     """Limit the threads of the parallel kernels called in this context, and yield the number they will use.
 
     If it yields 1, call the serial kernel. It does so where numba finds no threading layer, and where the only layer

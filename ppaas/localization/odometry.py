@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D, wrap_angle
-from ppaas.kernel_threads import at_most
+from ppaas.kernel_threads import limit_threads
 from ppaas.localization.kernels import motion
 from ppaas.localization.parameters import AmclParameters
 from ppaas.thread_budget import Threads
@@ -56,7 +56,7 @@ class OdometryModel(ABC):
         moved, variances = self._measured(before, after)
         first, second, third = (math.sqrt(v) if self._corrected else v for v in variances)
         normals = random.standard_normal((len(particles), 3))
-        with at_most(self._threads() if len(particles) >= PARALLEL_FROM else 1) as threads:
+        with limit_threads(self._threads() if len(particles) >= PARALLEL_FROM else 1) as threads:
             self._kernel(parallel=threads > 1)(particles, moved, (first, second, third), normals)
 
     @abstractmethod

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.geometry import Pose2D
-from ppaas.kernel_threads import at_most
+from ppaas.kernel_threads import limit_threads
 from ppaas.localization.parameters import AmclParameters
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.thread_budget import Threads
@@ -112,7 +112,7 @@ class SensorModel(ABC):
             Result of `range_max` [m].
         """
         wanted = self._threads() if len(particles) * len(beams) >= PARALLEL_FROM else 1
-        with at_most(wanted) as threads:
+        with limit_threads(wanted) as threads:
             sums = self._sums(particles, beams, range_max, parallel=threads > 1)
         return self._fit(sums, len(beams))
 

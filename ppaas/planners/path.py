@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D, Poses, poses_along, quaternion_of
-from ppaas.kernel_threads import at_most
+from ppaas.kernel_threads import limit_threads
 from ppaas.planners.kernels.path_poses import add_costs, fill_poses
 from ppaas.planners.weights import exact_weights
 
@@ -58,7 +58,7 @@ def path_poses(costmap: Costmap, cells: Cells, start: Pose2D, goal: Pose2D, *, t
     frame = np.array((info.resolution, *info.origin[:2], math.cos(info.origin.theta), math.sin(info.origin.theta)))
     headings = _headings(info.origin.theta)
     if len(cells) > FEW:
-        with at_most(threads) as usable:
+        with limit_threads(threads) as usable:
             fill_poses(cells, frame, headings, poses, usable)
     else:
         fill_poses(cells, frame, headings, poses, 1)

@@ -21,7 +21,7 @@ from ppaas.controllers.mppi.parameters import MppiParameters
 from ppaas.controllers.mppi.terrain import terrain_of
 from ppaas.controllers.path_follower import PathFollower
 from ppaas.geometry import Pose2D
-from ppaas.kernel_threads import at_most
+from ppaas.kernel_threads import limit_threads
 
 Floats = NDArray[np.float64]
 
@@ -149,7 +149,7 @@ class PathIntegral(PathFollower):
         for _ in range(p.iteration_count):
             commands = self._sequence + self._noise
             commands[1:4] = self._plain
-            with at_most(request.threads) as threads:
+            with limit_threads(request.threads) as threads:
                 roll_out = roll_out_serial if threads == 1 else roll_out_parallel
                 costs = roll_out(commands, start, terrain, base, self._body, critics)
             best = int(np.argmin(costs))

@@ -1,6 +1,7 @@
-"""Kernel: walk along a path and look at every voxel that the robot's volume overlaps.
+"""Kernel: collision check along a path, of all voxels that the robot's volume overlaps.
 
-All lengths are in voxels. A cylinder has a radius and no faces, a box has faces and no radius.
+All lengths are in voxels. ``sizes`` has half the length, half the width, the radius and the height of the robot: a
+cylinder has no length and width, a box has no radius.
 """
 
 import math
@@ -14,18 +15,18 @@ from ppaas.maps.voxels import OCCUPIED, UNKNOWN, only_read
 Floats = NDArray[np.float64]
 
 _SLACK = 1e-6
-"""What only touches does not overlap, though both were rounded."""
+"""Tolerance for rounding, so that touching does not count as overlap [voxels]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _overlaps(right: float, up: float, yaw: float, sizes: Floats) -> bool:
-    """Tell whether a robot at 0, 0 overlaps the unit square whose middle is at ``right``, ``up``, seen from above."""
+    """Return whether a robot at (0, 0) overlaps the unit square centred at (``right``, ``up``), seen from above."""
     half_length, half_width, radius = sizes[0], sizes[1], sizes[2] - _SLACK
-    if half_length == 0.0:
+    if half_length == 0.0:  # a disc: distance from its centre to the square
         gap_x, gap_y = max(abs(right) - 0.5, 0.0), max(abs(up) - 0.5, 0.0)
         within = abs(right) < 0.5 - _SLACK and abs(up) < 0.5 - _SLACK
         return bool(within or (radius > 0.0 and gap_x * gap_x + gap_y * gap_y < radius * radius))
-    # Two rectangles overlap unless the direction of one of their faces parts them.
+    # Separating axis theorem: two rectangles overlap if their projections on all four face normals overlap.
     c, s = math.cos(yaw), math.sin(yaw)
     half = 0.5 * (abs(c) + abs(s)) - _SLACK
     return bool(
@@ -40,8 +41,9 @@ def _overlaps(right: float, up: float, yaw: float, sizes: Floats) -> bool:
 def _hits(
     voxels: NDArray[np.uint8], x: float, y: float, z: float, yaw: float, sizes: Floats, allow_unknown: bool
 ) -> bool:
-    """Tell whether a robot overlaps an occupied voxel, or an unknown one or what is outside where that counts."""
+    """Return whether a robot overlaps an occupied voxel or, unless ``allow_unknown``, an unknown or outside one."""
     depth, height, width = voxels.shape
+    # Bounding box of the robot, as ranges of layers, rows and columns.
     reach = max(sizes[2], math.hypot(sizes[0], sizes[1]))
     lows = (math.floor(z + _SLACK), math.floor(y - reach + _SLACK), math.floor(x - reach + _SLACK))
     highs = (math.ceil(z + sizes[3] - _SLACK), math.ceil(y + reach - _SLACK), math.ceil(x + reach - _SLACK))
@@ -65,36 +67,39 @@ def _hits(
 def first_hit(
     voxels: NDArray[np.uint8], points: Floats, yaws: Floats, sizes: Floats, steps: int, allow_unknown: bool
 ) -> int:
-    """Return the index of the first pose that cannot be taken or come to; −1 if there is none.
+    """Return the index of the first pose that collides, or that cannot be reached from the pose before; −1 if none.
 
     Parameters
     ----------
     voxels : (depth, height, width) uint8 array
+        0 free, 100 occupied, 255 unknown.
     points : (n, 3) float64 array
-        x, y, z from the corner of voxel (0, 0, 0).
+        x, y, z of the poses, from the corner of voxel (0, 0, 0).
     yaws : (n,) float64 array
-        [rad].
+        Headings of the poses [rad].
     sizes : (4,) float64 array
-        Half the length, half the width, radius and height of the robot.
+        Half the length, half the width, the radius and the height of the robot.
     steps : int
-        Looks at the robot while it or its corners go as far as a voxel's edge.
+        Number of checks per voxel edge that the robot or its corners move.
     allow_unknown : bool
-        Whether it may overlap unknown voxels and what is outside.
+        Whether the robot may overlap unknown voxels and space outside the grid.
     """
     corner = math.hypot(sizes[0], sizes[1])
     for pose in range(len(points)):
         before = max(pose - 1, 0)
         x, y, z, yaw = points[before, 0], points[before, 1], points[before, 2], yaws[before]
-        go_x, go_y, go_z = points[pose, 0] - x, points[pose, 1] - y, points[pose, 2] - z
-        looks = math.ceil(steps * math.sqrt(go_x * go_x + go_y * go_y + go_z * go_z))
-        for look in range(1, looks + 1):
-            part = look / looks
-            if _hits(voxels, x + part * go_x, y + part * go_y, z + part * go_z, yaw, sizes, allow_unknown):
+        # Straight move to the pose, with the heading of the pose before.
+        move_x, move_y, move_z = points[pose, 0] - x, points[pose, 1] - y, points[pose, 2] - z
+        checks = math.ceil(steps * math.sqrt(move_x * move_x + move_y * move_y + move_z * move_z))
+        for check in range(1, checks + 1):
+            part = check / checks
+            if _hits(voxels, x + part * move_x, y + part * move_y, z + part * move_z, yaw, sizes, allow_unknown):
                 return pose
+        # Turn on the spot to the heading of the pose.
         turn = (yaws[pose] - yaw + math.pi) % (2.0 * math.pi) - math.pi
-        looks = math.ceil(steps * abs(turn) * corner)
-        for look in range(looks + 1):
-            part = look / looks if looks else 1.0
+        checks = math.ceil(steps * abs(turn) * corner)
+        for check in range(checks + 1):
+            part = check / checks if checks else 1.0
             if _hits(
                 voxels, points[pose, 0], points[pose, 1], points[pose, 2], yaw + part * turn, sizes, allow_unknown
             ):

@@ -1,4 +1,4 @@
-"""From distance to cost."""
+"""Kernel: costs of costmap_2d's inflation layer from distances to obstacles."""
 
 import math
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from ppaas.maps.kernels.serial import serial_copy
 _DISTANCES = types.Array(types.float32, 2, "C", readonly=True)
 _MASK = types.Array(types.uint8, 2, "C", readonly=True)
 _SLACK = 1e-5
-"""A distance of so many whole cells is within a radius of as many, though float32 rounds it [m]."""
+"""Tolerance for float32 rounding, so that a distance equal to a radius counts as within it [m]."""
 
 _SIGNATURE = types.uint8[:, ::1](_DISTANCES, _MASK, types.float64, types.float64, types.float64)
 
@@ -21,6 +21,7 @@ _SIGNATURE = types.uint8[:, ::1](_DISTANCES, _MASK, types.float64, types.float64
 def _inflate(
     distance: NDArray[np.float32], unknown: NDArray[np.uint8], inscribed: float, inflation: float, scaling: float
 ) -> NDArray[np.uint8]:
+    """Return the cost of each cell, as in ``ppaas.costmap.inflation_layer.inflate``."""
     height, width = distance.shape
     costs = np.empty((height, width), np.uint8)
     for r in prange(height):

@@ -1,4 +1,4 @@
-"""Marking and clearing by laser rays, as costmap_2d's obstacle layer does it."""
+"""Kernels: marking and clearing of cells by laser beams, as in costmap_2d's obstacle layer."""
 
 import math
 
@@ -14,7 +14,8 @@ _NUMBERS = types.Array(types.float64, 1, "C", readonly=True)
 _FLOAT = types.float64
 
 _INSIDE = 0.02
-"""What was hit begins at the range: its cell is looked up so far behind, lest rounding take the one before [cells]."""
+"""Offset behind the end of a beam at which the hit cell is looked up, so that rounding does not select the cell before
+it [cells]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -29,7 +30,29 @@ def _free(
     count: int,
     keep: int,
 ) -> None:
-    """Set the cells free that ``count`` crossings lead into, but not ``keep``."""
+    """Free the cells behind a ray's crossings with the lines of one axis, except ``keep``.
+
+    Parameters
+    ----------
+    flat : (height · width,) uint8 array
+        Modified: the cells.
+    index : int
+        Index in ``flat`` of the cell behind the first crossing, at position 0 of the other axis.
+    stride : int
+        Difference of indices between two crossings.
+    side : float
+        Position on the other axis at the first crossing [cells].
+    slope : float
+        Difference of positions on the other axis between two crossings [cells].
+    side_stride : int
+        Difference of indices between two cells along the other axis.
+    size : int
+        Number of cells along the other axis.
+    count : int
+        Number of crossings.
+    keep : int
+        Index of the cell in which the beam ended; −1 for none.
+    """
     position, move = ahead(side, slope), to_fixed(slope)
     for i in range(count):
         cell = position >> FRACTION
@@ -41,7 +64,9 @@ def _free(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _clear(cells: NDArray[np.uint8], x: float, y: float, dx: float, dy: float, far: float, keep: int) -> None:
+    """Free the cells that a ray from (x, y) in the unit direction (dx, dy) passes up to ``far``, except ``keep``."""
     height, width = cells.shape
+    # Clip the ray to the window.
     near, end = clip_axis(x, dx, width, 0.0, far)
     near, end = clip_axis(y, dy, height, near, end)
     if near > end:
@@ -50,9 +75,11 @@ def _clear(cells: NDArray[np.uint8], x: float, y: float, dx: float, dy: float, f
     flat = cells.reshape(cells.size)
     if row * width + column != keep:
         cells[row, column] = FREE_SPACE
+    # Cells behind crossings with vertical lines.
     count, first, spacing = crossings(x, dx, column, width, end)
     step = 1 if dx > 0.0 else -1
     _free(flat, column + step, step, y + first * dy, spacing * dy, width, height, count, keep)
+    # Cells behind crossings with horizontal lines.
     count, first, spacing = crossings(y, dy, row, height, end)
     step = 1 if dy > 0.0 else -1
     _free(flat, (row + step) * width, step * width, x + first * dx, spacing * dx, 1, width, count, keep)
@@ -60,7 +87,7 @@ def _clear(cells: NDArray[np.uint8], x: float, y: float, dx: float, dy: float, f
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _hit(x: float, y: float, angle: float, reach: float, height: int, width: int) -> int:
-    """Return the index of the cell that a beam ended in, or −1 outside the window or where it did not end."""
+    """Return the index of the cell in which a beam ended; −1 if it is outside the window or the beam hit nothing."""
     if not 0.0 < reach < np.inf:
         return -1
     column = math.floor(x + (reach + _INSIDE) * math.cos(angle))
@@ -80,20 +107,25 @@ def mark_and_clear(
     obstacle_range: float,
     raytrace_range: float,
 ) -> None:
-    """Clear what the beams went through, then mark what they ended in; all lengths in cells.
+    """Free the cells that beams pass, then mark the cells in which they end; all lengths are in cells.
 
     Parameters
     ----------
     cells : (height, width) uint8 array
-        Written to: free where a beam went through, lethal where one ended.
+        Modified: ``FREE_SPACE`` in cells that a beam passes, ``LETHAL_OBSTACLE`` in cells in which one ends.
     x, y : float
-        Of the laser.
-    angles, ranges : (n,) float64 arrays
-        From the x axis of the grid [rad]. Infinite: nothing was hit, and it clears. Not a number: no reading.
-    obstacle_range, raytrace_range : float
-        Longest range that marks, and up to which a beam clears.
+        Position of the laser, from the corner of cell (0, 0).
+    angles : (n,) float64 array
+        Directions of the beams, from the x axis of the grid [rad].
+    ranges : (n,) float64 array
+        Ranges of the beams. Infinite: nothing was hit, the beam only clears. NaN: no reading.
+    obstacle_range : float
+        Longest range that marks a cell.
+    raytrace_range : float
+        Range up to which a beam clears cells.
     """
     height, width = cells.shape
+    # Clear with all beams before marking, so that no beam erases the mark of another.
     for i in range(angles.size):
         if ranges[i] > 0.0:
             keep = _hit(x, y, angles[i], ranges[i], height, width)

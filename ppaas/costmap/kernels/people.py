@@ -1,4 +1,4 @@
-"""Kernel: what it costs to come near people, as the proxemic layer of social_navigation_layers has it."""
+"""Kernel: costs near people, as in the proxemic layer of social_navigation_layers."""
 
 import math
 
@@ -23,29 +23,31 @@ def raise_around(
     cutoff: float,
     factor: float,
 ) -> int:
-    """Raise the costs around people to a Gaussian that is stretched to where each walks.
+    """Raise the costs around people to a Gaussian, which is stretched in the direction in which a person walks.
 
-    Only the rectangle around what is raised is looked at. Unknown cells stay so, and no cost falls.
+    Only the bounding box of the raised cells is visited. Unknown cells stay unknown, and no cost is lowered.
 
     Parameters
     ----------
     costs : (h, w) uint8 array
-        Written to.
+        Modified: values of costmap_2d.
     people : (n, 4) array
-        x, y [m] from the corner of cell (0, 0), along its rows, and velocity [m/s].
+        Position x, y from the corner of cell (0, 0) [m] and velocity [m/s], along the axes of the grid.
     resolution : float
         Edge of a cell [m].
-    amplitude, cutoff : float
-        Cost where a person stands, and below which nothing is raised.
+    amplitude : float
+        Cost at the position of a person.
     covariance : float
-        Of the Gaussian [m²].
+        Variance of the Gaussian [m²].
+    cutoff : float
+        Least cost that is applied.
     factor : float
-        By how much of itself, a metre a second, the covariance grows ahead of a person.
+        Growth of the covariance in front of a person, relative to itself and per speed [s/m].
 
     Returns
     -------
     int
-        Cells that were raised.
+        Number of raised cells.
     """
     height, width = costs.shape
     raised = 0
@@ -55,14 +57,15 @@ def raise_around(
         x, y, speed = people[i, 0], people[i, 1], math.hypot(people[i, 2], people[i, 3])
         cosine, sine = (people[i, 2] / speed, people[i, 3] / speed) if speed > 0.0 else (1.0, 0.0)
         ahead = covariance * (1.0 + speed * factor)
-        # A Gaussian falls to the cutoff on an ellipse; behind a person, and beside, it is the circle.
+        # Bounding box: the Gaussian falls to the cutoff on half an ellipse in front of the person, and on half a circle
+        # behind. ``across`` and ``up`` are the half extents of the ellipse along x and y, ``base`` the circle's radius.
         decay = 2.0 * math.log(amplitude / cutoff)
         base = math.sqrt(decay * covariance)
         across = math.sqrt(decay * (ahead * cosine * cosine + covariance * sine * sine))
         up = math.sqrt(decay * (ahead * sine * sine + covariance * cosine * cosine))
         left, right = (across if cosine < 0.0 else base), (across if cosine > 0.0 else base)
         below, above = (up if sine < 0.0 else base), (up if sine > 0.0 else base)
-        # Clipped before they are made whole numbers: a person may be anywhere.
+        # Clip before the conversion to integers, since a person may be arbitrarily far away.
         first_row = int(min(max((y - below) / resolution, 0.0), float(height)))
         last_row = int(min(max((y + above) / resolution + 1.0, 0.0), float(height)))
         first_column = int(min(max((x - left) / resolution, 0.0), float(width)))

@@ -1,7 +1,7 @@
-"""Kernels: where an upright cylinder can be in a voxel grid.
+"""Kernels: costs of an upright cylinder in a voxel grid.
 
-Distances are horizontal, from the middle of a voxel to the nearest point of another, and counted in half voxels: d
-voxels away along an axis is 2·|d| − 1 of them, or 0 in the same row. So their squares are whole numbers.
+Distances are horizontal, from the centre of a voxel to the nearest point of another, in half voxels: along one axis,
+d voxels away is 2·|d| − 1, and 0 in the same column. So squared distances are integers.
 """
 
 import numpy as np
@@ -15,32 +15,36 @@ Bytes = NDArray[np.uint8]
 Ints = NDArray[np.int32]
 
 _FAR = np.int32(1 << 30)
+"""Number of a layer beyond all layers."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _square(steps: int) -> int:
-    """Return the square of the distance so many voxels away along an axis."""
+    """Return the squared distance of a voxel that is ``steps`` voxels away along one axis [squared half voxels]."""
     return (2 * steps - 1) * (2 * steps - 1) if steps else 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _near(next_above: Ints, last: int, outside: bool, most: int, gaps: Ints, squares: Ints) -> None:
-    """Set the squared distance of each column of a layer from the nearest that is hit.
+    """Write the squared horizontal distance of each column from the nearest column that hits the robot.
 
     Parameters
     ----------
     next_above : (height, width) int32 array
-        The lowest layer, from this one up, that would hit the robot in that column; it does up to ``last``.
+        Lowest layer of an obstacle in each column, from the robot's layer upwards.
+    last : int
+        Highest layer of the robot; a column hits it if ``next_above`` is at most this.
     outside : bool
-        Whether what lies beside the map hits it.
+        Whether columns outside the map hit the robot.
     most : int
-        No larger squares are looked for; where all are, it is larger.
+        Largest squared distance of interest; larger ones are written as ``most + 1``.
     gaps : (height, width) int32 array
-        Scratch: voxels to the nearest that is hit in the same row.
+        Scratch: distance to the nearest hitting column of the same row [voxels].
     squares : (height, width) int32 array
-        Out.
+        Out: squared distances [squared half voxels].
     """
     height, width = next_above.shape
+    # First pass: distances within each row, from the left and from the right.
     for row in range(height):
         gap = 0 if outside else width + most
         for column in range(width):
@@ -50,6 +54,7 @@ def _near(next_above: Ints, last: int, outside: bool, most: int, gaps: Ints, squ
         for column in range(width - 1, -1, -1):
             gap = min(gap + 1, gaps[row, column])
             gaps[row, column] = gap
+    # Second pass: the minimum over the rows, the nearest first, until farther rows cannot lower it.
     for row in range(height):
         for column in range(width):
             best = most + 1
@@ -69,26 +74,28 @@ def _near(next_above: Ints, last: int, outside: bool, most: int, gaps: Ints, squ
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def inflate_layers(voxels: Bytes, layers: int, table: Bytes, costs: Bytes) -> None:
-    """Set what each place costs a cylinder that stands in it.
+    """Write the cost of each position for a cylinder that stands there.
 
     Parameters
     ----------
     voxels : (depth, height, width) uint8 array
         0 free, 100 occupied, 255 unknown.
     layers : int
-        Layers in which the cylinder is, from its place upwards.
+        Height of the cylinder, from its position upwards [layers].
     table : (n,) uint8 array
-        Cost by the square of the distance from an obstacle; 253 and then less.
+        Cost by the squared distance from an obstacle [squared half voxels]: 253 up to the radius, then lower.
     costs : (depth, height, width) uint8 array
-        Out.
+        Out: values of costmap_2d.
     """
     depth, height, width = voxels.shape
+    # Lowest occupied and lowest unknown layer of each column, from the current layer upwards; above the map is unknown.
     solid, unknown = np.full((height, width), _FAR, np.int32), np.full((height, width), depth, np.int32)
     gaps = np.empty((height, width), np.int32)
     solid_squares, unknown_squares = np.empty((height, width), np.int32), np.empty((height, width), np.int32)
-    collides = 0
+    collides = 0  # least squared distance without a collision
     while collides < len(table) and table[collides] == INSCRIBED_INFLATED_OBSTACLE:
         collides += 1
+    # Layers from the top to the bottom.
     for layer in range(depth - 1, -1, -1):
         for row in range(height):
             for column in range(width):
@@ -111,17 +118,17 @@ def inflate_layers(voxels: Bytes, layers: int, table: Bytes, costs: Bytes) -> No
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def keep_to_ground(voxels: Bytes, steps: int, costs: Bytes) -> None:
-    """Block the places with nothing occupied in the ``steps`` voxels below them.
+    """Block the positions without an occupied voxel among the ``steps`` voxels below them.
 
     Parameters
     ----------
     voxels, costs : (depth, height, width) uint8 array
-        As in ``inflate_layers``; the costs are changed.
+        As in ``inflate_layers``; the costs are modified.
     steps : int
-        At least one.
+        At least 1.
     """
     depth, height, width = voxels.shape
-    ground = np.full((height, width), -_FAR, np.int32)
+    ground = np.full((height, width), -_FAR, np.int32)  # highest occupied layer of each column below the current one
     for layer in range(depth):
         for row in range(height):
             for column in range(width):

@@ -1,4 +1,4 @@
-"""Compiled kernels over grids. Each module has a ``warm`` that calls all of its kernels once."""
+"""Compiled kernels over grids. Each module has a function ``warm`` that calls all its kernels once."""
 
 from ppaas.kernel_cache import watch_all_kernels
 

@@ -1,4 +1,4 @@
-"""Flood fill."""
+"""Kernel: flood fill over the four neighbours of a cell."""
 
 import numpy as np
 from numba import njit, types
@@ -12,12 +12,25 @@ from numpy.typing import NDArray
     error_model="numpy",
 )
 def flood(free: NDArray[np.uint8], row: int, column: int) -> NDArray[np.uint8]:
-    """Return 1 for the cells that are not 0 in ``free`` and joined to (row, column) by their edges."""
+    """Return the 4-connected component of free cells that contains a cell.
+
+    Parameters
+    ----------
+    free : (height, width) uint8 array
+        Not 0 in free cells.
+    row, column : int
+        First cell, within the grid.
+
+    Returns
+    -------
+    (height, width) uint8 array
+        1 in the component, else 0; all 0 if the first cell is not free.
+    """
     height, width = free.shape
     found = np.zeros((height, width), np.uint8)
     if not free[row, column]:
         return found
-    stack = np.empty(height * width, np.int64)  # each cell is put on it once
+    stack = np.empty(height * width, np.int64)  # indices of found cells to expand; each cell is pushed at most once
     stack[0] = row * width + column
     found[row, column] = 1
     size = 1

@@ -1,9 +1,12 @@
-"""Kernels: walk through the nodes of OctoMap's files, write them, and fill voxel grids with their cubes.
+"""Kernels: reading and writing of the nodes of OctoMap files, and filling of voxel grids with their cubes.
 
-The children of a node are numbered by their halves: bit 0 along x, bit 1 along y, bit 2 along z. Nodes lie in the order
-of a walk that goes into the depth first. In a binary file (``.bt``) an inner node is two bytes, two bits a child, the
-lowest first: 0 unknown, 1 free, 2 occupied, 3 an inner node. In a full one (``.ot``) each node is its log-odds
-(float32, little-endian), what else its type has, and a byte with one bit a child.
+The number of a child has one bit per axis (bit 0 for x, 1 for y, 2 for z), which is set for the upper half. Nodes are
+in depth-first order. In a binary file (``.bt``) an inner node takes two bytes with two bits per child, the lowest bits
+first: 0 unknown, 1 free, 2 occupied, 3 inner node. In a full file (``.ot``) each node consists of its log-odds
+(float32, little-endian), the extra bytes of its type, and a byte with one bit per child.
+
+All readers traverse the tree with an explicit stack, ``path``: for each depth the least key (x, y, z) of the current
+node and the number of its next child.
 """
 
 import numpy as np
@@ -15,17 +18,18 @@ Corners = NDArray[np.uint16]
 Ints = NDArray[np.int64]
 
 DEEPEST = 16
+"""Depth of the finest voxels."""
 
 TRUNCATED = -1
 """The file ends within the tree."""
 TOO_DEEP = -2
 """An inner node at the finest depth."""
 CHILDLESS = -3
-"""An inner node of a binary file without any child."""
+"""An inner node of a binary file has no child."""
 TOO_MANY = -4
-"""More nodes than there is room for."""
+"""The tree has more leaves than the output arrays."""
 NOT_A_NUMBER = -5
-"""A leaf whose log-odds are NaN."""
+"""The log-odds of a node are NaN."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -35,27 +39,30 @@ def read_binary(data: Bytes, corners: Corners, depths: Bytes, occupied: Bytes, c
     Parameters
     ----------
     data : (m,) uint8 array
-        The file after its header.
+        Content of the file after its header.
     corners : (n, 3) uint16 array
-    depths, occupied : (n,) uint8 array
-        Out: the leaves, as in `ppaas.maps.octree.OcTree`.
+        Out: least key of each leaf along x, y and z.
+    depths : (n,) uint8 array
+        Out: depth of each leaf.
+    occupied : (n,) uint8 array
+        Out: 1 for an occupied leaf, 0 for a free one.
     counts : (2,) int64 array
-        Out: nodes, and bytes used.
+        Out: number of nodes, and of bytes read.
 
     Returns
     -------
     int
-        How many leaves, or TRUNCATED, TOO_DEEP, CHILDLESS or TOO_MANY.
+        Number of leaves, or TRUNCATED, TOO_DEEP, CHILDLESS or TOO_MANY.
     """
-    words = np.zeros(DEEPEST + 1, np.int64)
-    path = np.zeros((DEEPEST + 1, 4), np.int64)  # x, y, z of the node at each depth, and its next child
+    words = np.zeros(DEEPEST + 1, np.int64)  # the 16 bits of the current node at each depth
+    path = np.zeros((DEEPEST + 1, 4), np.int64)  # x, y, z of the current node at each depth, and its next child
     used, nodes, leaves, depth = 0, 0, 0, 0
     while depth >= 0:
         child = path[depth, 3]
-        if child == 8:
+        if child == 8:  # all children are done: return to the parent
             depth -= 1
             continue
-        if child == 0:  # just come to: read it
+        if child == 0:  # first visit of the node: read it
             if used + 2 > data.size:
                 return TRUNCATED
             words[depth] = data[used] | data[used + 1] << 8
@@ -65,12 +72,12 @@ def read_binary(data: Bytes, corners: Corners, depths: Bytes, occupied: Bytes, c
                 return CHILDLESS
         path[depth, 3] += 1
         kind = words[depth] >> (2 * child) & 3
-        if kind == 0:
+        if kind == 0:  # unknown
             continue
         half = 1 << (DEEPEST - 1 - depth)
         for axis in range(3):
             path[depth + 1, axis] = path[depth, axis] + (child >> axis & 1) * half
-        if kind < 3:
+        if kind < 3:  # a leaf
             if leaves == len(corners):
                 return TOO_MANY
             for axis in range(3):
@@ -80,7 +87,7 @@ def read_binary(data: Bytes, corners: Corners, depths: Bytes, occupied: Bytes, c
             continue
         if depth + 1 == DEEPEST:
             return TOO_DEEP
-        depth += 1
+        depth += 1  # an inner node: descend to it
         path[depth, 3] = 0
     counts[0], counts[1] = nodes + leaves, used
     return leaves
@@ -88,25 +95,25 @@ def read_binary(data: Bytes, corners: Corners, depths: Bytes, occupied: Bytes, c
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def read_full(data: Bytes, extra: int, corners: Corners, depths: Bytes, occupied: Bytes, counts: Ints) -> int:
-    """Read the nodes of a full file; of a leaf without sign the log-odds are not below 0: occupied.
+    """Read the nodes of a full file. A leaf is occupied if its log-odds are at least 0.
 
     Parameters
     ----------
     extra : int
-        Bytes that each node has besides its log-odds and its children.
+        Number of bytes of each node besides its log-odds and its children.
     data, corners, depths, occupied, counts
         As in ``read_binary``.
 
     Returns
     -------
     int
-        How many leaves, or TRUNCATED, TOO_DEEP, TOO_MANY or NOT_A_NUMBER.
+        Number of leaves, or TRUNCATED, TOO_DEEP, TOO_MANY or NOT_A_NUMBER.
     """
-    masks = np.zeros(DEEPEST + 1, np.int64)
-    path = np.zeros((DEEPEST + 1, 4), np.int64)
+    masks = np.zeros(DEEPEST + 1, np.int64)  # children of the current node at each depth, one bit each
+    path = np.zeros((DEEPEST + 1, 4), np.int64)  # x, y, z of the current node at each depth, and its next child
     used, nodes, leaves, depth = 0, 0, 0, 0
     while depth >= 0:
-        if path[depth, 3] == 0:  # just come to: read it
+        if path[depth, 3] == 0:  # first visit of the node: read it
             if used + 5 + extra > data.size:
                 return TRUNCATED
             high = np.int64(data[used + 3])
@@ -116,7 +123,7 @@ def read_full(data: Bytes, extra: int, corners: Corners, depths: Bytes, occupied
             nodes += 1
             if bits & 0x7FFFFFFF > 0x7F800000:
                 return NOT_A_NUMBER
-            if masks[depth] == 0:
+            if masks[depth] == 0:  # a leaf; its float32 is at least 0 (or −0.0) if its bits are at most 0x80000000
                 if leaves == len(corners):
                     return TOO_MANY
                 for axis in range(3):
@@ -125,7 +132,7 @@ def read_full(data: Bytes, extra: int, corners: Corners, depths: Bytes, occupied
                 leaves += 1
             elif depth == DEEPEST:
                 return TOO_DEEP
-        child = path[depth, 3]
+        child = path[depth, 3]  # descend to the next child that exists, or return to the parent
         while child < 8 and not masks[depth] >> child & 1:
             child += 1
         path[depth, 3] = child + 1
@@ -143,20 +150,21 @@ def read_full(data: Bytes, extra: int, corners: Corners, depths: Bytes, occupied
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_binary(corners: Corners, depths: Bytes, occupied: Bytes, shared: Ints, data: Bytes) -> int:
-    """Write the nodes of a binary file and return how many bytes they took.
+    """Write the nodes of a binary file; return the number of bytes.
 
     Parameters
     ----------
     corners, depths, occupied
-        As in ``read_binary``; no leaf is the root.
+        Leaves in depth-first order, as in ``read_binary``; none of them is the root.
     shared : (n,) int64 array
-        Depth of the node that is above both a leaf and the one before; 0 for the first.
+        Depth of the lowest common ancestor of each leaf and the leaf before it; 0 for the first leaf.
     data : (m,) uint8 array
-        Out: zeros to begin with, two bytes for each inner node.
+        In: zeros, two bytes for each inner node. Out: the nodes.
     """
-    places = np.zeros(DEEPEST + 1, np.int64)
+    places = np.zeros(DEEPEST + 1, np.int64)  # position in ``data`` of the current inner node at each depth
     used = 2
     for leaf in range(len(corners)):
+        # Append the inner nodes between the common ancestor and the leaf, and mark each node in its parent's word.
         for depth in range(shared[leaf] + 1, depths[leaf] + 1):
             kind = occupied[leaf] + 1 if depth == depths[leaf] else 3
             bit = DEEPEST - depth
@@ -172,16 +180,18 @@ def write_binary(corners: Corners, depths: Bytes, occupied: Bytes, shared: Ints,
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def fill_cubes(voxels: NDArray[np.uint8], corners: Ints, edges: Ints, values: Bytes) -> None:
-    """Write values into cubes, as far as they lie in a grid.
+    """Fill cubes with values, clipped to the grid.
 
     Parameters
     ----------
     voxels : (depth, height, width) uint8 array
-        Out.
+        Out: the grid.
     corners : (n, 3) int64 array
-        First column, row and layer of each cube.
+        First column, row and layer of each cube; may be outside the grid.
     edges : (n,) int64 array
+        Edge of each cube [voxels].
     values : (n,) uint8 array
+        Value of each cube.
     """
     depth, height, width = voxels.shape
     for cube in range(len(corners)):

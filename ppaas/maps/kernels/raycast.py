@@ -1,4 +1,4 @@
-"""Ray casting through occupied cells, exact."""
+"""Kernels: exact ray casting in a grid of occupied cells."""
 
 import math
 
@@ -16,14 +16,32 @@ _NUMBERS = types.Array(types.float64, 1, "C", readonly=True)
 def _first(
     flat: NDArray[np.uint8], index: int, stride: int, side: float, slope: float, side_stride: int, size: int, count: int
 ) -> int:
-    """Return which of ``count`` crossings leads into an occupied cell first, or ``count``."""
-    position, move = (
-        ahead(side, slope),
-        to_fixed(slope),
-    )  # shifting is faster than rounding, and adding than multiplying
+    """Return the first of a ray's crossings with the lines of one axis that leads into an occupied cell, or ``count``.
+
+    Parameters
+    ----------
+    flat : (height · width,) uint8 array
+        Not 0 in occupied cells.
+    index : int
+        Index in ``flat`` of the cell behind the first crossing, at position 0 of the other axis.
+    stride : int
+        Difference of indices between two crossings.
+    side : float
+        Position on the other axis at the first crossing [cells].
+    slope : float
+        Difference of positions on the other axis between two crossings [cells].
+    side_stride : int
+        Difference of indices between two cells along the other axis.
+    size : int
+        Number of cells along the other axis.
+    count : int
+        Number of crossings.
+    """
+    # Fixed point: a shift is faster than rounding, and an addition faster than a multiplication.
+    position, move = ahead(side, slope), to_fixed(slope)
     for i in range(count):
         cell = position >> FRACTION
-        # Unsigned: an index that cannot be negative is not looked at for wrapping round.
+        # The unsigned index spares numba's check for negative indices.
         if 0 <= cell < size and flat[np.uint64(index + cell * side_stride)]:
             return i
         position += move
@@ -33,7 +51,9 @@ def _first(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _cast(occupied: NDArray[np.uint8], x: float, y: float, dx: float, dy: float, far: float) -> float:
+    """Return the range of one ray from (x, y) in the unit direction (dx, dy) [cells], infinite without a hit."""
     height, width = occupied.shape
+    # Clip the ray to the grid.
     near, end = clip_axis(x, dx, width, 0.0, far)
     near, end = clip_axis(y, dy, height, near, end)
     if near > end:
@@ -44,12 +64,14 @@ def _cast(occupied: NDArray[np.uint8], x: float, y: float, dx: float, dy: float,
     flat = occupied.ravel()
     hit = np.inf
 
+    # Crossings with vertical lines.
     count, first, spacing = crossings(x, dx, column, width, end)
     step = 1 if dx > 0.0 else -1
     i = _first(flat, column + step, step, y + first * dy, spacing * dy, width, height, count)
     if i < count:
         hit = first + i * spacing
 
+    # Crossings with horizontal lines, up to the hit so far.
     count, first, spacing = crossings(y, dy, row, height, min(end, hit))
     step = 1 if dy > 0.0 else -1
     i = _first(flat, (row + step) * width, step * width, x + first * dx, spacing * dx, 1, width, count)
@@ -67,23 +89,23 @@ def _cast(occupied: NDArray[np.uint8], x: float, y: float, dx: float, dy: float,
 def cast_rays(
     occupied: NDArray[np.uint8], x: float, y: float, angles: NDArray[np.float64], far: float
 ) -> NDArray[np.float64]:
-    """Return how far each ray goes until it enters an occupied cell.
+    """Return the distance at which each ray enters an occupied cell.
 
     Parameters
     ----------
     occupied : (height, width) uint8 array
-        Not 0 where a ray ends.
+        Not 0 in occupied cells.
     x, y : float
-        Where the rays begin [cells]; outside the grid nothing stops them.
+        Start of the rays [cells]; it may be outside the grid, where nothing stops a ray.
     angles : (n,) float64 array
-        From the x axis of the grid [rad].
+        Directions of the rays, from the x axis of the grid [rad].
     far : float
-        Longest ray [cells].
+        Longest range [cells].
 
     Returns
     -------
     (n,) float64 array
-        [cells]; 0 where the rays begin in an occupied cell, infinite where none was entered.
+        Ranges [cells]; 0 if the rays start in an occupied cell, infinite if none was entered.
     """
     ranges = np.empty(angles.size)
     for i in range(angles.size):

@@ -1,4 +1,4 @@
-"""One body, compiled twice: for many threads and for one."""
+"""Helper for kernels that are compiled twice, for several threads and for one."""
 
 from collections.abc import Callable
 from types import FunctionType
@@ -6,10 +6,10 @@ from typing import Any
 
 
 def serial_copy(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the same function under another name, to be compiled without ``parallel``.
+    """Return a copy of a function under another name, to be compiled without ``parallel``.
 
-    numba's cache on disk knows a function by its name and its arguments, and not by the options that it was compiled
-    with: under one name, whichever of the two is stored first would be loaded for both.
+    numba's cache on disk identifies a function by its name and argument types, but not by its compilation options.
+    Under the same name, the variant that is stored first would be loaded for both.
     """
     assert isinstance(function, FunctionType)
     name = f"{function.__name__}_serial"

@@ -1,11 +1,9 @@
-"""Which cells a ray enters, and where: the geometry that ray casting and ray clearing share.
+"""Kernels: grid traversal by rays, shared by ray casting and ray clearing.
 
-Lengths are in cells: cell (row, column) is the square [column, column + 1) × [row, row + 1). A ray enters a cell either
-across a vertical line or across a horizontal one. So the cells of Amanatides and Woo's traversal ("A Fast Voxel
-Traversal Algorithm for Ray Tracing", 1987) are had from two loops whose steps do not wait for each other: one over the
-vertical lines that the ray crosses, one over the horizontal ones.
-
-numba's cache of a kernel looks at the kernel's own file alone: after a change here, remove the ``*.nbi`` files.
+Lengths are in cells; cell (row, column) is the square [column, column + 1) × [row, row + 1). A ray enters a cell across
+either a vertical or a horizontal grid line. So the cells of Amanatides and Woo's traversal ("A Fast Voxel Traversal
+Algorithm for Ray Tracing", 1987) result from two independent loops: one over the vertical lines that the ray crosses,
+and one over the horizontal lines.
 """
 
 import math
@@ -14,34 +12,35 @@ import numpy as np
 from numba import njit
 
 PARALLEL = 1e-12
-"""A direction less than this along an axis crosses none of its lines."""
+"""Component of a direction below which a ray is parallel to an axis and crosses none of its lines."""
 
 FRACTION = 32
-"""Bits behind the point of a fixed-point position: 2⁻³³ cells of error a step, and room for 2³⁰ cells."""
+"""Fractional bits of a fixed-point position: an error of 2⁻³³ cells per step, and a range of 2³⁰ cells."""
 
 _LARGEST = 2.0**30
+"""Largest magnitude of a fixed-point position [cells]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def to_fixed(cells: float) -> int:
-    """Return a position or a step in fixed point; one as long as no grid is cut to what fits."""
+    """Return a position or a step [cells] in fixed point, limited to the range of fixed-point numbers."""
     return math.floor(min(max(cells, -_LARGEST), _LARGEST) * 2.0**FRACTION + 0.5)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def ahead(position: float, direction: float) -> int:
-    """Return a position in fixed point, a millionth of a cell further on the way of the ray.
+    """Return a position in fixed point, moved by about a millionth of a cell in the direction of the ray.
 
-    So where a ray goes through a corner both loops see the cell beyond it. Rounding could else make each of them
-    believe that the other line is crossed first, and that cell would be missed.
+    So if a ray passes through the corner of cells, both loops find the cell beyond the corner. Otherwise rounding could
+    make each loop assume that the other line is crossed first, and the cell would be missed.
     """
-    hair = 1 << (FRACTION - 20)
-    return to_fixed(position) + (hair if direction > 0.0 else -hair if direction < 0.0 else 0)
+    offset = 1 << (FRACTION - 20)
+    return to_fixed(position) + (offset if direction > 0.0 else -offset if direction < 0.0 else 0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def clip_axis(position: float, direction: float, size: int, near: float, far: float) -> tuple[float, float]:
-    """Return the part of [near, far] in which a ray is between 0 and ``size`` along one axis; empty is near > far."""
+    """Clip the range [near, far] of a ray to positions between 0 and ``size`` on one axis; empty if near > far."""
     if abs(direction) < PARALLEL:
         if position < 0.0 or position >= size:
             return np.inf, -np.inf
@@ -53,22 +52,33 @@ def clip_axis(position: float, direction: float, size: int, near: float, far: fl
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def cell_at(position: float, size: int) -> int:
-    """Return the cell of a position on one axis; one that rounding put just outside is brought back."""
+    """Return the cell at a position on one axis, limited to the grid because of rounding."""
     return min(max(math.floor(position), 0), size - 1)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def crossings(position: float, direction: float, cell: int, size: int, far: float) -> tuple[int, float, float]:
-    """Return how many lines of one axis a ray crosses from ``cell`` on.
+    """Return the crossings of a ray with the grid lines of one axis.
+
+    Parameters
+    ----------
+    position, direction : float
+        Start [cells] and unit direction of the ray, on this axis.
+    cell : int
+        First cell of the ray within the grid.
+    size : int
+        Number of cells.
+    far : float
+        Longest range [cells].
 
     Returns
     -------
     count : int
-        Lines up to the length ``far`` or the edge of the grid.
+        Number of lines crossed up to the range ``far`` or the last cell of the grid.
     first : float
-        Length of the ray at the first of them.
+        Range of the first crossing [cells].
     spacing : float
-        Length between two.
+        Difference of ranges between two crossings [cells].
     """
     if abs(direction) < PARALLEL:
         return 0, np.inf, np.inf

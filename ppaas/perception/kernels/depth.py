@@ -1,4 +1,4 @@
-"""Kernels: the nearest thing in each column of some rows of a depth image."""
+"""Kernels: least depth of each column of a depth image, and its assignment to the beams of a scan."""
 
 from collections.abc import Callable
 
@@ -20,15 +20,16 @@ def _nearest_signature(number: types.Number) -> Signature:
     [_nearest_signature(types.uint16), _nearest_signature(types.float32)], cache=True, nogil=True, error_model="numpy"
 )
 def nearest(rows: Depths, low: Depths, high: Depths, least: Depths) -> None:
-    """Write the least depth of each column that is within its limits; what is there already stays if it is less.
+    """Lower ``least`` to the least depth of each column that is within its limits.
 
     Parameters
     ----------
     rows : (n, width) uint16 or float32 array
+        Depths.
     low, high : (width,) array of the same type
-        A depth that is not a number is within none.
+        Limits of each column, both included. NaN is never within them.
     least : (width,) array of the same type
-        In and out.
+        In: upper bounds. Out: the least of these and of the depths.
     """
     for row in range(len(rows)):
         depths = rows[row]
@@ -47,7 +48,17 @@ def nearest(rows: Depths, low: Depths, high: Depths, least: Depths) -> None:
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
 def spread(ranges: NDArray[np.float32], beams: NDArray[np.int32], scan: NDArray[np.float32]) -> None:
-    """Write to each beam the least range of the columns that lie in it; a beam without any is left as it is."""
+    """Lower the range of each beam to the least range of its columns; beams without a column are left unchanged.
+
+    Parameters
+    ----------
+    ranges : (width,) float32 array
+        Range of each column [m].
+    beams : (width,) int32 array
+        Index of the beam of each column.
+    scan : (width,) float32 array
+        In: upper bounds. Out: ranges of the beams [m].
+    """
     for column in range(len(ranges)):
         beam = beams[column]
         scan[beam] = min(scan[beam], ranges[column])

@@ -7,7 +7,7 @@ from ppaas.planners.field.kernels import descent, propagation, setup
 
 def test_the_number_of_threads_is_kept_within_and_put_back_after():
     before = numba.get_num_threads()
-    with kernel_threads.at_most(2) as usable:
+    with kernel_threads.limit_threads(2) as usable:
         assert usable <= 2
         assert numba.get_num_threads() == min(2, numba.config.NUMBA_NUM_THREADS)
     assert numba.get_num_threads() == before
@@ -15,13 +15,13 @@ def test_the_number_of_threads_is_kept_within_and_put_back_after():
 
 def test_the_number_of_threads_is_put_back_after_an_error():
     before = numba.get_num_threads()
-    with pytest.raises(KeyError), kernel_threads.at_most(2):
+    with pytest.raises(KeyError), kernel_threads.limit_threads(2):
         raise KeyError
     assert numba.get_num_threads() == before
 
 
 def test_more_threads_than_there_are_is_no_error():
-    with kernel_threads.at_most(10_000) as usable:
+    with kernel_threads.limit_threads(10_000) as usable:
         assert usable <= numba.config.NUMBA_NUM_THREADS
 
 
@@ -30,13 +30,13 @@ def test_without_a_threading_layer_kernels_run_serially(monkeypatch):
         raise ValueError("No threading layer could be loaded.")
 
     monkeypatch.setattr(numba, "get_num_threads", missing)
-    with kernel_threads.at_most(2) as usable:
+    with kernel_threads.limit_threads(2) as usable:
         assert usable == 1
 
 
 def test_a_layer_that_two_python_threads_may_not_use_is_not_used(monkeypatch):
     monkeypatch.setattr(numba, "threading_layer", lambda: "workqueue")
-    with kernel_threads.at_most(2) as usable:
+    with kernel_threads.limit_threads(2) as usable:
         assert usable == 1
 
 

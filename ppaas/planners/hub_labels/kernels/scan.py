@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from ppaas.kernel_threads import at_most
+from ppaas.kernel_threads import limit_threads
 from ppaas.planners.hub_labels.kernels.bits import Words, down, is_set, up
 from ppaas.planners.hub_labels.kernels.terrain import (
     COLUMNS,
@@ -243,7 +243,7 @@ def scan_corners(
         Maximum number of threads.
     """
     most = most_seen(int(terrain[ROWS]), int(terrain[COLUMNS]), len(positions))
-    with at_most(threads) as usable:
+    with limit_threads(threads) as usable:
         kernel = _scan_blocks if usable > 1 else _scan_range
         kernel(terrain, positions, most, first, last, starts, to, lengths)
 

@@ -22,7 +22,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from ppaas.kernel_threads import at_most
+from ppaas.kernel_threads import limit_threads
 from ppaas.planners.hub_labels.kernels.bits import Words, count, is_set
 from ppaas.planners.kernels.jit_decorators import bare, joined
 
@@ -167,7 +167,7 @@ def write_lines(free: Cells, terrain: Words, first: int, last: int, threads: int
     threads : int
         Maximum number of threads.
     """
-    with at_most(threads) as usable:
+    with limit_threads(threads) as usable:
         kernel = _write_blocks if usable > 1 else _write_rows
         kernel(free, terrain, first, last)
 

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from ppaas.kernel_threads import at_most
+from ppaas.kernel_threads import limit_threads
 from ppaas.planners.hub_labels.building.kernels.pool_distances import clear, length_up_to, prefetch, scatter
 from ppaas.planners.hub_labels.building.kernels.trees import Heaps, Rows
 from ppaas.planners.hub_labels.kernels.bits import Words
@@ -183,7 +183,7 @@ def search(
     threads : int
         Maximum number of threads.
     """
-    with at_most(threads) as usable:
+    with limit_threads(threads) as usable:
         kernel = _search_parallel if usable > 1 else _search_serial
         kernel(
             first, batch, starts, to, far, ids, hubs, lengths, begins, ends,

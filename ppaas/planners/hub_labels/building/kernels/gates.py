@@ -14,7 +14,7 @@ intersect.
 import numpy as np
 from numba import njit, prange
 
-from ppaas.kernel_threads import at_most
+from ppaas.kernel_threads import limit_threads
 from ppaas.planners.hub_labels.building.kernels.pool_distances import clear, length_up_to, scatter
 from ppaas.planners.hub_labels.building.kernels.trees import Heaps, Rows
 from ppaas.planners.hub_labels.kernels.bits import Words
@@ -282,7 +282,7 @@ def find_gates(
     threads : int
         Maximum number of threads.
     """
-    with at_most(threads) as usable:
+    with limit_threads(threads) as usable:
         kernel = _find_parallel if usable > 1 else _find_serial
         kernel(
             nodes, labelled, starts, to, far, positions, hubs, label_lengths, label_begins, label_ends,

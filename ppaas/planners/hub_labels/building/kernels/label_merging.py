@@ -10,7 +10,7 @@ Each slot has its own range of free space in the pool of labels.
 import numpy as np
 from numba import njit, prange
 
-from ppaas.kernel_threads import at_most
+from ppaas.kernel_threads import limit_threads
 from ppaas.planners.hub_labels.building.kernels.pool_distances import clear, length_up_to
 from ppaas.planners.hub_labels.building.kernels.trees import Heaps, Rows
 from ppaas.planners.hub_labels.kernels.bits import Words
@@ -148,7 +148,7 @@ def merge(
     threads : int
         Maximum number of threads.
     """
-    with at_most(threads) as usable:
+    with limit_threads(threads) as usable:
         kernel = _merge_parallel if usable > 1 else _merge_serial
         kernel(
             nodes,

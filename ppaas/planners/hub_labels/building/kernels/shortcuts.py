@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from ppaas.kernel_threads import at_most
+from ppaas.kernel_threads import limit_threads
 from ppaas.planners.hub_labels.building.kernels.bucket_queue import ENTRY, WIDTH, Entries, next_bucket, put, take
 from ppaas.planners.hub_labels.building.kernels.contraction import FIRST, FOUND, LENGTH_TO, NODE, PAIR_BITS, SLOT, Flags
 from ppaas.planners.hub_labels.building.kernels.trees import Heaps, Rows
@@ -241,7 +241,7 @@ def find_shortcuts(
     threads : int
         Maximum number of threads.
     """
-    with at_most(threads) as usable:
+    with limit_threads(threads) as usable:
         kernel = _find_parallel if usable > 1 else _find_serial
         kernel(
             batch, begins, degrees, rows, in_round, positions, reached, limits, targets, buckets, entries, pairs,

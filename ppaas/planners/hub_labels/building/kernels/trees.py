@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from ppaas.kernel_threads import at_most
+from ppaas.kernel_threads import limit_threads
 from ppaas.planners.hub_labels.building.kernels.bucket_queue import Entries, next_bucket, put, take
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE
@@ -155,7 +155,7 @@ def grow(
     threads : int
         Maximum number of threads.
     """
-    with at_most(threads) as usable:
+    with limit_threads(threads) as usable:
         kernel = _grow_parallel if usable > 1 else _grow_serial
         kernel(
             starts, to, far, roots, states, lengths, buckets, entries, settled, parents, sizes, firsts, nexts, budget

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ppaas.geometry import Pose2D
-from ppaas.kernel_threads import at_most
+from ppaas.kernel_threads import limit_threads
 from ppaas.localization.kernels import beam_model
 from ppaas.maps.grid import GridInfo
 from tests.reference.driving import localization as twin
@@ -39,6 +39,6 @@ def test_any_number_of_threads_scores_the_same_to_the_last_bit(threads):
     particles = rng.uniform(-1, 3, (1000, 3))
     rays = np.column_stack([np.zeros((31, 2)), rng.uniform(-3, 3, 31), rng.uniform(0.1, 3.0, 31)])
     shares = beam_model.BeamShares(0.95, 0.1, 0.05, 0.05, 0.2, 0.1)
-    with at_most(threads):
+    with limit_threads(threads):
         ranges = beam_model.score_parallel(particles, rays, distance, 0.1, origin, shares, 3.0)
     np.testing.assert_array_equal(ranges, beam_model.score_serial(particles, rays, distance, 0.1, origin, shares, 3.0))

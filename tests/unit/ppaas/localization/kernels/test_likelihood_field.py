@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ppaas.geometry import Pose2D
-from ppaas.kernel_threads import at_most
+from ppaas.kernel_threads import limit_threads
 from ppaas.localization.kernels import likelihood_field
 from ppaas.maps.grid import GridInfo
 from tests.reference.driving import localization as twin
@@ -52,7 +52,7 @@ def test_any_number_of_threads_scores_the_same_to_the_last_bit(threads):
     rng = np.random.default_rng(5)
     distance, origin = distances(5, GridInfo(0.1, 30, 20)), np.zeros(3)
     particles, beams = rng.uniform(-1, 3, (1000, 3)), rng.uniform(-2, 2, (31, 2))
-    with at_most(threads):
+    with limit_threads(threads):
         fields = likelihood_field.score_parallel(particles, beams, distance, 0.1, origin, cubes(0.1))
     one = likelihood_field.score_serial(particles, beams, distance, 0.1, origin, cubes(0.1))
     np.testing.assert_array_equal(fields, one)
