@@ -120,7 +120,10 @@ async def test_the_path_is_drawn(ppaas: CommandLine, tmp_path: Path) -> None:
         ((*IN_OFFICE, "--radius", "-1"), "invalid-parameter: the radius of a robot is from 0 to 100 m, not -1.0"),
         ((*IN_OFFICE, "--urdf", "no.urdf"), "invalid-input: cannot read the URDF: "),
         ((*IN_OFFICE, "--urdf", OFFICE), "invalid-urdf: the URDF is not XML: "),
-        ((*IN_OFFICE, "--tolerance", "nan"), "invalid-input: the tolerance must be zero or more metres, not nan"),
+        (
+            (*IN_OFFICE, "--tolerance", "nan"),
+            "invalid-input: tolerance must be a finite number of metres from 0 up, not nan",
+        ),
         ((*IN_OFFICE, "--plot", "a.jpg"), "invalid-input: a picture is a PNG file: call it a.png, not 'a.jpg'"),
         (("no.yaml", *IN_OFFICE[1:]), "invalid-map: cannot read the map: "),
         (("no.png", *IN_OFFICE[1:]), "invalid-map: cannot read the map: "),
@@ -128,7 +131,7 @@ async def test_the_path_is_drawn(ppaas: CommandLine, tmp_path: Path) -> None:
         ((OFFICE, "--start", "0.01", "0.01", "--goal", "2", "2"), "start-occupied: the robot at x=0.010 y=0.010 "),
         (
             (OFFICE, "--start", "2", "2", "--goal", "99", "2"),
-            "goal-outside-map: the goal x=99.000 y=2.000 lies",
+            "goal-outside-map: the goal x=99.000 y=2.000 is outside",
         ),
         ((*IN_HOUSE, "--radius", "1"), "invalid-input: --radius, --model, --urdf and --rules go with a map file"),
     ],
