@@ -9,6 +9,7 @@ import sys
 from asyncio.subprocess import PIPE, Process
 from collections import Counter
 from collections.abc import AsyncIterator
+from types import ModuleType
 
 import msgspec
 import pytest
@@ -17,9 +18,9 @@ import zenoh
 from engine.agent.entries import loaded_before
 from engine.fabric.router import RouterProcess
 from engine.fabric.session import Fabric
-from engine.fabric.zenoh_config import Credentials, client_config
+from engine.fabric.zenoh_config import RouterCredentials, client_config
 from engine.runtimes.process.runtime import ProcessRuntime
-from tests.support.engine.fabric_server import Settings
+from tests.support.engine import fabric_reader, fabric_server
 from tests.support.engine.launches import Reports
 from tests.support.engine.processes import memory
 from tests.support.sources import ROOT
@@ -39,13 +40,13 @@ async def router(tmp_path):
 
 
 @contextlib.asynccontextmanager
-async def script(router: RouterProcess, module: str, *arguments: str) -> AsyncIterator[Process]:
+async def script(router: RouterProcess, module: ModuleType, *arguments: str) -> AsyncIterator[Process]:
     """Run a script that joins the fabric, until it is left."""
     process = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", f"tests.support.{module}", *arguments, cwd=ROOT, stdin=PIPE, stdout=PIPE
+        sys.executable, "-m", module.__name__, *arguments, cwd=ROOT, stdin=PIPE, stdout=PIPE
     )
     assert process.stdin is not None and process.stdout is not None
-    process.stdin.write(msgspec.json.encode(Settings(router.endpoint, router.credentials)) + b"\n")
+    process.stdin.write(msgspec.json.encode(fabric_server.Settings(router.endpoint, router.credentials)) + b"\n")
     async with asyncio.timeout(30):
         assert await process.stdout.readline() == b"ready\n"
     try:
@@ -97,7 +98,7 @@ async def test_when_the_router_dies_requests_are_neither_lost_nor_carried_out_tw
     for number, fabric in enumerate(fabrics):
         fabric.subscribe("position/*", lambda key, payload, n=number: heard.update([f"{n} of {payload.decode()}"]))
     everyone = {f"{reader} of {writer}" for reader in range(3) for writer in range(3)}
-    async with script(router, "fabric_server"):
+    async with script(router, fabric_server):
         requesters = Requesters(fabrics * 3)
         recoveries = []
         loop = asyncio.get_running_loop()
@@ -179,7 +180,7 @@ async def test_readers_that_sleep_neither_stall_the_others_nor_fill_memory(route
     fabric = await Fabric.open(router.endpoint, router.credentials)
     async with contextlib.AsyncExitStack() as stack:
         healthy, slow, frozen = [
-            await stack.enter_async_context(script(router, "fabric_reader", pause)) for pause in ("0", "0.05", "0")
+            await stack.enter_async_context(script(router, fabric_reader, pause)) for pause in ("0", "0.05", "0")
         ]
         assert router.pid is not None
         watched = {"router": router.pid, "slow reader": slow.pid, "publisher": os.getpid()}
@@ -226,7 +227,11 @@ async def test_strangers_are_refused_and_disturb_nobody(router, tmp_path):
     heard: list[bytes] = []
     fabric.subscribe("a", lambda key, payload: heard.append(payload))
     first = router.pid
-    for wrong in (Credentials("agent", "guess"), Credentials("", ""), Credentials("x" * 5000, "y" * 5000)):
+    for wrong in (
+        RouterCredentials("agent", "guess"),
+        RouterCredentials("", ""),
+        RouterCredentials("x" * 5000, "y" * 5000),
+    ):
         with pytest.raises(zenoh.ZError):
             await asyncio.to_thread(zenoh.open, client_config(router.endpoint, wrong))
     for noise in (b"", b"GET / HTTP/1.1\r\n\r\n", bytes(65536), os.urandom(65536)):
