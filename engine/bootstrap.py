@@ -14,16 +14,16 @@ from engine.agent.config import AgentConfig
 from engine.agent.master_redial import ADOPT_WITHIN
 from engine.container.monitor.parameters import monitor_parameters
 from engine.fabric.router import RouterProcess
-from engine.local.agent_record import left_in
-from engine.local.machine import Agents, OwnMachine, settled
+from engine.local.agent_record import read_record
+from engine.local.machine import Agents, LocalMachine, settle_config
 from engine.master.balancers.registry import BALANCERS, DEFAULT
 from engine.master.master import Master
 from engine.master.quotas import Quota, Quotas
 from engine.processes.background import Background
 from engine.processes.instances import instance_name, sweep_stale
 from engine.protocols.address import parse_host_port
-from engine.remote.cluster_settings import Runs
-from engine.remote.machines import FarMachines
+from engine.remote.cluster_settings import ContainerSettings
+from engine.remote.machines import RemoteMachines
 from engine.remote.ray.config import WatchConfig
 from engine.remote.ray.machines import RayMachines
 from engine.remote.ray.watcher_process import WatcherProcess
@@ -34,7 +34,7 @@ from engine.service.machine_events import RETURN_TIMEOUT
 from engine.service.machine_registry import Roll
 from engine.service.master_driver import CloudService
 from engine.service.robot_sessions import LINGER, RobotSessions
-from engine.specs.checkpoints import Checkpoints
+from engine.specs.checkpoints import CheckpointSelection
 from ppaas.errors import InvalidInput, Unavailable
 from storage.ports import MapStore, Store
 from storage.urls.opening import open_map_store, open_store
@@ -117,19 +117,19 @@ class CloudConfig:
     ray_address: str | None = None
 
 
-def _far_machines(config: CloudConfig, cloud: str) -> FarMachines:
-    return FarMachines(
+def _far_machines(config: CloudConfig, cloud: str) -> RemoteMachines:
+    return RemoteMachines(
         Path(config.machines),
         parse_host_port(config.listen_machines or ""),
         cloud=cloud,
         store=config.store,
         map_store=config.map_store,
         own=config.machine,
-        runs=Runs(config.runtime, config.image, config.allowed, config.adopt_within),
+        runs=ContainerSettings(config.runtime, config.image, config.allowed, config.adopt_within),
     )
 
 
-def _agent_config(config: CloudConfig, cloud: str, far: FarMachines | None) -> AgentConfig:
+def _agent_config(config: CloudConfig, cloud: str, far: RemoteMachines | None) -> AgentConfig:
     """Return what the agent of this machine is told, beside where the master is."""
     return AgentConfig(
         machine=config.machine,
@@ -149,7 +149,7 @@ def _agent_config(config: CloudConfig, cloud: str, far: FarMachines | None) -> A
     )
 
 
-def _watcher(config: CloudConfig, far: FarMachines | None) -> WatcherProcess:
+def _watcher(config: CloudConfig, far: RemoteMachines | None) -> WatcherProcess:
     if far is None:
         raise InvalidInput("the nodes of a Ray cluster reach the cloud by --listen-machines HOST:PORT")
     return WatcherProcess(WatchConfig(config.ray_address or "", config.machines, far.host, config.cores))
@@ -184,14 +184,14 @@ class Engine(CloudListener):
         self._roll = Roll(Path(config.left) / MACHINES_HERE) if config.left is not None else None
         # After what may be refused, so that nothing is left behind.
         file = Path(config.left) / OWN_AGENT if config.left is not None and watcher is None else None
-        left = left_in(file) if file is not None else None
-        own = settled(_agent_config(config, instance, self._far), left)
+        left = read_record(file) if file is not None else None
+        own = settle_config(_agent_config(config, instance, self._far), left)
         self._run_dir = Path(own.run_dir)
-        self._agents: Agents = self._on_ray(watcher) if watcher is not None else OwnMachine(own, file, left)
+        self._agents: Agents = self._on_ray(watcher) if watcher is not None else LocalMachine(own, file, left)
         quotas = Quotas(config.quota)
         self.service = CloudService(
             Master(balancer, quotas, new_id=_new_ids()),
-            Checkpoints(self.store, instance, config.linger),
+            CheckpointSelection(self.store, instance, config.linger),
             self._run_dir,
             own.secret,
             self,
@@ -243,13 +243,13 @@ class Engine(CloudListener):
             if self._far is not None:
                 await self._far.start(*self.service.servers)
             await self._agents.start()
-            if self._agents.come_at_once:
+            if self._agents.expected_at_start:
                 await self._wait_for_own()
         finally:
             patience.cancel()
 
     async def _wait_for_own(self) -> None:
-        if self._agents.was_found:
+        if self._agents.was_adopted:
             try:
                 await self.service.wait_for_machine(RETURN_TIMEOUT)
             except Unavailable:

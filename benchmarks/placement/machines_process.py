@@ -117,7 +117,7 @@ class Machines:
 async def _beat(stream: FrameStream[control_link.ToAgent]) -> None:
     while True:
         await asyncio.sleep(BEAT_PERIOD)
-        stream.write(control_link.Beat())
+        stream.write(control_link.AgentBeat())
 
 
 async def _serve(folder: Path, count: int, keep_every: int) -> None:

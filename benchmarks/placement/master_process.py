@@ -28,7 +28,7 @@ from engine.master.quotas import Quota, Quotas
 from engine.protocols import control_link
 from engine.service.links.control_server import ControlServer
 from engine.service.master_driver import CloudService
-from engine.specs.checkpoints import Checkpoints
+from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.machine_settings import MachineSettings
 from ppaas.clock import epoch, monotonic
 from ppaas.errors import InvalidInput
@@ -86,7 +86,7 @@ class Placed:
     def __init__(self, folder: Path, balancer: str) -> None:
         self._master = Master(BALANCERS.create(balancer, {}), Quotas(Quota(1 << 30, float(1 << 30))))
         store = open_store(f"sqlite:///{folder / 'ppaas.sqlite'}")
-        checkpoints = Checkpoints(store, f"bench-{epoch()}", WITHIN)
+        checkpoints = CheckpointSelection(store, f"bench-{epoch()}", WITHIN)
         self._service = CloudService(self._master, checkpoints, folder, SECRET, start_timeout=WITHIN)
         self._service.administration.keep_in(folder / "machine-settings.json")
 

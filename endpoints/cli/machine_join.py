@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.ticket is not None:
         asyncio.run(join(folder, arguments.ticket, arguments.name))
     membership_in(folder)  # whatever is wrong with it is told here
-    _become(agent.__name__, folder, agent.Options(arguments.cores, dict(arguments.label)))
+    _become(agent.__name__, folder, agent.MachineOptions(arguments.cores, dict(arguments.label)))
     return 0
 
 

@@ -100,7 +100,7 @@ class Agent:
                 self._hosting.stop(order)
             case control_link.ResizeContainer():
                 self._hosting.resize(order)
-            case control_link.Heard() if self._standing.lease is not None:
+            case control_link.BeatAcknowledged() if self._standing.lease is not None:
                 self._standing.lease.answered()
             case control_link.Dismissed():
                 self._dismissed = True
@@ -120,7 +120,7 @@ class Agent:
             if lease is not None and not lease.beat():
                 logger.error("the master did not answer %d beats: it is gone, or the way to it", MISSED)
                 stream.abort()
-            stream.write(control_link.Beat())
+            stream.write(control_link.AgentBeat())
             await asyncio.sleep(BEAT_PERIOD)
 
     async def _send_heartbeats(self, stream: Master) -> None:

@@ -25,7 +25,7 @@ from engine.protocols import control_link
 from engine.protocols.address import parse_address
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import Streams, dial
-from engine.protocols.tls_identity import Identity, Purpose
+from engine.protocols.tls_identity import Purpose, TlsIdentity
 from engine.runtimes.base import Premises, Runtime
 from engine.runtimes.compilation import store_kernels
 from engine.runtimes.compilation.rest_compiler import compiling_the_rest
@@ -48,7 +48,7 @@ class Parts:
 
 async def dial_cloud(config: AgentConfig, purpose: Purpose) -> Streams:
     """Dial the cloud, as the machine that we are where it is on another host."""
-    identity = Identity.in_folder(Path(config.identity), "machine") if config.identity is not None else None
+    identity = TlsIdentity.in_folder(Path(config.identity), "machine") if config.identity is not None else None
     return await dial(parse_address(config.control), identity.client_context(purpose) if identity else None)
 
 

@@ -17,7 +17,7 @@ from engine.agent.plan_service import PlanDesk
 from engine.processes.background import Background
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
-from engine.protocols.pending_handshakes import Awaited
+from engine.protocols.pending_handshakes import PendingHandshakes
 from engine.protocols.robot_link import Refusal
 from engine.specs.checkpoints import marks
 from engine.specs.containers import ContainerSpec
@@ -102,7 +102,7 @@ class Gate:
         self.cloud = cloud
         self._acts = acts
         self._attach_timeout = attach_timeout
-        self._awaited: Awaited[_Expected] = Awaited()
+        self._awaited: PendingHandshakes[_Expected] = PendingHandshakes()
         self._streams: set[Stream] = set()
         self._guests: dict[str, _Guest] = {}
         self._background = Background()
@@ -239,8 +239,8 @@ class Gate:
         marked = nodes | marks(spec, self.cloud)
         self._store.save_clone(CloneCheckpoint(spec.user, spec.robot.id, marked, epoch()))
 
-    def _find_plans(self, spec: ContainerSpec, asked: machine_link.FindPlans) -> machine_link.FoundPlans:
-        return machine_link.FoundPlans(asked.request, self._plans.find(spec, asked))
+    def _find_plans(self, spec: ContainerSpec, asked: machine_link.FindPlans) -> machine_link.PlansFound:
+        return machine_link.PlansFound(asked.request, self._plans.find(spec, asked))
 
     def _note_history(self, frame: machine_link.NoteHistory, guest: _Guest) -> None:
         self._background.run(self._noted(frame, guest))

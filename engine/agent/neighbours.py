@@ -11,7 +11,7 @@ No container reaches these keys: they are not below the root of what robots shar
 import asyncio
 import random
 
-from engine.fabric.session import Declared, Fabric
+from engine.fabric.session import Declaration, Fabric
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
 
@@ -44,7 +44,7 @@ class Neighbours:
         self._machine = machine
         self._there: set[str] = set()
         self._round_trips: dict[str, float] = {}
-        self._declared: list[Declared] = []
+        self._declared: list[Declaration] = []
         self._measuring: asyncio.Task[None] | None = None
 
     @property

@@ -15,7 +15,7 @@ from ppaas.geometry import Pose2D
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from ppaas.plans.reuse.criteria import best_candidates
 from ppaas.plans.stored import PlanQuery, StoredPlan
-from storage.plan_query import PlanSearch
+from storage.plan_query import PlanQuery
 from storage.ports import Store
 from storage.records import PlanPassage, PlanRecord
 
@@ -59,7 +59,7 @@ class PlanDesk:
             Pose2D(*asked.start), Pose2D(*asked.goal), version, asked.planner, asked.parameters, asked.robot_radius,
             tolerance, asked.kinematic,
         )  # fmt: skip
-        search = PlanSearch(spec.map.id, version, asked.start, asked.goal, tolerance)
+        search = PlanQuery(spec.map.id, version, asked.start, asked.goal, tolerance)
         heads = {head.id: head for head in self._store.find_plans(search)}
         fit = best_candidates(query, [_seen(head) for head in heads.values()])
         found = [candidate for each in fit for candidate in self._whole(heads[each.id])]
@@ -83,10 +83,10 @@ class PlanDesk:
             machine_link.Candidate(msgspec.structs.replace(plan, poses=plan.poses[part]), whole=False) for plan in whole
         ]
 
-    def history(self, spec: ContainerSpec) -> machine_link.History:
+    def history(self, spec: ContainerSpec) -> machine_link.PlanningHistory:
         """Return what is known of planning on the map, and of the link to the store."""
         known = {row.link: row for row in self._store.links()}
-        return machine_link.History(0, self._store.history(spec.map.id), self._link, known.get(self._link))
+        return machine_link.PlanningHistory(0, self._store.history(spec.map.id), self._link, known.get(self._link))
 
     def note(self, spec: ContainerSpec, rows: list[PlannerHistory], link: LinkHistory | None) -> None:
         """Add to the history.

@@ -49,7 +49,7 @@ async def run(launch: Launch) -> None:
         home.graph.restore([Checkpoint(name, state) for name, state in launch.spec.checkpoint.items()])
     except PPaaSError as error:
         refusal = robot_link.Refusal(error.slug, str(error))
-        await stream.send(robot_link.Failed(launch.spec.id, launch.secret, refusal))
+        await stream.send(robot_link.ContainerFailed(launch.spec.id, launch.secret, refusal))
         await stream.close()
         home.close()
         return

@@ -126,9 +126,9 @@ class MachineClient:
             query.tolerance, query.kinematic,
         )  # fmt: skip
         answer = await self._request(lambda number: msgspec.structs.replace(asked, request=number))
-        return answer.plans if isinstance(answer, machine_link.FoundPlans) else []
+        return answer.plans if isinstance(answer, machine_link.PlansFound) else []
 
-    async def history(self) -> machine_link.History:
+    async def history(self) -> machine_link.PlanningHistory:
         """Return what is known of planning on the container's map.
 
         Raises
@@ -137,7 +137,7 @@ class MachineClient:
             The machine or its store does not answer.
         """
         answer = await self._request(machine_link.AskHistory, HISTORY_TIMEOUT)
-        if not isinstance(answer, machine_link.History):
+        if not isinstance(answer, machine_link.PlanningHistory):
             raise Unavailable("the machine answered something else")
         return answer
 

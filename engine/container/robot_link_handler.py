@@ -95,10 +95,10 @@ class Container:
 
     # -- the robot link ------------------------------------------------------------------------------------------------
 
-    def _offers(self) -> robot_link.Offers:
+    def _offers(self) -> robot_link.NodesChanged:
         graph = self._graph
         services = [robot_link.ServiceInfo(service.name, service.type.name) for service in graph.services.values()]
-        return robot_link.Offers(services, [node_info(graph, node) for node in graph.nodes.values()])
+        return robot_link.NodesChanged(services, [node_info(graph, node) for node in graph.nodes.values()])
 
     def hello(self, pid: int) -> robot_link.Hello:
         """Return what the endpoint is told first."""
@@ -134,9 +134,9 @@ class Container:
                 self._subscribe(frame.topic, frame.client)
             case robot_link.Unsubscribe():
                 self._unsubscribe(frame.topic)
-            case robot_link.Call():
+            case robot_link.ServiceCall():
                 self._call(frame)
-            case robot_link.Stop():
+            case robot_link.Shutdown():
                 return False
         self._home.attend()
         return True
@@ -160,7 +160,7 @@ class Container:
 
     def _refuse(self, frame: robot_link.Deliver, error: PPaaSError) -> None:
         refusal = robot_link.Refusal(error.slug, str(error))
-        self._endpoint.write(robot_link.Refused(frame.client, frame.topic, refusal, frame.sequence))
+        self._endpoint.write(robot_link.MessageRefused(frame.client, frame.topic, refusal, frame.sequence))
 
     def _subscribe(self, topic: str, client: int) -> None:
         self._wanted.add(topic)
@@ -184,9 +184,9 @@ class Container:
         """Tell the endpoint; what it wants to hear is tapped again as often as it comes."""
         if topic is None:
             self._taps.pop(name, None)
-            self._endpoint.write(robot_link.Undeclared(name))
+            self._endpoint.write(robot_link.TopicRemoved(name))
             return
-        self._endpoint.write(robot_link.Declared(topic_info(topic), node.name))
+        self._endpoint.write(robot_link.TopicAdded(topic_info(topic), node.name))
         if name in self._wanted:
             self._taps[name] = self._graph.tap(name, self._forward)
 
@@ -206,14 +206,14 @@ class Container:
             else:
                 self._untold.append(published)
 
-    def _call(self, frame: robot_link.Call) -> None:
+    def _call(self, frame: robot_link.ServiceCall) -> None:
         stream = self._endpoint.stream  # another endpoint did not ask
 
         def reply(result: Payload | PPaaSError) -> None:
             if isinstance(result, PPaaSError):
-                answer = robot_link.Answer(frame.call, refusal=robot_link.Refusal(result.slug, str(result)))
+                answer = robot_link.ServiceAnswer(frame.call, refusal=robot_link.Refusal(result.slug, str(result)))
             else:
-                answer = robot_link.Answer(frame.call, payload_bytes(result))
+                answer = robot_link.ServiceAnswer(frame.call, payload_bytes(result))
             stream.write(answer)
 
         try:
@@ -230,7 +230,7 @@ class Container:
     async def beat(self) -> None:
         """Show that this process is not frozen, and tell the machine what was planned meanwhile."""
         while True:
-            self._endpoint.write(robot_link.Beat(self._graph.busy))
+            self._endpoint.write(robot_link.ContainerBeat(self._graph.busy))
             self._notes.tell(self._machine)
             await asyncio.sleep(BEAT_PERIOD)
 

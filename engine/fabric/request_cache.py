@@ -13,7 +13,7 @@ MARGIN = 10.0
 Answering = Coroutine[Any, Any, bytes]
 
 
-class Answers:
+class RequestCache:
     """Requests under way and answered, by their id.
 
     Nothing is forgotten that may still be asked for: where there is no room, a new request is refused instead.

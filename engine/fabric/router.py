@@ -18,7 +18,7 @@ from pathlib import Path
 import msgspec
 import zenoh
 
-from engine.fabric.zenoh_config import Credentials, Peering, router_config
+from engine.fabric.zenoh_config import Peering, RouterCredentials, router_config
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED, Heartbeats
 from engine.processes.private_files import write_private
 from ppaas.errors import Unavailable
@@ -46,7 +46,7 @@ class RouterSettings(msgspec.Struct, frozen=True):
         Zenoh endpoints: ``unixsock-stream//run/ppaas/router.sock``, ``tcp/127.0.0.1:7447``.
     credentials : str
         File with a line ``name:password`` for each client.
-    own : Credentials
+    own : RouterCredentials
         By which the router names itself to other routers.
     peering : Peering, optional
         How it reaches the routers of other hosts.
@@ -54,7 +54,7 @@ class RouterSettings(msgspec.Struct, frozen=True):
 
     listen: tuple[str, ...]
     credentials: str
-    own: Credentials
+    own: RouterCredentials
     peering: Peering | None = None
 
 
@@ -84,7 +84,7 @@ class RouterProcess:
         self._folder = folder
         self._peering = peering
         self.endpoint = f"unixsock-stream/{folder / 'router.sock'}"
-        self.credentials = peering.credentials if peering else Credentials("agent", secrets.token_urlsafe(32))
+        self.credentials = peering.credentials if peering else RouterCredentials("agent", secrets.token_urlsafe(32))
         self._listen = (self.endpoint, f"tcp/{tcp}") if tcp else (self.endpoint,)
         self._process: Process | None = None
         self._keeper: asyncio.Task[None] | None = None

@@ -15,8 +15,8 @@ import msgspec
 import zenoh
 
 from engine.fabric.inbox import Inbox
-from engine.fabric.request_cache import Answers
-from engine.fabric.zenoh_config import Credentials, client_config
+from engine.fabric.request_cache import RequestCache
+from engine.fabric.zenoh_config import RouterCredentials, client_config
 from engine.protocols.robot_link import Refusal
 from ppaas.clock import monotonic
 from ppaas.errors import InvalidParameter, PPaaSError, Unavailable, rebuild
@@ -48,7 +48,7 @@ class _Entity(Protocol):
     def undeclare(self) -> None: ...
 
 
-class Declared:
+class Declaration:
     """Something declared on the fabric: a subscription, a service, a watch or a token of life.
 
     Parameters
@@ -85,18 +85,18 @@ class Fabric:
     def __init__(self, session: zenoh.Session) -> None:
         self._session = session
         self._loop = asyncio.get_running_loop()
-        self._answers = Answers()
+        self._answers = RequestCache()
         self._replying: set[asyncio.Task[None]] = set()
 
     @classmethod
-    async def open(cls, endpoint: str, credentials: Credentials, *, timeout: float = 5.0) -> "Fabric":
+    async def open(cls, endpoint: str, credentials: RouterCredentials, *, timeout: float = 5.0) -> "Fabric":
         """Open a session.
 
         Parameters
         ----------
         endpoint : str
             Zenoh endpoint of the router.
-        credentials : Credentials
+        credentials : RouterCredentials
             That the router knows.
         timeout : float
             Seconds to go on trying.
@@ -124,8 +124,8 @@ class Fabric:
         for task in self._replying:
             task.cancel()
 
-    def _declare(self, entity: object, inbox: Inbox[Any] | None = None) -> Declared:
-        return Declared(self._loop, cast(_Entity, entity), inbox)
+    def _declare(self, entity: object, inbox: Inbox[Any] | None = None) -> Declaration:
+        return Declaration(self._loop, cast(_Entity, entity), inbox)
 
     # -- publications, which may be lost -------------------------------------------------------------------------------
 
@@ -134,7 +134,7 @@ class Fabric:
         # Not "express": that sends each message by itself, and a burst to a healthy reader overruns the queue.
         self._session.put(key, payload, congestion_control=zenoh.CongestionControl.DROP)
 
-    def subscribe(self, key: str, callback: Callable[[str, bytes], None], *, limit: int = 64) -> Declared:
+    def subscribe(self, key: str, callback: Callable[[str, bytes], None], *, limit: int = 64) -> Declaration:
         """Call back on the loop with key and payload of what is published under a key expression.
 
         Where the callback is slower than the publishers, the newest ``limit`` publications wait and older ones are
@@ -212,7 +212,7 @@ class Fabric:
         )
         return await first
 
-    def serve(self, key: str, handler: Handler, *, limit: int = 1024) -> Declared:
+    def serve(self, key: str, handler: Handler, *, limit: int = 1024) -> Declaration:
         """Answer the requests under a key expression; each is carried out once, however often it arrives.
 
         What this process carried out it no longer knows after it was started again: a handler keeps what it did
@@ -256,11 +256,11 @@ class Fabric:
 
     # -- who is there --------------------------------------------------------------------------------------------------
 
-    def announce(self, key: str) -> Declared:
+    def announce(self, key: str) -> Declaration:
         """Let others see that we live, under a key."""
         return self._declare(self._session.liveliness().declare_token(key))
 
-    def watch(self, key: str, callback: Callable[[str, bool], None], *, limit: int = 1024) -> Declared:
+    def watch(self, key: str, callback: Callable[[str, bool], None], *, limit: int = 1024) -> Declaration:
         """Call back on the loop with the key of each who comes (true) or goes (false), first those who are there.
 
         When the router dies, all go, and come again with it.

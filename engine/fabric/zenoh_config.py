@@ -8,7 +8,7 @@ import msgspec
 import zenoh
 
 
-class Credentials(msgspec.Struct, frozen=True):
+class RouterCredentials(msgspec.Struct, frozen=True):
     """By which a client is known to its router."""
 
     user: str
@@ -24,7 +24,7 @@ class Peering(msgspec.Struct, frozen=True):
     ----------
     key, certificate, authority : str
         Files in PEM: what this router shows, and by what it knows the others.
-    credentials : Credentials
+    credentials : RouterCredentials
         Of all routers of the cloud.
     listen, connect : tuple of str
         Zenoh endpoints, ``tls/host:port``.
@@ -33,13 +33,13 @@ class Peering(msgspec.Struct, frozen=True):
     key: str
     certificate: str
     authority: str
-    credentials: Credentials
+    credentials: RouterCredentials
     listen: tuple[str, ...] = ()
     connect: tuple[str, ...] = ()
 
 
 def router_config(
-    listen: Sequence[str], dictionary: str, own: Credentials, peering: Peering | None = None
+    listen: Sequence[str], dictionary: str, own: RouterCredentials, peering: Peering | None = None
 ) -> zenoh.Config:
     """Return the configuration of a router.
 
@@ -49,7 +49,7 @@ def router_config(
         Zenoh endpoints.
     dictionary : str
         File with a line ``name:password`` for each client.
-    own : Credentials
+    own : RouterCredentials
         By which it names itself to other routers.
     peering : Peering, optional
         How it reaches those of other hosts.
@@ -82,7 +82,7 @@ def _between_hosts(peering: Peering) -> dict[str, Any]:
     }
 
 
-def client_config(endpoint: str, credentials: Credentials) -> zenoh.Config:
+def client_config(endpoint: str, credentials: RouterCredentials) -> zenoh.Config:
     """Return the configuration of a client that comes back soon after its router does."""
     return _config(
         {
@@ -94,7 +94,7 @@ def client_config(endpoint: str, credentials: Credentials) -> zenoh.Config:
     )
 
 
-def _config(settings: dict[str, Any], credentials: Credentials) -> zenoh.Config:
+def _config(settings: dict[str, Any], credentials: RouterCredentials) -> zenoh.Config:
     common = {
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,

@@ -8,7 +8,7 @@ UNKNOWN = 255
 """Status of a process that is no child of ours: nobody tells it."""
 
 
-class FoundProcess:
+class AdoptedProcess:
     """Watches a process; made within a loop.
 
     Parameters

@@ -12,7 +12,7 @@ from typing import Protocol
 import msgspec
 
 from engine.agent import main as agent_main
-from engine.local.adopted_process import FoundProcess
+from engine.local.adopted_process import AdoptedProcess
 from engine.runtimes.memory_tuning import lean_python
 
 logger = logging.getLogger(__name__)
@@ -26,7 +26,7 @@ STOP_GRACE = 5.0
 COMMAND = (*lean_python.PYTHON, "-m", agent_main.__name__)
 
 
-class Told(Protocol):
+class AgentSettings(Protocol):
     """What an agent is told at its start: a ``msgspec.Struct``."""
 
     @property
@@ -40,7 +40,7 @@ class AgentProcess:
 
     Parameters
     ----------
-    config : Told
+    config : AgentSettings
         Handed over on its standard input, so that no secret shows among the processes.
     command : sequence of str
         That runs it.
@@ -54,7 +54,7 @@ class AgentProcess:
 
     def __init__(
         self,
-        config: Told,
+        config: AgentSettings,
         command: Sequence[str] = COMMAND,
         done: int | None = None,
         environment: Mapping[str, str] = os.environ,
@@ -65,8 +65,8 @@ class AgentProcess:
         self._done = done
         self._environment = environment
         self._started = started
-        self._found: FoundProcess | None = None
-        self._process: Process | FoundProcess | None = None
+        self._found: AdoptedProcess | None = None
+        self._process: Process | AdoptedProcess | None = None
         self._keeper: asyncio.Task[None] | None = None
         self._deaths = 0
 
@@ -80,10 +80,10 @@ class AgentProcess:
         """Of the agent that runs now."""
         return self._process.pid if self._process is not None else None
 
-    def go_on_with(self, pid: int) -> None:
+    def adopt(self, pid: int) -> None:
         """Keep an agent that runs already, instead of a first one; nothing happens where it has ended."""
         with contextlib.suppress(ProcessLookupError):
-            self._process = self._found = FoundProcess(pid)
+            self._process = self._found = AdoptedProcess(pid)
 
     async def start(self) -> None:
         """Start the agent, and go on starting it."""

@@ -19,7 +19,7 @@ END_GRACE = 5.0
 BLINK = 0.02
 
 
-class OwnAgent(msgspec.Struct, frozen=True):
+class AgentRecord(msgspec.Struct, frozen=True):
     """An agent that was started here.
 
     Parameters
@@ -45,11 +45,11 @@ class OwnAgent(msgspec.Struct, frozen=True):
         return pid_of(self.process)
 
     @property
-    def lives(self) -> bool:
+    def is_waiting(self) -> bool:
         """It is there, and the cloud process that started it is not: it waits for another."""
         return not is_dead(self.process) and is_dead(self.cloud)
 
-    def like(self, wanted: AgentConfig) -> AgentConfig | None:
+    def matching_config(self, wanted: AgentConfig) -> AgentConfig | None:
         """Return what it was told, if it runs as an agent would that is started now."""
         if self.release != __version__:
             return None
@@ -78,21 +78,21 @@ class OwnAgent(msgspec.Struct, frozen=True):
             os.killpg(self.pid, signal.SIGKILL)
 
 
-def left_in(file: Path) -> OwnAgent | None:
+def read_record(file: Path) -> AgentRecord | None:
     """Return the agent that a cloud process which was killed left behind, if it still waits."""
     try:
-        left = msgspec.json.decode(file.read_bytes(), type=OwnAgent)
+        left = msgspec.json.decode(file.read_bytes(), type=AgentRecord)
     except (OSError, msgspec.DecodeError):
         return None
-    return left if left.lives else None
+    return left if left.is_waiting else None
 
 
-def note(file: Path, pid: int, config: AgentConfig) -> None:
+def write_record(file: Path, pid: int, config: AgentConfig) -> None:
     """Note an agent that was started, for a cloud process after this one."""
     process = name_of(pid)
     if process is None:
         return  # it has ended already
-    left = OwnAgent(process, config.cloud, msgspec.Raw(msgspec.json.encode(config)), __version__)
+    left = AgentRecord(process, config.cloud, msgspec.Raw(msgspec.json.encode(config)), __version__)
     try:
         write_private(file, msgspec.json.encode(left))
     except OSError as error:

@@ -9,7 +9,7 @@ import msgspec
 
 from engine.agent.config import AgentConfig
 from engine.local.agent_process import AgentProcess
-from engine.local.agent_record import OwnAgent, note
+from engine.local.agent_record import AgentRecord, write_record
 from engine.processes.run_dir import make_run_dir, own
 from engine.protocols.address import UnixAddress
 
@@ -17,10 +17,10 @@ from engine.protocols.address import UnixAddress
 class Agents(Protocol):
     """What keeps the agents of the machines that a cloud has started itself."""
 
-    come_at_once: bool
+    expected_at_start: bool
     """Tell whether there is a machine for sure, so that the start of a cloud waits for it."""
 
-    was_found: bool
+    was_adopted: bool
     """Tell whether that machine is one that was left behind."""
 
     @property
@@ -41,7 +41,7 @@ class Agents(Protocol):
         ...
 
 
-def settled(wanted: AgentConfig, left: OwnAgent | None) -> AgentConfig:
+def settle_config(wanted: AgentConfig, left: AgentRecord | None) -> AgentConfig:
     """Return what the agent of this machine is told, with the folder and the secret that it had, or with new ones.
 
     Raises
@@ -50,7 +50,7 @@ def settled(wanted: AgentConfig, left: OwnAgent | None) -> AgentConfig:
         As ``make_run_dir`` does.
     """
     run_dir, secret = None, secrets.token_urlsafe(24)
-    told = left.like(wanted) if left is not None else None
+    told = left.matching_config(wanted) if left is not None else None
     if told is not None:
         with contextlib.suppress(OSError):  # it has ended just now
             own(Path(told.run_dir))
@@ -60,7 +60,7 @@ def settled(wanted: AgentConfig, left: OwnAgent | None) -> AgentConfig:
     return msgspec.structs.replace(wanted, control=control, secret=secret, run_dir=str(run_dir))
 
 
-class OwnMachine:
+class LocalMachine:
     """Keeps the agent of this machine.
 
     Parameters
@@ -69,18 +69,18 @@ class OwnMachine:
         What it is told; of one that a cloud process before this one left behind, what it was told.
     file : Path, optional
         Where the agent is noted for a cloud process after this one.
-    left : OwnAgent, optional
+    left : AgentRecord, optional
         One that was left behind: it goes on if it has the folder of ``config``, and ends first if not.
     """
 
-    come_at_once = True
+    expected_at_start = True
 
-    def __init__(self, config: AgentConfig, file: Path | None = None, left: OwnAgent | None = None) -> None:
+    def __init__(self, config: AgentConfig, file: Path | None = None, left: AgentRecord | None = None) -> None:
         self._config = config
         self._file = file
         self._left = left
-        told = left.like(config) if left is not None else None
-        self.was_found = told is not None and told.run_dir == config.run_dir
+        told = left.matching_config(config) if left is not None else None
+        self.was_adopted = told is not None and told.run_dir == config.run_dir
         self._agent = AgentProcess(config, started=self._note)
 
     @property
@@ -90,13 +90,13 @@ class OwnMachine:
 
     def _note(self, pid: int) -> None:
         if self._file is not None:
-            note(self._file, pid, self._config)
+            write_record(self._file, pid, self._config)
 
     async def start(self) -> None:
         """Start the agent, and go on starting it."""
         left, self._left = self._left, None
-        if left is not None and self.was_found:
-            self._agent.go_on_with(left.pid)
+        if left is not None and self.was_adopted:
+            self._agent.adopt(left.pid)
             self._note(left.pid)
         elif left is not None:
             await left.end()

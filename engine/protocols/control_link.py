@@ -67,7 +67,7 @@ class Heartbeat(msgspec.Struct, tag="heartbeat"):
     round_trips: dict[str, float] = {}
 
 
-class Beat(msgspec.Struct, tag="beat"):
+class AgentBeat(msgspec.Struct, tag="beat"):
     """The agent lives; its load takes longer to measure the more containers there are."""
 
 
@@ -92,7 +92,7 @@ class Exited(msgspec.Struct, tag="exited"):
     status: int
 
 
-FromAgent = Register | Beat | Heartbeat | Launched | LaunchFailed | Exited
+FromAgent = Register | AgentBeat | Heartbeat | Launched | LaunchFailed | Exited
 
 
 class StartContainer(msgspec.Struct, tag="start"):
@@ -128,8 +128,8 @@ class Dismissed(msgspec.Struct, tag="dismissed"):
     """The machine is to end all that it carries, now: the cloud ends in order, or does not want it."""
 
 
-class Heard(msgspec.Struct, tag="heard"):
+class BeatAcknowledged(msgspec.Struct, tag="heard"):
     """A beat of a machine of another host has come; each is answered, in turn."""
 
 
-ToAgent = Welcome | StartContainer | StopContainer | ResizeContainer | Heard | Dismissed
+ToAgent = Welcome | StartContainer | StopContainer | ResizeContainer | BeatAcknowledged | Dismissed

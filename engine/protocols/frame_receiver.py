@@ -21,7 +21,7 @@ MAX_HELD = 1 << 17
 """Bytes of whole frames that may wait to be taken before no more are read."""
 
 
-class _Taking(NamedTuple):
+class _DirectHandler(NamedTuple):
     take: Callable[[bytes], bool]
     over: asyncio.Future[None]
 
@@ -48,7 +48,7 @@ class FrameReceiver(asyncio.Protocol):
         self._ended = False
         self._fault: MessageTooLarge | None = None
         self._waiter: asyncio.Future[None] | None = None
-        self._taking: _Taking | None = None
+        self._taking: _DirectHandler | None = None
         self._transport.set_protocol(self)
         self.data_received(_held_by(reader))
         self._ended = reader.at_eof()
@@ -79,14 +79,14 @@ class FrameReceiver(asyncio.Protocol):
         No task is woken for a frame, which saves a turn of the loop. What ``take`` raises is raised here; the rest
         is as for ``next``.
         """
-        taking = self._taking = _Taking(take, asyncio.get_running_loop().create_future())
+        taking = self._taking = _DirectHandler(take, asyncio.get_running_loop().create_future())
         self._hand_over(taking)
         try:
             await taking.over
         finally:
             self._taking = None
 
-    def _hand_over(self, taking: _Taking) -> None:
+    def _hand_over(self, taking: _DirectHandler) -> None:
         take, over = taking
         try:
             more = True

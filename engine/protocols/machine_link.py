@@ -90,14 +90,14 @@ class Candidate(msgspec.Struct):
     whole: bool = True
 
 
-class FoundPlans(msgspec.Struct, tag="found_plans"):
+class PlansFound(msgspec.Struct, tag="found_plans"):
     """Plans worth a look, the best first."""
 
     request: int
     plans: list[Candidate]
 
 
-class History(msgspec.Struct, tag="history"):
+class PlanningHistory(msgspec.Struct, tag="history"):
     """What is known of planning on a map, and of the link to the store."""
 
     request: int
@@ -125,6 +125,6 @@ class EndpointCame(msgspec.Struct, tag="endpoint_came"):
     """An endpoint is there that awaits the container: what was lost is dialled at once."""
 
 
-Answer = Done | FoundPlans | History
+Answer = Done | PlansFound | PlanningHistory
 
 ToContainer = Answer | Shared | Resized | EndpointCame

@@ -13,7 +13,7 @@ def is_same(secret: str, given: str) -> bool:
     return hmac.compare_digest(secret.encode(), given.encode())
 
 
-class Awaited(Generic[T]):
+class PendingHandshakes(Generic[T]):
     """Those who have not dialled yet, and what is known of each."""
 
     def __init__(self) -> None:

@@ -53,7 +53,7 @@ class Hello(msgspec.Struct, tag="hello"):
     nodes: list[NodeInfo]
 
 
-class Failed(msgspec.Struct, tag="failed"):
+class ContainerFailed(msgspec.Struct, tag="failed"):
     """The container cannot be what it was asked to be; another try would end the same way."""
 
     container: str
@@ -61,20 +61,20 @@ class Failed(msgspec.Struct, tag="failed"):
     refusal: Refusal
 
 
-class Declared(msgspec.Struct, tag="declared"):
+class TopicAdded(msgspec.Struct, tag="declared"):
     """A node has begun to publish a topic that ``Hello`` did not tell of."""
 
     topic: TopicInfo
     node: str
 
 
-class Undeclared(msgspec.Struct, tag="undeclared"):
+class TopicRemoved(msgspec.Struct, tag="undeclared"):
     """A topic that was declared at run time is no more; whoever hears it will hear it again should it come back."""
 
     name: str
 
 
-class Offers(msgspec.Struct, tag="offers"):
+class NodesChanged(msgspec.Struct, tag="offers"):
     """Nodes have come or gone since ``Hello``: those that are here now, and their services. Topics stay known."""
 
     services: list[ServiceInfo]
@@ -89,7 +89,7 @@ class Published(msgspec.Struct, tag="published"):
     client: int | None = None
 
 
-class Answer(msgspec.Struct, tag="answer"):
+class ServiceAnswer(msgspec.Struct, tag="answer"):
     """The response to a call, as JSON, or why there is none."""
 
     call: int
@@ -103,13 +103,13 @@ class Ack(msgspec.Struct, tag="ack"):
     sequence: int
 
 
-class Beat(msgspec.Struct, tag="beat"):
+class ContainerBeat(msgspec.Struct, tag="beat"):
     """The container lives, though it may have nothing to say; ``busy`` if it works for a goal."""
 
     busy: bool
 
 
-class Refused(msgspec.Struct, tag="refused"):
+class MessageRefused(msgspec.Struct, tag="refused"):
     """A message that the clone does not take, for the client that sent it; the sequence is that of ``Deliver``."""
 
     client: int
@@ -118,7 +118,18 @@ class Refused(msgspec.Struct, tag="refused"):
     sequence: int = 0
 
 
-FromContainer = Hello | Failed | Declared | Undeclared | Offers | Published | Answer | Ack | Beat | Refused
+FromContainer = (
+    Hello
+    | ContainerFailed
+    | TopicAdded
+    | TopicRemoved
+    | NodesChanged
+    | Published
+    | ServiceAnswer
+    | Ack
+    | ContainerBeat
+    | MessageRefused
+)
 
 # -- endpoint → container ----------------------------------------------------------------------------------------------
 
@@ -145,7 +156,7 @@ class Unsubscribe(msgspec.Struct, tag="unsubscribe"):
     topic: str
 
 
-class Call(msgspec.Struct, tag="call"):
+class ServiceCall(msgspec.Struct, tag="call"):
     """Call a service of the clone; the request is JSON."""
 
     call: int
@@ -153,8 +164,8 @@ class Call(msgspec.Struct, tag="call"):
     payload: bytes
 
 
-class Stop(msgspec.Struct, tag="stop"):
+class Shutdown(msgspec.Struct, tag="stop"):
     """Checkpoint, and end."""
 
 
-ToContainer = Deliver | Subscribe | Unsubscribe | Call | Stop
+ToContainer = Deliver | Subscribe | Unsubscribe | ServiceCall | Shutdown

@@ -8,14 +8,16 @@ from engine.protocols.address import Address, UnixAddress
 from engine.protocols.tls_identity import CLOUD_NAME
 from ppaas.errors import InvalidInput, Unavailable
 
-Connected = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None]]
+ConnectionHandler = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None]]
 Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 
 HANDSHAKE_TIMEOUT = 5.0
 """Seconds that whoever dials over TLS has to show its certificate."""
 
 
-async def listen(address: Address, connected: Connected, context: ssl.SSLContext | None = None) -> asyncio.Server:
+async def listen(
+    address: Address, connected: ConnectionHandler, context: ssl.SSLContext | None = None
+) -> asyncio.Server:
     """Listen.
 
     Parameters

@@ -15,7 +15,7 @@ PURPOSES: tuple[Purpose, ...] = ("control", "robot", "terms", "join")
 
 
 @dataclass(frozen=True, slots=True)
-class Identity:
+class TlsIdentity:
     """Files in PEM.
 
     Parameters
@@ -31,7 +31,7 @@ class Identity:
     authority: Path
 
     @classmethod
-    def in_folder(cls, folder: Path, name: str) -> "Identity":
+    def in_folder(cls, folder: Path, name: str) -> "TlsIdentity":
         """Return the files of one in a folder."""
         return cls(folder / f"{name}.key", folder / f"{name}.pem", folder / "authority.pem")
 

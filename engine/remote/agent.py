@@ -1,7 +1,7 @@
-"""A machine of another host: ``python -m engine.remote.agent FOLDER`` with ``Options`` as JSON on standard input.
+"""Agent of another host: ``python -m engine.remote.agent FOLDER``, with ``MachineOptions`` as JSON on standard input.
 
-It asks its cloud for the terms and is the machine's agent until the cloud hangs up, again and again, until SIGTERM or
-Ctrl-C. A cloud that is started again, or was out of reach, so finds its machines.
+It requests the settings of the cluster from its cloud and runs the machine's agent until the cloud closes the
+connection. It repeats this until SIGTERM or Ctrl-C, so the machine returns to a cloud that was restarted or unreachable.
 """
 
 import asyncio
@@ -21,7 +21,7 @@ from engine.agent.config import AgentConfig
 from engine.agent.master_redial import Master
 from engine.processes.instances import folder_of, instance_name, sweep_stale
 from engine.processes.run_dir import keep_temporary_files_in, remove_folder
-from engine.remote.cluster_settings import Terms
+from engine.remote.cluster_settings import ClusterSettings
 from engine.remote.machines import check_reachable
 from engine.remote.membership import Membership, membership_in
 from ppaas import __version__
@@ -37,7 +37,7 @@ RETRIES = (0.25, 0.5, 1.0, 2.0, 5.0)
 STEADY = 30.0
 
 
-class Options(msgspec.Struct, frozen=True):
+class MachineOptions(msgspec.Struct, frozen=True):
     """What the machine gives: CPUs, all without a number, what it is like; how long the cloud may be away [s]."""
 
     cores: int | None = None
@@ -45,7 +45,7 @@ class Options(msgspec.Struct, frozen=True):
     patience: float = sys.float_info.max
 
 
-async def stay(membership: Membership, options: Options) -> None:
+async def stay(membership: Membership, options: MachineOptions) -> None:
     """Be a machine of the cloud until SIGTERM.
 
     Raises
@@ -68,7 +68,7 @@ async def stay(membership: Membership, options: Options) -> None:
         remove_folder(folder)
 
 
-async def _stay(membership: Membership, options: Options, run_dir: Path) -> None:
+async def _stay(membership: Membership, options: MachineOptions, run_dir: Path) -> None:
     told, tries, heard = asyncio.Event(), 0, monotonic()
     while True:
         began = monotonic()
@@ -85,19 +85,19 @@ async def _stay(membership: Membership, options: Options, run_dir: Path) -> None
             return
 
 
-async def _live(membership: Membership, options: Options, run_dir: Path, told: asyncio.Event) -> bool:
+async def _live(membership: Membership, options: MachineOptions, run_dir: Path, told: asyncio.Event) -> bool:
     """Be the agent once; return whether the cloud was there, and hung up."""
     config: AgentConfig | None = None
     try:
         with until_told(told):
-            config = config_of(membership, options, await membership.terms(), run_dir)
+            config = config_of(membership, options, await membership.settings(), run_dir)
         return config is not None and await run(config, told, lambda: dial_again(membership, options, config))
     except Unavailable as error:
         logger.warning("machine %s is not in its cloud: %s", membership.machine, error)
         return False
 
 
-def config_of(membership: Membership, options: Options, terms: Terms, run_dir: Path) -> AgentConfig:
+def config_of(membership: Membership, options: MachineOptions, terms: ClusterSettings, run_dir: Path) -> AgentConfig:
     """Return what the agent is told.
 
     Raises
@@ -136,7 +136,7 @@ def config_of(membership: Membership, options: Options, terms: Terms, run_dir: P
     )
 
 
-async def dial_again(membership: Membership, options: Options, config: AgentConfig) -> Master:
+async def dial_again(membership: Membership, options: MachineOptions, config: AgentConfig) -> Master:
     """Dial the cloud as the machine that already runs as it was told.
 
     Raises
@@ -146,7 +146,7 @@ async def dial_again(membership: Membership, options: Options, config: AgentConf
     Unavailable
         It is away.
     """
-    now = config_of(membership, options, await membership.terms(), Path(config.run_dir))
+    now = config_of(membership, options, await membership.settings(), Path(config.run_dir))
     if msgspec.structs.replace(now, cloud=config.cloud) != config:
         raise Conflict("the cloud was started with other terms: the machine joins anew")
     return await dial_master(config)
@@ -156,7 +156,7 @@ def main() -> None:
     """Run until SIGTERM, or Ctrl-C, which is the same here."""
     logging.basicConfig(level=logging.INFO, format="%(levelname)s agent %(name)s: %(message)s")
     signal.signal(signal.SIGINT, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
-    options = msgspec.json.decode(sys.stdin.buffer.read(), type=Options)
+    options = msgspec.json.decode(sys.stdin.buffer.read(), type=MachineOptions)
     try:
         uvloop.run(stay(membership_in(Path(sys.argv[1])), options))
     except PPaaSError as error:

@@ -12,7 +12,7 @@ from cryptography import x509
 from cryptography.hazmat.primitives.serialization import Encoding
 
 from engine.processes.private_files import write_private
-from engine.protocols.tls_identity import CLOUD_NAME, Identity
+from engine.protocols.tls_identity import CLOUD_NAME, TlsIdentity
 from engine.remote.certificates import (
     authority_certificate,
     common_name,
@@ -47,7 +47,7 @@ class Authority:
     def __init__(self, folder: Path) -> None:
         self._issued = folder / "issued"
         self._key_file, self._file = folder / "authority.key", folder / "authority.pem"
-        self.identity = Identity.in_folder(folder, "cloud")
+        self.identity = TlsIdentity.in_folder(folder, "cloud")
         try:
             self._issued.mkdir(mode=0o700, parents=True, exist_ok=True)
             if not self.identity.certificate.exists():

@@ -3,11 +3,11 @@
 import msgspec
 
 from engine.agent.master_redial import ADOPT_WITHIN
-from engine.fabric.zenoh_config import Credentials
+from engine.fabric.zenoh_config import RouterCredentials
 from engine.runtimes.registry import DEFAULT
 
 
-class Runs(msgspec.Struct, frozen=True):
+class ContainerSettings(msgspec.Struct, frozen=True):
     """How containers run, on all machines alike: none must be less strict with them than the administrator wants.
 
     Parameters
@@ -28,7 +28,7 @@ class Runs(msgspec.Struct, frozen=True):
     adopt_within: float = ADOPT_WITHIN
 
 
-class Terms(msgspec.Struct, tag="terms"):
+class ClusterSettings(msgspec.Struct, tag="terms"):
     """Of one run of the cloud.
 
     Parameters
@@ -39,9 +39,9 @@ class Terms(msgspec.Struct, tag="terms"):
         URLs of the stores, which the machine must reach by the same.
     fabric_port : int
         Where the cloud's router takes those of other hosts.
-    fabric : Credentials
+    fabric : RouterCredentials
         Of all routers of the cloud.
-    runs : Runs
+    runs : ContainerSettings
         How containers run.
     release : str
         Of this program, that the cloud runs.
@@ -51,6 +51,6 @@ class Terms(msgspec.Struct, tag="terms"):
     store: str
     map_store: str
     fabric_port: int
-    fabric: Credentials
-    runs: Runs = Runs()
+    fabric: RouterCredentials
+    runs: ContainerSettings = ContainerSettings()
     release: str = ""

@@ -48,7 +48,7 @@ class NotJoined(msgspec.Struct, tag="not_joined"):
     refusal: Refusal
 
 
-class JoinDesk:
+class JoinServer:
     """Serves machines that have a ticket.
 
     Parameters

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import msgspec
 
-from engine.fabric.zenoh_config import Credentials, Peering
+from engine.fabric.zenoh_config import Peering, RouterCredentials
 from engine.processes.private_files import write_private
 from engine.protocols.address import TlsAddress, parse_address
 from engine.protocols.framing import FrameStream
 from engine.remote.authority import Authority
-from engine.remote.cluster_settings import Runs, Terms
-from engine.remote.joining import JoinDesk
+from engine.remote.cluster_settings import ClusterSettings, ContainerSettings
+from engine.remote.joining import JoinServer
 from engine.remote.tickets import Ticket, Tickets
-from engine.remote.tls_listener import Door
+from engine.remote.tls_listener import TlsListener
 from engine.service.links.control_server import ControlServer
 from engine.service.links.robot_link_server import LinkServer
 from ppaas import __version__
@@ -30,7 +30,7 @@ FABRIC = "fabric.json"
 EVERYWHERE = ("0.0.0.0", "::")
 
 
-class FarMachines:
+class RemoteMachines:
     """Takes machines of other hosts.
 
     Parameters
@@ -45,7 +45,7 @@ class FarMachines:
         URLs of the stores.
     own : str
         Name of the cloud's own machine.
-    runs : Runs
+    runs : ContainerSettings
         How containers run.
 
     Raises
@@ -65,23 +65,23 @@ class FarMachines:
         store: str,
         map_store: str,
         own: str,
-        runs: Runs = Runs(),  # noqa: B008 - it is frozen
+        runs: ContainerSettings = ContainerSettings(),  # noqa: B008 - it is frozen
     ) -> None:
         for url in (store, map_store):
             check_reachable(url)
         self._folder = folder
         self._authority = Authority(folder)
         self._address = address
-        self._desk = JoinDesk(self._authority, Tickets(folder / "tickets"), frozenset((own,)))
+        self._desk = JoinServer(self._authority, Tickets(folder / "tickets"), frozenset((own,)))
         router = address._replace(port=address.port + 1 if address.port else _free_port(address.host))
         credentials = _credentials(folder / FABRIC)
-        self._terms = Terms(cloud, store, map_store, router.port, credentials, runs, __version__)
+        self._terms = ClusterSettings(cloud, store, map_store, router.port, credentials, runs, __version__)
         identity = self._authority.identity
         self.peering = Peering(
             str(identity.key), str(identity.certificate), str(identity.authority), credentials,
             listen=(f"tls/{router.authority}",),
         )  # fmt: skip
-        self._door: Door | None = None
+        self._door: TlsListener | None = None
 
     @property
     def host(self) -> str | None:
@@ -96,7 +96,7 @@ class FarMachines:
         Unavailable
             The address is not ours, or taken.
         """
-        self._door = Door(
+        self._door = TlsListener(
             self._address,
             self._authority,
             control=control.connected,
@@ -108,7 +108,7 @@ class FarMachines:
         write_private(self._folder / ADDRESS, str(self._door.address).encode())
 
     async def _tell_terms(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, machine: str) -> None:
-        stream: FrameStream[Terms] = FrameStream(reader, writer, Terms)
+        stream: FrameStream[ClusterSettings] = FrameStream(reader, writer, ClusterSettings)
         await stream.send(self._terms)
         await stream.close()
 
@@ -119,11 +119,11 @@ class FarMachines:
             await self._door.close()
 
 
-def _credentials(file: Path) -> Credentials:
+def _credentials(file: Path) -> RouterCredentials:
     try:
         if not file.exists():
-            write_private(file, msgspec.json.encode(Credentials("agent", secrets.token_urlsafe(32))))
-        return msgspec.json.decode(file.read_bytes(), type=Credentials)
+            write_private(file, msgspec.json.encode(RouterCredentials("agent", secrets.token_urlsafe(32))))
+        return msgspec.json.decode(file.read_bytes(), type=RouterCredentials)
     except (OSError, msgspec.DecodeError) as error:
         raise InvalidInput(f"{file} is not what was kept for routers: mend it, or remove it: {error}") from error
 

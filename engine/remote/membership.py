@@ -11,10 +11,10 @@ from engine.processes.private_files import write_private
 from engine.protocols.address import TlsAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import dial
-from engine.protocols.tls_identity import Identity
+from engine.protocols.tls_identity import TlsIdentity
 from engine.remote.authority import check_name
 from engine.remote.certificates import Key, key_pem, new_key, request_pem
-from engine.remote.cluster_settings import Terms
+from engine.remote.cluster_settings import ClusterSettings
 from engine.remote.joining import Joined, ask_to_join
 from engine.remote.tickets import read_ticket
 from ppaas.errors import InvalidInput, NotFound, Unavailable
@@ -22,7 +22,7 @@ from ppaas.errors import InvalidInput, NotFound, Unavailable
 FILE = "membership.json"
 
 
-class _Kept(msgspec.Struct, frozen=True):
+class _MembershipFile(msgspec.Struct, frozen=True):
     machine: str
     host: str
     port: int
@@ -48,11 +48,11 @@ class Membership:
     cloud: TlsAddress
 
     @property
-    def identity(self) -> Identity:
+    def identity(self) -> TlsIdentity:
         """Return the machine's key and certificates."""
-        return Identity.in_folder(self.folder, "machine")
+        return TlsIdentity.in_folder(self.folder, "machine")
 
-    async def terms(self) -> Terms:
+    async def settings(self) -> ClusterSettings:
         """Ask the cloud what the machine must know to register.
 
         Raises
@@ -60,7 +60,9 @@ class Membership:
         Unavailable
             The cloud is away, or hangs up on this machine.
         """
-        stream: FrameStream[Terms] = FrameStream(*await dial(self.cloud, self.identity.client_context("terms")), Terms)
+        stream: FrameStream[ClusterSettings] = FrameStream(
+            *await dial(self.cloud, self.identity.client_context("terms")), ClusterSettings
+        )
         try:
             told = await stream.receive()
         finally:
@@ -72,7 +74,7 @@ class Membership:
             )
         return told
 
-    def peering(self, terms: Terms) -> Peering:
+    def peering(self, terms: ClusterSettings) -> Peering:
         """Return how the machine's router reaches that of the cloud."""
         identity, router = self.identity, self.cloud._replace(port=terms.fabric_port)
         return Peering(
@@ -122,14 +124,14 @@ async def join(folder: Path, text: str, machine: str) -> Membership:
     if kept is None or kept.ticket != used:
         key = new_key()
         joined = await ask_to_join(ticket, machine, request_pem(key, machine))
-        _keep(folder, key, joined, _Kept(machine, ticket.host, ticket.port, used))
+        _keep(folder, key, joined, _MembershipFile(machine, ticket.host, ticket.port, used))
     return membership_in(folder)
 
 
-def _keep(folder: Path, key: Key, joined: Joined, membership: _Kept) -> None:
+def _keep(folder: Path, key: Key, joined: Joined, membership: _MembershipFile) -> None:
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        identity = Identity.in_folder(folder, "machine")
+        identity = TlsIdentity.in_folder(folder, "machine")
         write_private(identity.key, key_pem(key))
         write_private(identity.certificate, joined.certificate)
         write_private(identity.authority, joined.authority)
@@ -138,9 +140,9 @@ def _keep(folder: Path, key: Key, joined: Joined, membership: _Kept) -> None:
         raise InvalidInput(f"what the cloud gave cannot be kept: {error}") from error
 
 
-def _kept_in(folder: Path) -> _Kept | None:
+def _kept_in(folder: Path) -> _MembershipFile | None:
     path = folder / FILE
     try:
-        return msgspec.json.decode(path.read_bytes(), type=_Kept) if path.exists() else None
+        return msgspec.json.decode(path.read_bytes(), type=_MembershipFile) if path.exists() else None
     except (OSError, msgspec.DecodeError) as error:
         raise InvalidInput(f"{path} cannot be read: {error}; remove the folder and join by a new ticket") from error

@@ -47,7 +47,7 @@ class Ticket(msgspec.Struct, frozen=True, array_like=True):
         return TlsAddress(self.host, self.port)
 
 
-class _Kept(msgspec.Struct, frozen=True):
+class _TicketFile(msgspec.Struct, frozen=True):
     """What the cloud knows of a ticket: until when it is good, in seconds since the epoch, and for which machine."""
 
     until: float
@@ -109,7 +109,7 @@ class Tickets:
         ticket = Ticket(address.host, address.port, cloud, secrets.token_urlsafe(24))
         try:
             self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            write_private(self._path(ticket.secret), msgspec.json.encode(_Kept(self._clock() + valid, machine)))
+            write_private(self._path(ticket.secret), msgspec.json.encode(_TicketFile(self._clock() + valid, machine)))
         except OSError as error:
             raise InvalidInput(f"the ticket cannot be kept: {error}") from error
         return ticket
@@ -124,7 +124,7 @@ class Tickets:
         """
         path = self._path(secret)
         try:
-            kept = msgspec.json.decode(path.read_bytes(), type=_Kept)
+            kept = msgspec.json.decode(path.read_bytes(), type=_TicketFile)
             if kept.machine not in (None, machine):
                 raise NotPermitted(f"this ticket is for machine {kept.machine!r}: join with --name {kept.machine}")
             path.unlink()  # of two that use it at a time one finds it gone

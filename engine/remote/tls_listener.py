@@ -6,7 +6,7 @@ import ssl
 from collections.abc import Awaitable, Callable
 
 from engine.protocols.address import TlsAddress
-from engine.protocols.sockets import Connected, listen
+from engine.protocols.sockets import ConnectionHandler, listen
 from engine.remote.authority import Authority
 from ppaas.errors import NotPermitted, PPaaSError
 
@@ -16,7 +16,7 @@ FromMachine = Callable[[asyncio.StreamReader, asyncio.StreamWriter, str], Awaita
 """Serves a connection of a machine, by its name."""
 
 
-class Door:
+class TlsListener:
     """Takes connections over mutual TLS.
 
     Parameters
@@ -39,7 +39,7 @@ class Door:
         control: FromMachine,
         robot: FromMachine,
         terms: FromMachine,
-        join: Connected,
+        join: ConnectionHandler,
     ) -> None:
         self.address = address
         self._authority = authority

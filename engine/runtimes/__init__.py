@@ -1,1 +1,1 @@
-"""Runtimes: what starts and watches the processes of containers, and knows nothing of their messages."""
+"""Runtimes: start and watch the processes of containers, without knowledge of their messages."""

@@ -1,4 +1,4 @@
-"""What a runtime is."""
+"""Interface of runtimes, which start the containers of a machine."""
 
 from abc import ABC, abstractmethod
 from pathlib import Path
@@ -9,20 +9,20 @@ from engine.specs.containers import Launch
 
 
 class Premises(NamedTuple):
-    """What a runtime is told of the machine that it runs on.
+    """The machine that a runtime runs on.
 
     Parameters
     ----------
     instance : str
-        Name of the cloud process whose machine this is; no other on this computer has it.
+        Name of the cloud process that this machine belongs to; unique on this computer.
     run_dir : Path
-        Folder of the machine's Unix sockets, which its user alone may enter.
+        Folder of the machine's Unix sockets; only its user may enter it.
     shared_memory : Path
-        Folder in which the layers of maps lie.
+        Folder of the map layers.
     image : str
-        Image that containers run from, for a runtime that has images.
+        Image of the containers, for a runtime that uses images.
     entries : Entries
-        What runs in the processes that it starts.
+        Entry points of the processes that it starts.
     """
 
     instance: str
@@ -33,7 +33,7 @@ class Premises(NamedTuple):
 
 
 class ContainerProcess(Protocol):
-    """The process, or whatever a runtime has in its place, of one container."""
+    """The process of one container, or its equivalent in the runtime."""
 
     @property
     def pid(self) -> int:
@@ -41,23 +41,32 @@ class ContainerProcess(Protocol):
         ...
 
     def kill(self) -> None:
-        """End it by force; nothing happens where it is gone."""
+        """Kill it. Does nothing if it has exited."""
         ...
 
     def layers_grew(self) -> None:
-        """Let it see what was put beside the layers of its map after it was launched; for most it is there already."""
+        """Make files visible that were added to the layers of its map after the launch.
+
+        Most runtimes have nothing to do here: their containers see the folder itself.
+        """
         ...
 
     def endpoint_came(self) -> None:
-        """Let it reach who listens anew under the name of its endpoint's socket; for most it is so already."""
+        """Make the new socket visible that has replaced the one of its endpoint, under the same name.
+
+        Most runtimes have nothing to do here: their containers find the socket by its name.
+        """
         ...
 
     def resize(self, launch: Launch) -> None:
-        """Hold it to another size from now on: that of this launch, on its CPUs; nothing happens where it is gone."""
+        """Limit it to the size and the CPUs of this launch from now on. Does nothing if it has exited."""
         ...
 
     async def wait(self) -> int:
-        """Return its exit status when it is gone, negative for the signal that killed it. May be asked by many."""
+        """Wait until it exits; return its exit status, negative for the signal that killed it.
+
+        Several callers may wait at once.
+        """
         ...
 
 
@@ -72,7 +81,7 @@ class Runtime(ABC):
         Raises
         ------
         Unavailable
-            What it needs is not installed; the text says what to install.
+            A dependency is not installed; the message says what to install.
         """
 
     @abstractmethod
@@ -82,19 +91,19 @@ class Runtime(ABC):
         Raises
         ------
         Unavailable
-            It cannot run here; the text says why.
+            The runtime cannot run on this machine; the message says why.
         """
 
     @abstractmethod
     async def launch(self, launch: Launch) -> ContainerProcess:
-        """Start a container; it is *ready* when it dials the robot link, not yet here.
+        """Start a container. It is *ready* when it dials the robot link, which is later.
 
         Raises
         ------
         Unavailable
-            It could not be started now.
+            The container could not be started now.
         """
 
     @abstractmethod
     async def close(self) -> None:
-        """End all containers by force and let go of everything."""
+        """Kill all containers and release all resources."""

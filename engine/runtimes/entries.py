@@ -1,22 +1,22 @@
-"""What runs in new processes, by name: the process that starts them must not load it.
+"""Entry points of new processes, by name: the process that starts them must not import them.
 
-It is written out where the names are known, by the agent (``engine.agent.entries``): no runtime imports a container.
+The agent writes out the names (``engine.agent.entries``), since no runtime imports a container.
 """
 
 from typing import NamedTuple
 
 
 class Entry(NamedTuple):
-    """A function that runs in a new process, and the modules that are loaded before.
+    """A function that runs in a new process, and the modules that are imported first.
 
     Parameters
     ----------
     function : str
         ``"module:function"``.
     preload : tuple of str
-        Modules that are loaded first, in this order, by whatever is to become such a process.
+        Modules to import first, in this order.
     freeze : str
-        Module that is loaded last where such processes are forked from what is loaded.
+        Module to import last in a fork server.
     """
 
     function: str
@@ -25,19 +25,19 @@ class Entry(NamedTuple):
 
     @property
     def of_fork_server(self) -> tuple[str, ...]:
-        """The modules that a fork server loads, in order."""
+        """The modules that a fork server imports, in order."""
         return (*self.preload, self.freeze) if self.freeze else self.preload
 
 
 class Entries(NamedTuple):
-    """What a machine runs in processes of their own.
+    """Entry points of all kinds of processes that a machine starts.
 
     Parameters
     ----------
     container : Entry
         Takes a ``Launch``; its result is the exit status.
     maps : Entry
-        Makes layers and indexes of maps, for a runtime whose containers are not forked on this machine.
+        Builds layers and indexes of maps, for a runtime that does not fork its containers on this machine.
     """
 
     container: Entry = Entry("")

@@ -1,4 +1,4 @@
-"""How much memory a container may take, whatever holds it to that."""
+"""Memory limit of a container, for all runtimes."""
 
 from pathlib import Path
 
@@ -8,5 +8,5 @@ from engine.specs.layer_files import cells_in
 
 
 def memory_of(launch: Launch) -> int:
-    """Return how many bytes a container may take, by its size and its map."""
+    """Return the memory limit of a container [bytes], by its size and its map."""
     return memory_limit(launch.spec.cores, cells_in(Path(launch.layers)))

@@ -1,4 +1,4 @@
-"""The runtimes that are installed: ours, and other people's by entry point."""
+"""Registry of the installed runtimes: our own, and third-party ones by entry point."""
 
 from engine.runtimes.base import Runtime
 from ppaas.plugins import PluginRegistry

@@ -17,7 +17,7 @@ from engine.service.links.control_server import ControlServer
 from engine.service.links.robot_link_server import LinkServer
 from engine.service.listener import CloudListener
 from engine.service.start_times import StartTimes
-from engine.specs.checkpoints import Checkpoints
+from engine.specs.checkpoints import CheckpointSelection
 from ppaas.errors import PPaaSError, Unavailable, rebuild
 
 logger = logging.getLogger(__name__)
@@ -34,7 +34,7 @@ class MachineEvents:
     ----------
     master : Master
         Decides.
-    checkpoints : Checkpoints
+    checkpoints : CheckpointSelection
         Tell what containers are the clones of their robots still.
     links : LinkServer
         Hangs up on containers that are lost with their machine.
@@ -56,7 +56,7 @@ class MachineEvents:
     def __init__(
         self,
         master: Master,
-        checkpoints: Checkpoints,
+        checkpoints: CheckpointSelection,
         links: LinkServer,
         times: StartTimes,
         *,
@@ -139,7 +139,7 @@ class MachineEvents:
         if isinstance(event, control_link.Launched | control_link.LaunchFailed | control_link.Exited):
             self._master.check_carries(machine, event.container)
         match event:
-            case control_link.Beat():
+            case control_link.AgentBeat():
                 self._beats[machine] += 1
             case control_link.Heartbeat():
                 self._note_load(machine, event)

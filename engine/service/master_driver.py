@@ -24,7 +24,7 @@ from engine.service.order_execution import OrderExecution
 from engine.service.start_times import StartTimes
 from engine.service.view_building import container_view, machine_view
 from engine.service.views import ContainerView, MachineView
-from engine.specs.checkpoints import Checkpoints
+from engine.specs.checkpoints import CheckpointSelection
 from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable, rebuild
 
 logger = logging.getLogger(__name__)
@@ -43,7 +43,7 @@ class CloudService:
     ----------
     master : Master
         Decides.
-    checkpoints : Checkpoints
+    checkpoints : CheckpointSelection
         Of the clones.
     run_dir : Path
         Folder for the sockets.
@@ -63,7 +63,7 @@ class CloudService:
     def __init__(
         self,
         master: Master,
-        checkpoints: Checkpoints,
+        checkpoints: CheckpointSelection,
         run_dir: Path,
         secret: str,
         listener: CloudListener | None = None,
@@ -240,7 +240,7 @@ class CloudService:
             with contextlib.suppress(NotFound, Unavailable):  # it has ended, as it should
                 self.give_up_container(container)
 
-    def _failed(self, failed: robot_link.Failed) -> None:
+    def _failed(self, failed: robot_link.ContainerFailed) -> None:
         self._container_lost(failed.container, rebuild(failed.refusal.slug, failed.refusal.text))
 
     def _container_lost(self, container: str, reason: PPaaSError) -> None:

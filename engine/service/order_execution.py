@@ -13,7 +13,7 @@ from engine.service.links.control_server import ControlServer
 from engine.service.links.place_link import PlaceLink
 from engine.service.links.robot_link_server import LinkServer
 from engine.service.start_times import StartTimes
-from engine.specs.checkpoints import Checkpoints
+from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import ContainerSpec
 from ppaas.errors import PPaaSError, Unavailable
 
@@ -36,7 +36,7 @@ class OrderExecution:
         Awaits the containers.
     times : StartTimes
         Of the containers.
-    checkpoints : Checkpoints
+    checkpoints : CheckpointSelection
         Of the clones.
     start_timeout : float
         Seconds that a container has to dial the robot link.
@@ -52,7 +52,7 @@ class OrderExecution:
         control: ControlServer,
         links: LinkServer,
         times: StartTimes,
-        checkpoints: Checkpoints,
+        checkpoints: CheckpointSelection,
         *,
         start_timeout: float,
         not_come: Callable[[str, str, PPaaSError], None],
@@ -96,7 +96,7 @@ class OrderExecution:
         container = order.spec.id
         try:
             await asyncio.sleep(order.delay)
-            spec = await asyncio.to_thread(self._checkpoints.give, order.spec)
+            spec = await asyncio.to_thread(self._checkpoints.with_checkpoint, order.spec)
             if not self._times.is_awaited(container):
                 return  # it was given up meanwhile
             self._send_start(order.machine, spec)

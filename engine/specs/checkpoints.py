@@ -26,7 +26,7 @@ def marks(spec: ContainerSpec, instance: str) -> dict[str, bytes]:
     return {SESSION_STATE: spec.session.encode(), ORIGIN_STATE: msgspec.json.encode(origin)}
 
 
-class Checkpoints:
+class CheckpointSelection:
     """Gives containers the checkpoints of their clones. All of it may block.
 
     A container that replaces another goes on where that was. The first of a session begins as the robot's file says,
@@ -62,7 +62,7 @@ class Checkpoints:
         """Let the next session of a robot go on where this one ends."""
         self._parked.add((user, robot))
 
-    def give(self, spec: ContainerSpec) -> ContainerSpec:
+    def with_checkpoint(self, spec: ContainerSpec) -> ContainerSpec:
         """Return the spec of a container with the checkpoint that it goes on from."""
         if spec.robot is None:
             return spec

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from engine.specs.checkpoints import Checkpoints
+from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import LINK_STATE, ORIGIN_STATE, SESSION_STATE, ContainerSpec, MapVersion, RobotConfig
 from ppaas.errors import NotFound, Unavailable
 from ppaas.geometry import Pose2D
@@ -20,7 +20,7 @@ from robots.client.rest import RestClient
 from storage.encoding import decode
 from storage.memory.store import MemoryStore
 from storage.records import CloneCheckpoint, PlanRecord
-from storage.store_and_forward.plan_outbox import Outbox
+from storage.store_and_forward.plan_outbox import PlanOutbox
 from storage.urls.opening import open_map_store, open_store
 from tests.support.cloud.cloud import running_cloud
 from tests.support.cloud.drive import driving
@@ -136,7 +136,7 @@ def test_maps_are_what_was_published(files: Path, before: dict[str, Any]) -> Non
 
 def test_plans_that_wait_for_a_store_are_read(files: Path, earlier: Path) -> None:
     waiting = expected(earlier)["outbox"]
-    with closing(Outbox(files / "outbox.sqlite")) as outbox:
+    with closing(PlanOutbox(files / "outbox.sqlite")) as outbox:
         records = list(outbox.oldest(100).values())
     assert {record.id: digest(record.poses) for record in records} == {
         plan_id: plan["poses"] for plan_id, plan in waiting.items()
@@ -153,7 +153,7 @@ def test_a_checkpoint_is_read_and_given_to_the_clone_of_its_robot(earlier: Path)
     spec = ContainerSpec(
         "c1", "ann", MapVersion(**origin["map"]), 0.25, msgspec.convert(origin["robot"], RobotConfig), session="c1"
     )
-    given = Checkpoints(store, "another", EVER).give(spec).checkpoint
+    given = CheckpointSelection(store, "another", EVER).with_checkpoint(spec).checkpoint
     marks = {SESSION_STATE, ORIGIN_STATE, LINK_STATE}
     assert {name: given[name] for name in given.keys() - marks} == {
         name: checkpoint.nodes[name] for name in checkpoint.nodes.keys() - marks
@@ -181,7 +181,7 @@ def test_files_of_a_newer_release_are_refused_by_name(files: Path, name: str) ->
     with closing(sqlite3.connect(files / name)) as connection:
         connection.execute("PRAGMA user_version = 99")
     with pytest.raises(Unavailable, match=rf"{name}: written by a newer release \(schema 99\): upgrade this one"):
-        Outbox(files / name) if "outbox" in name else open_store(f"sqlite://{files / name}")
+        PlanOutbox(files / name) if "outbox" in name else open_store(f"sqlite://{files / name}")
 
 
 def test_a_log_of_maps_that_is_written_otherwise_is_refused_by_name(files: Path) -> None:
@@ -202,6 +202,6 @@ def test_a_checkpoint_of_nobody_knows_what_begins_anew(earlier: Path) -> None:
     store.save_clone(msgspec.structs.replace(checkpoint, nodes=checkpoint.nodes | {ORIGIN_STATE: b'{"format": 99}'}))
     robot = msgspec.convert(origin["robot"], RobotConfig)
     spec = ContainerSpec("c1", "ann", MapVersion(**origin["map"]), 0.25, robot, session="c1")
-    assert Checkpoints(store, "another", EVER).give(spec).checkpoint == {}
+    assert CheckpointSelection(store, "another", EVER).with_checkpoint(spec).checkpoint == {}
     with pytest.raises(NotFound):
         store.clone("ann", "tb1")

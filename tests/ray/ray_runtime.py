@@ -14,8 +14,8 @@ import msgspec
 from engine.fabric.router import RouterProcess
 from engine.protocols import control_link
 from engine.protocols.address import TlsAddress
-from engine.remote.cluster_settings import Runs
-from engine.remote.machines import FarMachines
+from engine.remote.cluster_settings import ContainerSettings
+from engine.remote.machines import RemoteMachines
 from engine.remote.ray.config import WatchConfig
 from engine.remote.ray.machines import RayMachines
 from engine.remote.ray.watcher_process import WatcherProcess
@@ -98,10 +98,10 @@ class RayRuntime(Runtime):
         (folder / "maps").mkdir()
         maps = f"file://{folder / 'maps'}"
         self._map = put_map(open_map_store(maps), house())
-        self._far = FarMachines(
+        self._far = RemoteMachines(
             folder / "machines", TlsAddress("127.0.0.1", 0), cloud=premises.instance, own="local",
             store=f"sqlite:///{folder / 'store.sqlite'}", map_store=maps,
-            runs=Runs("contract", entry, ("ppaas.runtimes:contract",)),
+            runs=ContainerSettings("contract", entry, ("ppaas.runtimes:contract",)),
         )  # fmt: skip
         self._control = ControlServer(premises.run_dir / "control.sock", "", self)
         router = RouterProcess(premises.run_dir, peering=self._far.peering)

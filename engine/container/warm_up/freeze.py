@@ -8,6 +8,6 @@ from engine.runtimes.memory_tuning import allocator, heap_fill
 if preload.COMPILED.buffer:
     restart.restart_once(preload.ENVIRONMENT)
 gc.collect()
-allocator.give_back()
+allocator.trim()
 heap_fill.fill()
 gc.freeze()

@@ -17,17 +17,17 @@ try:
     from engine.runtimes.compilation import threading_layer
     from engine.runtimes.memory_tuning import allocator, stub_modules
 
-    allocator.give_back_early()
+    allocator.trim_early()
     with stub_modules.without_extras():
         import asyncio  # noqa: F401
 
         import msgspec  # noqa: F401
         import numpy as np  # noqa: F401
 
-        with stub_modules.instead_of(stub_modules.TLS):
+        with stub_modules.stubbed(stub_modules.TLS):
             import uvloop  # noqa: F401
 
-        with stub_modules.instead_of(stub_modules.HTML, stub_modules.POLYNOMIAL):
+        with stub_modules.stubbed(stub_modules.HTML, stub_modules.POLYNOMIAL):
             threading_layer.choose()
 
         from engine.container.warm_up import first_start

@@ -14,9 +14,9 @@ try:
     from engine.runtimes.memory_tuning import code_compaction, stub_modules
 
     load_plugins()
-    with stub_modules.instead_of(stub_modules.MASKED):
+    with stub_modules.stubbed(stub_modules.MASKED):
         kernel_modules.warm_loaded()  # what is not in the cache is compiled before a robot waits for it
-        code_compaction.move(warm_up)
+        code_compaction.compact(warm_up)
 except ImportError:  # of these the fork server would say nothing
     traceback.print_exc()
     sys.exit(1)

@@ -106,7 +106,7 @@ async def _stage(folder: Path, robot: RobotConfig | None, play: Play) -> None:
                 played.set_exception(error)
         else:
             played.set_result(None)
-        stream.write(robot_link.Stop())
+        stream.write(robot_link.Shutdown())
         while await stream.receive() is not None:
             pass
         await stream.close()
@@ -134,7 +134,7 @@ async def _grant(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> 
         if isinstance(frame, machine_link.SaveClone | machine_link.KeepPlan):
             stream.write(machine_link.Done(frame.request))
         elif isinstance(frame, machine_link.AskHistory):
-            stream.write(machine_link.History(frame.request, [], "warm-up", None))
+            stream.write(machine_link.PlanningHistory(frame.request, [], "warm-up", None))
         elif isinstance(frame, machine_link.Share):
             stream.write(machine_link.Shared("warm-up", "another", frame.topic, encode(_ANOTHER)))
     await stream.close()
@@ -144,7 +144,7 @@ async def _next(stream: Stream) -> robot_link.FromContainer:
     frame = await stream.receive()
     if frame is None:
         raise Unavailable("the container ended")
-    if isinstance(frame, robot_link.Refused | robot_link.Failed):
+    if isinstance(frame, robot_link.MessageRefused | robot_link.ContainerFailed):
         raise rebuild(frame.refusal.slug, frame.refusal.text)
     return frame
 
@@ -153,7 +153,7 @@ async def _ask(stream: Stream) -> None:
     await _next(stream)
     for number in range(QUESTIONS):
         question = encode(ComputePathRequest(Pose.of(Pose2D(0.0, 0.0)), Pose.of(GOAL), PLANNER))
-        stream.write(robot_link.Call(number, "compute_path", question))
+        stream.write(robot_link.ServiceCall(number, "compute_path", question))
         await _next(stream)
 
 

@@ -14,7 +14,7 @@ import msgspec
 import uvloop
 
 from engine.processes.parent_watch import end_with
-from engine.remote.agent import Options, stay
+from engine.remote.agent import MachineOptions, stay
 from engine.remote.membership import join
 from engine.remote.ray.config import DONE, NodeConfig
 from ppaas.errors import PPaaSError, Unavailable
@@ -38,7 +38,7 @@ async def run(config: NodeConfig) -> int:
     except Unavailable as error:
         logger.warning("machine %s has not joined its cloud, and tries again: %s", config.machine, error)
         return 1
-    await stay(membership, Options(config.cores, config.labels, PATIENCE))
+    await stay(membership, MachineOptions(config.cores, config.labels, PATIENCE))
     return 0
 
 

@@ -16,7 +16,7 @@ from engine.remote.authority import Authority
 from engine.remote.machines import make_ticket
 from engine.remote.ray.actor import AgentActor
 from engine.remote.ray.config import NodeConfig, WatchConfig
-from engine.remote.ray.nodes import Node, read_nodes
+from engine.remote.ray.nodes import ClusterNode, read_nodes
 from ppaas.errors import Unavailable
 
 TICKET_VALID = 300.0
@@ -99,18 +99,18 @@ class RayCluster:
                 "(ray start), and that RAY_AUTH_MODE, RAY_AUTH_TOKEN and RAY_AUTH_TOKEN_PATH are as there"
             ) from error
 
-    def nodes(self) -> list[Node]:
+    def nodes(self) -> list[ClusterNode]:
         """Return those that can be machines."""
         return read_nodes(ray.nodes(), available_resources_per_node())  # type: ignore[no-untyped-call]
 
-    def find(self, node: Node) -> RayKeeper | None:
+    def find(self, node: ClusterNode) -> RayKeeper | None:
         """Return what keeps the agent of a node already."""
         try:
             return RayKeeper(ray.get_actor(_name(node)))
         except ValueError:
             return None
 
-    def keep(self, node: Node, cores: int) -> RayKeeper:
+    def keep(self, node: ClusterNode, cores: int) -> RayKeeper:
         """Have an agent kept on a node.
 
         The actor is detached: it goes on while this process, or the node on which it runs, is started anew.
@@ -128,7 +128,7 @@ class RayCluster:
         return RayKeeper(actor.remote(msgspec.json.encode(config)))
 
 
-def _name(node: Node) -> str:
+def _name(node: ClusterNode) -> str:
     return f"agent-{node.id}"
 
 

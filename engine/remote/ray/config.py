@@ -26,17 +26,17 @@ class WatchConfig(msgspec.Struct, frozen=True):
     cores: int | None = None
 
 
-class Connected(msgspec.Struct, tag="connected"):
+class WatchStarted(msgspec.Struct, tag="connected"):
     """The cluster is watched."""
 
 
-class Refused(msgspec.Struct, tag="refused"):
+class WatchRefused(msgspec.Struct, tag="refused"):
     """It cannot be."""
 
     refusal: Refusal
 
 
-Answer = Connected | Refused
+WatchAnswer = WatchStarted | WatchRefused
 
 DONE = 3
 """Status with which the agent of a node ends that is not to be started again: its cloud does not want it or is gone."""

@@ -15,8 +15,8 @@ class RayMachines:
         Of the cloud: the routers of the nodes meet there, as there is no agent here that has one.
     """
 
-    come_at_once = False  # nodes may join at any time
-    was_found: bool = False
+    expected_at_start = False  # nodes may join at any time
+    was_adopted: bool = False
     deaths: int = 0
 
     def __init__(self, watcher: WatcherProcess, router: RouterProcess) -> None:

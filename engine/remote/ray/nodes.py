@@ -14,7 +14,7 @@ MACHINE_NAME = 10
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
+class ClusterNode:
     """A node that lives.
 
     Parameters
@@ -43,7 +43,7 @@ class Node:
         return self.id[:MACHINE_NAME]
 
 
-def read_nodes(table: Iterable[Mapping[str, Any]], free: Mapping[str, Mapping[str, float]]) -> list[Node]:
+def read_nodes(table: Iterable[Mapping[str, Any]], free: Mapping[str, Mapping[str, float]]) -> list[ClusterNode]:
     """Return the nodes that can be machines: those that live and brought a whole CPU.
 
     Parameters
@@ -59,7 +59,7 @@ def read_nodes(table: Iterable[Mapping[str, Any]], free: Mapping[str, Mapping[st
         if row["Alive"] and cores >= 1:
             left = int(free.get(row["NodeID"], {}).get("CPU", 0.0))
             labels = machine_labels(row["Labels"])
-            nodes.append(Node(row["NodeID"], row["NodeManagerAddress"], cores, left, labels))
+            nodes.append(ClusterNode(row["NodeID"], row["NodeManagerAddress"], cores, left, labels))
     return nodes
 
 

@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from engine.remote.ray.nodes import Node
+from engine.remote.ray.nodes import ClusterNode
 
 
 class Keeper(Protocol):
@@ -36,14 +36,14 @@ class Keeper(Protocol):
 class Cluster(Protocol):
     """Tells of nodes, and has agents kept on them."""
 
-    def nodes(self) -> list[Node]:
+    def nodes(self) -> list[ClusterNode]:
         """Return those that can be machines."""
         ...
 
-    def find(self, node: Node) -> Keeper | None:
+    def find(self, node: ClusterNode) -> Keeper | None:
         """Return what keeps the agent of a node already, from before the supervisor was started anew."""
         ...
 
-    def keep(self, node: Node, cores: int) -> Keeper:
+    def keep(self, node: ClusterNode, cores: int) -> Keeper:
         """Have an agent kept on a node, which holds so many of its cores."""
         ...

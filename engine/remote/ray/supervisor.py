@@ -3,7 +3,7 @@
 import logging
 from dataclasses import dataclass
 
-from engine.remote.ray.nodes import Node
+from engine.remote.ray.nodes import ClusterNode
 from engine.remote.ray.ports import Cluster, Keeper
 from ppaas.clock import Clock, monotonic
 
@@ -48,7 +48,7 @@ class Supervisor:
         self._cluster = cluster
         self._cores = cores
         self._clock = clock
-        self._nodes: dict[str, Node] = {}
+        self._nodes: dict[str, ClusterNode] = {}
         self._keepers: dict[str, Keeper] = {}
         self._tries: dict[str, _Tries] = {}
 
@@ -84,7 +84,7 @@ class Supervisor:
             tries.count = 1
         tries.not_before = self._clock() + RETRY_DELAYS[min(tries.count, len(RETRY_DELAYS)) - 1]
 
-    def _begin(self, node: Node) -> None:
+    def _begin(self, node: ClusterNode) -> None:
         tries = self._tries.setdefault(node.id, _Tries(not_before=self._clock()))
         if self._clock() < tries.not_before:
             return
@@ -93,7 +93,7 @@ class Supervisor:
             self._keepers[node.id] = keeper
             tries.count, tries.not_before, tries.told = tries.count + 1, self._clock(), False
 
-    def _begin_new(self, node: Node, tries: _Tries) -> Keeper | None:
+    def _begin_new(self, node: ClusterNode, tries: _Tries) -> Keeper | None:
         cores = min(node.free, self._cores or node.free)
         if cores < 1:  # Ray would let it wait without a word
             if not tries.told:

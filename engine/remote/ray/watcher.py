@@ -15,7 +15,7 @@ import msgspec
 
 from engine.protocols.robot_link import Refusal
 from engine.remote.ray.cluster import RayCluster
-from engine.remote.ray.config import Answer, Connected, Refused, WatchConfig
+from engine.remote.ray.config import WatchAnswer, WatchConfig, WatchRefused, WatchStarted
 from engine.remote.ray.supervisor import Supervisor
 from ppaas.errors import PPaaSError
 
@@ -55,13 +55,13 @@ def main() -> None:
     answers = os.dup(sys.stdout.fileno())
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what Ray prints is no answer
     config = msgspec.json.decode(_read_line(sys.stdin.fileno()), type=WatchConfig)
-    answer: Answer = Connected()
+    answer: WatchAnswer = WatchStarted()
     try:
         supervisor = Supervisor(RayCluster(config), config.cores)
     except PPaaSError as error:
-        answer = Refused(Refusal(error.slug, str(error)))
+        answer = WatchRefused(Refusal(error.slug, str(error)))
     os.write(answers, msgspec.json.encode(answer) + b"\n")
-    if isinstance(answer, Refused):
+    if isinstance(answer, WatchRefused):
         sys.exit(1)
     serve(supervisor, sys.stdin.fileno())
 

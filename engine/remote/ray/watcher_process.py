@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 
 import msgspec
 
-from engine.remote.ray.config import Answer, Refused, WatchConfig
+from engine.remote.ray.config import WatchAnswer, WatchConfig, WatchRefused
 from ppaas.errors import InvalidInput, Unavailable, rebuild
 
 if TYPE_CHECKING:
@@ -114,8 +114,8 @@ class WatcherProcess:
             raise
         if not line:
             raise Unavailable(f"the watcher of the Ray cluster ended with status {await process.wait()}; see its log")
-        answer: Answer = msgspec.json.decode(line, type=Answer)
-        if isinstance(answer, Refused):
+        answer: WatchAnswer = msgspec.json.decode(line, type=WatchAnswer)
+        if isinstance(answer, WatchRefused):
             await process.wait()
             raise rebuild(answer.refusal.slug, answer.refusal.text)
         return process

@@ -1,4 +1,4 @@
-"""One container of the Docker engine: first a spare, then what a launch says."""
+"""One container of the Docker Engine: first a spare, then the container of a launch."""
 
 import asyncio
 import contextlib
@@ -22,20 +22,20 @@ from ppaas.errors import Unavailable
 logger = logging.getLogger(__name__)
 
 _CREDENTIALS = struct.Struct("3i")
-"""Process, user and group of a peer (``SO_PEERCRED`` in unix(7))."""
+"""Process, user and group id of a peer (``SO_PEERCRED`` in unix(7))."""
 
 Spawn = Callable[[Coroutine[Any, Any, None]], None]
 
 
-class Booth:
+class ContainerFolders:
     """The two folders of a container: the sockets that it may dial, and the layers of its map.
 
-    What lies in them are hard links: nothing is copied, and nothing else of the machine is seen.
+    They contain hard links. Nothing is copied, and the container sees nothing else of the machine.
 
     Parameters
     ----------
     sockets, layers : Path
-        The folders, which are made.
+        The folders, which are created.
     """
 
     def __init__(self, sockets: Path, layers: Path) -> None:
@@ -45,10 +45,10 @@ class Booth:
         layers.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         for folder in (sockets, layers):
             folder.mkdir()
-            folder.chmod(0o755)  # others may enter, where it is mounted: the folder that it is in lets nobody through
+            folder.chmod(0o755)  # any user may enter where it is mounted; outside, its parent folder is private
 
     def admit(self, launch: Launch) -> Launch:
-        """Put in what a container is to see; return its launch as it sees it from inside."""
+        """Link the files of a launch; return the launch with the paths as the container sees them."""
         self._endpoint = launch.link
         link, machine = _shown(launch.link, self.sockets, LINK), _shown(launch.machine, self.sockets, MACHINE)
         seen = {"link": link, "machine": machine}
@@ -58,25 +58,25 @@ class Booth:
         return msgspec.structs.replace(launch, **seen)
 
     def link_layers(self, layers: Path) -> None:
-        """Put in what is in a folder of layers, and not here yet."""
+        """Link the files of a folder of layers that are not linked yet."""
         for file in layers.iterdir():
             if not file.name.startswith("."):
                 with contextlib.suppress(FileExistsError):
                     os.link(file, self.layers / file.name)
 
     def link_endpoint(self) -> None:
-        """Put in the socket that has the name of the endpoint's now: what is here leads to the one that had it before.
+        """Link the current socket of the endpoint: the old link leads to the one that was replaced.
 
         Raises
         ------
         OSError
-            There is none, or no longer.
+            The socket does not exist, or no longer.
         """
         (self.sockets / LINK).unlink(missing_ok=True)
         _shown(self._endpoint, self.sockets, LINK)
 
     def remove(self) -> None:
-        """Remove both."""
+        """Remove both folders."""
         for folder in (self.sockets, self.layers):
             shutil.rmtree(folder, ignore_errors=True)
 
@@ -84,7 +84,7 @@ class Booth:
 def _shown(path: str, folder: Path, name: str) -> str:
     if not path:
         return path
-    Path(path).chmod(0o666)  # the container has another user; on this machine the folder that it is in is ours alone
+    Path(path).chmod(0o666)  # the container runs as another user; on this machine its folder is private
     os.link(path, folder / name)
     return f"{FOLDER}/{name}"
 
@@ -95,26 +95,30 @@ class DockerContainer:
     Parameters
     ----------
     engine : DockerEngine
-        That runs it.
-    booth : Booth
+        Engine that runs it.
+    folders : ContainerFolders
         Its folders.
     spawn : callable
-        Runs what nobody waits for.
+        Runs a coroutine in the background.
     started : callable
-        Told when it has its id.
+        Called with this object as soon as it has an id.
     """
 
     def __init__(
-        self, engine: DockerEngine, booth: Booth, spawn: Spawn, started: Callable[["DockerContainer"], None]
+        self,
+        engine: DockerEngine,
+        folders: ContainerFolders,
+        spawn: Spawn,
+        started: Callable[["DockerContainer"], None],
     ) -> None:
         self._engine = engine
-        self._booth = booth
+        self._folders = folders
         self._spawn = spawn
         self._started = started
         loop = asyncio.get_running_loop()
         self._dialled: asyncio.Future[asyncio.StreamWriter] = loop.create_future()
         self._status: asyncio.Future[int] = loop.create_future()
-        self._last_words: asyncio.Future[str] = loop.create_future()
+        self._last_log: asyncio.Future[str] = loop.create_future()
         self._server: asyncio.Server | None = None
         self._launched = False
         self._sizing = asyncio.Lock()
@@ -124,7 +128,7 @@ class DockerContainer:
 
     @property
     def has_ended(self) -> bool:
-        """It is gone."""
+        """Whether it has exited."""
         return self._status.done()
 
     async def start(self, command: list[str], limits: dict[str, Any]) -> None:
@@ -133,24 +137,24 @@ class DockerContainer:
         Raises
         ------
         Unavailable
-            The engine refuses, or it ended before it was warm.
+            The engine refuses, or the container exited before it was warm.
         """
-        path = self._booth.sockets / START
+        path = self._folders.sockets / START
         self._server = await asyncio.start_unix_server(self._on_dialled, path)
         path.chmod(0o666)
-        places = {FOLDER: self._booth.sockets, LAYERS: self._booth.layers}
+        places = {FOLDER: self._folders.sockets, LAYERS: self._folders.layers}
         self.id = await self._engine.run(command, places, limits)
         self._started(self)
         await asyncio.wait((self._dialled, self._status), return_when=asyncio.FIRST_COMPLETED)
         if not self._dialled.done():
-            status, said = self._status.result(), await self._last_words
+            status, log = self._status.result(), await self._last_log
             raise Unavailable(
-                f"a container ended with status {status} before it was ready: {said or 'it said nothing'}"
+                f"a container ended with status {status} before it was ready: {log or 'its log is empty'}"
             )
 
     def _on_dialled(self, _: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         if self._dialled.done():
-            writer.close()  # once is enough: whoever runs in it now may be anybody's plug-in
+            writer.close()  # only the first connection counts: later ones may come from a third-party plug-in
             return
         peer: socket.socket = writer.get_extra_info("socket")
         credentials = peer.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
@@ -158,82 +162,84 @@ class DockerContainer:
         self._dialled.set_result(writer)
 
     async def become(self, launch: Launch) -> None:
-        """Tell it what it is, and hold it to its size.
+        """Hand a launch to this spare, and limit it to its size.
 
         Raises
         ------
         Unavailable
-            It has ended, or may not have so much.
+            It has exited, or the engine refuses its size.
         """
         await self._engine.limit(self.id, of_launch(launch))
         try:
-            seen = self._booth.admit(launch)
+            seen = self._folders.admit(launch)
         except OSError as error:
-            raise Unavailable(f"container {launch.spec.id!r} cannot be shown what it needs: {error}") from error
+            raise Unavailable(
+                f"container {launch.spec.id!r} cannot be given its sockets and map layers: {error}"
+            ) from error
         self._layers = Path(launch.layers) if launch.layers else None
         self._launched = True
         writer = self._dialled.result()
         writer.write(msgspec.json.encode(seen) + b"\n")
 
     def layers_grew(self) -> None:
-        """Link what was put beside the layers of its map since."""
+        """Link files that were added to the layers of its map since."""
         if self._layers is not None and not self.has_ended:
-            self._booth.link_layers(self._layers)
+            self._folders.link_layers(self._layers)
 
     def endpoint_came(self) -> None:
-        """Link the socket that has its endpoint's name now, for it dials again and again."""
+        """Link the current socket of its endpoint, which the container dials repeatedly."""
         if not self._launched or self.has_ended:
             return
         try:
-            self._booth.link_endpoint()
+            self._folders.link_endpoint()
         except OSError as error:
-            logger.warning("container %s does not reach its endpoint: %s", self.id[:12], error)
+            logger.warning("container %s cannot reach its endpoint: %s", self.id[:12], error)
 
     def resize(self, launch: Launch) -> None:
-        """Hold it to another size from now on; nothing happens where it is gone.
+        """Limit it to another size from now on. Does nothing if it has exited.
 
-        The engine takes no memory away that is in use: then its memory stays, and its CPUs alone are those of its size.
+        The engine takes no memory away that is in use. In that case only the CPU limits change.
         """
         if not self.has_ended:
             self._spawn(self._hold_to_size(launch))
 
     async def _hold_to_size(self, launch: Launch) -> None:
-        async with self._sizing:  # the engine may carry out two orders in any order, and the last one counts
+        async with self._sizing:  # the engine may execute two calls in any order, but the last size must win
             try:
                 await self._engine.limit(self.id, of_launch(launch))
             except Unavailable as error:
                 if self.has_ended:
                     return
-                logger.warning("container %s keeps the memory that it had: %s", launch.spec.id, error)
+                logger.warning("container %s keeps its old memory limit: %s", launch.spec.id, error)
                 await self._engine.limit(self.id, cpus_of_launch(launch))
 
     def kill(self) -> None:
-        """End it by force; nothing happens where it is gone."""
+        """Kill it. Does nothing if it has exited."""
         if not self.has_ended:
             self._spawn(self._engine.kill(self.id))
 
     async def wait(self) -> int:
-        """Return its exit status when it is gone, negative for the signal that killed it."""
+        """Wait until it exits; return its exit status, negative for the signal that killed it."""
         return await asyncio.shield(self._status)
 
     def end(self, status: int) -> None:
-        """Take note that it is gone."""
+        """Record its exit status; the engine has reported its end."""
         if self.has_ended:
             return
         self._status.set_result(status)
-        self._spawn(self._bury(status))
+        self._spawn(self._clean_up(status))
 
-    async def _bury(self, status: int) -> None:
-        self.let_go()
-        said = await self._engine.bury(self.id)
-        self._last_words.set_result(said)
-        if status > 0 and said:
-            logger.warning("container %s ended with status %d; it said last:\n%s", self.id[:12], status, said)
+    async def _clean_up(self, status: int) -> None:
+        self.release()
+        log = await self._engine.remove(self.id)
+        self._last_log.set_result(log)
+        if status > 0 and log:
+            logger.warning("container %s ended with status %d; its last log lines:\n%s", self.id[:12], status, log)
 
-    def let_go(self) -> None:
-        """Hang up on it, which ends it, and remove its folders."""
+    def release(self) -> None:
+        """Close its connection, which ends it, and remove its folders."""
         if self._dialled.done() and not self._dialled.cancelled():
             self._dialled.result().close()
         if self._server is not None:
             self._server.close()
-        self._booth.remove()
+        self._folders.remove()

@@ -1,4 +1,4 @@
-"""What is asked of the Docker engine, by its SDK, in threads: the SDK waits for every answer."""
+"""Client of the Docker Engine: calls its SDK, which blocks, in threads."""
 
 import asyncio
 import contextlib
@@ -20,40 +20,40 @@ try:
     from docker.types import LogConfig, Mount
     from requests import RequestException
 except ImportError as error:
-    raise Unavailable("the runtime docker needs its extra: pip install 'ppaas[docker]'") from error
+    raise Unavailable("the docker runtime needs the extra 'docker': pip install 'ppaas[docker]'") from error
 
 logger = logging.getLogger(__name__)
 
 T = TypeVar("T")
 
 INSTANCE = "ppaas.instance"
-"""Label that tells to which running cloud a container belongs."""
+"""Label with the name of the cloud process that a container belongs to."""
 
 THREADS = 4
 TIMEOUT = 30.0
-"""Seconds in which the engine answers."""
+"""Time limit of a call to the engine [s]."""
 
 LOG_LINES = 20
-"""That are told of a container which ended badly."""
+"""Number of log lines that are reported of a container that failed."""
 
 UNPRIVILEGED = 10001
-"""User id in a container where that of the agent is root's."""
+"""User and group id in a container when the agent runs as root."""
 
 KILLED = 128
-"""A container that was ended by signal n has this and n as its exit status."""
+"""Offset of signals in exit statuses: a container killed by signal n has the status 128 + n."""
 
 Died = Callable[[str, int], None]
 
 
 class DockerEngine:
-    """The engine of this computer, as far as it concerns the containers of one cloud.
+    """The Docker Engine of this computer, restricted to the containers of one cloud process.
 
     Parameters
     ----------
     instance : str
-        Name of that cloud.
+        Name of the cloud process.
     image : str
-        Image of its containers.
+        Image of the containers.
     """
 
     def __init__(self, instance: str, image: str) -> None:
@@ -66,38 +66,38 @@ class DockerEngine:
         self._under_way: set[asyncio.Future[Any]] = set()
 
     async def connect(self, died: Died, lost: Callable[[], None]) -> None:
-        """Find the engine and the image, remove what dead clouds have left, and watch.
+        """Find the engine and the image, remove containers of dead cloud processes, and watch for ends of containers.
 
         Parameters
         ----------
         died : callable
-            Told on the loop of each container that ended: its id, and its exit status, negative for a signal.
+            Called on the loop for each container that exited, with its id and its exit status, negative for a signal.
         lost : callable
-            Told on the loop when the engine tells nothing any more: it has ended. To go on, connect again.
+            Called on the loop when the connection to the engine has ended. Call ``connect`` again to go on.
 
         Raises
         ------
         Unavailable
-            There is no engine, or no such image.
+            The engine does not answer, or has no such image.
         """
         await self._call(self._find)
         await self._call(self._sweep)
         self._events = await self._call(self._listen)
         loop = asyncio.get_running_loop()
-        watch = (self._events, partial(_tell, loop, died), partial(_tell, loop, lost))
+        watch = (self._events, partial(_call_on, loop, died), partial(_call_on, loop, lost))
         threading.Thread(target=self._watch, args=watch, name="docker-events", daemon=True).start()
 
     async def run(self, command: Sequence[str], places: Mapping[str, Path], limits: Mapping[str, Any]) -> str:
-        """Start a container that may do nothing but compute, and return its id.
+        """Start a container without network and privileges, and return its id.
 
         Parameters
         ----------
         command : sequence of str
-            What runs in it.
+            Command that runs in it.
         places : mapping of str to Path
-            Folders of this computer that it sees, by where it sees them; it may not write to them.
+            Folders of this computer to mount read-only, by their paths in the container.
         limits : mapping
-            As ``docker.models.containers.Container.update`` takes them.
+            Options of ``docker.models.containers.Container.update``.
 
         Raises
         ------
@@ -108,30 +108,30 @@ class DockerEngine:
         return await self._call(lambda: self._run(command, mounts, limits))
 
     async def limit(self, container: str, limits: Mapping[str, Any]) -> None:
-        """Limit what a container may use from now on.
+        """Change the resource limits of a container.
 
         Raises
         ------
         Unavailable
-            The engine refuses, or does not answer; or the container is gone.
+            The engine refuses, or does not answer; or the container does not exist.
         """
         await self._call(lambda: self._containers.get(container).update(**limits))
 
     async def kill(self, container: str) -> None:
-        """End a container by force; nothing happens where it has ended."""
+        """Kill a container. Does nothing if it has exited."""
         with contextlib.suppress(Unavailable):
             await self._call(lambda: self._containers.get(container).kill())
 
-    async def bury(self, container: str) -> str:
-        """Remove a container that has ended, or is to; return the last that it said."""
+    async def remove(self, container: str) -> str:
+        """Kill and remove a container; return its last log lines."""
         with contextlib.suppress(Unavailable):
-            return await self._call(lambda: self._bury(container))
+            return await self._call(lambda: self._remove(container))
         return ""
 
     async def close(self) -> None:
-        """Remove all containers of this cloud, running or not, and let go of the engine."""
+        """Remove all containers of this cloud process, running or not, and close the connection."""
         if self._under_way:
-            await asyncio.wait(self._under_way)  # else one that is just being started would be left
+            await asyncio.wait(self._under_way)  # otherwise a container that is just being started would be left behind
         with contextlib.suppress(Unavailable):
             await self._call(self._remove_all)
         self._closed = True
@@ -144,23 +144,23 @@ class DockerEngine:
     # -- in threads ----------------------------------------------------------------------------------------------------
 
     async def _call(self, blocking: Callable[[], T]) -> T:
-        asked = asyncio.get_running_loop().run_in_executor(self._threads, blocking)
-        self._under_way.add(asked)
-        asked.add_done_callback(self._answered)
+        call = asyncio.get_running_loop().run_in_executor(self._threads, blocking)
+        self._under_way.add(call)
+        call.add_done_callback(self._finished)
         try:
-            return await asyncio.shield(asked)
+            return await asyncio.shield(call)
         except (DockerException, RequestException) as error:
-            raise Unavailable(f"the Docker engine: {error}") from error
+            raise Unavailable(f"the Docker Engine refuses: {error}") from error
 
-    def _answered(self, asked: asyncio.Future[Any]) -> None:
-        self._under_way.discard(asked)
-        if not asked.cancelled():
-            asked.exception()  # whoever asked may have given up, and then nobody takes it
+    def _finished(self, call: asyncio.Future[Any]) -> None:
+        self._under_way.discard(call)
+        if not call.cancelled():
+            call.exception()  # retrieve it: the caller may have been cancelled
 
     @property
     def _containers(self) -> Any:
         if self._client is None:
-            raise Unavailable("the Docker engine was not asked yet whether it is there")
+            raise Unavailable("there is no connection to the Docker Engine yet")
         return self._client.containers
 
     def _find(self) -> None:
@@ -169,10 +169,10 @@ class DockerEngine:
             self._client.images.get(self._image)
         except ImageNotFound as error:
             build = f"docker build -f docker/engine.Dockerfile -t {self._image} ."
-            raise Unavailable(f"there is no image {self._image!r}; make it in a checkout by: {build}") from error
+            raise Unavailable(f"there is no image {self._image!r}; build it in a checkout with: {build}") from error
         except (DockerException, RequestException) as error:
-            advice = "start it, let this user reach its socket, or take --runtime process"
-            raise Unavailable(f"no Docker engine answers: {error}; {advice}") from error
+            advice = "start it, give this user access to its socket, or use --runtime process"
+            raise Unavailable(f"no Docker Engine answers: {error}; {advice}") from error
 
     def _sweep(self) -> None:
         for container in self._containers.list(all=True, filters={"label": INSTANCE}, ignore_removed=True):
@@ -181,7 +181,7 @@ class DockerEngine:
 
     def _listen(self) -> Any:
         if self._client is None:
-            raise Unavailable("the Docker engine was not asked yet whether it is there")
+            raise Unavailable("there is no connection to the Docker Engine yet")
         filters = {"type": "container", "event": "die", "label": f"{INSTANCE}={self._instance}"}
         return self._client.events(decode=True, filters=filters)
 
@@ -192,7 +192,7 @@ class DockerEngine:
                 status = int(actor["Attributes"]["exitCode"])
                 died(actor["ID"], KILLED - status if status > KILLED else status)
         except (DockerException, RequestException, OSError, ValueError) as error:
-            logger.warning("the Docker engine broke off: %s", error)
+            logger.warning("the connection to the Docker Engine broke off: %s", error)
         finally:
             if not self._closed:
                 lost()
@@ -203,7 +203,7 @@ class DockerEngine:
             entrypoint=command[:1],
             command=command[1:],
             detach=True,
-            init=True,  # else nobody in it could be killed from inside, as whoever loses its machine is
+            init=True,  # otherwise our process would be PID 1, which signals from inside the container cannot kill
             network_mode="none",
             read_only=True,
             tmpfs={"/tmp": "size=64m,mode=1777"},
@@ -217,11 +217,11 @@ class DockerEngine:
         )
         return str(container.id)
 
-    def _bury(self, container: str) -> str:
+    def _remove(self, container: str) -> str:
         found = self._containers.get(container)
-        said: bytes = found.logs(tail=LOG_LINES)
+        log: bytes = found.logs(tail=LOG_LINES)
         _remove(found)
-        return said.decode(errors="replace").strip()
+        return log.decode(errors="replace").strip()
 
     def _remove_all(self) -> None:
         ours = {"label": f"{INSTANCE}={self._instance}"}
@@ -229,11 +229,11 @@ class DockerEngine:
             _remove(container)
 
 
-def _tell(loop: asyncio.AbstractEventLoop, told: Callable[..., None], *arguments: object) -> None:
-    with contextlib.suppress(RuntimeError):  # the loop has ended, and nobody waits any longer
-        loop.call_soon_threadsafe(told, *arguments)
+def _call_on(loop: asyncio.AbstractEventLoop, callback: Callable[..., None], *arguments: object) -> None:
+    with contextlib.suppress(RuntimeError):  # the loop is closed
+        loop.call_soon_threadsafe(callback, *arguments)
 
 
 def _remove(container: Any) -> None:
-    with contextlib.suppress(NotFound):  # another may sweep at the same time
+    with contextlib.suppress(NotFound):  # another process may remove it at the same time
         container.remove(force=True, v=True)

@@ -1,7 +1,7 @@
-"""A container of a runtime that has images, from its first moment.
+"""Main program of a Docker container.
 
-``python -m engine.runtimes.docker.entry [MODULE…] ENTRY`` loads everything, as a fork server does, though nobody has
-asked for it yet: it is a *spare*. Then it dials the machine and waits to be told what it is.
+``python -m engine.runtimes.docker.entry [MODULE…] ENTRY`` imports everything in advance, as a fork server does: it is a
+*spare*. Then it dials the machine and waits for its ``Launch``.
 """
 
 import importlib
@@ -16,20 +16,19 @@ from engine.runtimes.fork_server.child import die_with, resolve, settle
 from engine.specs.containers import Launch
 
 FOLDER = "/run/ppaas"
-"""Where the sockets are that a container may dial, its own alone."""
+"""Folder of the sockets that this container may dial."""
 
 START, LINK, MACHINE = "start.sock", "link.sock", "gate.sock"
 
 LAYERS = "/run/map"
-"""Where the layers of its map are."""
-
+"""Folder of the layers of its map."""
 
 KERNELS, OWN_KERNELS = "NUMBA_CACHE_DIR", "/tmp/kernels"
 
 
 def main(arguments: list[str]) -> int | None:
-    """Get ready, be told, and be the container: what ``ENTRY`` returns becomes the exit status."""
-    _take_kernels()
+    """Import the modules, wait for the launch and run ``ENTRY``; its result becomes the exit status."""
+    _link_kernels()
     *modules, function = arguments
     for module in modules:
         importlib.import_module(module)
@@ -37,19 +36,19 @@ def main(arguments: list[str]) -> int | None:
     with socket.socket(socket.AF_UNIX) as machine:
         machine.connect(f"{FOLDER}/{START}")
         with machine.makefile("rb") as orders:
-            told = orders.readline()
-        if not told:
-            return os.EX_OK  # the machine has gone, and needs nobody
-        launch = msgspec.json.decode(told, type=Launch)
+            order = orders.readline()
+        if not order:
+            return os.EX_OK  # the agent has exited and needs no container
+        launch = msgspec.json.decode(order, type=Launch)
         die_with(machine.fileno())
         settle(launch)
         return entry(launch)
 
 
-def _take_kernels() -> None:
-    """Let numba find the kernels of the image, whose folder it would not take: it is one that cannot be written to.
+def _link_kernels() -> None:
+    """Give numba a writable cache folder with links to the kernels of the image, which is read-only.
 
-    What is compiled here goes beside them in memory, and is gone with the container.
+    Kernels that are compiled here are kept in memory only, until the container ends.
     """
     shutil.copytree(os.environ[KERNELS], OWN_KERNELS, copy_function=os.symlink)
     os.environ[KERNELS] = OWN_KERNELS

@@ -1,7 +1,7 @@
-"""What a container of the Docker engine may use, in the engine's own terms.
+"""Resource limits of Docker containers, in the terms of the Docker Engine.
 
-Its size is a limit here, not a share: a container of 0.5 cores has half of a CPU's time, even if nobody else wants the
-other half (``--cpus``, ``--cpuset-cpus``, ``--memory``). Spares, which only load, have all CPUs, behind all others.
+A size is a hard limit here, not a share: a container of 0.5 cores gets half of a CPU's time, even if the other half is
+idle (``--cpus``, ``--cpuset-cpus``, ``--memory``). Spares, which only import modules, may use all CPUs at low weight.
 """
 
 import math
@@ -12,32 +12,33 @@ from engine.specs.containers import Launch
 from engine.specs.cores import memory_limit
 
 PERIOD = 100_000
-"""Within which a container has its share of the CPUs [µs]."""
+"""Period of the CPU quota [µs]."""
 
 LEAST_QUOTA = 1_000
-"""That the kernel takes [µs]."""
+"""Smallest quota that the kernel accepts [µs]."""
 
 SHARES = 1024
-"""Weight of a container of one core, where more is wanted than there is."""
+"""CPU weight of a container of one core, which counts when the CPUs are overloaded."""
 
 SPARE_SHARES = 64
+"""CPU weight of a spare."""
 
 PROCESSES = 128
-"""And threads."""
+"""Most processes and threads of a container."""
 
 
 def of_spare() -> dict[str, Any]:
-    """Return what a container may use until it is told what it is, as ``docker run`` takes it."""
+    """Return the limits of a spare, as options of ``docker run``."""
     return {"cpu_shares": SPARE_SHARES, "pids_limit": PROCESSES, **_memory(memory_limit(0.0, 0))}
 
 
 def of_launch(launch: Launch) -> dict[str, Any]:
-    """Return what it may use from then on, as ``docker update`` takes it."""
+    """Return the limits of a launched container, as options of ``docker update``."""
     return {**cpus_of_launch(launch), **_memory(memory_of(launch))}
 
 
 def cpus_of_launch(launch: Launch) -> dict[str, Any]:
-    """Return what of that are CPUs."""
+    """Return only the CPU limits of a launched container."""
     size = launch.spec.cores
     return {
         "cpu_period": PERIOD,

@@ -1,7 +1,7 @@
-"""Each container is one of the Docker engine: no network, no privileges, and nothing of the machine but its own.
+"""Docker runtime: containers of the Docker Engine, without network, without privileges, isolated from the machine.
 
-A new interpreter takes a second until it can plan. So some containers are *spares*: they have loaded everything and
-wait to be told what they are. The next one to be launched is told, gets its size, and another spare is started.
+A new interpreter takes a second until it can plan. So some containers are *spares*, which have imported everything and
+wait for a launch. A launch goes to the next spare, which gets its size, and another spare is started.
 """
 
 import asyncio
@@ -12,7 +12,7 @@ from collections import deque
 from engine.processes.background import Background
 from engine.runtimes.base import Premises, Runtime
 from engine.runtimes.docker import entry as entry_module
-from engine.runtimes.docker.container import Booth, DockerContainer
+from engine.runtimes.docker.container import ContainerFolders, DockerContainer
 from engine.runtimes.docker.engine import DockerEngine
 from engine.runtimes.docker.limits import of_spare
 from engine.runtimes.entries import Entry
@@ -24,10 +24,10 @@ from ppaas.errors import Unavailable
 logger = logging.getLogger(__name__)
 
 SPARES = 2
-"""Containers that wait to be told what they are; each takes some hundred megabytes."""
+"""Number of spares; each takes a few hundred megabytes."""
 
 STARTING = 2
-"""Spares that are started at a time: with more of them, the first is ready later."""
+"""Most spares that start at once: with more, the first is ready later."""
 
 ATTEMPTS = 3
 
@@ -35,17 +35,17 @@ COMMAND = (*lean_python.PYTHON_OF_IMAGE, "-m", entry_module.__name__)
 
 
 class DockerRuntime(Runtime):
-    """Starts containers by the Docker engine of this computer.
+    """Starts containers of the Docker Engine of this computer.
 
     Parameters
     ----------
     premises : Premises
         The machine.
     entry : Entry, optional
-        What of the image takes the ``Launch`` in a container, and what a spare loads before; the result is the exit
-        status. Without it, that of the machine.
+        Function of the image that takes the ``Launch`` in a container and returns the exit status, with the modules
+        that a spare imports first. Default: the entry of the machine.
     spares : int
-        How many wait.
+        Number of spares.
     """
 
     def __init__(self, premises: Premises, entry: Entry | None = None, spares: int = SPARES) -> None:
@@ -67,19 +67,21 @@ class DockerRuntime(Runtime):
 
     @classmethod
     def on(cls, premises: Premises) -> "DockerRuntime":
-        """Return the runtime of a machine whose computer has a Docker engine."""
+        """Return the runtime of a machine."""
         return cls(premises)
 
     async def start(self) -> None:
-        """Find engine and image, and wait until the first spare is warm; do it before other libraries start threads.
+        """Find engine and image, and wait until the first spare is warm.
+
+        Call this before any other library starts threads.
 
         Raises
         ------
         Unavailable
-            There is no engine, no such image, or nothing can be run from it.
+            The engine does not answer, has no such image, or cannot run a container from it.
         """
         await self._connect()
-        await self._maps.warm(self._maps.forget)  # layers of maps are made in processes of the machine itself
+        await self._maps.warm(self._maps.forget)  # layers of maps are built in processes on the machine itself
         for _ in range(self._wanted):
             self._order()
         if self._spares:
@@ -92,7 +94,7 @@ class DockerRuntime(Runtime):
                 self._connected = True
 
     async def launch(self, launch: Launch) -> DockerContainer:
-        """Tell a spare what it is.
+        """Hand a launch to a spare.
 
         Raises
         ------
@@ -114,7 +116,7 @@ class DockerRuntime(Runtime):
         raise Unavailable(f"container {launch.spec.id!r} could not be started: its spares died {ATTEMPTS} times")
 
     async def close(self) -> None:
-        """Remove all containers, and let go of the engine and of what was lent to them."""
+        """Remove all containers and their folders, and close the connection to the engine."""
         if self._closed:
             return
         self._closed = True
@@ -133,7 +135,7 @@ class DockerRuntime(Runtime):
         self._spares.append(asyncio.create_task(self._start_spare()))
 
     async def _next(self) -> DockerContainer:
-        """Take a spare out, the warm ones first, and have another started."""
+        """Take a spare, a warm one if there is one, and start another."""
         if self._closed:
             raise Unavailable("this runtime is closed")
         await self._connect()
@@ -149,13 +151,13 @@ class DockerRuntime(Runtime):
     async def _start_spare(self) -> DockerContainer:
         number = next(self._numbers)
         premises = self._premises
-        booth = Booth(premises.run_dir / f"c-{number}", premises.shared_memory / f"seen-{number}")
-        container = DockerContainer(self._engine, booth, self._background.run, self._started)
+        folders = ContainerFolders(premises.run_dir / f"c-{number}", premises.shared_memory / f"seen-{number}")
+        container = DockerContainer(self._engine, folders, self._background.run, self._started)
         try:
             async with self._starting:
                 await container.start(self._command, of_spare())
         except BaseException:
-            container.let_go()
+            container.release()
             raise
         return container
 
@@ -169,11 +171,14 @@ class DockerRuntime(Runtime):
         if container in self._live:
             self._live.pop(container).end(status)
         else:
-            self._ended[container] = status  # before the engine had answered that it is started
+            self._ended[container] = status  # reported before the call that starts it has returned
 
     def _lost(self) -> None:
-        """Give up what the engine had: whether it runs on, nobody tells, and what does is removed."""
-        logger.error("the Docker engine ended; its %d containers are lost", len(self._live))
+        """Give up all containers of the engine, since their state is unknown.
+
+        Those that still run are removed at the next connection.
+        """
+        logger.error("the Docker Engine ended; its %d containers are lost", len(self._live))
         self._connected = False
         lost, self._live = tuple(self._live.values()), {}
         for container in lost:

@@ -18,7 +18,7 @@ Main = Callable[[Launch], int | None]
 _THREADS_OF_LIBRARIES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
-class Warmth(NamedTuple):
+class ServerReport(NamedTuple):
     """What a fork server is: its process, its threading layer, and the kernels modules that it has loaded."""
 
     pid: int
@@ -84,7 +84,7 @@ def die_with(pipe: int) -> None:
         os._exit(0)  # it had gone before we asked
 
 
-def look_around(entry: str, answer: Connection) -> None:
+def probe(entry: str, answer: Connection) -> None:
     """Be a probe: tell the agent what the fork server is and has loaded, or why containers cannot start from it."""
     try:
         resolve(entry)
@@ -95,4 +95,4 @@ def look_around(entry: str, answer: Connection) -> None:
         answer.send(f"{type(error).__name__}: {error}")
     else:
         loaded = tuple(module.__name__ for module in kernel_modules.loaded())
-        answer.send(Warmth(os.getppid(), layer, loaded))
+        answer.send(ServerReport(os.getppid(), layer, loaded))

@@ -17,7 +17,7 @@ from typing import TypeVar
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED
 from engine.runtimes.entries import Entry
 from engine.runtimes.fork_server import early_start
-from engine.runtimes.fork_server.child import Warmth, look_around
+from engine.runtimes.fork_server.child import ServerReport, probe
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
 
@@ -103,7 +103,7 @@ class ForkServer:
         """It was warm, and its death was not noticed yet."""
         return self._pidfd is not None
 
-    async def warm(self, died: Callable[[], None]) -> Warmth:
+    async def warm(self, died: Callable[[], None]) -> ServerReport:
         """Start the server if none runs, and wait until it has loaded everything.
 
         Parameters
@@ -129,16 +129,16 @@ class ForkServer:
         asyncio.get_running_loop().add_reader(self._pidfd, died)
         return answer
 
-    def _probe(self) -> Warmth | str:
+    def _probe(self) -> ServerReport | str:
         receiving, sending = _context.Pipe(duplex=False)
         with receiving, sending:
-            probe = start_process(look_around, self._entry.function, sending)
+            process = start_process(probe, self._entry.function, sending)
             sending.close()
             try:
-                answer: Warmth | str = receiving.recv()
+                answer: ServerReport | str = receiving.recv()
             finally:
-                probe.wait()
-                probe.close()
+                process.wait()
+                process.close()
         return answer
 
     async def fork(self, target: Callable[..., None], *arguments: object) -> Popen:

@@ -8,7 +8,7 @@ _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_ARENA_MAX = -1, -3, -8
 _LARGE, _MUCH = 256 * 1024, 512 * 1024
 
 
-def give_back_early() -> None:
+def trim_early() -> None:
     """Let the C library give memory back as soon as it is free: a plan takes some megabytes once a second.
 
     What the text of a path takes stays: each of its pages is a fault of some microseconds if it has to come anew.
@@ -25,7 +25,7 @@ def give_back_early() -> None:
             mallopt(parameter, value)
 
 
-def give_back() -> None:
+def trim() -> None:
     """Give back the pages of the C library's heap that are free; nothing happens where it cannot."""
     if not LEAN:
         return

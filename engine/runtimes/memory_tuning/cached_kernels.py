@@ -97,7 +97,7 @@ def _without_bitcode(kind: type[CPUCodeLibrary], codegen: Any, state: tuple[str,
         return library
     _, bitcode = state[2]
     try:
-        read_back = _aside.put(bitcode)
+        read_back = _spill_file.put(bitcode)
     except OSError:  # no room for it: it stays in memory
         return library
 
@@ -112,7 +112,7 @@ def _without_bitcode(kind: type[CPUCodeLibrary], codegen: Any, state: tuple[str,
     return library
 
 
-class _Aside:
+class _SpillFile:
     """Bytes in a file without a name, which is gone with the last process that could read it."""
 
     def __init__(self) -> None:
@@ -132,4 +132,4 @@ class _Aside:
         self._file = None  # both would write to the same place
 
 
-_aside = _Aside()
+_spill_file = _SpillFile()

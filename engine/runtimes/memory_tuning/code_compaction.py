@@ -15,7 +15,7 @@ from types import CodeType, FrameType, FunctionType
 from engine.runtimes.memory_tuning.switch import LEAN
 
 
-def move(run: Callable[[], object]) -> int:
+def compact(run: Callable[[], object]) -> int:
     """Run something, and give all functions copies of such code as that ran; return how many copies were made.
 
     What the interpreter has learnt of the code is not copied. Each container learns it again, on pages that it would

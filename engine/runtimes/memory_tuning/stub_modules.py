@@ -44,7 +44,7 @@ def without_extras() -> Iterator[None]:
 
 
 @contextmanager
-def instead_of(*names: str) -> Iterator[None]:
+def stubbed(*names: str) -> Iterator[None]:
     """Show stand-ins for modules, as far as they are not loaded yet; one that is kept from being loaded remains so.
 
     Parameters
@@ -52,7 +52,7 @@ def instead_of(*names: str) -> Iterator[None]:
     *names : str
         Of the four of this module. That for polynomials is enough to import numba and not to compile anything.
     """
-    shown = [_Shown(name) for name in names if LEAN and sys.modules.get(name) is None]
+    shown = [_Stub(name) for name in names if LEAN and sys.modules.get(name) is None]
     try:
         yield
     finally:
@@ -60,7 +60,7 @@ def instead_of(*names: str) -> Iterator[None]:
             stand_in.hide()
 
 
-class _Shown:
+class _Stub:
     """A stand-in that is found where the real module would be."""
 
     def __init__(self, name: str) -> None:

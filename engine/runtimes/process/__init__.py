@@ -1,1 +1,1 @@
-"""Process runtime: containers forked from the warm fork server, held to their size by control groups."""
+"""Process runtime: containers forked from the warm fork server, limited to their size by control groups."""

@@ -1,4 +1,4 @@
-"""Moves a process that runs to other CPUs."""
+"""CPU affinity of a running process, with all its threads."""
 
 import os
 from contextlib import suppress
@@ -6,15 +6,15 @@ from pathlib import Path
 
 
 def move_threads(pid: int, cpus: tuple[int, ...]) -> None:
-    """Let every thread of a process run on these CPUs, and no other; nothing happens where it is gone.
+    """Restrict all threads of a process to these CPUs. Does nothing if the process has exited.
 
-    A thread takes the CPUs over from the one that starts it, so this goes on until it finds none that is new.
+    A new thread inherits the CPUs of the thread that starts it, so this repeats until it finds no new thread.
     """
     moved: set[int] = set()
     with suppress(ProcessLookupError, FileNotFoundError):
         while new := _threads(pid) - moved:
             for thread in new:
-                with suppress(ProcessLookupError):  # it ended just now
+                with suppress(ProcessLookupError):  # the thread has just ended
                     os.sched_setaffinity(thread, cpus)
             moved |= new
 

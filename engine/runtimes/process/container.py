@@ -1,4 +1,4 @@
-"""The process of one container, as its agent sees it."""
+"""The process of one container, watched by its agent."""
 
 import asyncio
 import os
@@ -14,29 +14,29 @@ from engine.runtimes.process.control_groups import ControlGroups
 from engine.specs.containers import Launch
 
 RETRY = 0.01
-"""Seconds between two looks at a process that is dead and not yet ours."""
+"""Time between two checks of a dead process that is not our child yet [s]."""
 
 
 class ForkedContainer:
-    """A process that the fork server forked.
+    """A container process, forked by the fork server.
 
     Parameters
     ----------
     process : Popen
-        That was started.
-    gone : callable
-        Told once, when the process is.
+        The process.
+    ended : callable
+        Called once with this object, after the process has exited.
     launch : Launch
-        What it was told.
+        The launch that the process was started with.
     groups : ControlGroups
-        That hold it to its size.
+        Control groups that limit the container to its size.
     """
 
     def __init__(
-        self, process: Popen, gone: Callable[["ForkedContainer"], None], launch: Launch, groups: ControlGroups
+        self, process: Popen, ended: Callable[["ForkedContainer"], None], launch: Launch, groups: ControlGroups
     ) -> None:
         self._process = process
-        self._gone = gone
+        self._ended = ended
         self._name = launch.spec.id
         self._groups = groups
         groups.put(process.pid, launch)
@@ -47,29 +47,29 @@ class ForkedContainer:
 
     @property
     def pid(self) -> int:
-        """Its process id."""
+        """Process id."""
         return self._process.pid
 
     def kill(self) -> None:
-        """End it by force; nothing happens where it is gone."""
+        """Kill it. Does nothing if it has exited."""
         if self._pidfd is not None:
             with suppress(ProcessLookupError):
                 signal.pidfd_send_signal(self._pidfd, signal.SIGKILL)
 
     def layers_grew(self) -> None:
-        """Do nothing: it sees the folder itself."""
+        """Do nothing: the container sees the folder itself."""
 
     def endpoint_came(self) -> None:
-        """Do nothing: it finds the socket by its name."""
+        """Do nothing: the container finds the socket by its name."""
 
     def resize(self, launch: Launch) -> None:
-        """Let all its threads run on the CPUs of its new size, and hold it to that."""
+        """Move all its threads to the CPUs of its new size, and limit it to that size."""
         if self._pidfd is not None:
             move_threads(self.pid, launch.cpus)
             self._groups.resize(launch)
 
     async def wait(self) -> int:
-        """Return its exit status when it is gone, negative for the signal that killed it, 255 where nobody knows."""
+        """Wait until it exits; return its exit status, negative for a signal, 255 if unknown."""
         return await asyncio.shield(self._status)
 
     def _on_end(self) -> None:
@@ -79,7 +79,7 @@ class ForkedContainer:
         if status is not None and status != UNHEARD:
             self._end(status)
             return
-        self.kill()  # the fork server died, and the process may live on
+        self.kill()  # the fork server died, and the process may still run
         if self._pidfd is None:
             self._end(UNHEARD)
         else:
@@ -87,17 +87,17 @@ class ForkedContainer:
 
     def _on_lost(self, pidfd: int) -> None:
         asyncio.get_running_loop().remove_reader(pidfd)
-        self._bury()
+        self._reap()
 
-    def _bury(self) -> None:
-        """Take the status of a process that becomes our child now, or soon, when its parent has quite died."""
+    def _reap(self) -> None:
+        """Reap the process: it becomes our child as soon as its dead parent has been cleaned up."""
         with suppress(ChildProcessError):
             found, status = os.waitpid(self.pid, os.WNOHANG)
             if found:
                 self._end(os.waitstatus_to_exitcode(status))
                 return
         if Path(f"/proc/{self.pid}").exists():
-            asyncio.get_running_loop().call_later(RETRY, self._bury)
+            asyncio.get_running_loop().call_later(RETRY, self._reap)
         else:
             self._end(UNHEARD)
 
@@ -108,11 +108,11 @@ class ForkedContainer:
             self._pidfd = None
         self._groups.remove(self._name)
         self._status.set_result(status)
-        self._gone(self)
+        self._ended(self)
 
 
 def _pidfd(pid: int) -> int | None:
     try:
         return os.pidfd_open(pid)
     except ProcessLookupError:
-        return None  # it is gone already
+        return None  # it has exited already

@@ -1,9 +1,9 @@
-"""Control groups of containers that are processes: CPUs by weight and memory by limit, where this user may make some.
+"""Control groups of container processes: CPU weight and memory limit, where this user may create groups.
 
-In version 1 they are made below those of this process, one for each controller. Version 2 lets no group have processes
-and also groups with limits: there they are made beside that of this process, in one that was delegated to its user, as
-by ``Delegate=yes`` with ``DelegateSubgroup=`` (systemd.resource-control(5)). No group of ours is around them: on a busy
-computer all containers together would weigh as much as a single process.
+In version 1, groups are created below those of this process, one for each controller. Version 2 does not allow a group
+to have both processes and children with limits. There, groups are created beside that of this process, in a group that
+was delegated to its user, as by ``Delegate=yes`` with ``DelegateSubgroup=`` (systemd.resource-control(5)). They have no
+common parent of ours: on a busy computer all containers together would weigh as much as a single process.
 """
 
 import asyncio
@@ -26,13 +26,14 @@ PREFIX = "ppaas-"
 PROCESSES, CHILDREN_HAVE, WEIGHT = "cgroup.procs", "cgroup.subtree_control", "cpu.weight"
 
 TASKS_PER_CORE = 4
-"""A container of a quarter of a core, as a clone has, weighs as much as any process; others in proportion."""
+"""CPU weight per core, in units of an ordinary process: a container of a quarter of a core, the size of a clone,
+weighs as much as one process."""
 
 PAUSES = (0.02, 0.1, 0.3, None)
-"""Seconds before the second, third … try to remove a group, in which something may be about to end."""
+"""Pauses before the second, third … attempt to remove a group [s]: a process in it may be about to exit."""
 
 Settings = Mapping[str, Callable[[Launch], int]]
-"""Files of a group, and what stands in each for a container."""
+"""Files of a group, each with the function that computes its value for a container."""
 
 
 def _weight(one_task: int, least: int, most: int) -> Callable[[Launch], int]:
@@ -51,16 +52,16 @@ V2: Settings = {WEIGHT: _weight(100, 1, MOST_WEIGHT), "memory.max": memory_of}
 
 @dataclass(frozen=True)
 class Hierarchy:
-    """Where groups can be made, and what they are held to.
+    """A place where groups can be created, and the limits that they set.
 
     Parameters
     ----------
     parent : Path
-        Group in which they are.
+        Parent group.
     settings : mapping
-        Their files.
+        Files of each group.
     first : mapping of Path to str
-        What has to be written before the first is made.
+        Files, and their content, to write before the first group is created.
     """
 
     parent: Path
@@ -69,12 +70,12 @@ class Hierarchy:
 
 
 def hierarchies(mounts: str, own: str) -> list[Hierarchy]:
-    """Return where this process might make groups.
+    """Return the places where this process might be able to create groups.
 
     Parameters
     ----------
     mounts, own : str
-        What ``/proc/self/mounts`` and ``/proc/self/cgroup`` say.
+        Content of ``/proc/self/mounts`` and ``/proc/self/cgroup``.
     """
     groups = {names: path for _, names, path in (line.split(":", 2) for line in own.splitlines())}
     found = []
@@ -88,26 +89,28 @@ def hierarchies(mounts: str, own: str) -> list[Hierarchy]:
         elif kind == "cgroup2" and groups.get("", "/") != "/":
             group = _below(place, groups[""])
             if {"cpu", "memory"} <= set(_read(group.parent / "cgroup.controllers").split()):
-                # All that is no container is in one group, which must not wait for any of them.
+                # All other processes share one group; containers must not slow it down.
                 first = {group.parent / CHILDREN_HAVE: "+cpu +memory", group / WEIGHT: str(MOST_WEIGHT)}
                 found.append(Hierarchy(group.parent, V2, first))
     return found
 
 
 def own_hierarchies() -> list[Hierarchy]:
-    """Return where this very process might make groups."""
+    """Return the places where this process might be able to create groups."""
     return hierarchies(_read(Path("/proc/self/mounts")), _read(Path("/proc/self/cgroup")))
 
 
 class ControlGroups:
-    """The groups of the containers of one machine. The kernel may take milliseconds for one, so a thread asks it.
+    """The control groups of the containers of one machine.
+
+    The kernel may take milliseconds for each change of a group, so they are made in a thread.
 
     Parameters
     ----------
     instance : str
-        Name of the cloud process whose machine it is.
+        Name of the cloud process that this machine belongs to.
     places : iterable of Hierarchy
-        Where groups might be made; where they cannot, containers are not held to anything.
+        Places to try. Where groups cannot be created, containers have no limits.
     """
 
     def __init__(self, instance: str, places: Iterable[Hierarchy]) -> None:
@@ -117,15 +120,15 @@ class ControlGroups:
 
     @property
     def controlled(self) -> list[str]:
-        """Names of the files that hold containers to their size."""
+        """Names of the files that limit containers to their size."""
         return [file for place in self._places for file in place.settings]
 
     def put(self, pid: int, launch: Launch) -> "Future[None]":
-        """Put a process into groups of its own, of the size of its launch."""
+        """Create groups of the size of a launch, and move a process into them."""
         return self._worker.submit(self._put, pid, launch)
 
     def resize(self, launch: Launch) -> "Future[None]":
-        """Hold a container to another size; memory that it uses is not taken from it."""
+        """Limit a container to another size; memory in use is not taken away."""
         return self._worker.submit(self._resize, launch)
 
     def remove(self, container: str) -> "Future[None]":
@@ -133,7 +136,7 @@ class ControlGroups:
         return self._worker.submit(self._remove, container)
 
     async def close(self) -> None:
-        """Remove all."""
+        """Remove all groups."""
         await asyncio.to_thread(self._close)
 
     # -- in the thread -------------------------------------------------------------------------------------------------
@@ -148,16 +151,16 @@ class ControlGroups:
                 _set(group, settings, launch)
                 (group / PROCESSES).write_text(str(pid))
             except ProcessLookupError:
-                return  # it has ended already
+                return  # the process has exited already
             except OSError as error:
-                logger.warning("container %s is not held to its size by %s: %s", launch.spec.id, group, error)
+                logger.warning("container %s is not limited to its size by %s: %s", launch.spec.id, group, error)
 
     def _resize(self, launch: Launch) -> None:
         for group, settings in self._groups(launch.spec.id):
             try:
                 _set(group, settings, launch)
             except OSError as error:
-                logger.warning("container %s keeps the size that it had in %s: %s", launch.spec.id, group, error)
+                logger.warning("container %s keeps its old size in %s: %s", launch.spec.id, group, error)
 
     def _remove(self, container: str) -> None:
         for group, _ in self._groups(container):
@@ -171,7 +174,7 @@ class ControlGroups:
 
 
 def _is_ours(place: Hierarchy, name: str) -> bool:
-    """Tell whether we can make groups there, where nothing is left of agents before this one that were killed."""
+    """Return whether this process can create groups there; remove those of killed agents first."""
     probe = place.parent / f"{name}.probe"
     try:
         _sweep(place.parent)
@@ -181,7 +184,7 @@ def _is_ours(place: Hierarchy, name: str) -> bool:
         probe.mkdir()
         probe.rmdir()
     except OSError as error:
-        logger.info("sizes are not held by control groups in %s: %s", place.parent, error)
+        logger.info("control groups cannot be created in %s, so they do not limit containers: %s", place.parent, error)
         return False
     return True
 
@@ -203,7 +206,7 @@ def _read(path: Path) -> str:
 
 
 def _sweep(parent: Path) -> None:
-    """Remove what dead clouds have left."""
+    """Remove the groups of dead cloud processes."""
     for left in parent.glob(f"{PREFIX}*"):
         if is_dead(left.name.removeprefix(PREFIX).partition(".")[0]):
             _remove(left)
@@ -221,8 +224,8 @@ def _remove(group: Path) -> None:
         except FileNotFoundError:
             return
         except OSError as error:
-            if pause is None:  # what it has started runs on; the next machine tries again
-                logger.warning("control group %s is left: %s", group, error)
+            if pause is None:  # a process that the container started still runs; the next machine tries again
+                logger.warning("control group %s cannot be removed: %s", group, error)
                 return
             time.sleep(pause)
         else:

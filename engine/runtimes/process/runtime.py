@@ -1,4 +1,4 @@
-"""The default runtime: each container is a process, forked from a warm server in milliseconds."""
+"""Default runtime: each container is a process, forked from a warm fork server within milliseconds."""
 
 import asyncio
 import ctypes
@@ -20,15 +20,15 @@ _PR_SET_CHILD_SUBREAPER = 36
 
 
 class ProcessRuntime(Runtime):
-    """Forks containers from a warm server.
+    """Forks containers from a warm fork server.
 
     Parameters
     ----------
     entry : Entry
-        What takes the ``Launch`` in the new process, and what the fork server loads before; the result is the exit
-        status.
+        Function that takes the ``Launch`` in the new process and returns the exit status, with the modules that the
+        fork server imports first.
     groups : ControlGroups, optional
-        That hold containers to their sizes; without it, they are held to their CPUs alone.
+        Groups that limit containers to their sizes. Without it, containers are only bound to their CPUs.
     """
 
     def __init__(self, entry: Entry, groups: ControlGroups | None = None) -> None:
@@ -46,14 +46,14 @@ class ProcessRuntime(Runtime):
         return cls(premises.entries.container, ControlGroups(premises.instance, own_hierarchies()))
 
     async def start(self) -> None:
-        """Start the fork server and wait until it is warm; do it before any other library starts threads.
+        """Start the fork server and wait until it is warm. Call this before any other library starts threads.
 
         Raises
         ------
         Unavailable
-            It cannot load what containers need.
+            The fork server cannot import the modules of containers.
         """
-        # Should the fork server die, its children become ours, and leave no zombies behind.
+        # If the fork server dies, its children become ours, and leave no zombies.
         _adopt_orphans(True)
         async with self._forking:
             await self._warm()
@@ -64,7 +64,7 @@ class ProcessRuntime(Runtime):
         Raises
         ------
         Unavailable
-            The fork server cannot be started, or died twice over it.
+            The fork server cannot be started, or died twice.
         """
         forking = asyncio.create_task(self._fork(launch))
         self._tasks.add(forking)
@@ -76,7 +76,10 @@ class ProcessRuntime(Runtime):
             raise
 
     async def close(self) -> None:
-        """Kill all containers, wait until they are gone, and stop watching the fork server, which ends with us."""
+        """Kill all containers, wait until they have exited, and stop watching the fork server.
+
+        The fork server itself ends with this process.
+        """
         self._closed = True
         await asyncio.gather(*self._tasks, return_exceptions=True)
         live = tuple(self._live)
@@ -106,8 +109,8 @@ class ProcessRuntime(Runtime):
         if self._closed:
             raise Unavailable("this runtime is closed")
         if not self._server.is_warm:
-            warmth = await self._server.warm(self._on_server_death)
-            logger.info("fork server %d is warm: %s threads, %d kernels modules", *warmth[:2], len(warmth.kernels))
+            report = await self._server.warm(self._on_server_death)
+            logger.info("fork server %d is warm: %s threads, %d kernel modules", *report[:2], len(report.kernels))
 
     def _on_server_death(self) -> None:
         logger.error("the fork server died; its %d containers are lost", len(self._live))
@@ -121,7 +124,7 @@ class ProcessRuntime(Runtime):
             try:
                 await self._warm()
             except Unavailable:
-                logger.exception("no new fork server; the next launch tries again")
+                logger.exception("a new fork server could not be started; the next launch tries again")
 
 
 def _adopt_orphans(adopt: bool) -> None:

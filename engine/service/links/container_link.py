@@ -91,29 +91,29 @@ class ContainerLink(ABC):
         match frame:
             case robot_link.Published():
                 self._published(frame.topic, frame.payload, frame.client)
-            case robot_link.Declared():
+            case robot_link.TopicAdded():
                 self._declared(frame.topic.name)
                 self.topics[frame.topic.name] = frame.topic
                 self._publishes(frame.node, lambda topics: (*topics, frame.topic.name))
-            case robot_link.Undeclared():
+            case robot_link.TopicRemoved():
                 self.topics.pop(frame.name, None)
                 for node in self.nodes:
                     self._publishes(node, lambda topics: tuple(topic for topic in topics if topic != frame.name))
-            case robot_link.Offers():
+            case robot_link.NodesChanged():
                 self._offered(frame)
-            case robot_link.Answer():
+            case robot_link.ServiceAnswer():
                 refused = frame.refusal
                 self._calls.end(frame.call, rebuild(refused.slug, refused.text) if refused else frame.payload)
             case robot_link.Ack():
                 self._unacknowledged.acknowledge(frame.sequence)
-            case robot_link.Beat():
+            case robot_link.ContainerBeat():
                 self.beats += 1
                 self.busy = frame.busy
-            case robot_link.Refused():
+            case robot_link.MessageRefused():
                 error = rebuild(frame.refusal.slug, frame.refusal.text)
                 self._refused(frame.client, frame.topic, error, self._unacknowledged.own(frame.sequence))
 
-    def _offered(self, offers: robot_link.Hello | robot_link.Offers) -> None:
+    def _offered(self, offers: robot_link.Hello | robot_link.NodesChanged) -> None:
         self.services = {service.name: service for service in offers.services}
         self._served(self.services)
         self.nodes = {node.name: node for node in offers.nodes}
@@ -135,13 +135,13 @@ class ContainerLink(ABC):
 
     def release(self) -> None:
         """Let the container keep its state and end; the place goes on with the next."""
-        self._write(robot_link.Stop())
+        self._write(robot_link.Shutdown())
 
     def close(self, reason: PPaaSError) -> None:
         """Let the container end: the place is no more."""
         self._closed = reason
         self._ready.set()
-        self._write(robot_link.Stop())
+        self._write(robot_link.Shutdown())
         self._calls.fail(reason)
 
     async def ready(self, timeout: float) -> None:
@@ -192,5 +192,5 @@ class ContainerLink(ABC):
         if self._stream is None:
             raise Unavailable("the robot has no container at this moment; try again")
         number = self._calls.open(service, timeout, done)
-        self._stream.write(robot_link.Call(number, service, payload))
+        self._stream.write(robot_link.ServiceCall(number, service, payload))
         return partial(self._calls.give_up, number)

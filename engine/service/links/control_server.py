@@ -135,8 +135,8 @@ class ControlServer:
             await self._events.machine_registered(register)
             while (event := await stream.receive()) is not None:
                 self._events.machine_said(machine, event)
-                if answers and isinstance(event, control_link.Beat):
-                    stream.write(control_link.Heard())
+                if answers and isinstance(event, control_link.AgentBeat):
+                    stream.write(control_link.BeatAcknowledged())
         except Unavailable:  # a store is away: the machine keeps what it carries, and tries again
             raise
         except PPaaSError:

@@ -8,7 +8,7 @@ from pathlib import Path
 from engine.protocols import robot_link
 from engine.protocols.address import UnixAddress
 from engine.protocols.framing import FrameStream
-from engine.protocols.pending_handshakes import Awaited
+from engine.protocols.pending_handshakes import PendingHandshakes
 from engine.protocols.sockets import listen
 from ppaas.errors import NotPermitted, PPaaSError
 
@@ -17,7 +17,7 @@ logger = logging.getLogger(__name__)
 HELLO_TIMEOUT = 5.0
 
 Welcome = Callable[[robot_link.Hello, FrameStream[robot_link.FromContainer]], Awaitable[None]]
-Failure = Callable[[robot_link.Failed], None]
+Failure = Callable[[robot_link.ContainerFailed], None]
 
 
 class LinkServer:
@@ -40,7 +40,7 @@ class LinkServer:
         self._welcome = welcome
         self._failed = failed
         self._hello_timeout = hello_timeout
-        self._awaited: Awaited[str | None] = Awaited()
+        self._awaited: PendingHandshakes[str | None] = PendingHandshakes()
         self._served: dict[str, FrameStream[robot_link.FromContainer]] = {}
         self._server: asyncio.Server | None = None
         self._streams: set[FrameStream[robot_link.FromContainer]] = set()
@@ -76,7 +76,7 @@ class LinkServer:
         self._streams.add(stream)
         try:
             first = await self._first(stream, machine)
-            if isinstance(first, robot_link.Failed):
+            if isinstance(first, robot_link.ContainerFailed):
                 self._failed(first)
             else:
                 await self._serve(first, stream)
@@ -95,10 +95,10 @@ class LinkServer:
 
     async def _first(
         self, stream: FrameStream[robot_link.FromContainer], machine: str | None
-    ) -> robot_link.Hello | robot_link.Failed:
+    ) -> robot_link.Hello | robot_link.ContainerFailed:
         async with asyncio.timeout(self._hello_timeout):
             first = await stream.receive()
-        if not isinstance(first, robot_link.Hello | robot_link.Failed):
+        if not isinstance(first, robot_link.Hello | robot_link.ContainerFailed):
             raise NotPermitted("something dialled the robot link that is no container")
         expected = self._awaited.admit(first.container, first.secret)
         if machine not in (None, expected):

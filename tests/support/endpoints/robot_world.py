@@ -21,7 +21,7 @@ from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
 from engine.service.master_driver import CloudService
 from engine.service.robot_sessions import RobotSessions
-from engine.specs.checkpoints import Checkpoints
+from engine.specs.checkpoints import CheckpointSelection
 from tests.support.endpoints.serving import serve
 from tests.support.engine.fake_machine import FakeMachine, FarContainer
 from tests.support.storage import records
@@ -75,7 +75,9 @@ async def robot_world(folder: Path, services: Services) -> AsyncIterator[World]:
     await services.accounts.register("ann", PASSWORD)
     records.put_map(services.map_store, records.house())
     services.store.put_robot(records.robot("tb1", user="ann", map="house"))
-    service = CloudService(Master(FirstFit(), services.cloud.quotas), Checkpoints(services.store), folder, "secret")
+    service = CloudService(
+        Master(FirstFit(), services.cloud.quotas), CheckpointSelection(services.store), folder, "secret"
+    )
     await service.start()
     machine = await FakeMachine.join(folder)
     await service.wait_for_machine(10)

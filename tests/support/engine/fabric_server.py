@@ -9,12 +9,12 @@ import sys
 import msgspec
 
 from engine.fabric.session import Fabric
-from engine.fabric.zenoh_config import Credentials
+from engine.fabric.zenoh_config import RouterCredentials
 
 
 class Settings(msgspec.Struct):
     endpoint: str
-    credentials: Credentials
+    credentials: RouterCredentials
 
 
 async def run(settings: Settings) -> None:

@@ -2,15 +2,15 @@
 
 from pathlib import Path
 
-from engine.protocols.tls_identity import Identity
+from engine.protocols.tls_identity import TlsIdentity
 from engine.remote.authority import Authority
 from engine.remote.certificates import key_pem, new_key, request_pem
 
 
-def joined(authority: Authority, folder: Path, machine: str) -> Identity:
+def joined(authority: Authority, folder: Path, machine: str) -> TlsIdentity:
     """Return the identity of a machine that got its certificate."""
     folder.mkdir(parents=True)
-    identity = Identity.in_folder(folder, "machine")
+    identity = TlsIdentity.in_folder(folder, "machine")
     key = new_key()
     identity.key.write_bytes(key_pem(key))
     identity.certificate.write_bytes(authority.issue(machine, request_pem(key, machine)))

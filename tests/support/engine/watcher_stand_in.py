@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 
 from engine.protocols.robot_link import Refusal
-from engine.remote.ray.config import Connected, Refused, WatchConfig
+from engine.remote.ray.config import WatchConfig, WatchRefused, WatchStarted
 
 
 def main() -> None:
@@ -22,7 +22,7 @@ def main() -> None:
     if config.host == "crash":
         sys.exit(3)
     refused = config.host == "refuse"
-    answer = Refused(Refusal("unavailable", "wrong token")) if refused else Connected()
+    answer = WatchRefused(Refusal("unavailable", "wrong token")) if refused else WatchStarted()
     sys.stdout.write(msgspec.json.encode(answer).decode() + "\n")
     sys.stdout.flush()
     if refused:

@@ -8,7 +8,7 @@ import msgspec
 import numba
 import numpy as np
 
-from engine.fabric.zenoh_config import Credentials, client_config
+from engine.fabric.zenoh_config import RouterCredentials, client_config
 from engine.runtimes.compilation.threads import use_threads
 from engine.specs.containers import Launch
 from tests.support.engine.container_entries import report
@@ -23,7 +23,7 @@ class Strain(msgspec.Struct):
 
     seconds: float
     router: str | None = None
-    credentials: Credentials | None = None
+    credentials: RouterCredentials | None = None
 
 
 class Callers:

@@ -74,7 +74,7 @@ async def test_arguments_of_the_clones_services_may_be_a_list(place: StillPlace,
     client.say(op="call_service", service="nothing", id="unknown", args=[1])
     refused = {told["id"]: told["values"] for told in await answers(client, 2)}
     assert "4 arguments" in refused["long"] and "as an object" in refused["unknown"]
-    [call] = place.far.take(robot_link.Call)
+    [call] = place.far.take(robot_link.ServiceCall)
     assert json.loads(call.payload) == {"start": POSE, "goal": POSE}
 
 

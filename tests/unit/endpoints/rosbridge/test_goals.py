@@ -64,7 +64,7 @@ async def test_a_topic_that_the_client_hears_itself_is_heard_on_after_the_goal(
 async def test_a_goal_that_the_clone_refuses_ends_with_the_reason(place: StillPlace, client: StillClient) -> None:
     client.say(**GOAL)
     _, sequence = goal_of(place)
-    place.say(robot_link.Refused(1, "move_base/goal", robot_link.Refusal("transform", "no frame"), sequence))
+    place.say(robot_link.MessageRefused(1, "move_base/goal", robot_link.Refusal("transform", "no frame"), sequence))
     result, told = client.told()
     assert (result["status"], result["result"], result["values"]) == (0, False, "no frame")
     assert told["msg"] == "transform: no frame"

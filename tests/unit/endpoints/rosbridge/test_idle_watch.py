@@ -33,7 +33,7 @@ async def test_all_clients_of_a_silent_place_are_let_go_and_its_container_is_end
             assert code == 1011
             assert reason.startswith("idle: nothing was said for 100 s; connect again when")
         assert world.service.containers(None) == []
-        assert await next_of(container, robot_link.Stop)
+        assert await next_of(container, robot_link.Shutdown)
 
 
 async def test_one_word_of_anybody_keeps_the_place_for_all(world: World, watch: IdleWatch, clock: ManualClock) -> None:
@@ -51,12 +51,12 @@ async def test_a_robot_with_a_goal_is_not_idle(world: World, watch: IdleWatch, c
     async with world.robot() as (robot, container):
         place = world.service.place("robot:ann/tb1")
         assert place is not None
-        container.stream.write(robot_link.Beat(busy=True))
+        container.stream.write(robot_link.ContainerBeat(busy=True))
         await until(lambda: place.busy)
         for _ in range(3):
             clock.advance(IDLE)
             await watch.look()
-        container.stream.write(robot_link.Beat(busy=False))
+        container.stream.write(robot_link.ContainerBeat(busy=False))
         await until(lambda: not place.busy)
         await watch.look()
         assert len(world.service.containers(None)) == 1, "its time begins when the goal is done"

@@ -83,7 +83,7 @@ async def test_a_client_that_goes_before_its_container_is_ready_leaves_no_trace(
     await writer.wait_closed()
     container = await world.machine.boot(order)
     await until(lambda: world.service.place(KEY) is None)
-    assert await next_of(container, robot_link.Stop)
+    assert await next_of(container, robot_link.Shutdown)
     assert [record for record in caplog.records if record.levelno >= logging.ERROR] == []
 
 
@@ -124,7 +124,7 @@ async def test_status_is_told_to_whoever_asked_for_it_and_to_nobody_else(world: 
         await say(robot, op="publish", topic="/goal", msg={})
         refused = await next_of(container, robot_link.Deliver)
         container.stream.write(
-            robot_link.Refused(refused.client, "goal", robot_link.Refusal("malformed-message", "no data"))
+            robot_link.MessageRefused(refused.client, "goal", robot_link.Refusal("malformed-message", "no data"))
         )
         assert (await hear(robot))["msg"] == "malformed-message: no data"
 
@@ -137,9 +137,9 @@ async def test_the_log_is_not_filled_by_a_client_that_thinks_out_topics(
         client = (await next_of(container, robot_link.Deliver)).client
         for number in range(3 * MAX_LOGGED):
             container.stream.write(
-                robot_link.Refused(client, f"t{number}", robot_link.Refusal("not-found", "unknown topic"))
+                robot_link.MessageRefused(client, f"t{number}", robot_link.Refusal("not-found", "unknown topic"))
             )
-        container.stream.write(robot_link.Refused(client, "end", robot_link.Refusal("conflict", "the end")))
+        container.stream.write(robot_link.MessageRefused(client, "end", robot_link.Refusal("conflict", "the end")))
         while "the end" not in (await hear(robot))["msg"]:
             pass
         warnings = [r for r in caplog.records if r.name == session.__name__ and r.levelno == logging.WARNING]
@@ -171,9 +171,9 @@ async def test_calls_are_answered_or_refused_and_bounded(world: World) -> None:
         refused = await hear(robot)
         assert (refused["id"], refused["result"]) == (str(MAX_CALLS), False)
         assert "under way" in refused["values"]
-        calls = [await next_of(container, robot_link.Call) for _ in range(MAX_CALLS)]
+        calls = [await next_of(container, robot_link.ServiceCall) for _ in range(MAX_CALLS)]
         assert [json.loads(call.payload) for call in calls] == [{"n": n} for n in range(MAX_CALLS)]
-        container.stream.write(robot_link.Answer(calls[1].call, b'{"plan":1}'))
+        container.stream.write(robot_link.ServiceAnswer(calls[1].call, b'{"plan":1}'))
         assert await hear(robot) == {
             "op": "service_response", "service": "/make_plan", "id": "1", "result": True, "values": {"plan": 1},
         }  # fmt: skip
@@ -192,7 +192,7 @@ async def test_when_the_last_has_gone_the_place_is_given_up(world: World) -> Non
         await operator.close()
         assert await next_of(container, robot_link.Unsubscribe)
         await robot.close()
-        assert await next_of(container, robot_link.Stop)
+        assert await next_of(container, robot_link.Shutdown)
     await until(lambda: world.service.place(KEY) is None)
 
 
@@ -232,7 +232,7 @@ async def test_a_client_that_does_not_read_its_answers_is_closed_rather_than_lef
     async with world.robot() as (robot, container):
         monkeypatch.setattr(Outbox, "put_answer", full)
         await say(robot, op="call_service", service="/make_plan")
-        container.stream.write(robot_link.Answer((await next_of(container, robot_link.Call)).call, b"{}"))
+        container.stream.write(robot_link.ServiceAnswer((await next_of(container, robot_link.ServiceCall)).call, b"{}"))
         assert await closed(robot) == (1011, "unavailable: the client asks faster than it reads the answers")
 
 

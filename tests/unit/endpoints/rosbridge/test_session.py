@@ -29,7 +29,7 @@ async def test_a_path_too_many_is_refused_as_the_answer_and_reaches_nobody(place
     client = StillClient(place, count_plan=partial(rate.take, "ann"))
     for number in ("first", "second"):
         client.say(op="call_service", service=spelling, id=number, args={})
-    [call] = place.far.take(robot_link.Call)
+    [call] = place.far.take(robot_link.ServiceCall)
     assert call.service == "move_base/make_plan"
     [refused] = await answers(client)
     assert (refused["id"], refused["result"]) == ("second", False)

@@ -63,8 +63,8 @@ async def test_no_frame_breaks_the_cloud_or_disturbs_another(frames: list[str | 
     for frame in frames:
         client.session.take(frame)
         await asyncio.sleep(0)
-        for call in place.far.take(robot_link.Call):
-            place.say(robot_link.Answer(call.call, b"{}"))
+        for call in place.far.take(robot_link.ServiceCall):
+            place.say(robot_link.ServiceAnswer(call.call, b"{}"))
     for topic, message in said:
         place.publish_json(topic, message)
     assert not client.session.over.done()

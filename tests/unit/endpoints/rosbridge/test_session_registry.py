@@ -74,9 +74,9 @@ async def test_a_client_that_comes_back_hears_what_it_heard_before(world: World)
 async def test_an_answer_to_a_call_waits_for_who_asked(world: World) -> None:
     async with robot(world) as (first, container):
         await say(first, op="call_service", service="/make_plan", id="7", args={})
-        call = await next_of(container, robot_link.Call)
+        call = await next_of(container, robot_link.ServiceCall)
         await cut_off(world, first)
-        container.stream.write(robot_link.Answer(call.call, b'{"plan":1}'))
+        container.stream.write(robot_link.ServiceAnswer(call.call, b'{"plan":1}'))
         async with world.connected(session="mine") as again:
             answer = await hear(again)
             assert (answer["id"], answer["values"]) == ("7", {"plan": 1})
@@ -170,9 +170,9 @@ async def test_a_client_that_counts_is_sent_again_what_lasts_and_told_what_arriv
         await say(first, op="subscribe", topic="/goal")
         await next_of(container, robot_link.Subscribe)
         await say(first, op="call_service", service="/make_plan", id="1", args={})
-        call = await next_of(container, robot_link.Call)
+        call = await next_of(container, robot_link.ServiceCall)
         await publish(container, "goal", data="heard")
-        container.stream.write(robot_link.Answer(call.call, b"{}"))
+        container.stream.write(robot_link.ServiceAnswer(call.call, b"{}"))
         assert [(await hear(first))["op"] for _ in range(2)] == ["publish", "service_response"]
         await cut_off(world, first)
         session = told(first)[1]

@@ -69,8 +69,8 @@ class Doors:
         assert isinstance(register, control_link.Register)
         return end, register
 
-    async def measure(self) -> control_link.Beat:
-        return control_link.Beat()
+    async def measure(self) -> control_link.AgentBeat:
+        return control_link.AgentBeat()
 
 
 def agent_of(carrying: Carrying, doors: Doors, within: float = 30.0) -> tuple[Agent, Standing]:
@@ -86,7 +86,7 @@ async def test_it_tells_another_master_what_it_carries_and_keeps_what_that_adopt
     staying = asyncio.create_task(agent.stay(doors.dial))
     first, _ = await doors.registered()
     first.write(control_link.Welcome("cloud 1", ("old", "other")))
-    assert await receive(first) == control_link.Beat()
+    assert await receive(first) == control_link.AgentBeat()
     await until(standing.acts)
     await first.close()
     second, register = await doors.registered()

@@ -47,7 +47,7 @@ async def test_plans_are_found_under_the_number_of_the_request(container: Stream
     store.add_plan(record("p1", 0.0, 20.0))
     container.write(find(7))
     found = await receive(container)
-    assert isinstance(found, machine_link.FoundPlans)
+    assert isinstance(found, machine_link.PlansFound)
     assert (found.request, [each.plan.id for each in found.plans]) == (7, ["p1"])
 
 
@@ -57,7 +57,7 @@ async def test_what_cannot_be_looked_for_is_refused_and_the_gate_goes_on(contain
     assert isinstance(refused, machine_link.Done)
     assert refused.refusal is not None and (refused.request, refused.refusal.slug) == (8, "invalid-input")
     container.write(find(9))
-    assert isinstance(await receive(container), machine_link.FoundPlans)
+    assert isinstance(await receive(container), machine_link.PlansFound)
 
 
 async def test_what_is_noted_is_told_to_who_asks_later(container: Stream, store: MemoryStore) -> None:
@@ -66,11 +66,11 @@ async def test_what_is_noted_is_told_to_who_asks_later(container: Stream, store:
     await until(lambda: bool(store.links()))
     container.write(machine_link.AskHistory(3))
     told = await receive(container)
-    assert told == machine_link.History(3, [failed_row(KEY)], "m1", link)
+    assert told == machine_link.PlanningHistory(3, [failed_row(KEY)], "m1", link)
 
 
 async def test_a_note_about_another_map_is_dropped_and_the_gate_goes_on(container: Stream, store: MemoryStore) -> None:
     container.write(machine_link.NoteHistory([failed_row(("depot", *KEY[1:]))]))
     container.write(find(1))
-    assert isinstance(await receive(container), machine_link.FoundPlans)
+    assert isinstance(await receive(container), machine_link.PlansFound)
     assert store.history("depot") == []

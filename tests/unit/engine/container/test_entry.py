@@ -52,7 +52,7 @@ async def first_frame(spec: ContainerSpec, layers: Path, tmp_path: Path) -> robo
     async def endpoint(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         stream: FrameStream[robot_link.FromContainer] = FrameStream(reader, writer, robot_link.FromContainer)
         frames.put_nowait(await stream.receive())
-        await stream.send(robot_link.Stop())
+        await stream.send(robot_link.Shutdown())
         await stream.close()
 
     async def machine(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -95,7 +95,7 @@ async def test_a_container_that_cannot_be_what_was_asked_for_says_why_and_ends(
 ) -> None:
     spec = ContainerSpec("c1", "ann", HOUSE, 1.0, robot_config(**fields))
     failed = await first_frame(spec, layers, tmp_path)
-    assert isinstance(failed, robot_link.Failed)
+    assert isinstance(failed, robot_link.ContainerFailed)
     assert (failed.container, failed.secret) == ("c1", "secret")
     assert re.fullmatch(slug, failed.refusal.slug)
     assert re.search(text, failed.refusal.text)
@@ -103,5 +103,5 @@ async def test_a_container_that_cannot_be_what_was_asked_for_says_why_and_ends(
 
 async def test_a_container_without_layers_says_so(tmp_path: Path) -> None:
     failed = await first_frame(planning_spec(), tmp_path / "gone", tmp_path)
-    assert isinstance(failed, robot_link.Failed)
+    assert isinstance(failed, robot_link.ContainerFailed)
     assert failed.refusal.slug == "unavailable"

@@ -62,8 +62,8 @@ class Outer:
 
     async def heard(self) -> str:
         """Return what the node heard, once all that was sent before was taken."""
-        answer = await self.ask(robot_link.Call(99, "heard", b"{}"))
-        assert isinstance(answer, robot_link.Answer)
+        answer = await self.ask(robot_link.ServiceCall(99, "heard", b"{}"))
+        assert isinstance(answer, robot_link.ServiceAnswer)
         return decode(TriggerResponse, answer.payload).message
 
     async def checkpoint(self, refusal: robot_link.Refusal | None = None) -> dict[str, bytes]:
@@ -153,14 +153,14 @@ async def test_what_cannot_be_taken_is_told_to_its_sender_and_the_container_goes
     outer: Outer, frame: robot_link.Deliver, slug: str
 ) -> None:
     refused = await outer.ask(frame)
-    assert isinstance(refused, robot_link.Refused)
+    assert isinstance(refused, robot_link.MessageRefused)
     assert (refused.client, refused.topic, refused.refusal.slug) == (7, frame.topic, slug)
     outer.endpoint.write(say("ok"))
     assert await outer.heard() == "ok"
 
 
 async def test_a_poison_message_counts_as_applied_so_that_it_is_not_sent_again(outer: Outer) -> None:
-    assert isinstance(await outer.ask(say("break", 1)), robot_link.Refused)
+    assert isinstance(await outer.ask(say("break", 1)), robot_link.MessageRefused)
     assert outer.container.hello(1).applied == 1
 
 
@@ -218,18 +218,18 @@ async def test_a_topic_that_comes_at_run_time_is_told_and_heard_as_often_as_it_c
     for word in ("once", "again"):
         graph.declare(outer.node, topic)
         graph.publish("fleeting", String(word))
-        assert await receive(outer.endpoint) == robot_link.Declared(
+        assert await receive(outer.endpoint) == robot_link.TopicAdded(
             robot_link.TopicInfo("fleeting", "std_msgs/String", False), "echo"
         )
         assert await receive(outer.endpoint) == robot_link.Published("fleeting", b'{"data":"%s"}' % word.encode())
         assert "fleeting" in outer.container.hello(1).nodes[0].publishes
         graph.undeclare(outer.node, "fleeting")
-        assert await receive(outer.endpoint) == robot_link.Undeclared("fleeting")
+        assert await receive(outer.endpoint) == robot_link.TopicRemoved("fleeting")
     outer.endpoint.write(robot_link.Unsubscribe("fleeting"))
     assert await outer.heard() == ""
     graph.declare(outer.node, topic)
     graph.publish("fleeting", String("unheard"))
-    assert isinstance(await receive(outer.endpoint), robot_link.Declared)
+    assert isinstance(await receive(outer.endpoint), robot_link.TopicAdded)
     assert await outer.heard() == ""
 
 
@@ -248,8 +248,8 @@ async def test_a_topic_that_comes_at_run_time_is_told_and_heard_as_often_as_it_c
 async def test_a_call_that_fails_is_answered_and_the_container_goes_on(
     outer: Outer, service: str, request_json: bytes, slug: str
 ) -> None:
-    answer = await outer.ask(robot_link.Call(5, service, request_json))
-    assert isinstance(answer, robot_link.Answer)
+    answer = await outer.ask(robot_link.ServiceCall(5, service, request_json))
+    assert isinstance(answer, robot_link.ServiceAnswer)
     assert answer.call == 5
     assert answer.refusal is not None
     assert answer.refusal.slug == slug
@@ -258,12 +258,12 @@ async def test_a_call_that_fails_is_answered_and_the_container_goes_on(
 
 async def test_calls_are_answered_when_they_are_done_and_messages_do_not_wait_for_them(outer: Outer) -> None:
     outer.node.job_may_end.clear()
-    outer.endpoint.write(robot_link.Call(1, "job", b"{}"))
+    outer.endpoint.write(robot_link.ServiceCall(1, "job", b"{}"))
     outer.endpoint.write(say("meanwhile"))
     assert await outer.heard() == "meanwhile"
     outer.node.job_may_end.set()
     answer = await receive(outer.endpoint)
-    assert isinstance(answer, robot_link.Answer)
+    assert isinstance(answer, robot_link.ServiceAnswer)
     assert answer.call == 1
     assert decode(TriggerResponse, answer.payload).message.startswith("job")
 
@@ -273,7 +273,7 @@ async def test_calls_are_answered_when_they_are_done_and_messages_do_not_wait_fo
 
 async def test_stop_saves_a_checkpoint_and_ends(outer: Outer) -> None:
     outer.endpoint.write(say("one", 1))
-    outer.endpoint.write(robot_link.Stop())
+    outer.endpoint.write(robot_link.Shutdown())
     assert await outer.checkpoint() == {"echo": b"one", LINK_STATE: b"1"}
     assert await receive(outer.endpoint) == robot_link.Ack(1)
     await asyncio.wait_for(outer.serving, 10)
@@ -316,14 +316,14 @@ async def test_an_answer_to_an_endpoint_that_has_gone_is_told_to_no_other(
 ) -> None:
     outer, found = served_twice
     outer.node.job_may_end.clear()
-    outer.endpoint.write(robot_link.Call(1, "job", b"{}"))
+    outer.endpoint.write(robot_link.ServiceCall(1, "job", b"{}"))
     assert await outer.heard() == ""
     await outer.endpoint.close()
     outer.endpoint = await found.get()
     assert isinstance(await receive(outer.endpoint), robot_link.Hello)
     outer.node.job_may_end.set()
-    answer = await outer.ask(robot_link.Call(2, "job", b"{}"))
-    assert isinstance(answer, robot_link.Answer) and answer.call == 2
+    answer = await outer.ask(robot_link.ServiceCall(2, "job", b"{}"))
+    assert isinstance(answer, robot_link.ServiceAnswer) and answer.call == 2
 
 
 async def test_an_end_that_nobody_hears_is_said_to_whoever_asks_next(
@@ -395,7 +395,7 @@ async def test_what_is_said_once_is_said_when_the_state_that_knows_of_it_is_kept
 
 async def test_a_container_that_only_plans_saves_nothing() -> None:
     outer = await Outer(planning_spec()).start()
-    outer.endpoint.write(robot_link.Stop())
+    outer.endpoint.write(robot_link.Shutdown())
     await asyncio.wait_for(outer.serving, 10)
     await outer.machine.close()
     await outer.close()

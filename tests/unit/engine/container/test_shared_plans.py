@@ -63,7 +63,7 @@ async def test_what_the_machine_finds_comes_as_arrays_and_is_timed(ends: tuple[M
     assert isinstance(asked, machine_link.FindPlans)
     assert (asked.start, asked.goal, asked.planner, asked.tolerance) == ((1, 2), (4, 5), "dijkstra", 0.25)
     kept = plan("p1", poses=poses.tobytes(), version="v1")
-    machine.write(machine_link.FoundPlans(asked.request, [machine_link.Candidate(kept, whole=False)]))
+    machine.write(machine_link.PlansFound(asked.request, [machine_link.Candidate(kept, whole=False)]))
     found = await finding
     assert [(each.id, each.whole, each.poses.tolist()) for each in found] == [("p1", False, poses.tolist())]
     assert plans.times.link.answers == 1
@@ -78,7 +78,7 @@ async def test_who_waited_too_long_goes_on_and_the_answer_is_timed_all_the_same(
     finding = asyncio.create_task(plans.find(within=0.01))
     asked = await receive(machine)
     assert await finding is None
-    machine.write(machine_link.FoundPlans(asked.request, []))
+    machine.write(machine_link.PlansFound(asked.request, []))
     async with asyncio.timeout(10):
         while not plans.times.link.answers:
             await asyncio.sleep(0.001)
@@ -109,7 +109,7 @@ async def test_a_container_begins_with_what_is_known_and_tells_what_is_new(ends:
     beginning = asyncio.create_task(notes.begin(client))
     asked = await receive(machine)
     link = LinkHistory("m1", 0.02, 1e8, 7, 1.0)
-    machine.write(machine_link.History(asked.request, [computed_row(KEY, 0.5)] * 3, "m1", link))
+    machine.write(machine_link.PlanningHistory(asked.request, [computed_row(KEY, 0.5)] * 3, "m1", link))
     await beginning
     expected = times.computation.expect("dijkstra", 100.0)
     assert expected is not None and expected.mean == pytest.approx(0.5, rel=1e-3)

@@ -2,7 +2,7 @@ import asyncio
 
 import pytest
 
-from engine.fabric.request_cache import MARGIN, Answers
+from engine.fabric.request_cache import MARGIN, RequestCache
 from ppaas.clock import ManualClock
 from ppaas.errors import Unavailable
 
@@ -21,7 +21,7 @@ class Server:
 
 
 async def test_a_request_that_comes_twice_is_carried_out_once():
-    server, answers = Server(), Answers()
+    server, answers = Server(), RequestCache()
     first = answers.answer("1", 5.0, lambda: server.work("a"))
     second = answers.answer("1", 5.0, lambda: server.work("a"))
     server.go.set()
@@ -37,7 +37,7 @@ async def test_an_error_is_an_answer_too():
         tries.append(1)
         raise Unavailable("no room")
 
-    answers = Answers()
+    answers = RequestCache()
     for _ in range(2):
         with pytest.raises(Unavailable, match="no room"):
             await answers.answer("1", 5.0, fail)
@@ -46,7 +46,7 @@ async def test_an_error_is_an_answer_too():
 
 async def test_an_answer_is_kept_until_nobody_can_ask_again_and_then_forgotten():
     clock = ManualClock()
-    server, answers = Server(), Answers(clock=clock)
+    server, answers = Server(), RequestCache(clock=clock)
     server.go.set()
     await answers.answer("1", 5.0, lambda: server.work("a"))
     clock.advance(5.0 + MARGIN - 0.1)
@@ -59,7 +59,7 @@ async def test_an_answer_is_kept_until_nobody_can_ask_again_and_then_forgotten()
 
 async def test_what_is_under_way_is_never_forgotten():
     clock = ManualClock()
-    server, answers = Server(), Answers(clock=clock)
+    server, answers = Server(), RequestCache(clock=clock)
     first = answers.answer("1", 1.0, lambda: server.work("a"))
     clock.advance(1000.0)
     answers.answer("2", 1.0, lambda: server.work("b"))
@@ -68,7 +68,7 @@ async def test_what_is_under_way_is_never_forgotten():
 
 
 async def test_where_there_is_no_room_a_new_request_is_refused_and_an_old_one_answered():
-    server, answers = Server(), Answers(limit=2)
+    server, answers = Server(), RequestCache(limit=2)
     server.go.set()
     await answers.answer("1", 5.0, lambda: server.work("a"))
     await answers.answer("2", 5.0, lambda: server.work("b"))
@@ -79,7 +79,7 @@ async def test_where_there_is_no_room_a_new_request_is_refused_and_an_old_one_an
 
 
 async def test_after_cancel_nothing_runs():
-    server, answers = Server(), Answers()
+    server, answers = Server(), RequestCache()
     task = answers.answer("1", 5.0, lambda: server.work("a"))
     answers.cancel()
     with pytest.raises(asyncio.CancelledError):

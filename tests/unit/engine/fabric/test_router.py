@@ -8,8 +8,8 @@ import zenoh
 
 from engine.fabric.router import RouterProcess
 from engine.fabric.session import Fabric
-from engine.fabric.zenoh_config import Credentials, Peering, client_config
-from engine.protocols.tls_identity import Identity
+from engine.fabric.zenoh_config import Peering, RouterCredentials, client_config
+from engine.protocols.tls_identity import TlsIdentity
 from engine.remote.authority import Authority
 from ppaas.errors import Unavailable
 from tests.support.engine.tls_cloud import joined
@@ -23,7 +23,7 @@ async def router(tmp_path):
     await process.close()
 
 
-def try_to_open(router: RouterProcess, credentials: Credentials) -> None:
+def try_to_open(router: RouterProcess, credentials: RouterCredentials) -> None:
     zenoh.open(client_config(router.endpoint, credentials)).close()
 
 
@@ -33,7 +33,7 @@ async def test_whoever_has_the_credentials_is_let_in(router):
 
 async def test_whoever_has_them_not_is_refused(router):
     user, password = router.credentials.user, router.credentials.password
-    for wrong in (Credentials(user, "wrong"), Credentials("other", password), Credentials("", "")):
+    for wrong in (RouterCredentials(user, "wrong"), RouterCredentials("other", password), RouterCredentials("", "")):
         with pytest.raises(zenoh.ZError):
             await asyncio.to_thread(try_to_open, router, wrong)
 
@@ -76,7 +76,7 @@ async def test_a_router_listens_on_tcp_where_it_is_told_to(tmp_path, unused_tcp_
 
 async def test_routers_of_two_hosts_hand_on_what_is_said_on_either_and_find_each_other_again(tmp_path, unused_tcp_port):
     authority = Authority(tmp_path / "machines")
-    shared = Credentials("agent", "of the whole cloud")
+    shared = RouterCredentials("agent", "of the whole cloud")
     endpoint = (f"tls/127.0.0.1:{unused_tcp_port}",)
     theirs = RouterProcess(
         tmp_path / "b", peering=peering(joined(authority, tmp_path / "m2", "m2"), shared, connect=endpoint)
@@ -98,12 +98,12 @@ async def test_routers_of_two_hosts_hand_on_what_is_said_on_either_and_find_each
 
 async def test_a_router_of_another_authority_or_with_another_password_is_not_one_of_ours(tmp_path, unused_tcp_port):
     authority, other = Authority(tmp_path / "machines"), Authority(tmp_path / "other")
-    shared = Credentials("agent", "of the whole cloud")
+    shared = RouterCredentials("agent", "of the whole cloud")
     endpoint = (f"tls/127.0.0.1:{unused_tcp_port}",)
     ours = RouterProcess(tmp_path / "a", peering=peering(authority.identity, shared, listen=endpoint))
     stranger, mistaken = joined(other, tmp_path / "m2", "m2"), joined(authority, tmp_path / "m3", "m3")
-    ours_known = Identity(stranger.key, stranger.certificate, authority.identity.authority)
-    wrong = Credentials("agent", "another")
+    ours_known = TlsIdentity(stranger.key, stranger.certificate, authority.identity.authority)
+    wrong = RouterCredentials("agent", "another")
     routers = [
         ours,
         RouterProcess(tmp_path / "b", peering=peering(ours_known, shared, connect=endpoint)),

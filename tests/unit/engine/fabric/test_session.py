@@ -4,7 +4,7 @@ import pytest
 
 from engine.fabric.router import RouterProcess
 from engine.fabric.session import Fabric
-from engine.fabric.zenoh_config import Credentials
+from engine.fabric.zenoh_config import RouterCredentials
 from ppaas.errors import InvalidParameter, NotFound, PPaaSError, Unavailable
 from tests.support.waiting import until
 
@@ -178,4 +178,4 @@ async def test_closing_twice_is_allowed(router):
 
 async def test_whoever_is_not_known_gets_no_session(router):
     with pytest.raises(Unavailable, match="no session"):
-        await Fabric.open(router.endpoint, Credentials("agent", "guess"), timeout=0.1)
+        await Fabric.open(router.endpoint, RouterCredentials("agent", "guess"), timeout=0.1)

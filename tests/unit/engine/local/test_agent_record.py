@@ -12,9 +12,9 @@ import msgspec
 import pytest
 
 from engine.agent.config import AgentConfig
-from engine.local.adopted_process import UNKNOWN, FoundProcess
-from engine.local.agent_record import OwnAgent, left_in, note
-from engine.local.machine import OwnMachine, settled
+from engine.local.adopted_process import UNKNOWN, AdoptedProcess
+from engine.local.agent_record import AgentRecord, read_record, write_record
+from engine.local.machine import LocalMachine, settle_config
 from engine.processes.instances import instance_name, is_dead, name_of, pid_of
 from engine.processes.run_dir import OWNER
 from tests.support.waiting import until
@@ -52,43 +52,43 @@ def of(cloud: str, run_dir: Path) -> AgentConfig:
 def test_an_agent_whose_cloud_process_is_dead_is_found_and_goes_on_where_it_is(
     tmp_path: Path, agent: subprocess.Popen[bytes], dead: str, run_dir: Path
 ) -> None:
-    note(tmp_path / "own", agent.pid, of(dead, run_dir))
-    left = left_in(tmp_path / "own")
-    assert left is not None and left.pid == agent.pid and left.like(WANTED) is not None
-    config = settled(WANTED, left)
+    write_record(tmp_path / "own", agent.pid, of(dead, run_dir))
+    left = read_record(tmp_path / "own")
+    assert left is not None and left.pid == agent.pid and left.matching_config(WANTED) is not None
+    config = settle_config(WANTED, left)
     assert (config.run_dir, config.secret, config.cloud) == (str(run_dir), "known", instance_name())
     assert (run_dir / OWNER).read_text().split() == [instance_name()]
-    assert OwnMachine(config, None, left).was_found
+    assert LocalMachine(config, None, left).was_adopted
 
 
 def test_nothing_is_found_of_a_cloud_process_that_lives_nor_of_an_agent_that_does_not(
     tmp_path: Path, agent: subprocess.Popen[bytes], dead: str, run_dir: Path
 ) -> None:
     file = tmp_path / "own"
-    assert left_in(file) is None
+    assert read_record(file) is None
     file.write_text("rubbish")
-    assert left_in(file) is None
-    note(file, agent.pid, of(instance_name(), run_dir))
-    assert left_in(file) is None, "its cloud process lives"
-    note(file, agent.pid, of(dead, run_dir))
+    assert read_record(file) is None
+    write_record(file, agent.pid, of(instance_name(), run_dir))
+    assert read_record(file) is None, "its cloud process lives"
+    write_record(file, agent.pid, of(dead, run_dir))
     agent.kill()
     agent.wait()
-    assert left_in(file) is None
+    assert read_record(file) is None
 
 
 async def test_one_that_runs_otherwise_ends_before_another_is_started(
     tmp_path: Path, agent: subprocess.Popen[bytes], dead: str, run_dir: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    note(tmp_path / "own", agent.pid, of(dead, run_dir))
-    left = left_in(tmp_path / "own")
+    write_record(tmp_path / "own", agent.pid, of(dead, run_dir))
+    left = read_record(tmp_path / "own")
     wanted = msgspec.structs.replace(WANTED, cores=1)
-    assert left is not None and left.like(wanted) is None
-    config = settled(wanted, left)
+    assert left is not None and left.matching_config(wanted) is None
+    config = settle_config(wanted, left)
     assert config.run_dir != str(run_dir) and config.secret != "known"
-    machine = OwnMachine(config, tmp_path / "own", left)
+    machine = LocalMachine(config, tmp_path / "own", left)
     monkeypatch.setattr("engine.local.agent_process.AgentProcess.start", lambda _: asyncio.sleep(0))
     await machine.start()
-    assert not machine.was_found and is_dead(left.process)
+    assert not machine.was_adopted and is_dead(left.process)
     await machine.stop()
     assert not (tmp_path / "own").exists()
 
@@ -107,33 +107,33 @@ async def test_one_of_another_release_ends_and_says_why(
     caplog: pytest.LogCaptureFixture,
     changed: dict[str, Any],
 ) -> None:
-    note(tmp_path / "own", agent.pid, of(dead, run_dir))
-    noted = msgspec.json.decode((tmp_path / "own").read_bytes(), type=OwnAgent)
+    write_record(tmp_path / "own", agent.pid, of(dead, run_dir))
+    noted = msgspec.json.decode((tmp_path / "own").read_bytes(), type=AgentRecord)
     (tmp_path / "own").write_bytes(msgspec.json.encode(msgspec.structs.replace(noted, **changed)))
-    left = left_in(tmp_path / "own")
+    left = read_record(tmp_path / "own")
     assert left is not None
-    config = settled(WANTED, left)
-    machine = OwnMachine(config, None, left)
+    config = settle_config(WANTED, left)
+    machine = LocalMachine(config, None, left)
     monkeypatch.setattr("engine.local.agent_process.AgentProcess.start", lambda _: asyncio.sleep(0))
     await machine.start()
-    assert config.run_dir != str(run_dir) and not machine.was_found and is_dead(left.process)
+    assert config.run_dir != str(run_dir) and not machine.was_adopted and is_dead(left.process)
     assert f"of release {left.release}, ends" in caplog.text
 
 
 async def test_one_that_goes_on_is_noted_as_ours_watched_and_ended(
     tmp_path: Path, agent: subprocess.Popen[bytes], dead: str, run_dir: Path
 ) -> None:
-    note(tmp_path / "own", agent.pid, of(dead, run_dir))
-    left = left_in(tmp_path / "own")
-    machine = OwnMachine(settled(WANTED, left), tmp_path / "own", left)
+    write_record(tmp_path / "own", agent.pid, of(dead, run_dir))
+    left = read_record(tmp_path / "own")
+    machine = LocalMachine(settle_config(WANTED, left), tmp_path / "own", left)
     await machine.start()
-    assert b"known" in (tmp_path / "own").read_bytes() and left_in(tmp_path / "own") is None, "we live"
+    assert b"known" in (tmp_path / "own").read_bytes() and read_record(tmp_path / "own") is None, "we live"
     await machine.stop()
     await until(lambda: name_of(agent.pid) is None)
 
 
 async def test_a_process_that_is_no_child_is_waited_for_and_told_to_end(agent: subprocess.Popen[bytes]) -> None:
-    found = FoundProcess(agent.pid)
+    found = AdoptedProcess(agent.pid)
     waiting = asyncio.create_task(found.wait())
     await asyncio.sleep(0)
     assert found.returncode is None and not waiting.done()
@@ -142,7 +142,7 @@ async def test_a_process_that_is_no_child_is_waited_for_and_told_to_end(agent: s
     found.terminate()  # which is too late, and does nothing
     agent.wait()
     with pytest.raises(ProcessLookupError):
-        FoundProcess(agent.pid)
+        AdoptedProcess(agent.pid)
 
 
 def test_a_name_has_the_number_of_its_process() -> None:

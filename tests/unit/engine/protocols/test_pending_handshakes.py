@@ -1,11 +1,11 @@
 import pytest
 
-from engine.protocols.pending_handshakes import Awaited
+from engine.protocols.pending_handshakes import PendingHandshakes
 from ppaas.errors import NotPermitted
 
 
 def test_whoever_is_awaited_is_admitted_once() -> None:
-    awaited: Awaited[int] = Awaited()
+    awaited: PendingHandshakes[int] = PendingHandshakes()
     awaited.expect("c1", "secret", 7)
     assert len(awaited) == 1
     assert awaited.admit("c1", "secret") == 7
@@ -16,7 +16,7 @@ def test_whoever_is_awaited_is_admitted_once() -> None:
 
 @pytest.mark.parametrize("given", ["", "wrong", "Secret", "sécret", "\0"])
 def test_a_stranger_with_a_wrong_secret_does_not_take_the_place_of_the_awaited(given: str) -> None:
-    awaited: Awaited[int] = Awaited()
+    awaited: PendingHandshakes[int] = PendingHandshakes()
     awaited.expect("c1", "secret", 7)
     with pytest.raises(NotPermitted):
         awaited.admit("c1", given)
@@ -24,7 +24,7 @@ def test_a_stranger_with_a_wrong_secret_does_not_take_the_place_of_the_awaited(g
 
 
 def test_who_is_forgotten_is_a_stranger() -> None:
-    awaited: Awaited[int] = Awaited()
+    awaited: PendingHandshakes[int] = PendingHandshakes()
     awaited.expect("c1", "secret", 7)
     awaited.forget("c1")
     awaited.forget("c1")

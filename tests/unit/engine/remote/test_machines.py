@@ -12,9 +12,9 @@ from engine.protocols.address import TlsAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import dial
 from engine.protocols.tls_identity import stranger_context
-from engine.remote.agent import Options, config_of, stay
-from engine.remote.cluster_settings import Runs
-from engine.remote.machines import FarMachines, make_ticket
+from engine.remote.agent import MachineOptions, config_of, stay
+from engine.remote.cluster_settings import ContainerSettings
+from engine.remote.machines import RemoteMachines, make_ticket
 from engine.remote.membership import Membership, join, membership_in
 from engine.service.links.control_server import ControlServer
 from engine.service.links.robot_link_server import LinkServer
@@ -35,9 +35,9 @@ class Cloud:
         self.events = Events()
         (folder / "store.sqlite").touch()
         self.stores = f"sqlite:///{folder / 'store.sqlite'}", f"file:///{folder}"
-        self.far = FarMachines(
+        self.far = RemoteMachines(
             self.folder, ANYWHERE, cloud="the cloud", store=self.stores[0], map_store=self.stores[1], own="local",
-            runs=Runs("docker", "an-image", ("ppaas.planners:mine",)),
+            runs=ContainerSettings("docker", "an-image", ("ppaas.planners:mine",)),
         )  # fmt: skip
         self.control = ControlServer(sockets / "control.sock", "secret", self.events)
 
@@ -76,15 +76,15 @@ async def test_each_beat_of_it_is_answered(cloud: Cloud, tmp_path: Path) -> None
     stream = await connected(await join(tmp_path / "m2", cloud.ticket(), "m2"))
     stream.write(register("m2", secret=""))
     for _ in range(3):
-        stream.write(control_link.Beat())
-        assert await receive(stream) == control_link.Heard()
+        stream.write(control_link.AgentBeat())
+        assert await receive(stream) == control_link.BeatAcknowledged()
     await stream.close()
 
 
 async def test_it_learns_the_terms_and_what_its_agent_is_told_follows_from_them(cloud: Cloud, tmp_path: Path) -> None:
     membership = await join(tmp_path / "m2", cloud.ticket(), "m2")
-    terms = await membership.terms()
-    config = config_of(membership, Options(2, {"gpu": "no"}), terms, tmp_path / "run")
+    terms = await membership.settings()
+    config = config_of(membership, MachineOptions(2, {"gpu": "no"}), terms, tmp_path / "run")
     assert (config.store, config.map_store) == cloud.stores
     assert (config.identity, config.cloud) == (str(tmp_path / "m2"), "the cloud")
     assert config.peering is not None and config.peering.connect == (f"tls/127.0.0.1:{terms.fabric_port}",)
@@ -95,10 +95,10 @@ async def test_it_learns_the_terms_and_what_its_agent_is_told_follows_from_them(
 
 async def test_stores_that_are_not_there_are_not_made(cloud: Cloud, tmp_path: Path) -> None:
     membership = await join(tmp_path / "m2", cloud.ticket(), "m2")
-    terms = await membership.terms()
+    terms = await membership.settings()
     (tmp_path / "store.sqlite").unlink()
     with pytest.raises(NotFound, match="store"):
-        config_of(membership, Options(), terms, tmp_path / "run")
+        config_of(membership, MachineOptions(), terms, tmp_path / "run")
 
 
 async def test_it_ends_with_an_error_where_the_cloud_runs_another_release(
@@ -111,7 +111,7 @@ async def test_it_ends_with_an_error_where_the_cloud_runs_another_release(
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     monkeypatch.setattr("engine.remote.agent.__version__", "0.0.9")
     with pytest.raises(Conflict, match="the cloud runs release"):
-        await stay(membership, Options())
+        await stay(membership, MachineOptions())
 
 
 async def test_the_ticket_that_it_joined_with_is_taken_again_and_needs_no_cloud(cloud: Cloud, tmp_path: Path) -> None:
@@ -127,7 +127,7 @@ async def test_machines_stay_known_when_the_cloud_is_started_again(cloud: Cloud,
     again = Cloud(tmp_path, tmp_path)
     await again.start()
     moved = Membership(membership.folder, "m2", TlsAddress("127.0.0.1", int(_port(again))))
-    assert (await moved.terms()).cloud == "the cloud"
+    assert (await moved.settings()).cloud == "the cloud"
     await again.far.close()
 
 
@@ -141,7 +141,7 @@ async def test_a_second_machine_of_a_name_needs_a_ticket_for_that_name(cloud: Cl
         await join(tmp_path / "other", cloud.ticket(), "m2")
     await join(tmp_path / "other", cloud.ticket("m2"), "m2")
     with pytest.raises(Unavailable, match="hung up"):  # the first one's certificate is good no more
-        await first.terms()
+        await first.settings()
 
 
 @pytest.mark.parametrize("name", ["local", "a/b", ""])
@@ -189,7 +189,7 @@ async def test_no_ticket_is_made_where_no_cloud_takes_machines(cloud: Cloud, tmp
 @pytest.mark.parametrize("urls", [("memory:", "file:///maps"), ("sqlite:///s", "memory:")])
 def test_stores_in_memory_are_refused(tmp_path: Path, urls: tuple[str, str]) -> None:
     with pytest.raises(InvalidInput, match="cassandra:"):
-        FarMachines(tmp_path, ANYWHERE, cloud="c", store=urls[0], map_store=urls[1], own="local")
+        RemoteMachines(tmp_path, ANYWHERE, cloud="c", store=urls[0], map_store=urls[1], own="local")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -10,9 +10,9 @@ import pytest
 
 from engine.protocols.address import TlsAddress
 from engine.protocols.sockets import dial
-from engine.protocols.tls_identity import Identity, stranger_context
+from engine.protocols.tls_identity import TlsIdentity, stranger_context
 from engine.remote.authority import Authority
-from engine.remote.tls_listener import Door
+from engine.remote.tls_listener import TlsListener
 from ppaas.errors import InvalidInput, Unavailable
 from tests.support.engine.tls_cloud import joined
 
@@ -25,7 +25,7 @@ def authority(tmp_path_factory: pytest.TempPathFactory) -> Authority:
 
 
 @pytest.fixture
-async def door(authority: Authority) -> AsyncIterator[Door]:
+async def door(authority: Authority) -> AsyncIterator[TlsListener]:
     def answering(what: str):  # type: ignore[no-untyped-def]
         async def serve(_: asyncio.StreamReader, writer: asyncio.StreamWriter, machine: str = "nobody") -> None:
             writer.write(f"{what} {machine}\n".encode())
@@ -33,7 +33,7 @@ async def door(authority: Authority) -> AsyncIterator[Door]:
 
         return serve
 
-    opened = Door(
+    opened = TlsListener(
         ANYWHERE, authority,
         control=answering("control"), robot=answering("robot"), terms=answering("terms"), join=answering("join"),
     )  # fmt: skip
@@ -42,7 +42,7 @@ async def door(authority: Authority) -> AsyncIterator[Door]:
     await opened.close()
 
 
-async def answer(door: Door, context: ssl.SSLContext) -> str:
+async def answer(door: TlsListener, context: ssl.SSLContext) -> str:
     """Return the line that the door answers; nothing where it hangs up."""
     reader, writer = await dial(door.address, context)
     try:
@@ -55,14 +55,14 @@ async def answer(door: Door, context: ssl.SSLContext) -> str:
 
 
 async def test_a_machine_is_known_by_its_certificate_and_handed_on_by_what_it_comes_for(
-    door: Door, authority: Authority, tmp_path: Path
+    door: TlsListener, authority: Authority, tmp_path: Path
 ) -> None:
     identity = joined(authority, tmp_path / "m2", "m2")
     assert await answer(door, identity.client_context("control")) == "control m2"
     assert await answer(door, identity.client_context("robot")) == "robot m2"
 
 
-async def test_whoever_has_no_certificate_can_only_ask_to_join(door: Door, authority: Authority) -> None:
+async def test_whoever_has_no_certificate_can_only_ask_to_join(door: TlsListener, authority: Authority) -> None:
     stranger = stranger_context()
     assert await answer(door, stranger) == "join nobody"
     for purposes in (["control"], ["robot"], ["other"], []):
@@ -71,15 +71,21 @@ async def test_whoever_has_no_certificate_can_only_ask_to_join(door: Door, autho
             assert await answer(door, stranger) == ""
 
 
-async def test_a_certificate_of_another_authority_is_refused(door: Door, authority: Authority, tmp_path: Path) -> None:
+async def test_a_certificate_of_another_authority_is_refused(
+    door: TlsListener, authority: Authority, tmp_path: Path
+) -> None:
     theirs = joined(Authority(tmp_path / "other"), tmp_path / "m", "m2")
-    ours = Identity(theirs.key, theirs.certificate, authority.identity.authority)  # it knows our cloud, not the reverse
+    ours = TlsIdentity(
+        theirs.key, theirs.certificate, authority.identity.authority
+    )  # it knows our cloud, not the reverse
     assert await answer(door, ours.client_context("control")) == ""
     with pytest.raises(Unavailable, match="certificate"):  # and a machine does not talk to another cloud than its own
         await dial(door.address, theirs.client_context("control"))
 
 
-async def test_only_the_last_certificate_of_a_machine_is_good(door: Door, authority: Authority, tmp_path: Path) -> None:
+async def test_only_the_last_certificate_of_a_machine_is_good(
+    door: TlsListener, authority: Authority, tmp_path: Path
+) -> None:
     first = joined(authority, tmp_path / "first", "m3")
     second = joined(authority, tmp_path / "second", "m3")
     assert await answer(door, first.client_context("control")) == ""
@@ -96,7 +102,7 @@ async def test_a_machine_cannot_pass_for_the_cloud(authority: Authority, tmp_pat
     server.close()
 
 
-async def test_what_is_no_tls_is_hung_up_on(door: Door) -> None:
+async def test_what_is_no_tls_is_hung_up_on(door: TlsListener) -> None:
     reader, writer = await asyncio.open_connection(door.address.host, door.address.port)
     writer.write(b"GET / HTTP/1.1\r\n\r\n" * 4)
     async with asyncio.timeout(5.0):
@@ -105,15 +111,15 @@ async def test_what_is_no_tls_is_hung_up_on(door: Door) -> None:
     writer.close()
 
 
-async def test_a_port_that_is_taken_says_so(door: Door, authority: Authority) -> None:
+async def test_a_port_that_is_taken_says_so(door: TlsListener, authority: Authority) -> None:
     async def nobody(*_: object) -> None: ...
 
-    second = Door(door.address, authority, control=nobody, robot=nobody, terms=nobody, join=nobody)
+    second = TlsListener(door.address, authority, control=nobody, robot=nobody, terms=nobody, join=nobody)
     with pytest.raises(Unavailable, match="cannot listen"):
         await second.start()
 
 
-async def test_between_machines_nothing_goes_without_certificates(door: Door) -> None:
+async def test_between_machines_nothing_goes_without_certificates(door: TlsListener) -> None:
     with pytest.raises(InvalidInput, match="ticket"):
         await dial(door.address)
 

@@ -13,7 +13,7 @@ from engine.master.master import Master
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import control_link, robot_link
 from engine.service.master_driver import CloudService
-from engine.specs.checkpoints import Checkpoints
+from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import SESSION_STATE
 from ppaas.errors import Conflict, NotFound, QuotaExceeded, Unavailable
 from storage.memory.store import MemoryStore
@@ -56,7 +56,7 @@ def store() -> SlowStore:
 @pytest.fixture
 async def service(tmp_path: Path, store: SlowStore) -> AsyncIterator[CloudService]:
     master = Master(FirstFit(), Quotas(Quota(containers=8, cores=8.0)))
-    opened = CloudService(master, Checkpoints(store), tmp_path, "secret")
+    opened = CloudService(master, CheckpointSelection(store), tmp_path, "secret")
     await opened.start()
     yield opened
     store.go.set()
@@ -146,7 +146,7 @@ async def test_a_place_is_filled_looked_at_and_closed(service: CloudService, mac
     assert service.containers("ann")[0].pss == 1 << 10
     assert service.containers("bob") == []
     await service.close_place(place.key, Unavailable("over"))
-    assert await container.next() == robot_link.Stop()
+    assert await container.next() == robot_link.Shutdown()
     assert await machine.stopped() == order.spec.id
     assert [str(reason) for reason in client.reasons] == ["over"]
     await machine.kill(container, 0)
@@ -218,7 +218,7 @@ async def test_a_new_session_begins_anew_and_not_where_another_ended(
 async def test_a_container_that_does_not_start_is_ended_and_replaced(
     tmp_path: Path, store: SlowStore, caplog: pytest.LogCaptureFixture
 ) -> None:
-    service = CloudService(Master(FirstFit()), Checkpoints(store), tmp_path, "secret", start_timeout=0.05)
+    service = CloudService(Master(FirstFit()), CheckpointSelection(store), tmp_path, "secret", start_timeout=0.05)
     await service.start()
     machine = await FakeMachine.join(tmp_path)
     await service.wait_for_machine(10)
@@ -238,7 +238,7 @@ async def test_a_container_that_does_not_start_is_ended_and_replaced(
 async def test_a_container_that_is_ready_is_not_ended_when_its_time_to_start_is_up(
     tmp_path: Path, store: SlowStore
 ) -> None:
-    service = CloudService(Master(FirstFit()), Checkpoints(store), tmp_path, "secret", start_timeout=0.2)
+    service = CloudService(Master(FirstFit()), CheckpointSelection(store), tmp_path, "secret", start_timeout=0.2)
     await service.start()
     machine = await FakeMachine.join(tmp_path)
     await service.wait_for_machine(10)
@@ -265,7 +265,7 @@ async def test_what_can_never_start_closes_the_place_with_its_reason(
     if told_by == "machine":
         machine.tell(control_link.LaunchFailed(order.spec.id, refusal))
     else:
-        (await dial_link(order.link)).write(robot_link.Failed(order.spec.id, order.secret, refusal))
+        (await dial_link(order.link)).write(robot_link.ContainerFailed(order.spec.id, order.secret, refusal))
     with pytest.raises(NotFound, match="known: turtlebot2"):
         await place.ready(10)
     assert [type(reason) for reason in client.reasons] == [NotFound]
@@ -398,7 +398,7 @@ async def test_closing_closes_all_places_and_lets_all_machines_go(
     await service.close()
     assert_forgotten(service)
     assert [str(client.reasons[0]) for client in clients] == ["the cloud is shutting down"] * 2
-    assert await ready.next() == robot_link.Stop()
+    assert await ready.next() == robot_link.Shutdown()
     assert await ready.next() is None
     assert [type(await machine.order()) for _ in range(3)] == [
         control_link.StopContainer,

@@ -11,7 +11,7 @@ from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
 from engine.protocols import control_link, robot_link
 from engine.service.master_driver import CloudService
-from engine.specs.checkpoints import Checkpoints, marks
+from engine.specs.checkpoints import CheckpointSelection, marks
 from engine.specs.containers import ContainerSpec
 from ppaas.errors import Unavailable
 from storage.memory.store import MemoryStore
@@ -36,7 +36,7 @@ def told() -> RememberingListener:
 
 @pytest.fixture
 async def service(tmp_path: Path, store: MemoryStore, told: RememberingListener) -> AsyncIterator[CloudService]:
-    opened = CloudService(Master(FirstFit()), Checkpoints(store, "this"), tmp_path, "secret", told)
+    opened = CloudService(Master(FirstFit()), CheckpointSelection(store, "this"), tmp_path, "secret", told)
     await opened.start()
     yield opened
     await opened.close()
@@ -78,7 +78,9 @@ async def test_a_robot_finds_the_container_that_it_had(
 
 
 async def test_one_that_does_not_say_hello_is_replaced_from_its_checkpoint(store: MemoryStore, tmp_path: Path) -> None:
-    service = CloudService(Master(FirstFit()), Checkpoints(store, "this"), tmp_path, "secret", start_timeout=0.05)
+    service = CloudService(
+        Master(FirstFit()), CheckpointSelection(store, "this"), tmp_path, "secret", start_timeout=0.05
+    )
     await service.start()
     keep(store, running())
     machine = await FakeMachine.join(tmp_path, carries=(running(),))
@@ -121,7 +123,7 @@ async def test_a_machine_that_the_cloud_lost_itself_brings_nothing_back(
 async def test_a_machine_of_another_release_is_sent_away_and_its_robots_go_on_from_their_checkpoints(
     store: MemoryStore, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    service = CloudService(Master(FirstFit()), Checkpoints(store, "this", math.inf), tmp_path, "secret")
+    service = CloudService(Master(FirstFit()), CheckpointSelection(store, "this", math.inf), tmp_path, "secret")
     await service.start()
     service.of_machines.expect_back(["m1"])
     keep(store, running())

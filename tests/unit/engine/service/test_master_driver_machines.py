@@ -9,7 +9,7 @@ from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
 from engine.protocols import control_link, robot_link
 from engine.service.master_driver import CloudService
-from engine.specs.checkpoints import Checkpoints
+from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import SESSION_STATE
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import Conflict, NotFound
@@ -31,7 +31,7 @@ def store() -> MemoryStore:
 
 @pytest.fixture
 async def service(tmp_path: Path, store: MemoryStore) -> AsyncIterator[CloudService]:
-    opened = CloudService(Master(FirstFit()), Checkpoints(store), tmp_path, "secret")
+    opened = CloudService(Master(FirstFit()), CheckpointSelection(store), tmp_path, "secret")
     await opened.start()
     yield opened
     await opened.close()
@@ -58,7 +58,7 @@ async def test_a_robot_keeps_its_session_when_its_machine_is_drained(
     place.subscribe("map", number)
     assert isinstance(await first.next(), robot_link.Subscribe)
     service.administration.configure("m1", DRAINING)
-    assert await first.next() == robot_link.Stop()
+    assert await first.next() == robot_link.Shutdown()
     assert await machines[0].stopped() == first.spec.id
     assert not machines[1].has_orders(), "nothing starts before the state is kept"
     store.save_clone(CloneCheckpoint("ann", "tb1", {SESSION_STATE: first.spec.id.encode(), "amcl": b"{}"}, 1.0))
@@ -121,7 +121,7 @@ async def test_a_machine_that_is_removed_is_cut_off_and_not_let_in_until_it_is_a
 
 async def test_who_would_start_the_agent_again_is_told_of_a_machine_that_is_removed(tmp_path: Path) -> None:
     told = RememberingListener()
-    service = CloudService(Master(FirstFit()), Checkpoints(MemoryStore()), tmp_path, "secret", told)
+    service = CloudService(Master(FirstFit()), CheckpointSelection(MemoryStore()), tmp_path, "secret", told)
     await service.start()
     machine = await FakeMachine.join(tmp_path)
     await service.wait_for_machine(10)

@@ -12,7 +12,7 @@ from engine.service import planning
 from engine.service.master_driver import CloudService
 from engine.service.path_requests import PathRequest
 from engine.service.planning import Planning
-from engine.specs.checkpoints import Checkpoints
+from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import MapVersion
 from ppaas.errors import Queued, QuotaExceeded, Unavailable
 from storage.memory.store import MemoryStore
@@ -30,7 +30,9 @@ def path(*, queue: bool) -> PathRequest:
 @pytest.fixture
 async def service(tmp_path: Path) -> AsyncIterator[CloudService]:
     """Return a cloud in which ann may have one container, and has it."""
-    made = CloudService(Master(FirstFit(), Quotas(Quota(containers=1))), Checkpoints(MemoryStore()), tmp_path, "secret")
+    made = CloudService(
+        Master(FirstFit(), Quotas(Quota(containers=1))), CheckpointSelection(MemoryStore()), tmp_path, "secret"
+    )
     await made.start()
     made.open_place(robot_request("tb1"))
     yield made

@@ -13,7 +13,7 @@ from engine.master.quotas import Quota, Quotas
 from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import CloudService
 from engine.service.robot_sessions import RobotSessions
-from engine.specs.checkpoints import Checkpoints
+from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import MapVersion, RobotConfig
 from ppaas.errors import Conflict, Idle, InvalidParameter, NotFound, NotPermitted, QuotaExceeded, Unavailable
 from ppaas.robot_model.describe import describe
@@ -32,7 +32,7 @@ SHORT = 0.02
 async def service(tmp_path: Path) -> AsyncIterator[CloudService]:
     """Return a cloud without machines: its places wait for one."""
     master = Master(FirstFit(), Quotas(Quota(containers=2)))
-    opened = CloudService(master, Checkpoints(MemoryStore()), tmp_path, "secret")
+    opened = CloudService(master, CheckpointSelection(MemoryStore()), tmp_path, "secret")
     await opened.start()
     yield opened
     await opened.close()

@@ -3,7 +3,7 @@
 import msgspec
 import pytest
 
-from engine.specs.checkpoints import Checkpoints, marks
+from engine.specs.checkpoints import CheckpointSelection, marks
 from engine.specs.containers import LINK_STATE, SESSION_STATE, ContainerSpec, MapVersion
 from ppaas.clock import ManualClock
 from ppaas.errors import NotFound
@@ -27,8 +27,8 @@ def clock() -> ManualClock:
 
 
 @pytest.fixture
-def checkpoints(store: MemoryStore, clock: ManualClock) -> Checkpoints:
-    return Checkpoints(store, "this", WITHIN, clock)
+def checkpoints(store: MemoryStore, clock: ManualClock) -> CheckpointSelection:
+    return CheckpointSelection(store, "this", WITHIN, clock)
 
 
 def first(container: str = "c1") -> ContainerSpec:
@@ -39,40 +39,42 @@ def keep(store: MemoryStore, spec: ContainerSpec, instance: str, saved: float = 
     store.save_clone(CloneCheckpoint("ann", "tb1", STATE | marks(spec, instance), saved))
 
 
-def test_what_replaces_a_container_goes_on_where_that_was(store: MemoryStore, checkpoints: Checkpoints) -> None:
+def test_what_replaces_a_container_goes_on_where_that_was(store: MemoryStore, checkpoints: CheckpointSelection) -> None:
     keep(store, first(), "this", saved=0.0)
     replacing = msgspec.structs.replace(robot_spec("c2"), session="c1")
-    assert checkpoints.give(replacing).checkpoint == STATE | marks(first(), "this")
+    assert checkpoints.with_checkpoint(replacing).checkpoint == STATE | marks(first(), "this")
     other = msgspec.structs.replace(robot_spec("c3"), session="c9")
-    assert checkpoints.give(other).checkpoint == {}
+    assert checkpoints.with_checkpoint(other).checkpoint == {}
 
 
-def test_a_new_session_begins_as_the_robots_file_says(store: MemoryStore, checkpoints: Checkpoints) -> None:
-    assert checkpoints.give(first()).checkpoint == {}
+def test_a_new_session_begins_as_the_robots_file_says(store: MemoryStore, checkpoints: CheckpointSelection) -> None:
+    assert checkpoints.with_checkpoint(first()).checkpoint == {}
     keep(store, first("c5"), "this")
-    assert checkpoints.give(first()).checkpoint == {}
+    assert checkpoints.with_checkpoint(first()).checkpoint == {}
     with pytest.raises(NotFound):
         store.clone("ann", "tb1")
 
 
 def test_a_robot_whose_cloud_process_died_goes_on_if_it_comes_soon(
-    store: MemoryStore, checkpoints: Checkpoints, clock: ManualClock
+    store: MemoryStore, checkpoints: CheckpointSelection, clock: ManualClock
 ) -> None:
     keep(store, first(), "that")
     clock.advance(WITHIN)
-    given = checkpoints.give(first()).checkpoint
+    given = checkpoints.with_checkpoint(first()).checkpoint
     assert given["amcl"] == b"{}"
     assert given[LINK_STATE] == b"0", "the messages of a new session are counted from the start"
     again = msgspec.structs.replace(robot_spec("c2"), session="c1")
-    assert checkpoints.give(again).checkpoint == given, "also if the first container dies before it kept a checkpoint"
+    assert checkpoints.with_checkpoint(again).checkpoint == given, (
+        "also if the first container dies before it kept a checkpoint"
+    )
 
 
 def test_what_is_too_old_or_of_the_future_is_forgotten(
-    store: MemoryStore, checkpoints: Checkpoints, clock: ManualClock
+    store: MemoryStore, checkpoints: CheckpointSelection, clock: ManualClock
 ) -> None:
     for saved in (NOW - WITHIN - 1.0, NOW + 60.0):
         keep(store, first(), "that", saved)
-        assert checkpoints.give(first()).checkpoint == {}
+        assert checkpoints.with_checkpoint(first()).checkpoint == {}
 
 
 @pytest.mark.parametrize(
@@ -84,38 +86,38 @@ def test_what_is_too_old_or_of_the_future_is_forgotten(
     ids=["map", "robot"],
 )
 def test_what_was_kept_for_another_map_or_another_file_is_forgotten(
-    store: MemoryStore, checkpoints: Checkpoints, before: ContainerSpec
+    store: MemoryStore, checkpoints: CheckpointSelection, before: ContainerSpec
 ) -> None:
     keep(store, before, "that")
     checkpoints.park("ann", "tb1")
-    assert checkpoints.give(first()).checkpoint == {}
+    assert checkpoints.with_checkpoint(first()).checkpoint == {}
 
 
 def test_a_robot_that_was_let_go_goes_on_once_however_late(
-    store: MemoryStore, checkpoints: Checkpoints, clock: ManualClock
+    store: MemoryStore, checkpoints: CheckpointSelection, clock: ManualClock
 ) -> None:
     keep(store, first("c5"), "this")
     checkpoints.park("ann", "tb1")
     clock.advance(1e6)
-    assert checkpoints.give(first()).checkpoint[SESSION_STATE] == b"c1"
-    assert checkpoints.give(first("c7")).checkpoint == {}
+    assert checkpoints.with_checkpoint(first()).checkpoint[SESSION_STATE] == b"c1"
+    assert checkpoints.with_checkpoint(first("c7")).checkpoint == {}
 
 
 @pytest.mark.parametrize("origin", [b"\xff", b"{}", b"5", None])
 def test_a_checkpoint_that_tells_nothing_of_its_origin_is_forgotten(
-    store: MemoryStore, checkpoints: Checkpoints, origin: bytes | None
+    store: MemoryStore, checkpoints: CheckpointSelection, origin: bytes | None
 ) -> None:
     nodes = STATE | {SESSION_STATE: b"c1"} | ({} if origin is None else {"origin": origin})
     store.save_clone(CloneCheckpoint("ann", "tb1", nodes, NOW))
-    assert checkpoints.give(first()).checkpoint == {}
+    assert checkpoints.with_checkpoint(first()).checkpoint == {}
 
 
-def test_a_container_that_only_plans_has_no_checkpoint(checkpoints: Checkpoints) -> None:
-    assert checkpoints.give(planning_spec()) == planning_spec()
+def test_a_container_that_only_plans_has_no_checkpoint(checkpoints: CheckpointSelection) -> None:
+    assert checkpoints.with_checkpoint(planning_spec()) == planning_spec()
 
 
 def test_who_kept_the_last_checkpoint_under_another_cloud_process_is_the_clone_still(
-    store: MemoryStore, checkpoints: Checkpoints
+    store: MemoryStore, checkpoints: CheckpointSelection
 ) -> None:
     assert not checkpoints.runs_on(first()), "nobody knows of it"
     keep(store, first(), "before", saved=0.0)
@@ -135,7 +137,7 @@ def test_who_kept_the_last_checkpoint_under_another_cloud_process_is_the_clone_s
     ids=["its successor", "another session", "another map", "another robot", "this cloud process"],
 )
 def test_a_container_whose_place_may_be_anothers_by_now_is_the_clone_no_more(
-    store: MemoryStore, checkpoints: Checkpoints, kept_by: ContainerSpec, instance: str
+    store: MemoryStore, checkpoints: CheckpointSelection, kept_by: ContainerSpec, instance: str
 ) -> None:
     keep(store, kept_by, instance)
     assert not checkpoints.runs_on(first())

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from engine.remote.ray.nodes import Node, machine_labels, read_nodes
+from engine.remote.ray.nodes import ClusterNode, machine_labels, read_nodes
 from engine.specs.machine_settings import MOST_LABELS
 
 
@@ -14,7 +14,7 @@ def row(node: str, cpu: float, *, alive: bool = True, **labels: str) -> dict[str
 
 def test_a_node_is_a_machine_with_the_labels_it_was_started_with():
     (node,) = read_nodes([row("a" * 56, 4.0, host="h3")], {"a" * 56: {"CPU": 2.5}})
-    assert node == Node("a" * 56, "10.0.0.7", 4, 2, {"host": "h3"})
+    assert node == ClusterNode("a" * 56, "10.0.0.7", 4, 2, {"host": "h3"})
     assert node.machine == "a" * 10
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from engine.remote.ray.nodes import Node
+from engine.remote.ray.nodes import ClusterNode
 from engine.remote.ray.supervisor import END_TIMEOUT, RETRY_DELAYS, START_TIMEOUT, STEADY, Supervisor
 
 
@@ -40,19 +40,19 @@ class FakeKeeper:
 class FakeCluster:
     """Nodes that come and go as the test wants."""
 
-    def __init__(self, *nodes: Node) -> None:
+    def __init__(self, *nodes: ClusterNode) -> None:
         self.there = list(nodes)
         self.known: dict[str, FakeKeeper] = {}
         self.kept: list[tuple[str, int, FakeKeeper]] = []
         self.up = True
 
-    def nodes(self) -> list[Node]:
+    def nodes(self) -> list[ClusterNode]:
         return self.there
 
-    def find(self, node: Node) -> FakeKeeper | None:
+    def find(self, node: ClusterNode) -> FakeKeeper | None:
         return self.known.get(node.id)
 
-    def keep(self, node: Node, cores: int) -> FakeKeeper:
+    def keep(self, node: ClusterNode, cores: int) -> FakeKeeper:
         keeper = FakeKeeper()
         keeper.up = self.up
         self.kept.append((node.id, cores, keeper))
@@ -73,8 +73,8 @@ class Hand:
         return self.now
 
 
-def node(name: str, free: int = 4) -> Node:
-    return Node(name * 10, f"host-{name}", 4, free)
+def node(name: str, free: int = 4) -> ClusterNode:
+    return ClusterNode(name * 10, f"host-{name}", 4, free)
 
 
 def test_each_node_gets_one_agent_with_the_cores_that_are_free():

@@ -10,15 +10,15 @@ import pytest
 from msgspec.structs import replace
 
 from engine.processes.background import Background
-from engine.runtimes.docker.container import Booth, DockerContainer
+from engine.runtimes.docker.container import ContainerFolders, DockerContainer
 from engine.specs.containers import Launch
 from ppaas.errors import Unavailable
 from tests.support.engine.launches import Reports
 
 
 @pytest.fixture
-def booth(short_path: Path) -> Booth:
-    return Booth(short_path / "c-1", short_path / "shm" / "seen-1")
+def folders(short_path: Path) -> ContainerFolders:
+    return ContainerFolders(short_path / "c-1", short_path / "shm" / "seen-1")
 
 
 @pytest.fixture
@@ -35,57 +35,59 @@ def launch(short_path: Path) -> Iterator[Launch]:
         yield replace(told, link=str(short_path / "link-of-all.sock"), machine=str(short_path / "gate.sock"))
 
 
-def test_it_sees_its_two_sockets_and_the_layers_of_its_map_and_nothing_else(booth: Booth, launch: Launch) -> None:
-    seen = booth.admit(launch)
+def test_it_sees_its_two_sockets_and_the_layers_of_its_map_and_nothing_else(
+    folders: ContainerFolders, launch: Launch
+) -> None:
+    seen = folders.admit(launch)
     assert (seen.link, seen.machine, seen.layers) == ("/run/ppaas/link.sock", "/run/ppaas/gate.sock", "/run/map")
-    assert {entry.name for entry in booth.sockets.iterdir()} == {"link.sock", "gate.sock"}
-    assert {entry.name for entry in booth.layers.iterdir()} == {"info.json", "grid.npy"}
+    assert {entry.name for entry in folders.sockets.iterdir()} == {"link.sock", "gate.sock"}
+    assert {entry.name for entry in folders.layers.iterdir()} == {"info.json", "grid.npy"}
 
 
-def test_what_it_dials_is_what_listens_outside(booth: Booth, launch: Launch) -> None:
-    booth.admit(launch)
+def test_what_it_dials_is_what_listens_outside(folders: ContainerFolders, launch: Launch) -> None:
+    folders.admit(launch)
     with socket.socket(socket.AF_UNIX) as client:
-        client.connect(str(booth.sockets / "link.sock"))
+        client.connect(str(folders.sockets / "link.sock"))
 
 
-def test_it_reaches_who_listens_anew_under_the_name_of_its_endpoint(booth: Booth, launch: Launch) -> None:
-    booth.admit(launch)
-    seen, link = booth.sockets / "link.sock", Path(launch.link)
+def test_it_reaches_who_listens_anew_under_the_name_of_its_endpoint(folders: ContainerFolders, launch: Launch) -> None:
+    folders.admit(launch)
+    seen, link = folders.sockets / "link.sock", Path(launch.link)
     link.unlink()
     with pytest.raises(FileNotFoundError):
-        booth.link_endpoint()
+        folders.link_endpoint()
     for _ in range(2):
         with socket.socket(socket.AF_UNIX) as another, socket.socket(socket.AF_UNIX) as client:
             link.unlink(missing_ok=True)
             another.bind(str(link))
             another.listen()
-            booth.link_endpoint()
-            booth.link_endpoint()  # also where it is the same still
+            folders.link_endpoint()
+            folders.link_endpoint()  # also where it is the same still
             client.connect(str(seen))
             another.accept()[0].close()
             assert seen.stat().st_mode & 0o666 == 0o666, "it has another user"
 
 
-def test_layers_are_the_same_memory_and_what_came_later_is_added(booth: Booth, launch: Launch) -> None:
-    booth.admit(launch)
+def test_layers_are_the_same_memory_and_what_came_later_is_added(folders: ContainerFolders, launch: Launch) -> None:
+    folders.admit(launch)
     layers = Path(launch.layers)
     (layers / "hub_labels.index").write_text("late")
-    booth.link_layers(layers)
-    assert (booth.layers / "hub_labels.index").samefile(layers / "hub_labels.index")
-    assert (booth.layers / "grid.npy").samefile(layers / "grid.npy")
+    folders.link_layers(layers)
+    assert (folders.layers / "hub_labels.index").samefile(layers / "hub_labels.index")
+    assert (folders.layers / "grid.npy").samefile(layers / "grid.npy")
 
 
-def test_what_the_machine_has_stays_when_the_container_goes(booth: Booth, launch: Launch) -> None:
-    booth.admit(launch)
-    booth.remove()
-    assert not booth.sockets.exists()
-    assert not booth.layers.exists()
+def test_what_the_machine_has_stays_when_the_container_goes(folders: ContainerFolders, launch: Launch) -> None:
+    folders.admit(launch)
+    folders.remove()
+    assert not folders.sockets.exists()
+    assert not folders.layers.exists()
     assert (Path(launch.layers) / "grid.npy").read_text() == "grid.npy"
     assert Path(launch.link).is_socket()
 
 
-def test_layers_lie_where_no_other_user_of_the_computer_comes(booth: Booth) -> None:
-    assert booth.layers.parent.stat().st_mode & 0o077 == 0
+def test_layers_lie_where_no_other_user_of_the_computer_comes(folders: ContainerFolders) -> None:
+    assert folders.layers.parent.stat().st_mode & 0o077 == 0
 
 
 class Engine:
@@ -104,15 +106,15 @@ class Engine:
         self.held |= limits
 
 
-def resized(engine: Any, booth: Booth, work: Background) -> DockerContainer:
-    return DockerContainer(engine, booth, work.run, lambda _: None)
+def resized(engine: Any, folders: ContainerFolders, work: Background) -> DockerContainer:
+    return DockerContainer(engine, folders, work.run, lambda _: None)
 
 
 async def test_of_two_sizes_it_has_the_later_even_where_the_engine_is_slow_with_the_first(
-    booth: Booth, launch: Launch
+    folders: ContainerFolders, launch: Launch
 ) -> None:
     engine, work = Engine(0.05, 0.0), Background()
-    container = resized(engine, booth, work)
+    container = resized(engine, folders, work)
     for cores in (2.0, 0.5):
         container.resize(replace(launch, spec=replace(launch.spec, cores=cores)))
     await work.join()
@@ -120,10 +122,10 @@ async def test_of_two_sizes_it_has_the_later_even_where_the_engine_is_slow_with_
 
 
 async def test_memory_that_is_in_use_stays_and_the_cpus_follow(
-    booth: Booth, launch: Launch, caplog: pytest.LogCaptureFixture
+    folders: ContainerFolders, launch: Launch, caplog: pytest.LogCaptureFixture
 ) -> None:
     engine, work = Engine(memory_in_use=1 << 40), Background()
-    resized(engine, booth, work).resize(launch)
+    resized(engine, folders, work).resize(launch)
     await work.join()
     assert engine.held["cpu_quota"] == engine.held["cpu_period"]
     assert "mem_limit" not in engine.held

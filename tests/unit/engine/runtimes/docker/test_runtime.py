@@ -174,7 +174,7 @@ async def test_an_image_that_is_not_there_is_told_with_how_to_make_it(premises: 
 async def test_no_engine_is_told_with_what_to_do(premises: Premises, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DOCKER_HOST", f"unix://{premises.run_dir}/nowhere.sock")
     runtime = DockerRuntime(premises)
-    with pytest.raises(Unavailable, match=r"no Docker engine answers.*--runtime process"):
+    with pytest.raises(Unavailable, match=r"no Docker Engine answers.*--runtime process"):
         await runtime.start()
     await runtime.close()
 

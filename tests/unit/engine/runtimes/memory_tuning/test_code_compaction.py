@@ -32,7 +32,7 @@ def test_code_that_ran_is_copied_with_what_is_defined_in_it_and_all_else_stays()
     before, others = [each.__code__ for each in functions], [cold.__code__, code_in.__code__]
     inner = code_in(outer.__code__, "inner")
     assert (
-        code_compaction.move(lambda: (Thing().method(), list(counted(3)))) >= 5
+        code_compaction.compact(lambda: (Thing().method(), list(counted(3)))) >= 5
     )  # a list's own code is one of its own
     assert all(function.__code__ is not code for function, code in zip(functions, before, strict=True))
     assert [each.__code__ for each in functions] == before
@@ -54,6 +54,6 @@ def test_code_of_other_threads_is_copied_too_and_nobody_watches_afterwards():
         return None
 
     before = target.__code__
-    code_compaction.move(in_thread)
+    code_compaction.compact(in_thread)
     assert target.__code__ is not before
     assert threading.getprofile() is None

@@ -68,7 +68,7 @@ print(ssl.create_default_context().verify_mode.name)
 def test_what_is_loaded_already_stays():
     import html
 
-    with stub_modules.instead_of(stub_modules.HTML):
+    with stub_modules.stubbed(stub_modules.HTML):
         assert sys.modules["html"] is html
         assert html.escape("<") == "&lt;"
     assert sys.modules["html"] is html

@@ -112,13 +112,13 @@ async def test_a_place_knows_what_its_container_offers_also_what_comes_and_goes_
     client = Client()
     number = place.join(client)
     fleeting = robot_link.TopicInfo("fleeting", "std_msgs/String", False)
-    container.stream.write(robot_link.Declared(fleeting, "planner"))
-    container.stream.write(robot_link.Refused(number, "x", robot_link.Refusal("invalid-input", "so far")))
+    container.stream.write(robot_link.TopicAdded(fleeting, "planner"))
+    container.stream.write(robot_link.MessageRefused(number, "x", robot_link.Refusal("invalid-input", "so far")))
     await client.told()
     assert place.topics["fleeting"] == fleeting
     assert place.nodes["planner"].publishes == ("map", "fleeting")
-    container.stream.write(robot_link.Undeclared("fleeting"))
-    container.stream.write(robot_link.Refused(number, "x", robot_link.Refusal("invalid-input", "so far")))
+    container.stream.write(robot_link.TopicRemoved("fleeting"))
+    container.stream.write(robot_link.MessageRefused(number, "x", robot_link.Refusal("invalid-input", "so far")))
     await client.told()
     assert "fleeting" not in place.topics
     assert list(place.nodes.values()) == NODES
@@ -175,7 +175,9 @@ async def test_the_numbers_of_a_container_that_another_cloud_process_has_served_
         robot_link.Deliver("goal", b"2", client, 59),
     ]
     assert (before, after) == (1, 2)
-    container.stream.write(robot_link.Refused(client, "goal", robot_link.Refusal("invalid-input", "no goal"), 59))
+    container.stream.write(
+        robot_link.MessageRefused(client, "goal", robot_link.Refusal("invalid-input", "no goal"), 59)
+    )
     container.stream.write(robot_link.Ack(58))
     await listening.news.wait()
     assert listening.refused_numbers == [after]
@@ -272,7 +274,9 @@ async def test_a_name_that_the_clone_takes_is_no_longer_a_clients() -> None:
     await place.ready(5)
     place.advertise("tf_view", "tf2_msgs/TFMessage", client, None, latch=True)
     place.publish("tf_view", b"{}", client, must_arrive=True, latch=True)
-    container.stream.write(robot_link.Declared(robot_link.TopicInfo("tf_view", "tf2_msgs/TFMessage", False), "planner"))
+    container.stream.write(
+        robot_link.TopicAdded(robot_link.TopicInfo("tf_view", "tf2_msgs/TFMessage", False), "planner")
+    )
     await until(lambda: "tf_view" in place.topics)
     assert place.client_topics.latched("tf_view") is None
     place.publish("tf_view", b"{}", client, must_arrive=True)
@@ -311,7 +315,7 @@ async def test_who_called_what_the_clone_has_taken_back_from_a_client_is_told_to
         place.advertise_service(service, "std_srvs/Trigger", number)
     driving, lighting = (asyncio.create_task(place.call(service, b"{}", 5.0)) for service in ("drive", "lights"))
     await until(lambda: len(robot.calls) == 2)
-    container.stream.write(robot_link.Offers([robot_link.ServiceInfo("drive", "std_srvs/Trigger")], []))
+    container.stream.write(robot_link.NodesChanged([robot_link.ServiceInfo("drive", "std_srvs/Trigger")], []))
     with pytest.raises(Unavailable, match="the clone answers 'drive' itself now; call again"):
         await driving
     [call] = [call for call, service, _ in robot.calls if service == "lights"]
@@ -319,8 +323,8 @@ async def test_who_called_what_the_clone_has_taken_back_from_a_client_is_told_to
     assert await lighting == b"{}"
     again = asyncio.create_task(place.call("drive", b"{}", 5.0))
     asked = await container.next()
-    assert isinstance(asked, robot_link.Call) and asked.service == "drive"
-    container.stream.write(robot_link.Answer(asked.call, b"1"))
+    assert isinstance(asked, robot_link.ServiceCall) and asked.service == "drive"
+    container.stream.write(robot_link.ServiceAnswer(asked.call, b"1"))
     assert await again == b"1"
     await container.die()
 
@@ -332,7 +336,7 @@ async def test_a_refusal_is_told_to_the_client_that_sent_the_message_and_to_no_o
     place.join(other)
     container = await FakeContainer.dial(place, "c1")
     await place.ready(5)
-    container.stream.write(robot_link.Refused(number, "goal", robot_link.Refusal("invalid-input", "NaN")))
+    container.stream.write(robot_link.MessageRefused(number, "goal", robot_link.Refusal("invalid-input", "NaN")))
     await sender.told()
     assert [error.slug for error in sender.errors] == ["invalid-input"]
     assert other.errors == []
@@ -349,9 +353,9 @@ async def test_a_call_is_answered_or_fails_when_its_container_is_lost() -> None:
     refused = asyncio.create_task(place.call("make_plan", b"{}", 5.0))
     lost = asyncio.create_task(place.call("make_plan", b"{}", 5.0))
     calls = [await container.next() for _ in range(3)]
-    numbers = [call.call for call in calls if isinstance(call, robot_link.Call)]
-    container.stream.write(robot_link.Answer(numbers[0], b'{"plan":1}'))
-    container.stream.write(robot_link.Answer(numbers[1], refusal=robot_link.Refusal("no-valid-path", "none")))
+    numbers = [call.call for call in calls if isinstance(call, robot_link.ServiceCall)]
+    container.stream.write(robot_link.ServiceAnswer(numbers[0], b'{"plan":1}'))
+    container.stream.write(robot_link.ServiceAnswer(numbers[1], refusal=robot_link.Refusal("no-valid-path", "none")))
     assert await answered == b'{"plan":1}'
     with pytest.raises(PPaaSError) as error:
         await refused
@@ -416,7 +420,11 @@ async def test_a_container_that_takes_the_place_of_one_that_still_talks_is_the_o
     place.subscribe("goal", client)
     place.deliver("goal", b"1", client, must_arrive=True)
     call = asyncio.create_task(place.call("make_plan", b"{}", 5.0))
-    assert [type(await first.next()) for _ in range(3)] == [robot_link.Subscribe, robot_link.Deliver, robot_link.Call]
+    assert [type(await first.next()) for _ in range(3)] == [
+        robot_link.Subscribe,
+        robot_link.Deliver,
+        robot_link.ServiceCall,
+    ]
     second = await FakeContainer.dial(place, "c2")
     assert [type(await second.next()) for _ in range(2)] == [robot_link.Subscribe, robot_link.Deliver]
     with pytest.raises(Unavailable, match="lost"):
@@ -440,7 +448,7 @@ async def test_whoever_asks_for_a_closed_place_learns_why_even_when_its_containe
     container = await FakeContainer.dial(place, "c1")
     await place.ready(5)
     place.close(Unavailable("over"))
-    assert await container.next() == robot_link.Stop()
+    assert await container.next() == robot_link.Shutdown()
     await container.die()
     with pytest.raises(Unavailable, match="over"):
         await place.ready(5)

@@ -21,7 +21,7 @@ class Welcomes:
     def __init__(self) -> None:
         self.hellos: list[robot_link.Hello] = []
         self.heard: list[robot_link.FromContainer] = []
-        self.failures: list[robot_link.Failed] = []
+        self.failures: list[robot_link.ContainerFailed] = []
 
     async def welcome(self, hello: robot_link.Hello, stream: FrameStream[robot_link.FromContainer]) -> None:
         self.hellos.append(hello)
@@ -66,7 +66,7 @@ async def test_an_awaited_container_is_welcomed_and_served(server: LinkServer, w
         hello("c1", ""),
         hello("c1", "schlüssel"),
         hello("c2", "s1"),
-        robot_link.Failed("c1", "wrong", robot_link.Refusal("not-found", "")),
+        robot_link.ContainerFailed("c1", "wrong", robot_link.Refusal("not-found", "")),
         robot_link.Ack(1),
     ],
     ids=["wrong secret", "no secret", "odd secret", "unknown container", "failed with wrong secret", "no hello"],
@@ -131,7 +131,7 @@ async def test_a_failure_is_told_with_its_reason(server: LinkServer, welcomes: W
     server.expect("c1", "s1")
     stream = await dial_link(server.path)
     error = NotFound("model", "toaster", ["turtlebot2"])
-    stream.write(robot_link.Failed("c1", "s1", robot_link.Refusal(error.slug, str(error))))
+    stream.write(robot_link.ContainerFailed("c1", "s1", robot_link.Refusal(error.slug, str(error))))
     assert await receive(stream) is None
     (failed,) = welcomes.failures
     told = rebuild(failed.refusal.slug, failed.refusal.text)
